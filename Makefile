@@ -1,0 +1,42 @@
+# Needs Python 3.11 or newer, make and a C compiler; everything else goes into .venv.
+PYTHON ?= python3
+WORKERS ?= 2
+DATA ?= $(or $(BRUSHGRIP_DATA),../shared/measured)
+
+BIN := .venv/bin
+STAMP := .venv/.installed
+
+TRAINING := fem1 fem4_ident piros2_ident piros4
+HELD_OUT := fem3 fem5 piros1 piros7
+
+.PHONY: demo test gate measured clean
+.DELETE_ON_ERROR:
+
+demo: $(STAMP)
+	$(BIN)/brushgrip demo --out demo_output
+
+test: $(STAMP)
+	$(BIN)/python -m pytest -n $(WORKERS) --benchmark-disable --cov
+
+gate: $(STAMP)
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+measured: $(STAMP)
+	$(BIN)/brushgrip diagnose $(TRAINING:%=$(DATA)/%.mat) \
+		$(HELD_OUT:%=--holdout $(DATA)/%.mat) --out measured_output
+
+clean:
+	rm -rf .venv build dist demo_output measured_output htmlcov .coverage .coverage.* \
+		.benchmarks .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+$(STAMP): pyproject.toml
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and \
+		"brushgrip needs Python 3.11 or newer, this is " + sys.version.split()[0] + \
+		"; name another with make PYTHON=...")'
+	$(PYTHON) -m venv .venv
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	@touch $@

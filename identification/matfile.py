@@ -1,0 +1,93 @@
+"""Recordings in MATLAB 5 files, as published: time, Psi, Mz, Fz and scalars such as a, e, k."""
+
+import io
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.io import loadmat
+
+from identification.files import read_bytes
+from identification.rigfile import DECLARABLE
+from identification.table import Table, required_columns
+from symbolic.errors import InvalidInputError
+
+_VARIABLES = {"t": "time", "psi": "Psi", "M_z": "Mz", "F_N": "Fz"}
+
+
+def read_mat(path: Path, *, torque_required: bool) -> Table:
+    """Reads the table; other variables in the file are passed over.
+
+    Raises:
+        InvalidInputError: not a MATLAB 5 file, a variable is missing, of another length or not of
+            real numbers.
+    """
+    content = _load(path)
+    needed = required_columns(torque_required=torque_required)
+    missing = [_VARIABLES[name] for name in needed if _VARIABLES[name] not in content]
+    if missing:
+        raise InvalidInputError(
+            f"{path}: variable{'s' * (len(missing) > 1)} {', '.join(missing)} missing; "
+            f"expected {', '.join(_VARIABLES[name] for name in needed)}"
+        )
+    columns = {
+        name: _vector(path, variable, content[variable])
+        for name, variable in _VARIABLES.items()
+        if variable in content
+    }
+    for name, values in columns.items():
+        if values.size != columns["t"].size:
+            raise InvalidInputError(
+                f"{path}: {_VARIABLES[name]} holds {values.size} samples, time holds "
+                f"{columns['t'].size}; equal numbers are needed"
+            )
+    declared = {name: _scalar(path, name, content[name]) for name in DECLARABLE if name in content}
+    return Table(
+        path=path,
+        columns=columns,
+        declared=declared,
+        faults=(),
+        place=lambda of: f"sample {of}" if isinstance(of, int) else f"scalar {of}",
+    )
+
+
+def _load(path: Path) -> Mapping[str, object]:
+    content = read_bytes(path)
+    if not content:
+        raise InvalidInputError(f"{path}: is empty")
+    if content.startswith((b"MATLAB 7.3", b"\x89HDF")):
+        raise InvalidInputError(
+            f"{path}: is a MATLAB 7.3 (HDF5) file; save it as MATLAB 5, with save(..., '-v7')"
+        )
+    if not content.startswith(b"MATLAB 5.0"):
+        raise InvalidInputError(
+            f"{path}: is not a MATLAB 5 file; save it with save(..., '-v7'), or as CSV"
+        )
+    wanted = [*_VARIABLES.values(), *DECLARABLE]
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            loaded: Mapping[str, object] = loadmat(io.BytesIO(content), variable_names=wanted)
+    except Exception:  # a damaged file fails anywhere inside scipy, with any type
+        raise InvalidInputError(
+            f"{path}: is damaged, it cannot be read as a MATLAB 5 file; copy or save it again"
+        ) from None
+    return loaded
+
+
+def _vector(path: Path, variable: str, value: object) -> NDArray[np.float64]:
+    if not isinstance(value, np.ndarray) or value.dtype.kind not in "fiu":
+        raise InvalidInputError(f"{path}: {variable} must hold real numbers")
+    if value.size == 0 or value.size != max(value.shape):
+        shape = "x".join(str(length) for length in value.shape)
+        raise InvalidInputError(f"{path}: {variable} must be one row or column, it is {shape}")
+    return value.ravel().astype(np.float64)
+
+
+def _scalar(path: Path, variable: str, value: object) -> float:
+    vector = _vector(path, variable, value)
+    if vector.size != 1:
+        raise InvalidInputError(f"{path}: {variable} must be one number, it holds {vector.size}")
+    return float(vector[0])

@@ -1,0 +1,105 @@
+"""A recording as it stands in a file, and everything that can be wrong with its samples."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symbolic.errors import InvalidInputError
+
+Array = NDArray[np.float64]
+
+MIN_SAMPLES = 10
+REQUIRED_COLUMNS = ("t", "psi", "M_z", "F_N")
+OPTIONAL_COLUMNS = ("psi_dot", "M")
+
+
+class Fault(NamedTuple):
+    """Something wrong with one sample."""
+
+    sample: int
+    what: str
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Table:
+    """The samples of a file, SI units, NaN where one is missing or cannot be read.
+
+    Attributes:
+        path: the file.
+        columns: float arrays (n,) by name: t, psi, M_z, F_N, psi_dot, M.
+        declared: values that the file itself gives for a, e, k, mu, J_A, b_t.
+        faults: what could not be read.
+        place: names the place of a sample, or of a declared value, for messages.
+    """
+
+    path: Path
+    columns: Mapping[str, Array]
+    declared: Mapping[str, float]
+    faults: Sequence[Fault]
+    place: Callable[[int | str], str]
+
+
+def required_columns(*, torque_required: bool) -> tuple[str, ...]:
+    """Names of the columns that a recording cannot do without."""
+    return tuple(name for name in REQUIRED_COLUMNS if torque_required or name != "M_z")
+
+
+def check(table: Table, *, torque_required: bool) -> None:
+    """Holds every sample against what a recording allows.
+
+    Raises:
+        InvalidInputError: names the first fault and counts the other faulty samples.
+    """
+    faults = [*table.faults, *_sample_faults(table)]
+    if faults:
+        first = min(faults, key=lambda fault: fault.sample)
+        others = len({fault.sample for fault in faults}) - 1
+        more = f" (and {others} more row{'s' * (others > 1)})" if others else ""
+        raise InvalidInputError(f"{table.path}: {table.place(first.sample)}: {first.what}{more}")
+    size = table.columns["t"].size
+    if size < MIN_SAMPLES:
+        raise InvalidInputError(
+            f"{table.path}: holds {size} sample{'s' * (size != 1)}, at least {MIN_SAMPLES} needed"
+        )
+    for name in required_columns(torque_required=torque_required):
+        if np.isnan(table.columns[name]).all():
+            raise InvalidInputError(f"{table.path}: every {name} is missing, a number is needed")
+
+
+def _sample_faults(table: Table) -> list[Fault]:
+    unread = {fault.sample for fault in table.faults}
+    faults = [
+        Fault(int(sample), f"{name} is infinite; allowed: a finite number, empty or NaN")
+        for name, values in table.columns.items()
+        for sample in np.flatnonzero(np.isinf(values))
+    ]
+    F_N = table.columns["F_N"]
+    faults += [
+        Fault(int(sample), f"F_N = {F_N[sample]:g} N; a vertical load is greater than 0")
+        for sample in np.flatnonzero((F_N <= 0) & np.isfinite(F_N))
+    ]
+    return [fault for fault in faults + _time_faults(table) if fault.sample not in unread]
+
+
+def _time_faults(table: Table) -> list[Fault]:
+    t = table.columns["t"]
+    faults = [
+        Fault(int(sample), "t is missing; every sample needs its time [s]")
+        for sample in np.flatnonzero(np.isnan(t))
+    ]
+    known = np.flatnonzero(np.isfinite(t))
+    late = np.flatnonzero(np.diff(t[known]) <= 0)
+    for before, sample in zip(known[late], known[late + 1], strict=True):
+        manner = "repeats" if t[sample] == t[before] else "runs backwards"
+        faults.append(
+            Fault(
+                int(sample),
+                f"time {manner}: t = {t[sample]:.10g} s after {t[before]:.10g} s; "
+                "t must increase from sample to sample",
+            )
+        )
+    return faults

@@ -1,0 +1,45 @@
+"""Ground floor: the physics of the contact patch as casadi expressions."""
+
+from symbolic.bristles import BristlePatch, BristleTraits, Relaxation
+from symbolic.compiled import compiled
+from symbolic.deformation import edge_distance, full_slide_level, position, unit_moment
+from symbolic.effects.base import Effect, Parameter, Signals, with_limit, with_shape
+from symbolic.effects.library import EFFECTS, effects_named
+from symbolic.errors import BrushgripError, InvalidInputError
+from symbolic.model import DECLARED, GEOMETRY, SIGNALS, Model
+from symbolic.parameters import Rig, Tyre
+from symbolic.patch import Patch, PatchInputs
+from symbolic.trajectory import Torque, simulate, step_along
+from symbolic.zones import ZonePatch
+
+__all__ = [
+    "DECLARED",
+    "EFFECTS",
+    "GEOMETRY",
+    "SIGNALS",
+    "BristlePatch",
+    "BristleTraits",
+    "BrushgripError",
+    "Effect",
+    "InvalidInputError",
+    "Model",
+    "Parameter",
+    "Patch",
+    "PatchInputs",
+    "Relaxation",
+    "Rig",
+    "Signals",
+    "Torque",
+    "Tyre",
+    "ZonePatch",
+    "compiled",
+    "edge_distance",
+    "effects_named",
+    "full_slide_level",
+    "position",
+    "simulate",
+    "step_along",
+    "unit_moment",
+    "with_limit",
+    "with_shape",
+]

@@ -1,0 +1,87 @@
+"""Functions compiled to machine code through C, with a cache; interpreted where no compiler is found."""
+
+import hashlib
+import os
+import platform
+import shutil
+import subprocess
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import casadi as ca
+
+FLAGS = (
+    "-O2",
+    "-ftree-vectorize",
+    "-march=native",
+    "-fno-math-errno",
+    "-fno-trapping-math",
+    "-fPIC",
+    "-shared",
+)
+
+
+def cache_directory() -> Path:
+    """Where compiled Functions are kept: `BRUSHGRIP_CACHE`, else the user's cache folder."""
+    if own := os.environ.get("BRUSHGRIP_CACHE"):
+        return Path(own)
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "brushgrip"
+
+
+@cache
+def compiler() -> str | None:
+    """The C compiler in use, `CC` or cc; None where there is none or `BRUSHGRIP_INTERPRET` is set."""
+    if os.environ.get("BRUSHGRIP_INTERPRET"):
+        return None
+    return shutil.which(os.environ.get("CC", "cc"))
+
+
+def compiled(function: ca.Function) -> ca.Function:
+    """The same Function in machine code; the Function itself where it cannot be compiled.
+
+    The library is cached under a digest of the generated C, the compiler and the flags, so a changed
+    model never meets a stale library, and concurrent processes may share the folder.
+    """
+    command = compiler()
+    if command is None:
+        return function
+    try:
+        return ca.external(function.name(), str(_library(function, command)))
+    except (OSError, subprocess.SubprocessError, RuntimeError):
+        return function
+
+
+@cache
+def _processor() -> str:
+    """What -march=native stands for here, so that a cache shared by machines stays right."""
+    try:
+        text = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        return " ".join(platform.uname())
+    return next((line for line in text.splitlines() if line.startswith("flags")), text)
+
+
+def _library(function: ca.Function, command: str) -> Path:
+    generator = ca.CodeGenerator(f"{function.name()}.c")
+    generator.add(function)
+    source = generator.dump()
+    digest = hashlib.sha256(
+        "\0".join((source, command, _processor(), *FLAGS)).encode()
+    ).hexdigest()[:24]
+    folder = cache_directory()
+    library = folder / f"{function.name()}_{digest}.so"
+    if not library.exists():
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=folder) as scratch:
+            c_file, built = Path(scratch) / "function.c", Path(scratch) / "function.so"
+            c_file.write_text(source)
+            subprocess.run(
+                [command, *FLAGS, str(c_file), "-o", str(built), "-lm"],
+                check=True,
+                capture_output=True,
+                timeout=300,
+            )
+            built.replace(library)
+    return library

@@ -1,0 +1,82 @@
+r"""The lateral deformation q(x) and its moment, zone by zone, as CasADi expressions.
+
+Every bristle of the patch is an elastoplastic stop: turning by dpsi moves it by -(x - e) dpsi and
+friction limits it to \|q\| <= c (a^2 - x^2), c = 3 F_N mu / (4 a^3 k) (source (2.1), (2.15), (2.16)).
+Divide both by the pressure parabola p(x) = a^2 - x^2 and write
+
+    r = q / p,        xi = (x - e) / p.
+
+xi grows monotonically from -inf at the rear edge over 0 at the kingpin A to +inf at the leading edge,
+since d xi / dx = ((x - e)^2 + a^2 - e^2) / p^2 > 0 for \|e\| < a. In these coordinates one step reads
+
+    r(xi)  <-  clip(r(xi) - xi dpsi, -c, +c)
+
+for every bristle alike: r is piecewise linear in xi whatever the history, and odd, r(-xi) = -r(xi). So
+the whole patch is the polyline on xi >= 0. Its corners are the boundaries between zones: n corners make
+2 n + 1 zones in x, and nothing limits n. Between corners q = r p = alpha (a^2 - x^2) - beta (x - e) is
+the rotated parabola of source (3.5).
+
+The moment is linear in r. With r written by its changes of slope, r = sum_j s_j (xi - xi_j)_+, it is
+
+    M_z = k sum_j s_j G(xi_j),     G(z) = int (|xi| - z)_+ p |x - e| dx,
+
+and G is the one integral that `unit_moment` takes, exactly, from the deformation itself.
+"""
+
+from typing import Any
+
+import casadi as ca
+
+from symbolic.quadrature import gauss_legendre
+
+Expression = Any
+
+
+def edge_distance(z: Expression, a: Expression, arm: Expression) -> Expression:
+    """Distance w from a patch edge at which |xi| = z, without cancellation [m].
+
+    Solves z w (2 a - w) = arm - w, the quadratic of the zone boundary (source, appendix), in the form
+    whose denominator only adds.
+
+    Args:
+        z: |xi| of the boundary, >= 0 [1/m].
+        a: half-length of the contact patch [m].
+        arm: distance of that edge from the kingpin, a - e in front and a + e behind [m].
+    """
+    b = 1 + 2 * a * z
+    return 2 * arm / (b + ca.sqrt(b * b - 4 * z * arm))
+
+
+def unit_moment(z: Expression, a: Expression, e: Expression) -> Expression:
+    """G(z) = int (|xi| - z)_+ (a^2 - x^2) |x - e| dx over both ends of the patch [m^3].
+
+    M_z of the virgin patch turned by psi > 0 is -k psi (G(0) - G(c / psi)), source (2.3) with (3.4);
+    G(0) = 2 a (a^2 / 3 + e^2), the stiffness of the sticking patch, source (5.7). The integrand is a
+    cubic in x, so two Gauss-Legendre nodes integrate it exactly.
+
+    Args:
+        z: dimension of xi, >= 0 [1/m].
+        a: half-length of the contact patch [m].
+        e: caster length [m], |e| < a.
+    """
+    nodes, weights = gauss_legendre(2)
+    total: Expression = 0
+    for arm in (a - e, a + e):
+        width = edge_distance(z, a, arm)
+        for node, weight in zip(nodes, weights, strict=True):
+            from_edge = node * width
+            lever = arm - from_edge
+            pressure = from_edge * (2 * a - from_edge)
+            total = total + weight * width * (lever - z * pressure) * lever
+    return total
+
+
+def position(xi: Expression, a: Expression, e: Expression) -> Expression:
+    """The place x in [-a, a] of the bristle with coordinate xi [m], the inverse of xi = (x - e) / p."""
+    half = e + xi * a * a
+    return 2 * half / (1 + ca.sqrt(1 + 4 * xi * half))
+
+
+def full_slide_level(F_N: Expression, a: Expression) -> Expression:
+    """3 F_N / (4 a^3): the limit of r times k / mu [N/m^3], source (2.1)."""
+    return 3 * F_N / (4 * a**3)

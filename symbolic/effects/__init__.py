@@ -1,0 +1,1 @@
+"""Physical effects beside the declared model, one file each."""

@@ -1,0 +1,26 @@
+"""Friction that differs by direction of turning.
+
+Source: Persson, Sliding Friction, 2nd ed. (2000), chapter 16 (textured and worn rubber).
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from symbolic.effects.base import Effect, Expression, Parameter, Signals, Values
+
+
+@dataclass(frozen=True, kw_only=True)
+class AsymmetricFriction(Effect):
+    """Limit times ratio while the wheel turns with psi_dot > 0."""
+
+    name: str = "asymmetric_friction"
+    summary: str = "friction differs by direction of turning"
+    parameters: tuple[Parameter, ...] = (
+        Parameter(name="ratio", unit="1", neutral=1.0, start=1.05, lower=0.3, upper=3.0, scale=0.2),
+    )
+
+    def friction(self, signals: Signals, memory: Expression, values: Values) -> Expression:
+        """Factor on the friction limit [1]."""
+        del memory
+        return ca.if_else(signals.psi_dot > 0, values["ratio"], 1)

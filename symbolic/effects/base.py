@@ -1,0 +1,144 @@
+"""What an effect is: a frozen value that declares its parameters and where it enters the model."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+from symbolic.bristles import BristleTraits
+from symbolic.errors import InvalidInputError
+
+Expression = Any
+Scope = Literal["shared", "recording"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """One parameter of an effect.
+
+    Attributes:
+        name: its name in files and reports.
+        unit: its unit, as in "N m/rad".
+        neutral: the value at which the effect vanishes; may be infinite. None: the parameter alone does
+            not switch the effect, another one of the same effect does.
+        start: where a fit begins, off the neutral value so that every derivative is alive.
+        lower: least value allowed.
+        upper: greatest value allowed.
+        scope: "shared" by all recordings of a rig, or belonging to one "recording".
+        scale: size of a plain change, by which a solver scales it.
+        inverse: fit one over the value, for compliances whose neutral value is an infinite stiffness.
+    """
+
+    name: str
+    unit: str
+    neutral: float | None
+    start: float
+    lower: float
+    upper: float
+    scale: float
+    scope: Scope = "shared"
+    inverse: bool = False
+
+    @property
+    def coordinate(self) -> str:
+        """Name under which hooks find the value that the solver moves: the name, or "1/name"."""
+        return f"1/{self.name}" if self.inverse else self.name
+
+    def to_coordinate(self, value: float) -> float:
+        """The solver's coordinate of a value; applied twice it gives the value back."""
+        if not self.inverse:
+            return value
+        return math.inf if value == 0 else 1 / value
+
+    def __post_init__(self) -> None:
+        """Check that the start lies within the bounds."""
+        if not self.lower <= self.start <= self.upper:
+            raise InvalidInputError(
+                f"parameter {self.name}: start must lie in [{self.lower}, {self.upper}], got {self.start}"
+            )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Signals:
+    """One sample as the model sees it, after effects on the sensors; casadi expressions.
+
+    Attributes:
+        psi: yaw angle [rad].
+        psi_dot: yaw rate [rad/s].
+        F_N: vertical load [N].
+        dt: time since the last sample [s].
+    """
+
+    psi: Expression
+    psi_dot: Expression
+    F_N: Expression
+    dt: Expression
+
+
+Values = Mapping[str, Expression]
+"""Parameter coordinates of one effect, by name, as casadi expressions."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effect:
+    """A physical effect beside the declared brush model; every hook is neutral unless overridden.
+
+    Attributes:
+        name: the name in files and reports.
+        parameters: what it adds to the parameter vector, in this order.
+        summary: one line in plain words.
+        memory: how many numbers it remembers from sample to sample.
+        discrete: True where it breaks the parabola and so needs the bristle patch.
+    """
+
+    name: str
+    summary: str
+    parameters: tuple[Parameter, ...]
+    memory: int = 0
+    discrete: bool = False
+
+    def initial(self, signals: Signals) -> Expression:
+        """What it remembers before the first sample, shape (memory,)."""
+        raise NotImplementedError(f"{self.name} has memory but no initial value")
+
+    def sense(
+        self, signals: Signals, memory: Expression, values: Values
+    ) -> tuple[Signals, Expression]:
+        """What reaches the patch of the sample that was recorded, and the next memory."""
+        del values
+        return signals, memory
+
+    def start_angle(self, values: Values) -> Expression:
+        """Angle by which the patch was turned before the first sample [rad]."""
+        del values
+        return 0
+
+    def friction(self, signals: Signals, memory: Expression, values: Values) -> Expression:
+        """Factor on the friction limit, the same for every bristle [1]."""
+        del signals, memory, values
+        return 1
+
+    def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
+        """How the bristles differ; add to what is there."""
+        del values
+        return traits
+
+    def compliance(self, values: Values) -> Expression | None:
+        """Torsional compliance in series with the patch [rad/(N m)], None where there is none."""
+        del values
+        return None
+
+    def torque(self, signals: Signals, values: Values) -> Expression:
+        """Torque added to what the patch makes [N m]."""
+        del signals, values
+        return 0
+
+
+def with_limit(traits: BristleTraits, factor: Any) -> BristleTraits:
+    """The traits with one more factor on the friction limit, a function of sliding speed [m/s]."""
+    return replace(traits, limits=(*traits.limits, factor))
+
+
+def with_shape(traits: BristleTraits, factor: Any) -> BristleTraits:
+    """The traits with one more factor on the pressure parabola, a function of u = x / a."""
+    return replace(traits, shape=(*traits.shape, factor))

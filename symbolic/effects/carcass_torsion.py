@@ -1,0 +1,33 @@
+"""Torsion of carcass and rim in series with the contact patch.
+
+Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), section 9.2 (compliance of the carcass).
+"""
+
+import math
+from dataclasses import dataclass
+
+from symbolic.effects.base import Effect, Expression, Parameter, Values
+
+
+@dataclass(frozen=True, kw_only=True)
+class CarcassTorsion(Effect):
+    """The patch is turned by psi + M_z / k_t, solved for at every sample."""
+
+    name: str = "carcass_torsion"
+    summary: str = "the carcass twists in series with the patch"
+    parameters: tuple[Parameter, ...] = (
+        Parameter(
+            name="k_t",
+            unit="N m/rad",
+            neutral=math.inf,
+            start=300.0,
+            lower=10.0,
+            upper=math.inf,
+            scale=300.0,
+            inverse=True,
+        ),
+    )
+
+    def compliance(self, values: Values) -> Expression:
+        """One over the torsional stiffness [rad/(N m)]."""
+        return values["1/k_t"]

@@ -1,0 +1,25 @@
+"""Viscous torque in what the load plate measures.
+
+Source: Genta, Morello, The Automotive Chassis (2009), section 2.8 (damping of the standing tyre).
+"""
+
+from dataclasses import dataclass
+
+from symbolic.effects.base import Effect, Expression, Parameter, Signals, Values
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactDamping(Effect):
+    """Adds -c psi_dot to the torque."""
+
+    name: str = "contact_damping"
+    summary: str = "a torque proportional to the yaw rate"
+    parameters: tuple[Parameter, ...] = (
+        Parameter(
+            name="c", unit="N m s/rad", neutral=0.0, start=0.1, lower=-20.0, upper=20.0, scale=1.0
+        ),
+    )
+
+    def torque(self, signals: Signals, values: Values) -> Expression:
+        """Viscous torque, against the motion for c > 0 [N m]."""
+        return -values["c"] * signals.psi_dot

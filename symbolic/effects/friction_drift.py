@@ -1,0 +1,42 @@
+"""Friction that beds in with the way turned.
+
+Source: Persson, Sliding Friction, 2nd ed. (2000), chapter 16 (run-in of rubber on rough surfaces).
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from symbolic.effects.base import Effect, Expression, Parameter, Signals, Values
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionDrift(Effect):
+    """Limit times 1 + gain (1 - exp(-s / scale)), s the angle turned so far, counted both ways."""
+
+    name: str = "friction_drift"
+    summary: str = "friction changes with the way turned"
+    parameters: tuple[Parameter, ...] = (
+        Parameter(name="gain", unit="1", neutral=0.0, start=0.1, lower=-0.9, upper=3.0, scale=0.1),
+        Parameter(
+            name="scale", unit="rad", neutral=None, start=0.5, lower=0.05, upper=20.0, scale=0.5
+        ),
+    )
+    memory: int = 2
+
+    def initial(self, signals: Signals) -> Expression:
+        """The last angle [rad] and the way turned so far [rad]."""
+        return ca.vertcat(signals.psi, 0)
+
+    def sense(
+        self, signals: Signals, memory: Expression, values: Values
+    ) -> tuple[Signals, Expression]:
+        """Count the way turned."""
+        del values
+        way = memory[1] + ca.fabs(signals.psi - memory[0])
+        return signals, ca.vertcat(signals.psi, way)
+
+    def friction(self, signals: Signals, memory: Expression, values: Values) -> Expression:
+        """Factor on the friction limit [1]."""
+        del signals
+        return 1 + values["gain"] * (1 - ca.exp(-memory[1] / values["scale"]))

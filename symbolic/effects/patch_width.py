@@ -1,0 +1,30 @@
+"""A patch of finite width, whose bristles also deform lengthways.
+
+A bristle at (x, y) moves along its circle about the kingpin, always in the same direction, so the
+two-dimensional stop is a scalar one with the lever arm sqrt((x - e)^2 + y^2).
+
+Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), section 3.3 (brush model, spin and width).
+"""
+
+from dataclasses import dataclass, replace
+
+from symbolic.bristles import BristleTraits
+from symbolic.effects.base import Effect, Parameter, Values
+
+
+@dataclass(frozen=True, kw_only=True)
+class PatchWidth(Effect):
+    """Bristles spread over the width |y| <= half_width, with the load uniform in y."""
+
+    name: str = "patch_width"
+    summary: str = "the patch has a width"
+    parameters: tuple[Parameter, ...] = (
+        Parameter(
+            name="half_width", unit="m", neutral=0.0, start=0.015, lower=0.0, upper=0.15, scale=0.02
+        ),
+    )
+    discrete: bool = True
+
+    def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
+        """Spread the bristles over the half-width [m]."""
+        return replace(traits, half_width=values["half_width"])

@@ -1,0 +1,31 @@
+"""Pressure centre in front of or behind the middle of the patch.
+
+Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), section 3.2 (asymmetric pressure).
+"""
+
+from dataclasses import dataclass
+
+from symbolic.bristles import BristleTraits
+from symbolic.effects.base import Effect, Expression, Parameter, Values, with_shape
+
+
+@dataclass(frozen=True, kw_only=True)
+class PressureSkew(Effect):
+    """Pressure times 1 + skew x / a; the load stays."""
+
+    name: str = "pressure_skew"
+    summary: str = "the pressure centre is off the middle"
+    parameters: tuple[Parameter, ...] = (
+        Parameter(
+            name="skew", unit="1", neutral=0.0, start=0.1, lower=-0.95, upper=0.95, scale=0.2
+        ),
+    )
+    discrete: bool = True
+
+    def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
+        """Tilt the pressure."""
+
+        def factor(u: Expression) -> Expression:
+            return 1 + values["skew"] * u
+
+        return with_shape(traits, factor)

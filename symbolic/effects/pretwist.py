@@ -1,0 +1,32 @@
+"""A patch that is already deformed at the first sample.
+
+Source: section 3.1 of the source assumes zero deformation at t = 0; this takes the assumption away.
+"""
+
+from dataclasses import dataclass
+
+from symbolic.effects.base import Effect, Expression, Parameter, Values
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pretwist(Effect):
+    """A virgin patch was turned by psi_0 before the first sample, one value a recording."""
+
+    name: str = "pretwist"
+    summary: str = "the patch is deformed before the recording begins"
+    parameters: tuple[Parameter, ...] = (
+        Parameter(
+            name="psi_0",
+            unit="rad",
+            neutral=0.0,
+            start=0.02,
+            lower=-1.0,
+            upper=1.0,
+            scale=0.05,
+            scope="recording",
+        ),
+    )
+
+    def start_angle(self, values: Values) -> Expression:
+        """Angle turned before the recording begins [rad]."""
+        return values["psi_0"]

@@ -1,0 +1,40 @@
+"""Friction that grows, or falls, with the logarithm of the sliding speed, as that of rubber does.
+
+Source: Grosch, The relation between the friction and visco-elastic properties of rubber,
+Proc. R. Soc. A 274 (1963) 21; the middle of his master curve is a straight line in log speed.
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from symbolic.bristles import BristleTraits
+from symbolic.effects.base import Effect, Expression, Parameter, Values, with_limit
+
+REFERENCE_SPEED = 1e-3
+"""Sliding speed at which the factor is one [m/s]."""
+REST_SPEED = 1e-4
+"""Below this the law levels off: a bristle at rest creeps [m/s]."""
+LEAST_FACTOR = 0.05
+"""The logarithm is not followed below this factor [1]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RateFriction(Effect):
+    """Limit times 1 + c ln(sqrt(v^2 + v_0^2) / v_ref), v the local sliding speed."""
+
+    name: str = "rate_friction"
+    summary: str = "friction changes with log sliding speed"
+    parameters: tuple[Parameter, ...] = (
+        Parameter(name="c", unit="1", neutral=0.0, start=0.02, lower=-0.3, upper=0.3, scale=0.05),
+    )
+    discrete: bool = True
+
+    def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
+        """The limit of each bristle follows its own sliding speed, |x - e| |psi_dot|."""
+
+        def factor(speed: Expression) -> Expression:
+            regular = ca.sqrt(speed**2 + REST_SPEED**2)
+            return ca.fmax(LEAST_FACTOR, 1 + values["c"] * ca.log(regular / REFERENCE_SPEED))
+
+        return with_limit(traits, factor)

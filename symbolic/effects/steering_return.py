@@ -1,0 +1,31 @@
+"""Elastic or gravity return torque of the steering.
+
+Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), section 1.3.4 (caster and inclination).
+"""
+
+from dataclasses import dataclass
+
+from symbolic.effects.base import Effect, Expression, Parameter, Signals, Values
+
+
+@dataclass(frozen=True, kw_only=True)
+class SteeringReturn(Effect):
+    """Adds -stiffness psi to the torque."""
+
+    name: str = "steering_return"
+    summary: str = "a torque proportional to the angle"
+    parameters: tuple[Parameter, ...] = (
+        Parameter(
+            name="stiffness",
+            unit="N m/rad",
+            neutral=0.0,
+            start=0.1,
+            lower=-100.0,
+            upper=100.0,
+            scale=1.0,
+        ),
+    )
+
+    def torque(self, signals: Signals, values: Values) -> Expression:
+        """Return torque towards psi = 0 for stiffness > 0 [N m]."""
+        return -values["stiffness"] * signals.psi

@@ -1,0 +1,35 @@
+"""Static friction above kinetic, falling exponentially with sliding speed.
+
+Source: Stribeck (1902) in the form of Canudas de Wit et al., A new model for control of systems with
+friction, IEEE Trans. Automatic Control 40 (1995) 419.
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from symbolic.bristles import BristleTraits
+from symbolic.effects.base import Effect, Expression, Parameter, Values, with_limit
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stribeck(Effect):
+    """Limit times 1 + (ratio - 1) exp(-v / v_s), v the local sliding speed."""
+
+    name: str = "stribeck"
+    summary: str = "static friction differs from kinetic"
+    parameters: tuple[Parameter, ...] = (
+        Parameter(name="ratio", unit="1", neutral=1.0, start=1.1, lower=0.3, upper=3.0, scale=0.2),
+        Parameter(
+            name="v_s", unit="m/s", neutral=None, start=0.003, lower=0.0002, upper=0.03, scale=0.003
+        ),
+    )
+    discrete: bool = True
+
+    def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
+        """The limit of each bristle follows its own sliding speed, |x - e| |psi_dot|."""
+
+        def factor(speed: Expression) -> Expression:
+            return 1 + (values["ratio"] - 1) * ca.exp(-speed / values["v_s"])
+
+        return with_limit(traits, factor)

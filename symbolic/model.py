@@ -1,0 +1,199 @@
+"""The model: a patch and any number of effects, composed into casadi Functions.
+
+`Model().step` is the declared model of the source. `Model(effects=...)` wraps it; the effects' own hooks
+say where they enter, and nothing here knows any of them by name.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import casadi as ca
+
+from symbolic.bristles import BristlePatch, BristleTraits
+from symbolic.compliance import solve_turn
+from symbolic.effects.base import Effect, Parameter, Signals
+from symbolic.errors import InvalidInputError
+from symbolic.patch import Expression, Patch, PatchInputs
+from symbolic.zones import ZonePatch
+
+SIGNALS = ("psi", "psi_dot", "F_N", "dt")
+"""Order of one sample's inputs: [rad], [rad/s], [N], [s]."""
+GEOMETRY = ("a", "e")
+"""Order of the geometry: contact patch half-length [m], caster length [m]."""
+DECLARED = (
+    Parameter(
+        name="mu",
+        unit="1",
+        neutral=None,
+        start=1.0,
+        lower=0.01,
+        upper=10.0,
+        scale=0.5,
+        scope="recording",
+    ),
+    Parameter(name="k", unit="N/m^2", neutral=None, start=2e6, lower=1e3, upper=1e9, scale=1e6),
+)
+"""The parameters of the declared model."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """A contact patch with effects; a value, from which Functions are built on demand.
+
+    Attributes:
+        effects: the effects, in order.
+        corners: capacity of the exact patch, see `ZonePatch`.
+        lengthways: bristles of the discretised patch, see `BristlePatch`.
+        discretised: True asks for bristles even where the exact patch would do.
+    """
+
+    effects: tuple[Effect, ...] = ()
+    corners: int = 32
+    lengthways: int = 80
+    discretised: bool = False
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the parameter vector theta: mu, k, then effect.parameter."""
+        return tuple(
+            f"{effect.name}.{p.coordinate}" if effect else p.coordinate
+            for effect, p in self.parameters
+        )
+
+    @property
+    def parameters(self) -> tuple[tuple[Effect | None, Parameter], ...]:
+        """Every parameter with its effect, None for the declared model's own, in the order of theta."""
+        declared = [(None, parameter) for parameter in DECLARED]
+        added = [(effect, p) for effect in self.effects for p in effect.parameters]
+        return (*declared, *added)
+
+    def theta(self, values: Mapping[str, float]) -> ca.DM:
+        """The parameter vector of physical values named `mu`, `k`, `effect.parameter`.
+
+        Raises:
+            InvalidInputError: a parameter is missing, unknown or out of bounds.
+        """
+        names = [f"{e.name}.{p.name}" if e else p.name for e, p in self.parameters]
+        if unknown := sorted(set(values) - set(names)):
+            raise InvalidInputError(
+                f"unknown parameter {unknown[0]!r}; the model has {', '.join(names)}"
+            )
+        vector = []
+        for name, (_, parameter) in zip(names, self.parameters, strict=True):
+            if name not in values:
+                raise InvalidInputError(f"parameter {name!r} is missing")
+            if not parameter.lower <= values[name] <= parameter.upper:
+                raise InvalidInputError(
+                    f"parameter {name} must lie in [{parameter.lower}, {parameter.upper}]"
+                    f" {parameter.unit}, got {values[name]}"
+                )
+            vector.append(parameter.to_coordinate(values[name]))
+        return ca.DM(vector)
+
+    @property
+    def exact(self) -> bool:
+        """True where the exact patch does, False where an effect breaks the parabola."""
+        return not (self.discretised or any(effect.discrete for effect in self.effects))
+
+    def patch(self, theta: Expression | None = None) -> Patch:
+        """The exact patch, or bristles with the traits that the effects give them.
+
+        Args:
+            theta: the parameter vector, casadi; None where only sizes matter.
+        """
+        if self.exact:
+            return ZonePatch(corners=self.corners)
+        traits = BristleTraits()
+        for effect, values in self._values(self.symbols()[1] if theta is None else theta):
+            traits = effect.traits(traits, values)
+        return BristlePatch(traits=traits, lengthways=self.lengthways)
+
+    @property
+    def memory_size(self) -> int:
+        """Length of the memory: the patch angle, the patch, then each effect's own."""
+        return 1 + self.patch().size + sum(effect.memory for effect in self.effects)
+
+    @cached_property
+    def start(self) -> ca.Function:
+        """(signals of the first sample, theta, geometry) -> memory before it; named inputs."""
+        signals, theta, geometry = self.symbols()
+        at_first = Signals(**dict(zip(SIGNALS, ca.vertsplit(signals), strict=True)))
+        angle = at_first.psi
+        for effect, values in self._values(theta):
+            angle = angle - effect.start_angle(values)
+        memory = [angle, ca.MX(ca.DM(self.patch().initial()))]
+        memory += [effect.initial(at_first) for effect in self.effects if effect.memory]
+        return ca.Function(
+            "start",
+            [signals, theta, geometry],
+            [ca.vertcat(*memory)],
+            ["signals", "theta", "geometry"],
+            ["memory"],
+        )
+
+    @cached_property
+    def step(self) -> ca.Function:
+        """(memory, signals, theta, geometry) -> (memory_next, M_z); named inputs and outputs.
+
+        signals as in `SIGNALS`, theta as in `coordinates`, geometry as in `GEOMETRY`; M_z is the moment
+        of the ground on the wheel [N m], negative for a positive turn from rest.
+        """
+        signals, theta, geometry = self.symbols()
+        memory = ca.MX.sym("memory", self.memory_size)
+        seen = Signals(**dict(zip(SIGNALS, ca.vertsplit(signals), strict=True)))
+        angle, before, own = self._split(memory)
+        remembered, factor, compliance = [], ca.MX(1), None
+        for (effect, values), past in zip(self._values(theta), own, strict=True):
+            seen, present = effect.sense(seen, past, values)
+            factor = factor * effect.friction(seen, present, values)
+            remembered.append(present)
+            added = effect.compliance(values)
+            if added is not None:
+                compliance = added if compliance is None else compliance + added
+        patch = self.patch(theta)
+        inputs = PatchInputs(
+            speed=seen.psi_dot, dt=seen.dt, F_N=seen.F_N, factor=factor,
+            mu=theta[0], k=theta[1], a=geometry[0], e=geometry[1],
+        )  # fmt: skip
+        drive = patch.drive(inputs)
+        turn = seen.psi - angle
+        if compliance is not None:
+            turn = solve_turn(patch, before, turn, drive, compliance)
+        after, M_z = patch.advance(before, turn, drive)
+        for effect, values in self._values(theta):
+            M_z = M_z + effect.torque(seen, values)
+        return ca.Function(
+            "step",
+            [memory, signals, theta, geometry],
+            [ca.vertcat(angle + turn, after, *remembered), M_z],
+            ["memory", "signals", "theta", "geometry"],
+            ["memory_next", "M_z"],
+            {"cse": True},
+        )
+
+    def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
+        """Fresh symbols for signals (4,), theta (p,) and geometry (2,)."""
+        return (
+            ca.MX.sym("signals", len(SIGNALS)),
+            ca.MX.sym("theta", len(self.parameters)),
+            ca.MX.sym("geometry", len(GEOMETRY)),
+        )
+
+    def _values(self, theta: Expression) -> list[tuple[Effect, dict[str, Expression]]]:
+        """Each effect with its own part of theta, by coordinate name."""
+        split, at = [], len(DECLARED)
+        for effect in self.effects:
+            values = {p.coordinate: theta[at + i] for i, p in enumerate(effect.parameters)}
+            split.append((effect, values))
+            at += len(effect.parameters)
+        return split
+
+    def _split(self, memory: Expression) -> tuple[Expression, Expression, list[Expression]]:
+        """Patch angle, patch memory, and each effect's own memory."""
+        at = 1 + self.patch().size
+        own = []
+        for effect in self.effects:
+            own.append(memory[at : at + effect.memory])
+            at += effect.memory
+        return memory[0], memory[1 : 1 + self.patch().size], own

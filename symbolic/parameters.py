@@ -1,0 +1,71 @@
+"""What is known of the rig and of the tyre: frozen values that check themselves."""
+
+import math
+from dataclasses import dataclass
+
+from symbolic.errors import InvalidInputError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rig:
+    """The wheel on its kingpin, fig. 2.1 of the thesis.
+
+    The message of a fault begins with the name of the parameter.
+
+    Attributes:
+        a: half-length of the contact patch [m], greater than 0.
+        e: caster length (trail) [m], |e| < a; the kingpin A stands at x = e.
+        J_A: moment of inertia about the kingpin A [kg m^2], greater than 0; None where unknown.
+        b_t: torsional damping [N m s/rad], at least 0; None where unknown.
+
+    Raises:
+        InvalidInputError: a value is outside its range, or not a finite number.
+    """
+
+    a: float
+    e: float
+    J_A: float | None = None
+    b_t: float | None = None
+
+    def __post_init__(self) -> None:
+        """Holds every value against its range."""
+        _require_positive("a", self.a, "m")
+        if not abs(self.e) < self.a:
+            raise InvalidInputError(
+                f"e must lie between -a and a, here -{self.a:g} and {self.a:g} m, got {self.e:g}"
+            )
+        if self.J_A is not None:
+            _require_positive("J_A", self.J_A, "kg m^2")
+        if self.b_t is not None and not 0 <= self.b_t < math.inf:
+            raise InvalidInputError(f"b_t must be at least 0 N m s/rad, got {self.b_t:g}")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tyre:
+    """The brush model's tyre on its ground.
+
+    The message of a fault begins with the name of the parameter.
+
+    Attributes:
+        k: distributed lateral stiffness [N/m^2], greater than 0.
+        mu: declared coefficient of friction [1], greater than 0; None where unknown.
+
+    Raises:
+        InvalidInputError: a value is outside its range, or not a finite number.
+    """
+
+    k: float
+    mu: float | None = None
+
+    def __post_init__(self) -> None:
+        """Holds every value against its range."""
+        _require_positive("k", self.k, "N/m^2")
+        if self.mu is not None:
+            _require_positive("mu", self.mu, "")
+
+
+def _require_positive(name: str, value: float, unit: str) -> None:
+    if not 0 < value < math.inf:
+        raise InvalidInputError(
+            f"{name} must be greater than 0 {unit}".rstrip() + f", got {value:g}"
+        )

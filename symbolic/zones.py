@@ -1,0 +1,200 @@
+"""The exact patch: a polyline of zone corners, for any history of angle, load and friction.
+
+`symbolic.deformation` shows that the deformation is a polyline r(xi) on xi >= 0. Its corners are the
+memory of turning points. They are kept in the units r k / mu and xi k / mu: in these a sample shears
+the polyline by the turn and clips it at 3 F_N / (4 a^3), which holds neither mu nor k. What the patch
+remembers therefore does not depend on the parameters that one wants to estimate, under any load.
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from symbolic.deformation import Expression, full_slide_level, unit_moment
+from symbolic.errors import InvalidInputError
+from symbolic.patch import PatchInputs
+
+NEAR = 1e-7
+"""Relative width below which a divided difference of G is taken as its derivative."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ZonePatch:
+    """Zone corners of the declared parabolic patch; exact while at most `corners` are in use.
+
+    The memory is (xi_1 ... xi_n, r_1 ... r_n), innermost and oldest corner first; unused places repeat
+    the last corner in use, so that they carry no zone. When all places are taken, the corner whose
+    removal changes the torque least goes first.
+
+    Attributes:
+        corners: capacity n; 2 n + 1 zones in x [1].
+    """
+
+    corners: int = 32
+
+    def __post_init__(self) -> None:
+        """Check the capacity."""
+        if self.corners < 4:
+            raise InvalidInputError(f"corners must be at least 4, got {self.corners}")
+
+    @property
+    def size(self) -> int:
+        """Length of the memory vector, twice the corners."""
+        return 2 * self.corners
+
+    def initial(self) -> NDArray[np.float64]:
+        """The virgin patch, r = 0 everywhere: zeros of shape (size,)."""
+        return np.zeros(self.size)
+
+    @property
+    def drive_size(self) -> int:
+        """Limit of r k / mu [N/m^3], mu / k [m^2/N], k [N/m^2], a and e [m]."""
+        return 5
+
+    def drive(self, inputs: PatchInputs) -> Expression:
+        """The limit at this sample and the constants of the torque; see `Patch.drive`."""
+        level = full_slide_level(inputs.F_N, inputs.a) * inputs.factor
+        return ca.vertcat(level, inputs.mu / inputs.k, inputs.k, inputs.a, inputs.e)
+
+    def advance(
+        self, memory: Expression, turn: Expression, drive: Expression
+    ) -> tuple[Expression, Expression]:
+        """One sample: shear by the turn, clip at the limit, integrate; see `Patch.advance`."""
+        level, scale, k, a, e = ca.vertsplit(drive)
+        xi, r = thin_out(memory[: self.corners], memory[self.corners :], scale, a)
+        xi, r = clip_polyline(xi, r - xi * turn, turn, level)
+        return ca.vertcat(xi, r), polyline_moment(xi, r, scale, k, a, e)
+
+
+def clip_polyline(
+    xi: Expression, r: Expression, turn: Expression, level: Expression
+) -> tuple[Expression, Expression]:
+    """Clip the sheared polyline to [-level, level] and list its corners again.
+
+    A corner inside the limits stays. One beyond is replaced by the points at which its two segments
+    cross the limit. The tail beyond the last corner has slope -turn and crosses up to two limits.
+    """
+    n = xi.shape[0]
+    xi_in, r_in = ca.vertcat(0, xi[:-1]), ca.vertcat(0, r[:-1])
+    xi_out, r_out = ca.vertcat(xi[1:], xi[-1]), ca.vertcat(r[1:], r[-1])
+    side = ca.if_else(r >= 0, 1.0, -1.0)
+    limit = side * level
+    beyond = side * r > level
+    crosses_in = ca.logic_and(beyond, side * r_in < level)
+    crosses_out = ca.logic_and(beyond, side * r_out < level)
+    first = xi + _ratio(limit - r, r_in - r, crosses_in) * (xi_in - xi)
+    second = xi + _ratio(limit - r, r_out - r, crosses_out) * (xi_out - xi)
+    kept = ca.if_else(beyond, crosses_in, xi > xi_in)
+    value = ca.if_else(beyond, limit, r)
+    xi_tail, r_tail, keep_tail = _clip_tail()(xi[-1], r[-1], turn, level)
+    xi_all = ca.vertcat(_interleave(first, second), xi_tail)
+    r_all = ca.vertcat(_interleave(value, limit), r_tail)
+    keep = ca.vertcat(_interleave(kept, crosses_out), keep_tail)
+    xi_next, r_next = _compact(n, keep, xi_all, r_all)
+    return xi_next, r_next
+
+
+def _interleave(first: Expression, second: Expression) -> Expression:
+    return ca.vec(ca.horzcat(first, second).T)
+
+
+def _clip_tail() -> ca.Function:
+    """Where the tail, of slope -turn, meets the limits: the one it lies beyond, then the far one."""
+    xi, r, turn, level = symbols = [ca.SX.sym(name) for name in ("xi", "r", "turn", "level")]
+    heading = ca.if_else(turn >= 0, -1, 1)
+    moves = ca.fabs(turn) > 0
+    beyond = ca.logic_and(moves, -heading * r > level)
+    reaches = ca.logic_and(moves, heading * r < level)
+    slope = ca.if_else(moves, ca.fabs(turn), 1)
+    near = xi + ca.if_else(beyond, (-heading * r - level) / slope, 0)
+    far = xi + ca.if_else(reaches, (level - heading * r) / slope, 0)
+    return ca.Function(
+        "clip_tail",
+        symbols,
+        [
+            ca.vertcat(near, far),
+            ca.vertcat(-heading * level, heading * level),
+            ca.vertcat(beyond, reaches),
+        ],
+        ["xi", "r", "turn", "level"],
+        ["xi_new", "r_new", "keep"],
+    )
+
+
+def _ratio(numerator: Expression, denominator: Expression, valid: Expression) -> Expression:
+    """Numerator / denominator where valid, else 0, with no division by zero on either branch."""
+    return ca.if_else(valid, numerator, 0) / ca.if_else(valid, denominator, 1)
+
+
+def _compact(n: int, keep: Expression, *columns: Expression) -> list[Expression]:
+    """The first n kept entries of each column; unused places repeat the last kept one, or zero."""
+    order = _order(keep.numel(), n)(keep)
+    picked = []
+    for column in columns:
+        padded = ca.MX(ca.vertcat(0, column))
+        picked.append(padded.nz[order])
+    return picked
+
+
+def _order(candidates: int, n: int) -> ca.Function:
+    """Which of 0, candidate 1, candidate 2 ... stands in each of n places; it has no derivative."""
+    keep = ca.SX.sym("keep", candidates)
+    places: list[Expression] = [ca.SX(0)] * n
+    count, last = ca.SX(0), ca.SX(0)
+    counts = []
+    for i in range(candidates):
+        count = count + keep[i]
+        last = ca.if_else(keep[i], i + 1, last)
+        counts.append(count)
+    for place in range(n):
+        # The candidate in a place is the first at which the count has gone beyond it.
+        earlier = sum(counts[i] <= place for i in range(place, candidates)) + place
+        places[place] = ca.fmin(earlier + 1, last)
+    options = {"is_diff_in": [False], "is_diff_out": [False]}
+    return ca.Function("order", [keep], [ca.vertcat(*places)], ["keep"], ["order"], options)
+
+
+def polyline_moment(
+    xi: Expression, r: Expression, scale: Expression, k: Expression, a: Expression, e: Expression
+) -> Expression:
+    """M_z of the polyline: the sum of segment slopes times differences of G [N m], source (2.3)."""
+    xi_in, r_in = ca.vertcat(0, xi[:-1]), ca.vertcat(0, r[:-1])
+    width = xi - xi_in
+    slope = _ratio(r - r_in, width, width > NEAR * xi)
+    moment = unit_moment(scale * ca.vertcat(0, xi), a, e)
+    return k * ca.dot(slope, moment[:-1] - moment[1:])
+
+
+def thin_out(
+    xi: Expression, r: Expression, scale: Expression, a: Expression
+) -> tuple[Expression, Expression]:
+    """Make room when fewer than three places are free: drop the corner that the torque feels least.
+
+    The weight of a corner is the area that cutting it off takes from the polyline, times the weight
+    z / (1 + z^2)^(5/2), z = a xi, with which r enters M_z.
+    """
+    n = xi.shape[0]
+    xi_kept, r_kept = _compact(n, _worth_keeping(n)(xi, r, scale * a), xi, r)
+    return xi_kept, r_kept
+
+
+def _worth_keeping(n: int) -> ca.Function:
+    xi, r, unit = ca.SX.sym("xi", n), ca.SX.sym("r", n), ca.SX.sym("unit")
+    xi_in, r_in = ca.vertcat(0, xi[:-1]), ca.vertcat(0, r[:-1])
+    xi_out, r_out = ca.vertcat(xi[1:], xi[-1]), ca.vertcat(r[1:], r[-1])
+    used = xi > xi_in
+    inner = ca.logic_and(used, xi_out > xi)
+    span = ca.if_else(inner, xi_out - xi_in, 1)
+    chord = r_in + (r_out - r_in) * (xi - xi_in) / span
+    z = unit * xi
+    weight = ca.fabs(r - chord) * span * z / (1 + z * z) ** 2.5
+    weight = ca.if_else(inner, weight, ca.inf)
+    full = ca.sum1(used) > n - 3
+    goes = ca.logic_and(full, weight <= ca.mmin(weight))
+    keep = ca.logic_and(used, ca.logic_not(ca.logic_and(goes, inner)))
+    options = {"is_diff_in": [False] * 3, "is_diff_out": [False]}
+    return ca.Function(
+        "worth_keeping", [xi, r, unit], [keep], ["xi", "r", "unit"], ["keep"], options
+    )

@@ -1,0 +1,44 @@
+"""Places and settings that the whole test suite shares.
+
+Compiled models are cached in the user's cache directory (or in ``BRUSHGRIP_CACHE``). The tests
+leave that as it is, so that neither the next run nor a parallel worker compiles a model again.
+"""
+
+import os
+from pathlib import Path
+
+import pytest
+
+# No test needs a display. Set before matplotlib is imported; commands that tests start inherit it.
+os.environ["MPLBACKEND"] = "Agg"
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="session")
+def repository_root() -> Path:
+    """The checkout that is under test."""
+    return ROOT
+
+
+@pytest.fixture(scope="session")
+def measured_dir() -> Path:
+    """The published measurements (``*.mat``); skips where they are not at hand."""
+    return _directory_with("*.mat", _measured_candidate())
+
+
+@pytest.fixture(scope="session")
+def simulation_dir() -> Path:
+    """The published simulations (``sim_*.csv``), which stand beside the measurements."""
+    return _directory_with("sim_*.csv", _measured_candidate().parent / "thesis_simulation")
+
+
+def _measured_candidate() -> Path:
+    configured = os.environ.get("BRUSHGRIP_DATA")
+    return Path(configured).resolve() if configured else ROOT.parent / "shared" / "measured"
+
+
+def _directory_with(pattern: str, directory: Path) -> Path:
+    if not any(directory.glob(pattern)):
+        pytest.skip(f"published data not at hand: no {pattern} in {directory} (set BRUSHGRIP_DATA)")
+    return directory

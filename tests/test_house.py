@@ -1,0 +1,119 @@
+"""Guards on the shape of the project: who may import whom, how large a piece may grow."""
+
+import ast
+import importlib
+import importlib.metadata
+import re
+import shutil
+import subprocess
+import sysconfig
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+PACKAGES = ("symbolic", "observers", "identification", "brushgrip")
+MAX_FILE_LINES = 300
+MAX_FUNCTION_LINES = 60
+MACHINE_PATH = re.compile(r"(?<![\w.~)}])/(?:work|root|tmp|home)/")
+
+
+def source_files(root: Path) -> Iterator[Path]:
+    for package in PACKAGES:
+        yield from sorted((root / package).rglob("*.py"))
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_package_comes_from_this_checkout(package: str, repository_root: Path) -> None:
+    # Other distributions on PyPI install packages named `symbolic` and `observers`.
+    origin = importlib.import_module(package).__file__
+
+    assert origin is not None, f"{package} has no __init__.py"
+    assert Path(origin).resolve().is_relative_to(repository_root / package)
+
+
+def test_no_other_distribution_installs_our_packages() -> None:
+    # pytest puts the checkout first; the installed command does not, and would import theirs.
+    installed = importlib.metadata.packages_distributions()
+
+    assert {
+        p: installed.get(p, []) for p in PACKAGES if set(installed.get(p, [])) - {"brushgrip"}
+    } == {}
+
+
+@pytest.mark.parametrize("package", PACKAGES)
+def test_init_only_re_exports(package: str, repository_root: Path) -> None:
+    for init in sorted((repository_root / package).rglob("__init__.py")):
+        docstring, *rest = ast.parse(init.read_text("utf-8")).body
+        definitions = [node.lineno for node in rest if not _is_re_export(node)]
+
+        assert isinstance(docstring, ast.Expr), f"{init}: begins with its docstring"
+        assert not definitions, f"{init}: lines {definitions} do more than re-export"
+
+
+@pytest.mark.parametrize("package", ["symbolic", "observers", "identification"])
+def test_public_names_resolve(package: str) -> None:
+    module = importlib.import_module(package)
+
+    assert len(module.__all__) == len(set(module.__all__))
+    assert [name for name in module.__all__ if not hasattr(module, name)] == []
+
+
+def test_files_hold_one_idea(repository_root: Path) -> None:
+    lengths = {
+        path: len(path.read_text("utf-8").splitlines()) for path in source_files(repository_root)
+    }
+
+    assert {path: n for path, n in lengths.items() if n > MAX_FILE_LINES} == {}
+
+
+def test_functions_fit_on_a_page(repository_root: Path) -> None:
+    lengths = {
+        f"{path}:{node.lineno} {node.name}": (node.end_lineno or node.lineno) - node.lineno + 1
+        for path in source_files(repository_root)
+        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef)
+    }
+
+    assert {where: n for where, n in lengths.items() if n > MAX_FUNCTION_LINES} == {}
+
+
+def test_import_contracts_hold(repository_root: Path) -> None:
+    command = Path(sysconfig.get_path("scripts")) / "lint-imports"
+    result = subprocess.run(
+        [command, "--no-cache"], cwd=repository_root, capture_output=True, text=True, check=False
+    )
+
+    assert result.returncode == 0, result.stdout + result.stderr
+
+
+@pytest.mark.skipif(shutil.which("git") is None, reason="git lists the project's files")
+def test_no_path_of_one_machine(repository_root: Path) -> None:
+    if not (repository_root / ".git").exists():
+        pytest.skip("not a git checkout")
+    offenders = [
+        f"{path.relative_to(repository_root)}:{number} {line.strip()}"
+        for path in _project_files(repository_root)
+        for number, line in enumerate(_text_lines(path), start=1)
+        if MACHINE_PATH.search(line)
+    ]
+
+    assert offenders == []
+
+
+def _is_re_export(node: ast.stmt) -> bool:
+    if isinstance(node, ast.Assign):
+        return [ast.unparse(target) for target in node.targets] == ["__all__"]
+    return isinstance(node, ast.Import | ast.ImportFrom)
+
+
+def _project_files(root: Path) -> list[Path]:
+    """Tracked files, and new ones that will be: a fault should show before it is committed."""
+    command = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    listing = subprocess.run(command, cwd=root, capture_output=True, text=True, check=True).stdout
+    return [root / name for name in listing.split("\0") if name and (root / name).is_file()]
+
+
+def _text_lines(path: Path) -> list[str]:
+    content = path.read_bytes()
+    return [] if b"\0" in content else content.decode("utf-8", errors="replace").splitlines()
