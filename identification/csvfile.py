@@ -78,7 +78,7 @@ def _declare(
         )
     if name in declared:
         raise InvalidInputError(
-            f"{path}: row {row}: {name} is given twice, first in row {places[name]}; once is allowed"
+            f"{path}: row {row}: {name} is given twice, first in row {places[name]}; allowed: once"
         )
     declared[name], places[name] = value, row
 

@@ -1,17 +1,12 @@
 """Recordings in MATLAB 5 files, as published: time, Psi, Mz, Fz and scalars such as a, e, k."""
 
-import io
-import warnings
 from collections.abc import Mapping
 from pathlib import Path
 
-import numpy as np
-from numpy.typing import NDArray
-from scipy.io import loadmat
-
 from identification.files import read_bytes
+from identification.matlab5 import DamagedFileError, read_arrays
 from identification.rigfile import DECLARABLE
-from identification.table import Table, required_columns
+from identification.table import Array, Table, required_columns
 from symbolic.errors import InvalidInputError
 
 _VARIABLES = {"t": "time", "psi": "Psi", "M_z": "Mz", "F_N": "Fz"}
@@ -49,11 +44,11 @@ def read_mat(path: Path, *, torque_required: bool) -> Table:
         columns=columns,
         declared=declared,
         faults=(),
-        place=lambda of: f"sample {of}" if isinstance(of, int) else f"scalar {of}",
+        place=lambda of: f"sample {of + 1}" if isinstance(of, int) else f"scalar {of}",
     )
 
 
-def _load(path: Path) -> Mapping[str, object]:
+def _load(path: Path) -> Mapping[str, Array | None]:
     content = read_bytes(path)
     if not content:
         raise InvalidInputError(f"{path}: is empty")
@@ -65,28 +60,25 @@ def _load(path: Path) -> Mapping[str, object]:
         raise InvalidInputError(
             f"{path}: is not a MATLAB 5 file; save it with save(..., '-v7'), or as CSV"
         )
-    wanted = [*_VARIABLES.values(), *DECLARABLE]
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            loaded: Mapping[str, object] = loadmat(io.BytesIO(content), variable_names=wanted)
-    except Exception:  # a damaged file fails anywhere inside scipy, with any type
+        return read_arrays(content)
+    except DamagedFileError as error:
         raise InvalidInputError(
-            f"{path}: is damaged, it cannot be read as a MATLAB 5 file; copy or save it again"
+            f"{path}: is damaged, it cannot be read as a MATLAB 5 file ({error}); copy or save it "
+            "again"
         ) from None
-    return loaded
 
 
-def _vector(path: Path, variable: str, value: object) -> NDArray[np.float64]:
-    if not isinstance(value, np.ndarray) or value.dtype.kind not in "fiu":
+def _vector(path: Path, variable: str, value: Array | None) -> Array:
+    if value is None:
         raise InvalidInputError(f"{path}: {variable} must hold real numbers")
     if value.size == 0 or value.size != max(value.shape):
         shape = "x".join(str(length) for length in value.shape)
         raise InvalidInputError(f"{path}: {variable} must be one row or column, it is {shape}")
-    return value.ravel().astype(np.float64)
+    return value.ravel()
 
 
-def _scalar(path: Path, variable: str, value: object) -> float:
+def _scalar(path: Path, variable: str, value: Array | None) -> float:
     vector = _vector(path, variable, value)
     if vector.size != 1:
         raise InvalidInputError(f"{path}: {variable} must be one number, it holds {vector.size}")

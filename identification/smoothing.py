@@ -10,7 +10,7 @@ SMOOTHING_TIME = 0.11
 
 _MIN_SAMPLES = 5
 _FAR_WEIGHT = 1e-6
-_BLOCK = 1 << 20
+_BLOCK = 1 << 16
 
 
 def smoothed_rate(t: Array, psi: Array, *, window: float = SMOOTHING_TIME) -> Array:
@@ -44,10 +44,12 @@ def _slopes(
     near = first[at, None] + np.arange(width)
     distance = t[near] - t[at, None]
     reach = np.abs(distance).max(axis=1, keepdims=True)
-    powers = (distance / reach)[..., None] ** np.arange(3)
+    u = distance / reach
     # Beyond a pause of the clock samples only keep the fit determined, they do not shape it.
-    weights = np.where(np.abs(distance) <= 1.01 * window, 1.0, _FAR_WEIGHT)[..., None]
-    normal = powers.transpose(0, 2, 1) @ (weights * powers)
-    right = powers.transpose(0, 2, 1) @ (weights[..., 0] * (psi[near] - psi[at, None]))[..., None]
-    slopes: Array = np.linalg.solve(normal, right)[:, 1, 0] / reach[:, 0]
+    weights = np.where(np.abs(distance) <= 1.01 * window, 1.0, _FAR_WEIGHT)
+    weighted = np.stack([weights * u**power for power in range(3)])
+    normal = np.stack([(weighted * u**power).sum(axis=2) for power in range(3)])
+    right = (weighted * (psi[near] - psi[at, None])).sum(axis=2)
+    fits = np.linalg.solve(normal.transpose(2, 0, 1), right.T[..., None])
+    slopes: Array = fits[:, 1, 0] / reach[:, 0]
     return slopes

@@ -33,7 +33,8 @@ class Table:
         columns: float arrays (n,) by name: t, psi, M_z, F_N, psi_dot, M.
         declared: values that the file itself gives for a, e, k, mu, J_A, b_t.
         faults: what could not be read.
-        place: names the place of a sample, or of a declared value, for messages.
+        place: names the place of a sample (index from 0) or of a declared value, for messages: the
+            line in a CSV file, the sample in a MAT file, both counted from 1.
     """
 
     path: Path

@@ -6,7 +6,7 @@ say where they enter, and nothing here knows any of them by name.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache
 
 import casadi as ca
 
@@ -105,7 +105,7 @@ class Model:
         if self.exact:
             return ZonePatch(corners=self.corners)
         traits = BristleTraits()
-        for effect, values in self._values(self.symbols()[1] if theta is None else theta):
+        for effect, values in self.values(self.symbols()[1] if theta is None else theta):
             traits = effect.traits(traits, values)
         return BristlePatch(traits=traits, lengthways=self.lengthways)
 
@@ -114,63 +114,19 @@ class Model:
         """Length of the memory: the patch angle, the patch, then each effect's own."""
         return 1 + self.patch().size + sum(effect.memory for effect in self.effects)
 
-    @cached_property
+    @property
     def start(self) -> ca.Function:
         """(signals of the first sample, theta, geometry) -> memory before it; named inputs."""
-        signals, theta, geometry = self.symbols()
-        at_first = Signals(**dict(zip(SIGNALS, ca.vertsplit(signals), strict=True)))
-        angle = at_first.psi
-        for effect, values in self._values(theta):
-            angle = angle - effect.start_angle(values)
-        memory = [angle, ca.MX(ca.DM(self.patch().initial()))]
-        memory += [effect.initial(at_first) for effect in self.effects if effect.memory]
-        return ca.Function(
-            "start",
-            [signals, theta, geometry],
-            [ca.vertcat(*memory)],
-            ["signals", "theta", "geometry"],
-            ["memory"],
-        )
+        return _build_start(self)
 
-    @cached_property
+    @property
     def step(self) -> ca.Function:
         """(memory, signals, theta, geometry) -> (memory_next, M_z); named inputs and outputs.
 
         signals as in `SIGNALS`, theta as in `coordinates`, geometry as in `GEOMETRY`; M_z is the moment
         of the ground on the wheel [N m], negative for a positive turn from rest.
         """
-        signals, theta, geometry = self.symbols()
-        memory = ca.MX.sym("memory", self.memory_size)
-        seen = Signals(**dict(zip(SIGNALS, ca.vertsplit(signals), strict=True)))
-        angle, before, own = self._split(memory)
-        remembered, factor, compliance = [], ca.MX(1), None
-        for (effect, values), past in zip(self._values(theta), own, strict=True):
-            seen, present = effect.sense(seen, past, values)
-            factor = factor * effect.friction(seen, present, values)
-            remembered.append(present)
-            added = effect.compliance(values)
-            if added is not None:
-                compliance = added if compliance is None else compliance + added
-        patch = self.patch(theta)
-        inputs = PatchInputs(
-            speed=seen.psi_dot, dt=seen.dt, F_N=seen.F_N, factor=factor,
-            mu=theta[0], k=theta[1], a=geometry[0], e=geometry[1],
-        )  # fmt: skip
-        drive = patch.drive(inputs)
-        turn = seen.psi - angle
-        if compliance is not None:
-            turn = solve_turn(patch, before, turn, drive, compliance)
-        after, M_z = patch.advance(before, turn, drive)
-        for effect, values in self._values(theta):
-            M_z = M_z + effect.torque(seen, values)
-        return ca.Function(
-            "step",
-            [memory, signals, theta, geometry],
-            [ca.vertcat(angle + turn, after, *remembered), M_z],
-            ["memory", "signals", "theta", "geometry"],
-            ["memory_next", "M_z"],
-            {"cse": True},
-        )
+        return _build_step(self)
 
     def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
         """Fresh symbols for signals (4,), theta (p,) and geometry (2,)."""
@@ -180,7 +136,7 @@ class Model:
             ca.MX.sym("geometry", len(GEOMETRY)),
         )
 
-    def _values(self, theta: Expression) -> list[tuple[Effect, dict[str, Expression]]]:
+    def values(self, theta: Expression) -> list[tuple[Effect, dict[str, Expression]]]:
         """Each effect with its own part of theta, by coordinate name."""
         split, at = [], len(DECLARED)
         for effect in self.effects:
@@ -189,7 +145,7 @@ class Model:
             at += len(effect.parameters)
         return split
 
-    def _split(self, memory: Expression) -> tuple[Expression, Expression, list[Expression]]:
+    def split(self, memory: Expression) -> tuple[Expression, Expression, list[Expression]]:
         """Patch angle, patch memory, and each effect's own memory."""
         at = 1 + self.patch().size
         own = []
@@ -197,3 +153,57 @@ class Model:
             own.append(memory[at : at + effect.memory])
             at += effect.memory
         return memory[0], memory[1 : 1 + self.patch().size], own
+
+
+@cache
+def _build_start(model: Model) -> ca.Function:
+    signals, theta, geometry = model.symbols()
+    at_first = Signals(**dict(zip(SIGNALS, ca.vertsplit(signals), strict=True)))
+    angle = at_first.psi
+    for effect, values in model.values(theta):
+        angle = angle - effect.start_angle(values)
+    memory = [angle, ca.MX(ca.DM(model.patch().initial()))]
+    memory += [effect.initial(at_first) for effect in model.effects if effect.memory]
+    return ca.Function(
+        "start",
+        [signals, theta, geometry],
+        [ca.vertcat(*memory)],
+        ["signals", "theta", "geometry"],
+        ["memory"],
+    )
+
+
+@cache
+def _build_step(model: Model) -> ca.Function:
+    signals, theta, geometry = model.symbols()
+    memory = ca.MX.sym("memory", model.memory_size)
+    seen = Signals(**dict(zip(SIGNALS, ca.vertsplit(signals), strict=True)))
+    angle, before, own = model.split(memory)
+    remembered, factor, compliance = [], ca.MX(1), None
+    for (effect, values), past in zip(model.values(theta), own, strict=True):
+        seen, present = effect.sense(seen, past, values)
+        factor = factor * effect.friction(seen, present, values)
+        remembered.append(present)
+        added = effect.compliance(values)
+        if added is not None:
+            compliance = added if compliance is None else compliance + added
+    patch = model.patch(theta)
+    inputs = PatchInputs(
+        speed=seen.psi_dot, dt=seen.dt, F_N=seen.F_N, factor=factor,
+        mu=theta[0], k=theta[1], a=geometry[0], e=geometry[1],
+    )  # fmt: skip
+    drive = patch.drive(inputs)
+    turn = seen.psi - angle
+    if compliance is not None:
+        turn = solve_turn(patch, before, turn, drive, compliance)
+    after, M_z = patch.advance(before, turn, drive)
+    for effect, values in model.values(theta):
+        M_z = M_z + effect.torque(seen, values)
+    return ca.Function(
+        "step",
+        [memory, signals, theta, geometry],
+        [ca.vertcat(angle + turn, after, *remembered), M_z],
+        ["memory", "signals", "theta", "geometry"],
+        ["memory_next", "M_z"],
+        {"cse": True},
+    )

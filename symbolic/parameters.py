@@ -37,7 +37,9 @@ class Rig:
         if self.J_A is not None:
             _require_positive("J_A", self.J_A, "kg m^2")
         if self.b_t is not None and not 0 <= self.b_t < math.inf:
-            raise InvalidInputError(f"b_t must be at least 0 N m s/rad, got {self.b_t:g}")
+            raise InvalidInputError(
+                f"b_t must be a finite number of at least 0 N m s/rad, got {self.b_t:g}"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,6 +68,5 @@ class Tyre:
 
 def _require_positive(name: str, value: float, unit: str) -> None:
     if not 0 < value < math.inf:
-        raise InvalidInputError(
-            f"{name} must be greater than 0 {unit}".rstrip() + f", got {value:g}"
-        )
+        allowed = f"a finite number greater than 0 {unit}".rstrip()
+        raise InvalidInputError(f"{name} must be {allowed}, got {value:g}")

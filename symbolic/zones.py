@@ -140,20 +140,18 @@ def _compact(n: int, keep: Expression, *columns: Expression) -> list[Expression]
 
 def _order(candidates: int, n: int) -> ca.Function:
     """Which of 0, candidate 1, candidate 2 ... stands in each of n places; it has no derivative."""
-    keep = ca.SX.sym("keep", candidates)
-    places: list[Expression] = [ca.SX(0)] * n
-    count, last = ca.SX(0), ca.SX(0)
-    counts = []
-    for i in range(candidates):
-        count = count + keep[i]
-        last = ca.if_else(keep[i], i + 1, last)
-        counts.append(count)
-    for place in range(n):
-        # The candidate in a place is the first at which the count has gone beyond it.
-        earlier = sum(counts[i] <= place for i in range(place, candidates)) + place
-        places[place] = ca.fmin(earlier + 1, last)
+    keep = ca.MX.sym("keep", candidates)
+    numbers = ca.DM(range(1, candidates + 1))
+    place = ca.fmin(ca.if_else(keep, _running_sum(candidates)(keep) - 1, n), n)
+    order = ca.repmat(ca.mmax(keep * numbers), n + 1, 1)
+    order.nz[place] = numbers
     options = {"is_diff_in": [False], "is_diff_out": [False]}
-    return ca.Function("order", [keep], [ca.vertcat(*places)], ["keep"], ["order"], options)
+    return ca.Function("order", [keep], [order[:n]], ["keep"], ["order"], options)
+
+
+def _running_sum(n: int) -> ca.Function:
+    values = ca.SX.sym("values", n)
+    return ca.Function("running_sum", [values], [ca.cumsum(values)], ["values"], ["sums"])
 
 
 def polyline_moment(
@@ -181,7 +179,7 @@ def thin_out(
 
 
 def _worth_keeping(n: int) -> ca.Function:
-    xi, r, unit = ca.SX.sym("xi", n), ca.SX.sym("r", n), ca.SX.sym("unit")
+    xi, r, unit = ca.MX.sym("xi", n), ca.MX.sym("r", n), ca.MX.sym("unit")
     xi_in, r_in = ca.vertcat(0, xi[:-1]), ca.vertcat(0, r[:-1])
     xi_out, r_out = ca.vertcat(xi[1:], xi[-1]), ca.vertcat(r[1:], r[-1])
     used = xi > xi_in

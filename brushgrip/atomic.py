@@ -1,0 +1,106 @@
+"""Results that appear whole or not at all."""
+
+import secrets
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from symbolic.errors import InvalidInputError
+
+
+def write_text_atomic(path: str | Path, text: str) -> None:
+    """Writes a UTF-8 file that is there completely, or is left as it was.
+
+    Raises:
+        InvalidInputError: the file cannot be written there.
+    """
+    with staged_file(path) as stage, _told(Path(path)):
+        stage.write_text(text, encoding="utf-8", newline="\n")
+
+
+@contextmanager
+def staged_file(final: str | Path) -> Iterator[Path]:
+    """Yields a path to write to; on success it takes the place of the final file.
+
+    Missing folders are made, on success. Enter before a long calculation, and an unwritable place
+    shows at once. A pipe or a device is written to directly.
+
+    Raises:
+        InvalidInputError: the file cannot be written there.
+    """
+    final = Path(final)
+    with _told(final):
+        if final.is_dir():
+            raise InvalidInputError(f"{final}: is a folder, expected the name of a file")
+        direct = final.exists() and not final.is_file()
+    if direct:
+        yield final
+        return
+    with _told(final):
+        target = final.resolve()
+        stage = _beside(target)
+        stage.touch(exist_ok=False)
+    try:
+        yield stage
+        with _told(final):
+            target.parent.mkdir(parents=True, exist_ok=True)
+            stage.replace(target)
+    finally:
+        stage.unlink(missing_ok=True)
+
+
+@contextmanager
+def staged_directory(final: str | Path) -> Iterator[Path]:
+    """Yields an empty folder; on success what it holds is moved into the final folder.
+
+    The final folder and missing folders above it are made, on success; other files in it stay.
+    Enter before a long calculation, and an unwritable place shows at once.
+
+    Raises:
+        InvalidInputError: the folder cannot be written there, or holds a folder where a file goes.
+    """
+    final = Path(final)
+    with _told(final):
+        target = final.resolve()
+        if target.exists() and not target.is_dir():
+            raise InvalidInputError(f"{final}: is not a folder")
+        stage = _beside(target / "stage")
+        stage.mkdir()
+    try:
+        yield stage
+        with _told(final):
+            _move_into(stage, target)
+    finally:
+        shutil.rmtree(stage, ignore_errors=True)
+
+
+def _beside(target: Path) -> Path:
+    """A free hidden name in the nearest folder that exists: renaming from there is atomic."""
+    folder = next(parent for parent in target.parents if parent.exists())
+    return folder / f".{target.stem}-{secrets.token_hex(4)}{target.suffix}"
+
+
+def _move_into(stage: Path, target: Path) -> None:
+    if not target.exists():
+        target.parent.mkdir(parents=True, exist_ok=True)
+        stage.rename(target)
+        return
+    entries = [path.relative_to(stage) for path in sorted(stage.rglob("*"))]
+    for entry in entries:
+        new, old = stage / entry, target / entry
+        if old.exists() and old.is_dir() != new.is_dir():
+            raise InvalidInputError(f"{old}: is in the way; remove it, or name another folder")
+    for entry in entries:
+        if (stage / entry).is_dir():
+            (target / entry).mkdir(exist_ok=True)
+        else:
+            (stage / entry).replace(target / entry)
+
+
+@contextmanager
+def _told(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise InvalidInputError(f"{path}: cannot be written: {error.strerror or error}") from None

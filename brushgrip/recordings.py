@@ -1,0 +1,100 @@
+"""Recordings as a user names them: where they are found, read, and told apart."""
+
+import os
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+
+from brushgrip.fetch import LOCAL_COPY
+from identification.recordings import Recording, read_recording, read_rig
+from symbolic.errors import InvalidInputError
+
+_SUFFIXES = (".mat", ".csv")
+
+
+def download_folder() -> Path:
+    """Where `fetch` puts the published files unless told otherwise: the user's data folder."""
+    base = os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share"
+    return Path(base) / "brushgrip"
+
+
+def locate(name: str) -> Path:
+    """The file of a recording: as given, with .mat or .csv, and for a bare name where data is kept.
+
+    Raises:
+        InvalidInputError: there is none; the message says where it was looked for.
+    """
+    given = Path(name).expanduser()
+    folders = [Path()]
+    if given.name == name:
+        local = os.environ.get(LOCAL_COPY)
+        folders += [Path(local)] if local else []
+        folders.append(download_folder())
+    for folder in folders:
+        for path in (folder / given, *(folder / f"{given}{suffix}" for suffix in _SUFFIXES)):
+            if path.exists() and not path.is_dir():
+                return path
+    if given.is_dir():
+        raise InvalidInputError(f"{name}: is a folder, expected a recording (.mat or .csv)")
+    places = ", ".join(str(folder) if folder != Path() else "here" for folder in folders)
+    raise InvalidInputError(
+        f"{name}: no such recording; looked for {given.name}, {given.name}.mat and "
+        f"{given.name}.csv in {places if given.name == name else given.parent}"
+        + ("" if len(folders) == 1 else "; 'brushgrip fetch' downloads the published ones")
+    )
+
+
+def read_all(
+    names: Sequence[str], rig: Path | None, *, torque_required: bool = True
+) -> list[Recording]:
+    """The recordings of these names, in order, each under a name of its own.
+
+    Args:
+        names: as the user gave them.
+        rig: a rig file; None where the recordings know their rig.
+        torque_required: whether a recording without M_z is a fault.
+
+    Raises:
+        InvalidInputError: a file is missing or bad, or one recording is given twice.
+    """
+    nominal = None if rig is None else read_rig(rig)
+    paths = [locate(name) for name in names]
+    recordings = [read_recording(path, nominal, torque_required=torque_required) for path in paths]
+    for (one, first), (other, second) in combinations(zip(paths, recordings, strict=True), 2):
+        if one.samefile(other) or (torque_required and _same_samples(first, second)):
+            raise InvalidInputError(
+                f"{other}: is the same recording as {one}; each is allowed once, "
+                "either for training or held out"
+            )
+    labels = _unique_labels(paths)
+    return [replace(r, name=label) for r, label in zip(recordings, labels, strict=True)]
+
+
+def _same_samples(one: Recording, other: Recording) -> bool:
+    return np.array_equal(one.psi, other.psi) and np.array_equal(one.M_z, other.M_z, equal_nan=True)
+
+
+def _unique_labels(paths: Sequence[Path]) -> list[str]:
+    """File names without suffix; folders go before, and the suffix behind, where that is needed."""
+    parts = [[*path.absolute().parent.parts[1:], path.stem] for path in paths]
+    depths = [1] * len(paths)
+    while True:
+        labels = ["_".join(p[-depth:]) for p, depth in zip(parts, depths, strict=True)]
+        twice = {label for label, count in Counter(labels).items() if count > 1}
+        deeper = [
+            min(depth + (label in twice), len(p))
+            for p, depth, label in zip(parts, depths, labels, strict=True)
+        ]
+        if deeper == depths:
+            break
+        depths = deeper
+    if not twice:
+        return labels
+    return [
+        path.name.replace(".", "_") if label in twice else label
+        for path, label in zip(paths, labels, strict=True)
+    ]

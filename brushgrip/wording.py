@@ -1,0 +1,112 @@
+"""Figures and findings in plain words, the same on screen and on the page."""
+
+import math
+from collections.abc import Mapping, Sequence
+
+from identification.results import Diagnosis, Estimate
+
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def plain(effect: str) -> str:
+    """The name of an effect as words."""
+    return effect.replace("_", " ")
+
+
+def listed(words: Sequence[str], last: str = "and") -> str:
+    """The words in one phrase: a; a and b; a, b and c."""
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} {last} {words[-1]}"
+
+
+def percent(share: float | None) -> str:
+    """A share as a percentage, a dash where there is none."""
+    return "–" if share is None or not math.isfinite(share) else f"{100 * share:.2f} %"
+
+
+def torque(value: float | None) -> str:
+    """A torque error without its unit [N m], three significant digits."""
+    return "–" if value is None or not math.isfinite(value) else f"{value:#.3g}"
+
+
+def quantity(estimate: Estimate) -> str:
+    """Value ± standard deviation with the unit, rounded to the deviation's second digit."""
+    unit = "" if estimate.unit in ("", "1") else f" {pretty_unit(estimate.unit)}"
+    value, std = estimate.value, estimate.std
+    if not math.isfinite(value):
+        return f"{'∞' if value > 0 else '−∞' if value < 0 else '–'}{unit}"
+    if std is None or not math.isfinite(std) or std <= 0:
+        return f"{_signed(*_power(value, value * 1e-3 or 1e-3))}{unit}"
+    number, factor = _power(value, std)
+    scaled = std / 10**factor
+    digits = max(0, 1 - math.floor(math.log10(scaled)))
+    text = f"{number:.{digits}f} ± {scaled:.{digits}f}".replace("-", "−")
+    return f"({text})·10{str(factor).translate(_SUPERSCRIPTS)}{unit}" if factor else f"{text}{unit}"
+
+
+def pretty_unit(unit: str) -> str:
+    """The unit with its powers set high."""
+    return unit.replace("^2", "²").replace("^3", "³")
+
+
+def parameters(estimates: Mapping[str, Estimate]) -> str:
+    """Several parameters in one line: name = value ± std unit."""
+    return "; ".join(f"{name} = {quantity(estimate)}" for name, estimate in estimates.items())
+
+
+def headline(diagnosis: Diagnosis) -> str:
+    """What was found, in one sentence."""
+    before, after = diagnosis.before.summary(), diagnosis.after.summary()
+    kind, key = (
+        ("held-out", "holdout_torque_nrmse") if diagnosis.holdout else ("training", "torque_nrmse")
+    )
+    if not diagnosis.effects:
+        return (
+            "The declared model misses nothing that these recordings could show: "
+            f"{kind} error {percent(after[key])} of range."
+        )
+    missing = listed([plain(effect.name) for effect in diagnosis.effects])
+    return (
+        f"The declared model misses {missing}: "
+        f"{kind} error {percent(before[key])} → {percent(after[key])} of range."
+    )
+
+
+def remainder(diagnosis: Diagnosis) -> str:
+    """Whether something is left unexplained, in a few words."""
+    if diagnosis.unexplained.present:
+        return "Structure is left in the residual that no known effect explains."
+    return "Nothing structured is left in the residual."
+
+
+def fate(diagnosis: Diagnosis, candidate: str) -> str:
+    """What became of a candidate: added, not told from one that was, or nothing."""
+    for number, effect in enumerate(diagnosis.effects, start=1):
+        if effect.name == candidate:
+            return f"added, {_ordinal(number)}"
+    alike = [plain(e.name) for e in diagnosis.effects if candidate in e.indistinguishable_from]
+    return f"not told from {listed(alike)}" if alike else ""
+
+
+def worse(diagnosis: Diagnosis, recording: str) -> bool:
+    """Whether the error of a recording grew from the refitted declared model to the final one."""
+    return diagnosis.after.nrmse[recording] > diagnosis.before.nrmse[recording]
+
+
+def _ordinal(number: int) -> str:
+    return f"{number}{ {1: 'st', 2: 'nd', 3: 'rd'}.get(number if number < 20 else number % 10, 'th') }"
+
+
+def _power(value: float, std: float) -> tuple[float, int]:
+    """The value scaled by a power of ten that suits it, and that power; 0 from 1e-3 to 1e5."""
+    size = max(abs(value), std)
+    if 1e-3 <= size < 1e5:
+        return value, 0
+    factor = math.floor(math.log10(size))
+    return value / 10**factor, factor
+
+
+def _signed(number: float, factor: int) -> str:
+    text = f"{number:.4g}".replace("-", "−")
+    return f"{text}·10{str(factor).translate(_SUPERSCRIPTS)}" if factor else text

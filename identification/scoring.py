@@ -1,0 +1,132 @@
+"""Figures by which models are compared: errors over range, information criterion, paired test."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.fit import Fit, torque_range
+from identification.recordings import Recording
+
+Array = NDArray[np.float64]
+BLOCK = 1.0
+"""Length of the blocks in which residuals are taken as independent [s]."""
+
+
+def rmse_of(residual: Array) -> float:
+    """Root mean square, missing samples left out."""
+    return float(np.sqrt(np.nanmean(residual**2)))
+
+
+def autocorrelation_time(residual: Array) -> float:
+    """How many samples of a residual count as one: 1 + 2 sum of its autocorrelation, >= 1.
+
+    The sum ends where the autocorrelation first falls below 0.05 (missing samples count as zero).
+    """
+    centred = np.nan_to_num(residual - np.nanmean(residual))
+    n = centred.size
+    spectrum = np.abs(np.fft.rfft(centred, 2 * n)) ** 2
+    correlation = np.fft.irfft(spectrum)[:n]
+    if not correlation[0] > 0:
+        return 1.0
+    correlation = correlation / correlation[0]
+    low = np.flatnonzero(correlation < 0.05)
+    end = int(low[0]) if low.size else n
+    return float(max(1.0, 1 + 2 * correlation[1:end].sum()))
+
+
+def effective_samples(residuals: Mapping[str, Array]) -> float:
+    """Number of independent samples in the residuals of several recordings."""
+    return sum(
+        float(np.isfinite(residual).sum()) / autocorrelation_time(residual)
+        for residual in residuals.values()
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Judgement:
+    """How a model does on the recordings by which it is judged.
+
+    Attributes:
+        residuals: torque error of each judged recording [N m].
+        ranges: torque range of each [N m].
+        times: time of each [s].
+    """
+
+    residuals: Mapping[str, Array]
+    ranges: Mapping[str, float]
+    times: Mapping[str, Array]
+
+    @property
+    def nrmse(self) -> float:
+        """Root mean square error over range, averaged over recordings."""
+        return float(np.mean([rmse_of(self.residuals[n]) / self.ranges[n] for n in self.ranges]))
+
+    def squares(self) -> Array:
+        """Mean squared error over range in blocks of one second, all recordings in one row."""
+        blocks = []
+        for name, residual in self.residuals.items():
+            time = self.times[name]
+            index = ((time - time[0]) // BLOCK).astype(int)
+            squared = (residual / self.ranges[name]) ** 2
+            present = np.isfinite(squared)
+            sums = np.bincount(index[present], squared[present], minlength=index[-1] + 1)
+            counts = np.bincount(index[present], minlength=index[-1] + 1)
+            blocks.append(np.where(counts > 0, sums / np.maximum(counts, 1), 0))
+        return np.concatenate(blocks)
+
+
+def judged(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> Judgement:
+    """The judgement of these residuals of these recordings."""
+    return Judgement(
+        residuals={r.name: residuals[r.name] for r in recordings},
+        ranges={r.name: torque_range(r) for r in recordings},
+        times={r.name: r.t for r in recordings},
+    )
+
+
+def advantage(better: Judgement, worse: Judgement) -> tuple[float, float]:
+    """How much lower the mean squared error over range is, and the standard error of that.
+
+    Paired over blocks of one second of the same recordings.
+    """
+    difference = worse.squares() - better.squares()
+    return float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(difference.size))
+
+
+def delta_bic(richer: Fit, poorer: Fit, recordings: Sequence[Recording]) -> float:
+    """Change of the Bayesian information criterion from the poorer to the richer model.
+
+    n ln(rss) + p ln(n) with n the effective number of samples of the richer model's residuals, as
+    samples 10 ms apart are far from independent. Negative speaks for the richer model.
+    """
+    n = effective_samples(richer.residuals)
+    gain = np.log(_weighted_sum(richer, recordings) / _weighted_sum(poorer, recordings))
+    return float(n * gain + (len(richer.labels) - len(poorer.labels)) * np.log(n))
+
+
+def _weighted_sum(fitted: Fit, recordings: Sequence[Recording]) -> float:
+    return sum(
+        float(np.nansum((fitted.residuals[r.name] / torque_range(r)) ** 2)) for r in recordings
+    )
+
+
+def deviations(fitted: Fit, recordings: Sequence[Recording]) -> Array:
+    """Standard deviation of every free coordinate, in the order of `fitted.labels`.
+
+    From the Fisher information of the fit, widened by the autocorrelation of the residuals. A
+    direction that the data say nothing about gets infinity.
+    """
+    n = sum(int(np.isfinite(fitted.residuals[r.name]).sum()) for r in recordings)
+    free = len(fitted.labels)
+    variance = _weighted_sum(fitted, recordings) / max(n - free, 1)
+    widening = n / effective_samples(fitted.residuals)
+    information = fitted.jacobian.T @ fitted.jacobian
+    size = np.sqrt(np.diag(information))
+    known = size > 1e-9 * size.max()
+    spread = np.full(free, np.inf)
+    scaled = information[np.ix_(known, known)] / np.outer(size[known], size[known])
+    covariance = np.linalg.pinv(scaled, rcond=1e-12, hermitian=True)
+    spread[known] = np.sqrt(np.diag(covariance) * variance * widening) / size[known]
+    return spread * fitted.scales

@@ -1,0 +1,205 @@
+"""The search for the missing effects: forward selection, judged on recordings that were held out."""
+
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
+from dataclasses import dataclass
+from typing import Any
+from multiprocessing import get_context
+
+from identification.fit import Fit, Values, first_values, fit
+from identification.recordings import Recording
+from identification.scoring import Array, Judgement, advantage, delta_bic, judged
+from symbolic import EFFECTS, Model, effects_named
+
+CORNERS = 16
+"""Zone corners kept in identification; beyond this depth they carry less than 1e-6 of the torque."""
+LEAST_GAIN = 0.02
+"""An effect has to lower the judged error by this share to be named."""
+RESOLUTION = 3e-4
+"""Errors over range are not compared below this, the accuracy of the discretised patch."""
+LEAST_EVIDENCE = 0.0
+"""An effect has to lower the information criterion by more than this to be named."""
+CLEAR = 2.0
+"""Standard errors by which two models have to differ on the judged data to be told apart."""
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Trial:
+    """A model fitted to the training recordings and judged.
+
+    Attributes:
+        effects: names of its effects, in order of selection.
+        fitted: the fit on the training recordings.
+        held_out: the fit of what belongs to each held-out recording; None without any.
+        judgement: how it does on the recordings by which it is judged.
+    """
+
+    effects: tuple[str, ...]
+    fitted: Fit
+    held_out: Fit | None
+    judgement: Judgement
+
+    @property
+    def nrmse(self) -> float:
+        """The judged error over range [1]."""
+        return self.judgement.nrmse
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Step:
+    """One step of the search: what was tried on top of `before`, best first, and what was chosen."""
+
+    before: Trial
+    tried: tuple[Trial, ...]
+    chosen: Trial | None
+    indistinguishable: tuple[str, ...]
+
+
+def model_of(effects: Sequence[str]) -> Model:
+    """The model with these effects as the search uses it."""
+    return Model(effects=effects_named(effects), corners=CORNERS)
+
+
+def attempt(
+    effects: Sequence[str],
+    training: Sequence[Recording],
+    holdout: Sequence[Recording],
+    start: Values | None = None,
+) -> Trial:
+    """Fit a model and judge it.
+
+    With held-out recordings every shared parameter stays frozen on them. Without, each training
+    recording is held out in turn (two or more of them), and the judged errors are those.
+    """
+    model = model_of(effects)
+    begin = start or first_values(model, training)
+    fitted = fit(model, training, begin)
+    if holdout:
+        held_out = freeze(fitted, holdout)
+        return Trial(
+            effects=tuple(effects),
+            fitted=fitted,
+            held_out=held_out,
+            judgement=judged(held_out.residuals, holdout),
+        )
+    residuals = fitted.residuals if len(training) < 2 else _leave_one_out(fitted, training)
+    judgement = judged(residuals, training)
+    return Trial(effects=tuple(effects), fitted=fitted, held_out=None, judgement=judgement)
+
+
+def freeze(fitted: Fit, recordings: Sequence[Recording]) -> Fit:
+    """Fit only what belongs to these recordings, with the shared parameters of `fitted`."""
+    own = first_values(fitted.model, recordings).own
+    start = Values(shared=fitted.values.shared, own=own)
+    return fit(fitted.model, recordings, start, free_shared=False)
+
+
+def _leave_one_out(fitted: Fit, training: Sequence[Recording]) -> dict[str, Array]:
+    residuals: dict[str, Array] = {}
+    for left_out in training:
+        rest = [r for r in training if r is not left_out]
+        own = {r.name: fitted.values.own[r.name] for r in rest}
+        refitted = fit(fitted.model, rest, Values(shared=fitted.values.shared, own=own))
+        residuals.update(freeze(refitted, [left_out]).residuals)
+    return residuals
+
+
+def search(
+    training: Sequence[Recording],
+    holdout: Sequence[Recording],
+    *,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+    candidates: Sequence[str] = tuple(EFFECTS),
+) -> list[Step]:
+    """Add effects one at a time until none earns its place; the last step has nothing chosen.
+
+    Args:
+        training: recordings that the shared parameters are fitted to.
+        holdout: recordings that judge; empty for leave-one-out over the training ones.
+        jobs: processes to use; None for one per core.
+        progress: called with what is being done, trials done, and trials in this step.
+        candidates: names of the effects that may be picked.
+    """
+    report = progress or (lambda message, done, total: None)
+    report("fitting the declared structure", 0, 1)
+    current = attempt((), training, holdout)
+    steps: list[Step] = []
+    with _workers(jobs) as submit:
+        while True:
+            remaining = [name for name in candidates if name not in current.effects]
+            tried = _try_all(current, remaining, training, holdout, submit, report)
+            step = _decide(current, tried, training)
+            steps.append(step)
+            if step.chosen is None:
+                return steps
+            current = step.chosen
+
+
+def _try_all(
+    current: Trial,
+    names: Sequence[str],
+    training: Sequence[Recording],
+    holdout: Sequence[Recording],
+    submit: Callable[..., Future[Trial]],
+    report: Progress,
+) -> list[Trial]:
+    label = f"trying effects on top of {', '.join(current.effects) or 'the declared structure'}"
+    report(label, 0, len(names))
+    start = current.fitted.values
+    futures = [
+        submit(attempt, (*current.effects, name), training, holdout, start) for name in names
+    ]
+    trials = []
+    for done, trial in enumerate(as_completed(futures), start=1):
+        trials.append(trial.result())
+        report(label, done, len(names))
+    return sorted(trials, key=lambda trial: trial.nrmse)
+
+
+def _decide(current: Trial, tried: Sequence[Trial], training: Sequence[Recording]) -> Step:
+    """Choose the best candidate that earns its place, the one with fewer parameters among equals."""
+    worthy = [trial for trial in tried if _earns_its_place(trial, current, training)]
+    if not worthy:
+        return Step(before=current, tried=tuple(tried), chosen=None, indistinguishable=())
+    equals = [trial for trial in worthy if not _tells_apart(worthy[0], trial)]
+    chosen = min(equals, key=lambda trial: (len(trial.fitted.labels), trial.nrmse))
+    others = tuple(trial.effects[-1] for trial in equals if trial is not chosen)
+    return Step(before=current, tried=tuple(tried), chosen=chosen, indistinguishable=others)
+
+
+def _earns_its_place(trial: Trial, current: Trial, training: Sequence[Recording]) -> bool:
+    """Lower judged error by a clear margin, and by the information criterion on the training data."""
+    gain = current.nrmse - trial.nrmse
+    if not gain > max(LEAST_GAIN * current.nrmse, RESOLUTION):
+        return False
+    mean, error = advantage(trial.judgement, current.judgement)
+    if not mean > CLEAR * error:
+        return False
+    return delta_bic(trial.fitted, current.fitted, training) < -LEAST_EVIDENCE
+
+
+def _tells_apart(best: Trial, other: Trial) -> bool:
+    mean, error = advantage(best.judgement, other.judgement)
+    return mean > CLEAR * error and other.nrmse - best.nrmse > LEAST_GAIN * best.nrmse
+
+
+@contextmanager
+def _workers(jobs: int | None) -> Iterator[Callable[..., Future[Trial]]]:
+    """A way to submit trials: processes, or this process alone for one job."""
+    count = jobs or os.cpu_count() or 1
+    if count == 1:
+        yield _at_once
+        return
+    with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
+        yield pool.submit
+
+
+def _at_once(function: Callable[..., Trial], *arguments: Any) -> Future[Trial]:
+    future: Future[Trial] = Future()
+    future.set_result(function(*arguments))
+    return future

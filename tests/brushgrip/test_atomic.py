@@ -1,0 +1,171 @@
+import os
+import stat
+from pathlib import Path
+
+import pytest
+
+from brushgrip.atomic import staged_directory, staged_file, write_text_atomic
+from symbolic.errors import InvalidInputError
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))
+
+
+def interrupted(path: Path) -> None:
+    path.write_text("half")
+    raise KeyboardInterrupt
+
+
+def write_all(folder: Path, *files: str) -> None:
+    for file in files:
+        (folder / file).write_text("x")
+
+
+def unwritable(tmp_path: Path) -> list[Path]:
+    (tmp_path / "file").write_text("x")
+    return [tmp_path / "file" / "below", tmp_path / "file" / "far" / "below", Path("/proc/none/x")]
+
+
+class TestWriteText:
+    def test_writes_and_replaces(self, tmp_path: Path) -> None:
+        path = tmp_path / "out.csv"
+        write_text_atomic(path, "t,μ\n")
+        write_text_atomic(str(path), "t,mu\n1,2\n")
+
+        assert path.read_bytes() == b"t,mu\n1,2\n"
+        assert names(tmp_path) == ["out.csv"]
+
+    def test_makes_missing_folders(self, tmp_path: Path) -> None:
+        write_text_atomic(tmp_path / "new" / "folder" / "out.csv", "x")
+
+        assert names(tmp_path) == ["new", "new/folder", "new/folder/out.csv"]
+
+    def test_follows_a_link(self, tmp_path: Path) -> None:
+        (tmp_path / "link").symlink_to(tmp_path / "target")
+        write_text_atomic(tmp_path / "link", "x")
+
+        assert (tmp_path / "link").is_symlink()
+        assert (tmp_path / "target").read_text() == "x"
+
+    def test_permissions_are_those_of_any_new_file(self, tmp_path: Path) -> None:
+        write_text_atomic(tmp_path / "atomic", "x")
+        (tmp_path / "plain").write_text("x")
+
+        modes = {stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("atomic", "plain")}
+        assert len(modes) == 1
+
+    def test_a_device_stays_a_device(self) -> None:
+        write_text_atomic("/dev/null", "x")
+
+        assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
+
+    def test_text_that_cannot_be_encoded_leaves_the_old(self, tmp_path: Path) -> None:
+        path = tmp_path / "out"
+        path.write_text("old")
+        with pytest.raises(UnicodeEncodeError):
+            write_text_atomic(path, "new \ud800")
+
+        assert path.read_text() == "old"
+        assert names(tmp_path) == ["out"]
+
+    @pytest.mark.parametrize("case", range(3))
+    def test_unwritable(self, tmp_path: Path, case: int) -> None:
+        path = unwritable(tmp_path)[case]
+        with pytest.raises(InvalidInputError) as caught:
+            write_text_atomic(path, "x")
+
+        assert str(caught.value).startswith(f"{path}: cannot be written: ")
+        assert "\n" not in str(caught.value)
+        assert names(tmp_path) == ["file"]
+
+    def test_folder_in_its_place(self, tmp_path: Path) -> None:
+        with pytest.raises(InvalidInputError, match=r"is a folder, expected the name of a file$"):
+            write_text_atomic(tmp_path, "x")
+
+
+class TestStagedFile:
+    def test_keeps_the_suffix_for_those_who_look_at_it(self, tmp_path: Path) -> None:
+        with staged_file(tmp_path / "figure.png") as stage:
+            assert stage.suffix == ".png"
+            stage.write_text("new")
+            assert not (tmp_path / "figure.png").exists()
+
+        assert (tmp_path / "figure.png").read_text() == "new"
+
+    def test_failure_leaves_the_old(self, tmp_path: Path) -> None:
+        path = tmp_path / "out"
+        path.write_text("old")
+        with pytest.raises(KeyboardInterrupt), staged_file(path) as stage:
+            interrupted(stage)
+
+        assert path.read_text() == "old"
+        assert names(tmp_path) == ["out"]
+
+    def test_unwritable_shows_before_the_work(self, tmp_path: Path) -> None:
+        with pytest.raises(InvalidInputError), staged_file(unwritable(tmp_path)[0]):
+            pytest.fail("the work began")
+
+
+class TestStagedDirectory:
+    def test_new_folder_with_missing_parents(self, tmp_path: Path) -> None:
+        final = tmp_path / "some" / "where"
+        with staged_directory(final) as stage:
+            (stage / "figures").mkdir()
+            (stage / "figures" / "one.png").write_text("1")
+            (stage / "report.html").write_text("2")
+            assert not final.exists()
+
+        assert names(final) == ["figures", "figures/one.png", "report.html"]
+        assert names(tmp_path)[0] == "some"
+        assert os.access(final, os.R_OK | os.W_OK | os.X_OK)
+
+    def test_existing_folder_keeps_what_is_not_written(self, tmp_path: Path) -> None:
+        (tmp_path / "figures").mkdir()
+        (tmp_path / "figures" / "old.png").write_text("old")
+        (tmp_path / "report.html").write_text("old")
+        with staged_directory(tmp_path) as stage:
+            (stage / "figures").mkdir()
+            (stage / "figures" / "one.png").write_text("1")
+            (stage / "report.html").write_text("new")
+
+        assert names(tmp_path) == ["figures", "figures/old.png", "figures/one.png", "report.html"]
+        assert (tmp_path / "report.html").read_text() == "new"
+
+    @pytest.mark.parametrize("exists", [False, True])
+    def test_failure_writes_nothing(self, tmp_path: Path, exists: bool) -> None:
+        final = tmp_path / "new" / "out"
+        if exists:
+            final.mkdir(parents=True)
+        before = names(tmp_path)
+        with pytest.raises(KeyboardInterrupt), staged_directory(final) as stage:
+            interrupted(stage / "report.html")
+
+        assert names(tmp_path) == before
+
+    @pytest.mark.parametrize("case", range(3))
+    def test_unwritable_shows_before_the_work(self, tmp_path: Path, case: int) -> None:
+        path = unwritable(tmp_path)[case]
+        with pytest.raises(InvalidInputError) as caught, staged_directory(path):
+            pytest.fail("the work began")
+
+        assert str(caught.value).startswith(f"{path}: cannot be written: ")
+        assert names(tmp_path) == ["file"]
+
+    def test_file_in_its_place(self, tmp_path: Path) -> None:
+        (tmp_path / "out").write_text("x")
+        with (
+            pytest.raises(InvalidInputError, match=r"out: is not a folder$"),
+            staged_directory(tmp_path / "out"),
+        ):
+            pytest.fail("the work began")
+
+    def test_something_in_the_way_is_found_before_anything_moves(self, tmp_path: Path) -> None:
+        (tmp_path / "report.html").mkdir()
+        with (
+            pytest.raises(InvalidInputError, match=r"report\.html: is in the way; remove it"),
+            staged_directory(tmp_path) as stage,
+        ):
+            write_all(stage, "diagnosis.json", "report.html")
+
+        assert names(tmp_path) == ["report.html"]

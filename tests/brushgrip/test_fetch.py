@@ -1,0 +1,208 @@
+import hashlib
+import re
+from pathlib import Path
+from typing import Any
+
+import pooch
+import pytest
+
+from brushgrip import fetch as fetching
+from brushgrip.digests import PUBLICATIONS, Publication
+from brushgrip.fetch import FetchError, fetch, published_files
+from symbolic.errors import InvalidInputError
+
+CONTENT = {"run1.mat": b"first", "run2.mat": b"second", "estimate_run1.csv": b"third"}
+URL = "https://example.invalid/commit"
+
+
+def sha256(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+@pytest.fixture(autouse=True)
+def no_network(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever a test forgets to replace fails here instead of going out."""
+
+    def downloader(**_: Any) -> Any:
+        def refuse(url: str, *_: Any) -> None:
+            raise ConnectionError(url)
+
+        return refuse
+
+    monkeypatch.setattr(pooch, "HTTPDownloader", downloader)
+    monkeypatch.setattr(fetching, "_RETRIES", 0)
+    monkeypatch.delenv("BRUSHGRIP_DATA", raising=False)
+
+
+@pytest.fixture
+def publications(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Three made-up files in place of the published ones; two folders use the same name."""
+    digests = {name: sha256(content) for name, content in CONTENT.items()}
+    measured = {name: digests[name] for name in ("run1.mat", "run2.mat")}
+    estimates = {"run1.csv": digests["estimate_run1.csv"]}
+    made_up = (
+        Publication(url=f"{URL}/rig", digests=measured),
+        Publication(url=f"{URL}/estimates", prefix="estimate_", digests=estimates),
+    )
+    monkeypatch.setattr(fetching, "PUBLICATIONS", made_up)
+
+
+def local_copy(folder: Path, monkeypatch: pytest.MonkeyPatch, **changes: bytes | None) -> Path:
+    folder.mkdir()
+    for name, content in (CONTENT | {f"{k}.mat": v for k, v in changes.items()}).items():
+        if content is not None:
+            (folder / name).write_bytes(content)
+    monkeypatch.setenv("BRUSHGRIP_DATA", str(folder))
+    return folder
+
+
+def serve(monkeypatch: pytest.MonkeyPatch, contents: dict[str, bytes]) -> list[str]:
+    """Lets pooch download from a dictionary; returns the list of addresses asked for."""
+    asked: list[str] = []
+
+    def downloader(**_: Any) -> Any:
+        def deliver(url: str, output_file: str, _: Any) -> None:
+            asked.append(url)
+            if url not in contents:
+                raise ConnectionError(url)
+            Path(output_file).write_bytes(contents[url])
+
+        return deliver
+
+    monkeypatch.setattr(pooch, "HTTPDownloader", downloader)
+    return asked
+
+
+SERVED = {
+    f"{URL}/rig/run1.mat": b"first",
+    f"{URL}/rig/run2.mat": b"second",
+    f"{URL}/estimates/run1.csv": b"third",
+}
+
+
+def test_what_is_published() -> None:
+    files = {file.name: file for file in published_files()}
+
+    assert len(files) == 13 + 13 + 3
+    assert sum(name.endswith(".mat") for name in files) == 13
+    assert files["fem4_ident.mat"].url == (
+        "https://raw.githubusercontent.com/gyorokbendeguz/GyB_TDK_2023/"
+        "dd82a2b79db81138d017f91cbf45e8afcfbc5335/SimulationEnv/Old_meas/fem4_ident.mat"
+    )
+    assert files["author_estimate_fem4.csv"].url.endswith("/ANN_ErrorPrediction/Data/fem4.csv")
+    assert files["sim_mu_05.csv"].url == (
+        "https://raw.githubusercontent.com/gyorokbendeguz/BSc-Thesis/"
+        "02fc92afd2953d63f70f9ecc485552959e782eec/MachineLearning/SimulationResults/sim_mu_05.csv"
+    )
+    assert all(re.fullmatch("[0-9a-f]{64}", file.sha256) for file in files.values())
+    assert len({file.sha256 for file in files.values()}) == len(files)
+    assert all(publication.url.startswith("https://") for publication in PUBLICATIONS)
+
+
+@pytest.mark.usefixtures("publications")
+class TestLocalCopy:
+    def test_copies(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        local_copy(tmp_path / "local", monkeypatch)
+        paths = fetch(tmp_path / "out")
+
+        assert paths == [tmp_path / "out" / name for name in CONTENT]
+        assert {path.name: path.read_bytes() for path in paths} == CONTENT
+
+    def test_names_what_is_absent(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        source = local_copy(tmp_path / "local", monkeypatch, run2=None)
+        said: list[str] = []
+        paths = fetch(tmp_path / "out", say=said.append)
+
+        assert [path.name for path in paths] == ["run1.mat", "estimate_run1.csv"]
+        assert said == [f"copied 2 files from {source}", f"absent from {source}: run2.mat"]
+
+    def test_simulations_may_stand_beside(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        source = local_copy(tmp_path / "measured", monkeypatch, run2=None)
+        (source.parent / "thesis_simulation").mkdir()
+        (source.parent / "thesis_simulation" / "run2.mat").write_bytes(b"second")
+
+        assert len(fetch(tmp_path / "out")) == 3
+
+    def test_into_the_very_folder(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        source = local_copy(tmp_path / "local", monkeypatch)
+
+        assert len(fetch(source)) == 3
+        assert sorted(path.name for path in source.iterdir()) == sorted(CONTENT)
+
+    def test_wrong_digest(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        source = local_copy(tmp_path / "local", monkeypatch, run2=b"tampered")
+        with pytest.raises(InvalidInputError) as caught:
+            fetch(tmp_path / "out")
+
+        message = str(caught.value)
+        assert message.startswith(f"{source / 'run2.mat'}: is not the published file: SHA-256 ")
+        assert sha256(b"tampered")[:12] in message
+        assert sha256(b"second")[:12] in message
+        assert "\n" not in message
+        assert not (tmp_path / "out").exists()
+
+    def test_nothing_found(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("BRUSHGRIP_DATA", str(tmp_path))
+        with pytest.raises(InvalidInputError, match="holds none of the published files"):
+            fetch(tmp_path / "out")
+        assert list(tmp_path.iterdir()) == []
+
+    def test_no_folder(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("BRUSHGRIP_DATA", str(tmp_path / "none"))
+        with pytest.raises(InvalidInputError, match=r"^BRUSHGRIP_DATA=.*none: is not a folder$"):
+            fetch(tmp_path / "out")
+
+
+@pytest.mark.usefixtures("publications")
+class TestDownload:
+    def test_downloads(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        asked = serve(monkeypatch, SERVED)
+        said: list[str] = []
+        paths = fetch(tmp_path / "out", say=said.append)
+
+        assert {path.name: path.read_bytes() for path in paths} == CONTENT
+        assert asked == list(SERVED)
+        assert said[0] == "1/3 run1.mat"
+
+    def test_keeps_what_is_whole(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        (tmp_path / "run1.mat").write_bytes(b"first")
+        (tmp_path / "run2.mat").write_bytes(b"cut sho")
+        asked = serve(monkeypatch, SERVED)
+        paths = fetch(tmp_path)
+
+        assert asked == list(SERVED)[1:]
+        assert {path.name: path.read_bytes() for path in paths} == CONTENT
+
+    def test_wrong_digest(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        serve(monkeypatch, SERVED | {f"{URL}/rig/run2.mat": b"<html>"})
+        with pytest.raises(FetchError, match=r"^run2\.mat: what https.* has not the published"):
+            fetch(tmp_path / "out")
+        assert list(tmp_path.iterdir()) == []
+
+    def test_no_network(self, tmp_path: Path) -> None:
+        with pytest.raises(FetchError) as caught:
+            fetch(tmp_path / "out")
+
+        assert str(caught.value) == (
+            f"run1.mat: cannot be downloaded from {URL}/rig/run1.mat (ConnectionError); try again, "
+            "or set BRUSHGRIP_DATA to a folder that holds the files"
+        )
+        assert list(tmp_path.iterdir()) == []
+
+    def test_unwritable(self, tmp_path: Path) -> None:
+        (tmp_path / "file").write_text("x")
+        with pytest.raises(InvalidInputError, match=r"file: is not a folder$"):
+            fetch(tmp_path / "file")
+
+
+@pytest.mark.measured
+def test_published_copy(
+    tmp_path: Path, measured_dir: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("BRUSHGRIP_DATA", str(measured_dir))
+    paths = fetch(tmp_path / "out")
+
+    assert {path.name for path in measured_dir.glob("*.mat")} <= {path.name for path in paths}
+    assert all(path.is_file() for path in paths)

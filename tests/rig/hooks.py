@@ -1,0 +1,108 @@
+"""What an effect of the rig may touch, and the records that pass between rig and effect."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Drive:
+    """What is done to the tyre; all arrays of shape (n,).
+
+    `psi_virgin` is the angle at which the patch was free of deformation before the first sample.
+    """
+
+    t: Array
+    """Time [s]."""
+    psi: Array
+    """Yaw angle [rad]."""
+    psi_dot: Array
+    """Yaw rate [rad/s]."""
+    F_N: Array
+    """Vertical load [N]."""
+    psi_virgin: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Sample:
+    """One step of the drive as a bristle sees it."""
+
+    psi_dot: float
+    """Yaw rate [rad/s]."""
+    F_N: float
+    """Vertical load [N]."""
+    travel: float
+    """Angle turned since the first sample, counted both ways [rad]."""
+    lever: Array
+    """Distance of each bristle from the kingpin [m], shape (bristles,)."""
+
+    @cached_property
+    def speed(self) -> Array:
+        """Local sliding speed [m/s], shape (bristles,)."""
+        return self.lever * abs(self.psi_dot)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class History:
+    """What the rig did; all arrays of shape (n,)."""
+
+    drive: Drive
+    """The drive at the sensor, before any effect changed it on its way to the patch."""
+    psi_patch: Array
+    """Angle of the patch [rad]."""
+    M_z: Array
+    """Moment of the ground on the wheel about the kingpin [N m]."""
+    sliding: Array
+    """Share of the bristles that slid during the step [1]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Relaxation:
+    """Maxwell branch beside each bristle spring: stiffness gain k, relaxation time [s]."""
+
+    gain: float = 0.0
+    time: float = 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effect:
+    """An effect that changes nothing. Real ones override the one hook at which they act."""
+
+    @property
+    def rank(self) -> int:
+        """Effects act on the finished torque in the order of their rank."""
+        return 0
+
+    def width(self) -> float:
+        """Half-width of the patch [m]; zero is a line of bristles."""
+        return 0.0
+
+    def pressure(self, xi: Array) -> Array | float:
+        """Factor on the parabolic pressure at xi = x/a [1]."""
+        del xi
+        return 1.0
+
+    def relaxation(self) -> Relaxation:
+        """Branch beside each bristle spring."""
+        return Relaxation()
+
+    def compliance(self) -> float:
+        """Torsional compliance in series with the patch [rad/(N m)]."""
+        return 0.0
+
+    def friction(self, sample: Sample) -> Array | float:
+        """Factor on the friction limit during one step [1]."""
+        del sample
+        return 1.0
+
+    def drive(self, drive: Drive) -> Drive:
+        """What reaches the tyre of what the sensor sees."""
+        return drive
+
+    def torque(self, history: History) -> Array:
+        """What the torque channel shows [N m]."""
+        return history.M_z

@@ -1,0 +1,66 @@
+import dataclasses
+import math
+from typing import Any
+
+import pytest
+
+from symbolic.errors import BrushgripError, InvalidInputError
+from symbolic.parameters import Rig, Tyre
+
+RIG: dict[str, Any] = {"a": 0.04, "e": 0.009}
+
+
+def test_what_is_not_known_is_none() -> None:
+    assert Rig(**RIG) == Rig(a=0.04, e=0.009, J_A=None, b_t=None)
+    assert Tyre(k=6e4) == Tyre(k=6e4, mu=None)
+
+
+@pytest.mark.parametrize("values", [{"e": 0.0}, {"e": -0.039}, {"b_t": 0.0}, {"J_A": 1e-9}])
+def test_the_whole_range_is_allowed(values: dict[str, Any]) -> None:
+    assert Rig(**RIG | values) is not None
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        {"a": 0.0},
+        {"a": -0.04},
+        {"a": math.nan},
+        {"a": math.inf},
+        {"e": 0.04},
+        {"e": -0.04},
+        {"e": math.nan},
+        {"J_A": 0.0},
+        {"J_A": math.nan},
+        {"b_t": -1e-9},
+        {"b_t": math.nan},
+        {"b_t": math.inf},
+    ],
+)
+def test_rig_refuses(values: dict[str, Any]) -> None:
+    with pytest.raises(InvalidInputError) as caught:
+        Rig(**RIG | values)
+
+    (name,) = values
+    assert str(caught.value).startswith(f"{name} must")
+    assert f"got {values[name]:g}" in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "values", [{"k": 0.0}, {"k": -1.0}, {"k": math.nan}, {"mu": 0.0}, {"mu": math.nan}]
+)
+def test_tyre_refuses(values: dict[str, Any]) -> None:
+    (name,) = values
+    with pytest.raises(InvalidInputError, match=f"^{name} must be a finite number greater than 0"):
+        Tyre(**{"k": 6e4} | values)
+
+
+def test_parameters_are_frozen() -> None:
+    rig = Rig(**RIG)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        rig.a = 1.0  # type: ignore[misc]
+
+
+def test_invalid_input_is_a_value_error_of_the_one_tree() -> None:
+    assert issubclass(InvalidInputError, BrushgripError)
+    assert issubclass(InvalidInputError, ValueError)
