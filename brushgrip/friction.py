@@ -14,7 +14,7 @@ class FrictionTrack:
 
     Attributes:
         name: the recording.
-        label: what estimated it, such as "EKF, declared model"; tracks of one recording share a panel.
+        label: what estimated it, such as "EKF, declared model"; tracks of one name share a panel.
         t: time [s].
         mu: estimated friction coefficient [1].
         mu_std: its standard deviation [1].

@@ -20,6 +20,12 @@ def listed(words: Sequence[str], last: str = "and") -> str:
     return f"{', '.join(words[:-1])} {last} {words[-1]}"
 
 
+def sentence(text: str) -> str:
+    """The text as a sentence: capital first, full stop last."""
+    text = text[:1].upper() + text[1:]
+    return text if not text or text[-1] in ".!?" else f"{text}."
+
+
 def percent(share: float | None) -> str:
     """A share as a percentage, a dash where there is none."""
     return "–" if share is None or not math.isfinite(share) else f"{100 * share:.2f} %"
@@ -95,7 +101,9 @@ def worse(diagnosis: Diagnosis, recording: str) -> bool:
 
 
 def _ordinal(number: int) -> str:
-    return f"{number}{ {1: 'st', 2: 'nd', 3: 'rd'}.get(number if number < 20 else number % 10, 'th') }"
+    return (
+        f"{number}{ {1: 'st', 2: 'nd', 3: 'rd'}.get(number if number < 20 else number % 10, 'th') }"
+    )
 
 
 def _power(value: float, std: float) -> tuple[float, int]:

@@ -4,7 +4,15 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.fit import Fit, Values, first_values, fit, parameter_name, signals_of, torque_range
+from identification.fit import (
+    Fit,
+    Values,
+    first_values,
+    fit,
+    parameter_name,
+    signals_of,
+    torque_range,
+)
 from identification.leftover import unexplained
 from identification.recordings import Recording
 from identification.results import Candidate, Diagnosis, Errors, Estimate, FoundEffect, Series
@@ -77,7 +85,9 @@ def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> 
     names = [r.name for r in everything]
     for name in names:
         if names.count(name) > 1:
-            raise InvalidInputError(f"recording {name!r} is given twice; every recording counts once")
+            raise InvalidInputError(
+                f"recording {name!r} is given twice; every recording counts once"
+            )
     for recording in everything:
         torque_range(recording)
 
@@ -192,5 +202,7 @@ def _notes(before: Errors, after: Errors, fitted: Fit) -> tuple[str, ...]:
         if after.nrmse[name] > before.nrmse[name]
     ]
     if not fitted.converged:
-        notes.append(f"the final fit stopped early ({fitted.status}); more samples or bounds may help")
+        notes.append(
+            f"the final fit stopped early ({fitted.status}); more samples or bounds may help"
+        )
     return tuple(notes)

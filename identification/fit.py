@@ -16,10 +16,12 @@ from identification.recordings import Recording
 from symbolic import Effect, InvalidInputError, Model, Parameter, simulate
 
 Array = NDArray[np.float64]
-MOST_EVALUATIONS = 40
+MOST_EVALUATIONS = 60
 """Simulations of the whole set in one fit."""
 TOLERANCE = 1e-6
 """Relative change of cost and of scaled parameters at which a fit ends."""
+COARSE = 1e-3
+"""The same where models are only ranked."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,7 +111,12 @@ def with_effects(model: Model, values: Values) -> Values:
 
 
 def fit(
-    model: Model, recordings: Sequence[Recording], start: Values, *, free_shared: bool = True
+    model: Model,
+    recordings: Sequence[Recording],
+    start: Values,
+    *,
+    free_shared: bool = True,
+    tolerance: float = TOLERANCE,
 ) -> Fit:
     """Least squares over all recordings from `start`.
 
@@ -119,6 +126,7 @@ def fit(
         start: values to begin with; missing ones begin at their own start.
         free_shared: False keeps every shared parameter where it is and fits only what belongs to a
             recording, as on held-out data.
+        tolerance: relative change of cost and of scaled parameters at which to end.
     """
     problem = _Problem(model, recordings, with_effects(model, start), free_shared)
     low, high = problem.bounds()
@@ -129,8 +137,8 @@ def fit(
         jac=problem.jacobian,
         bounds=(low, high),
         x_scale=1.0,
-        ftol=TOLERANCE,
-        xtol=TOLERANCE,
+        ftol=tolerance,
+        xtol=tolerance,
         gtol=1e-12,
         max_nfev=MOST_EVALUATIONS,
     )

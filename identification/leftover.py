@@ -36,9 +36,7 @@ def unexplained(residuals: Mapping[str, Array], recordings: Sequence[Recording])
         noise.append(floor / torque_range(recording))
     rms, floor = float(np.mean(left)), float(np.mean(noise))
     structured = float(np.sqrt(max(0.0, rms**2 - floor**2)))
-    correlated = float(
-        np.median([autocorrelation_time(residuals[r.name]) for r in recordings])
-    )
+    correlated = float(np.median([autocorrelation_time(residuals[r.name]) for r in recordings]))
     present = structured > LEAST_SHARE and rms > LEAST_RATIO * floor and correlated > 2
     opening = (
         f"residual {rms:.2%} of range, white noise of the torque channel {floor:.2%},"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 from multiprocessing import get_context
 
-from identification.fit import Fit, Values, first_values, fit
+from identification.fit import COARSE, TOLERANCE, Fit, Values, first_values, fit
 from identification.recordings import Recording
 from identification.scoring import Array, Judgement, advantage, delta_bic, judged
 from symbolic import EFFECTS, Model, effects_named
@@ -69,6 +69,7 @@ def attempt(
     training: Sequence[Recording],
     holdout: Sequence[Recording],
     start: Values | None = None,
+    tolerance: float = TOLERANCE,
 ) -> Trial:
     """Fit a model and judge it.
 
@@ -77,34 +78,39 @@ def attempt(
     """
     model = model_of(effects)
     begin = start or first_values(model, training)
-    fitted = fit(model, training, begin)
+    fitted = fit(model, training, begin, tolerance=tolerance)
     if holdout:
-        held_out = freeze(fitted, holdout)
+        held_out = freeze(fitted, holdout, tolerance)
         return Trial(
             effects=tuple(effects),
             fitted=fitted,
             held_out=held_out,
             judgement=judged(held_out.residuals, holdout),
         )
-    residuals = fitted.residuals if len(training) < 2 else _leave_one_out(fitted, training)
+    residuals = (
+        fitted.residuals if len(training) < 2 else _leave_one_out(fitted, training, tolerance)
+    )
     judgement = judged(residuals, training)
     return Trial(effects=tuple(effects), fitted=fitted, held_out=None, judgement=judgement)
 
 
-def freeze(fitted: Fit, recordings: Sequence[Recording]) -> Fit:
+def freeze(fitted: Fit, recordings: Sequence[Recording], tolerance: float = TOLERANCE) -> Fit:
     """Fit only what belongs to these recordings, with the shared parameters of `fitted`."""
     own = first_values(fitted.model, recordings).own
     start = Values(shared=fitted.values.shared, own=own)
-    return fit(fitted.model, recordings, start, free_shared=False)
+    return fit(fitted.model, recordings, start, free_shared=False, tolerance=tolerance)
 
 
-def _leave_one_out(fitted: Fit, training: Sequence[Recording]) -> dict[str, Array]:
+def _leave_one_out(
+    fitted: Fit, training: Sequence[Recording], tolerance: float
+) -> dict[str, Array]:
     residuals: dict[str, Array] = {}
     for left_out in training:
         rest = [r for r in training if r is not left_out]
         own = {r.name: fitted.values.own[r.name] for r in rest}
-        refitted = fit(fitted.model, rest, Values(shared=fitted.values.shared, own=own))
-        residuals.update(freeze(refitted, [left_out]).residuals)
+        start = Values(shared=fitted.values.shared, own=own)
+        refitted = fit(fitted.model, rest, start, tolerance=tolerance)
+        residuals.update(freeze(refitted, [left_out], tolerance).residuals)
     return residuals
 
 
@@ -137,7 +143,8 @@ def search(
             steps.append(step)
             if step.chosen is None:
                 return steps
-            current = step.chosen
+            start = step.chosen.fitted.values
+            current = attempt(step.chosen.effects, training, holdout, start)
 
 
 def _try_all(
@@ -152,7 +159,8 @@ def _try_all(
     report(label, 0, len(names))
     start = current.fitted.values
     futures = [
-        submit(attempt, (*current.effects, name), training, holdout, start) for name in names
+        submit(attempt, (*current.effects, name), training, holdout, start, COARSE)
+        for name in names
     ]
     trials = []
     for done, trial in enumerate(as_completed(futures), start=1):

@@ -1,0 +1,61 @@
+"""The command `brushgrip`: its commands, and how faults leave it."""
+
+import sys
+from collections.abc import Sequence
+
+import typer
+
+from brushgrip.commands.demo import demo
+from brushgrip.commands.diagnose import diagnose
+from brushgrip.commands.fetch import fetch
+from brushgrip.commands.simulate import simulate
+from symbolic.errors import BrushgripError, InvalidInputError
+
+BAD_INPUT, FAILED = 2, 1
+"""Exit status for input that the user can mend, and for what failed outside, as a download."""
+
+app = typer.Typer(
+    name="brushgrip",
+    help="Estimates tyre-road friction at standstill from the steering torque.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+)
+for command in (demo, fetch, simulate, diagnose):
+    app.command()(command)
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Runs a command; bad input leaves one line on standard error.
+
+    Args:
+        arguments: what follows the name of the program; None for the process's own.
+
+    Raises:
+        SystemExit: always; status 0 on success, 2 for bad input, 1 for what failed outside.
+    """
+    given = sys.argv[1:] if arguments is None else arguments
+    try:
+        app(args=repeat_holdout(given), prog_name="brushgrip")
+    except BrushgripError as error:
+        print(f"brushgrip: {' '.join(str(error).split())}", file=sys.stderr)
+        raise SystemExit(BAD_INPUT if isinstance(error, InvalidInputError) else FAILED) from None
+
+
+def repeat_holdout(arguments: Sequence[str]) -> list[str]:
+    """The arguments with `--holdout A B` written as `--holdout A --holdout B`.
+
+    Everything up to the next argument that begins with a dash counts as held out.
+    """
+    spread: list[str] = []
+    rest = list(arguments)
+    while rest:
+        argument = rest.pop(0)
+        if argument == "--":
+            return [*spread, argument, *rest]
+        if argument != "--holdout" or not rest or rest[0].startswith("-"):
+            spread.append(argument)
+            continue
+        while rest and not rest[0].startswith("-"):
+            spread += [argument, rest.pop(0)]
+    return spread

@@ -1,0 +1,54 @@
+"""`brushgrip demo`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import brushgrip
+from brushgrip.atomic import staged_directory
+from brushgrip.commands.diagnose import write_diagnosis
+from brushgrip.console import progress, say
+from brushgrip.recordings import read_all
+from brushgrip.report import PAGE
+from brushgrip.tables import print_summary
+from identification.diagnose import diagnose
+from symbolic.errors import InvalidInputError
+
+RIG = "rig.toml"
+
+
+def demo(
+    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder to write to.")] = Path(
+        "demo_output"
+    ),
+) -> None:
+    """Show the main job on embedded recordings: diagnosis, report and friction over time."""
+    folder = embedded_folder()
+    training = [str(path) for path in sorted(folder.glob("train*.csv"))]
+    held_out = [str(path) for path in sorted(folder.glob("holdout*.csv"))]
+    read = read_all([*training, *held_out], folder / RIG)
+    recordings, holdout = read[: len(training)], read[len(training) :]
+    with staged_directory(out) as stage:
+        with progress() as report:
+            result = diagnose(recordings, holdout, progress=report)
+        write_diagnosis(stage, result)
+    print_summary(result)
+    say(f"report: {out / PAGE}")
+
+
+def embedded_folder() -> Path:
+    """The demo's recordings: in a checkout among the examples, else inside the package.
+
+    Raises:
+        InvalidInputError: they are in neither place.
+    """
+    package = Path(brushgrip.__file__).parent
+    folders = (package.parent / "examples" / "recordings", package / "embedded")
+    for folder in folders:
+        if (folder / RIG).is_file():
+            return folder
+    raise InvalidInputError(
+        f"the demo's recordings are missing from this installation; looked for {RIG} in "
+        f"{' and '.join(map(str, folders))}; install brushgrip anew"
+    )

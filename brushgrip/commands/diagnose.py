@@ -1,0 +1,57 @@
+"""`brushgrip diagnose`."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from brushgrip.atomic import staged_directory
+from brushgrip.commands.options import Jobs, OutFolder, RecordingNames, RigFile
+from brushgrip.console import progress, say
+from brushgrip.friction import FrictionTrack
+from brushgrip.recordings import read_all
+from brushgrip.report import PAGE, write_report
+from brushgrip.tables import json_text, print_summary
+from identification.diagnose import diagnose as close_the_loop
+from identification.modelfile import model_text
+from identification.results import Diagnosis
+
+
+def diagnose(
+    recordings: RecordingNames,
+    out: OutFolder,
+    holdout: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--holdout",
+            metavar="REC...",
+            help="Recordings that only judge: one or more names after the flag.",
+            show_default=False,
+        ),
+    ] = None,
+    rig: RigFile = None,
+    jobs: Jobs = None,
+) -> None:
+    """Find what the declared model lacks; write diagnosis.json, model.json and report.html."""
+    held_out = holdout or []
+    read = read_all([*recordings, *held_out], rig)
+    training = read[: len(recordings)]
+    with staged_directory(out) as folder:
+        with progress() as report:
+            result = close_the_loop(training, read[len(training) :], jobs=jobs, progress=report)
+        write_diagnosis(folder, result)
+    print_summary(result)
+    say(f"report: {out / PAGE}")
+
+
+def write_diagnosis(
+    folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack] = ()
+) -> None:
+    """Writes diagnosis.json, model.json, report.html and the pictures into an existing folder."""
+    for name, text in (
+        ("diagnosis.json", json_text(diagnosis.to_dict())),
+        ("model.json", model_text(diagnosis)),
+    ):
+        (folder / name).write_text(text, encoding="utf-8", newline="\n")
+    write_report(folder, diagnosis, friction)

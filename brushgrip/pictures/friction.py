@@ -1,0 +1,74 @@
+"""Friction over time with its band."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from brushgrip.friction import FrictionTrack
+from brushgrip.pictures.style import MEASURED, TRACKS, legend_above, picture
+
+BAND = 2.0
+"""Standard deviations to either side of the estimate."""
+
+
+def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
+    """One panel per recording; bold where a sample was informative, pale where mu is held."""
+    names = list(dict.fromkeys(track.name for track in tracks))
+    labels = list(dict.fromkeys(track.label for track in tracks))
+    colours = {label: TRACKS[i % len(TRACKS)] for i, label in enumerate(labels)}
+    with picture(path, 1.1 + 2.4 * len(names)) as figure:
+        panels = figure.subplots(len(names), 1, squeeze=False)[:, 0]
+        for axes, name in zip(panels, names, strict=True):
+            own = [track for track in tracks if track.name == name]
+            for track in own:
+                _track(axes, track, colours[track.label])
+            axes.set_title(name)
+            axes.set_ylabel("friction coefficient μ [1]")
+            axes.set_ylim(*_limits(own))
+            axes.margins(x=0.01)
+        panels[-1].set_xlabel("time t [s]")
+        legend_above(figure, _key(tracks, colours))
+
+
+def _track(axes: Axes, track: FrictionTrack, colour: str) -> None:
+    low, high = track.mu - BAND * track.mu_std, track.mu + BAND * track.mu_std
+    axes.fill_between(track.t, low, high, color=colour, alpha=0.16, lw=0)
+    axes.plot(track.t, track.mu, color=colour, lw=0.8, alpha=0.45)
+    axes.plot(track.t, np.where(track.informed, track.mu, np.nan), color=colour, lw=1.8)
+    if track.reference is not None:
+        axes.axhline(track.reference, color=MEASURED, lw=1.0, ls="--")
+
+
+def _limits(tracks: Sequence[FrictionTrack]) -> tuple[float, float]:
+    """A range for what is informed; the wide band before that may leave the picture."""
+    low, high = [], []
+    for track in tracks:
+        chosen = track.informed if track.informed.any() else np.ones(track.t.size, dtype=bool)
+        chosen = chosen & np.isfinite(track.mu) & np.isfinite(track.mu_std)
+        if chosen.any():
+            mu, reach = track.mu[chosen], BAND * track.mu_std[chosen]
+            low.append(float(np.quantile(mu - reach, 0.05)))
+            high.append(float(np.quantile(mu + reach, 0.95)))
+        if track.reference is not None:
+            low.append(track.reference)
+            high.append(track.reference)
+    if not low:
+        return 0.0, 2.0
+    margin = 0.15 * max(max(high) - min(low), 0.1)
+    return max(0.0, min(low) - margin), max(high) + margin
+
+
+def _key(tracks: Sequence[FrictionTrack], colours: dict[str, str]) -> list[Artist]:
+    key: list[Artist] = [
+        Line2D([], [], color=c, lw=1.8, label=label) for label, c in colours.items()
+    ]
+    key.append(Patch(color="#777777", alpha=0.25, lw=0, label=f"± {BAND:.0f} standard deviations"))
+    key.append(Line2D([], [], color="#777777", lw=0.8, alpha=0.6, label="pale: not informed"))
+    if any(track.reference is not None for track in tracks):
+        key.append(Line2D([], [], color=MEASURED, ls="--", lw=1.0, label="declared"))
+    return key

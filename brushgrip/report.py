@@ -1,0 +1,161 @@
+"""The report: one page that needs nothing beside itself, and its pictures."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from brushgrip.friction import FrictionTrack
+from brushgrip.page import figure, page, paragraph, section
+from brushgrip.pictures import draw_candidates, draw_friction, draw_loops, draw_residuals
+from brushgrip.report_tables import (
+    candidates_table,
+    effects_table,
+    errors_table,
+    friction_table,
+    parameters_table,
+    recordings_table,
+)
+from brushgrip.report_tables import notes as notes_list
+from brushgrip.wording import headline, remainder, sentence
+from identification.results import Diagnosis
+
+PAGE = "report.html"
+
+
+def write_report(
+    folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack] = ()
+) -> Path:
+    """Writes report.html, loops.png, residuals.png, candidates.png and, with tracks, friction.png.
+
+    Args:
+        folder: an existing folder.
+        diagnosis: what was found.
+        friction: estimates of friction over time to show, may be empty.
+
+    Returns:
+        The page.
+    """
+    blocks = [
+        _opening(diagnosis),
+        _errors(diagnosis),
+        _loops(folder, diagnosis),
+        _residuals(folder, diagnosis),
+        _candidates(folder, diagnosis),
+        _effects(diagnosis),
+    ]
+    if friction:
+        blocks.append(_friction(folder, friction))
+    blocks.append(_unexplained(diagnosis))
+    path = folder / PAGE
+    text = page(headline(diagnosis), *blocks)
+    path.write_text(text, encoding="utf-8", newline="\n")
+    return path
+
+
+def _opening(diagnosis: Diagnosis) -> str:
+    training, holdout = len(diagnosis.recordings), len(diagnosis.holdout)
+    judged = (
+        f"{_count(holdout)} held out to judge it"
+        if holdout
+        else "none held out: training recordings were left out in turn to judge"
+    )
+    return (
+        '<header>\n<p class="kind">brushgrip diagnosis</p>\n'
+        f"{paragraph(headline(diagnosis)).replace('<p>', '<h1>').replace('</p>', '</h1>')}\n"
+        f"{paragraph(remainder(diagnosis), 'lead')}\n"
+        f"{paragraph(f'{_count(training)} for training, {judged}.', 'faint')}\n</header>"
+    )
+
+
+def _count(number: int) -> str:
+    return f"{number} recording{'s' * (number != 1)}"
+
+
+def _errors(diagnosis: Diagnosis) -> str:
+    return section(
+        "Torque errors",
+        paragraph(
+            "Every recording is simulated freely from its first to its last sample. Declared: "
+            "parameters as given. Before: declared structure, k and each recording's μ refitted. "
+            "After: with the effects found. On held-out recordings all shared parameters stay as "
+            "trained; μ and, where the model has them, torque zero and starting twist are refitted."
+        ),
+        errors_table(diagnosis),
+        recordings_table(diagnosis),
+    )
+
+
+def _loops(folder: Path, diagnosis: Diagnosis) -> str:
+    path = folder / "loops.png"
+    draw_loops(path, diagnosis)
+    return section(
+        "Hysteresis loops",
+        figure(
+            path,
+            "Aligning torque over yaw angle: measured, before and after, for every recording.",
+            "Torque over yaw angle, measured and simulated: one representative recording above, "
+            "all others below, each with its error before → after in % of its torque range.",
+        ),
+    )
+
+
+def _residuals(folder: Path, diagnosis: Diagnosis) -> str:
+    path = folder / "residuals.png"
+    draw_residuals(path, diagnosis)
+    return section(
+        "Residuals",
+        figure(
+            path,
+            "Simulated minus measured torque over time and over yaw angle, before and after.",
+            "Simulated minus measured torque, left over time, right over yaw angle. What is "
+            "only noise has no shape in either.",
+        ),
+    )
+
+
+def _candidates(folder: Path, diagnosis: Diagnosis) -> str:
+    if not diagnosis.candidates:
+        return ""
+    path = folder / "candidates.png"
+    draw_candidates(path, diagnosis)
+    return section(
+        "Candidates",
+        figure(
+            path,
+            "Torque error with each candidate effect alone, best on top.",
+            "First step of the search: each effect alone on top of the declared structure, "
+            "everything refitted. ΔBIC below zero speaks for the effect.",
+        ),
+        candidates_table(diagnosis),
+    )
+
+
+def _effects(diagnosis: Diagnosis) -> str:
+    if diagnosis.effects:
+        found = effects_table(diagnosis)
+    else:
+        found = paragraph("No effect earned its place; the declared structure stands.")
+    return section("Effects found", found, parameters_table(diagnosis))
+
+
+def _friction(folder: Path, friction: Sequence[FrictionTrack]) -> str:
+    path = folder / "friction.png"
+    draw_friction(path, friction)
+    return section(
+        "Friction over time",
+        figure(
+            path,
+            "Estimated friction coefficient over time with its band of two standard deviations.",
+            "Causal estimates: each value uses only samples up to its time. Bold where the sample "
+            "says something about μ, pale where the estimate is only held.",
+        ),
+        friction_table(friction),
+    )
+
+
+def _unexplained(diagnosis: Diagnosis) -> str:
+    blocks = [
+        paragraph(remainder(diagnosis)),
+        paragraph(sentence(diagnosis.unexplained.evidence), "faint"),
+        notes_list(diagnosis.notes),
+    ]
+    return section("What remains unexplained", *blocks)

@@ -1,0 +1,166 @@
+"""The tables of the report."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from brushgrip.friction import FrictionTrack
+from brushgrip.page import Cell, bullets, paragraph, table
+from brushgrip.wording import (
+    fate,
+    listed,
+    parameters,
+    percent,
+    plain,
+    quantity,
+    torque,
+    worse,
+)
+from identification.results import Diagnosis, Estimate
+
+STAGES = ("declared", "before", "after")
+
+
+def errors_table(diagnosis: Diagnosis) -> str:
+    """Errors of the three stages, averaged over training and over held-out recordings."""
+    stages = (
+        ("declared, parameters as given", diagnosis.declared),
+        ("before, parameters refitted", diagnosis.before),
+        ("after, with the effects found", diagnosis.after),
+    )
+    rows = []
+    for label, errors in stages:
+        figures = errors.summary()
+        row = [Cell(label)]
+        for place in ("", "holdout_"):
+            row.append(_number(torque(figures[f"{place}torque_rmse"])))
+            row.append(_number(percent(figures[f"{place}torque_nrmse"])))
+        rows.append(row)
+    header = [
+        Cell("model"),
+        *(
+            _number(f"{kind} [{unit}]")
+            for kind in ("training", "held out")
+            for unit in ("N m", "% of range")
+        ),
+    ]
+    return table("Root mean square torque error, averaged over recordings", header, rows)
+
+
+def recordings_table(diagnosis: Diagnosis) -> str:
+    """Errors of the three stages for each recording; one that got worse is marked."""
+    stages = (diagnosis.declared, diagnosis.before, diagnosis.after)
+    rows = []
+    for name in (*diagnosis.recordings, *diagnosis.holdout):
+        got_worse = worse(diagnosis, name)
+        figures = [_number(torque(errors.rmse[name])) for errors in stages]
+        figures += [_number(percent(errors.nrmse[name])) for errors in stages]
+        role = "held out" if name in diagnosis.holdout else "training"
+        mark = Cell("▲ worse" if got_worse else "", warn=got_worse)
+        rows.append([Cell(name), Cell(role), *figures, mark])
+    header = [
+        Cell("recording"),
+        Cell("used for"),
+        *(_number(f"{stage} [N m]") for stage in STAGES),
+        *(_number(f"{stage} [%]") for stage in STAGES),
+        Cell(""),
+    ]
+    caption = "Root mean square torque error of each recording, in N m and in % of its torque range"
+    return table(caption, header, rows)
+
+
+def candidates_table(diagnosis: Diagnosis) -> str:
+    """Candidates in order of their error, and what became of them."""
+    rows = [
+        [
+            Cell(plain(candidate.name)),
+            Cell(candidate.summary),
+            _number(percent(candidate.holdout_nrmse)),
+            _number(f"{candidate.delta_bic:+.1f}".replace("-", "−")),
+            Cell(fate(diagnosis, candidate.name)),
+        ]
+        for candidate in diagnosis.candidates
+    ]
+    header = [
+        Cell("effect"),
+        Cell("what it is"),
+        _number("error"),
+        _number("ΔBIC"),
+        Cell("outcome"),
+    ]
+    return table("Candidates, best first; error in % of range", header, rows)
+
+
+def effects_table(diagnosis: Diagnosis) -> str:
+    """Effects in order of selection with their parameters."""
+    rows = []
+    for effect in diagnosis.effects:
+        alike = listed([plain(name) for name in effect.indistinguishable_from], "or")
+        rows.append(
+            [
+                Cell(plain(effect.name)),
+                Cell(effect.summary),
+                Cell(parameters(effect.parameters)),
+                _number(percent(effect.holdout_nrmse_after)),
+                _number(f"{effect.delta_bic:+.1f}".replace("-", "−")),
+                Cell(alike or "–"),
+            ]
+        )
+    header = [
+        Cell("effect"),
+        Cell("what it is"),
+        Cell("parameters ± standard deviation"),
+        _number("error then"),
+        _number("ΔBIC"),
+        Cell("cannot be told from"),
+    ]
+    return table("In order of selection", header, rows)
+
+
+def parameters_table(diagnosis: Diagnosis) -> str:
+    """Every parameter of the final model."""
+    rows = [
+        [Cell(name), _number(quantity(estimate)), Cell(_remark(estimate))]
+        for name, estimate in diagnosis.parameters.items()
+    ]
+    header = [Cell("parameter"), _number("value ± standard deviation"), Cell("")]
+    caption = "All parameters of the final model; a recording's own ones carry its name"
+    return table(caption, header, rows) if rows else ""
+
+
+def friction_table(tracks: Sequence[FrictionTrack]) -> str:
+    """Each track's final value, beside the reference, and its share of informative samples."""
+    rows = []
+    for track in tracks:
+        final = Estimate(value=float(track.mu[-1]), std=float(track.mu_std[-1]), unit="1")
+        declared = "–" if track.reference is None else f"{track.reference:.4g}"
+        rows.append(
+            [
+                Cell(track.name),
+                Cell(track.label),
+                _number(quantity(final)),
+                _number(declared),
+                _number(f"{100 * float(np.mean(track.informed)):.0f} %"),
+            ]
+        )
+    header = [
+        Cell("recording"),
+        Cell("observer"),
+        _number("μ at the end ± standard deviation"),
+        _number("declared μ"),
+        _number("informed samples"),
+    ]
+    return table("Friction at the last sample", header, rows)
+
+
+def notes(sentences: Sequence[str]) -> str:
+    """The notes of a diagnosis."""
+    return paragraph("Notes:") + bullets(sentences) if sentences else ""
+
+
+def _number(text: str) -> Cell:
+    return Cell(text, number=True)
+
+
+def _remark(estimate: Estimate) -> str:
+    return "" if estimate.std is not None else "not determined by these recordings"

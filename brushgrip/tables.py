@@ -1,0 +1,81 @@
+"""Numbers as files and as tables on the screen."""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.table import Table
+
+from brushgrip.wording import headline, listed, parameters, percent, plain, remainder, sentence, torque
+from identification.results import Diagnosis
+
+
+def csv_text(columns: Mapping[str, NDArray[Any]]) -> str:
+    """Columns of equal length under their names; floats round-trip, truth values are 0 and 1."""
+    lists = [
+        [str(int(v)) for v in values] if values.dtype == bool else [repr(float(v)) for v in values]
+        for values in map(np.asarray, columns.values())
+    ]
+    rows = [",".join(columns), *(",".join(row) for row in zip(*lists, strict=True))]
+    return "\n".join(rows) + "\n"
+
+
+def json_text(content: Any) -> str:
+    """Strict JSON: what is not finite becomes null."""
+    return json.dumps(_finite(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def _finite(content: Any) -> Any:
+    if isinstance(content, Mapping):
+        return {key: _finite(value) for key, value in content.items()}
+    if isinstance(content, Sequence) and not isinstance(content, str):
+        return [_finite(value) for value in content]
+    if isinstance(content, float) and not math.isfinite(content):
+        return None
+    return content
+
+
+def print_summary(diagnosis: Diagnosis) -> None:
+    """Errors, effects and what is left, on standard output."""
+    screen = Console(highlight=False, markup=False)
+    screen.print(headline(diagnosis), style="bold")
+    screen.print(_errors(diagnosis))
+    if diagnosis.effects:
+        screen.print(_effects(diagnosis))
+    screen.print(f"{remainder(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
+    for note in diagnosis.notes:
+        screen.print(f"note: {note}")
+
+
+def _errors(diagnosis: Diagnosis) -> Table:
+    table = Table(title="Torque error, root mean square", title_justify="left")
+    table.add_column("model")
+    for kind in ("training", "held out"):
+        table.add_column(f"{kind} [N m]", justify="right")
+        table.add_column("of range", justify="right")
+    for label, errors in (
+        ("declared", diagnosis.declared),
+        ("before", diagnosis.before),
+        ("after", diagnosis.after),
+    ):
+        row = [label]
+        figures = errors.summary()
+        for place in ("", "holdout_"):
+            row.append(torque(figures[f"{place}torque_rmse"]))
+            row.append(percent(figures[f"{place}torque_nrmse"]))
+        table.add_row(*row)
+    return table
+
+
+def _effects(diagnosis: Diagnosis) -> Table:
+    table = Table(title="Effects found", title_justify="left")
+    for heading in ("effect", "parameters ± standard deviation", "cannot be told from"):
+        table.add_column(heading)
+    for effect in diagnosis.effects:
+        alike = listed([plain(name) for name in effect.indistinguishable_from], "or")
+        table.add_row(plain(effect.name), parameters(effect.parameters), alike or "–")
+    return table

@@ -1,0 +1,241 @@
+"""Extended Kalman filter for mu and the zero of the torque channel, aligning torque measured.
+
+State x = (mu, M_0): both random walks, mu of the ground and M_0 of the sensor. The measurement is
+M_z = h(memory, mu) + M_0, where the memory of the patch is not a random state: given mu it is known. Its
+derivative by mu is carried along exactly, so that d M_z / d mu holds the whole history, and a correction
+of mu corrects the memory too. The filter knows nothing of tyres: h is the model's step.
+
+Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), section 8.3; the covariance in
+Joseph's form, Bucy and Joseph (1968), which stays positive definite under rounding.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cache
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from observers.protocol import Estimate, Sample
+from symbolic import InvalidInputError, Model, Rig, compiled, step_along
+
+Array = NDArray[np.float64]
+STATES = ("mu", "M_0")
+"""Order of the state: friction coefficient [1], zero of the torque channel [N m]."""
+STRETCH = 100
+"""Samples in one call when a recording is run."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tuning:
+    """What the filter believes; torques are shares of 3/8 F_N a, the full-slide torque at mu = 1.
+
+    Attributes:
+        mu: prior friction coefficient [1].
+        mu_std: its standard deviation [1].
+        mu_walk: random walk of mu [1/sqrt(s)].
+        zero_std: prior standard deviation of the torque zero, as a share [1].
+        zero_walk: random walk of the torque zero, as a share [1/sqrt(s)].
+        noise: standard deviation of torque noise and model error in one sample, as a share [1].
+        least, greatest: bounds that mu is projected on [1].
+    """
+
+    mu: float = 1.0
+    mu_std: float = 0.5
+    mu_walk: float = 0.02
+    zero_std: float = 0.03
+    zero_walk: float = 0.001
+    noise: float = 0.05
+    least: float = 0.02
+    greatest: float = 4.0
+
+    def __post_init__(self) -> None:
+        """Check signs and order."""
+        positive = {"mu_std": self.mu_std, "noise": self.noise, "least": self.least}
+        for name, value in positive.items():
+            if not value > 0:
+                raise InvalidInputError(f"{name} must be greater than 0, got {value}")
+        for name in ("mu_walk", "zero_std", "zero_walk"):
+            if not getattr(self, name) >= 0:
+                raise InvalidInputError(f"{name} must be at least 0, got {getattr(self, name)}")
+        if not self.least < self.mu < self.greatest:
+            raise InvalidInputError(
+                f"mu must lie between least and greatest, {self.least} and {self.greatest},"
+                f" got {self.mu}"
+            )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class EkfState:
+    """State of the filter.
+
+    Attributes:
+        memory: the model's memory, shape (m,).
+        carried: its derivative by mu, shape (m, 1).
+        x: mean in the order of `STATES`, shape (2,).
+        P: covariance, shape (2, 2).
+        M_z_predicted: torque expected at the last sample before it was measured [N m].
+    """
+
+    memory: Array
+    carried: Array
+    x: Array
+    P: Array
+    M_z_predicted: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ekf:
+    """The filter: a model, its fixed parameters, the rig and what it believes.
+
+    Attributes:
+        model: the model, with the effects that a diagnosis found if there are any.
+        values: every parameter of the model but mu, by name (`k`, `effect.parameter`).
+        rig: geometry.
+        tuning: prior and noises.
+    """
+
+    model: Model
+    values: Mapping[str, float]
+    rig: Rig
+    tuning: Tuning = field(default_factory=Tuning)
+
+    def init(self, first: Sample) -> EkfState:
+        """The state before the first sample, the patch at rest at its angle."""
+        signals = np.array([first.psi, first.psi_dot, first.F_N, first.dt])
+        memory = np.asarray(self.model.start(signals, self._theta(), self._geometry())).ravel()
+        slide = 0.375 * first.F_N * self.rig.a
+        spread = np.array([self.tuning.mu_std, self.tuning.zero_std * slide])
+        return EkfState(
+            memory=memory,
+            carried=np.zeros((memory.size, 1)),
+            x=np.array([self.tuning.mu, 0.0]),
+            P=np.diag(spread**2),
+            M_z_predicted=float("nan"),
+        )
+
+    def step(self, state: EkfState, sample: Sample) -> EkfState:
+        """One sample: predict, then correct where M_z was measured."""
+        column = np.array([sample.psi, sample.psi_dot, sample.F_N, sample.dt, sample.M_z])
+        outputs = _step(self.model)(
+            state.memory, state.carried, state.x, state.P, column,
+            self._theta(), self._geometry(), self._beliefs(),
+        )  # fmt: skip
+        memory, carried, x, P, predicted = (np.asarray(output) for output in outputs)
+        return EkfState(
+            memory=memory.ravel(),
+            carried=carried,
+            x=x.ravel(),
+            P=P,
+            M_z_predicted=float(predicted.item()),
+        )
+
+    def estimate(self, state: EkfState) -> Estimate:
+        """Mean and standard deviation of mu."""
+        std = float(np.sqrt(state.P[0, 0]))
+        return Estimate(
+            mu=float(state.x[0]),
+            mu_std=std,
+            M_z_predicted=state.M_z_predicted,
+            informed=self._informed(std),
+        )
+
+    def run_samples(self, samples: Array) -> Sequence[Array]:
+        """A whole recording, rows psi, psi_dot, F_N, dt, M_z; see `Observer.run_samples`."""
+        psi, psi_dot, F_N, dt, M_z = samples[:, 0]
+        first = self.init(Sample(psi=psi, psi_dot=psi_dot, F_N=F_N, dt=dt, M_z=M_z))
+        state = [first.memory, first.carried, first.x, first.P]
+        count = samples.shape[1]
+        padded = np.pad(samples, ((0, 0), (0, -count % STRETCH)), mode="edge")
+        constant = [np.tile(v.reshape(-1, 1), STRETCH) for v in self._constants()]
+        stretch = _stretch(self.model)
+        pieces = []
+        for at in range(0, count, STRETCH):
+            made = [np.asarray(m) for m in stretch(*state, padded[:, at : at + STRETCH], *constant)]
+            state = [m[:, -width:] for m, width in zip(made[:4], (1, 1, 1, 2), strict=True)]
+            pieces.append(np.vstack([made[2][0], made[3][0, ::2], made[4].ravel()]))
+        mu, variance, predicted = np.hstack(pieces)[:, :count]
+        std = np.sqrt(variance)
+        return mu, std, predicted, np.array([self._informed(s) for s in std])
+
+    def _informed(self, std: float) -> bool:
+        return bool(std < 0.5 * self.tuning.mu_std)
+
+    def _theta(self) -> Array:
+        return np.asarray(self.model.theta({**self.values, "mu": self.tuning.mu})).ravel()
+
+    def _geometry(self) -> Array:
+        return np.array([self.rig.a, self.rig.e])
+
+    def _beliefs(self) -> Array:
+        t = self.tuning
+        return np.array([t.mu_walk, t.zero_walk, t.noise, t.least, t.greatest])
+
+    def _constants(self) -> tuple[Array, Array, Array]:
+        return self._theta(), self._geometry(), self._beliefs()
+
+
+@cache
+def _step(model: Model) -> ca.Function:
+    return compiled(build_step(model))
+
+
+@cache
+def _stretch(model: Model) -> ca.Function:
+    return compiled(build_step(model).mapaccum("ekf_stretch", STRETCH, 4, {}))
+
+
+@cache
+def build_step(model: Model) -> ca.Function:
+    """One sample of the filter as a casadi Function with named inputs and outputs.
+
+    (memory, carried, x, P, sample, theta, geometry, beliefs) -> (memory, carried, x, P, M_z_predicted);
+    sample holds psi, psi_dot, F_N, dt, M_z, with M_z NaN for prediction alone.
+    """
+    size, parameters = model.memory_size, len(model.parameters)
+    memory, carried = ca.MX.sym("memory", size), ca.MX.sym("carried", size)
+    x, P = ca.MX.sym("x", 2), ca.MX.sym("P", 2, 2)
+    sample, beliefs = ca.MX.sym("sample", 5), ca.MX.sym("beliefs", 5)
+    theta, geometry = ca.MX.sym("theta", parameters), ca.MX.sym("geometry", 2)
+    believed = ca.vertcat(x[0], theta[1:])
+    along = ca.DM.zeros(parameters)
+    along[0] = 1
+    after, carried_after, M_z, slope = step_along(model, 1)(
+        memory, carried, sample[:4], believed, along, geometry
+    )
+    slide = 0.375 * sample[2] * geometry[0]
+    corrected = _correct(x, P, M_z, slope, sample[4], sample[3], slide, beliefs)
+    x_after, P_after = corrected
+    names = ["memory", "carried", "x", "P"]
+    return ca.Function(
+        "ekf_step",
+        [memory, carried, x, P, sample, theta, geometry, beliefs],
+        [after + carried_after * (x_after[0] - x[0]), carried_after, x_after, P_after, M_z + x[1]],
+        [*names, "sample", "theta", "geometry", "beliefs"],
+        [*(f"{name}_next" for name in names), "M_z_predicted"],
+    )
+
+
+def _correct(
+    x: ca.MX,
+    P: ca.MX,
+    M_z: ca.MX,
+    slope: ca.MX,
+    measured: ca.MX,
+    dt: ca.MX,
+    slide: ca.MX,
+    beliefs: ca.MX,
+) -> tuple[ca.MX, ca.MX]:
+    """Random walk over dt, then the correction by one torque measurement, NaN for none."""
+    mu_walk, zero_walk, noise, least, greatest = ca.vertsplit(beliefs)
+    P = P + dt * ca.diag(ca.vertcat(mu_walk, zero_walk * slide) ** 2)
+    H = ca.horzcat(slope, 1)
+    R = (noise * slide) ** 2
+    present = measured == measured  # noqa: PLR0124 - false for NaN alone
+    K = ca.if_else(present, 1, 0) * P @ H.T / (H @ P @ H.T + R)
+    innovation = ca.if_else(present, measured, M_z + x[1]) - (M_z + x[1])
+    x = x + K * innovation
+    x = ca.vertcat(ca.fmax(least, ca.fmin(greatest, x[0])), x[1])
+    keep = ca.MX.eye(2) - K @ H
+    return x, keep @ P @ keep.T + K * R @ K.T
