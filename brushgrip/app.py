@@ -7,6 +7,7 @@ import typer
 
 from brushgrip.commands.demo import demo
 from brushgrip.commands.diagnose import diagnose
+from brushgrip.commands.estimate import estimate
 from brushgrip.commands.fetch import fetch
 from brushgrip.commands.simulate import simulate
 from symbolic.errors import BrushgripError, InvalidInputError
@@ -21,7 +22,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (demo, fetch, simulate, diagnose):
+for command in (demo, fetch, simulate, diagnose, estimate):
     app.command()(command)
 
 

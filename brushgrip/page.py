@@ -25,17 +25,22 @@ def page(title: str, *blocks: str) -> str:
 
 def section(title: str, *blocks: str) -> str:
     """A heading with what belongs to it."""
-    return f"<section>\n<h2>{escape(title)}</h2>\n" + "\n".join(blocks) + "\n</section>"
+    return f"<section>\n<h2>{_text(title)}</h2>\n" + "\n".join(blocks) + "\n</section>"
+
+
+def heading(text: str) -> str:
+    """The headline of the page."""
+    return f"<h1>{_text(text)}</h1>"
 
 
 def paragraph(text: str, style: str = "") -> str:
     """A paragraph."""
-    return f"<p{_class(style)}>{escape(text)}</p>"
+    return f"<p{_class(style)}>{_text(text)}</p>"
 
 
 def bullets(texts: Sequence[str]) -> str:
     """A list of sentences, nothing for none."""
-    items = "".join(f"<li>{escape(text)}</li>\n" for text in texts)
+    items = "".join(f"<li>{_text(text)}</li>\n" for text in texts)
     return f"<ul>\n{items}</ul>" if texts else ""
 
 
@@ -51,7 +56,7 @@ def table(
         cells = _cell("th", first, ' scope="row"') + "".join(_cell("td", c) for c in others)
         body += f"<tr{_class(style)}>{cells}</tr>\n"
     return (
-        f'<div class="scroll"><table>\n<caption>{escape(caption)}</caption>\n'
+        f'<div class="scroll"><table>\n<caption>{_text(caption)}</caption>\n'
         f"<thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody>\n</table></div>"
     )
 
@@ -61,13 +66,18 @@ def figure(png: Path, alternative: str, caption: str) -> str:
     content = base64.b64encode(png.read_bytes()).decode("ascii")
     return (
         f'<figure><img alt="{escape(alternative)}" src="data:image/png;base64,{content}">\n'
-        f"<figcaption>{escape(caption)}</figcaption></figure>"
+        f"<figcaption>{_text(caption)}</figcaption></figure>"
     )
+
+
+def _text(text: str) -> str:
+    """The text as it stands, a percent sign kept on the line of its number."""
+    return escape(text).replace(" %", "&nbsp;%")
 
 
 def _cell(tag: str, cell: Cell, attributes: str = "") -> str:
     style = " ".join(name for name, on in (("number", cell.number), ("worse", cell.warn)) if on)
-    return f"<{tag}{attributes}{_class(style)}>{escape(cell.text)}</{tag}>"
+    return f"<{tag}{attributes}{_class(style)}>{_text(cell.text)}</{tag}>"
 
 
 def _class(style: str) -> str:

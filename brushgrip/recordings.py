@@ -48,9 +48,7 @@ def locate(name: str) -> Path:
     )
 
 
-def read_all(
-    names: Sequence[str], rig: Path | None, *, torque_required: bool = True
-) -> list[Recording]:
+def read_all(names: Sequence[str], rig: Path | None, *, torque_required: bool = True) -> list[Recording]:
     """The recordings of these names, in order, each under a name of its own.
 
     Args:

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from brushgrip.friction import FrictionTrack
-from brushgrip.page import figure, page, paragraph, section
+from brushgrip.page import figure, heading, page, paragraph, section
 from brushgrip.pictures import draw_candidates, draw_friction, draw_loops, draw_residuals
 from brushgrip.report_tables import (
     candidates_table,
@@ -21,9 +21,7 @@ from identification.results import Diagnosis
 PAGE = "report.html"
 
 
-def write_report(
-    folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack] = ()
-) -> Path:
+def write_report(folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack] = ()) -> Path:
     """Writes report.html, loops.png, residuals.png, candidates.png and, with tracks, friction.png.
 
     Args:
@@ -54,13 +52,13 @@ def write_report(
 def _opening(diagnosis: Diagnosis) -> str:
     training, holdout = len(diagnosis.recordings), len(diagnosis.holdout)
     judged = (
-        f"{_count(holdout)} held out to judge it"
+        f"{holdout} held out to judge the result"
         if holdout
         else "none held out: training recordings were left out in turn to judge"
     )
     return (
         '<header>\n<p class="kind">brushgrip diagnosis</p>\n'
-        f"{paragraph(headline(diagnosis)).replace('<p>', '<h1>').replace('</p>', '</h1>')}\n"
+        f"{heading(headline(diagnosis))}\n"
         f"{paragraph(remainder(diagnosis), 'lead')}\n"
         f"{paragraph(f'{_count(training)} for training, {judged}.', 'faint')}\n</header>"
     )

@@ -10,7 +10,16 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from brushgrip.wording import headline, listed, parameters, percent, plain, remainder, sentence, torque
+from brushgrip.wording import (
+    headline,
+    listed,
+    parameters,
+    percent,
+    plain,
+    remainder,
+    sentence,
+    torque,
+)
 from identification.results import Diagnosis
 
 

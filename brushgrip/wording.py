@@ -101,9 +101,7 @@ def worse(diagnosis: Diagnosis, recording: str) -> bool:
 
 
 def _ordinal(number: int) -> str:
-    return (
-        f"{number}{ {1: 'st', 2: 'nd', 3: 'rd'}.get(number if number < 20 else number % 10, 'th') }"
-    )
+    return f"{number}{ {1: 'st', 2: 'nd', 3: 'rd'}.get(number if number < 20 else number % 10, 'th') }"
 
 
 def _power(value: float, std: float) -> tuple[float, int]:

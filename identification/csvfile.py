@@ -83,9 +83,7 @@ def _declare(
     declared[name], places[name] = value, row
 
 
-def _header(
-    path: Path, row: int, fields: Sequence[str], *, torque_required: bool
-) -> Mapping[str, int]:
+def _header(path: Path, row: int, fields: Sequence[str], *, torque_required: bool) -> Mapping[str, int]:
     names = [field.strip() for field in fields]
     for name in (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS):
         if names.count(name) > 1:
@@ -98,9 +96,7 @@ def _header(
             f"from the header {excerpt(','.join(names))}; expected {','.join(needed)}, "
             f"optional {','.join(OPTIONAL_COLUMNS)}"
         )
-    return {
-        name: names.index(name) for name in (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS) if name in names
-    }
+    return {name: names.index(name) for name in (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS) if name in names}
 
 
 def _columns(

@@ -17,7 +17,7 @@ from identification.leftover import unexplained
 from identification.recordings import Recording
 from identification.results import Candidate, Diagnosis, Errors, Estimate, FoundEffect, Series
 from identification.scoring import Array, delta_bic, deviations, rmse_of
-from identification.search import Progress, Step, freeze, model_of, search
+from identification.search import Progress, Step, model_of, search
 from symbolic import InvalidInputError, simulate
 
 
@@ -85,9 +85,7 @@ def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> 
     names = [r.name for r in everything]
     for name in names:
         if names.count(name) > 1:
-            raise InvalidInputError(
-                f"recording {name!r} is given twice; every recording counts once"
-            )
+            raise InvalidInputError(f"recording {name!r} is given twice; every recording counts once")
     for recording in everything:
         torque_range(recording)
 
@@ -202,7 +200,5 @@ def _notes(before: Errors, after: Errors, fitted: Fit) -> tuple[str, ...]:
         if after.nrmse[name] > before.nrmse[name]
     ]
     if not fitted.converged:
-        notes.append(
-            f"the final fit stopped early ({fitted.status}); more samples or bounds may help"
-        )
+        notes.append(f"the final fit stopped early ({fitted.status}); more samples or bounds may help")
     return tuple(notes)

@@ -163,9 +163,7 @@ class _Problem:
     ) -> None:
         self.model, self.recordings, self.start = model, recordings, start
         self.parameters = [(parameter_name(e, p), p) for e, p in model.parameters]
-        shared = [
-            (None, name) for name, p in self.parameters if p.scope == "shared" and free_shared
-        ]
+        shared = [(None, name) for name, p in self.parameters if p.scope == "shared" and free_shared]
         own = [
             (recording.name, name)
             for recording in recordings
@@ -222,9 +220,7 @@ class _Problem:
     def residuals(self, x: Array) -> Array:
         """Stacked torque errors over range, missing samples left out."""
         errors = self.torque_errors(x)
-        parts = [
-            errors[r.name][self.present[r.name]] / self.ranges[r.name] for r in self.recordings
-        ]
+        parts = [errors[r.name][self.present[r.name]] / self.ranges[r.name] for r in self.recordings]
         return np.concatenate(parts)
 
     def jacobian(self, x: Array) -> Array:
@@ -253,9 +249,7 @@ class _Problem:
             for recording in self.recordings:
                 theta = np.asarray(self.model.theta(values.of(recording.name))).ravel()
                 geometry = np.array([recording.rig.a, recording.rig.e])
-                made = simulate(
-                    self.model, self.signals[recording.name], theta, geometry, directions
-                )
+                made = simulate(self.model, self.signals[recording.name], theta, geometry, directions)
                 torques[recording.name] = (made.M_z, made.sensitivities)
             self._last = (key, torques)
         return self._last[1]

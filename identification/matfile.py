@@ -64,8 +64,7 @@ def _load(path: Path) -> Mapping[str, Array | None]:
         return read_arrays(content)
     except DamagedFileError as error:
         raise InvalidInputError(
-            f"{path}: is damaged, it cannot be read as a MATLAB 5 file ({error}); copy or save it "
-            "again"
+            f"{path}: is damaged, it cannot be read as a MATLAB 5 file ({error}); copy or save it again"
         ) from None
 
 

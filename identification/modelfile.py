@@ -74,9 +74,7 @@ def read_model(path: Path) -> FoundModel:
     except ValueError as error:
         raise InvalidInputError(f"{path}: not a JSON file: {error}") from None
     if not isinstance(content, dict) or content.get("version") != VERSION:
-        raise InvalidInputError(
-            f"{path}: not a model file of version {VERSION}, as diagnose writes it"
-        )
+        raise InvalidInputError(f"{path}: not a model file of version {VERSION}, as diagnose writes it")
     names = content.get("effects")
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise InvalidInputError(f"{path}: 'effects' must be a list of effect names")

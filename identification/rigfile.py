@@ -41,9 +41,7 @@ def read_rig(path: str | Path) -> tuple[Rig, Tyre]:
         raise InvalidInputError(f"{path}: {error}") from None
 
 
-def with_declared(
-    nominal: tuple[Rig, Tyre] | None, declared: Mapping[str, float]
-) -> tuple[Rig, Tyre]:
+def with_declared(nominal: tuple[Rig, Tyre] | None, declared: Mapping[str, float]) -> tuple[Rig, Tyre]:
     """The nominal rig and tyre, overridden by what a recording says.
 
     Args:
@@ -76,9 +74,7 @@ def _section(path: Path, document: Mapping[str, object], name: str) -> dict[str,
         raise InvalidInputError(f"{path}: section [{name}] is missing; it holds {allowed}")
     for key, value in section.items():
         if key not in _ALLOWED[name]:
-            raise InvalidInputError(
-                f"{path}: [{name}] unknown key {excerpt(key)}; allowed: {allowed}"
-            )
+            raise InvalidInputError(f"{path}: [{name}] unknown key {excerpt(key)}; allowed: {allowed}")
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise InvalidInputError(
                 f"{path}: [{name}] {key} must be a number, got {excerpt(str(value))}"

@@ -86,6 +86,50 @@ def judged(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> J
     )
 
 
+def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Array]:
+    """Residuals of every recording had it not been fitted, to first order of the parameters [N m].
+
+    The shared parameters move by the Gauss-Newton step of the other recordings alone; then what belongs
+    to the recording is refitted. A single recording keeps its residuals.
+    """
+    if len(recordings) < 2:
+        return dict(fitted.residuals)
+    owners = np.array([owner or "" for owner, _ in fitted.labels])
+    blocks, at = {}, 0
+    for recording in recordings:
+        present = np.isfinite(fitted.residuals[recording.name])
+        rows = slice(at, at + int(present.sum()))
+        blocks[recording.name] = (rows, present, torque_range(recording))
+        at = rows.stop
+    stacked = np.concatenate(
+        [fitted.residuals[name][present] / span for name, (_, present, span) in blocks.items()]
+    )
+    residuals = {}
+    for name, (rows, present, span) in blocks.items():
+        others, mine = owners != name, owners == name
+        shared = owners == ""
+        rest = np.ones(stacked.size, dtype=bool)
+        rest[rows] = False
+        step = np.zeros(owners.size)
+        step[others] = _least_squares(fitted.jacobian[np.ix_(rest, others)], -stacked[rest])
+        moved = stacked[rows] + fitted.jacobian[rows][:, shared] @ step[shared]
+        own = fitted.jacobian[rows][:, mine]
+        left = np.full(present.size, np.nan)
+        left[present] = (moved + own @ _least_squares(own, -moved)) * span
+        residuals[name] = left
+    return residuals
+
+
+def _least_squares(matrix: Array, target: Array) -> Array:
+    """Least squares that leaves directions alone about which the data say nothing."""
+    size = np.sqrt((matrix**2).sum(axis=0))
+    known = size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300)
+    solution = np.zeros(matrix.shape[1])
+    scaled = matrix[:, known] / size[known]
+    solution[known] = np.linalg.lstsq(scaled, target, rcond=1e-8)[0] / size[known]
+    return solution
+
+
 def advantage(better: Judgement, worse: Judgement) -> tuple[float, float]:
     """How much lower the mean squared error over range is, and the standard error of that.
 
@@ -107,9 +151,7 @@ def delta_bic(richer: Fit, poorer: Fit, recordings: Sequence[Recording]) -> floa
 
 
 def _weighted_sum(fitted: Fit, recordings: Sequence[Recording]) -> float:
-    return sum(
-        float(np.nansum((fitted.residuals[r.name] / torque_range(r)) ** 2)) for r in recordings
-    )
+    return sum(float(np.nansum((fitted.residuals[r.name] / torque_range(r)) ** 2)) for r in recordings)
 
 
 def deviations(fitted: Fit, recordings: Sequence[Recording]) -> Array:

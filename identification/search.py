@@ -5,20 +5,20 @@ from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
 from multiprocessing import get_context
+from typing import Any
 
 from identification.fit import COARSE, TOLERANCE, Fit, Values, first_values, fit
 from identification.recordings import Recording
-from identification.scoring import Array, Judgement, advantage, delta_bic, judged
+from identification.scoring import Judgement, advantage, delta_bic, judged, leave_one_out
 from symbolic import EFFECTS, Model, effects_named
 
 CORNERS = 16
 """Zone corners kept in identification; beyond this depth they carry less than 1e-6 of the torque."""
-LEAST_GAIN = 0.02
+LEAST_GAIN = 0.01
 """An effect has to lower the judged error by this share to be named."""
-RESOLUTION = 3e-4
-"""Errors over range are not compared below this, the accuracy of the discretised patch."""
+RESOLUTION = 5e-4
+"""It has to explain more than this of the range, the accuracy of the discretised patch."""
 LEAST_EVIDENCE = 0.0
 """An effect has to lower the information criterion by more than this to be named."""
 CLEAR = 2.0
@@ -74,7 +74,7 @@ def attempt(
     """Fit a model and judge it.
 
     With held-out recordings every shared parameter stays frozen on them. Without, each training
-    recording is held out in turn (two or more of them), and the judged errors are those.
+    recording is left out in turn (two or more of them), and the judged errors are those.
     """
     model = model_of(effects)
     begin = start or first_values(model, training)
@@ -87,10 +87,7 @@ def attempt(
             held_out=held_out,
             judgement=judged(held_out.residuals, holdout),
         )
-    residuals = (
-        fitted.residuals if len(training) < 2 else _leave_one_out(fitted, training, tolerance)
-    )
-    judgement = judged(residuals, training)
+    judgement = judged(leave_one_out(fitted, training), training)
     return Trial(effects=tuple(effects), fitted=fitted, held_out=None, judgement=judgement)
 
 
@@ -99,19 +96,6 @@ def freeze(fitted: Fit, recordings: Sequence[Recording], tolerance: float = TOLE
     own = first_values(fitted.model, recordings).own
     start = Values(shared=fitted.values.shared, own=own)
     return fit(fitted.model, recordings, start, free_shared=False, tolerance=tolerance)
-
-
-def _leave_one_out(
-    fitted: Fit, training: Sequence[Recording], tolerance: float
-) -> dict[str, Array]:
-    residuals: dict[str, Array] = {}
-    for left_out in training:
-        rest = [r for r in training if r is not left_out]
-        own = {r.name: fitted.values.own[r.name] for r in rest}
-        start = Values(shared=fitted.values.shared, own=own)
-        refitted = fit(fitted.model, rest, start, tolerance=tolerance)
-        residuals.update(freeze(refitted, [left_out], tolerance).residuals)
-    return residuals
 
 
 def search(
@@ -131,7 +115,7 @@ def search(
         progress: called with what is being done, trials done, and trials in this step.
         candidates: names of the effects that may be picked.
     """
-    report = progress or (lambda message, done, total: None)
+    report = progress or _silent
     report("fitting the declared structure", 0, 1)
     current = attempt((), training, holdout)
     steps: list[Step] = []
@@ -147,6 +131,10 @@ def search(
             current = attempt(step.chosen.effects, training, holdout, start)
 
 
+def _silent(message: str, done: int, total: int) -> None:
+    del message, done, total
+
+
 def _try_all(
     current: Trial,
     names: Sequence[str],
@@ -159,8 +147,7 @@ def _try_all(
     report(label, 0, len(names))
     start = current.fitted.values
     futures = [
-        submit(attempt, (*current.effects, name), training, holdout, start, COARSE)
-        for name in names
+        submit(attempt, (*current.effects, name), training, holdout, start, COARSE) for name in names
     ]
     trials = []
     for done, trial in enumerate(as_completed(futures), start=1):
@@ -182,8 +169,9 @@ def _decide(current: Trial, tried: Sequence[Trial], training: Sequence[Recording
 
 def _earns_its_place(trial: Trial, current: Trial, training: Sequence[Recording]) -> bool:
     """Lower judged error by a clear margin, and by the information criterion on the training data."""
-    gain = current.nrmse - trial.nrmse
-    if not gain > max(LEAST_GAIN * current.nrmse, RESOLUTION):
+    if not trial.nrmse < (1 - LEAST_GAIN) * current.nrmse:
+        return False
+    if not current.nrmse**2 - trial.nrmse**2 > RESOLUTION**2:
         return False
     mean, error = advantage(trial.judgement, current.judgement)
     if not mean > CLEAR * error:

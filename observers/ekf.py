@@ -46,7 +46,7 @@ class Tuning:
     mu_walk: float = 0.02
     zero_std: float = 0.03
     zero_walk: float = 0.001
-    noise: float = 0.05
+    noise: float = 0.3
     least: float = 0.02
     greatest: float = 4.0
 

@@ -36,6 +36,4 @@ def run(observer: Observer, t: Array, psi: Array, F_N: Array, M_z: Array) -> Est
     steps = np.concatenate([dt[:1], dt])
     samples = np.vstack([psi, causal_rate(t, psi), F_N, steps, M_z])
     mu, mu_std, predicted, informed = observer.run_samples(samples)
-    return Estimates(
-        t=t, mu=mu, mu_std=mu_std, M_z_predicted=predicted, informed=informed.astype(bool)
-    )
+    return Estimates(t=t, mu=mu, mu_std=mu_std, M_z_predicted=predicted, informed=informed.astype(bool))

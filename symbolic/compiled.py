@@ -67,9 +67,7 @@ def _library(function: ca.Function, command: str) -> Path:
     generator = ca.CodeGenerator(f"{function.name()}.c")
     generator.add(function)
     source = generator.dump()
-    digest = hashlib.sha256(
-        "\0".join((source, command, _processor(), *FLAGS)).encode()
-    ).hexdigest()[:24]
+    digest = hashlib.sha256("\0".join((source, command, _processor(), *FLAGS)).encode()).hexdigest()[:24]
     folder = cache_directory()
     library = folder / f"{function.name()}_{digest}.so"
     if not library.exists():

@@ -57,8 +57,7 @@ class Model:
     def coordinates(self) -> tuple[str, ...]:
         """Names of the parameter vector theta: mu, k, then effect.parameter."""
         return tuple(
-            f"{effect.name}.{p.coordinate}" if effect else p.coordinate
-            for effect, p in self.parameters
+            f"{effect.name}.{p.coordinate}" if effect else p.coordinate for effect, p in self.parameters
         )
 
     @property

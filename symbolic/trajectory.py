@@ -64,14 +64,11 @@ def simulate(
     for first in range(0, count, STRETCH):
         *state, torque, derivative = stretch(*state, padded[:, first : first + STRETCH], *constant)
         state = [
-            value[:, -width:] if width else value
-            for value, width in zip(state, (1, d), strict=True)
+            value[:, -width:] if width else value for value, width in zip(state, (1, d), strict=True)
         ]
         torques.append(np.asarray(torque).ravel())
         derivatives.append(np.asarray(derivative).reshape(d, STRETCH, order="F").T)
-    return Torque(
-        M_z=np.concatenate(torques)[:count], sensitivities=np.concatenate(derivatives)[:count]
-    )
+    return Torque(M_z=np.concatenate(torques)[:count], sensitivities=np.concatenate(derivatives)[:count])
 
 
 def _column(vector: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -115,9 +112,7 @@ def _start_with_sensitivities(model: Model, d: int) -> ca.Function:
         seeds,
         ca.MX(geometry.numel(), d),
     )
-    return ca.Function(
-        "start_along", [signals, theta, seeds, geometry], [memory, ca.densify(along)]
-    )
+    return ca.Function("start_along", [signals, theta, seeds, geometry], [memory, ca.densify(along)])
 
 
 def _stretch(model: Model, d: int) -> ca.Function:

@@ -193,6 +193,4 @@ def _worth_keeping(n: int) -> ca.Function:
     goes = ca.logic_and(full, weight <= ca.mmin(weight))
     keep = ca.logic_and(used, ca.logic_not(ca.logic_and(goes, inner)))
     options = {"is_diff_in": [False] * 3, "is_diff_out": [False]}
-    return ca.Function(
-        "worth_keeping", [xi, r, unit], [keep], ["xi", "r", "unit"], ["keep"], options
-    )
+    return ca.Function("worth_keeping", [xi, r, unit], [keep], ["xi", "r", "unit"], ["keep"], options)

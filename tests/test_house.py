@@ -36,9 +36,7 @@ def test_no_other_distribution_installs_our_packages() -> None:
     # pytest puts the checkout first; the installed command does not, and would import theirs.
     installed = importlib.metadata.packages_distributions()
 
-    assert {
-        p: installed.get(p, []) for p in PACKAGES if set(installed.get(p, [])) - {"brushgrip"}
-    } == {}
+    assert {p: installed.get(p, []) for p in PACKAGES if set(installed.get(p, [])) - {"brushgrip"}} == {}
 
 
 @pytest.mark.parametrize("package", PACKAGES)
@@ -60,9 +58,7 @@ def test_public_names_resolve(package: str) -> None:
 
 
 def test_files_hold_one_idea(repository_root: Path) -> None:
-    lengths = {
-        path: len(path.read_text("utf-8").splitlines()) for path in source_files(repository_root)
-    }
+    lengths = {path: len(path.read_text("utf-8").splitlines()) for path in source_files(repository_root)}
 
     assert {path: n for path, n in lengths.items() if n > MAX_FILE_LINES} == {}
 

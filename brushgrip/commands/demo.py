@@ -1,5 +1,6 @@
 """`brushgrip demo`."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -9,10 +10,15 @@ import brushgrip
 from brushgrip.atomic import staged_directory
 from brushgrip.commands.diagnose import write_diagnosis
 from brushgrip.console import progress, say
+from brushgrip.friction import FrictionTrack
+from brushgrip.observing import ObserverName, observe, track
 from brushgrip.recordings import read_all
 from brushgrip.report import PAGE
 from brushgrip.tables import print_summary
 from identification.diagnose import diagnose
+from identification.modelfile import FoundModel
+from identification.recordings import Recording
+from identification.results import Diagnosis
 from symbolic.errors import InvalidInputError
 
 RIG = "rig.toml"
@@ -32,9 +38,20 @@ def demo(
     with staged_directory(out) as stage:
         with progress() as report:
             result = diagnose(recordings, holdout, progress=report)
-        write_diagnosis(stage, result)
+        write_diagnosis(stage, result, friction_of(holdout, result))
     print_summary(result)
     say(f"report: {out / PAGE}")
+
+
+def friction_of(recordings: Sequence[Recording], diagnosis: Diagnosis) -> list[FrictionTrack]:
+    """Friction over each recording, by the declared model and by the one that was found."""
+    found = FoundModel(model=diagnosis.model, shared=diagnosis.values.shared, own={})
+    observer = ObserverName.EKF
+    return [
+        track(observer, recording, observe(observer, recording, model), label)
+        for recording in recordings
+        for model, label in ((None, "declared model"), (found, "model found"))
+    ]
 
 
 def embedded_folder() -> Path:

@@ -45,9 +45,7 @@ def diagnose(
     say(f"report: {out / PAGE}")
 
 
-def write_diagnosis(
-    folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack] = ()
-) -> None:
+def write_diagnosis(folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack] = ()) -> None:
     """Writes diagnosis.json, model.json, report.html and the pictures into an existing folder."""
     for name, text in (
         ("diagnosis.json", json_text(diagnosis.to_dict())),

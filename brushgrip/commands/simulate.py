@@ -43,9 +43,7 @@ def simulate(
         say(f"wrote {final}")
 
 
-def parameters_for(
-    recording: Recording, found: FoundModel | None
-) -> tuple[Model, dict[str, float]]:
+def parameters_for(recording: Recording, found: FoundModel | None) -> tuple[Model, dict[str, float]]:
     """The model to use for a recording, declared or found, and all of its parameter values.
 
     Raises:

@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from brushgrip.friction import FrictionTrack
-from brushgrip.pictures.style import MEASURED, TRACKS, legend_above, picture
+from brushgrip.pictures.style import AFTER, MEASURED, TRACKS, legend_above, literal, picture
 
 BAND = 2.0
 """Standard deviations to either side of the estimate."""
@@ -20,14 +20,15 @@ def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
     """One panel per recording; bold where a sample was informative, pale where mu is held."""
     names = list(dict.fromkeys(track.name for track in tracks))
     labels = list(dict.fromkeys(track.label for track in tracks))
-    colours = {label: TRACKS[i % len(TRACKS)] for i, label in enumerate(labels)}
+    palette = TRACKS if len(labels) > 1 else (AFTER,)
+    colours = {label: palette[i % len(palette)] for i, label in enumerate(labels)}
     with picture(path, 1.1 + 2.4 * len(names)) as figure:
         panels = figure.subplots(len(names), 1, squeeze=False)[:, 0]
         for axes, name in zip(panels, names, strict=True):
             own = [track for track in tracks if track.name == name]
             for track in own:
                 _track(axes, track, colours[track.label])
-            axes.set_title(name)
+            axes.set_title(literal(name))
             axes.set_ylabel("friction coefficient μ [1]")
             axes.set_ylim(*_limits(own))
             axes.margins(x=0.01)
@@ -37,7 +38,8 @@ def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
 
 def _track(axes: Axes, track: FrictionTrack, colour: str) -> None:
     low, high = track.mu - BAND * track.mu_std, track.mu + BAND * track.mu_std
-    axes.fill_between(track.t, low, high, color=colour, alpha=0.16, lw=0)
+    for where, alpha in ((track.informed, 0.18), (~track.informed, 0.06)):
+        axes.fill_between(track.t, low, high, where=where.tolist(), color=colour, alpha=alpha, lw=0)
     axes.plot(track.t, track.mu, color=colour, lw=0.8, alpha=0.45)
     axes.plot(track.t, np.where(track.informed, track.mu, np.nan), color=colour, lw=1.8)
     if track.reference is not None:
@@ -64,9 +66,7 @@ def _limits(tracks: Sequence[FrictionTrack]) -> tuple[float, float]:
 
 
 def _key(tracks: Sequence[FrictionTrack], colours: dict[str, str]) -> list[Artist]:
-    key: list[Artist] = [
-        Line2D([], [], color=c, lw=1.8, label=label) for label, c in colours.items()
-    ]
+    key: list[Artist] = [Line2D([], [], color=c, lw=1.8, label=label) for label, c in colours.items()]
     key.append(Patch(color="#777777", alpha=0.25, lw=0, label=f"± {BAND:.0f} standard deviations"))
     key.append(Line2D([], [], color="#777777", lw=0.8, alpha=0.6, label="pale: not informed"))
     if any(track.reference is not None for track in tracks):

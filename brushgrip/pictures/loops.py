@@ -12,6 +12,7 @@ from brushgrip.pictures.style import (
     MEASURED,
     entitle,
     legend_above,
+    literal,
     ordered,
     picture,
 )
@@ -53,7 +54,7 @@ def _loop(axes: Axes, series: Series, diagnosis: Diagnosis, width: float = 1.2) 
         artists += axes.plot(series.psi, torque, color=colour, lw=width * share, label=label)
     before, after = diagnosis.before.nrmse[series.name], diagnosis.after.nrmse[series.name]
     if width < 1:
-        axes.set_title(f"{series.name}\n{percent(before)} → {percent(after)}", fontsize=8)
+        axes.set_title(f"{literal(series.name)}\n{percent(before)} → {percent(after)}", fontsize=8)
     else:
         entitle(axes, series, f", error {percent(before)} → {percent(after)} of range")
     return artists

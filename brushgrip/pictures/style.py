@@ -14,7 +14,8 @@ from identification.results import Diagnosis, Series
 
 MEASURED, BEFORE, AFTER, QUIET = "#3c3c3c", "#e07b00", "#0063a8", "#b9bec4"
 """Dark grey, orange, blue and a grey for what stands back: told apart by every kind of eye."""
-TRACKS = (AFTER, BEFORE, "#008f6b", "#a0559c")
+TRACKS = (BEFORE, AFTER, "#008f6b", "#a0559c")
+"""Colours of estimates of friction; the declared model comes first."""
 WIDTH = 10.0
 """Width of every picture [in]."""
 
@@ -66,4 +67,9 @@ def ordered(diagnosis: Diagnosis) -> list[Series]:
 def entitle(axes: Axes, series: Series, text: str = "") -> None:
     """The name of a recording and what it was used for, over the axes."""
     role = "held out" if series.held_out else "training"
-    axes.set_title(f"{series.name} ({role}){text}")
+    axes.set_title(f"{literal(series.name)} ({role}){text}")
+
+
+def literal(text: str) -> str:
+    """The text as it stands: a dollar sign in a file's name begins no formula."""
+    return text.replace("$", r"\$")

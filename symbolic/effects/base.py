@@ -101,9 +101,7 @@ class Effect:
         """What it remembers before the first sample, shape (memory,)."""
         raise NotImplementedError(f"{self.name} has memory but no initial value")
 
-    def sense(
-        self, signals: Signals, memory: Expression, values: Values
-    ) -> tuple[Signals, Expression]:
+    def sense(self, signals: Signals, memory: Expression, values: Values) -> tuple[Signals, Expression]:
         """What reaches the patch of the sample that was recorded, and the next memory."""
         del values
         return signals, memory

@@ -18,9 +18,7 @@ class FrictionDrift(Effect):
     summary: str = "friction changes with the way turned"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="gain", unit="1", neutral=0.0, start=0.1, lower=-0.9, upper=3.0, scale=0.1),
-        Parameter(
-            name="scale", unit="rad", neutral=None, start=0.5, lower=0.05, upper=20.0, scale=0.5
-        ),
+        Parameter(name="scale", unit="rad", neutral=None, start=0.5, lower=0.05, upper=20.0, scale=0.5),
     )
     memory: int = 2
 
@@ -28,9 +26,7 @@ class FrictionDrift(Effect):
         """The last angle [rad] and the way turned so far [rad]."""
         return ca.vertcat(signals.psi, 0)
 
-    def sense(
-        self, signals: Signals, memory: Expression, values: Values
-    ) -> tuple[Signals, Expression]:
+    def sense(self, signals: Signals, memory: Expression, values: Values) -> tuple[Signals, Expression]:
         """Count the way turned."""
         del values
         way = memory[1] + ca.fabs(signals.psi - memory[0])

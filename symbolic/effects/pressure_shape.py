@@ -19,9 +19,7 @@ class PressureShape(Effect):
     name: str = "pressure_shape"
     summary: str = "the pressure is flatter or sharper than a parabola"
     parameters: tuple[Parameter, ...] = (
-        Parameter(
-            name="exponent", unit="1", neutral=2.0, start=2.3, lower=0.6, upper=12.0, scale=1.0
-        ),
+        Parameter(name="exponent", unit="1", neutral=2.0, start=2.3, lower=0.6, upper=12.0, scale=1.0),
     )
     discrete: bool = True
 

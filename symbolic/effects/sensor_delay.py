@@ -25,22 +25,16 @@ class SensorDelay(Effect):
     name: str = "sensor_delay"
     summary: str = "the torque channel is late against the angle"
     parameters: tuple[Parameter, ...] = (
-        Parameter(
-            name="delay", unit="s", neutral=0.0, start=0.004, lower=0.0, upper=0.15, scale=0.01
-        ),
+        Parameter(name="delay", unit="s", neutral=0.0, start=0.004, lower=0.0, upper=0.15, scale=0.01),
     )
     memory: int = 3 * DEPTH
 
     def initial(self, signals: Signals) -> Expression:
         """Ages, angles and rates of the last samples, all at the first one."""
         ages = ca.linspace(ca.DM(0), ca.DM(DEPTH - 1), DEPTH) * signals.dt
-        return ca.vertcat(
-            ages, ca.repmat(signals.psi, DEPTH, 1), ca.repmat(signals.psi_dot, DEPTH, 1)
-        )
+        return ca.vertcat(ages, ca.repmat(signals.psi, DEPTH, 1), ca.repmat(signals.psi_dot, DEPTH, 1))
 
-    def sense(
-        self, signals: Signals, memory: Expression, values: Values
-    ) -> tuple[Signals, Expression]:
+    def sense(self, signals: Signals, memory: Expression, values: Values) -> tuple[Signals, Expression]:
         """The angle and the rate of `delay` ago; older than the memory holds, the oldest."""
         ages, angles, rates = ca.vertsplit(memory, DEPTH)
         ages = ca.vertcat(0, ages[:-1] + signals.dt)

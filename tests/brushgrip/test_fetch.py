@@ -116,9 +116,7 @@ class TestLocalCopy:
         assert [path.name for path in paths] == ["run1.mat", "estimate_run1.csv"]
         assert said == [f"copied 2 files from {source}", f"absent from {source}: run2.mat"]
 
-    def test_simulations_may_stand_beside(
-        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-    ) -> None:
+    def test_simulations_may_stand_beside(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         source = local_copy(tmp_path / "measured", monkeypatch, run2=None)
         (source.parent / "thesis_simulation").mkdir()
         (source.parent / "thesis_simulation" / "run2.mat").write_bytes(b"second")
@@ -198,9 +196,7 @@ class TestDownload:
 
 
 @pytest.mark.measured
-def test_published_copy(
-    tmp_path: Path, measured_dir: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_published_copy(tmp_path: Path, measured_dir: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("BRUSHGRIP_DATA", str(measured_dir))
     paths = fetch(tmp_path / "out")
 

@@ -39,9 +39,7 @@ def write_mat(folder: Path, **changes: Any) -> Path:
     return path
 
 
-def message_of(
-    path: Path, rig: tuple[Rig, Tyre] | None = RIG, *, torque_required: bool = True
-) -> str:
+def message_of(path: Path, rig: tuple[Rig, Tyre] | None = RIG, *, torque_required: bool = True) -> str:
     with pytest.raises(InvalidInputError) as caught:
         read_recording(path, rig, torque_required=torque_required)
     message = str(caught.value)
@@ -78,9 +76,7 @@ class TestCsv:
         np.testing.assert_allclose(recording.t, T)
 
     @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
-    def test_byte_order_mark_line_ends_and_trailing_blank_lines(
-        self, tmp_path: Path, end: str
-    ) -> None:
+    def test_byte_order_mark_line_ends_and_trailing_blank_lines(self, tmp_path: Path, end: str) -> None:
         rows = ["\ufeff# measured on Monday", "", *rows_of(), "", "  ", ""]
         plain = read_recording(write(tmp_path, rows_of()), RIG)
         recording = read_recording(write(tmp_path, rows, end=end), RIG)

@@ -181,9 +181,7 @@ def _share(
     parameters: Mapping[str, float],
 ) -> float:
     """Change of the torque, rms over the range without the effect [1]; nothing is refitted."""
-    fine = hand_path(
-        seed, duration, hand=PLANTINGS[name].hand, load=load, rate=SAMPLE_RATE * SUBSTEPS
-    )
+    fine = hand_path(seed, duration, hand=PLANTINGS[name].hand, load=load, rate=SAMPLE_RATE * SUBSTEPS)
     drive = Drive(
         t=fine.t[::SUBSTEPS],
         psi=fine.psi[::SUBSTEPS],

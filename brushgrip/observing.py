@@ -1,0 +1,59 @@
+"""Observers put to work on recordings: the settings a command chooses, and tracks to draw."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from enum import StrEnum
+
+from brushgrip.friction import FrictionTrack
+from identification.modelfile import FoundModel
+from identification.recordings import Recording
+from observers import Ekf, Estimates, Observer, Tuning, run
+from symbolic import Model
+
+
+class ObserverName(StrEnum):
+    """Observers by the name that a user gives."""
+
+    EKF = "ekf"
+
+
+def _ekf(recording: Recording, found: FoundModel | None) -> Ekf:
+    tuning = Tuning()
+    if found is None:
+        model, values = Model(), {"k": recording.tyre.k}
+    else:
+        # What a diagnosis fitted to whole recordings, as their torque zero, no causal observer knows.
+        shared_only = replace(found, own={})
+        model, values = found.model, shared_only.values_for(recording.name, tuning.mu)
+        del values["mu"]
+    return Ekf(model=model, values=values, rig=recording.rig, tuning=tuning)
+
+
+_BUILDERS: dict[ObserverName, Callable[[Recording, FoundModel | None], Observer]] = {
+    ObserverName.EKF: _ekf,
+}
+
+
+def observe(name: ObserverName, recording: Recording, found: FoundModel | None = None) -> Estimates:
+    """Friction over a recording, sample by sample.
+
+    Args:
+        name: the observer.
+        recording: what was measured.
+        found: the model that a diagnosis found; the declared model, k as given, without it.
+    """
+    observer = _BUILDERS[name](recording, found)
+    return run(observer, recording.t, recording.psi, recording.F_N, recording.M_z)
+
+
+def track(name: ObserverName, recording: Recording, estimates: Estimates, model: str) -> FrictionTrack:
+    """Estimates ready to be drawn; `model` says in words which model the observer used."""
+    return FrictionTrack(
+        name=recording.name,
+        label=f"{name.upper()}, {model}",
+        t=estimates.t,
+        mu=estimates.mu,
+        mu_std=estimates.mu_std,
+        informed=estimates.informed,
+        reference=recording.tyre.mu,
+    )

@@ -1,0 +1,205 @@
+"""A diagnosis made by hand, recordings on disk, and the command as a user meets it."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from brushgrip.app import main
+from brushgrip.friction import FrictionTrack
+from identification.fit import Values
+from identification.results import (
+    Candidate,
+    Diagnosis,
+    Errors,
+    Estimate,
+    FoundEffect,
+    Series,
+    Unexplained,
+)
+from symbolic import EFFECTS, Model, effects_named
+
+RIG = "[rig]\na = 0.045\ne = 0.009\n\n[tyre]\nk = 2.4e6\nmu = 1.2\n"
+
+
+class Outcome(NamedTuple):
+    """What a command left: exit status, standard output, standard error."""
+
+    status: int
+    out: str
+    err: str
+
+
+@pytest.fixture(autouse=True)
+def own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """No data of this user or machine is found by chance."""
+    monkeypatch.delenv("BRUSHGRIP_DATA", raising=False)
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "user_data"))
+    monkeypatch.setenv("COLUMNS", "120")
+
+
+@pytest.fixture
+def run(capfd: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
+    """Runs the command with arguments."""
+
+    def command(*arguments: object) -> Outcome:
+        with pytest.raises(SystemExit) as exit_:
+            main([str(argument) for argument in arguments])
+        assert isinstance(exit_.value.code, int)
+        return Outcome(exit_.value.code, *capfd.readouterr())
+
+    return command
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Path:
+    path = tmp_path / "rig.toml"
+    path.write_text(RIG)
+    return path
+
+
+@pytest.fixture
+def table() -> dict[str, np.ndarray]:
+    """A good recording: one turn to and fro."""
+    t = np.arange(60) * 0.01
+    psi = 0.2 * np.sin(2 * np.pi * t / 0.6)
+    return {"t": t, "psi": psi, "M_z": -7 * np.tanh(20 * psi), "F_N": np.full(60, 400.0)}
+
+
+@pytest.fixture
+def write_csv(tmp_path: Path, table: dict[str, np.ndarray]) -> Callable[..., Path]:
+    """Writes a recording, with columns replaced or (None) left out, and lines put on top."""
+
+    def write(name: str = "run.csv", columns: Mapping[str, object] | None = None, top: str = "") -> Path:
+        path = tmp_path / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        chosen = {k: v for k, v in {**table, **(columns or {})}.items() if v is not None}
+        rows = zip(*chosen.values(), strict=True)
+        lines = [",".join(chosen), *(",".join(str(value) for value in row) for row in rows)]
+        path.write_text(top + "\n".join(lines) + "\n")
+        return path
+
+    return write
+
+
+def _series(name: str, number: int, held_out: bool) -> Series:
+    noise = np.random.default_rng(number).normal(0, 0.08, 600)
+    t = np.arange(600) * 0.02
+    psi = (0.2 + 0.03 * number) * np.sin(1.1 * t) * np.cos(0.31 * t + number)
+    true = -8 * np.tanh(9 * (psi + 0.05 * np.cos(1.1 * t)))
+    measured = true + noise
+    measured[100:110] = np.nan
+    return Series(
+        name=name,
+        held_out=held_out,
+        t=t,
+        psi=psi,
+        F_N=np.full(600, 400.0),
+        measured=measured,
+        before=true + 0.5 * np.sin(2 * t),
+        after=true + 0.1 * np.sin(2 * t),
+    )
+
+
+def _errors(shares: dict[str, float], training: tuple[str, ...]) -> Errors:
+    return Errors(
+        rmse={name: 16 * share for name, share in shares.items()},
+        nrmse=shares,
+        training=training,
+        holdout=tuple(name for name in shares if name not in training),
+    )
+
+
+def _effects() -> tuple[FoundEffect, ...]:
+    return (
+        FoundEffect(
+            name="carcass_torsion",
+            summary=EFFECTS["carcass_torsion"].summary,
+            parameters={"k_t": Estimate(value=391.234, std=4.2, unit="N m/rad")},
+            holdout_nrmse_after=0.03,
+            delta_bic=-412.3,
+            indistinguishable_from=("patch_width",),
+        ),
+        FoundEffect(
+            name="torque_offset",
+            summary=EFFECTS["torque_offset"].summary,
+            parameters={"M_0 [train_a]": Estimate(value=-0.12, std=None, unit="N m")},
+            holdout_nrmse_after=0.023,
+            delta_bic=-55.1,
+            indistinguishable_from=(),
+        ),
+    )
+
+
+@pytest.fixture
+def make_diagnosis() -> Callable[..., Diagnosis]:
+    """Builds a diagnosis without any estimation; `worse` names recordings that got worse."""
+
+    def make(
+        training: tuple[str, ...] = ("train_a", "train_b"),
+        holdout: tuple[str, ...] = ("held_c", "held_d", "held_e"),
+        *,
+        found: bool = True,
+        unexplained: bool = True,
+        worse: tuple[str, ...] = (),
+    ) -> Diagnosis:
+        names = (*training, *holdout)
+        before = {name: 0.04 + 0.001 * i for i, name in enumerate(names)}
+        final = {n: (share + 0.01 if n in worse else 0.55 * share) for n, share in before.items()}
+        after = final if found else before
+        effects = _effects() if found else ()
+        return Diagnosis(
+            recordings=training,
+            holdout=holdout,
+            declared=_errors({name: 1.6 * share for name, share in before.items()}, training),
+            before=_errors(before, training),
+            after=_errors(after, training),
+            effects=effects,
+            candidates=tuple(
+                Candidate(
+                    name=name,
+                    summary=effect.summary,
+                    holdout_nrmse=0.03 + 0.001 * i,
+                    delta_bic=-400.0 + 30 * i,
+                )
+                for i, (name, effect) in enumerate(EFFECTS.items())
+            ),
+            unexplained=Unexplained(present=unexplained, evidence="follows psi_dot <by> 0.4 & F_N"),
+            parameters={
+                "k": Estimate(value=2.4312e6, std=1.2e4, unit="N/m^2"),
+                **{f"mu [{n}]": Estimate(value=1.3, std=0.012, unit="1") for n in names},
+                "carcass_torsion.k_t": Estimate(value=391.234, std=4.2, unit="N m/rad"),
+            },
+            model=Model(effects=effects_named([effect.name for effect in effects])),
+            values=Values(
+                shared={"k": 2.4312e6, **({"carcass_torsion.k_t": 391.234} if found else {})},
+                own={name: {"mu": 1.3} for name in names},
+            ),
+            series=tuple(_series(name, i, name in holdout) for i, name in enumerate(names)),
+            notes=tuple(f"{name} got worse" for name in worse),
+        )
+
+    return make
+
+
+@pytest.fixture
+def tracks() -> list[FrictionTrack]:
+    """Two observers on each of two recordings; not informed in the first two seconds."""
+    t = np.arange(500) * 0.02
+    informed = t > 2
+    spread = np.where(informed, 0.05, 0.6) * np.exp(-0.1 * t)
+    return [
+        FrictionTrack(
+            name=name,
+            label=label,
+            t=t,
+            mu=1.3 - 0.2 * np.exp(-t) + (0.1 * np.sin(t) if "declared" in label else 0),
+            mu_std=spread,
+            informed=informed,
+            reference=1.3 if name == "held_c" else None,
+        )
+        for name in ("held_c", "held_d")
+        for label in ("EKF, declared model", "EKF, model found")
+    ]

@@ -1,0 +1,147 @@
+import base64
+import re
+from collections.abc import Callable
+from html.parser import HTMLParser
+from pathlib import Path
+
+import matplotlib
+import pytest
+
+from brushgrip.friction import FrictionTrack
+from brushgrip.report import write_report
+from identification.results import Diagnosis
+
+Make = Callable[..., Diagnosis]
+PNG = b"\x89PNG\r\n\x1a\n"
+VOID = {"meta", "img", "link", "br"}
+
+
+class Page(HTMLParser):
+    """Collects text and links, and fails on a tag that is not closed."""
+
+    def __init__(self, text: str) -> None:  # noqa: D107
+        super().__init__()
+        self.text, self.addresses, self.headings = "", [], []
+        self._open: list[str] = []
+        self.feed(text)
+        assert self._open == []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in VOID:
+            self._open.append(tag)
+        self.addresses += [value or "" for name, value in attrs if name in ("src", "href")]
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self._open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        data = data.replace("\u00a0", " ")
+        self.text += data
+        if self._open and self._open[-1] in ("h1", "h2"):
+            self.headings.append(data)
+
+
+def written(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_writes_page_and_pictures(
+    tmp_path: Path, make_diagnosis: Make, tracks: list[FrictionTrack]
+) -> None:
+    path = write_report(tmp_path / ".", make_diagnosis(), tracks)
+
+    pictures = ["candidates.png", "friction.png", "loops.png", "residuals.png"]
+    assert path == tmp_path / "report.html"
+    assert written(tmp_path) == sorted([*pictures, "report.html"])
+    for picture in pictures:
+        assert (tmp_path / picture).read_bytes().startswith(PNG)
+
+
+def test_page_stands_alone(tmp_path: Path, make_diagnosis: Make, tracks: list[FrictionTrack]) -> None:
+    text = write_report(tmp_path, make_diagnosis(), tracks).read_text("utf-8")
+    page = Page(text)
+
+    assert len(page.addresses) == 4
+    for address in page.addresses:
+        head, content = address.split(",")
+        assert head == "data:image/png;base64"
+        assert base64.b64decode(content).startswith(PNG)
+    assert not re.search(r"https?://|url\(|@import|<script", text)
+
+
+def test_page_says_everything_in_order(
+    tmp_path: Path, make_diagnosis: Make, tracks: list[FrictionTrack]
+) -> None:
+    page = Page(write_report(tmp_path, make_diagnosis(), tracks).read_text("utf-8"))
+
+    assert page.headings == [
+        "The declared model misses carcass torsion and torque offset: "
+        "held-out error 4.30 % → 2.37 % of range.",
+        "Torque errors",
+        "Hysteresis loops",
+        "Residuals",
+        "Candidates",
+        "Effects found",
+        "Friction over time",
+        "What remains unexplained",
+    ]
+    assert "k_t = 391.2 ± 4.2 N m/rad" in page.text
+    assert "patch width" in page.text
+    assert "Follows psi_dot <by> 0.4 & F_N." in page.text
+
+
+def test_a_recording_that_got_worse_is_marked(tmp_path: Path, make_diagnosis: Make) -> None:
+    text = write_report(tmp_path, make_diagnosis(worse=("held_d",))).read_text("utf-8")
+
+    marked = [row for row in re.findall(r"<tr.*?</tr>", text) if "▲ worse" in row]
+    assert len(marked) == 1
+    assert "held_d" in marked[0]
+    assert "<li>held_d got worse</li>" in text
+
+
+def test_without_tracks_nothing_is_said_about_friction_over_time(
+    tmp_path: Path, make_diagnosis: Make
+) -> None:
+    page = Page(write_report(tmp_path, make_diagnosis()).read_text("utf-8"))
+
+    assert "Friction over time" not in page.headings
+    assert "friction.png" not in written(tmp_path)
+
+
+def test_names_are_escaped(tmp_path: Path, make_diagnosis: Make) -> None:
+    diagnosis = make_diagnosis(training=(r"<b>$x_1\frac$</b>",), holdout=())
+    page = Page(write_report(tmp_path, diagnosis).read_text("utf-8"))
+
+    assert r"<b>$x_1\frac$</b>" in page.text
+
+
+@pytest.mark.parametrize(("training", "holdout"), [(1, 0), (2, 0), (1, 1), (9, 4)])
+def test_any_number_of_recordings(
+    tmp_path: Path, make_diagnosis: Make, training: int, holdout: int
+) -> None:
+    diagnosis = make_diagnosis(
+        training=tuple(f"train_{i}" for i in range(training)),
+        holdout=tuple(f"held_{i}" for i in range(holdout)),
+        found=training != 2,
+        unexplained=False,
+    )
+    page = Page(write_report(tmp_path, diagnosis).read_text("utf-8"))
+
+    for name in (*diagnosis.recordings, *diagnosis.holdout):
+        assert name in page.text
+
+
+def test_drawing_leaves_no_global_state(tmp_path: Path, make_diagnosis: Make) -> None:
+    before = dict(matplotlib.rcParams)
+    write_report(tmp_path, make_diagnosis())
+
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_pictures_are_reproducible(tmp_path: Path, make_diagnosis: Make) -> None:
+    pages = []
+    for folder in (tmp_path / "one", tmp_path / "two"):
+        folder.mkdir()
+        pages.append(write_report(folder, make_diagnosis()).read_bytes())
+
+    assert pages[0] == pages[1]
