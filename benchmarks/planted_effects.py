@@ -17,11 +17,11 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from identification.diagnose import diagnose  # noqa: E402
-from identification.recordings import Recording  # noqa: E402
-from identification.smoothing import smoothed_rate  # noqa: E402
-from symbolic import EFFECTS, Rig, Tyre  # noqa: E402
-from tests.rig.campaign import Campaign, campaign  # noqa: E402
+from identification.diagnose import diagnose
+from identification.recordings import Recording
+from identification.smoothing import smoothed_rate
+from symbolic import EFFECTS, Rig, Tyre
+from tests.rig.campaign import Campaign, campaign
 
 NOISE = 0.004
 """White noise that the rig puts on the torque, over its range."""

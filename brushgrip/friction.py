@@ -18,8 +18,9 @@ class FrictionTrack:
         t: time [s].
         mu: estimated friction coefficient [1].
         mu_std: its standard deviation [1].
-        informed: True where the sample says something about mu.
-        reference: declared or true friction coefficient [1], None where unknown.
+        informed: False while the estimate still rests on the prior.
+        reference: friction coefficient to compare with [1], None where unknown.
+        reference_label: where the reference comes from.
     """
 
     name: str
@@ -29,3 +30,4 @@ class FrictionTrack:
     mu_std: Array
     informed: NDArray[np.bool_]
     reference: float | None = None
+    reference_label: str = "declared μ"

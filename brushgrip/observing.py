@@ -22,7 +22,7 @@ def _ekf(recording: Recording, found: FoundModel | None) -> Ekf:
     if found is None:
         model, values = Model(), {"k": recording.tyre.k}
     else:
-        # What a diagnosis fitted to whole recordings, as their torque zero, no causal observer knows.
+        # A causal observer cannot know what was fitted to a whole recording, as its torque zero.
         shared_only = replace(found, own={})
         model, values = found.model, shared_only.values_for(recording.name, tuning.mu)
         del values["mu"]
@@ -47,7 +47,7 @@ def observe(name: ObserverName, recording: Recording, found: FoundModel | None =
 
 
 def track(name: ObserverName, recording: Recording, estimates: Estimates, model: str) -> FrictionTrack:
-    """Estimates ready to be drawn; `model` says in words which model the observer used."""
+    """Estimates ready to be drawn beside the declared mu; `model` says which model was used."""
     return FrictionTrack(
         name=recording.name,
         label=f"{name.upper()}, {model}",

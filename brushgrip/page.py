@@ -45,18 +45,17 @@ def bullets(texts: Sequence[str]) -> str:
 
 
 def table(
-    caption: str, header: Sequence[Cell], rows: Sequence[Sequence[Cell]], *, summary_rows: int = 0
+    caption: str, header: Sequence[Cell], rows: Sequence[Sequence[Cell]], *, narrow: bool = False
 ) -> str:
-    """A table whose first column names the rows; the last `summary_rows` stand out."""
+    """A table whose first column names the rows; a narrow one is only as wide as it needs to be."""
     head = "".join(_cell("th", cell, ' scope="col"') for cell in header)
     body = ""
-    for number, row in enumerate(rows):
-        style = "mean" if number >= len(rows) - summary_rows else ""
-        first, *others = row
+    for first, *others in rows:
         cells = _cell("th", first, ' scope="row"') + "".join(_cell("td", c) for c in others)
-        body += f"<tr{_class(style)}>{cells}</tr>\n"
+        body += f"<tr>{cells}</tr>\n"
     return (
-        f'<div class="scroll"><table>\n<caption>{_text(caption)}</caption>\n'
+        f'<div class="scroll"><table{_class("narrow" if narrow else "")}>\n'
+        f"<caption>{_text(caption)}</caption>\n"
         f"<thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody>\n</table></div>"
     )
 

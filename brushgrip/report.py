@@ -143,8 +143,8 @@ def _friction(folder: Path, friction: Sequence[FrictionTrack]) -> str:
         figure(
             path,
             "Estimated friction coefficient over time with its band of two standard deviations.",
-            "Causal estimates: each value uses only samples up to its time. Bold where the sample "
-            "says something about μ, pale where the estimate is only held.",
+            "Causal estimates: each value uses only samples up to its time. Bold where the "
+            "estimate is informed by the recording, pale while it still rests on the prior.",
         ),
         friction_table(friction),
     )

@@ -125,7 +125,7 @@ def parameters_table(diagnosis: Diagnosis) -> str:
     ]
     header = [Cell("parameter"), _number("value ± standard deviation"), Cell("")]
     caption = "All parameters of the final model; a recording's own ones carry its name"
-    return table(caption, header, rows) if rows else ""
+    return table(caption, header, rows, narrow=True) if rows else ""
 
 
 def friction_table(tracks: Sequence[FrictionTrack]) -> str:
@@ -133,13 +133,13 @@ def friction_table(tracks: Sequence[FrictionTrack]) -> str:
     rows = []
     for track in tracks:
         final = Estimate(value=float(track.mu[-1]), std=float(track.mu_std[-1]), unit="1")
-        declared = "–" if track.reference is None else f"{track.reference:.4g}"
+        reference = "–" if track.reference is None else f"{track.reference:.4g}"
         rows.append(
             [
                 Cell(track.name),
                 Cell(track.label),
                 _number(quantity(final)),
-                _number(declared),
+                _number(reference),
                 _number(f"{100 * float(np.mean(track.informed)):.0f} %"),
             ]
         )
@@ -147,10 +147,12 @@ def friction_table(tracks: Sequence[FrictionTrack]) -> str:
         Cell("recording"),
         Cell("observer"),
         _number("μ at the end ± standard deviation"),
-        _number("declared μ"),
+        _number("reference"),
         _number("informed samples"),
     ]
-    return table("Friction at the last sample", header, rows)
+    references = dict.fromkeys(t.reference_label for t in tracks if t.reference is not None)
+    named = f"; reference: {listed(list(references))}" if references else ""
+    return table(f"Friction at the last sample{named}", header, rows)
 
 
 def notes(sentences: Sequence[str]) -> str:

@@ -172,7 +172,7 @@ class _Problem:
         ]
         self.labels: list[tuple[str | None, str]] = [*shared, *own]
         self.by_name = dict(self.parameters)
-        self.scales = np.array([self._scale(self.by_name[name]) for _, name in self.labels])
+        self.scales: Array = np.array([self._scale(self.by_name[name]) for _, name in self.labels])
         self.signals = {r.name: signals_of(r) for r in recordings}
         self.ranges = {r.name: torque_range(r) for r in recordings}
         self.present = {r.name: np.isfinite(r.M_z) for r in recordings}
@@ -184,11 +184,11 @@ class _Problem:
 
     def origin(self) -> Array:
         """The start in scaled coordinates."""
-        coordinates = []
-        for recording, name in self.labels:
+        coordinates = np.empty(len(self.labels))
+        for i, (recording, name) in enumerate(self.labels):
             place = self.start.shared if recording is None else self.start.own[recording]
-            coordinates.append(self.by_name[name].to_coordinate(place[name]))
-        return np.array(coordinates) / self.scales
+            coordinates[i] = self.by_name[name].to_coordinate(place[name])
+        return coordinates / self.scales
 
     def bounds(self) -> tuple[Array, Array]:
         """Lower and upper bounds in scaled coordinates."""
@@ -227,7 +227,7 @@ class _Problem:
         """Exact derivatives of `residuals`."""
         torques = self._simulated(x)
         columns = {label: i for i, label in enumerate(self.labels)}
-        blocks = []
+        blocks: list[Array] = []
         for recording in self.recordings:
             present = self.present[recording.name]
             block = np.zeros((int(present.sum()), len(self.labels)))

@@ -5,9 +5,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.fit import torque_range
 from identification.recordings import Recording
 from identification.results import Unexplained
-from identification.scoring import autocorrelation_time, rmse_of, torque_range
+from identification.scoring import autocorrelation_time, rmse_of
 
 Array = NDArray[np.float64]
 LEAST_SHARE = 1.5e-3

@@ -63,7 +63,8 @@ class BristlePatch:
         """Check the numbers of bristles."""
         if self.lengthways < 4 or self.rows < 1:
             raise InvalidInputError(
-                f"a bristle patch needs lengthways >= 4 and rows >= 1, got {self.lengthways}, {self.rows}"
+                f"a bristle patch needs lengthways >= 4 and rows >= 1, "
+                f" got {self.lengthways} and {self.rows}"
             )
 
     @property
@@ -100,14 +101,14 @@ class BristlePatch:
     ) -> tuple[Expression, Expression]:
         """One sample of every bristle, in q / a; see `Patch.advance`."""
         n = self.bristles
-        lever, limit, moments, rest = ca.vertsplit(drive, [0, n, 2 * n, 3 * n, 3 * n + 2])
+        lever, limit, moments = drive[:n], drive[n : 2 * n], drive[2 * n : 3 * n]
         moved = -lever * turn
         if self.traits.relaxation is None:
             stress = after = _clip(memory + moved, limit)
         else:
             # The stop with a Maxwell branch: sliding relieves spring and branch together.
-            gain, decay = rest[0], rest[1]
-            q, m = ca.vertsplit(memory, n)
+            gain, decay = drive[3 * n], drive[3 * n + 1]
+            q, m = memory[:n], memory[n:]
             q, m = q + moved, m * decay + gain * moved
             slip = (q + m - _clip(q + m, limit)) / (1 + gain)
             q, m = q - slip, m - gain * slip

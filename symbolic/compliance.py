@@ -44,7 +44,7 @@ def solve_turn(
         ["residual", "slope"],
         {"is_diff_out": [True, False]},
     )
-    found = ca.MX(0)
+    found: Expression = ca.MX(0)
     for _ in range(SEARCH_STEPS):
         residual, slope = newton(before, found, rest, goal, give)
         found = found - residual / slope

@@ -57,17 +57,16 @@ def simulate(
     _check_shapes(signals, theta, geometry, seeds, parameters)
     count, d = signals.shape[1], seeds.shape[1]
     start, stretch = _functions(model, d)
-    state = start(signals[:, 0], theta, seeds, geometry)
+    memory, carried = (np.asarray(part) for part in start(signals[:, 0], theta, seeds, geometry))
     constant = [np.tile(block, STRETCH) for block in (_column(theta), seeds, _column(geometry))]
     padded = np.pad(signals, ((0, 0), (0, -count % STRETCH)), mode="edge")
     torques, derivatives = [], []
     for first in range(0, count, STRETCH):
-        *state, torque, derivative = stretch(*state, padded[:, first : first + STRETCH], *constant)
-        state = [
-            value[:, -width:] if width else value for value, width in zip(state, (1, d), strict=True)
-        ]
-        torques.append(np.asarray(torque).ravel())
-        derivatives.append(np.asarray(derivative).reshape(d, STRETCH, order="F").T)
+        made = stretch(memory, carried, padded[:, first : first + STRETCH], *constant)
+        memories, carrieds, torque, derivative = (np.asarray(part) for part in made)
+        memory, carried = memories[:, -1], carrieds[:, carrieds.shape[1] - d :]
+        torques.append(torque.ravel())
+        derivatives.append(derivative.reshape(d, STRETCH, order="F").T)
     return Torque(M_z=np.concatenate(torques)[:count], sensitivities=np.concatenate(derivatives)[:count])
 
 

@@ -141,7 +141,7 @@ def _compact(n: int, keep: Expression, *columns: Expression) -> list[Expression]
 def _order(candidates: int, n: int) -> ca.Function:
     """Which of 0, candidate 1, candidate 2 ... stands in each of n places; it has no derivative."""
     keep = ca.MX.sym("keep", candidates)
-    numbers = ca.DM(range(1, candidates + 1))
+    numbers = ca.MX(ca.DM(range(1, candidates + 1)))
     place = ca.fmin(ca.if_else(keep, _running_sum(candidates)(keep) - 1, n), n)
     order = ca.repmat(ca.mmax(keep * numbers), n + 1, 1)
     order.nz[place] = numbers

@@ -1,6 +1,7 @@
 """`brushgrip demo`."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -48,7 +49,11 @@ def friction_of(recordings: Sequence[Recording], diagnosis: Diagnosis) -> list[F
     found = FoundModel(model=diagnosis.model, shared=diagnosis.values.shared, own={})
     observer = ObserverName.EKF
     return [
-        track(observer, recording, observe(observer, recording, model), label)
+        replace(
+            track(observer, recording, observe(observer, recording, model), label),
+            reference=diagnosis.values.own[recording.name]["mu"],
+            reference_label="μ fitted afterwards to the whole recording",
+        )
         for recording in recordings
         for model, label in ((None, "declared model"), (found, "model found"))
     ]

@@ -17,7 +17,7 @@ BAND = 2.0
 
 
 def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
-    """One panel per recording; bold where a sample was informative, pale where mu is held."""
+    """One panel per recording; bold where it is informed, pale while it rests on the prior."""
     names = list(dict.fromkeys(track.name for track in tracks))
     labels = list(dict.fromkeys(track.label for track in tracks))
     palette = TRACKS if len(labels) > 1 else (AFTER,)
@@ -68,7 +68,9 @@ def _limits(tracks: Sequence[FrictionTrack]) -> tuple[float, float]:
 def _key(tracks: Sequence[FrictionTrack], colours: dict[str, str]) -> list[Artist]:
     key: list[Artist] = [Line2D([], [], color=c, lw=1.8, label=label) for label, c in colours.items()]
     key.append(Patch(color="#777777", alpha=0.25, lw=0, label=f"± {BAND:.0f} standard deviations"))
-    key.append(Line2D([], [], color="#777777", lw=0.8, alpha=0.6, label="pale: not informed"))
-    if any(track.reference is not None for track in tracks):
-        key.append(Line2D([], [], color=MEASURED, ls="--", lw=1.0, label="declared"))
+    key.append(Line2D([], [], color="#777777", lw=0.8, alpha=0.6, label="pale: rests on the prior"))
+    references = dict.fromkeys(t.reference_label for t in tracks if t.reference is not None)
+    if references:
+        label = ", ".join(references)
+        key.append(Line2D([], [], color=MEASURED, ls="--", lw=1.0, label=label))
     return key

@@ -54,7 +54,8 @@ class Parameter:
         """Check that the start lies within the bounds."""
         if not self.lower <= self.start <= self.upper:
             raise InvalidInputError(
-                f"parameter {self.name}: start must lie in [{self.lower}, {self.upper}], got {self.start}"
+                f"parameter {self.name}: start must lie in"
+                f" [{self.lower}, {self.upper}], got {self.start}"
             )
 
 

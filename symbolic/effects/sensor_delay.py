@@ -36,10 +36,9 @@ class SensorDelay(Effect):
 
     def sense(self, signals: Signals, memory: Expression, values: Values) -> tuple[Signals, Expression]:
         """The angle and the rate of `delay` ago; older than the memory holds, the oldest."""
-        ages, angles, rates = ca.vertsplit(memory, DEPTH)
-        ages = ca.vertcat(0, ages[:-1] + signals.dt)
-        angles = ca.vertcat(signals.psi, angles[:-1])
-        rates = ca.vertcat(signals.psi_dot, rates[:-1])
+        ages = ca.vertcat(0, memory[: DEPTH - 1] + signals.dt)
+        angles = ca.vertcat(signals.psi, memory[DEPTH : 2 * DEPTH - 1])
+        rates = ca.vertcat(signals.psi_dot, memory[2 * DEPTH : -1])
         span = ca.fmax(ages[1:] - ages[:-1], SHORTEST)
         into = ca.fmax(0, ca.fmin(1, (values["delay"] - ages[:-1]) / span))
         late = replace(
