@@ -46,8 +46,8 @@ def solve_turn(
     )
     found: Expression = ca.MX(0)
     for _ in range(SEARCH_STEPS):
-        residual, slope = newton(before, found, rest, goal, give)
-        found = found - residual / slope
+        off, steep = newton(before, found, rest, goal, give)
+        found = found - off / steep
     search = ca.Function(
         "search",
         [before, rest, goal, give],
@@ -57,5 +57,5 @@ def solve_turn(
         {"is_diff_out": [False]},
     )
     start = search(memory, drive, asked, compliance)
-    residual, slope = newton(memory, start, drive, asked, compliance)
-    return start - residual / slope
+    residual, steepness = newton(memory, start, drive, asked, compliance)
+    return start - residual / steepness

@@ -1,0 +1,96 @@
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from brushgrip.app import main, repeat_holdout
+from brushgrip.fetch import FetchError
+from symbolic.errors import InvalidInputError
+
+
+@pytest.mark.parametrize(
+    ("given", "spread"),
+    [
+        ("diagnose a b --out d", "diagnose a b --out d"),
+        (
+            "diagnose a --holdout c d e --out d",
+            "diagnose a --holdout c --holdout d --holdout e --out d",
+        ),
+        ("diagnose a --holdout c --holdout d", "diagnose a --holdout c --holdout d"),
+        ("--holdout c d --holdout e", "--holdout c --holdout d --holdout e"),
+        ("--holdout c d -- a b", "--holdout c --holdout d -- a b"),
+        ("-- --holdout a b", "-- --holdout a b"),
+        ("--holdout=c a", "--holdout=c a"),
+        ("a --holdout", "a --holdout"),
+        ("a --holdout --out d", "a --holdout --out d"),
+        ("", ""),
+    ],
+)
+def test_repeat_holdout(given: str, spread: str) -> None:
+    assert repeat_holdout(given.split()) == spread.split()
+
+
+def test_help_lists_the_commands(run: Callable[..., Any]) -> None:
+    outcome = run("--help")
+
+    assert outcome.status == 0
+    for command in ("demo", "fetch", "simulate", "diagnose", "estimate"):
+        assert command in outcome.out
+
+
+@pytest.mark.parametrize("command", ["demo", "fetch", "simulate", "diagnose", "estimate"])
+def test_every_command_has_help(run: Callable[..., Any], command: str) -> None:
+    outcome = run(command, "--help")
+
+    assert outcome.status == 0
+    assert "--out" in outcome.out
+
+
+@pytest.mark.parametrize(
+    "arguments", [["diagnose"], ["diagnose", "a.csv"], ["estimate", "a", "--out", "b"], ["none"]]
+)
+def test_usage_errors(run: Callable[..., Any], arguments: list[str]) -> None:
+    assert run(*arguments).status == 2
+
+
+@pytest.mark.parametrize(
+    ("error", "status"), [(InvalidInputError("bad\nthing"), 2), (FetchError("bad\nthing"), 1)]
+)
+def test_known_errors_take_one_line(
+    run: Callable[..., Any], monkeypatch: pytest.MonkeyPatch, error: Exception, status: int
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise error
+
+    monkeypatch.setattr("brushgrip.app.app", fail)
+    outcome = run("fetch")
+
+    assert outcome.status == status
+    assert outcome.err == "brushgrip: bad thing\n"
+
+
+def test_unknown_errors_propagate(monkeypatch: pytest.MonkeyPatch) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr("brushgrip.app.app", fail)
+    with pytest.raises(ZeroDivisionError):
+        main(["fetch"])
+
+
+def test_as_a_process(tmp_path: Path, repository_root: Path) -> None:
+    made = subprocess.run(
+        [sys.executable, "-m", "brushgrip", "diagnose", "nowhere", "--out", str(tmp_path / "out")],
+        cwd=repository_root,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+    assert made.returncode == 2
+    assert made.stdout == ""
+    assert made.stderr.startswith("brushgrip: nowhere: no such recording; looked for nowhere, ")
+    assert made.stderr.count("\n") == 1

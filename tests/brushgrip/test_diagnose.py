@@ -1,0 +1,183 @@
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from brushgrip.commands import demo as demonstrating
+from brushgrip.commands import diagnose as diagnosing
+from identification.recordings import Recording
+from identification.results import Diagnosis
+
+Run = Callable[..., Any]
+Write = Callable[..., Path]
+FILES = [
+    "candidates.png", "diagnosis.json", "loops.png", "model.json", "report.html", "residuals.png",
+]  # fmt: skip
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch, make_diagnosis: Callable[..., Diagnosis]) -> list[Any]:
+    """Puts a made-up diagnosis in place of the search; holds what was asked of it."""
+    calls: list[Any] = []
+
+    def close(
+        recordings: Sequence[Recording],
+        holdout: Sequence[Recording],
+        *,
+        jobs: int | None = None,
+        progress: Callable[[str, int, int], None],
+    ) -> Diagnosis:
+        progress("trying", 1, 2)
+        training, held_out = (tuple(r.name for r in group) for group in (recordings, holdout))
+        calls.append((training, held_out, jobs))
+        return make_diagnosis(training, held_out, worse=training[:1])
+
+    monkeypatch.setattr(diagnosing, "close_the_loop", close)
+    monkeypatch.setattr(demonstrating, "diagnose", close)
+    return calls
+
+
+@pytest.fixture
+def paths(write_csv: Write) -> list[Path]:
+    return [
+        write_csv(f"{name}.csv", {"M_z": [float(number + i) for i in range(60)]})
+        for number, name in enumerate("abcd")
+    ]
+
+
+def test_writes_everything(
+    run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path
+) -> None:
+    a, b, c, d = paths
+    out = tmp_path / "new" / "out"
+    outcome = run("diagnose", a, b, "--rig", rig, "--holdout", c, d, "--out", out, "--jobs", 3)
+
+    assert outcome.status == 0
+    assert asked == [(("a", "b"), ("c", "d"), 3)]
+    assert sorted(path.name for path in out.iterdir()) == FILES
+    assert sorted(path.name for path in (tmp_path / "new").iterdir()) == ["out"]
+    content = json.loads((out / "diagnosis.json").read_text())
+    assert content["recordings"] == ["a", "b"]
+    assert content["effects"][0]["name"] == "carcass_torsion"
+    assert json.loads((out / "model.json").read_text())["effects"][0] == "carcass_torsion"
+
+
+def test_says_what_was_found(
+    run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    outcome = run("diagnose", "--rig", rig, "--out", out, paths[0], "--holdout", *paths[1:3])
+
+    assert asked
+    assert outcome.err == ""
+    for words in (
+        "misses carcass torsion and torque offset",
+        "declared",
+        "391.2 ± 4.2 N m/rad",
+        "patch width",
+        "note: a got worse",
+        f"report: {out / 'report.html'}",
+    ):
+        assert words in outcome.out
+
+
+def test_repeated_flags(
+    run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path
+) -> None:
+    held_out = [word for path in paths[1:] for word in ("--holdout", path)]
+    run("diagnose", paths[0], *held_out, "--out", tmp_path / "out", "--rig", rig)
+
+    assert asked == [(("a",), ("b", "c", "d"), None)]
+
+
+def test_no_holdout(run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path) -> None:
+    outcome = run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
+
+    assert outcome.status == 0
+    assert asked == [(("a", "b", "c", "d"), (), None)]
+
+
+def test_training_and_held_out_must_differ(
+    run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path
+) -> None:
+    outcome = run("diagnose", *paths[:2], "--holdout", paths[1], "--out", tmp_path / "out", "--rig", rig)
+
+    assert outcome.status == 2
+    assert outcome.err.count("\n") == 1
+    assert "is the same recording as" in outcome.err
+    assert asked == []
+
+
+def test_a_failure_leaves_nothing(
+    run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(diagnosing, "close_the_loop", fail)
+    before = sorted(tmp_path.iterdir())
+    with pytest.raises(ZeroDivisionError):
+        run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
+
+    assert sorted(tmp_path.iterdir()) == before
+
+
+def test_constant_torque_takes_one_line(run: Run, write_csv: Write, rig: Path, tmp_path: Path) -> None:
+    path = write_csv("flat.csv", {"M_z": [1.0] * 60})
+    outcome = run("diagnose", path, "--out", tmp_path / "out", "--rig", rig)
+
+    assert outcome.status == 2
+    assert outcome.err.count("\n") == 1
+    assert "flat: M_z is constant" in outcome.err
+    assert not (tmp_path / "out").exists()
+
+
+class TestDemo:
+    def test_runs_on_the_embedded_recordings(
+        self, run: Run, asked: list[Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    ) -> None:
+        monkeypatch.setattr(demonstrating, "friction_of", lambda *_: [])
+        outcome = run("demo", "--out", tmp_path / "out")
+        (training, held_out, _) = asked[0]
+
+        assert outcome.status == 0
+        assert len(training) >= 2
+        assert len(held_out) >= 1
+        assert sorted(path.name for path in (tmp_path / "out").iterdir()) == FILES
+
+    def test_friction_by_both_models(
+        self, make_diagnosis: Callable[..., Diagnosis], write_csv: Write, rig: Path
+    ) -> None:
+        from brushgrip.recordings import read_all
+
+        path = write_csv("held.csv")
+        diagnosis = make_diagnosis(("a",), ("held",))
+        tracks = demonstrating.friction_of(read_all([str(path)], rig), diagnosis)
+
+        assert [track.label for track in tracks] == ["EKF, declared model", "EKF, model found"]
+        assert {track.reference for track in tracks} == {1.3}
+        assert all(track.mu.size == 60 for track in tracks)
+
+    def test_missing_recordings_are_said(
+        self, run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    ) -> None:
+        monkeypatch.setattr(demonstrating, "RIG", "elsewhere.toml")
+        outcome = run("demo", "--out", tmp_path / "out")
+
+        assert outcome.status == 2
+        assert outcome.err.count("\n") == 1
+        assert "elsewhere.toml" in outcome.err
+
+
+def test_fetch_copies(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folders: list[Path] = []
+    monkeypatch.setattr(
+        "brushgrip.fetch.fetch", lambda folder, say: folders.append(folder) or [folder / "x.mat"]
+    )
+    outcome = run("fetch")
+
+    assert outcome.status == 0
+    assert folders == [tmp_path / "user_data" / "brushgrip"]
+    assert outcome.out == f"1 files in {folders[0]}\n"

@@ -1,0 +1,127 @@
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from brushgrip.recordings import download_folder, locate, read_all
+from symbolic.errors import InvalidInputError
+
+Write = Callable[..., Path]
+
+
+class TestLocate:
+    def test_as_given(self, write_csv: Write) -> None:
+        path = write_csv("run.csv")
+
+        assert locate(str(path)) == path
+
+    def test_suffix_may_be_left_out(self, write_csv: Write) -> None:
+        path = write_csv("run.csv")
+
+        assert locate(str(path.with_suffix(""))) == path
+
+    def test_a_name_with_a_dot(self, write_csv: Write) -> None:
+        path = write_csv("run.1.csv")
+
+        assert locate(str(path.with_name("run.1"))) == path
+
+    def test_mat_goes_before_csv(self, tmp_path: Path) -> None:
+        for name in ("run.mat", "run.csv"):
+            (tmp_path / name).touch()
+
+        assert locate(str(tmp_path / "run")) == tmp_path / "run.mat"
+
+    def test_order_of_places(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        folders = [tmp_path / "here", tmp_path / "data", download_folder()]
+        for folder in folders:
+            folder.mkdir(parents=True)
+            (folder / "fem1.mat").touch()
+        monkeypatch.chdir(folders[0])
+        monkeypatch.setenv("BRUSHGRIP_DATA", str(folders[1]))
+
+        found = []
+        for folder in folders:
+            found.append(locate("fem1").resolve())
+            (folder / "fem1.mat").unlink()
+
+        assert found == [folder / "fem1.mat" for folder in folders]
+
+    def test_bare_file_names_are_looked_up_too(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        (tmp_path / "fem1.mat").touch()
+        monkeypatch.setenv("BRUSHGRIP_DATA", str(tmp_path))
+
+        assert locate("fem1.mat") == tmp_path / "fem1.mat"
+
+    def test_a_folder_of_the_same_name_is_passed_over(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        (tmp_path / "fem1").mkdir()
+        monkeypatch.chdir(tmp_path)
+        with pytest.raises(InvalidInputError, match="fem1: is a folder"):
+            locate("fem1")
+        (tmp_path / "fem1.csv").touch()
+
+        assert locate("fem1") == Path("fem1.csv")
+
+    def test_says_where_it_looked(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        monkeypatch.setenv("BRUSHGRIP_DATA", str(tmp_path / "data"))
+        with pytest.raises(InvalidInputError) as error:
+            locate("fem9")
+
+        for place in ("here", str(tmp_path / "data"), str(download_folder()), "brushgrip fetch"):
+            assert place in str(error.value)
+
+    def test_a_path_is_looked_for_in_its_folder_only(self, tmp_path: Path) -> None:
+        with pytest.raises(InvalidInputError) as error:
+            locate(str(tmp_path / "fem9"))
+
+        assert str(error.value).endswith(f"looked for fem9, fem9.mat and fem9.csv in {tmp_path}")
+
+
+class TestReadAll:
+    def names(self, rig: Path, *paths: Path) -> list[str]:
+        return [recording.name for recording in read_all([str(path) for path in paths], rig)]
+
+    def other(self, write_csv: Write, name: str, number: int) -> Path:
+        return write_csv(name, {"M_z": [float(number + i) for i in range(60)]})
+
+    def test_names_are_stems(self, write_csv: Write, rig: Path) -> None:
+        paths = [self.other(write_csv, f"{name}.csv", i) for i, name in enumerate("ab")]
+
+        assert self.names(rig, *paths) == ["a", "b"]
+
+    def test_folders_tell_equal_names_apart(self, write_csv: Write, rig: Path) -> None:
+        places = ("one/run.csv", "two/run.csv", "two/else.csv")
+        paths = [self.other(write_csv, place, i) for i, place in enumerate(places)]
+
+        assert self.names(rig, *paths) == ["one_run", "two_run", "else"]
+
+    def test_as_many_folders_as_it_takes(self, write_csv: Write, rig: Path) -> None:
+        places = ("one/x/run.csv", "two/x/run.csv")
+        paths = [self.other(write_csv, place, i) for i, place in enumerate(places)]
+
+        assert self.names(rig, *paths) == ["one_x_run", "two_x_run"]
+
+    def test_suffixes_tell_neighbours_apart(self, write_csv: Write, rig: Path) -> None:
+        paths = [self.other(write_csv, place, i) for i, place in enumerate(("run.csv", "run.txt"))]
+
+        assert self.names(rig, *paths) == ["run_csv", "run_txt"]
+
+    @pytest.mark.parametrize("again", ["run.csv", "./run.csv", "run", "copy.csv", "link.csv"])
+    def test_a_recording_counts_once(
+        self,
+        write_csv: Write,
+        rig: Path,
+        tmp_path: Path,
+        monkeypatch: pytest.MonkeyPatch,
+        again: str,
+    ) -> None:
+        path = write_csv("run.csv")
+        shutil.copy(path, tmp_path / "copy.csv")
+        (tmp_path / "link.csv").symlink_to(path)
+        monkeypatch.chdir(tmp_path)
+        with pytest.raises(InvalidInputError, match="is the same recording as run.csv"):
+            read_all(["run.csv", again], rig)
