@@ -15,7 +15,7 @@ from brushgrip.report_tables import (
     recordings_table,
 )
 from brushgrip.report_tables import notes as notes_list
-from brushgrip.wording import headline, remainder, sentence
+from brushgrip.wording import doubts, headline, remainder, sentence
 from identification.results import Diagnosis
 
 PAGE = "report.html"
@@ -59,7 +59,7 @@ def _opening(diagnosis: Diagnosis) -> str:
     return (
         '<header>\n<p class="kind">brushgrip diagnosis</p>\n'
         f"{heading(headline(diagnosis))}\n"
-        f"{paragraph(remainder(diagnosis), 'lead')}\n"
+        f"{paragraph(f'{doubts(diagnosis)} {remainder(diagnosis)}'.strip(), 'lead')}\n"
         f"{paragraph(f'{_count(training)} for training, {judged}.', 'faint')}\n</header>"
     )
 

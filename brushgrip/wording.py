@@ -68,15 +68,27 @@ def headline(diagnosis: Diagnosis) -> str:
         ("held-out", "holdout_torque_nrmse") if diagnosis.holdout else ("training", "torque_nrmse")
     )
     if not diagnosis.effects:
-        return (
-            "The declared model misses nothing that these recordings could show: "
-            f"{kind} error {percent(after[key])} of range."
+        verdict = (
+            "No known effect explains what the declared model misses"
+            if diagnosis.unexplained.present
+            else "The declared model misses nothing that these recordings could show"
         )
+        return f"{verdict}: {kind} error {percent(after[key])} of range."
     missing = listed([plain(effect.name) for effect in diagnosis.effects])
     return (
         f"The declared model misses {missing}: "
         f"{kind} error {percent(before[key])} → {percent(after[key])} of range."
     )
+
+
+def doubts(diagnosis: Diagnosis) -> str:
+    """Which effects found could as well be others, in one sentence; empty if all are told apart."""
+    pairs = [
+        f"{plain(effect.name)} from {listed([plain(n) for n in effect.indistinguishable_from], 'or')}"
+        for effect in diagnosis.effects
+        if effect.indistinguishable_from
+    ]
+    return f"These recordings cannot tell {listed(pairs, 'or')}." if pairs else ""
 
 
 def remainder(diagnosis: Diagnosis) -> str:
@@ -90,7 +102,7 @@ def fate(diagnosis: Diagnosis, candidate: str) -> str:
     """What became of a candidate: added, not told from one that was, or nothing."""
     for number, effect in enumerate(diagnosis.effects, start=1):
         if effect.name == candidate:
-            return f"added, {_ordinal(number)}"
+            return f"added, no. {number}"
     alike = [plain(e.name) for e in diagnosis.effects if candidate in e.indistinguishable_from]
     return f"not told from {listed(alike)}" if alike else ""
 
@@ -98,10 +110,6 @@ def fate(diagnosis: Diagnosis, candidate: str) -> str:
 def worse(diagnosis: Diagnosis, recording: str) -> bool:
     """Whether the error of a recording grew from the refitted declared model to the final one."""
     return diagnosis.after.nrmse[recording] > diagnosis.before.nrmse[recording]
-
-
-def _ordinal(number: int) -> str:
-    return f"{number}{ {1: 'st', 2: 'nd', 3: 'rd'}.get(number if number < 20 else number % 10, 'th') }"
 
 
 def _power(value: float, std: float) -> tuple[float, int]:

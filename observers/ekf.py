@@ -145,16 +145,17 @@ class Ekf:
         """A whole recording, rows psi, psi_dot, F_N, dt, M_z; see `Observer.run_samples`."""
         psi, psi_dot, F_N, dt, M_z = samples[:, 0]
         first = self.init(Sample(psi=psi, psi_dot=psi_dot, F_N=F_N, dt=dt, M_z=M_z))
-        state = [first.memory, first.carried, first.x, first.P]
+        state = [ca.DM(v) for v in (first.memory, first.carried, first.x, first.P)]
         count = samples.shape[1]
         padded = np.pad(samples, ((0, 0), (0, -count % STRETCH)), mode="edge")
         constant = [np.tile(v.reshape(-1, 1), STRETCH) for v in self._constants()]
         stretch = _stretch(self.model)
         pieces = []
         for at in range(0, count, STRETCH):
-            made = [np.asarray(m) for m in stretch(*state, padded[:, at : at + STRETCH], *constant)]
+            made = stretch(*state, padded[:, at : at + STRETCH], *constant)
             state = [m[:, -width:] for m, width in zip(made[:4], (1, 1, 1, 2), strict=True)]
-            pieces.append(np.vstack([made[2][0], made[3][0, ::2], made[4].ravel()]))
+            mu, variance = made[2][0, :].full(), made[3][0, ::2].full()
+            pieces.append(np.vstack([mu, variance, made[4].full().reshape(1, -1)]))
         mu, variance, predicted = np.hstack(pieces)[:, :count]
         std = np.sqrt(variance)
         return mu, std, predicted, np.array([self._informed(s) for s in std])

@@ -57,16 +57,16 @@ def simulate(
     _check_shapes(signals, theta, geometry, seeds, parameters)
     count, d = signals.shape[1], seeds.shape[1]
     start, stretch = _functions(model, d)
-    memory, carried = (np.asarray(part) for part in start(signals[:, 0], theta, seeds, geometry))
+    memory, carried = start(signals[:, 0], theta, seeds, geometry)
     constant = [np.tile(block, STRETCH) for block in (_column(theta), seeds, _column(geometry))]
     padded = np.pad(signals, ((0, 0), (0, -count % STRETCH)), mode="edge")
     torques, derivatives = [], []
     for first in range(0, count, STRETCH):
         made = stretch(memory, carried, padded[:, first : first + STRETCH], *constant)
-        memories, carrieds, torque, derivative = (np.asarray(part) for part in made)
-        memory, carried = memories[:, -1], carrieds[:, carrieds.shape[1] - d :]
-        torques.append(torque.ravel())
-        derivatives.append(derivative.reshape(d, STRETCH, order="F").T)
+        # The stretch hands back the memory after every sample; only the last one goes on.
+        memory, carried = made[0][:, -1], made[1][:, made[1].shape[1] - d :]
+        torques.append(made[2].full().ravel())
+        derivatives.append(made[3].full().reshape(d, STRETCH, order="F").T)
     return Torque(M_z=np.concatenate(torques)[:count], sensitivities=np.concatenate(derivatives)[:count])
 
 

@@ -27,4 +27,4 @@ def fetch(
     """
     folder = out or download_folder()
     files = brushgrip.fetch.fetch(folder, say=say)
-    say(f"{len(files)} files in {folder}")
+    say(f"{len(files)} file{'s' * (len(files) != 1)} in {folder}")

@@ -133,7 +133,7 @@ def _effects() -> tuple[FoundEffect, ...]:
     )
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def make_diagnosis() -> Callable[..., Diagnosis]:
     """Builds a diagnosis without any estimation; `worse` names recordings that got worse."""
 
@@ -184,7 +184,7 @@ def make_diagnosis() -> Callable[..., Diagnosis]:
     return make
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def tracks() -> list[FrictionTrack]:
     """Two observers on each of two recordings; not informed in the first two seconds."""
     t = np.arange(500) * 0.02

@@ -94,3 +94,19 @@ def test_as_a_process(tmp_path: Path, repository_root: Path) -> None:
     assert made.stdout == ""
     assert made.stderr.startswith("brushgrip: nowhere: no such recording; looked for nowhere, ")
     assert made.stderr.count("\n") == 1
+
+
+def test_fetch_goes_to_the_users_folder(
+    run: Callable[..., Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    folder = tmp_path / "user_data" / "brushgrip"
+
+    def fetch(destination: Path, *, say: Callable[[str], None]) -> list[Path]:
+        say("1/1 x.mat")
+        return [destination / "x.mat"]
+
+    monkeypatch.setattr("brushgrip.fetch.fetch", fetch)
+    outcome = run("fetch")
+
+    assert outcome.status == 0
+    assert outcome.out == f"1/1 x.mat\n1 file in {folder}\n"

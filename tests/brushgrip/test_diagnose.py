@@ -7,6 +7,7 @@ import pytest
 
 from brushgrip.commands import demo as demonstrating
 from brushgrip.commands import diagnose as diagnosing
+from brushgrip.recordings import read_all
 from identification.recordings import Recording
 from identification.results import Diagnosis
 
@@ -150,8 +151,6 @@ class TestDemo:
     def test_friction_by_both_models(
         self, make_diagnosis: Callable[..., Diagnosis], write_csv: Write, rig: Path
     ) -> None:
-        from brushgrip.recordings import read_all
-
         path = write_csv("held.csv")
         diagnosis = make_diagnosis(("a",), ("held",))
         tracks = demonstrating.friction_of(read_all([str(path)], rig), diagnosis)
@@ -169,15 +168,3 @@ class TestDemo:
         assert outcome.status == 2
         assert outcome.err.count("\n") == 1
         assert "elsewhere.toml" in outcome.err
-
-
-def test_fetch_copies(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    folders: list[Path] = []
-    monkeypatch.setattr(
-        "brushgrip.fetch.fetch", lambda folder, say: folders.append(folder) or [folder / "x.mat"]
-    )
-    outcome = run("fetch")
-
-    assert outcome.status == 0
-    assert folders == [tmp_path / "user_data" / "brushgrip"]
-    assert outcome.out == f"1 files in {folders[0]}\n"

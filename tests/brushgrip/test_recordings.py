@@ -123,5 +123,5 @@ class TestReadAll:
         shutil.copy(path, tmp_path / "copy.csv")
         (tmp_path / "link.csv").symlink_to(path)
         monkeypatch.chdir(tmp_path)
-        with pytest.raises(InvalidInputError, match="is the same recording as run.csv"):
+        with pytest.raises(InvalidInputError, match=r"is the same recording as run\.csv"):
             read_all(["run.csv", again], rig)

@@ -3,7 +3,7 @@ from collections.abc import Callable
 
 import pytest
 
-from brushgrip.wording import fate, headline, listed, percent, quantity, remainder, torque, worse
+from brushgrip.wording import doubts, fate, headline, listed, percent, quantity, remainder, torque, worse
 from identification.results import Diagnosis, Estimate
 
 Make = Callable[..., Diagnosis]
@@ -60,10 +60,21 @@ def test_headline_without_held_out_recordings(make_diagnosis: Make) -> None:
 
 
 def test_headline_when_nothing_is_missing(make_diagnosis: Make) -> None:
-    text = headline(make_diagnosis(found=False))
+    text = headline(make_diagnosis(found=False, unexplained=False))
 
     assert "misses nothing" in text
     assert "held-out error 4.30 %" in text
+
+
+def test_headline_when_nothing_known_explains_the_residual(make_diagnosis: Make) -> None:
+    text = headline(make_diagnosis(found=False, unexplained=True))
+
+    assert text.startswith("No known effect explains what the declared model misses: held-out")
+
+
+def test_doubts(make_diagnosis: Make) -> None:
+    assert doubts(make_diagnosis()) == ("These recordings cannot tell carcass torsion from patch width.")
+    assert doubts(make_diagnosis(found=False)) == ""
 
 
 def test_remainder(make_diagnosis: Make) -> None:
@@ -74,8 +85,8 @@ def test_remainder(make_diagnosis: Make) -> None:
 def test_fate_of_candidates(make_diagnosis: Make) -> None:
     diagnosis = make_diagnosis()
 
-    assert fate(diagnosis, "carcass_torsion") == "added, 1st"
-    assert fate(diagnosis, "torque_offset") == "added, 2nd"
+    assert fate(diagnosis, "carcass_torsion") == "added, no. 1"
+    assert fate(diagnosis, "torque_offset") == "added, no. 2"
     assert fate(diagnosis, "patch_width") == "not told from carcass torsion"
     assert fate(diagnosis, "stribeck") == ""
 

@@ -1,0 +1,73 @@
+"""The EKF beside the author's published estimate, per sample, on the published recordings.
+
+    python examples/author_comparison.py [DIR]
+
+DIR holds the recordings (`brushgrip fetch`); default: BRUSHGRIP_DATA, else ../shared/measured. The filter
+runs causally from its default prior, mu = 1.0 +- 0.5, with k as published; the declared mu is only used to
+take the error. The author's files begin where the wheel begins to turn, so the two are aligned by angle.
+"""
+
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification import Recording, read_recording
+from observers import Ekf, Estimates, run
+from symbolic import Model
+
+SETTLED = 1.89
+"""From here on the source's Table 6.1 counts, in the author's time [s]."""
+TIME, PSI, MU, DECLARED = 0, 1, 10, 11
+"""Columns of the author's files."""
+
+
+def estimate(recording: Recording) -> Estimates:
+    """The filter over a recording, declared model, no label."""
+    ekf = Ekf(model=Model(), values={"k": recording.tyre.k}, rig=recording.rig)
+    return run(ekf, recording.t, recording.psi, recording.F_N, recording.M_z)
+
+
+def aligned(psi: NDArray[np.float64], part: NDArray[np.float64]) -> int:
+    """Where the author's samples begin in the recording."""
+    starts = range(psi.size - part.size + 1)
+    return min(starts, key=lambda at: float(np.abs(psi[at : at + part.size] - part).max()))
+
+
+def main() -> None:
+    """Print one row a recording."""
+    default = os.environ.get("BRUSHGRIP_DATA", "../shared/measured")
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else default)
+    print("| recording | declared μ | EKF RMSE | author RMSE | EKF at the end | spread of EKF after 1st slide |")
+    print("|---|---|---|---|---|---|")
+    errors: dict[str, list[float]] = {}
+    for path in sorted(folder.glob("*.mat")):
+        published = folder / f"author_estimate_{path.stem.removesuffix('_ident')}.csv"
+        if not published.exists():
+            continue
+        recording = read_recording(path)
+        author = np.genfromtxt(published, delimiter=",", skip_header=1)
+        found = estimate(recording)
+        first = aligned(recording.psi, author[:, PSI])
+        mu = found.mu[first : first + len(author)]
+        settled = author[:, TIME] >= SETTLED
+        declared = author[0, DECLARED]
+        ours, theirs = (
+            float(np.sqrt(np.mean((values[settled] - declared) ** 2))) for values in (mu, author[:, MU])
+        )
+        spread = float(found.mu[found.informed].std())
+        print(
+            f"| {path.stem} | {declared} | {ours:.3f} | {theirs:.3f}"
+            f" | {found.mu[-1]:.3f} ± {found.mu_std[-1]:.3f} | {spread:.3f} |"
+        )
+        errors.setdefault("steel" if path.stem.startswith("fem") else "red emery", []).append(ours)
+    if not errors:
+        sys.exit(f"no recordings with an author's estimate in {folder}; `brushgrip fetch` downloads them")
+    for surface, values in errors.items():
+        print(f"\nmean EKF RMSE on {surface}: {np.mean(values):.3f}")
+
+
+if __name__ == "__main__":
+    main()
