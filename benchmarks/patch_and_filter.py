@@ -2,8 +2,8 @@
 
     python benchmarks/patch_and_filter.py
 
-Each pair is run alternately and the ratio is the median over the rounds; absolute times are printed beside
-it for orientation, they are those of the machine at hand.
+Each pair is run alternately and the ratio is the median over the rounds; absolute times are printed
+beside it for orientation, they are those of the machine at hand.
 """
 
 import sys
@@ -15,8 +15,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from observers import Ekf, Sample, run  # noqa: E402
-from symbolic import Model, Rig, effects_named, simulate, step_along  # noqa: E402
+from observers import Ekf, Sample, run
+from symbolic import Model, Rig, effects_named, simulate, step_along
 
 ROUNDS = 7
 SAMPLES = 1000
@@ -75,7 +75,9 @@ def main() -> None:
     reference = numpy_grid(rows, 5000)
     span = np.ptp(reference)
     for bristle_count in (201, 5000):
-        error = np.abs(numpy_grid(rows, bristle_count) - simulate(exact, rows, theta, geometry).M_z).max()
+        error = np.abs(
+            numpy_grid(rows, bristle_count) - simulate(exact, rows, theta, geometry).M_z
+        ).max()
         compare(
             f"NumPy grid of {bristle_count} bristles (differs by {error / span:.0e}) / exact zones",
             lambda count=bristle_count: numpy_grid(rows, count),

@@ -17,7 +17,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from identification.diagnose import diagnose
+from identification.diagnosis import diagnose
 from identification.recordings import Recording
 from identification.smoothing import smoothed_rate
 from symbolic import EFFECTS, Rig, Tyre

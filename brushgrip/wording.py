@@ -88,7 +88,7 @@ def doubts(diagnosis: Diagnosis) -> str:
         for effect in diagnosis.effects
         if effect.indistinguishable_from
     ]
-    return f"These recordings cannot tell {listed(pairs, 'or')}." if pairs else ""
+    return f"These recordings cannot tell {', nor '.join(pairs)}." if pairs else ""
 
 
 def remainder(diagnosis: Diagnosis) -> str:

@@ -2,9 +2,10 @@
 
     python examples/author_comparison.py [DIR]
 
-DIR holds the recordings (`brushgrip fetch`); default: BRUSHGRIP_DATA, else ../shared/measured. The filter
-runs causally from its default prior, mu = 1.0 +- 0.5, with k as published; the declared mu is only used to
-take the error. The author's files begin where the wheel begins to turn, so the two are aligned by angle.
+DIR holds the recordings (`brushgrip fetch`); default: BRUSHGRIP_DATA, else ../shared/measured. The
+filter runs causally from its default prior, mu = 1.0 +- 0.5, with k as published; the declared mu is only
+used to take the error. The author's files begin where the wheel begins to turn, so the two are aligned by
+angle.
 """
 
 import os
@@ -40,7 +41,7 @@ def main() -> None:
     """Print one row a recording."""
     default = os.environ.get("BRUSHGRIP_DATA", "../shared/measured")
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else default)
-    print("| recording | declared μ | EKF RMSE | author RMSE | EKF at the end | spread of EKF after 1st slide |")
+    print("| recording | declared μ | EKF RMSE | author RMSE | EKF at the end | spread after 1st slide |")
     print("|---|---|---|---|---|---|")
     errors: dict[str, list[float]] = {}
     for path in sorted(folder.glob("*.mat")):
@@ -64,7 +65,9 @@ def main() -> None:
         )
         errors.setdefault("steel" if path.stem.startswith("fem") else "red emery", []).append(ours)
     if not errors:
-        sys.exit(f"no recordings with an author's estimate in {folder}; `brushgrip fetch` downloads them")
+        sys.exit(
+            f"no recordings with an author's estimate in {folder}; `brushgrip fetch` downloads them"
+        )
     for surface, values in errors.items():
         print(f"\nmean EKF RMSE on {surface}: {np.mean(values):.3f}")
 

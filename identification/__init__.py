@@ -1,7 +1,7 @@
 """Identification: recordings, parameters by a nonlinear programme, and the missing effect."""
 
-from identification.diagnose import diagnose
-from identification.fit import Fit, Values, first_values, fit, signals_of
+from identification.diagnosis import diagnose
+from identification.fitting import Fit, Values, first_values, fit, signals_of
 from identification.modelfile import FoundModel, model_text, read_model
 from identification.recordings import Recording, read_recording
 from identification.results import (
@@ -14,7 +14,7 @@ from identification.results import (
     Unexplained,
 )
 from identification.rigfile import read_rig
-from identification.search import search
+from identification.selection import search
 from identification.smoothing import smoothed_rate
 
 __all__ = [

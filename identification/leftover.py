@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.fit import torque_range
+from identification.fitting import torque_range
 from identification.recordings import Recording
 from identification.results import Unexplained
 from identification.scoring import autocorrelation_time, rmse_of

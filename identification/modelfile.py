@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from identification.fit import parameter_name
+from identification.fitting import parameter_name
 from identification.results import Diagnosis
-from symbolic import InvalidInputError, Model, effects_named
+from symbolic import InvalidInputError, Model, Parameter, effects_named
 
 VERSION = 1
 
@@ -91,7 +91,26 @@ def read_model(path: Path) -> FoundModel:
         name = parameter_name(effect, parameter)
         if parameter.scope == "shared" and name not in shared:
             raise InvalidInputError(f"{path}: 'shared' lacks {name} [{parameter.unit}]")
+    allowed = {parameter_name(effect, parameter): parameter for effect, parameter in model.parameters}
+    for place, table in {"shared": shared, **{f"recordings.{n}": v for n, v in own.items()}}.items():
+        _check_range(path, place, table, allowed)
     return FoundModel(model=model, shared=shared, own=own)
+
+
+def _check_range(
+    path: Path, place: str, table: Mapping[str, float], allowed: Mapping[str, Parameter]
+) -> None:
+    for name, value in table.items():
+        if name not in allowed:
+            raise InvalidInputError(
+                f"{path}: {place} holds an unknown {name!r}; the model has {', '.join(allowed)}"
+            )
+        parameter = allowed[name]
+        if not parameter.lower <= value <= parameter.upper:
+            raise InvalidInputError(
+                f"{path}: {place}.{name} must lie in [{parameter.lower}, {parameter.upper}]"
+                f" {parameter.unit}, got {value}"
+            )
 
 
 def _numbers(path: Path, place: str, table: Any) -> dict[str, float]:
@@ -100,4 +119,7 @@ def _numbers(path: Path, place: str, table: Any) -> dict[str, float]:
     for name, value in table.items():
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise InvalidInputError(f"{path}: {place}.{name} must be a number, got {value!r}")
-    return {name: float(value) for name, value in table.items()}
+    try:
+        return {name: float(value) for name, value in table.items()}
+    except OverflowError:
+        raise InvalidInputError(f"{path}: {place} holds a number too large to compute with") from None

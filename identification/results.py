@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.fit import Values
+from identification.fitting import Values
 from symbolic import Model
 
 Array = NDArray[np.float64]

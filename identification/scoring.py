@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.fit import Fit, torque_range
+from identification.fitting import Fit, torque_range
 from identification.recordings import Recording
 
 Array = NDArray[np.float64]

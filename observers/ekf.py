@@ -233,7 +233,8 @@ def _correct(
     P = P + dt * ca.diag(ca.vertcat(mu_walk, zero_walk * slide) ** 2)
     H = ca.horzcat(slope, 1)
     R = (noise * slide) ** 2
-    present = measured == measured
+    # casadi takes x == x for true; no comparison with NaN is.
+    present = ca.fabs(measured) < ca.inf
     K = ca.if_else(present, 1, 0) * P @ H.T / (H @ P @ H.T + R)
     innovation = ca.if_else(present, measured, M_z + x[1]) - (M_z + x[1])
     x = x + K * innovation

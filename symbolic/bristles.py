@@ -2,7 +2,8 @@
 
 Each bristle is one elastoplastic stop (source (2.15)-(2.16)). Effects enter as functions that the patch
 is given: the pressure over x, a spread over the width, a local factor on the friction limit, and a
-stress that relaxes. The torque error of the discretisation is 9e-4 of range for 80 bristles in one row.
+stress that relaxes. The torque error of the discretisation is 4e-4 of range for 80 bristles in one row,
+2e-3 for 40 in each of 6 rows (1e-4 and 5e-4 rms).
 """
 
 from collections.abc import Callable
@@ -51,13 +52,13 @@ class BristlePatch:
 
     Attributes:
         traits: what the effects changed.
-        lengthways: bristles over the length of the patch [1].
+        lengthways: bristles over the length of the patch; half as many where rows smooth the sum [1].
         rows: bristles over the half-width, where the patch has one [1].
     """
 
     traits: BristleTraits
     lengthways: int = 80
-    rows: int = 3
+    rows: int = 6
 
     def __post_init__(self) -> None:
         """Check the numbers of bristles."""
@@ -71,7 +72,7 @@ class BristlePatch:
     def bristles(self) -> int:
         """Number of bristles."""
         wide = self.traits.half_width is not None
-        return self.lengthways * (self.rows if wide else 1)
+        return (self.lengthways // 2) * self.rows if wide else self.lengthways
 
     @property
     def size(self) -> int:
@@ -135,7 +136,7 @@ class BristlePatch:
     def _nodes(self) -> tuple[ca.DM, ca.DM, ca.DM]:
         """Places x / a, y / half_width and weights over u of every bristle."""
         wide = self.traits.half_width is not None
-        along, share = gauss_legendre(self.lengthways)
+        along, share = gauss_legendre(self.lengthways // 2 if wide else self.lengthways)
         across, part = gauss_legendre(self.rows if wide else 1)
         u = np.repeat(2 * along - 1, len(across))
         v = np.tile(across, len(along))

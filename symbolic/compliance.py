@@ -2,15 +2,15 @@
 
 The patch follows psi + C M_z, with C the compliance and M_z the torque that the patch itself makes at
 the turn looked for. M_z falls monotonically with the turn and, the memory given, is piecewise smooth,
-so Newton's method from the turn of the sticking patch needs few steps.
+so bracketed Newton steps from rest find the turn.
 """
 
 import casadi as ca
 
 from symbolic.patch import Expression, Patch
 
-SEARCH_STEPS = 3
-"""Newton steps whose derivatives are not taken, before the one whose derivative is."""
+SEARCH_STEPS = 6
+"""Bracketed Newton steps, not differentiated, before the one that is."""
 
 
 def solve_turn(
@@ -44,10 +44,16 @@ def solve_turn(
         ["residual", "slope"],
         {"is_diff_out": [True, False]},
     )
+    # The residual rises with the turn by at least one to one, so its value at rest brackets the root.
     found: Expression = ca.MX(0)
+    off, steep = newton(before, found, rest, goal, give)
+    low, high = ca.fmin(0, -off), ca.fmax(0, -off)
     for _ in range(SEARCH_STEPS):
+        step = found - off / steep
+        inside = ca.logic_and(step >= low, step <= high)
+        found = ca.if_else(inside, step, (low + high) / 2)
         off, steep = newton(before, found, rest, goal, give)
-        found = found - off / steep
+        low, high = ca.if_else(off < 0, found, low), ca.if_else(off < 0, high, found)
     search = ca.Function(
         "search",
         [before, rest, goal, give],

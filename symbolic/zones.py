@@ -17,7 +17,9 @@ from symbolic.errors import InvalidInputError
 from symbolic.patch import PatchInputs
 
 NEAR = 1e-7
-"""Relative width below which a divided difference of G is taken as its derivative."""
+"""Segments narrower than this share of their distance carry no torque [1]."""
+REST = 1e-12
+"""Turns below this are rounding, not motion: they open no zone [rad]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -104,7 +106,7 @@ def _clip_tail() -> ca.Function:
     """Where the tail, of slope -turn, meets the limits: the one it lies beyond, then the far one."""
     xi, r, turn, level = symbols = [ca.SX.sym(name) for name in ("xi", "r", "turn", "level")]
     heading = ca.if_else(turn >= 0, -1, 1)
-    moves = ca.fabs(turn) > 0
+    moves = ca.fabs(turn) > REST
     beyond = ca.logic_and(moves, -heading * r > level)
     reaches = ca.logic_and(moves, heading * r < level)
     slope = ca.if_else(moves, ca.fabs(turn), 1)

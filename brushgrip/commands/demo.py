@@ -16,7 +16,7 @@ from brushgrip.observing import ObserverName, observe, track
 from brushgrip.recordings import read_all
 from brushgrip.report import PAGE
 from brushgrip.tables import print_summary
-from identification.diagnose import diagnose
+from identification.diagnosis import diagnose
 from identification.modelfile import FoundModel
 from identification.recordings import Recording
 from identification.results import Diagnosis
@@ -52,7 +52,7 @@ def friction_of(recordings: Sequence[Recording], diagnosis: Diagnosis) -> list[F
         replace(
             track(observer, recording, observe(observer, recording, model), label),
             reference=diagnosis.values.own[recording.name]["mu"],
-            reference_label="μ fitted afterwards to the whole recording",
+            reference_label="μ fitted to the whole recording",
         )
         for recording in recordings
         for model, label in ((None, "declared model"), (found, "model found"))

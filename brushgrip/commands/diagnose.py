@@ -13,7 +13,7 @@ from brushgrip.friction import FrictionTrack
 from brushgrip.recordings import read_all
 from brushgrip.report import PAGE, write_report
 from brushgrip.tables import json_text, print_summary
-from identification.diagnose import diagnose as close_the_loop
+from identification.diagnosis import diagnose as close_the_loop
 from identification.modelfile import model_text
 from identification.results import Diagnosis
 

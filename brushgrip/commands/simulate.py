@@ -11,7 +11,7 @@ from brushgrip.commands.options import ModelFile, OutFile, RecordingNames, RigFi
 from brushgrip.console import say
 from brushgrip.recordings import read_all
 from brushgrip.tables import csv_text
-from identification.fit import signals_of
+from identification.fitting import signals_of
 from identification.modelfile import FoundModel, read_model
 from identification.recordings import Recording
 from symbolic import Model

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +21,7 @@ WIDTH = 10.0
 """Width of every picture [in]."""
 
 _DPI = 110
+_LETTERS_ACROSS, _LETTERS_PER_SIGN = 135, 8
 _LOOK: dict[Any, Any] = {
     "font.size": 9,
     "axes.titlesize": 9,
@@ -47,7 +49,10 @@ def picture(path: Path, height: float) -> Iterator[Figure]:
 def legend_above(figure: Figure, artists: list[Artist]) -> None:
     """A legend over the whole figure, outside of every axes, so that it covers no data."""
     labels = [str(artist.get_label()) for artist in artists]
-    figure.legend(artists, labels, loc="outside upper center", ncols=max(1, len(artists)))
+    room = _LETTERS_ACROSS - _LETTERS_PER_SIGN * len(labels)
+    rows = 1 + sum(map(len, labels)) // max(room, 1)
+    columns = max(1, ceil(len(labels) / rows))
+    figure.legend(artists, labels, loc="outside upper center", ncols=columns)
 
 
 def representative(diagnosis: Diagnosis) -> Series:

@@ -9,7 +9,7 @@ import pytest
 
 from brushgrip.app import main
 from brushgrip.friction import FrictionTrack
-from identification.fit import Values
+from identification.fitting import Values
 from identification.results import (
     Candidate,
     Diagnosis,

@@ -16,12 +16,10 @@ from identification.recordings import Recording
 from symbolic import Effect, InvalidInputError, Model, Parameter, simulate
 
 Array = NDArray[np.float64]
-MOST_EVALUATIONS = 60
-"""Simulations of the whole set in one fit."""
-TOLERANCE = 1e-6
-"""Relative change of cost and of scaled parameters at which a fit ends."""
-COARSE = 1e-3
-"""The same where models are only ranked."""
+TOLERANCE, MOST_EVALUATIONS = 1e-6, 60
+"""Relative change of cost and scaled parameters at which a fit ends; simulations of the whole set."""
+COARSE, MOST_COARSE = 1e-3, 20
+"""The same two where models are only ranked."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,7 +138,7 @@ def fit(
         ftol=tolerance,
         xtol=tolerance,
         gtol=1e-12,
-        max_nfev=MOST_EVALUATIONS,
+        max_nfev=MOST_EVALUATIONS if tolerance < COARSE else MOST_COARSE,
     )
     values = problem.values(solution.x)
     return Fit(

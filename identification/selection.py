@@ -4,23 +4,29 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing import get_context
 from typing import Any
 
-from identification.fit import COARSE, TOLERANCE, Fit, Values, first_values, fit
+import numpy as np
+
+from identification.fitting import COARSE, TOLERANCE, Fit, Values, first_values, fit
 from identification.recordings import Recording
 from identification.scoring import Judgement, advantage, delta_bic, judged, leave_one_out
 from symbolic import EFFECTS, Model, effects_named
 
 CORNERS = 16
 """Zone corners kept in identification; beyond this depth they carry less than 1e-6 of the torque."""
-LEAST_GAIN = 0.01
+LEAST_GAIN = 0.02
 """An effect has to lower the judged error by this share to be named."""
 RESOLUTION = 5e-4
 """It has to explain more than this of the range, the accuracy of the discretised patch."""
 LEAST_EVIDENCE = 0.0
 """An effect has to lower the information criterion by more than this to be named."""
+IDLE_STEPS = 2
+"""Steps in which a candidate may do next to nothing before it is left out."""
+RANKING_STEP = 0.02
+"""Recordings are thinned towards this time between samples while candidates are ranked [s]."""
 CLEAR = 2.0
 """Standard errors by which two models have to differ on the judged data to be told apart."""
 
@@ -51,12 +57,26 @@ class Trial:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Step:
-    """One step of the search: what was tried on top of `before`, best first, and what was chosen."""
+    """One step of the search.
+
+    Attributes:
+        before: the model before it.
+        ranked_before: the same as the candidates were compared with, coarsely fitted.
+        tried: what was tried on top, best first, coarsely fitted.
+        chosen: the model after it; None in the last step.
+        indistinguishable: effects that would have done as well as the chosen one.
+    """
 
     before: Trial
+    ranked_before: Trial
     tried: tuple[Trial, ...]
     chosen: Trial | None
     indistinguishable: tuple[str, ...]
+
+    def idle(self) -> set[str]:
+        """Effects that lowered the judged error by less than half of what is needed."""
+        least = (1 - LEAST_GAIN / 2) * self.ranked_before.nrmse
+        return {trial.effects[-1] for trial in self.tried if trial.nrmse > least}
 
 
 def model_of(effects: Sequence[str]) -> Model:
@@ -91,6 +111,16 @@ def attempt(
     return Trial(effects=tuple(effects), fitted=fitted, held_out=None, judgement=judgement)
 
 
+def thinned(recording: Recording) -> Recording:
+    """Every so many samples of a recording, such that they are at most `RANKING_STEP` apart.
+
+    The patch is rate-independent: between reversals it does not matter how often it is looked at.
+    """
+    stride = max(1, int(RANKING_STEP / float(np.median(np.diff(recording.t))) + 1e-6))
+    arrays = ("t", "psi", "psi_dot", "M_z", "F_N")
+    return replace(recording, M=None, **{name: getattr(recording, name)[::stride] for name in arrays})
+
+
 def freeze(fitted: Fit, recordings: Sequence[Recording], tolerance: float = TOLERANCE) -> Fit:
     """Fit only what belongs to these recordings, with the shared parameters of `fitted`."""
     own = first_values(fitted.model, recordings).own
@@ -108,6 +138,9 @@ def search(
 ) -> list[Step]:
     """Add effects one at a time until none earns its place; the last step has nothing chosen.
 
+    Candidates are ranked on thinned recordings with coarse fits; what is chosen is fitted again on
+    everything. A candidate that did next to nothing in two steps running is not tried a third time.
+
     Args:
         training: recordings that the shared parameters are fitted to.
         holdout: recordings that judge; empty for leave-one-out over the training ones.
@@ -117,54 +150,77 @@ def search(
     """
     report = progress or _silent
     report("fitting the declared structure", 0, 1)
-    current = attempt((), training, holdout)
+    thin = [thinned(r) for r in training], [thinned(r) for r in holdout]
+    ranked, current = attempt((), *thin, None, COARSE), attempt((), training, holdout)
     steps: list[Step] = []
     with _workers(jobs) as submit:
         while True:
-            remaining = [name for name in candidates if name not in current.effects]
-            tried = _try_all(current, remaining, training, holdout, submit, report)
-            step = _decide(current, tried, training)
-            steps.append(step)
-            if step.chosen is None:
+            tried = _try_all(ranked, _remaining(candidates, steps), thin, submit, report)
+            leader, others = _leader(ranked, tried, thin[0])
+            chosen = None
+            if leader is not None:
+                chosen = attempt(leader.effects, training, holdout, leader.fitted.values)
+            steps.append(
+                Step(
+                    before=current,
+                    ranked_before=ranked,
+                    tried=tuple(tried),
+                    chosen=chosen,
+                    indistinguishable=others,
+                )
+            )
+            if leader is None or chosen is None:
                 return steps
-            start = step.chosen.fitted.values
-            current = attempt(step.chosen.effects, training, holdout, start)
+            ranked, current = leader, chosen
+
+
+def _remaining(candidates: Sequence[str], steps: Sequence[Step]) -> list[str]:
+    """The candidates not chosen yet, less those that were idle in the last two steps."""
+    chosen = [] if not steps or steps[-1].chosen is None else steps[-1].chosen.effects
+    idle: set[str] = set()
+    if len(steps) >= IDLE_STEPS:
+        idle = set.intersection(*(step.idle() for step in steps[-IDLE_STEPS:]))
+    return [name for name in candidates if name not in chosen and name not in idle]
+
+
+def _try_all(
+    ranked: Trial,
+    names: Sequence[str],
+    thin: tuple[Sequence[Recording], Sequence[Recording]],
+    submit: Callable[..., Future[Trial]],
+    report: Progress,
+) -> list[Trial]:
+    """Every candidate on top of the present model, best first."""
+    label = f"trying effects on top of {', '.join(ranked.effects) or 'the declared structure'}"
+    report(label, 0, len(names))
+    # The heaviest first, so that no core waits for one of them at the end.
+    sets = sorted(
+        ((*ranked.effects, name) for name in names), key=lambda effects: -model_of(effects).memory_size
+    )
+    futures = [submit(attempt, effects, *thin, ranked.fitted.values, COARSE) for effects in sets]
+    for done, _ in enumerate(as_completed(futures), start=1):
+        report(label, done, len(names))
+    return sorted((future.result() for future in futures), key=lambda trial: trial.nrmse)
+
+
+def _leader(
+    ranked: Trial, tried: Sequence[Trial], training: Sequence[Recording]
+) -> tuple[Trial | None, tuple[str, ...]]:
+    """The candidate that goes on, and the effects that would have done as well.
+
+    The best that earns its place, or the one with the fewest parameters among those that cannot be told
+    from it.
+    """
+    worthy = [trial for trial in tried if _earns_its_place(trial, ranked, training)]
+    if not worthy:
+        return None, ()
+    equals = [trial for trial in worthy if not _tells_apart(worthy[0], trial)]
+    leader = min(equals, key=lambda trial: (len(trial.fitted.labels), trial.nrmse))
+    return leader, tuple(trial.effects[-1] for trial in equals if trial is not leader)
 
 
 def _silent(message: str, done: int, total: int) -> None:
     del message, done, total
-
-
-def _try_all(
-    current: Trial,
-    names: Sequence[str],
-    training: Sequence[Recording],
-    holdout: Sequence[Recording],
-    submit: Callable[..., Future[Trial]],
-    report: Progress,
-) -> list[Trial]:
-    label = f"trying effects on top of {', '.join(current.effects) or 'the declared structure'}"
-    report(label, 0, len(names))
-    start = current.fitted.values
-    futures = [
-        submit(attempt, (*current.effects, name), training, holdout, start, COARSE) for name in names
-    ]
-    trials = []
-    for done, trial in enumerate(as_completed(futures), start=1):
-        trials.append(trial.result())
-        report(label, done, len(names))
-    return sorted(trials, key=lambda trial: trial.nrmse)
-
-
-def _decide(current: Trial, tried: Sequence[Trial], training: Sequence[Recording]) -> Step:
-    """Choose the best candidate that earns its place, the one with fewer parameters among equals."""
-    worthy = [trial for trial in tried if _earns_its_place(trial, current, training)]
-    if not worthy:
-        return Step(before=current, tried=tuple(tried), chosen=None, indistinguishable=())
-    equals = [trial for trial in worthy if not _tells_apart(worthy[0], trial)]
-    chosen = min(equals, key=lambda trial: (len(trial.fitted.labels), trial.nrmse))
-    others = tuple(trial.effects[-1] for trial in equals if trial is not chosen)
-    return Step(before=current, tried=tuple(tried), chosen=chosen, indistinguishable=others)
 
 
 def _earns_its_place(trial: Trial, current: Trial, training: Sequence[Recording]) -> bool:

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.fit import (
+from identification.fitting import (
     Fit,
     Values,
     first_values,
@@ -17,7 +17,7 @@ from identification.leftover import unexplained
 from identification.recordings import Recording
 from identification.results import Candidate, Diagnosis, Errors, Estimate, FoundEffect, Series
 from identification.scoring import Array, delta_bic, deviations, rmse_of
-from identification.search import Progress, Step, model_of, search
+from identification.selection import Progress, Step, model_of, search
 from symbolic import InvalidInputError, simulate
 
 
@@ -66,7 +66,7 @@ def diagnose(
                 name=trial.effects[-1],
                 summary=trial.fitted.model.effects[-1].summary,
                 holdout_nrmse=trial.nrmse,
-                delta_bic=delta_bic(trial.fitted, before.fitted, recordings),
+                delta_bic=delta_bic(trial.fitted, steps[0].ranked_before.fitted, recordings),
             )
             for trial in steps[0].tried
         ),

@@ -1,0 +1,44 @@
+"""Estimate friction in a control loop: one sample in, one estimate out, the state passed along.
+
+The recording stands for the sensors. The model is what `find_the_missing_effect.py` finds on other
+recordings of the same rig, rounded.
+"""
+
+from pathlib import Path
+
+from identification import read_recording, read_rig
+from observers import Ekf, Sample
+from symbolic import Model, effects_named
+
+RECORDINGS = Path(__file__).resolve().parent / "recordings"
+VALUES = {"k": 2.4e6, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
+MEMORY = 0.06
+"""Time over which the yaw rate, a difference of angles, is smoothed [s]."""
+
+
+def main() -> None:
+    """Run the loop and print mu once a second and at the end."""
+    recording = read_recording(RECORDINGS / "holdout_c.csv", read_rig(RECORDINGS / "rig.toml"))
+    observer = Ekf(
+        model=Model(effects=effects_named(["rate_friction", "carcass_torsion"])),
+        values=VALUES,
+        rig=recording.rig,
+    )
+    dt = float(recording.t[1] - recording.t[0])
+    state, rate, last_psi = None, 0.0, float(recording.psi[0])
+    for number, (psi, F_N, M_z) in enumerate(
+        zip(recording.psi, recording.F_N, recording.M_z, strict=True)
+    ):
+        rate += dt / (MEMORY + dt) * ((psi - last_psi) / dt - rate)
+        last_psi = psi
+        sample = Sample(psi=psi, psi_dot=rate, F_N=F_N, dt=dt, M_z=M_z)
+        state = observer.step(observer.init(sample) if state is None else state, sample)
+        now = observer.estimate(state)
+        if number % 100 == 0:
+            word = "" if now.informed else "  (rests on the prior)"
+            print(f"{number * dt:5.1f} s  mu = {now.mu:.3f} ± {now.mu_std:.3f}{word}")
+    print(f"friction at the end: mu = {now.mu:.3f} ± {now.mu_std:.3f}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,146 @@
+"""Nothing is told but the nominal parameters; what is missing has to be named."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identification import (
+    Diagnosis,
+    Recording,
+    diagnose,
+    model_text,
+    read_model,
+    smoothed_rate,
+)
+from symbolic import EFFECTS, InvalidInputError, Rig, Tyre
+from tests.identification.made import read_campaign, with_torque
+from tests.rig.campaign import Campaign
+
+FIGURES = {"torque_rmse", "torque_nrmse", "holdout_torque_rmse", "holdout_torque_nrmse"}
+
+
+@pytest.fixture(scope="module")
+def late() -> tuple[Campaign, list[Recording]]:
+    return read_campaign("sensor_delay", 3, duration=14.0)
+
+
+@pytest.fixture(scope="module")
+def found(late: tuple[Campaign, list[Recording]]) -> Diagnosis:
+    return diagnose(late[1], jobs=1)
+
+
+def test_names_what_was_planted(late: tuple[Campaign, list[Recording]], found: Diagnosis) -> None:
+    delay = late[0].recordings[0].effects["sensor_delay"]["delay"]
+    (effect,) = found.effects
+
+    assert effect.name == "sensor_delay"
+    assert effect.summary == EFFECTS["sensor_delay"].summary
+    assert effect.delta_bic < -100
+    estimate = effect.parameters["delay"]
+    assert estimate.unit == "s"
+    assert estimate.value == pytest.approx(delay, abs=1e-3)
+    assert estimate.std is not None
+    assert 0 < estimate.std < 1e-3
+    assert not found.unexplained.present
+
+
+def test_errors_before_and_after(found: Diagnosis) -> None:
+    before, after = found.before.summary(), found.after.summary()
+
+    assert before["torque_nrmse"] > 5 * after["torque_nrmse"]
+    assert after["torque_nrmse"] == pytest.approx(0.004, rel=0.1)
+    assert found.declared.summary()["torque_nrmse"] > before["torque_nrmse"]
+    assert before["holdout_torque_nrmse"] is None
+    for series in found.series:
+        assert not series.held_out
+        rmse = np.sqrt(np.mean((series.after - series.measured) ** 2))
+        assert rmse == pytest.approx(found.after.rmse[series.name])
+
+
+def test_every_candidate_was_tried(found: Diagnosis) -> None:
+    assert {candidate.name for candidate in found.candidates} == set(EFFECTS)
+    errors = [candidate.holdout_nrmse for candidate in found.candidates]
+    assert errors == sorted(errors)
+    assert found.candidates[0].name == "sensor_delay"
+
+
+def test_what_the_file_holds(found: Diagnosis) -> None:
+    content = json.loads(json.dumps(found.to_dict(), allow_nan=False))
+
+    assert content["recordings"] == ["recording_a", "recording_b"]
+    assert content["holdout"] == []
+    for stage in ("declared", "before", "after"):
+        assert set(content[stage]) == FIGURES
+    (effect,) = content["effects"]
+    keys = {"name", "parameters", "holdout_nrmse_after", "delta_bic", "indistinguishable_from"}
+    assert set(effect) == keys
+    assert set(effect["parameters"]["delay"]) == {"value", "std", "unit"}
+    assert set(content["candidates"][0]) == {"name", "holdout_nrmse", "delta_bic"}
+    assert set(content["unexplained"]) == {"present", "evidence"}
+    named = {"k", "sensor_delay.delay", "mu [recording_a]", "mu [recording_b]"}
+    assert set(content["parameters"]) == named
+
+
+def test_its_model_file_reads_back(found: Diagnosis, tmp_path: Path) -> None:
+    path = tmp_path / "model.json"
+    path.write_text(model_text(found), encoding="utf-8")
+    read = read_model(path)
+
+    assert read.model.effects == found.model.effects
+    assert read.shared == found.values.shared
+    assert read.own == found.values.own
+
+
+def test_a_control_has_nothing_missing() -> None:
+    found = diagnose(read_campaign(None, 1, duration=14.0)[1], jobs=1)
+
+    assert found.effects == ()
+    assert not found.unexplained.present
+    assert found.before.summary() == found.after.summary()
+    assert found.model.effects == ()
+
+
+def test_published_simulations_are_one_sample_late(simulation_dir: Path) -> None:
+    # Errata: in these files the torque is 10 ms late against the angle. They hold no noise.
+    recordings = [_published(simulation_dir / f"{name}.csv") for name in ("sim_mu_05", "sim_mu_18")]
+    found = diagnose(recordings, jobs=1)
+
+    assert [effect.name for effect in found.effects] == ["sensor_delay"]
+    assert found.effects[0].indistinguishable_from == ()
+    assert found.effects[0].parameters["delay"].value == pytest.approx(0.010, abs=1e-3)
+    assert found.parameters["k"].value == pytest.approx(6e4, rel=1e-3)
+    assert found.parameters["mu [sim_mu_05]"].value == pytest.approx(0.5, rel=1e-3)
+    assert found.parameters["mu [sim_mu_18]"].value == pytest.approx(1.8, rel=1e-3)
+    assert found.after.summary()["torque_rmse"] < 2e-4
+    assert not found.unexplained.present
+
+
+def _published(path: Path) -> Recording:
+    t, psi, _, torque, e, F_N, *_ = np.genfromtxt(path, delimiter=",")[1:].T
+    return Recording(
+        name=path.stem,
+        t=t,
+        psi=psi,
+        psi_dot=smoothed_rate(t, psi),
+        M_z=-torque,
+        F_N=F_N,
+        rig=Rig(a=0.04, e=float(e[0])),
+        tyre=Tyre(k=6e4),
+    )
+
+
+def test_faults(late: tuple[Campaign, list[Recording]]) -> None:
+    first, second = late[1]
+    still = with_torque(second, np.zeros(second.t.size))
+    for recordings, holdout, word in [
+        ([], [], "no recording given"),
+        ([first, first], [], "'recording_a' is given twice"),
+        ([first], [first], "'recording_a' is given twice"),
+        ([first, still], [], "recording_b: M_z is constant"),
+        ([first], [still], "recording_b: M_z is constant"),
+    ]:
+        with pytest.raises(InvalidInputError, match=word) as caught:
+            diagnose(recordings, holdout, jobs=1)
+        assert "\n" not in str(caught.value)

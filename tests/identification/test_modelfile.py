@@ -1,0 +1,109 @@
+import json
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from identification import Values, model_text, read_model
+from symbolic import InvalidInputError, Model, effects_named
+
+SHARED = {"k": 2.4e6, "carcass_torsion.k_t": 390.0}
+OWN = {"a": {"mu": 1.3, "torque_offset.M_0": 0.1}, "b": {"mu": 1.2, "torque_offset.M_0": -0.2}}
+CONTENT = {
+    "version": 1,
+    "effects": ["carcass_torsion", "torque_offset"],
+    "shared": SHARED,
+    "recordings": OWN,
+}
+
+
+def write(folder: Path, content: Any) -> Path:
+    path = folder / "model.json"
+    path.write_text(content if isinstance(content, str) else json.dumps(content), encoding="utf-8")
+    return path
+
+
+def message_of(path: Path) -> str:
+    with pytest.raises(InvalidInputError) as caught:
+        read_model(path)
+    message = str(caught.value)
+    assert message.startswith(f"{path}: ")
+    assert "\n" not in message
+    return message.removeprefix(f"{path}: ")
+
+
+def test_round_trip(tmp_path: Path) -> None:
+    model = Model(effects=effects_named(CONTENT["effects"]), corners=16)
+    diagnosis = SimpleNamespace(model=model, values=Values(shared=SHARED, own=OWN))
+    text = model_text(diagnosis)  # type: ignore[arg-type]
+    found = read_model(write(tmp_path, text))
+
+    assert json.loads(text) == CONTENT
+    assert text.endswith("}\n")
+    assert found.model.effects == model.effects
+    assert (found.shared, found.own) == (SHARED, OWN)
+
+
+def test_values_for_a_recording(tmp_path: Path) -> None:
+    found = read_model(write(tmp_path, CONTENT))
+
+    assert found.values_for("a") == {**SHARED, **OWN["a"]}
+    assert found.values_for("a", mu=2.0)["mu"] == 1.3, "what was found goes before what was declared"
+    assert found.values_for("new", mu=0.9) == {**SHARED, "mu": 0.9, "torque_offset.M_0": 0.0}
+    found.model.theta(found.values_for("new", mu=0.9))
+    with pytest.raises(InvalidInputError, match=r"new: no mu in the model file .* under \[tyre\]"):
+        found.values_for("new")
+
+
+def test_recordings_may_be_left_out(tmp_path: Path) -> None:
+    content = {name: value for name, value in CONTENT.items() if name != "recordings"}
+
+    assert read_model(write(tmp_path, content)).own == {}
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"version": 2}, "not a model file of version 1"),
+        ({"version": None}, "not a model file of version 1"),
+        ({"effects": None}, "'effects' must be a list of effect names"),
+        ({"effects": "carcass_torsion"}, "'effects' must be a list of effect names"),
+        ({"effects": [1]}, "'effects' must be a list of effect names"),
+        ({"effects": ["magic"]}, "unknown effect 'magic'; known are rate_friction"),
+        ({"effects": ["torque_offset"] * 2}, "effect 'torque_offset' is named twice"),
+        ({"shared": None}, "'shared' must be a table of numbers"),
+        ({"shared": [2.4e6]}, "'shared' must be a table of numbers"),
+        ({"shared": {"k": 2.4e6}}, "'shared' lacks carcass_torsion.k_t [N m/rad]"),
+        ({"shared": {**SHARED, "k": "stiff"}}, "shared.k must be a number, got 'stiff'"),
+        ({"shared": {**SHARED, "k": True}}, "shared.k must be a number, got True"),
+        ({"shared": {**SHARED, "k": -2.4e6}}, "shared.k must lie in [1000.0, 1000000000.0] N/m^2"),
+        ({"shared": {**SHARED, "k": float("nan")}}, "shared.k must lie in"),
+        ({"shared": {**SHARED, "k": 10**400}}, "shared holds a number too large"),
+        ({"shared": {**SHARED, "wings": 2}}, "shared holds an unknown 'wings'; the model has mu, k"),
+        ({"recordings": []}, "'recordings' must hold one table per recording"),
+        ({"recordings": {"a": 3}}, "'recordings.a' must be a table of numbers"),
+        ({"recordings": {"a": {"mu": None}}}, "recordings.a.mu must be a number, got None"),
+        ({"recordings": {"a": {"mu": 0}}}, "recordings.a.mu must lie in [0.01, 10.0] 1, got 0.0"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else None,
+)
+def test_faults(tmp_path: Path, change: dict[str, Any], word: str) -> None:
+    assert message_of(write(tmp_path, {**CONTENT, **change})).startswith(word)
+
+
+@pytest.mark.parametrize("text", ["", "{", "effects: []", '{"version": 1', "[1]", "1"])
+def test_no_model_at_all(tmp_path: Path, text: str) -> None:
+    assert message_of(write(tmp_path, text)).startswith(("not a JSON file", "not a model file"))
+
+
+def test_no_text_at_all(tmp_path: Path) -> None:
+    path = tmp_path / "model.json"
+    path.write_bytes(b"\xff\xfe\x00")
+
+    assert message_of(path).startswith("not a JSON file")
+
+
+def test_no_file(tmp_path: Path) -> None:
+    assert message_of(tmp_path / "none.json").startswith("cannot be read: No such file")
+    assert message_of(tmp_path).startswith("cannot be read")

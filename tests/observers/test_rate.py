@@ -1,0 +1,25 @@
+import numpy as np
+
+from observers import causal_rate
+
+
+def test_a_steady_turn() -> None:
+    t = np.arange(200) / 100
+    rate = causal_rate(t, 0.3 * t)
+
+    assert rate[0] == 0
+    # A first-order filter whose pole is memory / (memory + dt).
+    np.testing.assert_allclose(rate, 0.3 * (1 - (6 / 7) ** np.arange(200)), rtol=1e-12)
+
+
+def test_knows_nothing_of_later_samples() -> None:
+    t = np.cumsum(np.random.default_rng(1).uniform(0.005, 0.02, 100))
+    psi = np.sin(t)
+
+    np.testing.assert_array_equal(causal_rate(t[:40], psi[:40]), causal_rate(t, psi)[:40])
+
+
+def test_longer_steps_weigh_more() -> None:
+    coarse = np.array([0.0, 0.06, 0.12])
+
+    np.testing.assert_allclose(causal_rate(coarse, coarse), [0, 0.5, 0.75])

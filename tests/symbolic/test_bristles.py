@@ -1,0 +1,150 @@
+"""The discretised patch against the exact one, the fine grid, and each trait against its law."""
+
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from symbolic import BristlePatch, BristleTraits, InvalidInputError, Model, PatchInputs, Relaxation
+from symbolic.patch import Expression
+from tests.symbolic.oracles import Array, Path, Tyre, grid_torque, random_path, run, worst
+
+LOAD = 400.0
+TYRE = Tyre()
+
+
+def last_torque(traits: BristleTraits, *turns: float, speed: float = 0.1, tyre: Tyre = TYRE) -> float:
+    """M_z after turns of a patch of 400 bristles, one a sample of 10 ms."""
+    patch = BristlePatch(traits=traits, lengthways=400, rows=12)
+    inputs = PatchInputs(
+        speed=speed, dt=0.01, F_N=LOAD, factor=1.0, mu=tyre.mu, k=tyre.k, a=tyre.a, e=tyre.e
+    )
+    memory, M_z = ca.DM(patch.initial()), ca.DM(0)
+    for turn in turns:
+        memory, M_z = patch.advance(memory, turn, ca.evalf(ca.MX(patch.drive(inputs))))
+    return float(ca.evalf(ca.MX(M_z)))
+
+
+def line(tyre: Tyre = TYRE) -> tuple[Array, Array]:
+    """Places [m] and pressure parabola [N/m] of a fine line of bristles."""
+    x = tyre.a * ((2 * np.arange(100_000) + 1) / 100_000 - 1)
+    return x, 3 * LOAD / (4 * tyre.a**3) * (tyre.a**2 - x**2)
+
+
+def test_eighty_bristles_follow_the_zones() -> None:
+    paths = [random_path(seed) for seed in range(20)]
+
+    errors = [worst(run(Model(discretised=True), path).M_z, run(Model(), path).M_z) for path in paths]
+
+    print(f"80 bristles against zones: worst {max(errors):.1e} of range")
+    assert max(errors) <= 1.5e-3
+
+
+@pytest.mark.parametrize(("lengthways", "allowed"), [(40, 5e-3), (200, 4e-4)])
+def test_error_falls_with_the_bristles(lengthways: int, allowed: float) -> None:
+    path = random_path(9)
+    (reference,) = grid_torque(path)
+
+    assert worst(run(Model(discretised=True, lengthways=lengthways), path).M_z, reference) <= allowed
+
+
+def test_neutral_traits_change_nothing() -> None:
+    def one(_: Expression) -> float:
+        return 1.0
+
+    turns = (0.1, -0.05, 0.2)
+    declared = last_torque(BristleTraits(), *turns)
+    dressed = BristleTraits(shape=(one,), limits=(one,), relaxation=Relaxation(gain=0.0, time=0.5))
+
+    assert last_torque(dressed, *turns) == pytest.approx(declared, rel=1e-12)
+
+
+def test_shape_moves_the_load() -> None:
+    x, pressure = line()
+    traits = BristleTraits(shape=(lambda u: 1 + 0.4 * u, lambda u: 1 - 0.1 * u))
+
+    u = x / TYRE.a
+    load = pressure * (1 + 0.4 * u) * (1 - 0.1 * u)
+    expected = -TYRE.mu * np.sum(load * np.abs(x - TYRE.e)) * (x[1] - x[0])
+    assert last_torque(traits, 1e4) == pytest.approx(expected, rel=1e-4)
+
+
+def test_limit_follows_the_local_sliding_speed() -> None:
+    x, pressure = line()
+    traits = BristleTraits(limits=(lambda v: 1 + 30 * v, lambda v: 1 / (1 + v)))
+
+    for rate in (0.2, -0.7):
+        v = np.abs((x - TYRE.e) * rate)
+        factor = (1 + 30 * v) / (1 + v)
+        expected = (
+            -np.sign(rate) * TYRE.mu * np.sum(pressure * factor * np.abs(x - TYRE.e)) * (x[1] - x[0])
+        )
+        assert last_torque(traits, 1e4 * rate, speed=rate) == pytest.approx(expected, rel=1e-4)
+
+
+def test_width_lengthens_the_levers() -> None:
+    b, traits = 0.03, BristleTraits(half_width=0.03)
+    x, pressure = line()
+    y = b * (np.arange(200) + 0.5) / 200
+    lever = np.mean(np.hypot(x[::50, None] - TYRE.e, y), axis=1)
+
+    slide = -TYRE.mu * np.sum(pressure[::50] * lever) * 50 * (x[1] - x[0])
+    stick = -2 * TYRE.a * TYRE.k * (TYRE.a**2 / 3 + TYRE.e**2 + b**2 / 3)
+
+    assert last_torque(traits, 1e4) == pytest.approx(slide, rel=1e-4)
+    assert last_torque(traits, 1e-9) == pytest.approx(1e-9 * stick, rel=1e-3)
+
+
+def test_relaxation_fades_at_rest_and_shares_the_slip() -> None:
+    gain, time, small = 0.6, 0.5, 1e-9
+    traits = BristleTraits(relaxation=Relaxation(gain=gain, time=time))
+    elastic = last_torque(BristleTraits(), small)
+    slide = last_torque(BristleTraits(), 1e4)
+
+    assert last_torque(traits, small) == pytest.approx((1 + gain) * elastic, rel=1e-3)
+    faded = last_torque(traits, small, *[0.0] * 100)
+    assert faded == pytest.approx((1 + gain * np.exp(-1 / time)) * elastic, rel=1e-3)
+    assert last_torque(traits, 1e4) == pytest.approx(slide, rel=1e-9)
+    rested = last_torque(traits, 1e4, *[0.0] * 100)
+    assert rested == pytest.approx(slide * (1 + gain * np.exp(-1 / time)) / (1 + gain), rel=1e-9)
+
+
+def test_memory_and_drive_have_their_declared_sizes() -> None:
+    inputs = PatchInputs(speed=0.1, dt=0.01, F_N=LOAD, factor=1.0, mu=1.3, k=2.4e6, a=0.045, e=0.009)
+    relaxing = Relaxation(gain=0.3, time=0.5)
+    for traits, states in (
+        (BristleTraits(), 1),
+        (BristleTraits(half_width=0.02), 1),
+        (BristleTraits(half_width=0.02, relaxation=relaxing), 2),
+    ):
+        patch = BristlePatch(traits=traits)
+        size = states * patch.bristles
+        memory, _ = patch.advance(ca.DM(patch.initial()), 0.1, ca.DM.ones(patch.drive_size))
+
+        assert (patch.size, len(patch.initial())) == (size, size)
+        assert memory.shape == (size, 1)
+        assert ca.MX(patch.drive(inputs)).shape == (patch.drive_size, 1)
+
+
+@pytest.mark.parametrize("counts", [{"lengthways": 3}, {"rows": 0}])
+def test_too_few_bristles_are_refused(counts: dict[str, int]) -> None:
+    with pytest.raises(InvalidInputError, match="needs lengthways >= 4 and rows >= 1"):
+        BristlePatch(traits=BristleTraits(), **counts)
+
+
+def test_rows_fill_the_width_and_a_line_has_none() -> None:
+    wide = BristlePatch(traits=BristleTraits(half_width=0.02), rows=3)
+
+    assert BristlePatch(traits=BristleTraits()).bristles == 80
+    assert wide.bristles % wide.rows == 0
+    assert wide.bristles > wide.rows
+
+
+def test_patch_at_rest_keeps_its_torque() -> None:
+    psi = np.concatenate([np.linspace(0, 0.2, 30), np.full(30, 0.2)])
+    path = Path(psi=psi, F_N=np.full(60, LOAD), tyre=replace(TYRE, e=0.0))
+
+    M_z = run(Model(discretised=True), path).M_z
+
+    np.testing.assert_array_equal(M_z[30:], M_z[29])

@@ -1,0 +1,106 @@
+"""The one integral that the patch needs, and its zone boundaries, against their definitions."""
+
+from collections.abc import Callable
+from decimal import Decimal, getcontext
+
+import casadi as ca
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from symbolic import edge_distance, full_slide_level, position, unit_moment
+from tests.symbolic.oracles import Tyre, virgin_torque
+
+getcontext().prec = 60
+HALF_LENGTH = 0.045
+CASTERS = [0.0, 0.009, -0.02, 0.0449, -0.04499]
+LEVELS = [0.0, 1e-6, 0.3, 7.0, 40.0, 1e3, 1e5]
+
+
+def exact_edge_distance(z: float, a: float, arm: float) -> float:
+    """Root w of z w (2 a - w) = arm - w in the textbook form, with 60 digits."""
+    if z == 0:
+        return arm
+    b = 1 + 2 * Decimal(a) * Decimal(z)
+    return float((b - (b * b - 4 * Decimal(z) * Decimal(arm)).sqrt()) / (2 * Decimal(z)))
+
+
+def integrate(integrand: Callable[[float, float], float], z: float, a: float, e: float) -> float:
+    """Integral of f(|x - e|, a^2 - x^2) over both ends of the patch where |xi| > z.
+
+    Taken over the distance w = a - |x| from the edge, where nothing cancels.
+    """
+    total = 0.0
+    for arm in (a - e, a + e):
+        width = exact_edge_distance(z, a, arm)
+        total += quad(lambda w, arm=arm: integrand(arm - w, w * (2 * a - w)), 0, width, epsrel=1e-12)[0]
+    return total
+
+
+@pytest.mark.parametrize("e", CASTERS)
+@pytest.mark.parametrize("z", LEVELS)
+def test_unit_moment_is_its_integral(z: float, e: float) -> None:
+    expected = integrate(lambda lever, parabola: (lever - z * parabola) * lever, z, HALF_LENGTH, e)
+
+    assert float(unit_moment(z, HALF_LENGTH, e)) == pytest.approx(expected, rel=1e-12, abs=0)
+
+
+@pytest.mark.parametrize("e", CASTERS)
+@pytest.mark.parametrize("z", LEVELS)
+def test_slope_of_unit_moment_is_its_integral(z: float, e: float) -> None:
+    at = ca.SX.sym("z")
+    slope = ca.Function("slope", [at], [ca.gradient(unit_moment(at, HALF_LENGTH, e), at)])
+
+    expected = integrate(lambda lever, parabola: -lever * parabola, z, HALF_LENGTH, e)
+    assert float(slope(z)) == pytest.approx(expected, rel=1e-10, abs=0)
+
+
+@pytest.mark.parametrize("e", CASTERS)
+def test_unit_moment_of_the_whole_patch_is_the_sticking_stiffness(e: float) -> None:
+    a = HALF_LENGTH
+
+    assert float(unit_moment(0, a, e)) == pytest.approx(2 * a * (a * a / 3 + e * e), rel=1e-14)
+
+
+@pytest.mark.parametrize("arm_share", [1e-6, 0.2, 1.0, 1.7, 2 - 1e-6])
+@pytest.mark.parametrize("z", [1e-9, *LEVELS[2:], 1e12])
+def test_edge_distance_solves_its_quadratic(z: float, arm_share: float) -> None:
+    a, arm = HALF_LENGTH, HALF_LENGTH * arm_share
+    root = exact_edge_distance(z, a, arm)
+
+    assert float(edge_distance(z, a, arm)) == pytest.approx(root, rel=2e-15)
+    assert float(edge_distance(0, a, arm)) == pytest.approx(arm, rel=1e-15)
+
+
+@pytest.mark.parametrize("e", CASTERS)
+def test_position_inverts_the_coordinate(e: float) -> None:
+    a = HALF_LENGTH
+    x = a * np.sin(np.linspace(-1.5, 1.5, 101))
+    xi = (x - e) / (a * a - x * x)
+
+    np.testing.assert_allclose(np.asarray(position(ca.DM(xi), a, e)).ravel(), x, rtol=0, atol=1e-15)
+
+
+@pytest.mark.parametrize("e", CASTERS)
+def test_position_is_the_edge_distance_seen_from_the_middle(e: float) -> None:
+    a = HALF_LENGTH
+    for z in LEVELS:
+        assert float(position(z, a, e)) == pytest.approx(
+            a - float(edge_distance(z, a, a - e)), abs=1e-16
+        )
+        assert float(position(-z, a, e)) == pytest.approx(
+            float(edge_distance(z, a, a + e)) - a, abs=1e-16
+        )
+
+
+@pytest.mark.parametrize("e", CASTERS)
+def test_virgin_curve_is_the_closed_form(e: float) -> None:
+    tyre, load = Tyre(a=HALF_LENGTH, e=e), 400.0
+    a, k, c = tyre.a, tyre.k, float(full_slide_level(load, tyre.a)) * tyre.mu / tyre.k
+
+    turns = c * a * np.logspace(-3, 2.5, 56)
+    torques = [-k * psi * float(unit_moment(0, a, e) - unit_moment(c / psi, a, e)) for psi in turns]
+
+    closed = [virgin_torque(psi, load, tyre, Decimal) for psi in turns]
+    print(f"virgin curve, e = {e}: {np.max(np.abs(np.array(torques) / closed - 1)):.1e} relative")
+    np.testing.assert_allclose(torques, closed, rtol=1e-12)

@@ -1,0 +1,166 @@
+"""Every effect: declared sanely, gone at its neutral value, the same as on the reference rig."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+from symbolic import EFFECTS, BristlePatch, Effect, InvalidInputError, Model, Signals, simulate
+from tests.rig.patch import RigTyre
+from tests.rig.patch import simulate as on_the_rig
+from tests.rig.path import Hand, hand_path
+from tests.rig.record import build_effects
+from tests.symbolic.oracles import Array, worst
+
+TYRE = RigTyre()
+DRIVE = hand_path(3, 10.0, hand=Hand(nesting=0.6), load=480.0, rate=100.0)
+GEOMETRY = np.array([TYRE.a, TYRE.e])
+VALUES: dict[str, dict[str, float]] = {
+    "rate_friction": {"c": 0.04},
+    "stribeck": {"ratio": 1.3, "v_s": 3e-3},
+    "load_dependent_friction": {"n": 0.4},
+    "asymmetric_friction": {"ratio": 1.2},
+    "friction_drift": {"gain": 0.3, "scale": 0.6},
+    "carcass_torsion": {"k_t": 150.0},
+    "patch_width": {"half_width": 0.03},
+    "pressure_shape": {"exponent": 4.0},
+    "pressure_skew": {"skew": 0.4},
+    "viscoelastic_relaxation": {"gain": 0.5, "time": 0.6},
+    "contact_damping": {"c": 2.0},
+    "bearing_friction": {"M_c": 0.7},
+    "steering_return": {"stiffness": 3.0},
+    "sensor_delay": {"delay": 0.023},
+    "torque_offset": {"M_0": 0.8},
+    "pretwist": {"psi_0": -0.06},
+}
+EACH = pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
+UNITS = {"1", "m", "s", "rad", "m/s", "N m", "N m/rad", "N m s/rad"}
+
+
+def model_torque(planted: Mapping[str, Mapping[str, float]], **realisation: Any) -> Array:
+    """M_z of the model over DRIVE, effects in the order of their names as given."""
+    model = Model(effects=tuple(EFFECTS[name] for name in planted), **realisation)
+    values = {f"{name}.{p}": v for name, parameters in planted.items() for p, v in parameters.items()}
+    theta = np.asarray(model.theta({"mu": TYRE.mu, "k": TYRE.k} | values)).ravel()
+    dt = np.diff(DRIVE.t, prepend=DRIVE.t[0] - 0.01)
+    samples = np.vstack([DRIVE.psi, DRIVE.psi_dot, DRIVE.F_N, dt])
+    # The derivatives are not looked at; with them the Functions are the ones that fits run.
+    return simulate(model, samples, theta, GEOMETRY, np.eye(len(theta))).M_z
+
+
+def declared_torque(effect: Effect) -> Array:
+    """The declared model in the realisation that the effect asks for, with as many columns."""
+    patch = Model(effects=(effect,)).patch()
+    if not isinstance(patch, BristlePatch):
+        return model_torque({})
+    wide = patch.traits.half_width is not None
+    return model_torque({}, discretised=True, lengthways=patch.bristles // (patch.rows if wide else 1))
+
+
+def rig_torque(planted: Mapping[str, Mapping[str, float]]) -> Array:
+    return on_the_rig(DRIVE, TYRE, build_effects(planted)).M_z
+
+
+def neutral(effect: Effect) -> dict[str, float]:
+    return {p.name: p.start if p.neutral is None else p.neutral for p in effect.parameters}
+
+
+def test_the_table_of_values_covers_the_vocabulary() -> None:
+    assert list(VALUES) == list(EFFECTS)
+    assert len(EFFECTS) == 16
+    for name, values in VALUES.items():
+        assert list(values) == [p.name for p in EFFECTS[name].parameters]
+
+
+@EACH
+def test_parameters_are_declared_sanely(effect: Effect) -> None:
+    assert EFFECTS[effect.name] is effect
+    assert effect.summary
+    assert any(p.neutral is not None for p in effect.parameters), "nothing switches it off"
+    for p in effect.parameters:
+        assert p.unit in UNITS
+        assert p.lower < p.start < p.upper
+        assert 0 < p.scale < math.inf
+        assert p.scope == ("recording" if effect.name in {"torque_offset", "pretwist"} else "shared")
+        if p.neutral is not None:
+            assert p.lower <= p.neutral <= p.upper
+            assert p.start != p.neutral, "a fit that starts neutral sees no derivative"
+        assert p.to_coordinate(p.to_coordinate(p.start)) == pytest.approx(p.start)
+        assert math.isfinite(p.to_coordinate(p.start))
+        assert p.coordinate == (f"1/{p.name}" if p.inverse else p.name)
+
+
+@EACH
+def test_effect_vanishes_at_its_neutral_value(effect: Effect) -> None:
+    declared = declared_torque(effect)
+
+    M_z = model_torque({effect.name: neutral(effect)})
+
+    np.testing.assert_allclose(M_z, declared, rtol=0, atol=1e-12)
+
+
+@EACH
+def test_effect_is_the_one_of_the_rig(effect: Effect) -> None:
+    planted = {effect.name: VALUES[effect.name]}
+    reference, declared = rig_torque(planted), rig_torque({})
+
+    error = worst(model_torque(planted), reference)
+
+    seen = worst(reference, declared)
+    print(f"{effect.name}: {error:.1e} of range off the rig, which it changes by {seen:.1e}")
+    # The exact patch meets the rig to the rig's own grid; the delay holds the load back as well there.
+    allowed = 3e-3 if effect.discrete else 2e-3 if effect.name == "sensor_delay" else 1e-5
+    assert error <= allowed
+    assert seen > 10 * error, "the path shows what the effect does"
+
+
+@EACH
+def test_weak_effect_is_in_proportion_to_the_rigs(effect: Effect) -> None:
+    """A sign or a factor that a strong effect might hide: the first order, on both sides of neutral."""
+    start, off = neutral(effect), VALUES[effect.name]
+    name = next(p.name for p in effect.parameters if p.neutral is not None)
+    if effect.parameters[0].inverse:
+        weak = start | {name: 20 * off[name]}
+    else:
+        weak = off | {name: start[name] + 0.2 * (off[name] - start[name])}
+    planted = {effect.name: weak}
+
+    ours = model_torque(planted) - declared_torque(effect)
+    theirs = rig_torque(planted) - rig_torque({})
+
+    share = float(ours @ theirs / (theirs @ theirs))
+    assert share == pytest.approx(1.0, abs=0.03)
+    assert np.linalg.norm(ours - theirs) <= 0.15 * np.linalg.norm(theirs)
+
+
+@pytest.mark.parametrize(
+    ("names", "allowed"),
+    [
+        (("carcass_torsion", "friction_drift", "torque_offset", "pretwist"), 1e-5),
+        (("carcass_torsion", "rate_friction", "pressure_skew"), 3e-3),
+        (("stribeck", "pressure_shape", "asymmetric_friction", "steering_return"), 3e-3),
+        (("patch_width", "viscoelastic_relaxation", "bearing_friction"), 3e-3),
+    ],
+)
+def test_effects_act_together(names: tuple[str, ...], allowed: float) -> None:
+    planted = {name: VALUES[name] for name in names}
+
+    assert worst(model_torque(planted), rig_torque(planted)) <= allowed
+
+
+def test_effect_that_remembers_must_say_what() -> None:
+    forgetful = Effect(name="forgetful", summary="has memory", parameters=(), memory=1)
+
+    with pytest.raises(NotImplementedError, match="forgetful has memory but no initial value"):
+        forgetful.initial(Signals(psi=0.0, psi_dot=0.0, F_N=400.0, dt=0.01))
+
+
+def test_values_out_of_bounds_are_refused() -> None:
+    model = Model(effects=(EFFECTS["pressure_skew"],))
+
+    with pytest.raises(
+        InvalidInputError, match=r"pressure_skew.skew must lie in \[-0.95, 0.95\] 1, got 2"
+    ):
+        model.theta({"mu": 1.0, "k": 2e6, "pressure_skew.skew": 2})

@@ -1,0 +1,175 @@
+"""What holds for the declared model as a whole, in either realisation."""
+
+import math
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from symbolic import (
+    DECLARED,
+    EFFECTS,
+    GEOMETRY,
+    SIGNALS,
+    InvalidInputError,
+    Model,
+    Parameter,
+    effects_named,
+)
+from tests.symbolic.oracles import Path, Tyre, random_path, run, straight
+
+LOAD = 400.0
+TYRE = Tyre()
+GO = TYRE.slope(LOAD) * TYRE.a
+REALISATIONS = pytest.mark.parametrize(
+    "model", [Model(), Model(discretised=True)], ids=["zones", "bristles"]
+)
+
+
+def path_of(*corners: float, tyre: Tyre = TYRE) -> Path:
+    psi = GO * straight(*corners)
+    return Path(psi=psi, F_N=np.full(len(psi), LOAD), tyre=tyre)
+
+
+@REALISATIONS
+def test_positive_turn_from_rest_makes_a_negative_torque(model: Model) -> None:
+    M_z = run(model, path_of(0.0, 2.0)).M_z
+
+    assert M_z[0] == 0
+    assert np.all(M_z[1:] < 0)
+
+
+@pytest.mark.parametrize(("model", "share"), [(Model(), 1e-9), (Model(discretised=True), 1e-3)])
+def test_full_slide_is_three_eighths_of_mu_load_and_half_length(model: Model, share: float) -> None:
+    tyre = replace(TYRE, e=0.0)
+
+    M_z = run(model, path_of(0.0, 1e6, -1e6, tyre=tyre)).M_z
+
+    slide = 3 / 8 * tyre.mu * LOAD * tyre.a
+    assert M_z[40] == pytest.approx(-slide, rel=share)
+    assert M_z[-1] == pytest.approx(slide, rel=share)
+
+
+@REALISATIONS
+def test_full_stick_is_the_stiffness_of_the_patch(model: Model) -> None:
+    M_z = run(model, path_of(0.0, 1e-7)).M_z
+
+    stiffness = 2 * TYRE.a * TYRE.k * (TYRE.a**2 / 3 + TYRE.e**2)
+    assert M_z[-1] == pytest.approx(-stiffness * 1e-7 * GO, rel=1e-5)
+
+
+@REALISATIONS
+def test_torque_is_odd_in_the_angle(model: Model) -> None:
+    path = random_path(2)
+
+    there, mirrored = (run(model, replace(path, psi=side * path.psi)).M_z for side in (1, -1))
+
+    np.testing.assert_allclose(mirrored, -there, rtol=0, atol=1e-13 * np.ptp(there))
+
+
+@REALISATIONS
+def test_torque_does_not_know_where_zero_is(model: Model) -> None:
+    path = random_path(4)
+
+    shifted = run(model, replace(path, psi=path.psi + 0.5)).M_z
+
+    plain = run(model, path).M_z
+    np.testing.assert_allclose(shifted, plain, rtol=0, atol=1e-11 * np.ptp(plain))
+
+
+@REALISATIONS
+def test_torque_is_homogeneous_in_angle_and_friction_times_load(model: Model) -> None:
+    path = random_path(6)
+    M_z = run(model, path).M_z
+    more = replace(path, psi=1.37 * path.psi)
+
+    by_mu = run(model, replace(more, tyre=replace(path.tyre, mu=1.37 * path.tyre.mu))).M_z
+    by_load = run(model, replace(more, F_N=1.37 * path.F_N)).M_z
+
+    np.testing.assert_allclose(by_mu, 1.37 * M_z, rtol=0, atol=1e-12 * np.ptp(M_z))
+    np.testing.assert_allclose(by_load, 1.37 * M_z, rtol=0, atol=1e-12 * np.ptp(M_z))
+
+
+@REALISATIONS
+def test_step_size_does_not_matter_under_constant_load(model: Model) -> None:
+    corners = [0.0, 3.0, -2.0, 1.0, 2.9]
+    fine = GO * straight(*corners, steps=64)
+
+    ends = [
+        run(model, Path(psi=psi, F_N=np.full(len(psi), LOAD), tyre=TYRE)).M_z[-1]
+        for psi in (fine, fine[::8], GO * np.array(corners))
+    ]
+
+    np.testing.assert_allclose(ends, ends[0], rtol=1e-12)
+
+
+def test_functions_name_what_they_take_and_give() -> None:
+    model = Model(effects=effects_named(["friction_drift", "carcass_torsion"]))
+
+    assert model.step.name_in() == ["memory", "signals", "theta", "geometry"]
+    assert model.step.name_out() == ["memory_next", "M_z"]
+    assert model.start.name_in() == ["signals", "theta", "geometry"]
+    assert model.start.name_out() == ["memory"]
+    assert (SIGNALS, GEOMETRY) == (("psi", "psi_dot", "F_N", "dt"), ("a", "e"))
+    assert [parameter.name for parameter in DECLARED] == ["mu", "k"]
+    assert model.coordinates == (
+        "mu", "k", "friction_drift.gain", "friction_drift.scale", "carcass_torsion.1/k_t"
+    )  # fmt: skip
+    assert model.step.size1_in("memory") == model.memory_size == model.start.size1_out("memory")
+
+
+def test_equal_models_share_their_functions() -> None:
+    assert Model(corners=20).step is Model(corners=20).step
+
+
+def test_theta_puts_values_in_order_and_turns_over_compliances() -> None:
+    model = Model(effects=effects_named(["carcass_torsion", "torque_offset"]))
+    values = {"torque_offset.M_0": 0.3, "k": 2e6, "carcass_torsion.k_t": 400.0, "mu": 1.2}
+
+    np.testing.assert_array_equal(np.asarray(model.theta(values)).ravel(), [1.2, 2e6, 1 / 400.0, 0.3])
+    rigid = model.theta(values | {"carcass_torsion.k_t": math.inf})
+    assert float(rigid[2]) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"mu": 1.0}, "parameter 'k' is missing"),
+        ({"mu": 1.0, "k": 2e6, "grip": 1.0}, "unknown parameter 'grip'; the model has mu, k"),
+        ({"mu": -1.0, "k": 2e6}, r"mu must lie in \[0.01, 10.0\] 1, got -1.0"),
+        ({"mu": math.nan, "k": 2e6}, "mu must lie in .* got nan"),
+        ({"mu": 1.0, "k": 1e12}, r"k must lie in \[1000.0, 1000000000.0\] N/m\^2"),
+    ],
+)
+def test_theta_refuses(values: dict[str, float], message: str) -> None:
+    with pytest.raises(InvalidInputError, match=message):
+        Model().theta(values)
+
+
+def test_effects_are_found_by_name() -> None:
+    assert effects_named(["pretwist", "stribeck"]) == (EFFECTS["pretwist"], EFFECTS["stribeck"])
+    with pytest.raises(InvalidInputError, match="unknown effect 'magic'; known are rate_friction"):
+        effects_named(["magic"])
+    with pytest.raises(InvalidInputError, match="'pretwist' is named twice"):
+        effects_named(["pretwist", "pretwist"])
+
+
+def test_parameter_refuses_a_start_outside_its_bounds() -> None:
+    with pytest.raises(InvalidInputError, match=r"parameter c: start must lie in \[0.0, 1.0\], got 2.0"):
+        Parameter(name="c", unit="1", neutral=0.0, start=2.0, lower=0.0, upper=1.0, scale=1.0)
+
+
+def test_bristles_are_taken_only_where_needed() -> None:
+    assert Model().exact
+    assert Model(effects=effects_named(["sensor_delay", "carcass_torsion"])).exact
+    assert not Model(discretised=True).exact
+    assert not Model(effects=effects_named(["sensor_delay", "patch_width"])).exact
+
+
+@REALISATIONS
+def test_start_is_the_untouched_patch(model: Model) -> None:
+    memory = model.start(ca.DM([0.3, 0.1, LOAD, 0.01]), ca.DM([1.3, 2.4e6]), ca.DM([TYRE.a, TYRE.e]))
+
+    assert float(memory[0]) == 0.3
+    assert not np.any(np.asarray(memory[1:]))

@@ -1,0 +1,231 @@
+"""The exact patch against 5,000 bristles, against Masing's rules, and piece by piece."""
+
+from dataclasses import replace
+
+import casadi as ca
+import numpy as np
+import pytest
+
+from symbolic import EFFECTS, InvalidInputError, Model, ZonePatch
+from symbolic.zones import clip_polyline, thin_out
+from tests.symbolic.oracles import (
+    Array,
+    Path,
+    Tyre,
+    grid_torque,
+    masing_torque,
+    random_path,
+    run,
+    signals,
+    straight,
+    virgin_torque,
+    wandering_load,
+    worst,
+)
+
+LOAD = 400.0
+TYRE = Tyre()
+GO = TYRE.slope(LOAD) * TYRE.a
+"""The turn at which sliding has come well into the patch [rad]."""
+SAMPLES = 400
+
+
+def turning(*corners: float, tyre: Tyre = TYRE) -> Path:
+    """Straight turns in units of GO, filled up with rest, at constant load."""
+    psi = GO * straight(*corners, steps=SAMPLES // len(corners))
+    return Path(
+        psi=np.pad(psi, (0, SAMPLES - len(psi)), mode="edge"), F_N=np.full(SAMPLES, LOAD), tyre=tyre
+    )
+
+
+def loaded(path: Path, *jumps: tuple[int, float]) -> Path:
+    """The path with the load multiplied by a factor from a sample on."""
+    F_N = path.F_N.copy()
+    for sample, factor in jumps:
+        F_N[sample:] *= factor
+    return replace(path, F_N=F_N)
+
+
+REVERSALS = (0.0, 3.0, -2.0, 1.0, -0.5, 2.5, 2.4)
+DWELL = turning(0.0, 1.5, 1.5, 0.4, 0.4, 1.0, -3.0)
+SPECIAL = {
+    "no caster": turning(*REVERSALS, tyre=replace(TYRE, e=0.0)),
+    "caster near the edge": turning(*REVERSALS, tyre=replace(TYRE, e=0.98 * TYRE.a)),
+    "trail near the edge": turning(*REVERSALS, tyre=replace(TYRE, e=-0.98 * TYRE.a)),
+    "tiny turns": turning(*(1e-7 * corner for corner in REVERSALS)),
+    "tiny turns after a slide": turning(0.0, 5.0, 4.99999, 5.00001, 4.999, 5.0),
+    "huge turns": turning(*(300 * corner for corner in REVERSALS)),
+    "dwell": DWELL,
+    "dwell under a wandering load": replace(
+        DWELL, F_N=wandering_load(np.random.default_rng(5), SAMPLES)
+    ),
+    "load jumps at rest": loaded(DWELL, (80, 0.6), (90, 1.9), (100, 0.5), (200, 1.6), (350, 0.7)),
+    "load drops by half in a nest": loaded(turning(*REVERSALS), (260, 0.5)),
+    "load drops by half in a slide": loaded(turning(0.0, 8.0, -8.0), (100, 0.5), (300, 2.0)),
+    "load lifted off": loaded(turning(*REVERSALS), (150, 1e-6), (250, 1e6)),
+    "path that starts off zero": turning(0.7, 3.0, -2.0, 1.0),
+}
+
+
+def test_random_nests_under_varying_load_follow_the_grid() -> None:
+    paths = [random_path(seed) for seed in range(20)]
+
+    errors = [
+        worst(run(Model(), path).M_z, reference)
+        for path, reference in zip(paths, grid_torque(*paths), strict=True)
+    ]
+
+    print(f"20 nested paths against 5000 bristles: worst {max(errors):.1e} of range")
+    assert max(errors) <= 1e-5
+    assert max(errors) <= 1e-6, "what remains is the grid's own error, 3e-7"
+
+
+def test_special_paths_follow_the_grid() -> None:
+    references = grid_torque(*SPECIAL.values())
+
+    errors = {
+        name: worst(run(Model(), path).M_z, reference)
+        for (name, path), reference in zip(SPECIAL.items(), references, strict=True)
+    }
+
+    print("special paths:", {name: f"{error:.1e}" for name, error in errors.items()})
+    assert {name: error for name, error in errors.items() if not error <= 1e-6} == {}
+
+
+@pytest.mark.parametrize("psi_0", [-3.0, -0.2, 0.5])
+def test_pretwist_follows_the_grid(psi_0: float) -> None:
+    path = turning(*REVERSALS)
+    model = Model(effects=(EFFECTS["pretwist"],))
+
+    M_z = run(model, path, pretwist__psi_0=psi_0 * GO).M_z
+
+    (reference,) = grid_torque(path, turned=psi_0 * GO)
+    assert worst(M_z, reference) <= 1e-6
+    assert M_z[0] == pytest.approx(virgin_torque(psi_0 * GO, LOAD, TYRE), rel=1e-12)
+
+
+def test_masing_and_madelung_hold_to_rounding_under_constant_load() -> None:
+    errors = []
+    for seed in range(8):
+        path = replace(random_path(seed), F_N=np.full(600, LOAD))
+        errors.append(worst(run(Model(), path).M_z, masing_torque(path)))
+
+    print(f"Masing's rules from the stack of turning points: worst {max(errors):.1e} of range")
+    assert max(errors) <= 1e-11
+
+
+def test_branch_after_a_reversal_is_the_virgin_curve_doubled() -> None:
+    path = turning(0.0, 3.0, -2.9)
+    M_z = run(Model(), path).M_z
+    turn = int(np.argmax(path.psi))
+
+    expected = [
+        M_z[turn] + 2 * virgin_torque((psi - path.psi[turn]) / 2, LOAD, TYRE) for psi in path.psi[turn:]
+    ]
+
+    np.testing.assert_allclose(M_z[turn:], expected, rtol=0, atol=1e-12 * np.ptp(M_z))
+
+
+def test_closed_loop_is_wiped_out() -> None:
+    plain = GO * np.array([0.0, 1.0, 2.0, 3.0])
+    looped = GO * np.array([0.0, 1.0, 2.0, 0.5, 1.5, 1.0, 1.5, 0.5, 2.0, 3.0])
+
+    memories = [final_memory(Model(), psi, LOAD) for psi in (plain, looped)]
+
+    np.testing.assert_allclose(memories[0], memories[1], rtol=1e-12)
+
+
+def final_memory(
+    model: Model, psi: Array, F_N: Array | float, mu: float = 1.3, k: float = 2.4e6
+) -> Array:
+    """The memory after the last sample."""
+    theta, geometry = ca.DM([mu, k]), ca.DM([TYRE.a, TYRE.e])
+    samples = signals(psi, F_N)
+    memory = model.start(samples[:, 0], theta, geometry)
+    for sample in samples.T:
+        memory, _ = model.step(memory, sample, theta, geometry)
+    return np.asarray(memory).ravel()
+
+
+def test_memory_does_not_depend_on_friction_or_stiffness() -> None:
+    path = random_path(3, samples=300)
+
+    memories = [
+        final_memory(Model(), path.psi, path.F_N, mu=mu, k=k)
+        for mu, k in ((1.3, 2.4e6), (0.05, 2.4e6), (1.7, 3.1e4))
+    ]
+
+    assert memories[0].tobytes() == memories[1].tobytes() == memories[2].tobytes()
+
+
+def test_memory_is_one_corner_a_turning_point() -> None:
+    psi = GO * straight(0.0, 3.0, -2.0, 1.0, -0.5, 0.2, steps=5)
+    xi, r = np.split(final_memory(Model(), psi, LOAD)[1:], 2)
+    used = np.count_nonzero(np.diff(xi, prepend=0.0) > 0)
+
+    # Where the reversal from psi_i met the limit: xi = 2 level / |psi_j - psi_i|, the virgin turn once.
+    level = 3 * LOAD / (4 * TYRE.a**3)
+    turns = np.abs(np.diff(GO * np.array([0.0, 3.0, -2.0, 1.0, -0.5, 0.2])))
+    assert used == len(turns)
+    np.testing.assert_allclose(xi[:used], level * np.array([1, 2, 2, 2, 2]) / turns, rtol=1e-12)
+    np.testing.assert_allclose(np.abs(r[used - 1]), level, rtol=1e-15)
+
+
+def test_untouched_patch_makes_no_torque() -> None:
+    path = Path(psi=np.full(50, 0.3), F_N=wandering_load(np.random.default_rng(1), 50), tyre=TYRE)
+
+    assert not np.any(run(Model(), path).M_z)
+
+
+def test_clipped_polyline_is_the_polyline_clipped() -> None:
+    """Against dense sampling, with corners left over where the load has dropped onto the inside."""
+    n, rng = 24, np.random.default_rng(7)
+    symbols = [ca.MX.sym("xi", n), ca.MX.sym("r", n), ca.MX.sym("turn"), ca.MX.sym("level")]
+    clip = ca.Function("clip", symbols, clip_polyline(*symbols))
+    for _ in range(200):
+        used = int(rng.integers(0, 7))
+        xi = np.pad(np.cumsum(rng.uniform(0.05, 1, used)), (1, 0))
+        r = np.pad(rng.uniform(-1, 1, used), (1, 0))
+        turn, level = rng.choice([-1.0, 0.0, 1.0]) * rng.uniform(0.01, 2), rng.uniform(0.1, 1.2)
+        fill = n - used
+        packed = [np.append(part[1:], np.full(fill, part[-1])) for part in (xi, r)]
+
+        new_xi, new_r = (
+            np.asarray(part).ravel()
+            for part in clip(packed[0], packed[1] - packed[0] * turn, turn, level)
+        )
+
+        at = np.linspace(0, 40, 4001)
+        clipped = np.clip(np.interp(at, xi, r) - at * turn, -level, level)
+        assert np.all(np.diff(new_xi) >= 0)
+        np.testing.assert_allclose(
+            np.interp(at, np.append(0, new_xi), np.append(0, new_r))[at <= reach(new_xi, turn)],
+            clipped[at <= reach(new_xi, turn)],
+            atol=1e-12,
+        )
+
+
+def reach(xi: Array, turn: float) -> float:
+    """The polyline is flat beyond its last corner, except at rest where nothing was ever clipped."""
+    return 40.0 if turn or xi[-1] else 0.0
+
+
+def test_thinning_takes_the_corner_that_the_torque_feels_least_and_only_when_full() -> None:
+    n, a = 8, TYRE.a
+    corners = 10.0 * np.arange(1, 6)
+    r = np.array([1.0, -1.0, -0.9, 0.9, -1.0])
+    # Corner 3 hardly leaves the chord between its neighbours once 2 and 4 stand at its sides.
+    r[2] = 0.5 * (r[1] + r[3]) + 1e-3
+    for used, expected in ((5, corners), (6, np.delete(np.append(corners, 60.0), 2))):
+        xi = np.append(corners, [60.0] * 3) if used == 6 else np.append(corners, [50.0] * 3)
+        values = np.append(r, [1.0] * 3) if used == 6 else np.append(r, [r[-1]] * 3)
+        kept, _ = thin_out(ca.MX(ca.DM(xi)), ca.MX(ca.DM(values)), ca.MX(1.0), ca.MX(a))
+        kept = np.asarray(ca.evalf(kept)).ravel()
+        np.testing.assert_array_equal(np.unique(kept), expected)
+        assert len(kept) == n
+
+
+@pytest.mark.parametrize("corners", [3, 0, -1])
+def test_too_few_corners_are_refused(corners: int) -> None:
+    with pytest.raises(InvalidInputError, match=f"corners must be at least 4, got {corners}"):
+        ZonePatch(corners=corners)
