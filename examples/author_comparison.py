@@ -3,8 +3,8 @@
     python examples/author_comparison.py [DIR]
 
 DIR holds the recordings (`brushgrip fetch`); default: BRUSHGRIP_DATA, else ../shared/measured. The
-filter runs causally from its default prior, mu = 1.0 +- 0.5, with k as published; the declared mu is only
-used to take the error. The author's files begin where the wheel begins to turn, so the two are aligned by
+filter runs causally from its default prior, mu = 1.0 +- 0.5, with k as published; the declared mu only
+serves to take the error. The author's files begin where the wheel begins to turn, so both are aligned by
 angle.
 """
 
@@ -41,7 +41,7 @@ def main() -> None:
     """Print one row a recording."""
     default = os.environ.get("BRUSHGRIP_DATA", "../shared/measured")
     folder = Path(sys.argv[1] if len(sys.argv) > 1 else default)
-    print("| recording | declared μ | EKF RMSE | author RMSE | EKF at the end | spread after 1st slide |")
+    print("| recording | declared μ | EKF RMSE | author RMSE | at the end | spread, informed |")
     print("|---|---|---|---|---|---|")
     errors: dict[str, list[float]] = {}
     for path in sorted(folder.glob("*.mat")):

@@ -70,9 +70,6 @@ def test_residual_vanishes_in_coarse_turns_while_the_carcass_is_no_softer_than_t
     assert residual(model, random_turns(0, steps), 163.0) < 1e-9
 
 
-@pytest.mark.xfail(
-    strict=True, reason="the fixed number of Newton steps, without a bracket, falls short"
-)
 @REALISATIONS
 @pytest.mark.parametrize(("steps", "seeds"), [(4, 6), (100, 3)], ids=["coarse", "1 rad/s"])
 def test_residual_vanishes_in_fast_turns_of_a_soft_carcass(model: Model, steps: int, seeds: int) -> None:

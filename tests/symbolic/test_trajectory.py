@@ -22,9 +22,6 @@ CORNERS = GO * np.array([0.0, 3.0, -2.0, 1.0, 1.0, -0.5, 1.0, 1.5, -2.0, -3.0, 4
 TIE = pytest.mark.xfail(
     strict=True, reason="zones: 0.09 at one sample where both one-sided slopes are 0, at just this ratio"
 )
-TINY_TURN = pytest.mark.xfail(
-    strict=True, reason="zones divide by a turn that is only rounding, as a delayed rest makes it"
-)
 EACH = pytest.mark.parametrize(
     "name", [pytest.param(n, marks=TIE) if n == "asymmetric_friction" else n for n in EFFECTS]
 )
@@ -118,11 +115,12 @@ def by_hand() -> Array:
     return np.vstack([drive.psi, drive.psi_dot, drive.F_N, np.full(len(drive.t), 0.01)])
 
 
+# Where a delayed rest just ends, the zones beyond the last corner have no slope yet: 1.3e-4.
 @pytest.mark.parametrize(
-    "discretised", [pytest.param(False, marks=TINY_TURN), True], ids=["zones", "bristles"]
+    ("discretised", "bound"), [(False, 5e-4), (True, 2e-5)], ids=["zones", "bristles"]
 )
 @pytest.mark.parametrize("delay", [0.03, 0.05, 0.07])
-def test_derivative_in_a_delay_of_whole_samples(delay: float, discretised: bool) -> None:
+def test_derivative_in_a_delay_of_whole_samples(delay: float, discretised: bool, bound: float) -> None:
     model = Model(effects=(EFFECTS["sensor_delay"],), discretised=discretised)
     samples, theta = by_hand(), theta_of(model, {"sensor_delay.delay": delay})
 
@@ -131,7 +129,7 @@ def test_derivative_in_a_delay_of_whole_samples(delay: float, discretised: bool)
     expected = central_difference(model, samples, theta, 2, share=1e-5)
     error = np.max(np.abs(exact - expected)) / np.max(np.abs(expected))
     print(f"d M_z / d delay at {delay} s: {error:.1e} off")
-    assert error <= 2e-5
+    assert error <= bound
 
 
 def test_derivative_at_no_delay_is_the_mean_of_its_sides() -> None:
