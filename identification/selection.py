@@ -27,8 +27,9 @@ IDLE_STEPS = 2
 """Steps in which a candidate may do next to nothing before it is left out."""
 RANKING_STEP = 0.02
 """Recordings are thinned towards this time between samples while candidates are ranked [s]."""
-CLEAR = 2.0
-"""Standard errors by which two models have to differ on the judged data to be told apart."""
+EARNED, CLEAR = 1.0, 2.0
+"""Standard errors on the judged data by which an effect has to help, and two have to differ to be told
+apart."""
 
 Progress = Callable[[str, int, int], None]
 
@@ -230,7 +231,7 @@ def _earns_its_place(trial: Trial, current: Trial, training: Sequence[Recording]
     if not current.nrmse**2 - trial.nrmse**2 > RESOLUTION**2:
         return False
     mean, error = advantage(trial.judgement, current.judgement)
-    if not mean > CLEAR * error:
+    if not mean > EARNED * error:
         return False
     return delta_bic(trial.fitted, current.fitted, training) < -LEAST_EVIDENCE
 
