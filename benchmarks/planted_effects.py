@@ -18,10 +18,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from identification.diagnosis import diagnose
-from identification.recordings import Recording
-from identification.smoothing import smoothed_rate
-from symbolic import EFFECTS, Rig, Tyre
-from tests.rig.campaign import Campaign, campaign
+from symbolic import EFFECTS
+from tests.identification.made import as_read
+from tests.rig.campaign import campaign
 
 NOISE = 0.004
 """White noise that the rig puts on the torque, over its range."""
@@ -47,27 +46,10 @@ class Outcome:
         return bool(self.named) and self.planted in (self.named[0], *self.ambiguous)
 
 
-def recordings_of(planted: Campaign) -> list[Recording]:
-    """The rig's recordings as the tool would read them, with nominal parameters only."""
-    nominal = planted.nominal
-    return [
-        Recording(
-            name=made.name,
-            t=made.t,
-            psi=made.psi,
-            psi_dot=smoothed_rate(made.t, made.psi),
-            M_z=made.M_z,
-            F_N=made.F_N,
-            rig=Rig(a=nominal.a, e=nominal.e),
-            tyre=Tyre(k=nominal.k, mu=nominal.mu),
-        )
-        for made in planted.recordings
-    ]
-
-
 def run(name: str | None, seed: int) -> Outcome:
     """One campaign of three recordings, diagnosed."""
-    found = diagnose(recordings_of(campaign(name, seed)), jobs=1)
+    planted = campaign(name, seed)
+    found = diagnose([as_read(made, planted.nominal) for made in planted.recordings], jobs=1)
     return Outcome(
         planted=name,
         seed=seed,

@@ -52,6 +52,8 @@ def repeat_holdout(arguments: Sequence[str]) -> list[str]:
     rest = list(arguments)
     while rest:
         argument = rest.pop(0)
+        if argument.startswith("--holdout="):
+            argument, rest = "--holdout", [argument.removeprefix("--holdout="), *rest]
         if argument == "--":
             return [*spread, argument, *rest]
         if argument != "--holdout" or not rest or rest[0].startswith("-"):

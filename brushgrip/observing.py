@@ -43,7 +43,8 @@ def observe(name: ObserverName, recording: Recording, found: FoundModel | None =
         found: the model that a diagnosis found; the declared model, k as given, without it.
     """
     observer = _BUILDERS[name](recording, found)
-    return run(observer, recording.t, recording.psi, recording.F_N, recording.M_z)
+    rate = recording.psi_dot if recording.psi_dot_recorded else None
+    return run(observer, recording.t, recording.psi, recording.F_N, recording.M_z, rate)
 
 
 def track(name: ObserverName, recording: Recording, estimates: Estimates, model: str) -> FrictionTrack:

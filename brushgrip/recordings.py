@@ -48,20 +48,25 @@ def locate(name: str) -> Path:
     )
 
 
-def read_all(names: Sequence[str], rig: Path | None, *, torque_required: bool = True) -> list[Recording]:
+def read_all(
+    names: Sequence[str], rig: Path | None, *, torque_required: bool = True, causal: bool = False
+) -> list[Recording]:
     """The recordings of these names, in order, each under a name of its own.
 
     Args:
         names: as the user gave them.
         rig: a rig file; None where the recordings know their rig.
         torque_required: whether a recording without M_z is a fault.
+        causal: fill gaps from the past alone.
 
     Raises:
         InvalidInputError: a file is missing or bad, or one recording is given twice.
     """
     nominal = None if rig is None else read_rig(rig)
     paths = [locate(name) for name in names]
-    recordings = [read_recording(path, nominal, torque_required=torque_required) for path in paths]
+    recordings = [
+        read_recording(path, nominal, torque_required=torque_required, causal=causal) for path in paths
+    ]
     for (one, first), (other, second) in combinations(zip(paths, recordings, strict=True), 2):
         if one.samefile(other) or (torque_required and _same_samples(first, second)):
             raise InvalidInputError(
@@ -70,6 +75,19 @@ def read_all(names: Sequence[str], rig: Path | None, *, torque_required: bool = 
             )
     labels = _unique_labels(paths)
     return [replace(r, name=label) for r, label in zip(recordings, labels, strict=True)]
+
+
+def keep_inputs(outputs: Sequence[Path], names: Sequence[str], *others: Path | None) -> None:
+    """Refuses to write over what was read.
+
+    Raises:
+        InvalidInputError: an output is one of the recordings, or the rig or the model file.
+    """
+    inputs = [*(locate(name) for name in names), *(path for path in others if path is not None)]
+    for output in outputs:
+        for path in inputs:
+            if output.exists() and output.samefile(path):
+                raise InvalidInputError(f"{output}: would overwrite what is read; name another --out")
 
 
 def _same_samples(one: Recording, other: Recording) -> bool:

@@ -51,11 +51,12 @@ def write_report(folder: Path, diagnosis: Diagnosis, friction: Sequence[Friction
 
 def _opening(diagnosis: Diagnosis) -> str:
     training, holdout = len(diagnosis.recordings), len(diagnosis.holdout)
-    judged = (
-        f"{holdout} held out to judge the result"
-        if holdout
-        else "none held out: training recordings were left out in turn to judge"
-    )
+    if holdout:
+        judged = f"{holdout} held out to judge every candidate and the result"
+    elif training > 1:
+        judged = "none held out: each was left out in turn, to first order, to judge"
+    else:
+        judged = "none held out: with a single recording the errors are those of the fit itself"
     return (
         '<header>\n<p class="kind">brushgrip diagnosis</p>\n'
         f"{heading(headline(diagnosis))}\n"

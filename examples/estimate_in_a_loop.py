@@ -7,13 +7,11 @@ recordings of the same rig, rounded.
 from pathlib import Path
 
 from identification import read_recording, read_rig
-from observers import Ekf, Sample
+from observers import Ekf, Sample, next_rate
 from symbolic import Model, effects_named
 
 RECORDINGS = Path(__file__).resolve().parent / "recordings"
 VALUES = {"k": 2.4e6, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
-MEMORY = 0.06
-"""Time over which the yaw rate, a difference of angles, is smoothed [s]."""
 
 
 def main() -> None:
@@ -29,8 +27,7 @@ def main() -> None:
     for number, (psi, F_N, M_z) in enumerate(
         zip(recording.psi, recording.F_N, recording.M_z, strict=True)
     ):
-        rate += dt / (MEMORY + dt) * ((psi - last_psi) / dt - rate)
-        last_psi = psi
+        rate, last_psi = next_rate(rate, psi - last_psi, dt), psi
         sample = Sample(psi=psi, psi_dot=rate, F_N=F_N, dt=dt, M_z=M_z)
         state = observer.step(observer.init(sample) if state is None else state, sample)
         now = observer.estimate(state)

@@ -20,6 +20,9 @@ from identification.scoring import Array, delta_bic, deviations, rmse_of
 from identification.selection import Progress, Step, model_of, search
 from symbolic import InvalidInputError, simulate
 
+LEAST_TRAVEL = 0.01
+"""Greatest minus least angle that a diagnosis needs [rad]."""
+
 
 def diagnose(
     recordings: Sequence[Recording],
@@ -88,6 +91,12 @@ def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> 
             raise InvalidInputError(f"recording {name!r} is given twice; every recording counts once")
     for recording in everything:
         torque_range(recording)
+        travel = float(np.ptp(recording.psi))
+        if not travel > LEAST_TRAVEL:
+            raise InvalidInputError(
+                f"{recording.name}: the wheel turns by {travel:.2g} rad only; a diagnosis needs a"
+                f" recording in which it turns by more than {LEAST_TRAVEL} rad"
+            )
 
 
 def _declared(recordings: Sequence[Recording]) -> dict[str, Array]:

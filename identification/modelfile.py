@@ -1,6 +1,7 @@
 """`model.json`: a model that a diagnosis found, for simulation and observers."""
 
 import json
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -55,10 +56,15 @@ def model_text(diagnosis: Diagnosis) -> str:
     content = {
         "version": VERSION,
         "effects": [effect.name for effect in diagnosis.model.effects],
-        "shared": dict(diagnosis.values.shared),
-        "recordings": {name: dict(values) for name, values in diagnosis.values.own.items()},
+        "shared": _writable(diagnosis.values.shared),
+        "recordings": {name: _writable(values) for name, values in diagnosis.values.own.items()},
     }
-    return json.dumps(content, indent=2) + "\n"
+    return json.dumps(content, indent=2, allow_nan=False) + "\n"
+
+
+def _writable(values: Mapping[str, float]) -> dict[str, float]:
+    """Values as JSON can hold them: an infinite stiffness becomes the largest number there is."""
+    return {name: min(value, sys.float_info.max) for name, value in values.items()}
 
 
 def read_model(path: Path) -> FoundModel:

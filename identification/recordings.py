@@ -28,6 +28,7 @@ class Recording:
         t: time [s], increasing.
         psi: yaw angle [rad], without gaps.
         psi_dot: yaw rate [rad/s], without gaps.
+        psi_dot_recorded: True where the rate was measured, False where it was taken from psi.
         M_z: moment of the ground on the wheel about the kingpin [N m], negative for a positive
             virgin turn; NaN where the sample is missing.
         F_N: vertical load [N], greater than 0, without gaps.
@@ -47,6 +48,7 @@ class Recording:
     M_z: Array
     F_N: Array
     M: Array | None = None
+    psi_dot_recorded: bool = False
     rig: Rig
     tyre: Tyre
 
@@ -80,7 +82,11 @@ class Recording:
 
 
 def read_recording(
-    path: str | Path, rig: tuple[Rig, Tyre] | None = None, *, torque_required: bool = True
+    path: str | Path,
+    rig: tuple[Rig, Tyre] | None = None,
+    *,
+    torque_required: bool = True,
+    causal: bool = False,
 ) -> Recording:
     """Reads a recording from CSV, or from MATLAB 5 where the name ends in ``.mat``.
 
@@ -91,6 +97,8 @@ def read_recording(
         path: the file.
         rig: rig and tyre as read by `read_rig`; what the recording says itself goes first.
         torque_required: whether a recording without any M_z is a fault; otherwise M_z is all NaN.
+        causal: fill gaps in psi, psi_dot and F_N with the last sample before them alone, as an observer
+            has to; a gap at the very beginning is then a fault.
 
     Raises:
         InvalidInputError: one line naming the file, the row, what is wrong and what is allowed.
@@ -102,16 +110,20 @@ def read_recording(
     own_rig, own_tyre = _rig_of(table, rig)
     columns = table.columns
     t = columns["t"]
-    psi = _filled(t, columns["psi"])
+    fill = _held if causal else _filled
+    if causal:
+        _require_beginning(table)
+    psi = fill(t, columns["psi"])
     psi_dot = columns.get("psi_dot")
     measured_rate = psi_dot is not None and not np.isnan(psi_dot).all()
     return Recording(
         name=path.stem,
         t=t,
         psi=psi,
-        psi_dot=_filled(t, columns["psi_dot"]) if measured_rate else smoothed_rate(t, psi),
+        psi_dot_recorded=measured_rate,
+        psi_dot=fill(t, columns["psi_dot"]) if measured_rate else smoothed_rate(t, psi),
         M_z=columns.get("M_z", np.full(t.size, np.nan)),
-        F_N=_filled(t, columns["F_N"]),
+        F_N=fill(t, columns["F_N"]),
         M=columns.get("M"),
         rig=own_rig,
         tyre=own_tyre,
@@ -131,3 +143,18 @@ def _rig_of(table: Table, nominal: tuple[Rig, Tyre] | None) -> tuple[Rig, Tyre]:
 def _filled(t: Array, values: Array) -> Array:
     known = ~np.isnan(values)
     return np.interp(t, t[known], values[known])
+
+
+def _held(t: Array, values: Array) -> Array:
+    known = np.flatnonzero(~np.isnan(values))
+    return values[known[np.searchsorted(known, np.arange(t.size), side="right") - 1]]
+
+
+def _require_beginning(table: Table) -> None:
+    for name in ("psi", "F_N", "psi_dot"):
+        values = table.columns.get(name)
+        if values is not None and np.isnan(values[0]) and not np.isnan(values).all():
+            raise InvalidInputError(
+                f"{table.path}: {table.place(0)}: {name} is missing in the first sample; an estimate"
+                " that uses no later sample needs it there"
+            )

@@ -21,8 +21,6 @@ LEAST_GAIN = 0.02
 """An effect has to lower the judged error by this share to be named."""
 RESOLUTION = 5e-4
 """It has to explain more than this of the range, the accuracy of the discretised patch."""
-LEAST_EVIDENCE = 0.0
-"""An effect has to lower the information criterion by more than this to be named."""
 IDLE_STEPS = 2
 """Steps in which a candidate may do next to nothing before it is left out."""
 RANKING_STEP = 0.02
@@ -115,9 +113,12 @@ def attempt(
 def thinned(recording: Recording) -> Recording:
     """Every so many samples of a recording, such that they are at most `RANKING_STEP` apart.
 
-    The patch is rate-independent: between reversals it does not matter how often it is looked at.
+    The patch is rate-independent: between reversals it does not matter how often it is looked at. A
+    recording with missing torques stays as it is.
     """
-    stride = max(1, int(RANKING_STEP / float(np.median(np.diff(recording.t))) + 1e-6))
+    if not np.isfinite(recording.M_z).all():
+        return recording
+    stride = max(1, int(RANKING_STEP / float(np.diff(recording.t).max()) + 1e-6))
     arrays = ("t", "psi", "psi_dot", "M_z", "F_N")
     return replace(recording, M=None, **{name: getattr(recording, name)[::stride] for name in arrays})
 
@@ -160,14 +161,16 @@ def search(
             leader, others = _leader(ranked, tried, thin[0])
             chosen = None
             if leader is not None:
-                chosen = attempt(leader.effects, training, holdout, leader.fitted.values)
+                whole = attempt(leader.effects, training, holdout, leader.fitted.values)
+                # What was ranked on thinned recordings has to hold on the whole ones.
+                chosen = whole if _earns_its_place(whole, current, training) else None
             steps.append(
                 Step(
                     before=current,
                     ranked_before=ranked,
                     tried=tuple(tried),
                     chosen=chosen,
-                    indistinguishable=others,
+                    indistinguishable=others if chosen else (),
                 )
             )
             if leader is None or chosen is None:
@@ -233,7 +236,7 @@ def _earns_its_place(trial: Trial, current: Trial, training: Sequence[Recording]
     mean, error = advantage(trial.judgement, current.judgement)
     if not mean > EARNED * error:
         return False
-    return delta_bic(trial.fitted, current.fitted, training) < -LEAST_EVIDENCE
+    return delta_bic(trial.fitted, current.fitted, training) < 0
 
 
 def _tells_apart(best: Trial, other: Trial) -> bool:

@@ -15,6 +15,15 @@ Array = NDArray[np.float64]
 MIN_SAMPLES = 10
 REQUIRED_COLUMNS = ("t", "psi", "M_z", "F_N")
 OPTIONAL_COLUMNS = ("psi_dot", "M")
+LARGEST = {
+    "t": (1e9, "s"),
+    "psi": (100.0, "rad"),
+    "psi_dot": (1e4, "rad/s"),
+    "F_N": (1e6, "N"),
+    "M_z": (1e6, "N m"),
+    "M": (1e6, "N m"),
+}
+"""Beyond these a number is a fault of the file, not a measurement."""
 
 
 class Fault(NamedTuple):
@@ -78,6 +87,15 @@ def _sample_faults(table: Table) -> list[Fault]:
         for name, values in table.columns.items()
         for sample in np.flatnonzero(np.isinf(values))
     ]
+    for name, (most, unit) in LARGEST.items():
+        values = table.columns.get(name, np.empty(0))
+        faults += [
+            Fault(
+                int(sample),
+                f"{name} = {values[sample]:g} {unit}; allowed: up to {most:g} {unit} in size",
+            )
+            for sample in np.flatnonzero(np.isfinite(values) & (np.abs(values) > most))
+        ]
     F_N = table.columns["F_N"]
     faults += [
         Fault(int(sample), f"F_N = {F_N[sample]:g} N; a vertical load is greater than 0")

@@ -2,7 +2,7 @@
 
 from observers.ekf import STATES, Ekf, EkfState, Tuning, build_step
 from observers.protocol import Estimate, Estimates, Observer, Sample
-from observers.rate import causal_rate
+from observers.rate import causal_rate, next_rate
 from observers.run import run
 
 __all__ = [
@@ -16,5 +16,6 @@ __all__ = [
     "Tuning",
     "build_step",
     "causal_rate",
+    "next_rate",
     "run",
 ]

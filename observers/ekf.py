@@ -5,8 +5,8 @@ M_z = h(memory, mu) + M_0, where the memory of the patch is not a random state: 
 derivative by mu is carried along exactly, so that d M_z / d mu holds the whole history, and a correction
 of mu corrects the memory too. The filter knows nothing of tyres: h is the model's step.
 
-Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), section 8.3; the covariance in
-Joseph's form, Bucy and Joseph (1968), which stays positive definite under rounding.
+Source: Jazwinski, Stochastic Processes and Filtering Theory (1970); the covariance in Joseph's form,
+Bucy and Joseph (1968), which stays positive definite under rounding.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,6 +23,8 @@ from symbolic import InvalidInputError, Model, Rig, compiled, step_along
 Array = NDArray[np.float64]
 STATES = ("mu", "M_0")
 """Order of the state: friction coefficient [1], zero of the torque channel [N m]."""
+REFERENCE_STEP = 0.01
+"""Time between samples for which `Tuning.noise` holds [s]."""
 STRETCH = 100
 """Samples in one call when a recording is run."""
 
@@ -37,7 +39,8 @@ class Tuning:
         mu_walk: random walk of mu [1/sqrt(s)].
         zero_std: prior standard deviation of the torque zero, as a share [1].
         zero_walk: random walk of the torque zero, as a share [1/sqrt(s)].
-        noise: standard deviation of torque noise and model error in one sample, as a share [1].
+        noise: torque noise and model error as a share, standard deviation of one sample in 10 ms [1];
+            model error is far from white, so it is large, and it counts by time, not by samples.
         least, greatest: bounds that mu is projected on [1].
     """
 
@@ -232,7 +235,7 @@ def _correct(
     mu_walk, zero_walk, noise, least, greatest = ca.vertsplit(beliefs)
     P = P + dt * ca.diag(ca.vertcat(mu_walk, zero_walk * slide) ** 2)
     H = ca.horzcat(slope, 1)
-    R = (noise * slide) ** 2
+    R = (noise * slide) ** 2 * REFERENCE_STEP / dt
     # casadi takes x == x for true; no comparison with NaN is.
     present = ca.fabs(measured) < ca.inf
     K = ca.if_else(present, 1, 0) * P @ H.T / (H @ P @ H.T + R)

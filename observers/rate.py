@@ -4,8 +4,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-MEMORY = 0.06
-"""Time over which the past fades [s]."""
+MEMORY = 0.03
+"""Time over which the past fades [s]; it lags by as much and takes the steps off an encoder."""
+
+
+def next_rate(rate: float, turn: float, dt: float, memory: float = MEMORY) -> float:
+    """The low-passed rate after one more sample, for a control loop [rad/s].
+
+    Args:
+        rate: what it was before, 0 at the start [rad/s].
+        turn: change of the angle since the last sample [rad].
+        dt: time since the last sample [s].
+        memory: time constant of the filter [s].
+    """
+    return rate + dt / (memory + dt) * (turn / dt - rate)
 
 
 def causal_rate(t: Array, psi: Array, memory: float = MEMORY) -> Array:
@@ -21,7 +33,5 @@ def causal_rate(t: Array, psi: Array, memory: float = MEMORY) -> Array:
     """
     rate = np.zeros_like(psi)
     for i in range(1, psi.size):
-        dt = t[i] - t[i - 1]
-        share = dt / (memory + dt)
-        rate[i] = rate[i - 1] + share * ((psi[i] - psi[i - 1]) / dt - rate[i - 1])
+        rate[i] = next_rate(rate[i - 1], psi[i] - psi[i - 1], t[i] - t[i - 1], memory)
     return rate

@@ -92,10 +92,15 @@ class BristlePatch:
         """Lever arms, limits at this sample and torque weights; see `Patch.drive`."""
         lever, limit, weight = self._geometry(inputs)
         relaxation = self.traits.relaxation
-        gain = relaxation.gain if relaxation else 0
-        decay = ca.exp(-inputs.dt / relaxation.time) if relaxation else 0
+        decay: Expression = 0
+        held: Expression = 0
+        if relaxation is not None:
+            steps = inputs.dt / relaxation.time
+            decay = ca.exp(-steps)
+            # What is left at the end of a sample of a strain that grew evenly over it.
+            held = relaxation.gain * (1 - decay) / steps
         moments = inputs.k * inputs.a * weight * lever
-        return ca.vertcat(lever / inputs.a, limit, moments, gain, decay)
+        return ca.vertcat(lever / inputs.a, limit, moments, decay, held)
 
     def advance(
         self, memory: Expression, turn: Expression, drive: Expression
@@ -108,11 +113,11 @@ class BristlePatch:
             stress = after = _clip(memory + moved, limit)
         else:
             # The stop with a Maxwell branch: sliding relieves spring and branch together.
-            gain, decay = drive[3 * n], drive[3 * n + 1]
+            decay, held = drive[3 * n], drive[3 * n + 1]
             q, m = memory[:n], memory[n:]
-            q, m = q + moved, m * decay + gain * moved
-            slip = (q + m - _clip(q + m, limit)) / (1 + gain)
-            q, m = q - slip, m - gain * slip
+            q, m = q + moved, m * decay + held * moved
+            slip = (q + m - _clip(q + m, limit)) / (1 + held)
+            q, m = q - slip, m - held * slip
             stress, after = q + m, ca.vertcat(q, m)
         return after, ca.dot(stress, moments)
 

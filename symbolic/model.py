@@ -14,6 +14,7 @@ from symbolic.bristles import BristlePatch, BristleTraits
 from symbolic.compliance import solve_turn
 from symbolic.effects.base import Effect, Parameter, Signals
 from symbolic.errors import InvalidInputError
+from symbolic.parameters import FRICTION, STIFFNESS
 from symbolic.patch import Expression, Patch, PatchInputs
 from symbolic.zones import ZonePatch
 
@@ -23,17 +24,14 @@ GEOMETRY = ("a", "e")
 """Order of the geometry: contact patch half-length [m], caster length [m]."""
 DECLARED = (
     Parameter(
-        name="mu",
-        unit="1",
-        neutral=None,
-        start=1.0,
-        lower=0.01,
-        upper=10.0,
-        scale=0.5,
+        name="mu", unit="1", neutral=None, start=1.0, lower=FRICTION[0], upper=FRICTION[1], scale=0.5,
         scope="recording",
     ),
-    Parameter(name="k", unit="N/m^2", neutral=None, start=2e6, lower=1e3, upper=1e9, scale=1e6),
-)
+    Parameter(
+        name="k", unit="N/m^2", neutral=None, start=2e6, lower=STIFFNESS[0], upper=STIFFNESS[1],
+        scale=1e6,
+    ),
+)  # fmt: skip
 """The parameters of the declared model."""
 
 
@@ -178,11 +176,14 @@ def _build_step(model: Model) -> ca.Function:
     memory = ca.MX.sym("memory", model.memory_size)
     seen = Signals(**dict(zip(SIGNALS, ca.vertsplit(signals), strict=True)))
     angle, before, own = model.split(memory)
-    remembered, factor, compliance = [], ca.MX(1), None
-    for (effect, values), past in zip(model.values(theta), own, strict=True):
-        seen, present = effect.sense(seen, past, values)
+    effects, factor, compliance = model.values(theta), ca.MX(1), None
+    remembered: list[Expression] = list(own)
+    # Sensors first: the order in which effects were found does not matter to what the others see.
+    for i in sorted(range(len(effects)), key=lambda i: not effects[i][0].sensor):
+        effect, values = effects[i]
+        seen, remembered[i] = effect.sense(seen, own[i], values)
+    for (effect, values), present in zip(effects, remembered, strict=True):
         factor = factor * effect.friction(seen, present, values)
-        remembered.append(present)
         added = effect.compliance(values)
         if added is not None:
             compliance = added if compliance is None else compliance + added

@@ -5,6 +5,11 @@ from dataclasses import dataclass
 
 from symbolic.errors import InvalidInputError
 
+STIFFNESS = (1e3, 1e9)
+"""Distributed lateral stiffness that the models take [N/m^2]."""
+FRICTION = (0.01, 10.0)
+"""Coefficient of friction that the models take [1]."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Rig:
@@ -49,8 +54,8 @@ class Tyre:
     The message of a fault begins with the name of the parameter.
 
     Attributes:
-        k: distributed lateral stiffness [N/m^2], greater than 0.
-        mu: declared coefficient of friction [1], greater than 0; None where unknown.
+        k: distributed lateral stiffness [N/m^2], within `STIFFNESS`.
+        mu: declared coefficient of friction [1], within `FRICTION`; None where unknown.
 
     Raises:
         InvalidInputError: a value is outside its range, or not a finite number.
@@ -61,12 +66,19 @@ class Tyre:
 
     def __post_init__(self) -> None:
         """Holds every value against its range."""
-        _require_positive("k", self.k, "N/m^2")
+        _require_within("k", self.k, STIFFNESS, "N/m^2")
         if self.mu is not None:
-            _require_positive("mu", self.mu, "")
+            _require_within("mu", self.mu, FRICTION, "")
 
 
 def _require_positive(name: str, value: float, unit: str) -> None:
     if not 0 < value < math.inf:
         allowed = f"a finite number greater than 0 {unit}".rstrip()
         raise InvalidInputError(f"{name} must be {allowed}, got {value:g}")
+
+
+def _require_within(name: str, value: float, bounds: tuple[float, float], unit: str) -> None:
+    _require_positive(name, value, unit)
+    if not bounds[0] <= value <= bounds[1]:
+        allowed = f"between {bounds[0]:g} and {bounds[1]:g} {unit}".rstrip()
+        raise InvalidInputError(f"{name} must lie {allowed}, got {value:g}")

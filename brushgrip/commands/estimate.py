@@ -9,7 +9,7 @@ from brushgrip.commands.options import ModelFile, OutFile, RigFile
 from brushgrip.console import say
 from brushgrip.observing import ObserverName, observe, track
 from brushgrip.pictures import draw_friction
-from brushgrip.recordings import read_all
+from brushgrip.recordings import keep_inputs, read_all
 from brushgrip.tables import csv_text
 from identification.modelfile import read_model
 from symbolic.errors import InvalidInputError
@@ -37,7 +37,8 @@ def estimate(
     """
     if out.suffix.lower() == ".png":
         raise InvalidInputError(f"{out}: the table needs a name such as .csv; .png is its picture")
-    (read,) = read_all([recording], rig)
+    (read,) = read_all([recording], rig, causal=True)
+    keep_inputs([out, out.with_suffix(".png")], [recording], rig, model)
     found = None if model is None else read_model(model)
     picture = out.with_suffix(".png")
     with staged_file(out) as table, staged_file(picture) as image:

@@ -9,7 +9,7 @@ import numpy as np
 from brushgrip.atomic import staged_file
 from brushgrip.commands.options import ModelFile, OutFile, RecordingNames, RigFile
 from brushgrip.console import say
-from brushgrip.recordings import read_all
+from brushgrip.recordings import keep_inputs, read_all
 from brushgrip.tables import csv_text
 from identification.fitting import signals_of
 from identification.modelfile import FoundModel, read_model
@@ -30,8 +30,9 @@ def simulate(
     read = read_all(recordings, rig, torque_required=False)
     found = None if model is None else read_model(model)
     inputs = [parameters_for(recording, found) for recording in read]
+    finals = [_final(out, recording, read) for recording in read]
+    keep_inputs(finals, recordings, rig, model)
     with ExitStack() as stack:
-        finals = [_final(out, recording, read) for recording in read]
         stages = [stack.enter_context(staged_file(final)) for final in finals]
         for recording, (structure, values), stage in zip(read, inputs, stages, strict=True):
             theta = np.asarray(structure.theta(values)).ravel()

@@ -1,6 +1,6 @@
 """Friction that differs by direction of turning.
 
-Source: Persson, Sliding Friction, 2nd ed. (2000), chapter 16 (textured and worn rubber).
+An empirical form; on rubber friction in general: Persson, Sliding Friction, 2nd ed. (2000).
 """
 
 from dataclasses import dataclass

@@ -90,6 +90,7 @@ class Effect:
         summary: one line in plain words.
         memory: how many numbers it remembers from sample to sample.
         discrete: True where it breaks the parabola and so needs the bristle patch.
+        sensor: True where `sense` changes what everything else sees, so that it comes first.
     """
 
     name: str
@@ -97,6 +98,7 @@ class Effect:
     parameters: tuple[Parameter, ...]
     memory: int = 0
     discrete: bool = False
+    sensor: bool = False
 
     def initial(self, signals: Signals) -> Expression:
         """What it remembers before the first sample, shape (memory,)."""

@@ -1,6 +1,6 @@
 """Dry friction in the kingpin or in the mount of the sensor.
 
-Source: Armstrong-Helouvry, Control of Machines with Friction (1991), chapter 2 (Coulomb friction).
+Source: Armstrong-Helouvry, Control of Machines with Friction (1991); the smooth step is ours.
 """
 
 from dataclasses import dataclass
@@ -20,7 +20,7 @@ class BearingFriction(Effect):
     name: str = "bearing_friction"
     summary: str = "dry friction outside the patch"
     parameters: tuple[Parameter, ...] = (
-        Parameter(name="M_c", unit="N m", neutral=0.0, start=0.1, lower=-20.0, upper=20.0, scale=0.5),
+        Parameter(name="M_c", unit="N m", neutral=0.0, start=0.1, lower=0.0, upper=20.0, scale=0.5),
     )
 
     def torque(self, signals: Signals, values: Values) -> Expression:

@@ -1,6 +1,6 @@
 """Viscous torque in what the load plate measures.
 
-Source: Genta, Morello, The Automotive Chassis (2009), section 2.8 (damping of the standing tyre).
+The linear viscous term; on the standing tyre: Pacejka, Tire and Vehicle Dynamics (2012).
 """
 
 from dataclasses import dataclass
@@ -15,9 +15,7 @@ class ContactDamping(Effect):
     name: str = "contact_damping"
     summary: str = "a torque proportional to the yaw rate"
     parameters: tuple[Parameter, ...] = (
-        Parameter(
-            name="c", unit="N m s/rad", neutral=0.0, start=0.1, lower=-20.0, upper=20.0, scale=1.0
-        ),
+        Parameter(name="c", unit="N m s/rad", neutral=0.0, start=0.1, lower=0.0, upper=20.0, scale=1.0),
     )
 
     def torque(self, signals: Signals, values: Values) -> Expression:

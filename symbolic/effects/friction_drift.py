@@ -1,6 +1,6 @@
 """Friction that beds in with the way turned.
 
-Source: Persson, Sliding Friction, 2nd ed. (2000), chapter 16 (run-in of rubber on rough surfaces).
+An empirical form; on rubber friction in general: Persson, Sliding Friction, 2nd ed. (2000).
 """
 
 from dataclasses import dataclass

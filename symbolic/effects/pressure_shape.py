@@ -1,7 +1,7 @@
 """Pressure flatter or sharper than the parabola.
 
-Source: Guo, Ren, A unified semi-empirical tire model with higher accuracy and less parameters,
-SAE 1999-01-0785 (pressure distributions of general shape).
+Source: after the idea of Guo, Ren, A unified semi-empirical tire model with higher accuracy and less
+parameters, SAE 1999-01-0785 (pressure distributions of general shape).
 """
 
 from dataclasses import dataclass

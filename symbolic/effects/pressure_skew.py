@@ -1,6 +1,6 @@
 """Pressure centre in front of or behind the middle of the patch.
 
-Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), section 3.2 (asymmetric pressure).
+Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), on the brush model.
 """
 
 from dataclasses import dataclass

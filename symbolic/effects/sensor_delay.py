@@ -1,7 +1,8 @@
 """Torque and angle channels that are not simultaneous.
 
-The torque measured now was made by an earlier angle. The effect keeps the last samples of angle and
-rate and reads them `delay` ago, linearly between samples, so it works sample by sample on a target.
+The torque measured now was made by an earlier angle and load. The effect keeps angle, rate and load of
+the last while and reads them `delay` ago, linearly between what it kept, so it works sample by sample on
+a target. However fast the sampling, it keeps one sample in 10 ms, besides the newest.
 
 Source: the author's published simulation files carry the torque one sample, 10 ms, late.
 """
@@ -12,8 +13,11 @@ import casadi as ca
 
 from symbolic.effects.base import Effect, Expression, Parameter, Signals, Values
 
-DEPTH = 16
-"""Samples remembered; at 100 Hz they reach 150 ms back."""
+DEPTH = 17
+"""Samples remembered."""
+SPACING = 9.5e-3
+"""Samples closer than this to the last one kept are not kept [s]; they reach 150 ms back at least."""
+CHANNELS = ("psi", "psi_dot", "F_N")
 SHORTEST = 1e-9
 """Guard against samples of equal time [s]."""
 
@@ -27,23 +31,32 @@ class SensorDelay(Effect):
     parameters: tuple[Parameter, ...] = (
         Parameter(name="delay", unit="s", neutral=0.0, start=0.004, lower=0.0, upper=0.15, scale=0.01),
     )
-    memory: int = 3 * DEPTH
+    sensor: bool = True
+    memory: int = (1 + len(CHANNELS)) * DEPTH
 
     def initial(self, signals: Signals) -> Expression:
-        """Ages, angles and rates of the last samples, all at the first one."""
-        ages = ca.linspace(ca.DM(0), ca.DM(DEPTH - 1), DEPTH) * signals.dt
-        return ca.vertcat(ages, ca.repmat(signals.psi, DEPTH, 1), ca.repmat(signals.psi_dot, DEPTH, 1))
+        """Ages, then angles, rates and loads of the last samples, all as in the first one."""
+        ages = ca.DM(range(DEPTH)) * SPACING
+        kept = [ca.repmat(getattr(signals, channel), DEPTH, 1) for channel in CHANNELS]
+        return ca.vertcat(ages, *kept)
 
     def sense(self, signals: Signals, memory: Expression, values: Values) -> tuple[Signals, Expression]:
-        """The angle and the rate of `delay` ago; older than the memory holds, the oldest."""
-        ages = ca.vertcat(0, memory[: DEPTH - 1] + signals.dt)
-        angles = ca.vertcat(signals.psi, memory[DEPTH : 2 * DEPTH - 1])
-        rates = ca.vertcat(signals.psi_dot, memory[2 * DEPTH : -1])
+        """Angle, rate and load of `delay` ago; older than the memory holds, the oldest."""
+        ages = memory[:DEPTH] + signals.dt
+        # The newest sample always stands first; the one before it stays if it is far from the next.
+        keeps = ages[1] - ages[0] >= SPACING
+        ages = _pushed(ages, 0, keeps)
         span = ca.fmax(ages[1:] - ages[:-1], SHORTEST)
         into = ca.fmax(0, ca.fmin(1, (values["delay"] - ages[:-1]) / span))
-        late = replace(
-            signals,
-            psi=angles[0] + ca.dot(into, angles[1:] - angles[:-1]),
-            psi_dot=rates[0] + ca.dot(into, rates[1:] - rates[:-1]),
-        )
-        return late, ca.vertcat(ages, angles, rates)
+        late, remembered = {}, [ages]
+        for number, channel in enumerate(CHANNELS, start=1):
+            past = memory[number * DEPTH : (number + 1) * DEPTH]
+            kept = _pushed(past, getattr(signals, channel), keeps)
+            late[channel] = kept[0] + ca.dot(into, kept[1:] - kept[:-1])
+            remembered.append(kept)
+        return replace(signals, **late), ca.vertcat(*remembered)
+
+
+def _pushed(past: Expression, newest: Expression, keeps: Expression) -> Expression:
+    """The newest value in front; behind it all of the past, or the past without its first."""
+    return ca.vertcat(newest, ca.if_else(keeps, past[:-1], past[1:]))

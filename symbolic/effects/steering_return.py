@@ -1,6 +1,6 @@
 """Elastic or gravity return torque of the steering.
 
-Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), section 1.3.4 (caster and inclination).
+Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012).
 """
 
 from dataclasses import dataclass

@@ -1,7 +1,8 @@
 """Static friction above kinetic, falling exponentially with sliding speed.
 
-Source: Stribeck (1902) in the form of Canudas de Wit et al., A new model for control of systems with
-friction, IEEE Trans. Automatic Control 40 (1995) 419.
+Source: the exponential form reviewed in Armstrong-Helouvry, Dupont, Canudas de Wit, A survey of models,
+analysis tools and compensation methods for the control of machines with friction, Automatica 30 (1994)
+1083.
 """
 
 from dataclasses import dataclass

@@ -23,7 +23,7 @@ from symbolic.errors import InvalidInputError
         ("--holdout c d --holdout e", "--holdout c --holdout d --holdout e"),
         ("--holdout c d -- a b", "--holdout c --holdout d -- a b"),
         ("-- --holdout a b", "-- --holdout a b"),
-        ("--holdout=c a", "--holdout=c a"),
+        ("--holdout=c a", "--holdout c --holdout a"),
         ("a --holdout", "a --holdout"),
         ("a --holdout --out d", "a --holdout --out d"),
         ("", ""),

@@ -42,6 +42,10 @@ def test_a_later_sample_changes_nothing_before(
     run: Run, simulated: Path, rig: Path, tmp_path: Path
 ) -> None:
     lines = simulated.read_text().splitlines()
+    for row in range(36, 46):
+        t, _, M_z, _ = lines[row].split(",")
+        lines[row] = f"{t},,{M_z},"
+    simulated.write_text("\n".join(lines) + "\n")
     cut = tmp_path / "cut.csv"
     cut.write_text("\n".join(lines[:41]) + "\n")
     whole_out, cut_out = tmp_path / "whole_mu.csv", tmp_path / "cut_mu.csv"
@@ -49,6 +53,15 @@ def test_a_later_sample_changes_nothing_before(
     estimate(run, rig, cut, cut_out)
 
     assert whole_out.read_text().startswith(cut_out.read_text())
+
+
+def test_does_not_write_over_what_it_reads(run: Run, simulated: Path, rig: Path) -> None:
+    before = simulated.read_text()
+    outcome = estimate(run, rig, simulated, simulated)
+
+    assert outcome.status == 2
+    assert "overwrite" in outcome.err
+    assert simulated.read_text() == before
 
 
 def test_picture_does_not_replace_the_table(

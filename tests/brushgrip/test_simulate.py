@@ -65,7 +65,7 @@ def test_all_or_nothing(run: Run, write_csv: Write, rig: Path, tmp_path: Path) -
     outcome = run("simulate", "--rig", rig, good, bad, "--out", tmp_path / "out.csv")
 
     assert outcome.status == 2
-    assert "k must lie in" in outcome.err
+    assert "k must lie between" in outcome.err
     assert sorted(path.name for path in tmp_path.iterdir()) == ["bad.csv", "good.csv", "rig.toml"]
 
 

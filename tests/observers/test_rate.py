@@ -9,7 +9,7 @@ def test_a_steady_turn() -> None:
 
     assert rate[0] == 0
     # A first-order filter whose pole is memory / (memory + dt).
-    np.testing.assert_allclose(rate, 0.3 * (1 - (6 / 7) ** np.arange(200)), rtol=1e-12)
+    np.testing.assert_allclose(rate, 0.3 * (1 - (3 / 4) ** np.arange(200)), rtol=1e-12)
 
 
 def test_knows_nothing_of_later_samples() -> None:
@@ -20,6 +20,6 @@ def test_knows_nothing_of_later_samples() -> None:
 
 
 def test_longer_steps_weigh_more() -> None:
-    coarse = np.array([0.0, 0.06, 0.12])
+    coarse = np.array([0.0, 0.03, 0.06])
 
     np.testing.assert_allclose(causal_rate(coarse, coarse), [0, 0.5, 0.75])

@@ -102,12 +102,13 @@ def test_relaxation_fades_at_rest_and_shares_the_slip() -> None:
     elastic = last_torque(BristleTraits(), small)
     slide = last_torque(BristleTraits(), 1e4)
 
-    assert last_torque(traits, small) == pytest.approx((1 + gain) * elastic, rel=1e-3)
+    held = gain * (1 - np.exp(-0.01 / time)) / (0.01 / time)
+    assert last_torque(traits, small) == pytest.approx((1 + held) * elastic, rel=1e-3)
     faded = last_torque(traits, small, *[0.0] * 100)
-    assert faded == pytest.approx((1 + gain * np.exp(-1 / time)) * elastic, rel=1e-3)
+    assert faded == pytest.approx((1 + held * np.exp(-1 / time)) * elastic, rel=1e-3)
     assert last_torque(traits, 1e4) == pytest.approx(slide, rel=1e-9)
     rested = last_torque(traits, 1e4, *[0.0] * 100)
-    assert rested == pytest.approx(slide * (1 + gain * np.exp(-1 / time)) / (1 + gain), rel=1e-9)
+    assert rested == pytest.approx(slide * (1 + held * np.exp(-1 / time)) / (1 + held), rel=1e-9)
 
 
 def test_memory_and_drive_have_their_declared_sizes() -> None:

@@ -110,8 +110,9 @@ def test_effect_is_the_one_of_the_rig(effect: Effect) -> None:
 
     seen = worst(reference, declared)
     print(f"{effect.name}: {error:.1e} of range off the rig, which it changes by {seen:.1e}")
-    # The exact patch meets the rig to the rig's own grid; the delay holds the load back as well there.
-    allowed = 3e-3 if effect.discrete else 2e-3 if effect.name == "sensor_delay" else 1e-5
+    # The exact patch meets the rig to the rig's own grid. Between samples the rig interpolates the late
+    # torque, the effect the angle that makes it.
+    allowed = 3e-3 if effect.discrete else 1e-3 if effect.name == "sensor_delay" else 1e-5
     assert error <= allowed
     assert seen > 10 * error, "the path shows what the effect does"
 

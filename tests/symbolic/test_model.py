@@ -16,6 +16,7 @@ from symbolic import (
     Model,
     Parameter,
     effects_named,
+    simulate,
 )
 from tests.symbolic.oracles import Path, Tyre, random_path, run, straight
 
@@ -173,3 +174,36 @@ def test_start_is_the_untouched_patch(model: Model) -> None:
 
     assert float(memory[0]) == 0.3
     assert not np.any(np.asarray(memory[1:]))
+
+
+@pytest.mark.parametrize("other", ["friction_drift", "asymmetric_friction", "rate_friction"])
+def test_order_of_effects_does_not_matter_to_the_torque(other: str) -> None:
+    t = np.arange(400) * 0.01
+    psi = 0.2 * np.sin(2 * t)
+    rows = np.vstack([psi, 0.4 * np.cos(2 * t), 400 + 20 * np.sin(t), np.full(400, 0.01)])
+    values = {"mu": 1.2, "k": 2.4e6, "sensor_delay.delay": 0.033}
+    for parameter in EFFECTS[other].parameters:
+        values[f"{other}.{parameter.name}"] = parameter.start
+    torques = []
+    for names in (("sensor_delay", other), (other, "sensor_delay")):
+        model = Model(effects=effects_named(names))
+        theta = np.asarray(model.theta(values)).ravel()
+        torques.append(simulate(model, rows, theta, np.array([0.045, 0.009])).M_z)
+
+    np.testing.assert_allclose(torques[0], torques[1], rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("rate", [50, 100, 1000, 4000])
+def test_delay_is_a_time_at_any_sampling_rate(rate: int) -> None:
+    t = np.arange(int(2 * rate)) / rate
+    delay, model = 0.06, Model(effects=effects_named(["sensor_delay"]))
+
+    def torque(model: Model, values: dict[str, float], psi: np.ndarray) -> np.ndarray:
+        rows = np.vstack([psi, np.gradient(psi, t), np.full(t.size, 400.0), np.full(t.size, 1 / rate)])
+        theta = np.asarray(model.theta({"mu": 1.2, "k": 2.4e6} | values)).ravel()
+        return simulate(model, rows, theta, np.array([0.045, 0.009])).M_z
+
+    late = torque(model, {"sensor_delay.delay": delay}, 0.2 * (1 - np.cos(3 * t)))
+    shifted = torque(Model(), {}, 0.2 * (1 - np.cos(3 * np.maximum(t - delay, 0))))
+
+    assert np.max(np.abs(late - shifted)) < 2e-3 * np.ptp(shifted)
