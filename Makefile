@@ -16,7 +16,7 @@ demo: $(STAMP)
 	$(BIN)/brushgrip demo --out demo_output
 
 test: $(STAMP)
-	$(BIN)/python -m pytest -n $(WORKERS) --benchmark-disable --cov
+	$(BIN)/python -m pytest -n $(WORKERS) --cov
 
 gate: $(STAMP)
 	$(BIN)/ruff format --check .

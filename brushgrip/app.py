@@ -37,10 +37,23 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """
     given = sys.argv[1:] if arguments is None else arguments
     try:
-        app(args=repeat_holdout(given), prog_name="brushgrip")
+        status = app(args=repeat_holdout(given), prog_name="brushgrip", standalone_mode=False)
     except BrushgripError as error:
-        print(f"brushgrip: {' '.join(str(error).split())}", file=sys.stderr)
+        _say_fault(str(error))
         raise SystemExit(BAD_INPUT if isinstance(error, InvalidInputError) else FAILED) from None
+    except typer.Abort:
+        raise SystemExit(FAILED) from None
+    except Exception as error:
+        # Faults of usage come from the parser below typer, whose class differs between its versions.
+        if not hasattr(error, "format_message"):
+            raise
+        _say_fault(error.format_message() or "no command given; brushgrip --help lists them")
+        raise SystemExit(BAD_INPUT) from None
+    raise SystemExit(status or 0)
+
+
+def _say_fault(message: str) -> None:
+    print(f"brushgrip: {' '.join(message.split())}", file=sys.stderr)
 
 
 def repeat_holdout(arguments: Sequence[str]) -> list[str]:
