@@ -1,9 +1,10 @@
 """Observers of the friction coefficient for controllers."""
 
-from observers.ekf import STATES, Ekf, EkfState, Tuning, build_step
+from observers.ekf import Ekf, EkfState, build_step
 from observers.protocol import Estimate, Estimates, Observer, Sample
 from observers.rate import causal_rate, next_rate
 from observers.run import run
+from observers.tuning import STATES, Tuning
 
 __all__ = [
     "STATES",

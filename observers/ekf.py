@@ -9,8 +9,8 @@ Source: Jazwinski, Stochastic Processes and Filtering Theory (1970); the covaria
 Bucy and Joseph (1968), which stays positive definite under rounding.
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache
 
 import casadi as ca
@@ -18,55 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observers.protocol import Estimate, Sample
-from symbolic import InvalidInputError, Model, Rig, compiled, step_along
+from observers.settings import ModelSettings
+from observers.stretches import build_stretch, first_sample, run_stretches
+from observers.tuning import REFERENCE_STEP
+from symbolic import Model, compiled, step_along
 
 Array = NDArray[np.float64]
-STATES = ("mu", "M_0")
-"""Order of the state: friction coefficient [1], zero of the torque channel [N m]."""
-REFERENCE_STEP = 0.01
-"""Time between samples for which `Tuning.noise` holds [s]."""
-STRETCH = 100
-"""Samples in one call when a recording is run."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Tuning:
-    """What the filter believes; torques are shares of 3/8 F_N a, the full-slide torque at mu = 1.
-
-    Attributes:
-        mu: prior friction coefficient [1].
-        mu_std: its standard deviation [1].
-        mu_walk: random walk of mu [1/sqrt(s)].
-        zero_std: prior standard deviation of the torque zero, as a share [1].
-        zero_walk: random walk of the torque zero, as a share [1/sqrt(s)].
-        noise: torque noise and model error as a share, standard deviation of one sample in 10 ms [1];
-            model error is far from white, so it is large, and it counts by time, not by samples.
-        least, greatest: bounds that mu is projected on [1].
-    """
-
-    mu: float = 1.0
-    mu_std: float = 0.5
-    mu_walk: float = 0.02
-    zero_std: float = 0.03
-    zero_walk: float = 0.001
-    noise: float = 0.3
-    least: float = 0.02
-    greatest: float = 4.0
-
-    def __post_init__(self) -> None:
-        """Check signs and order."""
-        positive = {"mu_std": self.mu_std, "noise": self.noise, "least": self.least}
-        for name, value in positive.items():
-            if not value > 0:
-                raise InvalidInputError(f"{name} must be greater than 0, got {value}")
-        for name in ("mu_walk", "zero_std", "zero_walk"):
-            if not getattr(self, name) >= 0:
-                raise InvalidInputError(f"{name} must be at least 0, got {getattr(self, name)}")
-        if not self.least < self.mu < self.greatest:
-            raise InvalidInputError(
-                f"mu must lie between least and greatest, {self.least} and {self.greatest},"
-                f" got {self.mu}"
-            )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -89,41 +46,21 @@ class EkfState:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ekf:
-    """The filter: a model, its fixed parameters, the rig and what it believes.
-
-    Attributes:
-        model: the model, with the effects that a diagnosis found if there are any.
-        values: every parameter of the model but mu, by name (`k`, `effect.parameter`).
-        rig: geometry.
-        tuning: prior and noises.
-    """
-
-    model: Model
-    values: Mapping[str, float]
-    rig: Rig
-    tuning: Tuning = field(default_factory=Tuning)
+class Ekf(ModelSettings):
+    """The filter; its settings are those of `ModelSettings`."""
 
     def init(self, first: Sample) -> EkfState:
         """The state before the first sample, the patch at rest at its angle."""
-        signals = np.array([first.psi, first.psi_dot, first.F_N, first.dt])
-        memory = np.asarray(self.model.start(signals, self._theta(), self._geometry())).ravel()
-        slide = 0.375 * first.F_N * self.rig.a
-        spread = np.array([self.tuning.mu_std, self.tuning.zero_std * slide])
-        return EkfState(
-            memory=memory,
-            carried=np.zeros((memory.size, 1)),
-            x=np.array([self.tuning.mu, 0.0]),
-            P=np.diag(spread**2),
-            M_z_predicted=float("nan"),
-        )
+        memory, x, P = self._start(first)
+        carried = np.zeros((memory.size, 1))
+        return EkfState(memory=memory, carried=carried, x=x, P=P, M_z_predicted=float("nan"))
 
     def step(self, state: EkfState, sample: Sample) -> EkfState:
         """One sample: predict, then correct where M_z was measured."""
         column = np.array([sample.psi, sample.psi_dot, sample.F_N, sample.dt, sample.M_z])
         outputs = _step(self.model)(
             state.memory, state.carried, state.x, state.P, column,
-            self._theta(), self._geometry(), self._beliefs(),
+            self._theta(), self._geometry(), self.tuning.beliefs,
         )  # fmt: skip
         memory, carried, x, P, predicted = (np.asarray(output) for output in outputs)
         return EkfState(
@@ -141,43 +78,21 @@ class Ekf:
             mu=float(state.x[0]),
             mu_std=std,
             M_z_predicted=state.M_z_predicted,
-            informed=self._informed(std),
+            informed=self.tuning.informed(std),
         )
 
     def run_samples(self, samples: Array) -> Sequence[Array]:
         """A whole recording, rows psi, psi_dot, F_N, dt, M_z; see `Observer.run_samples`."""
-        psi, psi_dot, F_N, dt, M_z = samples[:, 0]
-        first = self.init(Sample(psi=psi, psi_dot=psi_dot, F_N=F_N, dt=dt, M_z=M_z))
-        state = [ca.DM(v) for v in (first.memory, first.carried, first.x, first.P)]
-        count = samples.shape[1]
-        padded = np.pad(samples, ((0, 0), (0, -count % STRETCH)), mode="edge")
-        constant = [np.tile(v.reshape(-1, 1), STRETCH) for v in self._constants()]
-        stretch = _stretch(self.model)
+        first = self.init(first_sample(samples))
+        state = (first.memory, first.carried, first.x, first.P)
+        constant = (self._theta(), self._geometry(), self.tuning.beliefs)
         pieces = []
-        for at in range(0, count, STRETCH):
-            made = stretch(*state, padded[:, at : at + STRETCH], *constant)
-            state = [m[:, -width:] for m, width in zip(made[:4], (1, 1, 1, 2), strict=True)]
+        for made in run_stretches(_stretch(self.model), state, samples, constant):
             mu, variance = made[2][0, :].full(), made[3][0, ::2].full()
             pieces.append(np.vstack([mu, variance, made[4].full().reshape(1, -1)]))
-        mu, variance, predicted = np.hstack(pieces)[:, :count]
+        mu, variance, predicted = np.hstack(pieces)[:, : samples.shape[1]]
         std = np.sqrt(variance)
-        return mu, std, predicted, np.array([self._informed(s) for s in std])
-
-    def _informed(self, std: float) -> bool:
-        return bool(std < 0.5 * self.tuning.mu_std)
-
-    def _theta(self) -> Array:
-        return np.asarray(self.model.theta({**self.values, "mu": self.tuning.mu})).ravel()
-
-    def _geometry(self) -> Array:
-        return np.array([self.rig.a, self.rig.e])
-
-    def _beliefs(self) -> Array:
-        t = self.tuning
-        return np.array([t.mu_walk, t.zero_walk, t.noise, t.least, t.greatest])
-
-    def _constants(self) -> tuple[Array, Array, Array]:
-        return self._theta(), self._geometry(), self._beliefs()
+        return mu, std, predicted, np.array([self.tuning.informed(s) for s in std])
 
 
 @cache
@@ -187,7 +102,7 @@ def _step(model: Model) -> ca.Function:
 
 @cache
 def _stretch(model: Model) -> ca.Function:
-    return compiled(build_step(model).mapaccum("ekf_stretch", STRETCH, 4, {}))
+    return compiled(build_stretch(build_step(model), "ekf_stretch", 4))
 
 
 @cache
