@@ -1,6 +1,7 @@
 """Observers of the friction coefficient for controllers."""
 
 from observers.ekf import Ekf, EkfState, build_step
+from observers.mhe import Mhe, MheState
 from observers.protocol import Estimate, Estimates, Observer, Sample
 from observers.rate import causal_rate, next_rate
 from observers.run import run
@@ -12,6 +13,8 @@ __all__ = [
     "EkfState",
     "Estimate",
     "Estimates",
+    "Mhe",
+    "MheState",
     "Observer",
     "Sample",
     "Tuning",

@@ -5,11 +5,11 @@ States x_i, i = 1 ... N, walk from x_0 ~ (mean, P), and one number a sample is m
     min  |x_0 - mean|^2 / P  +  sum_i |x_i - x_{i-1}|^2 / Q_i  +  sum_i weight_i (z_i - H_i' x_i)^2.
 
 The forward pass is the Kalman filter, the backward pass that of Bryson and Frazier, which gives the
-solution of Rauch, Tung and Striebel without inverting a covariance: a state that is known exactly, or that
-does not walk, needs no care. The work grows with N, not with N^3. There is no tyre in here.
+solution of Rauch, Tung and Striebel without inverting a covariance: a state that is known exactly, or
+that does not walk, needs no care. The work grows with N, not with N^3. There is no tyre in here.
 
-Sources: Rauch, Tung, Striebel, AIAA Journal 3 (1965) 1445; Bryson, Frazier, Proc. Optimum System Synthesis
-Conf. (1963); Bierman, Factorization Methods for Discrete Sequential Estimation (1977), section X.
+Sources: Rauch, Tung, Striebel, AIAA Journal 3 (1965) 1445; Bryson, Frazier, Smoothing for linear and
+nonlinear dynamic systems, Proc. Optimum System Synthesis Conf. (1963).
 """
 
 import casadi as ca
@@ -30,7 +30,7 @@ def build_update(states: int) -> ca.Function:
     share = weight / (1 + weight * ca.dot(H, spread))
     K, score = share * spread, share * (z - ca.dot(H, mean))
     keep = ca.SX.eye(states) - K @ H.T
-    # K K' / weight, which has no limit problem at weight 0.
+    # K K' / weight, without the division by a weight that may be 0.
     heard = share * spread @ spread.T / (1 + weight * ca.dot(H, spread))
     return ca.Function(
         "kalman_update",
@@ -44,8 +44,8 @@ def build_update(states: int) -> ca.Function:
 def build_smoother(states: int, window: int) -> ca.Function:
     """The minimiser over a window, and the covariance of its newest state.
 
-    (mean, P, Q, z, H, weight) -> (x, P_newest), named so; mean (states,) and P (states, states) as in the
-    cost, Q and H (states, window), z and weight (1, window), x (states, window).
+    (mean, P, Q, z, H, weight) -> (x, P_newest), named so; mean (states,) and P (states, states) as in
+    the cost, Q and H (states, window), z and weight (1, window), x (states, window).
     """
     update = build_update(states)
     symbols = {name: ca.MX.sym(name, *update.size_in(name)) for name in ("mean", "P")}

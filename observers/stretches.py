@@ -38,9 +38,9 @@ def run_stretches(
     present = [ca.DM(part) for part in state]
     widths = [part.shape[1] for part in present]
     padded = np.pad(samples, ((0, 0), (0, -samples.shape[1] % STRETCH)), mode="edge")
-    tiled = [np.tile(vector.reshape(-1, 1), STRETCH) for vector in constant]
+    tiled = [ca.DM(np.tile(vector.reshape(-1, 1), STRETCH)) for vector in constant]
     for at in range(0, samples.shape[1], STRETCH):
-        made = stretch(*present, padded[:, at : at + STRETCH], *tiled)
+        made = stretch.call([*present, ca.DM(padded[:, at : at + STRETCH]), *tiled])
         # The state after every sample is handed back; only the last one goes on.
         present = [part[:, -width:] for part, width in zip(made, widths, strict=False)]
         yield made

@@ -2,7 +2,7 @@ from collections.abc import Callable
 
 import pytest
 
-from observers import Ekf, Tuning
+from observers import Ekf, Mhe, Tuning
 from symbolic import Model, Rig
 from tests.rig.record import RigRecording, make_recording
 
@@ -19,3 +19,15 @@ def recording() -> RigRecording:
 def ekf() -> Callable[..., Ekf]:
     """A filter on the rig's usual tyre; keywords are those of `Tuning`."""
     return lambda **tuning: Ekf(model=Model(), values={"k": K}, rig=RIG, tuning=Tuning(**tuning))
+
+
+@pytest.fixture
+def mhe() -> Callable[..., Mhe]:
+    """An estimator on the rig's usual tyre; keywords are those of `Mhe`, or of `Tuning`."""
+    own = ("window", "iterations", "huber")
+
+    def make(**settings: float | None) -> Mhe:
+        chosen = {name: settings.pop(name) for name in own if name in settings}
+        return Mhe(model=Model(), values={"k": K}, rig=RIG, tuning=Tuning(**settings), **chosen)
+
+    return make

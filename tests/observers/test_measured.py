@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identification import read_recording
-from observers import Ekf, run
+from observers import Ekf, Mhe, run
 from symbolic import Model
 
 DECLARED = 1.674
@@ -17,11 +17,12 @@ PSI, M_Z, ESTIMATE = 1, 3, 10
 
 
 @pytest.mark.measured
+@pytest.mark.parametrize("kind", [Ekf, Mhe])
 @pytest.mark.parametrize(
     ("name", "shift"), [("fem1", 190), ("fem3", 142), ("fem4_ident", 174), ("fem5", 92)]
 )
 def test_closer_to_the_declared_friction_than_the_published_estimate(
-    measured_dir: Path, name: str, shift: int
+    measured_dir: Path, name: str, shift: int, kind: type[Ekf] | type[Mhe]
 ) -> None:
     published = measured_dir / f"author_estimate_{name.removesuffix('_ident')}.csv"
     if not published.exists():
@@ -32,7 +33,7 @@ def test_closer_to_the_declared_friction_than_the_published_estimate(
     np.testing.assert_allclose(recording.psi[same], author[:, PSI], atol=1e-9)
     np.testing.assert_allclose(recording.M_z[same], author[:, M_Z], atol=1e-9)
 
-    observer = Ekf(model=Model(), values={"k": recording.tyre.k}, rig=recording.rig)
+    observer = kind(model=Model(), values={"k": recording.tyre.k}, rig=recording.rig)
     estimates = run(observer, recording.t, recording.psi, recording.F_N, recording.M_z)
     settled = author[:, 0] >= SETTLED
     ours, theirs = (

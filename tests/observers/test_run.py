@@ -1,7 +1,6 @@
 """Whole recordings: sample by sample and at once, causal, with gaps, informed or not, right."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -10,9 +9,7 @@ from numpy.typing import NDArray
 from observers import Ekf, Estimates, Sample, Tuning, causal_rate, run
 from symbolic import InvalidInputError, Model, effects_named, simulate
 from tests.observers.conftest import RIG, K
-from tests.rig.patch import RigTyre
-from tests.rig.patch import simulate as simulate_rig
-from tests.rig.path import hand_path
+from tests.observers.made import change_of_ground, first_full_slide
 from tests.rig.record import RigRecording, make_recording
 
 Array = NDArray[np.float64]
@@ -70,14 +67,6 @@ def test_converges_to_the_true_friction(ekf: Make, seed: int, mu: float, missing
     assert error.max() < 0.03
     assert error[-1] < 3 * estimates.mu_std[-1]
     assert np.mean(error < 3 * estimates.mu_std[slid:]) > 0.95
-
-
-def first_full_slide(made: RigRecording) -> int:
-    """First sample after the torque has been at 90 % of its full-slide level, never quite reached."""
-    x = np.linspace(-made.tyre.a, made.tyre.a, 4001)
-    share = np.mean((1 - (x / made.tyre.a) ** 2) * np.abs(x - made.tyre.e)) * 1.5
-    level = made.tyre.mu * made.F_N_true * share
-    return int(np.flatnonzero(np.abs(made.M_z_true) > 0.9 * level)[0]) + 1
 
 
 def test_a_gap_is_bridged_by_prediction(recording: RigRecording, ekf: Make) -> None:
@@ -158,12 +147,7 @@ def test_a_torque_zero_does_not_pass_for_friction(recording: RigRecording, ekf: 
 
 
 def test_follows_a_change_of_ground(ekf: Make) -> None:
-    # The wheel is lifted over: two recordings of different friction, one after the other.
-    first = hand_path(31, 14.0, load=400.0, rate=100.0)
-    mu = np.where(first.t < 7, 1.5, 1.1)
-    M_z = simulate_rig(replace(first, F_N=first.F_N * mu), RigTyre(k=K, mu=1.0), bristles=1000).M_z
-    M_z = M_z + 0.004 * np.ptp(M_z) * np.random.default_rng(31).standard_normal(M_z.size)
-    estimates = run(ekf(noise=0.05, mu_walk=0.1), first.t, first.psi, first.F_N, M_z)
+    estimates = run(ekf(noise=0.05, mu_walk=0.1), *change_of_ground())
 
     assert estimates.mu[690] == pytest.approx(1.5, abs=0.05)
     assert estimates.mu[-1] == pytest.approx(1.1, abs=0.05)

@@ -1,31 +1,14 @@
 """The smoother against the dense normal equations, and against filterpy's filter and smoother."""
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
 from numpy.typing import NDArray
 
 from observers.smoother import build_smoother, build_update
+from tests.observers.oracles import Problem, dense
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Problem:
-    """Arguments of the smoother, in its order."""
-
-    mean: Array
-    P: Array
-    Q: Array
-    z: Array
-    H: Array
-    weight: Array
-
-    @property
-    def all(self) -> tuple[Array, ...]:
-        return self.mean, self.P, self.Q, self.z, self.H, self.weight
 
 
 def random_problem(seed: int, states: int = 2, window: int = 30, missing: float = 0.3) -> Problem:
@@ -42,30 +25,8 @@ def random_problem(seed: int, states: int = 2, window: int = 30, missing: float 
     )
 
 
-def dense(problem: Problem) -> tuple[Array, Array]:
-    """Solution of the normal equations in x_0 ... x_N: x_1 ... x_N and the covariance of x_N."""
-    states, window = problem.H.shape
-    size = states * (window + 1)
-    information, vector = np.zeros((size, size)), np.zeros(size)
-    arrival = np.linalg.inv(problem.P)
-    information[:states, :states] += arrival
-    vector[:states] += arrival @ problem.mean
-    for i in range(window):
-        walk = np.zeros((states, size))
-        walk[:, states * i : states * (i + 1)] = -np.eye(states)
-        walk[:, states * (i + 1) : states * (i + 2)] = np.eye(states)
-        information += walk.T @ np.diag(1 / problem.Q[:, i]) @ walk
-        heard = np.zeros(size)
-        heard[states * (i + 1) : states * (i + 2)] = problem.H[:, i]
-        information += problem.weight[0, i] * np.outer(heard, heard)
-        vector += problem.weight[0, i] * problem.z[0, i] * heard
-    covariance = np.linalg.inv(information)
-    solution = np.linalg.solve(information, vector)
-    return solution[states:].reshape(window, states).T, covariance[-states:, -states:]
-
-
 def textbook(problem: Problem) -> tuple[Array, Array]:
-    """filterpy's Kalman filter and its Rauch-Tung-Striebel smoother."""
+    """The Kalman filter of filterpy and its Rauch-Tung-Striebel smoother."""
     states, window = problem.H.shape
     filter_ = KalmanFilter(dim_x=states, dim_z=1)
     filter_.x, filter_.P = problem.mean.reshape(-1, 1), problem.P.copy()
