@@ -27,7 +27,7 @@ from functools import cache
 import casadi as ca
 
 from observers.smoother import build_smoother, build_update
-from observers.tuning import STATES
+from observers.tuning import REFERENCE_STEP, STATES
 from symbolic import Model, step_along
 
 STATE = ("memory", "carried", "held_at", "mean", "P", "samples", "x")
@@ -128,12 +128,13 @@ def _linearised(
     # casadi takes x == x for true; no comparison with NaN is.
     present = ca.fabs(measured) < ca.inf
     residual = ca.if_else(present, measured - expected, 0)
-    share = ca.fmin(1, huber * noise * slide / ca.fabs(residual))
+    precision = dt / (REFERENCE_STEP * (noise * slide) ** 2)
+    share = ca.fmin(1, huber / ca.sqrt(precision * residual**2))
     return _Linear(
         Q=ca.vertcat(dt * mu_walk**2, dt * (zero_walk * slide) ** 2),
         z=residual + slope * x[0, :] + x[1, :],
         H=ca.vertcat(slope, ca.MX.ones(1, slope.shape[1])),
-        weight=ca.if_else(present, share, 0) / (noise * slide) ** 2,
+        weight=ca.if_else(present, share, 0) * precision,
     )
 
 

@@ -45,9 +45,12 @@ def demo(
 
 
 def friction_of(recordings: Sequence[Recording], diagnosis: Diagnosis) -> list[FrictionTrack]:
-    """Friction over each recording, by the declared model and by the one that was found."""
+    """Friction over each recording, by the declared model and, by every observer, by the one found."""
     found = FoundModel(model=diagnosis.model, shared=diagnosis.values.shared, own={})
-    observer = ObserverName.EKF
+    ways: list[tuple[ObserverName, FoundModel | None, str]] = [
+        (ObserverName.EKF, None, "declared model"),
+        *((observer, found, "model found") for observer in ObserverName),
+    ]
     return [
         replace(
             track(observer, recording, observe(observer, recording, model), label),
@@ -55,7 +58,7 @@ def friction_of(recordings: Sequence[Recording], diagnosis: Diagnosis) -> list[F
             reference_label="μ fitted to the whole recording",
         )
         for recording in recordings
-        for model, label in ((None, "declared model"), (found, "model found"))
+        for observer, model, label in ways
     ]
 
 

@@ -148,14 +148,18 @@ class TestDemo:
         assert len(held_out) >= 1
         assert sorted(path.name for path in (tmp_path / "out").iterdir()) == FILES
 
-    def test_friction_by_both_models(
+    def test_friction_by_both_models_and_every_observer(
         self, make_diagnosis: Callable[..., Diagnosis], write_csv: Write, rig: Path
     ) -> None:
         path = write_csv("held.csv")
         diagnosis = make_diagnosis(("a",), ("held",))
         tracks = demonstrating.friction_of(read_all([str(path)], rig), diagnosis)
 
-        assert [track.label for track in tracks] == ["EKF, declared model", "EKF, model found"]
+        assert [track.label for track in tracks] == [
+            "EKF, declared model",
+            "EKF, model found",
+            "MHE, model found",
+        ]
         assert {track.reference for track in tracks} == {1.3}
         assert all(track.mu.size == 60 for track in tracks)
 

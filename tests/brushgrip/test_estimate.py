@@ -7,10 +7,11 @@ import pytest
 
 Run = Callable[..., Any]
 Write = Callable[..., Path]
+each_observer = pytest.mark.parametrize("observer", ["ekf", "mhe"])
 
 
-def estimate(run: Run, rig: Path, path: Path, out: Path, *more: object) -> Any:
-    return run("estimate", "--rig", rig, "--observer", "ekf", path, "--out", out, *more)
+def estimate(run: Run, rig: Path, path: Path, out: Path, observer: str) -> Any:
+    return run("estimate", "--rig", rig, "--observer", observer, path, "--out", out)
 
 
 @pytest.fixture
@@ -21,9 +22,10 @@ def simulated(run: Run, write_csv: Write, rig: Path, tmp_path: Path) -> Path:
     return write_csv("run.csv", {"M_z": torque})
 
 
-def test_one_row_a_sample(run: Run, simulated: Path, rig: Path, tmp_path: Path) -> None:
+@each_observer
+def test_one_row_a_sample(run: Run, simulated: Path, rig: Path, tmp_path: Path, observer: str) -> None:
     out = tmp_path / "new" / "mu.csv"
-    outcome = estimate(run, rig, simulated, out)
+    outcome = estimate(run, rig, simulated, out, observer)
     header, *rows = out.read_text().splitlines()
     t, mu, mu_std, predicted, informed = np.array([r.split(",") for r in rows], dtype=float).T
 
@@ -38,8 +40,9 @@ def test_one_row_a_sample(run: Run, simulated: Path, rig: Path, tmp_path: Path) 
     assert (tmp_path / "new" / "mu.png").read_bytes().startswith(b"\x89PNG")
 
 
+@each_observer
 def test_a_later_sample_changes_nothing_before(
-    run: Run, simulated: Path, rig: Path, tmp_path: Path
+    run: Run, simulated: Path, rig: Path, tmp_path: Path, observer: str
 ) -> None:
     lines = simulated.read_text().splitlines()
     for row in range(36, 46):
@@ -49,8 +52,8 @@ def test_a_later_sample_changes_nothing_before(
     cut = tmp_path / "cut.csv"
     cut.write_text("\n".join(lines[:41]) + "\n")
     whole_out, cut_out = tmp_path / "whole_mu.csv", tmp_path / "cut_mu.csv"
-    estimate(run, rig, simulated, whole_out)
-    estimate(run, rig, cut, cut_out)
+    estimate(run, rig, simulated, whole_out, observer)
+    estimate(run, rig, cut, cut_out, observer)
 
     assert whole_out.read_text().startswith(cut_out.read_text())
 
@@ -67,7 +70,7 @@ def test_does_not_write_over_what_it_reads(run: Run, simulated: Path, rig: Path)
 def test_picture_does_not_replace_the_table(
     run: Run, simulated: Path, rig: Path, tmp_path: Path
 ) -> None:
-    outcome = estimate(run, rig, simulated, tmp_path / "mu.png")
+    outcome = estimate(run, rig, simulated, tmp_path / "mu.png", "ekf")
 
     assert outcome.status == 2
     assert ".csv" in outcome.err

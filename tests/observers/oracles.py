@@ -89,7 +89,7 @@ class WindowOracle:
             Q=dt * np.array([np.full(len(dt), tuning.mu_walk), tuning.zero_walk * slide]) ** 2,
             z=np.where(heard, measured - h + slope * x[0], 0.0).reshape(1, -1),
             H=np.vstack([slope, np.ones_like(slope)]),
-            weight=np.where(heard, (tuning.noise * slide) ** -2.0, 0.0).reshape(1, -1),
+            weight=np.where(heard, dt / 0.01 * (tuning.noise * slide) ** -2.0, 0.0).reshape(1, -1),
         )
 
     def run(self) -> Iterator[tuple[Array, Array]]:

@@ -86,7 +86,7 @@ def optimum(model: Model, tuning: Tuning, samples: list[Sample]) -> Array:
         cost += ca.sum1((x[:, i] - before) ** 2 / (walk if i else walk + prior))
         if np.isfinite(sample.M_z):
             M_z = model.step(memory, row, ca.vertcat(x[0, i], K), GEOMETRY)[1] + x[1, i]
-            cost += ((sample.M_z - M_z) / (tuning.noise * slide)) ** 2
+            cost += sample.dt / 0.01 * ((sample.M_z - M_z) / (tuning.noise * slide)) ** 2
         memory = model.step(memory, row, theta, GEOMETRY)[0]
     quiet = {"ipopt.print_level": 0, "print_time": 0, "ipopt.sb": "yes", "ipopt.tol": 1e-11}
     solver = ca.nlpsol("optimum", "ipopt", {"x": ca.vec(x), "f": cost}, quiet)
