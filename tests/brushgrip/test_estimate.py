@@ -10,7 +10,7 @@ Write = Callable[..., Path]
 each_observer = pytest.mark.parametrize("observer", ["ekf", "mhe"])
 
 
-def estimate(run: Run, rig: Path, path: Path, out: Path, observer: str) -> Any:
+def estimate(run: Run, rig: Path, path: Path, out: Path, observer: str = "ekf") -> Any:
     return run("estimate", "--rig", rig, "--observer", observer, path, "--out", out)
 
 
@@ -70,7 +70,7 @@ def test_does_not_write_over_what_it_reads(run: Run, simulated: Path, rig: Path)
 def test_picture_does_not_replace_the_table(
     run: Run, simulated: Path, rig: Path, tmp_path: Path
 ) -> None:
-    outcome = estimate(run, rig, simulated, tmp_path / "mu.png", "ekf")
+    outcome = estimate(run, rig, simulated, tmp_path / "mu.png")
 
     assert outcome.status == 2
     assert ".csv" in outcome.err
