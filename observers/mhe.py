@@ -75,8 +75,9 @@ class Mhe(ModelSettings):
     def __post_init__(self) -> None:
         """Check the window."""
         for name in ("window", "iterations"):
-            if not getattr(self, name) >= 1:
-                raise InvalidInputError(f"{name} must be at least 1, got {getattr(self, name)}")
+            value = getattr(self, name)
+            if not (isinstance(value, int) and value >= 1):
+                raise InvalidInputError(f"{name} must be a whole number of at least 1, got {value}")
         if self.huber is not None and not self.huber > 0:
             raise InvalidInputError(f"huber must be greater than 0 or None, got {self.huber}")
 
