@@ -14,6 +14,10 @@ from brushgrip.pictures.style import AFTER, MEASURED, TRACKS, legend_above, lite
 
 BAND = 2.0
 """Standard deviations to either side of the estimate."""
+DASHES = ("-", "-", (0, (4, 3)), (0, (1, 2)))
+"""Strokes in the order of `TRACKS`: where two observers agree, the one below shows through."""
+Look = tuple[str, str | tuple[int, tuple[int, int]]]
+"""Colour and stroke."""
 
 
 def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
@@ -21,27 +25,30 @@ def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
     names = list(dict.fromkeys(track.name for track in tracks))
     labels = list(dict.fromkeys(track.label for track in tracks))
     palette = TRACKS if len(labels) > 1 else (AFTER,)
-    colours = {label: palette[i % len(palette)] for i, label in enumerate(labels)}
+    looks: dict[str, Look] = {
+        label: (palette[i % len(palette)], DASHES[i % len(DASHES)]) for i, label in enumerate(labels)
+    }
     with picture(path, 1.1 + 2.4 * len(names)) as figure:
         panels = figure.subplots(len(names), 1, squeeze=False)[:, 0]
         for axes, name in zip(panels, names, strict=True):
             own = [track for track in tracks if track.name == name]
             for track in own:
-                _track(axes, track, colours[track.label])
+                _track(axes, track, looks[track.label])
             axes.set_title(literal(name))
             axes.set_ylabel("friction coefficient μ [1]")
             axes.set_ylim(*_limits(own))
             axes.margins(x=0.01)
         panels[-1].set_xlabel("time t [s]")
-        legend_above(figure, _key(tracks, colours))
+        legend_above(figure, _key(tracks, looks))
 
 
-def _track(axes: Axes, track: FrictionTrack, colour: str) -> None:
+def _track(axes: Axes, track: FrictionTrack, look: Look) -> None:
+    colour, stroke = look
     low, high = track.mu - BAND * track.mu_std, track.mu + BAND * track.mu_std
     for where, alpha in ((track.informed, 0.18), (~track.informed, 0.06)):
         axes.fill_between(track.t, low, high, where=where.tolist(), color=colour, alpha=alpha, lw=0)
     axes.plot(track.t, track.mu, color=colour, lw=0.8, alpha=0.45)
-    axes.plot(track.t, np.where(track.informed, track.mu, np.nan), color=colour, lw=1.8)
+    axes.plot(track.t, np.where(track.informed, track.mu, np.nan), color=colour, lw=1.8, ls=stroke)
     if track.reference is not None:
         axes.axhline(track.reference, color=MEASURED, lw=1.0, ls="--")
 
@@ -65,8 +72,11 @@ def _limits(tracks: Sequence[FrictionTrack]) -> tuple[float, float]:
     return max(0.0, min(low) - margin), max(high) + margin
 
 
-def _key(tracks: Sequence[FrictionTrack], colours: dict[str, str]) -> list[Artist]:
-    key: list[Artist] = [Line2D([], [], color=c, lw=1.8, label=label) for label, c in colours.items()]
+def _key(tracks: Sequence[FrictionTrack], looks: dict[str, Look]) -> list[Artist]:
+    key: list[Artist] = [
+        Line2D([], [], color=colour, lw=1.8, ls=stroke, label=label)
+        for label, (colour, stroke) in looks.items()
+    ]
     key.append(Patch(color="#777777", alpha=0.25, lw=0, label=f"± {BAND:.0f} standard deviations"))
     key.append(Line2D([], [], color="#777777", lw=0.8, alpha=0.6, label="pale: rests on the prior"))
     references = dict.fromkeys(t.reference_label for t in tracks if t.reference is not None)
