@@ -32,7 +32,8 @@ class Sample:
 
     def __post_init__(self) -> None:
         """Check that what the model needs is there."""
-        if not self.F_N > 0 or not self.dt > 0 or not np.isfinite([self.psi, self.psi_dot]).all():
+        inputs = [self.psi, self.psi_dot, self.F_N, self.dt]
+        if not self.F_N > 0 or not self.dt > 0 or not np.isfinite(inputs).all():
             raise InvalidInputError(
                 "a sample needs finite psi and psi_dot, F_N > 0 N and dt > 0 s; only M_z may be missing,"
                 f" got {self}"

@@ -198,6 +198,8 @@ def test_step_leaves_the_state_that_it_was_given(recording: RigRecording, ekf: M
         {"F_N": float("nan")},
         {"dt": 0.0},
         {"dt": -0.01},
+        {"dt": float("inf")},
+        {"F_N": float("inf")},
         {"psi": float("nan")},
         {"psi_dot": float("inf")},
     ],
