@@ -74,8 +74,8 @@ def _errors(diagnosis: Diagnosis) -> str:
         "Torque errors",
         paragraph(
             "Every recording is simulated freely from its first to its last sample. Declared: "
-            "parameters as given. Before: declared structure, k and each recording's μ refitted. "
-            "After: with the effects found. On held-out recordings all shared parameters stay as "
+            "parameters as given, μ fitted where none is. Before: declared structure, k and each "
+            "recording's μ refitted. After: with the effects found. On held-out recordings all shared parameters stay as "
             "trained; μ and, where the model has them, torque zero and starting twist are refitted."
         ),
         errors_table(diagnosis),
@@ -97,16 +97,20 @@ def _loops(folder: Path, diagnosis: Diagnosis) -> str:
     )
 
 
+def _selection(shown: int, present: int) -> str:
+    return "" if shown == present else f" Shown are {shown} of {present} recordings."
+
+
 def _residuals(folder: Path, diagnosis: Diagnosis) -> str:
     path = folder / "residuals.png"
-    draw_residuals(path, diagnosis)
+    shown = draw_residuals(path, diagnosis)
     return section(
         "Residuals",
         figure(
             path,
             "Simulated minus measured torque over time and over yaw angle, before and after.",
             "Simulated minus measured torque, left over time, right over yaw angle. What is "
-            "only noise has no shape in either.",
+            "only noise has no shape in either." + _selection(shown, len(diagnosis.series)),
         ),
     )
 

@@ -21,8 +21,8 @@ MOST_RECORDINGS = 6
 """Recordings shown; the representative and the held-out ones come first."""
 
 
-def draw_residuals(path: Path, diagnosis: Diagnosis) -> None:
-    """Model minus measured torque of several recordings, before and after."""
+def draw_residuals(path: Path, diagnosis: Diagnosis) -> int:
+    """Model minus measured torque, before and after; returns the number of recordings shown."""
     shown = ordered(diagnosis)[:MOST_RECORDINGS]
     with picture(path, 0.9 + 1.9 * len(shown)) as figure:
         grid = figure.add_gridspec(len(shown), 2, width_ratios=[2, 1])
@@ -35,6 +35,7 @@ def draw_residuals(path: Path, diagnosis: Diagnosis) -> None:
             over_angle.tick_params(labelleft=False)
         _label_below(figure, over_time, over_angle)
         legend_above(figure, artists)
+    return len(shown)
 
 
 def _residuals(over_time: Axes, over_angle: Axes, series: Series) -> list[Artist]:
