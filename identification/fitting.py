@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from identification.recordings import Recording
-from symbolic import Effect, InvalidInputError, Model, Parameter, simulate
+from symbolic import Effect, InvalidInputError, Model, Parameter, full_slide_torque, simulate
 
 Array = NDArray[np.float64]
 TOLERANCE, MOST_EVALUATIONS = 1e-6, 60
@@ -91,7 +91,7 @@ def first_values(model: Model, recordings: Sequence[Recording]) -> Values:
     """Where a fit begins: k as declared, mu from the largest torque, (3/8) mu F_N a."""
     own = {}
     for recording in recordings:
-        slide = 0.375 * float(np.median(recording.F_N)) * recording.rig.a
+        slide = full_slide_torque(float(np.median(recording.F_N)), recording.rig.a)
         largest = float(np.nanquantile(np.abs(recording.M_z), 0.98))
         own[recording.name] = {"mu": float(np.clip(largest / slide, 0.05, 5.0))}
     k = float(np.exp(np.mean([np.log(recording.tyre.k) for recording in recordings])))

@@ -21,7 +21,7 @@ from observers.protocol import Estimate, Sample
 from observers.settings import ModelSettings
 from observers.stretches import build_stretch, first_sample, run_stretches
 from observers.tuning import REFERENCE_STEP
-from symbolic import Model, compiled, step_along
+from symbolic import Model, compiled, full_slide_torque, step_along
 
 Array = NDArray[np.float64]
 
@@ -123,7 +123,7 @@ def build_step(model: Model) -> ca.Function:
     after, carried_after, M_z, slope = step_along(model, 1)(
         memory, carried, sample[:4], believed, along, geometry
     )
-    slide = 0.375 * sample[2] * geometry[0]
+    slide = full_slide_torque(sample[2], geometry[0])
     corrected = _correct(x, P, M_z, slope, sample[4], sample[3], slide, beliefs)
     x_after, P_after = corrected
     names = ["memory", "carried", "x", "P"]

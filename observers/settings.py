@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from observers.protocol import Sample
 from observers.tuning import Tuning
-from symbolic import Model, Rig
+from symbolic import Model, Rig, full_slide_torque
 
 Array = NDArray[np.float64]
 
@@ -39,4 +39,4 @@ class ModelSettings:
         """Memory of the patch at rest at its first angle, mean and covariance of the state."""
         signals = np.array([first.psi, first.psi_dot, first.F_N, first.dt])
         memory = np.asarray(self.model.start(signals, self._theta(), self._geometry())).ravel()
-        return memory, *self.tuning.prior(0.375 * first.F_N * self.rig.a)
+        return memory, *self.tuning.prior(full_slide_torque(first.F_N, self.rig.a))

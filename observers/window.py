@@ -28,7 +28,7 @@ import casadi as ca
 
 from observers.smoother import build_smoother, build_update
 from observers.tuning import REFERENCE_STEP, STATES
-from symbolic import Model, step_along
+from symbolic import Model, full_slide_torque, step_along
 
 STATE = ("memory", "carried", "held_at", "mean", "P", "samples", "x")
 """Order of the state: memory before the window, its derivative by mu, the mu that it stands for; mean
@@ -123,7 +123,7 @@ def _linearised(
     """The terms of a Gauss-Newton step about x, from torques M_z and slopes there."""
     mu_walk, zero_walk, noise, _, _, huber = ca.vertsplit(beliefs)
     _, _, F_N, dt, measured = ca.vertsplit(samples)
-    slide = 0.375 * F_N * geometry[0]
+    slide = full_slide_torque(F_N, geometry[0])
     expected = M_z + x[1, :]
     # casadi takes x == x for true; no comparison with NaN is.
     present = ca.fabs(measured) < ca.inf

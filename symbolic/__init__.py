@@ -2,7 +2,13 @@
 
 from symbolic.bristles import BristlePatch, BristleTraits, Relaxation
 from symbolic.compiled import compiled
-from symbolic.deformation import edge_distance, full_slide_level, position, unit_moment
+from symbolic.deformation import (
+    edge_distance,
+    full_slide_level,
+    full_slide_torque,
+    position,
+    unit_moment,
+)
 from symbolic.effects.base import Effect, Parameter, Signals, with_limit, with_shape
 from symbolic.effects.library import EFFECTS, effects_named
 from symbolic.errors import BrushgripError, InvalidInputError
@@ -36,6 +42,7 @@ __all__ = [
     "edge_distance",
     "effects_named",
     "full_slide_level",
+    "full_slide_torque",
     "position",
     "simulate",
     "step_along",

@@ -77,6 +77,11 @@ def position(xi: Expression, a: Expression, e: Expression) -> Expression:
     return 2 * half / (1 + ca.sqrt(1 + 4 * xi * half))
 
 
+def full_slide_torque(F_N: Expression, a: Expression) -> Expression:
+    """3/8 F_N a: the size of M_z in full slide for mu = 1 and e = 0 [N m], source (2.1) in (2.3)."""
+    return 0.375 * F_N * a
+
+
 def full_slide_level(F_N: Expression, a: Expression) -> Expression:
     """3 F_N / (4 a^3): the limit of r times k / mu [N/m^3], source (2.1)."""
     return 3 * F_N / (4 * a**3)

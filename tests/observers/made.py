@@ -3,8 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
+from observers import Observer, Sample, causal_rate, run
 from tests.observers.conftest import K
 from tests.rig.patch import RigTyre, simulate
 from tests.rig.path import hand_path
@@ -28,3 +30,18 @@ def change_of_ground() -> tuple[Array, Array, Array, Array]:
     M_z = simulate(replace(path, F_N=path.F_N * mu), RigTyre(k=K, mu=1.0), bristles=1000).M_z
     M_z = M_z + 0.004 * np.ptp(M_z) * np.random.default_rng(31).standard_normal(M_z.size)
     return path.t, path.psi, path.F_N, M_z
+
+
+def assert_steps_are_the_run(observer: Observer, recording: RigRecording, count: int) -> None:
+    """Sample by sample, an observer says what it says of the whole recording."""
+    t, psi, F_N, M_z = (a[:count] for a in (recording.t, recording.psi, recording.F_N, recording.M_z))
+    rate, dt = causal_rate(t, psi), np.diff(t, prepend=2 * t[0] - t[1])
+    estimates = run(observer, t, psi, F_N, M_z)
+    state = None
+    for i in range(count):
+        sample = Sample(psi=psi[i], psi_dot=rate[i], F_N=F_N[i], dt=dt[i], M_z=M_z[i])
+        state = observer.step(observer.init(sample) if state is None else state, sample)
+        now = observer.estimate(state)
+        for name in ("mu", "mu_std", "M_z_predicted"):
+            assert getattr(estimates, name)[i] == pytest.approx(getattr(now, name), abs=1e-12)
+        assert bool(estimates.informed[i]) is now.informed

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from observers import Ekf, Estimates, Sample, Tuning, causal_rate, run
+from observers import Ekf, Estimates, Tuning, run
 from symbolic import InvalidInputError, Model, effects_named, simulate
 from tests.observers.conftest import RIG, K
-from tests.observers.made import change_of_ground, first_full_slide
+from tests.observers.made import assert_steps_are_the_run, change_of_ground, first_full_slide
 from tests.rig.record import RigRecording, make_recording
 
 Array = NDArray[np.float64]
@@ -27,17 +27,7 @@ def run_on(observer: Ekf, made: RigRecording, M_z: Array | None = None) -> Estim
 @pytest.mark.parametrize("count", [150, 300])
 def test_sample_by_sample_is_the_same(recording: RigRecording, discretised: bool, count: int) -> None:
     observer = Ekf(model=Model(discretised=discretised), values={"k": K}, rig=RIG)
-    t, psi, F_N, M_z = (a[:count] for a in (recording.t, recording.psi, recording.F_N, recording.M_z))
-    rate, dt = causal_rate(t, psi), np.diff(t, prepend=2 * t[0] - t[1])
-    estimates = run(observer, t, psi, F_N, M_z)
-    state = None
-    for i in range(count):
-        sample = Sample(psi=psi[i], psi_dot=rate[i], F_N=F_N[i], dt=dt[i], M_z=M_z[i])
-        state = observer.step(observer.init(sample) if state is None else state, sample)
-        now = observer.estimate(state)
-        for name in ("mu", "mu_std", "M_z_predicted"):
-            assert getattr(estimates, name)[i] == pytest.approx(getattr(now, name), abs=1e-12)
-        assert bool(estimates.informed[i]) is now.informed
+    assert_steps_are_the_run(observer, recording, count)
 
 
 @pytest.mark.parametrize("count", [2, 199, 200, 777])
