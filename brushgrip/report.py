@@ -75,8 +75,9 @@ def _errors(diagnosis: Diagnosis) -> str:
         paragraph(
             "Every recording is simulated freely from its first to its last sample. Declared: "
             "parameters as given, μ fitted where none is. Before: declared structure, k and each "
-            "recording's μ refitted. After: with the effects found. On held-out recordings all shared parameters stay as "
-            "trained; μ and, where the model has them, torque zero and starting twist are refitted."
+            "recording's μ refitted. After: with the effects found. On held-out recordings all "
+            "shared parameters stay as trained; μ and, where the model has them, torque zero and "
+            "starting twist are refitted."
         ),
         errors_table(diagnosis),
         recordings_table(diagnosis),
