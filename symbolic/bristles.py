@@ -102,24 +102,25 @@ class BristlePatch:
         moments = inputs.k * inputs.a * weight * lever
         return ca.vertcat(lever / inputs.a, limit, moments, decay, held)
 
-    def advance(
-        self, memory: Expression, turn: Expression, drive: Expression
-    ) -> tuple[Expression, Expression]:
+    def advance(self, memory: Expression, turn: Expression, drive: Expression) -> Expression:
         """One sample of every bristle, in q / a; see `Patch.advance`."""
         n = self.bristles
-        lever, limit, moments = drive[:n], drive[n : 2 * n], drive[2 * n : 3 * n]
+        lever, limit = drive[:n], drive[n : 2 * n]
         moved = -lever * turn
         if self.traits.relaxation is None:
-            stress = after = _clip(memory + moved, limit)
-        else:
-            # The stop with a Maxwell branch: sliding relieves spring and branch together.
-            decay, held = drive[3 * n], drive[3 * n + 1]
-            q, m = memory[:n], memory[n:]
-            q, m = q + moved, m * decay + held * moved
-            slip = (q + m - _clip(q + m, limit)) / (1 + held)
-            q, m = q - slip, m - held * slip
-            stress, after = q + m, ca.vertcat(q, m)
-        return after, ca.dot(stress, moments)
+            return _clip(memory + moved, limit)
+        # The stop with a Maxwell branch: sliding relieves spring and branch together.
+        decay, held = drive[3 * n], drive[3 * n + 1]
+        q, m = memory[:n], memory[n:]
+        q, m = q + moved, m * decay + held * moved
+        slip = (q + m - _clip(q + m, limit)) / (1 + held)
+        return ca.vertcat(q - slip, m - held * slip)
+
+    def torque(self, memory: Expression, drive: Expression) -> Expression:
+        """The moment of the bristles and their branches; see `Patch.torque`."""
+        n = self.bristles
+        stress = memory if self.traits.relaxation is None else memory[:n] + memory[n:]
+        return ca.dot(stress, drive[2 * n : 3 * n])
 
     def _geometry(self, inputs: PatchInputs) -> tuple[Expression, Expression, Expression]:
         """Lever arm [m], limit of stress / (k a) [1] and weight [m] of every bristle."""

@@ -34,7 +34,7 @@ def solve_turn(
     """
     before, rest = ca.MX.sym("memory", patch.size), ca.MX.sym("drive", patch.drive_size)
     turn, goal, give = (ca.MX.sym(name) for name in ("turn", "asked", "compliance"))
-    M_z = patch.advance(before, turn, rest)[1]
+    M_z = patch.torque(patch.advance(before, turn, rest), rest)
     slope = 1 - give * ca.jtimes(M_z, turn, ca.MX(1))
     newton = ca.Function(
         "newton",

@@ -125,6 +125,31 @@ class Model:
         """
         return _build_step(self)
 
+    @property
+    def advance(self) -> ca.Function:
+        """The first half of `step`: (memory, signals, theta, geometry) -> (memory_next, seen).
+
+        seen are the signals that reach the patch, which differ where an effect sits in a sensor.
+        """
+        return _build_halves(self)[0]
+
+    @property
+    def torque(self) -> ca.Function:
+        """The second half of `step`: (memory_next, seen, theta, geometry) -> M_z."""
+        return _build_halves(self)[1]
+
+    def remembers(self, coordinate: str) -> bool:
+        """True where the memory depends on that parameter, so that another value is another history.
+
+        The declared model's memory depends on neither mu nor k (`symbolic.zones`).
+        """
+        column = self.coordinates.index(coordinate)
+        depends = (
+            self.step.jac_sparsity(0, 2),
+            self.start.jac_sparsity(0, 1),
+        )
+        return any(s.colind()[column + 1] > s.colind()[column] for s in depends)
+
     def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
         """Fresh symbols for signals (4,), theta (p,) and geometry (2,)."""
         return (
@@ -155,7 +180,7 @@ class Model:
 @cache
 def _build_start(model: Model) -> ca.Function:
     signals, theta, geometry = model.symbols()
-    at_first = Signals(**dict(zip(SIGNALS, ca.vertsplit(signals), strict=True)))
+    at_first = _signals(signals)
     angle = at_first.psi
     for effect, values in model.values(theta):
         angle = angle - effect.start_angle(values)
@@ -174,7 +199,60 @@ def _build_start(model: Model) -> ca.Function:
 def _build_step(model: Model) -> ca.Function:
     signals, theta, geometry = model.symbols()
     memory = ca.MX.sym("memory", model.memory_size)
-    seen = Signals(**dict(zip(SIGNALS, ca.vertsplit(signals), strict=True)))
+    after, seen, drive = _advance(model, memory, signals, theta, geometry)
+    M_z = _torque(model, after, seen, drive, theta)
+    return ca.Function(
+        "step",
+        [memory, signals, theta, geometry],
+        [after, M_z],
+        ["memory", "signals", "theta", "geometry"],
+        ["memory_next", "M_z"],
+        {"cse": True},
+    )
+
+
+@cache
+def _build_halves(model: Model) -> tuple[ca.Function, ca.Function]:
+    signals, theta, geometry = model.symbols()
+    memory = ca.MX.sym("memory", model.memory_size)
+    after, seen, _ = _advance(model, memory, signals, theta, geometry)
+    advance = ca.Function(
+        "advance",
+        [memory, signals, theta, geometry],
+        [after, ca.vertcat(*(getattr(seen, name) for name in SIGNALS))],
+        ["memory", "signals", "theta", "geometry"],
+        ["memory_next", "seen"],
+        {"cse": True},
+    )
+    seen = _signals(signals)
+    drive = model.patch(theta).drive(_inputs(seen, ca.MX(1), theta, geometry))
+    torque = ca.Function(
+        "torque",
+        [memory, signals, theta, geometry],
+        [_torque(model, memory, seen, drive, theta)],
+        ["memory", "seen", "theta", "geometry"],
+        ["M_z"],
+        {"cse": True},
+    )
+    return advance, torque
+
+
+def _signals(vector: ca.MX) -> Signals:
+    return Signals(**dict(zip(SIGNALS, ca.vertsplit(vector), strict=True)))
+
+
+def _inputs(seen: Signals, factor: Expression, theta: Expression, geometry: Expression) -> PatchInputs:
+    return PatchInputs(
+        speed=seen.psi_dot, dt=seen.dt, F_N=seen.F_N, factor=factor,
+        mu=theta[0], k=theta[1], a=geometry[0], e=geometry[1],
+    )  # fmt: skip
+
+
+def _advance(
+    model: Model, memory: ca.MX, signals: ca.MX, theta: ca.MX, geometry: ca.MX
+) -> tuple[ca.MX, Signals, Expression]:
+    """The memory after a sample, the sample as the patch saw it, and what drove the patch."""
+    seen = _signals(signals)
     angle, before, own = model.split(memory)
     effects, factor, compliance = model.values(theta), ca.MX(1), None
     remembered: list[Expression] = list(own)
@@ -188,22 +266,17 @@ def _build_step(model: Model) -> ca.Function:
         if added is not None:
             compliance = added if compliance is None else compliance + added
     patch = model.patch(theta)
-    inputs = PatchInputs(
-        speed=seen.psi_dot, dt=seen.dt, F_N=seen.F_N, factor=factor,
-        mu=theta[0], k=theta[1], a=geometry[0], e=geometry[1],
-    )  # fmt: skip
-    drive = patch.drive(inputs)
+    drive = patch.drive(_inputs(seen, factor, theta, geometry))
     turn = seen.psi - angle
     if compliance is not None:
         turn = solve_turn(patch, before, turn, drive, compliance)
-    after, M_z = patch.advance(before, turn, drive)
+    after = patch.advance(before, turn, drive)
+    return ca.vertcat(angle + turn, after, *remembered), seen, drive
+
+
+def _torque(model: Model, memory: ca.MX, seen: Signals, drive: Expression, theta: ca.MX) -> Expression:
+    """M_z of the memory after a sample [N m]."""
+    M_z = model.patch(theta).torque(model.split(memory)[1], drive)
     for effect, values in model.values(theta):
         M_z = M_z + effect.torque(seen, values)
-    return ca.Function(
-        "step",
-        [memory, signals, theta, geometry],
-        [ca.vertcat(angle + turn, after, *remembered), M_z],
-        ["memory", "signals", "theta", "geometry"],
-        ["memory_next", "M_z"],
-        {"cse": True},
-    )
+    return M_z

@@ -52,7 +52,8 @@ class Patch(Protocol):
     def drive(self, inputs: PatchInputs) -> Expression:
         """All that one sample needs besides memory and turn, shape (drive_size,)."""
 
-    def advance(
-        self, memory: Expression, turn: Expression, drive: Expression
-    ) -> tuple[Expression, Expression]:
-        """The memory (size,) after a turn [rad], and the aligning torque M_z [N m]."""
+    def advance(self, memory: Expression, turn: Expression, drive: Expression) -> Expression:
+        """The memory after a turn [rad], shape (size,)."""
+
+    def torque(self, memory: Expression, drive: Expression) -> Expression:
+        """The aligning torque M_z of a patch that has just been advanced with this drive [N m]."""

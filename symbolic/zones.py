@@ -60,14 +60,17 @@ class ZonePatch:
         level = full_slide_level(inputs.F_N, inputs.a) * inputs.factor
         return ca.vertcat(level, inputs.mu / inputs.k, inputs.k, inputs.a, inputs.e)
 
-    def advance(
-        self, memory: Expression, turn: Expression, drive: Expression
-    ) -> tuple[Expression, Expression]:
-        """One sample: shear by the turn, clip at the limit, integrate; see `Patch.advance`."""
-        level, scale, k, a, e = ca.vertsplit(drive)
+    def advance(self, memory: Expression, turn: Expression, drive: Expression) -> Expression:
+        """One sample: shear by the turn, clip at the limit; see `Patch.advance`."""
+        level, scale, _, a, _ = ca.vertsplit(drive)
         xi, r = thin_out(memory[: self.corners], memory[self.corners :], scale, a)
         xi, r = clip_polyline(xi, r - xi * turn, turn, level)
-        return ca.vertcat(xi, r), polyline_moment(xi, r, scale, k, a, e)
+        return ca.vertcat(xi, r)
+
+    def torque(self, memory: Expression, drive: Expression) -> Expression:
+        """The moment of the polyline; see `Patch.torque`."""
+        _, scale, k, a, e = ca.vertsplit(drive)
+        return polyline_moment(memory[: self.corners], memory[self.corners :], scale, k, a, e)
 
 
 def clip_polyline(

@@ -22,7 +22,9 @@ def last_torque(traits: BristleTraits, *turns: float, speed: float = 0.1, tyre: 
     )
     memory, M_z = ca.DM(patch.initial()), ca.DM(0)
     for turn in turns:
-        memory, M_z = patch.advance(memory, turn, ca.evalf(ca.MX(patch.drive(inputs))))
+        drive = ca.evalf(ca.MX(patch.drive(inputs)))
+        memory = patch.advance(memory, turn, drive)
+        M_z = patch.torque(memory, drive)
     return float(ca.evalf(ca.MX(M_z)))
 
 
@@ -121,7 +123,7 @@ def test_memory_and_drive_have_their_declared_sizes() -> None:
     ):
         patch = BristlePatch(traits=traits)
         size = states * patch.bristles
-        memory, _ = patch.advance(ca.DM(patch.initial()), 0.1, ca.DM.ones(patch.drive_size))
+        memory = patch.advance(ca.DM(patch.initial()), 0.1, ca.DM.ones(patch.drive_size))
 
         assert (patch.size, len(patch.initial())) == (size, size)
         assert memory.shape == (size, 1)
