@@ -1,25 +1,38 @@
 """Observers of the friction coefficient for controllers."""
 
-from observers.ekf import Ekf, EkfState, build_step
-from observers.mhe import Mhe, MheState
-from observers.protocol import Estimate, Estimates, Observer, Sample
+from observers.ekf import Ekf
+from observers.factor import covariance_of
+from observers.layout import Layout, State
+from observers.mhe import Mhe
+from observers.protocol import SAMPLE, BatchObserver, Estimate, Estimates, Observer, Sample, Status
 from observers.rate import causal_rate, next_rate
+from observers.root import Root, RootState
 from observers.run import run
+from observers.sensing import AligningTorque, Sensing
+from observers.steering import SteeringTorque
 from observers.tuning import STATES, Tuning
 
 __all__ = [
+    "SAMPLE",
     "STATES",
+    "AligningTorque",
+    "BatchObserver",
     "Ekf",
-    "EkfState",
     "Estimate",
     "Estimates",
+    "Layout",
     "Mhe",
-    "MheState",
     "Observer",
+    "Root",
+    "RootState",
     "Sample",
+    "Sensing",
+    "State",
+    "Status",
+    "SteeringTorque",
     "Tuning",
-    "build_step",
     "causal_rate",
+    "covariance_of",
     "next_rate",
     "run",
 ]

@@ -1,161 +1,174 @@
-"""Extended Kalman filter for mu and the zero of the torque channel, aligning torque measured.
+"""Extended Kalman filter for mu and, as the sensing has it, torque zero, stiffness, angle and rate.
 
-State x = (mu, M_0): both random walks, mu of the ground and M_0 of the sensor. The measurement is
-M_z = h(memory, mu) + M_0, where the memory of the patch is not a random state: given mu it is known. Its
-derivative by mu is carried along exactly, so that d M_z / d mu holds the whole history, and a correction
-of mu corrects the memory too. The filter knows nothing of tyres: h is the model's step.
+The memory of the patch is no random state: given the tyre it is known. Its derivative by the tyre's
+states is carried along exactly where there is one, so that the slope of M_z holds the whole history, and
+the memory is moved to the tyre that the filter has come to believe in. The filter knows nothing of
+tyres: M_z is the model's.
 
-Source: Jazwinski, Stochastic Processes and Filtering Theory (1970); the covariance in Joseph's form,
-Bucy and Joseph (1968), which stays positive definite under rounding.
+Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), section 8.3, iterated filter
+theorem 8.2; the covariance is kept as a factor, see `observers.factor`.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
 import casadi as ca
-import numpy as np
-from numpy.typing import NDArray
 
-from observers.protocol import Estimate, Sample
-from observers.settings import ModelSettings
-from observers.stretches import build_stretch, first_sample, run_stretches
-from observers.tuning import REFERENCE_STEP
-from symbolic import Model, compiled, full_slide_torque, step_along
-
-Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class EkfState:
-    """State of the filter.
-
-    Attributes:
-        memory: the model's memory, shape (m,).
-        carried: its derivative by mu, shape (m, 1).
-        x: mean in the order of `STATES`, shape (2,).
-        P: covariance, shape (2, 2).
-        M_z_predicted: torque expected at the last sample before it was measured [N m].
-    """
-
-    memory: Array
-    carried: Array
-    x: Array
-    P: Array
-    M_z_predicted: float
+from observers.factor import covariance
+from observers.gate import COUNTS, build_gate, huber_share
+from observers.layout import Layout, State
+from observers.linear import (
+    build_clean,
+    build_measured,
+    build_motion,
+    build_moved,
+    build_reading,
+    directions,
+)
+from observers.meeting import build_meeting, history_fields, signals_of, states_of_tyre
+from observers.protocol import SAMPLE, Sample
+from observers.sensing import CLEAN, Sensing
+from observers.settings import (
+    SAID,
+    ModelObserver,
+    constants_size,
+    flags,
+    on_bound,
+    projected,
+    split_constants,
+)
+from observers.stepping import build_stretch
+from observers.tuning import BELIEFS
+from symbolic import InvalidInputError, Model, compiled
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ekf(ModelSettings):
-    """The filter; its settings are those of `ModelSettings`."""
+class Ekf(ModelObserver):
+    """The filter: settings as of `ModelObserver`, and how often it linearises.
 
-    def init(self, first: Sample) -> EkfState:
-        """The state before the first sample, the patch at rest at its angle."""
-        memory, x, P = self._start(first)
-        carried = np.zeros((memory.size, 1))
-        return EkfState(memory=memory, carried=carried, x=x, P=P, M_z_predicted=float("nan"))
+    Attributes:
+        iterations: linearisations of a measurement; 1 is the plain filter. More pay while little is
+            known of mu and the torque is clean.
 
-    def step(self, state: EkfState, sample: Sample) -> EkfState:
-        """One sample: predict, then correct where M_z was measured."""
-        column = np.array([sample.psi, sample.psi_dot, sample.F_N, sample.dt, sample.M_z])
-        outputs = _step(self.model)(
-            state.memory, state.carried, state.x, state.P, column,
-            self._theta(), self._geometry(), self.tuning.beliefs,
-        )  # fmt: skip
-        memory, carried, x, P, predicted = (np.asarray(output) for output in outputs)
-        return EkfState(
-            memory=memory.ravel(),
-            carried=carried,
-            x=x.ravel(),
-            P=P,
-            M_z_predicted=float(predicted.item()),
-        )
-
-    def estimate(self, state: EkfState) -> Estimate:
-        """Mean and standard deviation of mu."""
-        std = float(np.sqrt(state.P[0, 0]))
-        return Estimate(
-            mu=float(state.x[0]),
-            mu_std=std,
-            M_z_predicted=state.M_z_predicted,
-            informed=self.tuning.informed(std),
-        )
-
-    def run_samples(self, samples: Array) -> Sequence[Array]:
-        """A whole recording, rows psi, psi_dot, F_N, dt, M_z; see `Observer.run_samples`."""
-        first = self.init(first_sample(samples))
-        state = (first.memory, first.carried, first.x, first.P)
-        constant = (self._theta(), self._geometry(), self.tuning.beliefs)
-        pieces = []
-        for made in run_stretches(_stretch(self.model), state, samples, constant):
-            mu, variance = made[2][0, :].full(), made[3][0, ::2].full()
-            pieces.append(np.vstack([mu, variance, made[4].full().reshape(1, -1)]))
-        mu, variance, predicted = np.hstack(pieces)[:, : samples.shape[1]]
-        std = np.sqrt(variance)
-        return mu, std, predicted, np.array([self.tuning.informed(s) for s in std])
-
-
-@cache
-def _step(model: Model) -> ca.Function:
-    return compiled(build_step(model))
-
-
-@cache
-def _stretch(model: Model) -> ca.Function:
-    return compiled(build_stretch(build_step(model), "ekf_stretch", 4))
-
-
-@cache
-def build_step(model: Model) -> ca.Function:
-    """One sample of the filter as a casadi Function with named inputs and outputs.
-
-    (memory, carried, x, P, sample, theta, geometry, beliefs) -> (memory, carried, x, P, M_z_predicted);
-    sample holds psi, psi_dot, F_N, dt, M_z, with M_z NaN for prediction alone.
+    Parts of its state: `memory` (m,), with `carried` (m, t) and `held_at` (t,) where the memory
+    depends on the tyre; `x` (n,) in the order of `states` and `factor` (n, n) of its covariance, see
+    `covariance_of`; `last`, the last sample; `M_z` and `slopes`; `counts`, streak and changes of the
+    ground; `said`.
     """
-    size, parameters = model.memory_size, len(model.parameters)
-    memory, carried = ca.MX.sym("memory", size), ca.MX.sym("carried", size)
-    x, P = ca.MX.sym("x", 2), ca.MX.sym("P", 2, 2)
-    sample, beliefs = ca.MX.sym("sample", 5), ca.MX.sym("beliefs", 5)
-    theta, geometry = ca.MX.sym("theta", parameters), ca.MX.sym("geometry", 2)
-    believed = ca.vertcat(x[0], theta[1:])
-    along = ca.DM.zeros(parameters)
-    along[0] = 1
-    after, carried_after, M_z, slope = step_along(model, 1)(
-        memory, carried, sample[:4], believed, along, geometry
+
+    iterations: int = 1
+
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        super().__post_init__()
+        if not (isinstance(self.iterations, int) and self.iterations >= 1):
+            raise InvalidInputError(
+                f"iterations must be a whole number of at least 1, got {self.iterations}"
+            )
+
+    def init(self, first: Sample) -> State:
+        """The state before the first sample, whose angle says where the patch stands at rest."""
+        return State(self.layout.pack(self._start(first)), self.layout)
+
+    @property
+    def layout(self) -> Layout:
+        """The parts of a state."""
+        return layout(self.model, self.sensing)
+
+    @property
+    def function(self) -> ca.Function:
+        """One sample, compiled; see `ModelObserver.function`."""
+        return _compiled_step(self.model, self.sensing, self.iterations)
+
+    @property
+    def stretch(self) -> ca.Function:
+        """Many samples, compiled; see `ModelObserver.stretch`."""
+        return _compiled_stretch(self.model, self.sensing, self.iterations)
+
+
+@cache
+def layout(model: Model, sensing: Sensing) -> Layout:
+    """The parts of the filter's state."""
+    n = len(sensing.states)
+    return Layout(
+        (
+            *history_fields(model, sensing),
+            ("x", n, 1),
+            ("factor", n, n),
+            ("last", len(CLEAN), 1),
+            ("M_z", 1, 1),
+            ("slopes", len(directions(sensing)), 1),
+            ("counts", len(COUNTS), 1),
+            ("said", len(SAID), 1),
+        )
     )
-    slide = full_slide_torque(sample[2], geometry[0])
-    corrected = _correct(x, P, M_z, slope, sample[4], sample[3], slide, beliefs)
-    x_after, P_after = corrected
-    names = ["memory", "carried", "x", "P"]
+
+
+@cache
+def _compiled_step(model: Model, sensing: Sensing, iterations: int) -> ca.Function:
+    return compiled(build_step(model, sensing, iterations))
+
+
+@cache
+def _compiled_stretch(model: Model, sensing: Sensing, iterations: int) -> ca.Function:
+    return compiled(build_stretch(build_step(model, sensing, iterations)))
+
+
+@cache
+def build_step(model: Model, sensing: Sensing, iterations: int = 1) -> ca.Function:
+    """One sample of the filter: (state, sample, constants) -> (state_next, said)."""
+    parts = layout(model, sensing)
+    state, sample = ca.MX.sym("state", parts.size), ca.MX.sym("sample", len(SAMPLE))
+    constants = ca.MX.sym("constants", constants_size(model))
+    before = parts.split(state)
+    theta, rig, beliefs = split_constants(model, constants)
+    now, held = build_clean(sensing)(sample, before["last"])
+    x, A, Q = build_motion(sensing)(
+        before["x"], before["M_z"], before["slopes"], before["last"], now, rig, beliefs
+    )
+    factor = build_moved(len(sensing.states))(before["factor"], A, Q)
+    read, measure = build_reading(sensing), build_measured(len(sensing.states))
+    history = [before[name] for name, *_ in history_fields(model, sensing)]
+
+    def meet(at: ca.MX) -> dict[str, ca.MX]:
+        meeting = build_meeting(model, sensing)
+        made = meeting(
+            *history, signals_of(sensing, at, now), states_of_tyre(sensing, at), theta, rig[:2]
+        )
+        return dict(zip((name.removesuffix("_next") for name in meeting.name_out()), made, strict=True))
+
+    # Where the angle is measured the patch follows it when it is corrected; else it is what is measured.
+    met = before if sensing.turns else meet(x)
+    innovation, H, weight, expected, ordinary = read(x, met["M_z"], met["slopes"], now, rig, beliefs)
+    left_open = ca.dot(H, covariance(factor) @ H)
+    verdict = build_gate()(innovation, left_open, weight, ordinary, before["counts"], beliefs)
+    believed, reset, _, counts = verdict
+    missing = weight <= 0
+    change = reset * beliefs[BELIEFS.index("mu_std")] ** 2
+    factor[0, 0] += change
+    left_open = left_open + change * H[0] ** 2
+    weight = weight * believed * huber_share(innovation, ordinary, left_open)
+    after, K, _ = measure(factor, H, weight)
+    corrected = projected(sensing, x + K * innovation, beliefs)
+    for _ in range(0 if sensing.turns else iterations - 1):
+        met = meet(corrected)
+        innovation, H, *_ = read(corrected, met["M_z"], met["slopes"], now, rig, beliefs)
+        after, K, _ = measure(factor, H, weight)
+        innovation = innovation - ca.dot(H, x - corrected)
+        corrected = projected(sensing, x + K * innovation, beliefs)
+    if sensing.turns:
+        met = meet(corrected)
+        expected = met["M_z"]
+    status = flags(
+        missing=missing, held=held, rejected=ca.logic_not(believed), reset=reset,
+        bound=on_bound(corrected[0], beliefs),
+    )  # fmt: skip
+    said = ca.vertcat(corrected[0], ca.sqrt(covariance(after)[0, 0]), expected, status)
+    made = {**met, "x": corrected, "factor": after, "last": now, "counts": counts, "said": said}
     return ca.Function(
         "ekf_step",
-        [memory, carried, x, P, sample, theta, geometry, beliefs],
-        [after + carried_after * (x_after[0] - x[0]), carried_after, x_after, P_after, M_z + x[1]],
-        [*names, "sample", "theta", "geometry", "beliefs"],
-        [*(f"{name}_next" for name in names), "M_z_predicted"],
+        [state, sample, constants],
+        [parts.join(made), said],
+        ["state", "sample", "constants"],
+        ["state_next", "said"],
     )
-
-
-def _correct(
-    x: ca.MX,
-    P: ca.MX,
-    M_z: ca.MX,
-    slope: ca.MX,
-    measured: ca.MX,
-    dt: ca.MX,
-    slide: ca.MX,
-    beliefs: ca.MX,
-) -> tuple[ca.MX, ca.MX]:
-    """Random walk over dt, then the correction by one torque measurement, NaN for none."""
-    mu_walk, zero_walk, noise, least, greatest = ca.vertsplit(beliefs)
-    P = P + dt * ca.diag(ca.vertcat(mu_walk, zero_walk * slide) ** 2)
-    H = ca.horzcat(slope, 1)
-    R = (noise * slide) ** 2 * REFERENCE_STEP / dt
-    # casadi takes x == x for true; no comparison with NaN is.
-    present = ca.fabs(measured) < ca.inf
-    K = ca.if_else(present, 1, 0) * P @ H.T / (H @ P @ H.T + R)
-    innovation = ca.if_else(present, measured, M_z + x[1]) - (M_z + x[1])
-    x = x + K * innovation
-    x = ca.vertcat(ca.fmax(least, ca.fmin(greatest, x[0])), x[1])
-    keep = ca.MX.eye(2) - K @ H
-    return x, keep @ P @ keep.T + K * R @ K.T

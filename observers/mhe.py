@@ -1,153 +1,89 @@
-"""Moving-horizon estimator for mu and the zero of the torque channel, aligning torque measured.
+"""Moving-horizon estimator for mu and, as the sensing has it, torque zero, stiffness, angle and rate.
 
-It believes what the filter believes, of the same state, but fits mu and M_0 of the last N samples at
-once: what a sample says is judged anew at the mu that later samples lead to, where the filter judged it
-once.
-Samples older than the window are summed up in its arrival mean and covariance, which a filter takes
-along behind the window, linearised at what the window made of them. On a linear problem with Gaussian
-noise every window gives the Kalman filter. `observers.window` has the cost and its sources.
+It believes what the filter believes, of the same states, but fits those of the last N samples at once:
+what a sample says is judged anew at the states that later samples lead to, where the filter judged it
+once; and samples that were not believed count again when the ground turns out to have changed. Samples
+older than the window are summed up in its arrival, mean and covariance, which a filter takes along
+behind the window, linearised at what the window made of them. On a linear problem with Gaussian noise
+every window gives the Kalman filter. `observers.window` has the cost and its sources.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
 import casadi as ca
 import numpy as np
-from numpy.typing import NDArray
 
-from observers.protocol import Estimate, Sample
-from observers.settings import ModelSettings
-from observers.stretches import build_stretch, first_sample, run_stretches
-from observers.window import STATE, build_window_step
-from symbolic import InvalidInputError, Model, compiled
-
-Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class MheState:
-    """State of the estimator, in the order of `observers.window.STATE`, and what it says.
-
-    Attributes:
-        memory: the model's memory before the oldest sample of the window, shape (m,).
-        carried: its derivative by mu, shape (m, 1).
-        held_at: the mu that memory stands for, shape (1,).
-        mean: of x before the oldest sample, from all samples that left the window, shape (2,).
-        P: its covariance, shape (2, 2).
-        samples: rows psi, psi_dot, F_N, dt, M_z, oldest first, shape (5, N); dt = 0 in empty places.
-        x: mu and M_0 at each sample, shape (2, N).
-        P_newest: covariance of the newest x, shape (2, 2).
-        M_z_predicted: torque expected at the newest sample before it was measured [N m].
-    """
-
-    memory: Array
-    carried: Array
-    held_at: Array
-    mean: Array
-    P: Array
-    samples: Array
-    x: Array
-    P_newest: Array
-    M_z_predicted: float
-
-    @property
-    def passed(self) -> tuple[Array, ...]:
-        """What the next step needs, in the order of `observers.window.STATE`."""
-        return tuple(getattr(self, name) for name in STATE)
+from observers.layout import Layout, State
+from observers.protocol import Sample
+from observers.sensing import CLEAN, Sensing
+from observers.settings import ModelObserver
+from observers.stepping import build_stretch
+from observers.window import ROWS, build_window_step, layout
+from symbolic import SIGNALS, InvalidInputError, Model, compiled
 
 
 @dataclass(frozen=True, kw_only=True)
-class Mhe(ModelSettings):
-    """The estimator: settings as of the filter, and those of its window.
+class Mhe(ModelObserver):
+    """The estimator: settings as of `ModelObserver`, and those of its window.
 
     Attributes:
         window: samples fitted at once, N.
         iterations: Gauss-Newton steps a sample; the window begins where the last sample left it.
-        huber: residual beyond which a sample counts less, in standard deviations of `tuning.noise`; None
-            for least squares throughout.
+
+    Parts of its state: what the patch remembers, see `observers.recall`; `samples` (9, N), oldest
+    first, dt = 0 in empty places; `x` (n, N), the states at each in the order of `states`; `mean` (n,)
+    and `factor` (n, n), the arrival; `P_newest` (n, n), covariance of the newest x; `counts`; `said`.
     """
 
     window: int = 50
     iterations: int = 1
-    huber: float | None = None
 
     def __post_init__(self) -> None:
-        """Check the window."""
+        """Check the settings."""
+        super().__post_init__()
         for name in ("window", "iterations"):
             value = getattr(self, name)
             if not (isinstance(value, int) and value >= 1):
                 raise InvalidInputError(f"{name} must be a whole number of at least 1, got {value}")
-        if self.huber is not None and not self.huber > 0:
-            raise InvalidInputError(f"huber must be greater than 0 or None, got {self.huber}")
 
-    def init(self, first: Sample) -> MheState:
+    def init(self, first: Sample) -> State:
         """The state before the first sample: an empty window, the patch at rest at its angle."""
-        memory, mean, P = self._start(first)
-        empty = np.array([[first.psi], [0.0], [first.F_N], [0.0], [np.nan]])
-        return MheState(
-            memory=memory,
-            carried=np.zeros((memory.size, 1)),
-            held_at=mean[:1],
-            mean=mean,
-            P=P,
-            samples=np.tile(empty, self.window),
-            x=np.tile(mean.reshape(-1, 1), self.window),
-            P_newest=P,
-            M_z_predicted=float("nan"),
-        )
+        start = self._start(first)
+        empty = np.zeros((len(ROWS), 1))
+        empty[: len(CLEAN)] = start["last"]
+        seen = dict.fromkeys(SIGNALS, 0.0) | {"psi": first.psi, "F_N": first.F_N}
+        values = self.layout.pack({
+            **start,
+            "memories": start["memory"],
+            "seen": np.array([[seen[name]] for name in SIGNALS]),
+            "samples": empty,
+            "mean": start["x"],
+            "P_newest": start["factor"],
+        })  # fmt: skip
+        return State(values, self.layout)
 
-    def step(self, state: MheState, sample: Sample) -> MheState:
-        """One sample into the window, the oldest out of it, then the Gauss-Newton steps."""
-        column = np.array([sample.psi, sample.psi_dot, sample.F_N, sample.dt, sample.M_z])
-        made = _step(self.model, self.window, self.iterations)(*state.passed, column, *self._constant())
-        memory, carried, held_at, mean, P, samples, x, P_newest, predicted = map(np.asarray, made)
-        return MheState(
-            memory=memory.ravel(),
-            carried=carried,
-            held_at=held_at.ravel(),
-            mean=mean.ravel(),
-            P=P,
-            samples=samples,
-            x=x,
-            P_newest=P_newest,
-            M_z_predicted=float(predicted.item()),
-        )
+    @property
+    def layout(self) -> Layout:
+        """The parts of a state."""
+        return layout(self.model, self.sensing, self.window)
 
-    def estimate(self, state: MheState) -> Estimate:
-        """Mean and standard deviation of mu at the newest sample."""
-        std = float(np.sqrt(state.P_newest[0, 0]))
-        return Estimate(
-            mu=float(state.x[0, -1]),
-            mu_std=std,
-            M_z_predicted=state.M_z_predicted,
-            informed=self.tuning.informed(std),
-        )
+    @property
+    def function(self) -> ca.Function:
+        """One sample, compiled; see `ModelObserver.function`."""
+        return _compiled_step(self.model, self.sensing, self.window, self.iterations)
 
-    def run_samples(self, samples: Array) -> Sequence[Array]:
-        """A whole recording, rows psi, psi_dot, F_N, dt, M_z; see `Observer.run_samples`."""
-        state = self.init(first_sample(samples)).passed
-        stretch = _stretch(self.model, self.window, self.iterations)
-        pieces = []
-        for made in run_stretches(stretch, state, samples, self._constant()):
-            x, P_newest, predicted = made[-3:]
-            newest = x[0, self.window - 1 :: self.window]
-            pieces.append(np.vstack([newest.full(), P_newest[0, ::2].full(), predicted.full()]))
-        mu, variance, predicted = np.hstack(pieces)[:, : samples.shape[1]]
-        std = np.sqrt(variance)
-        return mu, std, predicted, np.array([self.tuning.informed(s) for s in std])
-
-    def _constant(self) -> tuple[Array, Array, Array]:
-        huber = np.inf if self.huber is None else self.huber
-        return self._theta(), self._geometry(), np.append(self.tuning.beliefs, huber)
+    @property
+    def stretch(self) -> ca.Function:
+        """Many samples, compiled; see `ModelObserver.stretch`."""
+        return _compiled_stretch(self.model, self.sensing, self.window, self.iterations)
 
 
 @cache
-def _step(model: Model, window: int, iterations: int) -> ca.Function:
-    return compiled(build_window_step(model, window, iterations))
+def _compiled_step(model: Model, sensing: Sensing, window: int, iterations: int) -> ca.Function:
+    return compiled(build_window_step(model, sensing, window, iterations))
 
 
 @cache
-def _stretch(model: Model, window: int, iterations: int) -> ca.Function:
-    step = build_window_step(model, window, iterations)
-    return compiled(build_stretch(step, "mhe_stretch", len(STATE)))
+def _compiled_stretch(model: Model, sensing: Sensing, window: int, iterations: int) -> ca.Function:
+    return compiled(build_stretch(build_window_step(model, sensing, window, iterations)))

@@ -1,7 +1,8 @@
 """What every observer of the friction coefficient offers: pure functions, state passed."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from enum import IntFlag
+from math import isfinite
 from typing import Any, Protocol
 
 import numpy as np
@@ -10,18 +11,24 @@ from numpy.typing import NDArray
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
+SAMPLE = ("psi", "psi_dot", "F_N", "dt", "M_z", "M")
+"""Order of a sample's numbers."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, slots=True)
 class Sample:
-    """One sample of the sensors.
+    """One sample of the sensors; NaN where a sensor gave none, which is predicted through.
 
     Attributes:
         psi: yaw angle [rad].
         psi_dot: yaw rate [rad/s].
-        F_N: vertical load [N].
+        F_N: vertical load [N]; a missing or non-positive one counts as unchanged.
         dt: time since the last sample [s].
-        M_z: aligning torque, moment of the ground on the wheel [N m]; NaN where the sample is missing.
+        M_z: aligning torque, moment of the ground on the wheel [N m], where that is measured.
+        M: steering torque, of the hand or motor on the wheel [N m], where that is measured.
+
+    Raises:
+        InvalidInputError: dt is not a finite number greater than 0.
     """
 
     psi: float
@@ -29,18 +36,47 @@ class Sample:
     F_N: float
     dt: float
     M_z: float = float("nan")
+    M: float = float("nan")
 
     def __post_init__(self) -> None:
-        """Check that what the model needs is there."""
-        inputs = [self.psi, self.psi_dot, self.F_N, self.dt]
-        if not self.F_N > 0 or not self.dt > 0 or not np.isfinite(inputs).all():
-            raise InvalidInputError(
-                "a sample needs finite psi and psi_dot, F_N > 0 N and dt > 0 s; only M_z may be missing,"
-                f" got {self}"
-            )
+        """Check the one number that may not be missing."""
+        if not (self.dt > 0 and isfinite(self.dt)):
+            raise InvalidInputError(f"a sample needs a finite dt > 0 s, got dt = {self.dt}")
 
 
-@dataclass(frozen=True, kw_only=True)
+class Status(IntFlag):
+    """What became of a sample; `remedy` says what to do about it."""
+
+    USED = 0
+    MISSING = 1
+    HELD = 2
+    REJECTED = 4
+    RESET = 8
+    BOUND = 16
+    UNSETTLED = 32
+    NO_ROOT = 64
+
+    @property
+    def remedy(self) -> str:
+        """What it means and what helps, a clause a flag; empty where all went well."""
+        return "; ".join(text for flag, text in _REMEDIES.items() if flag in self)
+
+
+_REMEDIES = {
+    Status.MISSING: "no measurement, predicted through: check the sensor if it lasts",
+    Status.HELD: "angle, load or steering torque missing, the last one held: check the sensor if it"
+    " lasts",
+    Status.REJECTED: "measurement beyond the gate, not believed: if it lasts without a reset,"
+    " raise Tuning.gate or Tuning.noise",
+    Status.RESET: "the ground has changed, mu is being learnt anew: wait until informed",
+    Status.BOUND: "mu is on its bound: check k, a, F_N and the sign of the torque, or widen the bounds",
+    Status.UNSETTLED: "the last Gauss-Newton step moved mu by more than its standard deviation: raise"
+    " Mhe.iterations",
+    Status.NO_ROOT: "no mu explains the torque, the nearest was taken: check k and a, or use Ekf or Mhe",
+}
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
 class Estimate:
     """What an observer says at one sample.
 
@@ -49,44 +85,48 @@ class Estimate:
         mu_std: its standard deviation [1].
         M_z_predicted: aligning torque expected before the measurement was seen [N m].
         informed: False while the estimate rests on the prior, as in full stick.
+        status: what became of the sample.
     """
 
     mu: float
     mu_std: float
     M_z_predicted: float
     informed: bool
+    status: Status = Status.USED
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Estimates:
-    """What an observer says over a recording; arrays of shape (n,), meanings as in `Estimate`.
-
-    Attributes:
-        t: time [s].
-        mu: friction coefficient [1].
-        mu_std: its standard deviation [1].
-        M_z_predicted: aligning torque expected before each measurement [N m].
-        informed: False while the estimate rests on the prior.
-    """
+    """What an observer says of a recording, causally; arrays of shape (n,), fields as in `Estimate`."""
 
     t: Array
     mu: Array
     mu_std: Array
     M_z_predicted: Array
     informed: NDArray[np.bool_]
+    status: NDArray[np.int64]
 
 
 class Observer(Protocol):
-    """An observer: immutable settings, pure functions, state passed from sample to sample."""
+    """An observer: its settings are its fields, its state is passed."""
 
     def init(self, first: Sample) -> Any:
-        """The state before the first sample."""
+        """The state before the first sample, whose angle says where the patch stands at rest."""
 
     def step(self, state: Any, sample: Sample) -> Any:
-        """The state after one sample."""
+        """The state after one more sample."""
 
     def estimate(self, state: Any) -> Estimate:
         """What the state says."""
 
-    def run_samples(self, samples: Array) -> Sequence[Array]:
-        """mu, mu_std, M_z_predicted and informed over rows psi, psi_dot, F_N, dt, M_z."""
+
+class BatchObserver(Observer, Protocol):
+    """An observer that takes a whole recording at once, with the same result sample by sample."""
+
+    def run_samples(self, samples: Array) -> Array:
+        """Rows mu, mu_std, M_z_predicted, informed, status of every sample, shape (5, n).
+
+        Args:
+            samples: one sample a column, rows in the order of `SAMPLE`, shape (6, n); the first one
+                also starts the state.
+        """

@@ -3,50 +3,87 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.protocol import Estimates, Observer
+from observers.protocol import BatchObserver, Estimates, Observer, Sample, Status
 from observers.rate import causal_rate
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
+SAID = ("mu", "mu_std", "M_z_predicted", "informed", "status")
+"""Order of what is said of a sample."""
 
 
 def run(
-    observer: Observer,
+    observer: Observer | BatchObserver,
     t: Array,
     psi: Array,
     F_N: Array,
-    M_z: Array,
+    M_z: Array | None = None,
     psi_dot: Array | None = None,
+    *,
+    M: Array | None = None,
 ) -> Estimates:
     """Estimate mu sample by sample; a row depends on nothing later than its sample.
 
     Args:
         observer: the observer.
-        t: time, increasing, shape (n,) with n >= 2 [s].
-        psi: yaw angle, shape (n,) [rad].
-        F_N: vertical load, shape (n,) [N].
-        M_z: aligning torque, shape (n,), NaN where missing [N m].
+        t: time, increasing, shape (n,) with n >= 2 [s]; samples may be irregular.
+        psi: yaw angle, shape (n,), NaN where missing [rad].
+        F_N: vertical load, shape (n,), NaN where missing [N].
+        M_z: aligning torque, shape (n,), NaN where missing [N m]; None where it is not measured.
         psi_dot: yaw rate where it is measured, shape (n,) [rad/s]; None takes it from the past of psi.
+        M: steering torque, shape (n,), NaN where missing [N m]; None where it is not measured.
 
     Raises:
-        InvalidInputError: shapes differ, time does not increase, or an angle or load is missing.
+        InvalidInputError: shapes differ, time does not increase, neither torque is given, or nothing is
+            known of the angle or the load.
     """
-    for name, array in (("psi", psi), ("F_N", F_N), ("M_z", M_z), ("psi_dot", psi_dot)):
-        if array is None:
-            continue
-        if array.shape != t.shape or t.ndim != 1 or t.size < 2:
+    for name, array in (("psi", psi), ("F_N", F_N), ("M_z", M_z), ("psi_dot", psi_dot), ("M", M)):
+        if array is not None and (array.shape != t.shape or t.ndim != 1 or t.size < 2):
             raise InvalidInputError(
                 f"{name} must have the shape of t, (n,) with n >= 2; got {array.shape} and {t.shape}"
             )
     if not (np.diff(t) > 0).all():
         raise InvalidInputError("t must increase from sample to sample")
-    if psi_dot is not None and not np.isfinite(psi_dot).all():
-        raise InvalidInputError("psi_dot must be finite throughout, or None to take it from psi")
-    if not (np.isfinite(psi).all() and (F_N > 0).all() and np.isfinite(F_N).all()):
-        raise InvalidInputError("psi must be finite and F_N finite and greater than 0 N throughout")
-    dt = np.diff(t)
-    steps = np.concatenate([dt[:1], dt])
-    rate = causal_rate(t, psi) if psi_dot is None else psi_dot
-    samples = np.vstack([psi, rate, F_N, steps, M_z])
-    mu, mu_std, predicted, informed = observer.run_samples(samples)
-    return Estimates(t=t, mu=mu, mu_std=mu_std, M_z_predicted=predicted, informed=informed.astype(bool))
+    if M_z is None and M is None:
+        raise InvalidInputError("one torque must be given, M_z or M")
+    known = np.isfinite(psi) & np.isfinite(F_N) & (F_N > 0)
+    if not known.any():
+        raise InvalidInputError("psi must be finite and F_N greater than 0 N in at least one sample")
+    nothing = np.full(t.size, np.nan)
+    rate = _rate(t, psi) if psi_dot is None else psi_dot
+    steps, torques = np.diff(t, prepend=2 * t[0] - t[1]), (nothing if a is None else a for a in (M_z, M))
+    samples = np.vstack([psi, rate, F_N, steps, *torques])
+    # The patch is at rest where it is first seen; until then nothing can be said.
+    begins = int(np.argmax(known))
+    said = np.full((len(SAID), t.size), np.nan)
+    said[:, begins:] = _said(observer, samples[:, begins:])
+    mu, mu_std, predicted, informed, status = said
+    return Estimates(
+        t=t,
+        mu=mu,
+        mu_std=mu_std,
+        M_z_predicted=predicted,
+        informed=informed == 1,
+        status=np.where(np.isfinite(status), status, int(Status.MISSING)).astype(int),
+    )
+
+
+def _rate(t: Array, psi: Array) -> Array:
+    """The causal rate of an angle whose missing samples are held."""
+    known = np.isfinite(psi)
+    at = np.maximum.accumulate(np.where(known, np.arange(t.size), np.argmax(known)))
+    return causal_rate(t, psi[at])
+
+
+def _said(observer: Observer | BatchObserver, samples: Array) -> Array:
+    """Rows as in `SAID`, sample by sample or all at once."""
+    whole = getattr(observer, "run_samples", None)
+    if whole is not None:
+        return np.asarray(whole(samples))
+    state, said = None, []
+    for psi, psi_dot, F_N, dt, M_z, M in samples.T.tolist():
+        sample = Sample(psi=psi, psi_dot=psi_dot, F_N=F_N, dt=dt, M_z=M_z, M=M)
+        state = observer.step(observer.init(sample) if state is None else state, sample)
+        now = observer.estimate(state)
+        said.append([now.mu, now.mu_std, now.M_z_predicted, now.informed, int(now.status)])
+    return np.array(said, dtype=float).T

@@ -1,42 +1,187 @@
-"""The settings that observers built on a model share."""
+"""The settings that observers built on a model share, and what they make of them."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.protocol import Sample
-from observers.tuning import Tuning
-from symbolic import Model, Rig, full_slide_torque
+from observers.layout import Layout, State, named
+from observers.meeting import tyre
+from observers.protocol import Estimate, Sample, Status
+from observers.sensing import CLEAN, RIG, AligningTorque, Sensing
+from observers.stepping import Stepper, first_sample, run_stretches
+from observers.tuning import BELIEFS, Tuning
+from symbolic import InvalidInputError, Model, Rig, full_slide_torque
 
 Array = NDArray[np.float64]
+SAID = ("mu", "mu_std", "M_z_predicted", "status")
+"""What a state says, in the order of its part `said`."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class ModelSettings:
-    """A model, its fixed parameters, the rig and what is believed.
+class ModelObserver:
+    """A model, its fixed parameters, the rig, what is measured and what is believed.
 
     Attributes:
         model: the model, with the effects that a diagnosis found if there are any.
         values: every parameter of the model but mu, by name (`k`, `effect.parameter`).
-        rig: geometry.
+        rig: geometry; J_A and b_t too where the steering torque is measured.
         tuning: prior and noises.
+        sensing: which torque is measured, and which states there are beside mu.
+
+    Raises:
+        InvalidInputError: a parameter is missing or out of bounds, or the rig lacks one.
     """
 
     model: Model
     values: Mapping[str, float]
     rig: Rig
     tuning: Tuning = field(default_factory=Tuning)
+    sensing: Sensing = field(default_factory=AligningTorque)
 
-    def _theta(self) -> Array:
-        return np.asarray(self.model.theta({**self.values, "mu": self.tuning.mu})).ravel()
+    def __post_init__(self) -> None:
+        """Check the parameters and the rig."""
+        self.model.theta({**self.values, "mu": self.tuning.mu})
+        self.sensing.check(self.rig)
 
-    def _geometry(self) -> Array:
-        return np.array([self.rig.a, self.rig.e])
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states, in the order of `state["x"]`."""
+        return self.sensing.states
 
-    def _start(self, first: Sample) -> tuple[Array, Array, Array]:
-        """Memory of the patch at rest at its first angle, mean and covariance of the state."""
-        signals = np.array([first.psi, first.psi_dot, first.F_N, first.dt])
-        memory = np.asarray(self.model.start(signals, self._theta(), self._geometry())).ravel()
-        return memory, *self.tuning.prior(full_slide_torque(first.F_N, self.rig.a))
+    @property
+    def layout(self) -> Layout:
+        """The parts of a state."""
+        raise NotImplementedError
+
+    @property
+    def function(self) -> ca.Function:
+        """One sample, compiled: (state, sample, constants) -> (state_next, said).
+
+        sample in the order of `observers.SAMPLE`; constants as in `constants`; said as in `SAID`.
+        """
+        raise NotImplementedError
+
+    @property
+    def stretch(self) -> ca.Function:
+        """The same over `observers.stepping.STRETCH` samples, one column each."""
+        raise NotImplementedError
+
+    @cached_property
+    def constants(self) -> Array:
+        """Parameters of the model at the prior's mu, of the rig, and the beliefs, in one vector."""
+        theta = self.model.theta({**self.values, "mu": self.tuning.mu})
+        rig = [float("nan") if (v := getattr(self.rig, name)) is None else v for name in RIG]
+        return np.concatenate([theta.full().ravel(), rig, self.tuning.beliefs])
+
+    def step(self, state: State, sample: Sample) -> State:
+        """The state after one more sample; the state given is not changed."""
+        return State(self._stepper(state.values, sample), state.layout)
+
+    def estimate(self, state: State) -> Estimate:
+        """What the state says of mu."""
+        mu, std, predicted, status = state["said"].tolist()
+        return Estimate(
+            mu=mu,
+            mu_std=std,
+            M_z_predicted=predicted,
+            informed=self.tuning.informed(std),
+            status=Status(int(status)),
+        )
+
+    def run_samples(self, samples: Array) -> Array:
+        """A whole recording; see `BatchObserver.run_samples`."""
+        start = self.init(first_sample(samples)).values
+        mu, std, predicted, status = run_stretches(self.stretch, start, samples, self.constants)
+        informed = [self.tuning.informed(s) for s in std]
+        return np.vstack([mu, std, predicted, informed, status])
+
+    def init(self, first: Sample) -> State:
+        """The state before the first sample, whose angle says where the patch stands at rest."""
+        raise NotImplementedError
+
+    @cached_property
+    def _stepper(self) -> Stepper:
+        return Stepper(self.function, self.constants)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Without what cannot be pickled and is made anew."""
+        made = ("_stepper", "constants")
+        return {name: value for name, value in self.__dict__.items() if name not in made}
+
+    def _start(self, first: Sample) -> dict[str, Array | float]:
+        """Parts that every state has, before the first sample."""
+        if not (np.isfinite(first.psi) and np.isfinite(first.F_N) and first.F_N > 0):
+            raise InvalidInputError(
+                "the first sample must have a finite psi and F_N > 0 N, as they say where the patch"
+                f" stands; got psi = {first.psi} rad, F_N = {first.F_N} N; wait for one that has"
+            )
+        rate = first.psi_dot if np.isfinite(first.psi_dot) else 0.0
+        theta = self.model.theta({**self.values, "mu": self.tuning.mu})
+        geometry = ca.DM([self.rig.a, self.rig.e])
+        signals = ca.DM([first.psi, rate, first.F_N, first.dt])
+        memory = self.model.start(signals, theta, geometry).full().ravel()
+        slide = float(full_slide_torque(first.F_N, self.rig.a))
+        prior = self.sensing.prior(self.tuning, first, slide)
+        mean, std = np.array([prior[name] for name in self.states]).T
+        last = dict.fromkeys(CLEAN, 0.0) | {"psi": first.psi, "F_N": first.F_N}
+        return {
+            "memory": memory.reshape(-1, 1),
+            "carried": 0.0,
+            "held_at": np.array([[prior[name][0]] for name in tyre(self.sensing)]),
+            "x": mean.reshape(-1, 1),
+            "factor": np.diag(std**2),
+            "last": np.array([[last[name]] for name in CLEAN]),
+            "M_z": 0.0,
+            "slopes": 0.0,
+            "counts": 0.0,
+            "said": np.array([[mean[0]], [std[0]], [float("nan")], [0.0]]),
+        }
+
+
+STIFFNESS_SHARE = (0.1, 10.0)
+"""Bounds of k over its nominal value, where it is a state [1]."""
+
+
+def split_constants(model: Model, constants: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
+    """theta, rig and beliefs of `ModelObserver.constants`."""
+    at = len(model.parameters)
+    theta, rig, beliefs = ca.vertsplit(constants, [0, at, at + len(RIG), constants.numel()])
+    return theta, rig, beliefs
+
+
+def constants_size(model: Model) -> int:
+    """Length of `ModelObserver.constants`."""
+    return len(model.parameters) + len(RIG) + len(BELIEFS)
+
+
+def flags(**conditions: ca.MX) -> ca.MX:
+    """The status of a sample, `Status` as a number, from a condition a flag."""
+    total = ca.MX(0)
+    for name, condition in conditions.items():
+        total = total + ca.if_else(condition, int(Status[name.upper()]), 0)
+    return total
+
+
+def projected(sensing: Sensing, x: ca.MX, beliefs: ca.MX) -> ca.MX:
+    """The states, one column a sample, with mu on its bounds where it is beyond, k off nonsense."""
+    belief = named(BELIEFS, beliefs)
+    bounds: dict[str, tuple[Any, Any]] = {
+        "mu": (belief["least"], belief["greatest"]),
+        "stiffness": STIFFNESS_SHARE,
+    }
+    rows = [
+        ca.fmax(bounds[name][0], ca.fmin(bounds[name][1], x[i, :])) if name in bounds else x[i, :]
+        for i, name in enumerate(sensing.states)
+    ]
+    return ca.vertcat(*rows)
+
+
+def on_bound(mu: ca.MX, beliefs: ca.MX) -> ca.MX:
+    """True where mu, projected, lies on one of its bounds."""
+    belief = named(BELIEFS, beliefs)
+    return ca.logic_or(mu <= belief["least"], mu >= belief["greatest"])

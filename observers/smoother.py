@@ -1,83 +1,85 @@
-"""Least squares over a window of random walks, by its structure: one pass forth and one back.
+"""The linear least-squares problem of a window, solved along its chain.
 
-States x_i, i = 1 ... N, walk from x_0 ~ (mean, P), and one number a sample is measured of them:
+Minimise over x_1 ... x_N
 
-    min  |x_0 - mean|^2 / P  +  sum_i |x_i - x_{i-1}|^2 / Q_i  +  sum_i weight_i (z_i - H_i' x_i)^2.
+    |x_1 - mean|^2 / P  +  sum_i w_i (z_i - H_i' x_i)^2  +  sum_i |x_{i+1} - A_i x_i - b_i|^2 / Q_i
 
-The forward pass is the Kalman filter, the backward pass that of Bryson and Frazier, which gives the
-solution of Rauch, Tung and Striebel without inverting a covariance: a state that is known exactly, or
-that does not walk, needs no care. The work grows with N, not with N^3. There is no tyre in here.
+The forward pass is the Kalman filter on factors of the covariance, the backward pass that of Bryson and
+Frazier, which gives the solution of Rauch, Tung and Striebel without inverting a covariance: a state
+that is known exactly, or that does not walk, needs no care. The work grows with N, not with N^3. There
+is no tyre in here.
 
 Sources: Rauch, Tung, Striebel, AIAA Journal 3 (1965) 1445; Bryson, Frazier, Smoothing for linear and
 nonlinear dynamic systems, Proc. Optimum System Synthesis Conf. (1963).
 """
 
+from functools import cache
+
 import casadi as ca
 
+from observers.factor import covariance, measured, moved
 
+
+@cache
 def build_update(states: int) -> ca.Function:
-    """One walk and one measurement: a step of the Kalman filter, covariance in Joseph's form.
+    """One measurement and the motion to the next sample.
 
-    (mean, P, Q, z, H, weight) -> (mean, P, K, score), named so; mean, Q, H and K have shape (states,), Q
-    being the variances of the walk. weight is the inverse variance of z, 0 where z is missing; score is
-    the innovation over its variance.
+    (mean, factor, z, H, weight, A, b, Q) -> (mean, factor, x, spread, K, score), named so: mean and
+    factor at the next sample; filtered mean x (n,) and covariance `spread` (n, n) at this one; the gain,
+    and the innovation over its variance. weight is the inverse variance of z, 0 where z is missing.
     """
-    mean, P = ca.SX.sym("mean", states), ca.SX.sym("P", states, states)
-    Q, H = ca.SX.sym("Q", states), ca.SX.sym("H", states)
-    z, weight = ca.SX.sym("z"), ca.SX.sym("weight")
-    P_walked = P + ca.diag(Q)
-    spread = P_walked @ H
-    share = weight / (1 + weight * ca.dot(H, spread))
-    K, score = share * spread, share * (z - ca.dot(H, mean))
-    keep = ca.SX.eye(states) - K @ H.T
-    # K K' / weight, without the division by a weight that may be 0.
-    heard = share * spread @ spread.T / (1 + weight * ca.dot(H, spread))
+    mean, factor = ca.SX.sym("mean", states), ca.SX.sym("factor", states, states)
+    z, weight, H = ca.SX.sym("z"), ca.SX.sym("weight"), ca.SX.sym("H", states)
+    A, b, Q = ca.SX.sym("A", states, states), ca.SX.sym("b", states), ca.SX.sym("Q", states)
+    after, K, share = measured(factor, H, weight)
+    innovation = z - ca.dot(H, mean)
+    x = mean + K * innovation
     return ca.Function(
         "kalman_update",
-        [mean, P, Q, z, H, weight],
-        [mean + spread * score, keep @ P_walked @ keep.T + heard, K, score],
-        ["mean", "P", "Q", "z", "H", "weight"],
-        ["mean_next", "P_next", "K", "score"],
+        [mean, factor, z, H, weight, A, b, Q],
+        [A @ x + b, moved(after, A, Q), x, covariance(after), K, share * innovation],
+        ["mean", "factor", "z", "H", "weight", "A", "b", "Q"],
+        ["mean_next", "factor_next", "x", "spread", "K", "score"],
+        {"cse": True},
     )
 
 
+@cache
 def build_smoother(states: int, window: int) -> ca.Function:
     """The minimiser over a window, and the covariance of its newest state.
 
-    (mean, P, Q, z, H, weight) -> (x, P_newest), named so; mean (states,) and P (states, states) as in
-    the cost, Q and H (states, window), z and weight (1, window), x (states, window).
+    (mean, factor, z, H, weight, A, b, Q) -> (x, P_newest), named so: z and weight (1, N), H, b and Q
+    (n, N), A (n, n N); the last A, b and Q lead out of the window and do not matter. x is (n, N).
     """
     update = build_update(states)
-    symbols = {name: ca.MX.sym(name, *update.size_in(name)) for name in ("mean", "P")}
-    symbols |= {
-        name: ca.MX.sym(name, update.size1_in(name), window) for name in ("Q", "z", "H", "weight")
-    }
+    names = update.name_in()
+    symbols = [ca.MX.sym(name, *update.size_in(name)) for name in names[:2]]
+    symbols += [ca.MX.sym(n, update.size1_in(n), update.size2_in(n) * window) for n in names[2:]]
+    terms = dict(zip(names, symbols, strict=True))
     forth = update.mapaccum("kalman_forth", window, 2, {})
-    mean, P, K, score = forth(*symbols.values())
+    _, _, x, spread, K, score = forth(*symbols)
     latest_first = list(range(window - 1, -1, -1))
     blocks = [states * i + j for i in latest_first for j in range(states)]
+    # The costate comes back through the motion out of a sample, which the newest does not have.
+    motion = ca.horzcat(terms["A"][:, : states * (window - 1)], ca.DM(states, states))
     back = _build_back(states).mapaccum("smoother_back", window, 1, {})
-    _, x = back(
-        ca.DM.zeros(states),
-        mean[:, latest_first],
-        P[:, blocks],
-        symbols["H"][:, latest_first],
-        K[:, latest_first],
-        score[:, latest_first],
-    )
+    _, smoothed = back(
+        ca.DM.zeros(states), x[:, latest_first], spread[:, blocks], terms["H"][:, latest_first],
+        K[:, latest_first], score[:, latest_first], ca.densify(motion)[:, blocks],
+    )  # fmt: skip
     return ca.Function(
-        "smoother",
-        list(symbols.values()),
-        [x[:, latest_first], P[:, -states:]],
-        list(symbols),
-        ["x", "P_newest"],
+        "smoother", symbols, [smoothed[:, latest_first], spread[:, -states:]], names, ["x", "P_newest"]
     )
 
 
 def _build_back(states: int) -> ca.Function:
-    """(costate after, filtered mean, P, H, K, score) -> (costate before, smoothed state)."""
-    costate, mean = ca.SX.sym("costate", states), ca.SX.sym("mean", states)
-    P, H = ca.SX.sym("P", states, states), ca.SX.sym("H", states)
-    K, score = ca.SX.sym("K", states), ca.SX.sym("score")
-    before = costate - H * (ca.dot(K, costate) + score)
-    return ca.Function("back", [costate, mean, P, H, K, score], [before, mean - P @ costate])
+    """(costate of the next, filtered x, P, H, K, score, A) -> (costate of this one, smoothed x)."""
+    costate, x, P = ca.SX.sym("costate", states), ca.SX.sym("x", states), ca.SX.sym("P", states, states)
+    H, K, score = ca.SX.sym("H", states), ca.SX.sym("K", states), ca.SX.sym("score")
+    A = ca.SX.sym("A", states, states)
+    after = A.T @ costate
+    before = after - H * (ca.dot(K, after) + score)
+    names = ["costate", "x", "P", "H", "K", "score", "A"]
+    return ca.Function(
+        "back", [costate, x, P, H, K, score, A], [before, x - P @ after], names, ["before", "smoothed"]
+    )

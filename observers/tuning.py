@@ -1,9 +1,6 @@
-"""What every observer of mu and the torque zero believes before it has seen a sample.
+"""What an observer believes before it has seen a sample."""
 
-State x = (mu, M_0): both random walks, mu of the ground and M_0 of the sensor.
-"""
-
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,8 +8,9 @@ from numpy.typing import NDArray
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
-STATES = ("mu", "M_0")
-"""Order of the state: friction coefficient [1], zero of the torque channel [N m]."""
+STATES = ("mu", "M_0", "stiffness", "psi", "psi_dot")
+"""Order of the states, of which an observer takes those it needs: friction coefficient [1], zero of the
+torque channel [N m], k over its nominal value [1], yaw angle [rad], yaw rate [rad/s]."""
 REFERENCE_STEP = 0.01
 """Time between samples for which `Tuning.noise` holds [s]."""
 INFORMED = 0.5
@@ -27,29 +25,54 @@ class Tuning:
         mu: prior friction coefficient [1].
         mu_std: its standard deviation [1].
         mu_walk: random walk of mu [1/sqrt(s)].
+        least, greatest: bounds that mu is projected on [1].
         zero_std: prior standard deviation of the torque zero, as a share [1].
         zero_walk: random walk of the torque zero, as a share [1/sqrt(s)].
-        noise: torque noise and model error as a share, standard deviation of one sample in 10 ms [1];
-            model error is far from white, so it is large, and it counts by time, not by samples.
-        least, greatest: bounds that mu is projected on [1].
+        zero_time: time in which the torque zero returns to nothing [s]; inf, a true zero, never does. A
+            finite one takes in model error that lasts.
+        stiffness_std: prior standard deviation of k over its nominal value [1], where k is a state.
+        stiffness_walk: its random walk [1/sqrt(s)].
+        noise: torque noise and model error as a share, as the standard deviation of a white error of
+            one sample in 10 ms [1]. Model error lasts, so the default is large: an error of 3 % of full
+            slide that stays for a second weighs like 0.4. It counts by time, not by samples.
+        error: size of an ordinary torque error, sensor and model together, as a share [1]. What lies
+            beyond counts linearly instead of squared (Huber): model error comes in bouts, at reversals
+            above all, and those should not rule mu. inf for least squares throughout.
+        psi_noise: standard deviation of a measured angle [rad], where the angle is what is measured; the
+            default is half a step of a 14-bit encoder.
+        psi_dot_std: prior standard deviation of the yaw rate, there [rad/s].
+        gate: an innovation beyond so many times its ordinary size, from `error` (from `noise` if that is
+            less) and from what is not yet known, is not believed [1]; inf believes everything.
+        reset_after: so many innovations in a row beyond the gate, all to one side, are no outliers: the
+            ground has changed, and mu is as unknown as at the start.
     """
 
     mu: float = 1.0
     mu_std: float = 0.5
     mu_walk: float = 0.02
-    zero_std: float = 0.03
-    zero_walk: float = 0.001
-    noise: float = 0.3
     least: float = 0.02
     greatest: float = 4.0
+    zero_std: float = 0.03
+    zero_walk: float = 0.001
+    zero_time: float = float("inf")
+    stiffness_std: float = 0.2
+    stiffness_walk: float = 0.0
+    noise: float = 0.5
+    error: float = 0.05
+    psi_noise: float = 2e-4
+    psi_dot_std: float = 0.1
+    gate: float = 12.0
+    reset_after: int = 5
 
     def __post_init__(self) -> None:
         """Check signs and order."""
-        positive = {"mu_std": self.mu_std, "noise": self.noise, "least": self.least}
-        for name, value in positive.items():
-            if not value > 0:
-                raise InvalidInputError(f"{name} must be greater than 0, got {value}")
-        for name in ("mu_walk", "zero_std", "zero_walk"):
+        for name in (
+            "mu_std", "least", "zero_time", "stiffness_std", "noise", "psi_noise", "psi_dot_std", "gate",
+            "error",
+        ):  # fmt: skip
+            if not getattr(self, name) > 0:
+                raise InvalidInputError(f"{name} must be greater than 0, got {getattr(self, name)}")
+        for name in ("mu_walk", "zero_std", "zero_walk", "stiffness_walk"):
             if not getattr(self, name) >= 0:
                 raise InvalidInputError(f"{name} must be at least 0, got {getattr(self, name)}")
         if not self.least < self.mu < self.greatest:
@@ -57,11 +80,10 @@ class Tuning:
                 f"mu must lie between least and greatest, {self.least} and {self.greatest},"
                 f" got {self.mu}"
             )
-
-    def prior(self, slide: float) -> tuple[Array, Array]:
-        """Mean, shape (2,), and covariance, shape (2, 2), of x; `slide` is 3/8 F_N a [N m]."""
-        spread = np.array([self.mu_std, self.zero_std * slide])
-        return np.array([self.mu, 0.0]), np.diag(spread**2)
+        if not (isinstance(self.reset_after, int) and self.reset_after >= 1):
+            raise InvalidInputError(
+                f"reset_after must be a whole number of at least 1, got {self.reset_after}"
+            )
 
     def informed(self, std: float) -> bool:
         """False while an estimate of mu with this standard deviation [1] rests on the prior."""
@@ -69,5 +91,9 @@ class Tuning:
 
     @property
     def beliefs(self) -> Array:
-        """What a step needs: mu_walk, zero_walk, noise, least, greatest."""
-        return np.array([self.mu_walk, self.zero_walk, self.noise, self.least, self.greatest])
+        """All of it as numbers, in the order of `BELIEFS`."""
+        return np.array([float(getattr(self, name)) for name in BELIEFS])
+
+
+BELIEFS = tuple(field.name for field in fields(Tuning))
+"""Order of the beliefs in the vector that a step is given."""

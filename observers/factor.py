@@ -1,0 +1,78 @@
+"""Covariances as factors, P = U D U': positive definite under any rounding, single precision included.
+
+U is upper triangular with ones on its diagonal, D diagonal; one matrix holds both, D on the diagonal.
+No covariance is ever subtracted from another: every new D is a product or a sum of positive numbers.
+
+Sources: Bierman, Factorization Methods for Discrete Sequential Estimation (1977), for the measurement;
+Thornton, Triangular covariance factorizations for Kalman filtering, thesis UCLA (1976), for the motion.
+"""
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Expression = Any
+
+
+def covariance(factor: Expression) -> Expression:
+    """P of a factor, both casadi and of shape (n, n)."""
+    U, D = ca.triu(factor, False) + ca.DM.eye(factor.shape[0]), ca.diag(ca.diag(factor))
+    return U @ D @ U.T
+
+
+def covariance_of(factor: Array) -> Array:
+    """P of a factor, both NumPy and of shape (n, n)."""
+    U = np.triu(factor, 1) + np.eye(len(factor))
+    return np.asarray((U * np.diag(factor)) @ U.T)
+
+
+def measured(factor: ca.SX, H: ca.SX, weight: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+    """After one scalar measurement: factor, gain (n,), and weight over innovation variance times weight.
+
+    Args:
+        factor: before, (n, n).
+        H: derivative of the measurement by the state, (n,).
+        weight: inverse variance of the measurement, 0 where there is none.
+
+    Returns:
+        The factor after, the gain K, and 1 / (R + H P H'), 0 where there is no measurement.
+    """
+    n = H.numel()
+    U = ca.triu(factor, False) + ca.SX.eye(n)
+    f = U.T @ H
+    v = ca.diag(factor) * f
+    after = ca.SX(factor)
+    # Bierman's recursion times weight, so that a weight of 0 needs no infinite variance.
+    share = ca.SX(1)
+    gain = ca.SX.zeros(n)
+    for j in range(n):
+        grown = share + weight * f[j] * v[j]
+        after[j, j] = factor[j, j] * share / grown
+        for i in range(j):
+            after[i, j] = factor[i, j] - gain[i] * weight * f[j] / share
+            gain[i] += factor[i, j] * v[j]
+        gain[j] = v[j]
+        share = grown
+    return after, gain * weight / share, weight / share
+
+
+def moved(factor: ca.SX, A: ca.SX, Q: ca.SX) -> ca.SX:
+    """The factor of A P A' + diag(Q), by weighted Gram-Schmidt from the last row up; Q >= 0, (n,)."""
+    n = Q.numel()
+    rows = ca.horzcat(A @ (ca.triu(factor, False) + ca.SX.eye(n)), ca.SX.eye(n))
+    weights = ca.vertcat(ca.diag(factor), Q)
+    work = [rows[i, :].T for i in range(n)]
+    after = ca.SX.zeros(n, n)
+    for j in range(n - 1, -1, -1):
+        weighted = work[j] * weights
+        D = ca.dot(work[j], weighted)
+        after[j, j] = D
+        for i in range(j):
+            # A state that is known exactly has D = 0, and nothing goes along with it.
+            share = ca.if_else(D > 0, ca.dot(work[i], weighted) / ca.if_else(D > 0, D, 1), 0)
+            after[i, j] = share
+            work[i] = work[i] - share * work[j]
+    return after

@@ -1,0 +1,151 @@
+"""How the source remembers: the zones of the patch by a state machine, and the torque that they make.
+
+From rest the deformation has three zones. A reversal, at psi_max, makes five of them, and they are
+three again once |psi| exceeds |psi_max| (source, section 3.1 and fig. 3.5). A reversal inside five zones
+would make seven. These the source neglects, and goes on as if nothing had happened: psi_max and the five
+zones stay, and the torque runs back on the branch that it came on. So it stands in the published files:
+their one reversal inside five zones (piros2, 18.86 s of the author's time) changes neither psi_max nor
+direction nor zones. It is only 0.6 mrad high and may also have been taken for noise.
+
+On either side of a reversal the torque is the virgin curve M_v of the patch at rest,
+
+    three zones: M_z = M_v(psi),      five zones: M_z = M_v(psi_max) + 2 M_v((psi - psi_max) / 2),
+
+which are the integrals (2.3) of the source's (3.4), (3.5) and (3.6), as a test shows. The present load
+holds for the whole history, as in the source.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from symbolic import Rig, full_slide_level, unit_moment
+
+Array = NDArray[np.float64]
+Expression = Any
+POINT = ("mu", "turn", "turn_back", "F_N", "k", "a", "e")
+"""What the torque of the zones is made of: [1], [rad], [rad], [N], [N/m^2], [m], [m]."""
+LEAST_ANGLE = 1e-12
+"""Turns below this are taken for this, as the virgin curve divides by the turn [rad]."""
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Fragmentation:
+    """State of the state machine; angles are measured from where the patch stood at rest.
+
+    Attributes:
+        extreme: farthest angle so far on the present curve of three zones [rad].
+        psi_max: angle of the last reversal, 0 before the first [rad].
+        zones: number of zones, 3 or 5.
+    """
+
+    extreme: float = 0.0
+    psi_max: float = 0.0
+    zones: int = 3
+
+    @property
+    def direction(self) -> int:
+        """Direction of turning, 1 or -1, that the zones are due to; 0 at rest."""
+        side = self.extreme if self.zones == 3 else -self.psi_max
+        return int(np.sign(side))
+
+
+def turned(before: Fragmentation, psi: float, least_turn: float) -> Fragmentation:
+    """The state machine after one more angle, source fig. 3.5.
+
+    The source finds psi_max afterwards, on a filtered angle. Here a reversal counts as soon as the angle
+    has come back from its extreme by more than `least_turn`. Samples before that were taken for three
+    zones; psi_max is the extreme itself. A false reversal ends where the angle goes on beyond it.
+
+    Args:
+        before: the state before it.
+        psi: yaw angle from rest [rad].
+        least_turn: turn back that counts [rad].
+    """
+    after = before
+    if before.zones == 3:
+        if before.extreme * psi >= 0 and abs(psi) >= abs(before.extreme):
+            return replace(before, extreme=psi)
+        if abs(psi - before.extreme) <= least_turn:
+            return before
+        after = replace(before, psi_max=before.extreme, zones=5)
+    return replace(after, extreme=psi, zones=3) if abs(psi) > abs(after.psi_max) else after
+
+
+def branch(state: Fragmentation, psi: float) -> tuple[float, float]:
+    """The turn from rest and the turn since the last reversal, 0 in three zones [rad]."""
+    return (psi, 0.0) if state.zones == 3 else (state.psi_max, psi - state.psi_max)
+
+
+def virgin_torque(
+    psi: Expression, F_N: Expression, mu: Expression, k: Expression, a: Expression, e: Expression
+) -> Expression:
+    """M_v: torque of a patch turned once from rest, three zones [N m], source (2.3) with (3.4).
+
+    Args:
+        psi: the turn [rad].
+        F_N: vertical load [N].
+        mu: coefficient of friction [1].
+        k: distributed lateral stiffness [N/m^2].
+        a: half-length of the contact patch [m].
+        e: caster length [m].
+
+    Returns:
+        The moment of the ground on the wheel, negative for a positive turn.
+    """
+    slip = full_slide_level(F_N, a) * mu / k / ca.fmax(ca.fabs(psi), LEAST_ANGLE)
+    return -k * psi * (unit_moment(0, a, e) - unit_moment(slip, a, e))
+
+
+@dataclass(frozen=True, kw_only=True, slots=True)
+class Curve:
+    """M_z of one sample over mu; the casadi Function works in place, a call takes a microsecond.
+
+    Attributes:
+        point: inputs in the order of `POINT`, shape (7,).
+        made: M_z [N m] and its derivative by mu, shape (2,).
+        buffer: ties the Function to both arrays and lives as long as it is called.
+        evaluate: fills `made`.
+    """
+
+    point: Array
+    made: Array
+    buffer: Any
+    evaluate: Callable[[], None]
+
+    def __call__(self, mu: float) -> tuple[float, float]:
+        """M_z [N m] and its derivative by mu."""
+        self.point[0] = mu
+        self.evaluate()
+        return float(self.made[0]), float(self.made[1])
+
+
+def curve(turns: tuple[float, float], F_N: float, k: float, rig: Rig) -> Curve:
+    """The torque over mu of a patch with three or five zones.
+
+    Args:
+        turns: as `branch` gives them [rad].
+        F_N: vertical load [N].
+        k: distributed lateral stiffness [N/m^2].
+        rig: geometry.
+    """
+    point, made = np.array([1.0, *turns, F_N, k, rig.a, rig.e]), np.empty(2)
+    buffer, evaluate = _torque().buffer()
+    buffer.set_arg(0, point.data)
+    buffer.set_res(0, made.data)
+    return Curve(point=point, made=made, buffer=buffer, evaluate=evaluate)
+
+
+@cache
+def _torque() -> Any:
+    point = ca.SX.sym("point", len(POINT))
+    mu, turn, turn_back, F_N, k, a, e = ca.vertsplit(point)
+    rest = (F_N, mu, k, a, e)
+    M_z = virgin_torque(turn, *rest) + 2 * virgin_torque(turn_back / 2, *rest)
+    outputs = ca.vertcat(M_z, ca.jacobian(M_z, mu))
+    return ca.Function("zone_torque", [point], [outputs], ["point"], ["torque"])

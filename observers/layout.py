@@ -1,0 +1,85 @@
+"""Named parts of one vector: what an observer passes from sample to sample, in Python and in C alike."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Expression = Any
+"""A casadi expression, SX or MX."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Names and shapes of the parts, column by column one after the other.
+
+    Attributes:
+        fields: name, rows and columns of every part, in order.
+    """
+
+    fields: tuple[tuple[str, int, int], ...]
+
+    @cached_property
+    def places(self) -> Mapping[str, tuple[slice, tuple[int, int]]]:
+        """Where each part lies, and its shape."""
+        places, at = {}, 0
+        for name, rows, columns in self.fields:
+            places[name] = (slice(at, at + rows * columns), (rows, columns))
+            at += rows * columns
+        return places
+
+    @cached_property
+    def size(self) -> int:
+        """Length of the vector."""
+        return sum(rows * columns for _, rows, columns in self.fields)
+
+    def split(self, vector: ca.MX) -> dict[str, ca.MX]:
+        """The parts of a casadi vector, each in its shape."""
+        return {name: ca.reshape(vector[at], *shape) for name, (at, shape) in self.places.items()}
+
+    def join(self, parts: Mapping[str, ca.MX]) -> ca.MX:
+        """The casadi vector of all parts.
+
+        Raises:
+            KeyError: a part is missing.
+        """
+        return ca.vertcat(*(ca.densify(ca.vec(parts[name])) for name, _, _ in self.fields))
+
+    def pack(self, parts: Mapping[str, Array | float]) -> Array:
+        """The NumPy vector of all parts; a number fills its part."""
+        vector = np.empty(self.size)
+        for name, (at, shape) in self.places.items():
+            vector[at] = np.broadcast_to(parts[name], shape).ravel(order="F")
+        return vector
+
+    def part(self, vector: Array, name: str) -> Array:
+        """A part of a NumPy vector, a view; one column gives shape (rows,)."""
+        at, shape = self.places[name]
+        return vector[at] if shape[1] == 1 else vector[at].reshape(shape, order="F")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class State:
+    """What an observer knows after a sample, an immutable value; read its parts as `state["x"]`.
+
+    Attributes:
+        values: all parts in one vector, never written to.
+        layout: their names and shapes.
+    """
+
+    values: Array
+    layout: Layout
+
+    def __getitem__(self, name: str) -> Array:
+        """A part by its name, as listed in the observer's documentation."""
+        return self.layout.part(self.values, name)
+
+
+def named(names: Iterable[str], vector: Expression) -> dict[str, Expression]:
+    """The elements of a casadi vector by name."""
+    return dict(zip(names, ca.vertsplit(vector), strict=True))

@@ -1,0 +1,62 @@
+"""A step of an observer called from Python: one sample without a detour, or a whole recording."""
+
+import threading
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from observers.protocol import Sample
+
+Array = NDArray[np.float64]
+STRETCH = 100
+"""Samples in one call; a recording is padded to a multiple of it."""
+
+
+class Stepper(threading.local):
+    """Calls (state, sample, constants) -> (state_next, ...) on buffers of its own, one set a thread."""
+
+    def __init__(self, function: ca.Function, constants: Array) -> None:
+        """Lay out the buffers and tell casadi where they are."""
+        self._function = function
+        self._buffer, self._call = function.buffer()
+        self._state, self._sample = (np.zeros(function.nnz_in(i)) for i in range(2))
+        self._constants = constants.copy()
+        self._made = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
+        # casadi's stubs ask for a size that its buffers do not take.
+        for i, array in enumerate((self._state, self._sample, self._constants)):
+            self._buffer.set_arg(i, memoryview(array.data))  # type: ignore[call-arg]
+        for i, array in enumerate(self._made):
+            self._buffer.set_res(i, memoryview(array.data))  # type: ignore[call-arg]
+        self._next = self._made[0]
+
+    def __call__(self, state: Array, sample: Sample) -> Array:
+        """The state after the sample, a new array."""
+        self._state[:] = state
+        self._sample[:] = (sample.psi, sample.psi_dot, sample.F_N, sample.dt, sample.M_z, sample.M)
+        self._call()
+        return self._next.copy()
+
+
+def first_sample(samples: Array) -> Sample:
+    """The first column of rows in the order of `SAMPLE`."""
+    psi, psi_dot, F_N, dt, M_z, M = samples[:, 0].tolist()
+    return Sample(psi=psi, psi_dot=psi_dot, F_N=F_N, dt=dt, M_z=M_z, M=M)
+
+
+def build_stretch(step: ca.Function) -> ca.Function:
+    """`STRETCH` samples of a step (state, sample, constants) -> (state_next, said)."""
+    return step.mapaccum(f"{step.name()}_stretch", STRETCH, 1, {})
+
+
+def run_stretches(stretch: ca.Function, state: Array, samples: Array, constants: Array) -> Array:
+    """What a step says of every sample, one column each; see `build_stretch`."""
+    present, count = ca.DM(state), samples.shape[1]
+    padded = np.pad(samples, ((0, 0), (0, -count % STRETCH)), mode="edge")
+    tiled = ca.DM(np.tile(constants.reshape(-1, 1), STRETCH))
+    said = []
+    for at in range(0, count, STRETCH):
+        states, made = stretch.call([present, ca.DM(padded[:, at : at + STRETCH]), tiled])
+        present = states[:, -1]
+        said.append(made.full())
+    return np.hstack(said)[:, :count]
