@@ -184,4 +184,5 @@ def projected(sensing: Sensing, x: ca.MX, beliefs: ca.MX) -> ca.MX:
 def on_bound(mu: ca.MX, beliefs: ca.MX) -> ca.MX:
     """True where mu, projected, lies on one of its bounds."""
     belief = named(BELIEFS, beliefs)
-    return ca.logic_or(mu <= belief["least"], mu >= belief["greatest"])
+    outside: ca.MX = ca.logic_or(mu <= belief["least"], mu >= belief["greatest"])
+    return outside
