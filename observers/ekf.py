@@ -1,16 +1,14 @@
-"""Extended Kalman filter for mu and, as the sensing has it, torque zero, stiffness, angle and rate.
+"""Extended Kalman filter for ln mu and, as the sensing has it, torque zero, stiffness, angle and rate.
 
-The memory of the patch is no random state: given the tyre it is known. Its derivative by the tyre's
-states is carried along exactly where there is one, so that the slope of M_z holds the whole history, and
-the memory is moved to the tyre that the filter has come to believe in. The filter knows nothing of
-tyres: M_z is the model's.
+The memory of the patch is not filtered: `observers.meeting` says how it follows the states. The filter
+knows nothing of tyres: M_z and its derivatives are the model's.
 
 Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), section 8.3, iterated filter
 theorem 8.2; the covariance is kept as a factor, see `observers.factor`.
 """
 
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 
 import casadi as ca
 
@@ -25,7 +23,15 @@ from observers.linear import (
     build_reading,
     directions,
 )
-from observers.meeting import build_meeting, history_fields, signals_of, states_of_tyre
+from observers.meeting import (
+    build_meeting,
+    by_states,
+    carries,
+    history_fields,
+    kept_share,
+    signals_of,
+    tyre_of,
+)
 from observers.protocol import SAMPLE, Sample
 from observers.sensing import CLEAN, Sensing
 from observers.settings import (
@@ -34,11 +40,12 @@ from observers.settings import (
     constants_size,
     flags,
     on_bound,
+    prior_variance,
     projected,
+    says,
     split_constants,
 )
 from observers.stepping import build_stretch
-from observers.tuning import BELIEFS
 from symbolic import InvalidInputError, Model, compiled
 
 
@@ -50,10 +57,10 @@ class Ekf(ModelObserver):
         iterations: linearisations of a measurement; 1 is the plain filter. More pay while little is
             known of mu and the torque is clean.
 
-    Parts of its state: `memory` (m,), with `carried` (m, t) and `held_at` (t,) where the memory
-    depends on the tyre; `x` (n,) in the order of `states` and `factor` (n, n) of its covariance, see
-    `covariance_of`; `last`, the last sample; `M_z` and `slopes`; `counts`, streak and changes of the
-    ground; `said`.
+    Parts of its state: `memory` (m,) of the patch and, where it depends on the tyre, its derivative
+    `carried` (m, t) and the tyre `held_at` (t,) that it stands for; `x` (n,) in the order of `states`
+    and `factor` (n, n) of its covariance, see `covariance_of`; `last`, the last sample; `M_z` and
+    `slopes`; `counts`, streak and changes of the ground; `said`.
     """
 
     iterations: int = 1
@@ -123,20 +130,16 @@ def build_step(model: Model, sensing: Sensing, iterations: int = 1) -> ca.Functi
     before = parts.split(state)
     theta, rig, beliefs = split_constants(model, constants)
     now, held = build_clean(sensing)(sample, before["last"])
-    x, A, Q = build_motion(sensing)(
-        before["x"], before["M_z"], before["slopes"], before["last"], now, rig, beliefs
-    )
+    motion = build_motion(sensing)
+    x, A, Q = motion(before["x"], before["M_z"], before["slopes"], before["last"], now, rig, beliefs)
+    share = kept_share(sensing, covariance(before["factor"]), Q, before["x"])
+    history = [before[name] for name, *_ in history_fields(model, sensing)]
+    if carries(model, sensing):
+        history[1] = history[1] @ share
     factor = build_moved(len(sensing.states))(before["factor"], A, Q)
     read, measure = build_reading(sensing), build_measured(len(sensing.states))
-    history = [before[name] for name, *_ in history_fields(model, sensing)]
 
-    def meet(at: ca.MX) -> dict[str, ca.MX]:
-        meeting = build_meeting(model, sensing)
-        made = meeting(
-            *history, signals_of(sensing, at, now), states_of_tyre(sensing, at), theta, rig[:2]
-        )
-        return dict(zip((name.removesuffix("_next") for name in meeting.name_out()), made, strict=True))
-
+    meet = partial(_met, model, sensing, history, now, theta, rig)
     # Where the angle is measured the patch follows it when it is corrected; else it is what is measured.
     met = before if sensing.turns else meet(x)
     innovation, H, weight, expected, ordinary = read(x, met["M_z"], met["slopes"], now, rig, beliefs)
@@ -144,7 +147,8 @@ def build_step(model: Model, sensing: Sensing, iterations: int = 1) -> ca.Functi
     verdict = build_gate()(innovation, left_open, weight, ordinary, before["counts"], beliefs)
     believed, reset, _, counts = verdict
     missing = weight <= 0
-    change = reset * beliefs[BELIEFS.index("mu_std")] ** 2
+    change = reset * prior_variance(beliefs)
+    known = factor[0, 0]
     factor[0, 0] += change
     left_open = left_open + change * H[0] ** 2
     weight = weight * believed * huber_share(innovation, ordinary, left_open)
@@ -159,11 +163,14 @@ def build_step(model: Model, sensing: Sensing, iterations: int = 1) -> ca.Functi
     if sensing.turns:
         met = meet(corrected)
         expected = met["M_z"]
+    if carries(model, sensing):
+        # What the old ground did to the patch says nothing of the new one.
+        met["carried"] = ca.if_else(reset, known / (known + change), 1) * met["carried"]
     status = flags(
         missing=missing, held=held, rejected=ca.logic_not(believed), reset=reset,
         bound=on_bound(corrected[0], beliefs),
     )  # fmt: skip
-    said = ca.vertcat(corrected[0], ca.sqrt(covariance(after)[0, 0]), expected, status)
+    said = ca.vertcat(says(corrected[0], covariance(after)[0, 0]), expected, status)
     made = {**met, "x": corrected, "factor": after, "last": now, "counts": counts, "said": said}
     return ca.Function(
         "ekf_step",
@@ -172,3 +179,20 @@ def build_step(model: Model, sensing: Sensing, iterations: int = 1) -> ca.Functi
         ["state", "sample", "constants"],
         ["state_next", "said"],
     )
+
+
+def _met(
+    model: Model,
+    sensing: Sensing,
+    history: list[ca.MX],
+    now: ca.MX,
+    theta: ca.MX,
+    rig: ca.MX,
+    x: ca.MX,
+) -> dict[str, ca.MX]:
+    """What comes of the patch meeting the sample `now` at the states x: history, M_z and its slopes."""
+    meeting = build_meeting(model, sensing)
+    made = meeting(*history, signals_of(sensing, x, now), tyre_of(sensing, x), theta, rig[:2])
+    names = (name.removesuffix("_next") for name in meeting.name_out())
+    met = dict(zip(names, made, strict=True))
+    return {**met, "slopes": by_states(sensing, met["slopes"], x)}

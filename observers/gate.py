@@ -25,8 +25,8 @@ def build_gate() -> ca.Function:
     """(innovation, open, weight, ordinary, counts, beliefs) -> (believed, reset, run, counts_next).
 
     open is the part of the innovation's variance that the states leave open, H P H'; weight 0 where
-    nothing was measured; ordinary as in `Reading`. believed and reset are 0 or 1; run is how many samples
-    in a row, this one included, lie beyond the gate.
+    nothing was measured; ordinary as in `Reading`. believed and reset are 0 or 1; run is how many
+    samples in a row, this one included, lie beyond the gate.
     """
     names = ["innovation", "open", "weight", "ordinary"]
     innovation, left_open, weight, ordinary = symbols = [ca.SX.sym(name) for name in names]

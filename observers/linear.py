@@ -14,7 +14,7 @@ from observers.protocol import SAMPLE
 from observers.sensing import CLEAN, RIG, Sensing
 from observers.tuning import BELIEFS
 
-TYRE = ("mu", "stiffness")
+TYRE = ("log_mu", "stiffness")
 """States that the torque of the patch depends on beside the angle."""
 
 

@@ -55,7 +55,7 @@ class Mhe(ModelObserver):
         seen = dict.fromkeys(SIGNALS, 0.0) | {"psi": first.psi, "F_N": first.F_N}
         values = self.layout.pack({
             **start,
-            "memories": start["memory"],
+            "turned": np.array([[first.psi], [0.0]]),
             "seen": np.array([[seen[name]] for name in SIGNALS]),
             "samples": empty,
             "mean": start["x"],

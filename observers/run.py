@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from observers.protocol import BatchObserver, Estimates, Observer, Sample, Status
 from observers.rate import causal_rate
+from observers.stepping import first_sample
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
@@ -42,8 +43,8 @@ def run(
             raise InvalidInputError(
                 f"{name} must have the shape of t, (n,) with n >= 2; got {array.shape} and {t.shape}"
             )
-    if not (np.diff(t) > 0).all():
-        raise InvalidInputError("t must increase from sample to sample")
+    if not (np.isfinite(t).all() and (np.diff(t) > 0).all()):
+        raise InvalidInputError("t must increase from sample to sample, and be finite")
     if M_z is None and M is None:
         raise InvalidInputError("one torque must be given, M_z or M")
     known = np.isfinite(psi) & np.isfinite(F_N) & (F_N > 0)
@@ -53,9 +54,11 @@ def run(
     rate = _rate(t, psi) if psi_dot is None else psi_dot
     steps, torques = np.diff(t, prepend=2 * t[0] - t[1]), (nothing if a is None else a for a in (M_z, M))
     samples = np.vstack([psi, rate, F_N, steps, *torques])
-    # The patch is at rest where it is first seen; until then nothing can be said.
+    # The patch is at rest where it is first seen; until then the prior stands.
     begins = int(np.argmax(known))
+    prior = observer.estimate(observer.init(first_sample(samples[:, begins:])))
     said = np.full((len(SAID), t.size), np.nan)
+    said[:2, :begins] = [[prior.mu], [prior.mu_std]]
     said[:, begins:] = _said(observer, samples[:, begins:])
     mu, mu_std, predicted, informed, status = said
     return Estimates(

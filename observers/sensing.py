@@ -1,5 +1,8 @@
 """The two ways in which friction is heard: which states, which motion, which measurement.
 
+The friction state is the logarithm of mu: long before full slide the torque says that mu is at least so
+much, and how much more is open; that is far less skewed in ln mu than in mu, and mu stays positive.
+
 Aligning torque measured, as on the rig: the angle is known, M_z = h(history of the angle, mu) + M_0 is
 the measurement, and the states only walk.
 
@@ -14,6 +17,7 @@ damping implicit: psi' is the rate in the middle between two samples, so M_z is 
 Source of the leapfrog: Verlet, Phys. Rev. 159 (1967) 98.
 """
 
+import math
 from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -54,7 +58,7 @@ class Sensing(Hashable, Protocol):
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Names of the states, mu first, in the order of `STATES`."""
+        """Names of the states, log_mu first, in the order of `STATES`."""
 
     @property
     def turns(self) -> bool:
@@ -92,7 +96,7 @@ def clean_load(sample: Parts, last: Parts) -> tuple[Expression, Expression]:
 def walk(x: Parts, slide: Expression, dt: Expression, beliefs: Parts) -> tuple[dict[str, Any], Any]:
     """The states that only walk, after dt, and the variances of their walks."""
     fade = ca.exp(-dt / beliefs["zero_time"])
-    after, variance = {"mu": x["mu"]}, {"mu": dt * beliefs["mu_walk"] ** 2}
+    after, variance = {"log_mu": x["log_mu"]}, {"log_mu": dt * beliefs["mu_walk"] ** 2}
     if "M_0" in x:
         after["M_0"] = fade * x["M_0"]
         variance["M_0"] = dt * fade * (beliefs["zero_walk"] * slide) ** 2
@@ -105,7 +109,7 @@ def walk(x: Parts, slide: Expression, dt: Expression, beliefs: Parts) -> tuple[d
 def walking_prior(tuning: Tuning, states: tuple[str, ...], slide: float) -> dict[str, Any]:
     """Mean and standard deviation of the states that only walk."""
     prior = {
-        "mu": (tuning.mu, tuning.mu_std),
+        "log_mu": (math.log(tuning.mu), tuning.log_std),
         "M_0": (0.0, tuning.zero_std * slide),
         "stiffness": (1.0, tuning.stiffness_std),
     }
@@ -132,7 +136,7 @@ class AligningTorque:
     @property
     def states(self) -> tuple[str, ...]:
         """Names of the states."""
-        return chosen(mu=True, M_0=self.zero, stiffness=self.stiffness)
+        return chosen(log_mu=True, M_0=self.zero, stiffness=self.stiffness)
 
     @property
     def turns(self) -> bool:

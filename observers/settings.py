@@ -89,7 +89,7 @@ class ModelObserver:
             mu=mu,
             mu_std=std,
             M_z_predicted=predicted,
-            informed=self.tuning.informed(std),
+            informed=bool(self.tuning.informed(mu, std)),
             status=Status(int(status)),
         )
 
@@ -97,8 +97,7 @@ class ModelObserver:
         """A whole recording; see `BatchObserver.run_samples`."""
         start = self.init(first_sample(samples)).values
         mu, std, predicted, status = run_stretches(self.stretch, start, samples, self.constants)
-        informed = [self.tuning.informed(s) for s in std]
-        return np.vstack([mu, std, predicted, informed, status])
+        return np.vstack([mu, std, predicted, self.tuning.informed(mu, std), status])
 
     def init(self, first: Sample) -> State:
         """The state before the first sample, whose angle says where the patch stands at rest."""
@@ -132,14 +131,14 @@ class ModelObserver:
         return {
             "memory": memory.reshape(-1, 1),
             "carried": 0.0,
-            "held_at": np.array([[prior[name][0]] for name in tyre(self.sensing)]),
+            "held_at": np.array([[self.tuning.mu], [1.0]])[: len(tyre(self.sensing))],
             "x": mean.reshape(-1, 1),
             "factor": np.diag(std**2),
             "last": np.array([[last[name]] for name in CLEAN]),
             "M_z": 0.0,
             "slopes": 0.0,
             "counts": 0.0,
-            "said": np.array([[mean[0]], [std[0]], [float("nan")], [0.0]]),
+            "said": np.array([[self.tuning.mu], [self.tuning.mu_std], [float("nan")], [0.0]]),
         }
 
 
@@ -171,7 +170,7 @@ def projected(sensing: Sensing, x: ca.MX, beliefs: ca.MX) -> ca.MX:
     """The states, one column a sample, with mu on its bounds where it is beyond, k off nonsense."""
     belief = named(BELIEFS, beliefs)
     bounds: dict[str, tuple[Any, Any]] = {
-        "mu": (belief["least"], belief["greatest"]),
+        "log_mu": (ca.log(belief["least"]), ca.log(belief["greatest"])),
         "stiffness": STIFFNESS_SHARE,
     }
     rows = [
@@ -181,8 +180,21 @@ def projected(sensing: Sensing, x: ca.MX, beliefs: ca.MX) -> ca.MX:
     return ca.vertcat(*rows)
 
 
-def on_bound(mu: ca.MX, beliefs: ca.MX) -> ca.MX:
+def on_bound(log_mu: ca.MX, beliefs: ca.MX) -> ca.MX:
     """True where mu, projected, lies on one of its bounds."""
     belief = named(BELIEFS, beliefs)
-    outside: ca.MX = ca.logic_or(mu <= belief["least"], mu >= belief["greatest"])
+    bounds = ca.log(belief["least"]), ca.log(belief["greatest"])
+    outside: ca.MX = ca.logic_or(log_mu <= bounds[0], log_mu >= bounds[1])
     return outside
+
+
+def prior_variance(beliefs: ca.MX) -> ca.MX:
+    """Variance of ln mu before anything is known of the ground."""
+    belief = named(BELIEFS, beliefs)
+    variance: ca.MX = (belief["mu_std"] / belief["mu"]) ** 2
+    return variance
+
+
+def says(log_mu: ca.MX, variance: ca.MX) -> ca.MX:
+    """The coefficient of friction and its standard deviation, from those of its logarithm."""
+    return ca.exp(log_mu) * ca.vertcat(1, ca.sqrt(variance))

@@ -34,7 +34,7 @@ class SteeringTorque:
     @property
     def states(self) -> tuple[str, ...]:
         """Names of the states."""
-        return chosen(mu=True, psi=True, psi_dot=True, M_0=self.zero, stiffness=self.stiffness)
+        return chosen(log_mu=True, psi=True, psi_dot=True, M_0=self.zero, stiffness=self.stiffness)
 
     @property
     def turns(self) -> bool:

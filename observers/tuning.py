@@ -8,13 +8,13 @@ from numpy.typing import NDArray
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
-STATES = ("mu", "M_0", "stiffness", "psi", "psi_dot")
-"""Order of the states, of which an observer takes those it needs: friction coefficient [1], zero of the
+STATES = ("log_mu", "M_0", "stiffness", "psi", "psi_dot")
+"""Order of the states, of which an observer takes those it needs: natural logarithm of mu, zero of the
 torque channel [N m], k over its nominal value [1], yaw angle [rad], yaw rate [rad/s]."""
 REFERENCE_STEP = 0.01
 """Time between samples for which `Tuning.noise` holds [s]."""
 INFORMED = 0.5
-"""Share of the prior's standard deviation below which an estimate no longer rests on the prior [1]."""
+"""Share of the prior's relative standard deviation below which an estimate is its own [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,7 +24,7 @@ class Tuning:
     Attributes:
         mu: prior friction coefficient [1].
         mu_std: its standard deviation [1].
-        mu_walk: random walk of mu [1/sqrt(s)].
+        mu_walk: random walk of mu as a share of itself [1/sqrt(s)].
         least, greatest: bounds that mu is projected on [1].
         zero_std: prior standard deviation of the torque zero, as a share [1].
         zero_walk: random walk of the torque zero, as a share [1/sqrt(s)].
@@ -85,9 +85,14 @@ class Tuning:
                 f"reset_after must be a whole number of at least 1, got {self.reset_after}"
             )
 
-    def informed(self, std: float) -> bool:
+    @property
+    def log_std(self) -> float:
+        """Prior standard deviation of ln mu [1]."""
+        return self.mu_std / self.mu
+
+    def informed(self, mu: Array | float, std: Array | float) -> NDArray[np.bool_]:
         """False while an estimate of mu with this standard deviation [1] rests on the prior."""
-        return bool(std < INFORMED * self.mu_std)
+        return np.asarray(std) < INFORMED * self.log_std * np.asarray(mu)
 
     @property
     def beliefs(self) -> Array:

@@ -11,9 +11,7 @@ missing or not believed; mu is projected on its bounds after each step. rho is H
 function, quadratic up to an error of ordinary size. Where the ground has changed, Q_i of mu holds the
 variance of the prior too, and the samples that were not believed before count again.
 
-What the patch remembers, `observers.recall`, either does not depend on the states, then the cost is
-exact and cheap; or it does, then it is followed through the window at the states, and its derivative by
-the tyre's states up to the window's oldest sample is carried.
+What the patch remembers is kept with every sample, see `observers.recall`.
 
 An empty place, before the window is full, has dt = 0: nothing moves, nothing is measured, nothing turns.
 
@@ -22,6 +20,7 @@ Trans. Automatic Control 48 (2003) 246, with the arrival cost of a filter; Huber
 (1981), for the weights.
 """
 
+from dataclasses import dataclass
 from functools import cache
 
 import casadi as ca
@@ -29,17 +28,26 @@ import casadi as ca
 from observers.gate import COUNTS, build_gate, huber_share
 from observers.layout import Layout
 from observers.linear import build_clean, build_motion, build_reading, directions
+from observers.meeting import kept_share
 from observers.protocol import SAMPLE
-from observers.recall import recall_of
+from observers.recall import Kept, Recall
 from observers.sensing import CLEAN, Sensing
-from observers.settings import SAID, constants_size, flags, on_bound, projected, split_constants
+from observers.settings import (
+    SAID,
+    constants_size,
+    flags,
+    on_bound,
+    prior_variance,
+    projected,
+    says,
+    split_constants,
+)
 from observers.smoother import build_smoother, build_update
-from observers.tuning import BELIEFS
 from symbolic import Model
 
 ROWS = (*CLEAN, "believed", "jump")
 """Rows of the window's samples: a cleaned sample, whether it counts, and what a change of the ground
-adds to the variance of mu before it."""
+adds to the variance of ln mu before it."""
 
 
 @cache
@@ -48,7 +56,7 @@ def layout(model: Model, sensing: Sensing, window: int) -> Layout:
     n = len(sensing.states)
     return Layout(
         (
-            *recall_of(model, sensing, window).fields,
+            *Recall(model=model, sensing=sensing, window=window).fields,
             ("samples", len(ROWS), window),
             ("x", n, window),
             ("mean", n, 1),
@@ -63,55 +71,44 @@ def layout(model: Model, sensing: Sensing, window: int) -> Layout:
 @cache
 def build_window_step(model: Model, sensing: Sensing, window: int, iterations: int) -> ca.Function:
     """One sample of the estimator: (state, sample, constants) -> (state_next, said)."""
-    parts, recall = layout(model, sensing, window), recall_of(model, sensing, window)
+    parts = layout(model, sensing, window)
     state, sample = ca.MX.sym("state", parts.size), ca.MX.sym("sample", len(SAMPLE))
     constants = ca.MX.sym("constants", constants_size(model))
     before = parts.split(state)
-    theta, rig, beliefs = split_constants(model, constants)
-    samples, x = before["samples"], before["x"]
-    now, held = build_clean(sensing)(sample, samples[: len(CLEAN), -1])
-    samples = ca.horzcat(samples, ca.vertcat(now, 1, 0))
-
-    # The oldest sample leaves: it is measured once more, now for good, and moved to the next.
-    history, M_z, slopes = recall.leave(before, samples[: len(CLEAN), 0], x[:, 0], theta, rig)
-    terms = _terms(sensing, samples[:, :2], x[:, 0], M_z, slopes, rig, beliefs)
-    mean, factor, *_ = build_update(len(sensing.states))(before["mean"], before["factor"], *terms)
-    mean = projected(sensing, mean, beliefs)
-
-    # The newest comes in where the motion takes it, and is believed or not.
-    newest_M_z, newest_slopes = recall.newest(before)
-    moving = (samples[: len(CLEAN), -2], now, rig, beliefs)
-    expected_x, A, Q = build_motion(sensing)(x[:, -1], newest_M_z, newest_slopes, *moving)
-    P = A @ before["P_newest"] @ A.T + ca.diag(Q)
-    x, samples = ca.horzcat(x[:, 1:], projected(sensing, expected_x, beliefs)), samples[:, 1:]
-    history = recall.enter(history, now, x[:, -1], theta, rig)
-    M_z, slopes = recall.along(history, samples, x, theta, rig)
-    read = build_reading(sensing)(x[:, -1], M_z[-1], slopes[:, -1], now, rig, beliefs)
+    recall = Recall(model=model, sensing=sensing, window=window)
+    horizon = _Horizon(recall, *split_constants(model, constants))
+    beliefs = horizon.beliefs
+    now, held = build_clean(sensing)(sample, before["samples"][: len(CLEAN), -1])
+    samples = ca.horzcat(before["samples"], ca.vertcat(now, 1, 0))
+    mean, factor = horizon.leave(before, samples)
+    newest, P, share = horizon.predict(before, samples)
+    x, samples = ca.horzcat(before["x"][:, 1:], newest), samples[:, 1:]
+    # Where the angle is measured the patch follows it when it is corrected; else it is what is measured.
+    history = (
+        recall.without_oldest(before) if sensing.turns else horizon.enter(before, share, now, newest)
+    )
+    M_z, slopes = horizon.torques(history, x)
+    read = build_reading(sensing)(newest, M_z[-1], slopes[:, -1], now, horizon.rig, beliefs)
     innovation, H, weight, expected, ordinary = read
-    left_open = ca.dot(H, P @ H)
-    verdict = build_gate()(innovation, left_open, weight, ordinary, before["counts"], beliefs)
+    verdict = build_gate()(innovation, ca.dot(H, P @ H), weight, ordinary, before["counts"], beliefs)
     believed, reset, run, counts = verdict
     samples = _believe(samples, believed, reset, run, beliefs)
-
     for i in range(iterations):
-        if i > 0:
-            M_z, slopes = recall.along(history, samples, x, theta, rig)
-        terms = _terms(sensing, samples, x, M_z, slopes, rig, beliefs)
         last = x
+        M_z, slopes = horizon.torques(history, x) if i > 0 else (M_z, slopes)
+        terms = horizon.terms(samples, x, M_z, slopes)
         x, P = build_smoother(len(sensing.states), window)(mean, factor, *terms)
         x = projected(sensing, x, beliefs)
-    std = ca.sqrt(P[0, 0])
+    if sensing.turns:
+        history = horizon.enter(before, share, now, x[:, -1])
+        expected, _ = horizon.of_newest(history, x)
     status = flags(
         missing=weight <= 0, held=held, rejected=ca.logic_not(believed), reset=reset,
-        bound=on_bound(x[0, -1], beliefs), unsettled=ca.fabs(x[0, -1] - last[0, -1]) > std,
+        bound=on_bound(x[0, -1], beliefs), unsettled=(x[0, -1] - last[0, -1]) ** 2 > P[0, 0],
     )  # fmt: skip
-    if sensing.turns:
-        expected = M_z[-1]
-    said = ca.vertcat(x[0, -1], std, expected, status)
-    # M_z is that of the last linearisation; the motion out of the newest sample wants it at x.
-    turned = slopes[:, -1] * (_by_direction(sensing, x[:, -1]) - _by_direction(sensing, last[:, -1]))
+    said = ca.vertcat(says(x[0, -1], P[0, 0]), expected, status)
     made = {
-        **history, "M_z": M_z[-1] + ca.sum1(turned), "slopes": slopes[:, -1], "samples": samples, "x": x,
+        **horizon.forgotten(history, reset, before["P_newest"]), "samples": samples, "x": x,
         "mean": mean, "factor": factor, "P_newest": P, "counts": counts, "said": said,
     }  # fmt: skip
     return ca.Function(
@@ -123,6 +120,86 @@ def build_window_step(model: Model, sensing: Sensing, window: int, iterations: i
     )
 
 
+@dataclass(frozen=True)
+class _Horizon:
+    """A recall and the constants of a run; all casadi expressions."""
+
+    recall: Recall
+    theta: ca.MX
+    rig: ca.MX
+    beliefs: ca.MX
+
+    @property
+    def sensing(self) -> Sensing:
+        return self.recall.sensing
+
+    def leave(self, before: Kept, samples: ca.MX) -> tuple[ca.MX, ca.MX]:
+        """Arrival without the oldest sample, which is measured once more, now for good."""
+        oldest = before["x"][:, 0]
+        M_z, slopes = self.recall.torques(before, oldest, self.theta, self.rig)
+        terms = self.terms(samples[:, :2], oldest, M_z, slopes)
+        update = build_update(len(self.sensing.states))
+        mean, factor, *_ = update(before["mean"], before["factor"], *terms)
+        return projected(self.sensing, mean, self.beliefs), factor
+
+    def predict(self, before: Kept, samples: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
+        """The states where the motion takes the newest, their covariance, and what its walk leaves."""
+        x, P = before["x"][:, -1], before["P_newest"]
+        M_z, slopes = self.of_newest(before, before["x"])
+        clean = samples[: len(CLEAN), :]
+        motion = build_motion(self.sensing)
+        newest, A, Q = motion(x, M_z, slopes, clean[:, -2], clean[:, -1], self.rig, self.beliefs)
+        share = kept_share(self.sensing, P, Q, x)
+        return projected(self.sensing, newest, self.beliefs), A @ P @ A.T + ca.diag(Q), share
+
+    def enter(self, before: Kept, share: ca.MX, now: ca.MX, x: ca.MX) -> Kept:
+        """What is kept with the new sample, which the patch meets at x."""
+        return self.recall.enter(before, share, now, x, self.theta, self.rig)
+
+    def of_newest(self, history: Kept, x: ca.MX) -> tuple[ca.MX, ca.MX]:
+        """M_z and slopes of the newest sample kept, at the last column of x."""
+        return self.recall.torques(self.recall.newest(history), x[:, -1], self.theta, self.rig)
+
+    def torques(self, history: Kept, x: ca.MX) -> tuple[ca.MX, ca.MX]:
+        """M_z and slopes through the window; 0 at the newest where the patch has yet to meet it."""
+        if not self.sensing.turns:
+            return self.recall.torques(history, x, self.theta, self.rig)
+        zero = ca.MX.zeros(len(directions(self.sensing)))
+        if x.shape[1] == 1:
+            return ca.MX(0), zero
+        M_z, slopes = self.recall.torques(history, x[:, :-1], self.theta, self.rig)
+        return ca.horzcat(M_z, 0), ca.horzcat(slopes, zero)
+
+    def forgotten(self, history: Kept, reset: ca.MX, P: ca.MX) -> Kept:
+        """What is kept after a reset: what the old ground did says nothing of the new one."""
+        if "carried" not in history:
+            return history
+        share = ca.if_else(reset, P[0, 0] / (P[0, 0] + prior_variance(self.beliefs)), 1)
+        carried, count = history["carried"], history["held_at"].shape[0]
+        return {**history, "carried": ca.horzcat(carried[:, :-count], share * carried[:, -count:])}
+
+    def terms(self, samples: ca.MX, x: ca.MX, M_z: ca.MX, slopes: ca.MX) -> list[ca.MX]:
+        """z, H, weight, A, b and Q of a Gauss-Newton step about x, as `build_update` wants them.
+
+        samples may have one column more than x; without it the motion out of the last is of no use.
+        """
+        count, n = x.shape[1], len(self.sensing.states)
+        if samples.shape[1] == count:
+            samples = ca.horzcat(samples, samples[:, -1])
+        clean, constant = (
+            samples[: len(CLEAN), :],
+            [ca.repmat(v, 1, count) for v in (self.rig, self.beliefs)],
+        )
+        read, move = _build_readings(self.sensing), build_motion(self.sensing)
+        if count > 1:
+            read, move = read.map(count), move.map(count)
+        z, H, weight = read(x, M_z, slopes, samples[:, :count], *constant)
+        x_next, A, Q = move(x, M_z, slopes, clean[:, :count], clean[:, 1:], *constant)
+        b = x_next - ca.horzcat(*(A[:, n * i : n * (i + 1)] @ x[:, i] for i in range(count)))
+        jumps = samples[ROWS.index("jump"), 1:]
+        return [z, H, weight, A, b, ca.vertcat(Q[0, :] + jumps, Q[1:, :])]
+
+
 def _believe(samples: ca.MX, believed: ca.MX, reset: ca.MX, run: ca.MX, beliefs: ca.MX) -> ca.MX:
     """The window with the verdict on its newest sample, and after a change of the ground on its run."""
     window = samples.shape[1]
@@ -132,33 +209,8 @@ def _believe(samples: ca.MX, believed: ca.MX, reset: ca.MX, run: ca.MX, beliefs:
     counts = ca.if_else(ca.logic_and(reset, age < run), 1, counts)
     # A run longer than the window began before it: its oldest sample stands for the first.
     first = age == ca.fmin(run, window) - 1
-    variance = beliefs[BELIEFS.index("mu_std")] ** 2
-    jump = ca.if_else(ca.logic_and(reset, first), variance, jump)
+    jump = ca.if_else(ca.logic_and(reset, first), prior_variance(beliefs), jump)
     return ca.vertcat(samples[: len(CLEAN), :], counts, jump)
-
-
-def _terms(
-    sensing: Sensing, samples: ca.MX, x: ca.MX, M_z: ca.MX, slopes: ca.MX, rig: ca.MX, beliefs: ca.MX
-) -> list[ca.MX]:
-    """z, H, weight, A, b and Q of a Gauss-Newton step about x, as `build_update` wants them.
-
-    samples may have one column more than x; without it the motion out of the last sample is of no use.
-    """
-    count, n = x.shape[1], len(sensing.states)
-    clean = samples[: len(CLEAN), :]
-    read = _build_readings(sensing).map(count) if count > 1 else _build_readings(sensing)
-    z, H, weight = read(
-        x, M_z, slopes, samples[:, :count], ca.repmat(rig, 1, count), ca.repmat(beliefs, 1, count)
-    )
-    onward = clean[:, 1:] if clean.shape[1] > count else ca.horzcat(clean[:, 1:], clean[:, -1])
-    jumps = samples[-1, 1:] if clean.shape[1] > count else ca.horzcat(samples[-1, 1:], 0)
-    move = build_motion(sensing).map(count) if count > 1 else build_motion(sensing)
-    x_next, A, Q = move(
-        x, M_z, slopes, clean[:, :count], onward, ca.repmat(rig, 1, count), ca.repmat(beliefs, 1, count)
-    )
-    b = x_next - ca.horzcat(*(A[:, n * i : n * (i + 1)] @ x[:, i] for i in range(count)))
-    Q = ca.vertcat(Q[0, :] + jumps, Q[1:, :])
-    return [z, H, weight, A, b, Q]
 
 
 @cache
@@ -172,8 +224,3 @@ def _build_readings(sensing: Sensing) -> ca.Function:
     return ca.Function(
         "counted", [x, M_z, slopes, row, rig, beliefs], [innovation + ca.dot(H, x), H, weight]
     )
-
-
-def _by_direction(sensing: Sensing, x: ca.MX) -> ca.MX:
-    """The states that M_z depends on, in the order of its slopes."""
-    return x[[sensing.states.index(name) for name in directions(sensing)]]
