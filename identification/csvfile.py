@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.files import excerpt, read_text
+from identification.files import read_text
 from identification.rigfile import DECLARABLE
 from identification.table import OPTIONAL_COLUMNS, REQUIRED_COLUMNS, Fault, Table, required_columns
 from symbolic.errors import InvalidInputError
+from symbolic.text import excerpt
 
 _DECLARATION = re.compile(rf"#\s*({'|'.join(DECLARABLE)})\s*=(.*)")
 _LINE_END = re.compile(r"\r\n|\n|\r")

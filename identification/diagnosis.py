@@ -9,7 +9,6 @@ from identification.fitting import (
     Values,
     first_values,
     fit,
-    parameter_name,
     signals_of,
     torque_range,
 )
@@ -19,6 +18,7 @@ from identification.results import Candidate, Diagnosis, Errors, Estimate, Found
 from identification.scoring import Array, delta_bic, deviations, rmse_of
 from identification.selection import Progress, Step, model_of, search
 from symbolic import InvalidInputError, simulate
+from symbolic.description import parameter_name
 
 LEAST_TRAVEL = 0.01
 """Greatest minus least angle that a diagnosis needs [rad]."""

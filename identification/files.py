@@ -3,8 +3,7 @@
 from pathlib import Path
 
 from symbolic.errors import InvalidInputError
-
-_LONGEST_EXCERPT = 40
+from symbolic.text import naming, text_of
 
 
 def read_bytes(path: Path) -> bytes:
@@ -30,22 +29,5 @@ def read_text(path: Path) -> str:
         InvalidInputError: not readable, empty, or not UTF-8 text.
     """
     content = read_bytes(path)
-    if not content.strip():
-        raise InvalidInputError(f"{path}: is empty")
-    try:
-        text = content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        row = content.count(b"\n", 0, error.start) + 1
-        raise InvalidInputError(
-            f"{path}: row {row}: is not text, byte 0x{content[error.start]:02x} is not UTF-8; "
-            "save the file as UTF-8"
-        ) from None
-    if "\0" in text:
-        row = text.count("\n", 0, text.index("\0")) + 1
-        raise InvalidInputError(f"{path}: row {row}: is not text, it holds a zero byte")
-    return text
-
-
-def excerpt(text: str) -> str:
-    """The text, quoted on one line and cut where it is long, to show in a message."""
-    return repr(text if len(text) <= _LONGEST_EXCERPT else text[:_LONGEST_EXCERPT] + "…")
+    with naming(path):
+        return text_of(content)

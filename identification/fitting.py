@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from identification.recordings import Recording
-from symbolic import Effect, InvalidInputError, Model, Parameter, full_slide_torque, simulate
+from symbolic import InvalidInputError, Model, Parameter, full_slide_torque, simulate
+from symbolic.description import parameter_name
 
 Array = NDArray[np.float64]
 TOLERANCE, MOST_EVALUATIONS = 1e-6, 60
@@ -63,11 +64,6 @@ class Fit:
     scales: Array
     status: str
     converged: bool
-
-
-def parameter_name(effect: Effect | None, parameter: Parameter) -> str:
-    """The name of a parameter in files: `mu`, `k`, or `effect.parameter`."""
-    return f"{effect.name}.{parameter.name}" if effect else parameter.name
 
 
 def signals_of(recording: Recording) -> Array:

@@ -2,7 +2,9 @@
 
 from observers.ekf import Ekf
 from observers.factor import covariance_of
+from observers.files import from_files
 from observers.layout import Layout, State
+from observers.loop import Loop
 from observers.mhe import Mhe
 from observers.protocol import SAMPLE, BatchObserver, Estimate, Estimates, Observer, Sample, Status
 from observers.rate import causal_rate, next_rate
@@ -21,6 +23,7 @@ __all__ = [
     "Estimate",
     "Estimates",
     "Layout",
+    "Loop",
     "Mhe",
     "Observer",
     "Root",
@@ -33,6 +36,7 @@ __all__ = [
     "Tuning",
     "causal_rate",
     "covariance_of",
+    "from_files",
     "next_rate",
     "run",
 ]

@@ -2,10 +2,11 @@ import numpy as np
 import pytest
 
 from identification import Fit, Recording, Values, first_values, fit, signals_of
-from identification.fitting import parameter_name, torque_range
+from identification.fitting import torque_range
 from identification.scoring import deviations
 from identification.selection import freeze
 from symbolic import DECLARED, EFFECTS, InvalidInputError, Model, Parameter, effects_named, simulate
+from symbolic.description import parameter_name
 from tests.identification.made import read_campaign, with_torque
 from tests.rig.campaign import Campaign
 

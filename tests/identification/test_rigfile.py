@@ -54,6 +54,10 @@ def test_reads_past_a_byte_order_mark(tmp_path: Path) -> None:
         ("k = 2438000", "k = -1", "k must be a finite number greater than 0 N/m^2, got -1"),
         ("mu = 1.67", "mu = 0.0", "mu must be a finite number greater than 0, got 0"),
         ("b_t = 1", "b_t = -1", "b_t must be a finite number of at least 0 N m s/rad, got -1"),
+        ("a = 0.04", "a = 40", "a must be given in metres, at most 1 m in size, got 40; if these are"),
+        ("e = 0.009", "e = -9", "e must be given in metres, at most 1 m in size, got -9; if these are"),
+        ("a = 0.04", "a = inf", "a must be a finite number greater than 0 m, got inf"),
+        ("k = 2438000", "k = 1" + "0" * 400, "[tyre] holds a number too large to compute with"),
         ("a = 0.04", "a = ", "is not valid TOML: "),
         ("e = 0.009", "a = 0.05", "is not valid TOML: "),
     ],
@@ -103,6 +107,11 @@ def test_declared_values_go_first() -> None:
         Rig(a=0.05, e=0.009, J_A=0.15, b_t=1.0),
         Tyre(k=7e4, mu=0.8),
     )
+
+
+def test_declared_in_millimetres() -> None:
+    with pytest.raises(InvalidInputError, match=r"^a must be given in metres, .* write 0\.045$"):
+        with_declared((Rig(a=0.04, e=0.009), Tyre(k=6e4)), {"a": 45.0})
 
 
 def test_declared_alone_must_be_complete() -> None:

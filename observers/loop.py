@@ -1,0 +1,117 @@
+"""A thin stateful wrapper for control loops, which also puts late measurements into their place."""
+
+from collections import deque
+from dataclasses import dataclass, replace
+from math import inf, isfinite, nan
+from numbers import Integral
+from typing import Any
+
+from observers.protocol import Estimate, Observer, Sample, Status
+from observers.rate import next_rate
+from symbolic import InvalidInputError
+
+
+@dataclass(frozen=True, slots=True)
+class _Known:
+    """What is carried from sample to sample: the observer's state, None before the start; the rate."""
+
+    state: Any = None
+    psi: float = nan
+    psi_dot: float = 0.0
+
+
+class Loop:
+    """An observer that keeps its state: `loop(sample)` is the estimate after the sample.
+
+    It starts at the first sample with a finite psi and F_N > 0 N, which says where the patch stands at
+    rest. A yaw rate that a sample lacks, NaN, is taken from the past of the angle as in `observers.run`.
+
+    Attributes:
+        observer: the observer.
+        history: samples that a late measurement may reach back, the newest included.
+
+    Raises:
+        InvalidInputError: history is no whole number of at least 1.
+    """
+
+    def __init__(self, observer: Observer, history: int = 50) -> None:
+        """Begin without a sample."""
+        if not (isinstance(history, int) and history >= 1):
+            raise InvalidInputError(f"history must be a whole number of at least 1, got {history}")
+        self.observer = observer
+        self.history = history
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all samples; the next usable one starts anew."""
+        self._known = _Known()
+        # Each sample with what was known before it.
+        self._past: deque[tuple[_Known, Sample]] = deque(maxlen=self.history)
+
+    @property
+    def state(self) -> Any:
+        """The observer's state after the newest sample, None before the start."""
+        return self._known.state
+
+    def __call__(self, sample: Sample) -> Estimate:
+        """What the observer says after one more sample; before the start the prior, `Status.MISSING`."""
+        self._past.append((self._known, sample))
+        self._known = self._after(self._known, sample)
+        return self._said(sample)
+
+    def late(
+        self, age: int, *, M_z: float | None = None, M: float | None = None, psi: float | None = None
+    ) -> Estimate:
+        """Put a measurement that arrived late into its place, and replay from there.
+
+        The result is the same as if it had been there in time. NaN takes a measurement back.
+
+        Args:
+            age: how many samples back it belongs, 0 for the newest.
+            M_z: aligning torque [N m]; None leaves the sample's own, as for the others.
+            M: steering torque [N m].
+            psi: yaw angle [rad].
+
+        Returns:
+            What the observer says now, after the newest sample.
+
+        Raises:
+            InvalidInputError: nothing is given, or age lies beyond the samples that are kept.
+        """
+        given = {name: v for name, v in (("M_z", M_z), ("M", M), ("psi", psi)) if v is not None}
+        if not given:
+            raise InvalidInputError("a late measurement needs one of M_z, M, psi, got none")
+        if not self._past:
+            raise InvalidInputError("no sample is kept yet that a late measurement could belong to")
+        if not (isinstance(age, Integral) and 0 <= age < len(self._past)):
+            raise InvalidInputError(
+                f"age must be a whole number from 0 to {len(self._past) - 1}, as {len(self._past)}"
+                f" samples are kept (history = {self.history}), got {age}"
+            )
+        at = len(self._past) - 1 - age
+        known, sample = self._past[at]
+        samples = [replace(sample, **given), *(later for _, later in list(self._past)[at + 1 :])]
+        for place, sample in enumerate(samples, start=at):
+            self._past[place] = (known, sample)
+            known = self._after(known, sample)
+        self._known = known
+        return self._said(samples[-1])
+
+    def _after(self, known: _Known, sample: Sample) -> _Known:
+        """What is known after one more sample."""
+        psi = sample.psi if isfinite(sample.psi) else known.psi
+        turn = psi - known.psi if isfinite(known.psi) else 0.0
+        rate = next_rate(known.psi_dot, turn, sample.dt)
+        state = known.state
+        if not isfinite(sample.psi_dot):
+            sample = replace(sample, psi_dot=rate)
+        if state is None and isfinite(sample.psi) and inf > sample.F_N > 0:
+            state = self.observer.init(sample)
+        return _Known(None if state is None else self.observer.step(state, sample), psi, rate)
+
+    def _said(self, sample: Sample) -> Estimate:
+        """What the observer says now; the newest sample only lends its dt to the prior."""
+        if self.state is not None:
+            return self.observer.estimate(self.state)
+        anywhere = Sample(psi=0.0, psi_dot=0.0, F_N=1.0, dt=sample.dt)
+        return replace(self.observer.estimate(self.observer.init(anywhere)), status=Status.MISSING)
