@@ -1,14 +1,27 @@
 """Observers put to work on recordings: the settings a command chooses, and tracks to draw."""
 
-from collections.abc import Callable, Mapping
 from dataclasses import replace
 from enum import StrEnum
+
+import numpy as np
 
 from brushgrip.friction import FrictionTrack
 from identification.modelfile import FoundModel
 from identification.recordings import Recording
-from observers import Ekf, Estimates, Mhe, Observer, Tuning, run
-from symbolic import Model
+from observers import (
+    AligningTorque,
+    Ekf,
+    Estimates,
+    Mhe,
+    Observer,
+    Root,
+    Sensing,
+    Status,
+    SteeringTorque,
+    Tuning,
+    run,
+)
+from symbolic import InvalidInputError, Model
 
 
 class ObserverName(StrEnum):
@@ -16,12 +29,7 @@ class ObserverName(StrEnum):
 
     EKF = "ekf"
     MHE = "mhe"
-
-
-_BUILDERS: Mapping[ObserverName, Callable[..., Observer]] = {
-    ObserverName.EKF: Ekf,
-    ObserverName.MHE: Mhe,
-}
+    ROOT = "root"
 
 
 def observe(name: ObserverName, recording: Recording, found: FoundModel | None = None) -> Estimates:
@@ -29,9 +37,48 @@ def observe(name: ObserverName, recording: Recording, found: FoundModel | None =
 
     Args:
         name: the observer.
-        recording: what was measured.
+        recording: what was measured; its steering torque is heard where it has no aligning torque.
         found: the model that a diagnosis found; the declared model, k as given, without it.
+
+    Raises:
+        InvalidInputError: the observer cannot use the model or the torque, or the rig lacks what it
+            takes; the message names the recording.
     """
+    try:
+        observer = (
+            _root(recording, found) if name is ObserverName.ROOT else _on_model(name, recording, found)
+        )
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{recording.name}: {error}") from None
+    rate = recording.psi_dot if recording.psi_dot_recorded else None
+    ground, hand = (recording.M_z, None) if hears_ground(recording) else (None, recording.M)
+    known = True if recording.psi_recorded is None else recording.psi_recorded
+    psi = np.where(known, recording.psi, np.nan)
+    return run(observer, recording.t, psi, recording.F_N, ground, rate, M=hand)
+
+
+def hears_ground(recording: Recording) -> bool:
+    """True where the aligning torque was measured; it goes before the steering torque."""
+    return bool(np.isfinite(recording.M_z).any())
+
+
+def hears_hand(recording: Recording) -> bool:
+    """True where the steering torque was measured."""
+    return recording.M is not None and bool(np.isfinite(recording.M).any())
+
+
+def _root(recording: Recording, found: FoundModel | None) -> Root:
+    if found is not None:
+        raise InvalidInputError(
+            "--observer root solves the declared zones and knows no effects;"
+            " leave --model out, or use ekf or mhe"
+        )
+    if not hears_ground(recording):
+        raise InvalidInputError("--observer root needs M_z; from M, use ekf or mhe")
+    return Root(rig=recording.rig, k=recording.tyre.k)
+
+
+def _on_model(name: ObserverName, recording: Recording, found: FoundModel | None) -> Observer:
     tuning = Tuning()
     if found is None:
         model, values = Model(), {"k": recording.tyre.k}
@@ -40,19 +87,21 @@ def observe(name: ObserverName, recording: Recording, found: FoundModel | None =
         shared_only = replace(found, own={})
         model, values = found.model, shared_only.values_for(recording.name, tuning.mu)
         del values["mu"]
-    observer = _BUILDERS[name](model=model, values=values, rig=recording.rig, tuning=tuning)
-    rate = recording.psi_dot if recording.psi_dot_recorded else None
-    return run(observer, recording.t, recording.psi, recording.F_N, recording.M_z, rate)
+    sensing: Sensing = AligningTorque() if hears_ground(recording) else SteeringTorque()
+    kind = Ekf if name is ObserverName.EKF else Mhe
+    return kind(model=model, values=values, rig=recording.rig, tuning=tuning, sensing=sensing)
 
 
 def track(name: ObserverName, recording: Recording, estimates: Estimates, model: str) -> FrictionTrack:
     """Estimates ready to be drawn beside the declared mu; `model` says which model was used."""
+    label = name.value if name is ObserverName.ROOT else name.upper()
     return FrictionTrack(
         name=recording.name,
-        label=f"{name.upper()}, {model}",
+        label=f"{label}, {model}",
         t=estimates.t,
         mu=estimates.mu,
         mu_std=estimates.mu_std,
         informed=estimates.informed,
+        changes=estimates.t[estimates.status & Status.RESET != 0],
         reference=recording.tyre.mu,
     )

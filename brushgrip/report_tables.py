@@ -132,7 +132,8 @@ def friction_table(tracks: Sequence[FrictionTrack]) -> str:
     """Each track's final value, beside the reference, and its share of informative samples."""
     rows = []
     for track in tracks:
-        final = Estimate(value=float(track.mu[-1]), std=float(track.mu_std[-1]), unit="1")
+        std = float(track.mu_std[-1])
+        final = Estimate(value=float(track.mu[-1]), std=std if np.isfinite(std) else None, unit="1")
         reference = "–" if track.reference is None else f"{track.reference:.4g}"
         rows.append(
             [

@@ -5,7 +5,6 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
@@ -24,13 +23,19 @@ from identification.results import Diagnosis
 
 
 def csv_text(columns: Mapping[str, NDArray[Any]]) -> str:
-    """Columns of equal length under their names; floats round-trip, truth values are 0 and 1."""
-    lists = [
-        [str(int(v)) for v in values] if values.dtype == bool else [repr(float(v)) for v in values]
-        for values in map(np.asarray, columns.values())
-    ]
+    """Columns of equal length under their names.
+
+    Floats round-trip, truth values are 0 and 1, NaN is an empty field, as in a recording.
+    """
+    lists = [[_field(value) for value in values.tolist()] for values in columns.values()]
     rows = [",".join(columns), *(",".join(row) for row in zip(*lists, strict=True))]
     return "\n".join(rows) + "\n"
+
+
+def _field(value: float) -> str:
+    if isinstance(value, bool):
+        return str(int(value))
+    return "" if math.isnan(value) else repr(float(value))
 
 
 def json_text(content: Any) -> str:

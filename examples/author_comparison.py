@@ -1,77 +1,143 @@
-"""The EKF and the MHE beside the author's published estimate, per sample, on the published recordings.
+"""EKF, MHE and the source's root solve beside the author's published estimate, on his recordings.
 
     python examples/author_comparison.py [DIR]
 
-DIR holds the recordings (`brushgrip fetch`); default: BRUSHGRIP_DATA, else ../shared/measured. Both
-observers run causally from their default prior, mu = 1.0 +- 0.5, with k as published; the declared mu
-only serves to take the error. The author's files begin where the wheel begins to turn, so both are
-aligned by angle.
+DIR holds the recordings (`brushgrip fetch`); default: BRUSHGRIP_DATA, else ../shared/measured. All run
+causally with k as published, EKF and MHE from their default prior, mu = 1.0 +- 0.5; the declared mu only
+serves to take the error. The root solve is the author's method in our hands, without his filters. His
+files begin where the wheel begins to turn, so they are aligned by angle.
 """
 
 import os
 import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identification import Recording, read_recording
-from observers import Ekf, Estimates, Mhe, run
+from observers import Ekf, Mhe, Observer, Root, run
 from symbolic import Model
 
+Array = NDArray[np.float64]
+METHODS = ("EKF", "MHE", "root", "author")
 SETTLED = 1.89
 """From here on the source's Table 6.1 counts, in the author's time [s]."""
+SLIDES = 0.9
+"""The wheel has slid once its torque has first reached this share of its greatest [1]."""
 TIME, PSI, MU, DECLARED = 0, 1, 10, 11
 """Columns of the author's files."""
 
 
-def estimate(kind: type[Ekf] | type[Mhe], recording: Recording) -> Estimates:
-    """An observer over a recording, declared model, no label."""
-    observer = kind(model=Model(), values={"k": recording.tyre.k}, rig=recording.rig)
-    return run(observer, recording.t, recording.psi, recording.F_N, recording.M_z)
+@dataclass(frozen=True, kw_only=True)
+class Scores:
+    """One recording, a number a method in the order of `METHODS`.
+
+    Attributes:
+        name: the recording.
+        declared: friction coefficient from towing a block [1].
+        rmse: root mean square of mu less the declared one, from `SETTLED` on [1].
+        spread: standard deviation of mu over time after the first slide [1].
+        last: mu at the last sample [1].
+        last_std: its standard deviation [1], NaN where the method has none.
+    """
+
+    name: str
+    declared: float
+    rmse: tuple[float, ...]
+    spread: tuple[float, ...]
+    last: tuple[float, ...]
+    last_std: tuple[float, ...]
 
 
-def aligned(psi: NDArray[np.float64], part: NDArray[np.float64]) -> int:
+def observers(recording: Recording) -> list[Observer]:
+    """Ours, on the declared model and without a label."""
+    model, values = Model(), {"k": recording.tyre.k}
+    return [
+        Ekf(model=model, values=values, rig=recording.rig),
+        Mhe(model=model, values=values, rig=recording.rig),
+        Root(k=recording.tyre.k, rig=recording.rig),
+    ]
+
+
+def aligned(psi: Array, part: Array) -> int:
     """Where the author's samples begin in the recording."""
     starts = range(psi.size - part.size + 1)
     return min(starts, key=lambda at: float(np.abs(psi[at : at + part.size] - part).max()))
 
 
-def main() -> None:
-    """Print one row a recording."""
-    default = os.environ.get("BRUSHGRIP_DATA", "../shared/measured")
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else default)
-    print("| recording | declared μ | EKF RMSE | MHE RMSE | author RMSE | EKF, end | spread, informed |")
-    print("|---|---|---|---|---|---|---|")
-    errors: dict[str, list[list[float]]] = {}
+def score(recording: Recording, author: Array) -> Scores:
+    """All methods, over the author's samples."""
+    first = aligned(recording.psi, author[:, PSI])
+    same = slice(first, first + len(author))
+    channels = (recording.t, recording.psi, recording.F_N, recording.M_z)
+    made = [run(observer, *channels) for observer in observers(recording)]
+    mu = np.array([*(estimates.mu[same] for estimates in made), author[:, MU]])
+    std = [float(estimates.mu_std[same][-1]) for estimates in made]
+    torque, declared = np.abs(recording.M_z[same]), float(author[0, DECLARED])
+    slid = int(np.argmax(torque > SLIDES * torque.max()))
+    settled = author[:, TIME] >= SETTLED
+    return Scores(
+        name=recording.name,
+        declared=declared,
+        rmse=tuple(np.sqrt(np.mean((mu[:, settled] - declared) ** 2, axis=1)).tolist()),
+        spread=tuple(mu[:, slid:].std(axis=1).tolist()),
+        last=tuple(mu[:, -1].tolist()),
+        last_std=(*std, float("nan")),
+    )
+
+
+def scores(folder: Path) -> Iterator[Scores]:
+    """Every recording that has an author's estimate beside it."""
     for path in sorted(folder.glob("*.mat")):
         published = folder / f"author_estimate_{path.stem.removesuffix('_ident')}.csv"
-        if not published.exists():
-            continue
-        recording = read_recording(path)
-        author = np.genfromtxt(published, delimiter=",", skip_header=1)
-        found, windowed = estimate(Ekf, recording), estimate(Mhe, recording)
-        first = aligned(recording.psi, author[:, PSI])
-        same = slice(first, first + len(author))
-        settled = author[:, TIME] >= SETTLED
-        declared = author[0, DECLARED]
-        ekf, mhe, theirs = (
-            float(np.sqrt(np.mean((mu[settled] - declared) ** 2)))
-            for mu in (found.mu[same], windowed.mu[same], author[:, MU])
-        )
-        spread = float(found.mu[found.informed].std())
-        print(
-            f"| {path.stem} | {declared} | {ekf:.3f} | {mhe:.3f} | {theirs:.3f}"
-            f" | {found.mu[-1]:.3f} ± {found.mu_std[-1]:.3f} | {spread:.3f} |"
-        )
-        errors.setdefault("steel" if path.stem.startswith("fem") else "red emery", []).append([ekf, mhe])
-    if not errors:
+        if published.exists():
+            author = np.genfromtxt(published, delimiter=",", skip_header=1)
+            yield score(read_recording(path), author)
+
+
+def table(title: str, made: list[Scores], field: str) -> None:
+    """Print one number a method for every recording, and the mean on either surface."""
+    print(f"\n{title}\n")
+    print(f"| {'recording':15} | declared μ |" + "".join(f"{name:>7} |" for name in METHODS))
+    print("|---|---|" + "---:|" * len(METHODS))
+    for one in made:
+        cells = "".join(f"{value:7.3f} |" for value in getattr(one, field))
+        print(f"| {one.name:15} | {one.declared:<10} |{cells}")
+    for surface, steel in (("steel", True), ("red emery", False)):
+        of_surface = [getattr(one, field) for one in made if one.name.startswith("fem") == steel]
+        if of_surface:
+            cells = "".join(f"{value:7.3f} |" for value in np.mean(of_surface, axis=0))
+            print(f"| {f'mean, {surface}':15} | {'':10} |{cells}")
+
+
+def last_table(made: list[Scores]) -> None:
+    """Print mu at the last sample, with its standard deviation where there is one."""
+    print("\nμ at the last sample\n")
+    print(f"| {'recording':15} | declared μ |" + "".join(f" {name:13} |" for name in METHODS))
+    print("|---|---|" + "---|" * len(METHODS))
+    for one in made:
+        texts = [
+            f"{mu:.3f}" if np.isnan(std) else f"{mu:.3f} ± {std:.3f}"
+            for mu, std in zip(one.last, one.last_std, strict=True)
+        ]
+        print(f"| {one.name:15} | {one.declared:<10} |" + "".join(f" {text:13} |" for text in texts))
+
+
+def main() -> None:
+    """Print the error, the spread and the last value of every method."""
+    default = os.environ.get("BRUSHGRIP_DATA", "../shared/measured")
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else default)
+    made = list(scores(folder))
+    if not made:
         sys.exit(
             f"no recordings with an author's estimate in {folder}; `brushgrip fetch` downloads them"
         )
-    for surface, values in errors.items():
-        ekf, mhe = np.mean(values, axis=0)
-        print(f"\nmean RMSE on {surface}: EKF {ekf:.3f}, MHE {mhe:.3f}")
+    table(f"RMSE of μ against the declared one, from t = {SETTLED} s on", made, "rmse")
+    table("Standard deviation of μ over time, after the first slide", made, "spread")
+    last_table(made)
 
 
 if __name__ == "__main__":

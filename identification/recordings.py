@@ -27,6 +27,8 @@ class Recording:
         name: name in results and figures.
         t: time [s], increasing.
         psi: yaw angle [rad], without gaps.
+        psi_recorded: where the angle was measured, bool of shape (n,), None for everywhere; elsewhere
+            psi was filled in.
         psi_dot: yaw rate [rad/s], without gaps.
         psi_dot_recorded: True where the rate was measured, False where it was taken from psi.
         M_z: moment of the ground on the wheel about the kingpin [N m], negative for a positive
@@ -49,6 +51,7 @@ class Recording:
     F_N: Array
     M: Array | None = None
     psi_dot_recorded: bool = False
+    psi_recorded: NDArray[np.bool_] | None = None
     rig: Rig
     tyre: Tyre
 
@@ -120,6 +123,7 @@ def read_recording(
         name=path.stem,
         t=t,
         psi=psi,
+        psi_recorded=~np.isnan(columns["psi"]),
         psi_dot_recorded=measured_rate,
         psi_dot=fill(t, columns["psi_dot"]) if measured_rate else smoothed_rate(t, psi),
         M_z=columns.get("M_z", np.full(t.size, np.nan)),

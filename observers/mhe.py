@@ -14,12 +14,13 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
+from observers.horizon import ROWS
 from observers.layout import Layout, State
 from observers.protocol import Sample
 from observers.sensing import CLEAN, Sensing
 from observers.settings import ModelObserver
 from observers.stepping import build_stretch
-from observers.window import ROWS, build_window_step, layout
+from observers.window import build_window_step, layout
 from symbolic import SIGNALS, InvalidInputError, Model, compiled
 
 

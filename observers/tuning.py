@@ -1,6 +1,7 @@
 """What an observer believes before it has seen a sample."""
 
 from dataclasses import dataclass, fields
+from math import isfinite
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,9 @@ REFERENCE_STEP = 0.01
 """Time between samples for which `Tuning.noise` holds [s]."""
 INFORMED = 0.5
 """Share of the prior's relative standard deviation below which an estimate is its own [1]."""
+
+LIMITS = ("mu", "least", "greatest", "zero_time", "error", "gate", "reset_after")
+"""Beliefs that are no spread: they are held against each other, or inf stands for no limit."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -75,6 +79,9 @@ class Tuning:
         for name in ("mu_walk", "zero_std", "zero_walk", "stiffness_walk"):
             if not getattr(self, name) >= 0:
                 raise InvalidInputError(f"{name} must be at least 0, got {getattr(self, name)}")
+        for name in BELIEFS:
+            if name not in LIMITS and not isfinite(getattr(self, name)):
+                raise InvalidInputError(f"{name} must be finite, got {getattr(self, name)}")
         if not self.least < self.mu < self.greatest:
             raise InvalidInputError(
                 f"mu must lie between least and greatest, {self.least} and {self.greatest},"

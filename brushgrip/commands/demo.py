@@ -45,11 +45,12 @@ def demo(
 
 
 def friction_of(recordings: Sequence[Recording], diagnosis: Diagnosis) -> list[FrictionTrack]:
-    """Friction over each recording, by the declared model and, by every observer, by the one found."""
+    """Friction over each recording: declared model and EKF, model found and both observers."""
     found = FoundModel(model=diagnosis.model, shared=diagnosis.values.shared, own={})
     ways: list[tuple[ObserverName, FoundModel | None, str]] = [
         (ObserverName.EKF, None, "declared model"),
-        *((observer, found, "model found") for observer in ObserverName),
+        (ObserverName.EKF, found, "model found"),
+        (ObserverName.MHE, found, "model found"),
     ]
     return [
         replace(

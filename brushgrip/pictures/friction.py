@@ -16,6 +16,8 @@ BAND = 2.0
 """Standard deviations to either side of the estimate."""
 DASHES = ("-", "-", (0, (4, 3)), (0, (1, 2)))
 """Strokes in the order of `TRACKS`: where two observers agree, the one below shows through."""
+CHANGE = (0, (1, 1.5))
+"""Stroke of a change of the ground."""
 Look = tuple[str, str | tuple[int, tuple[int, int]]]
 """Colour and stroke."""
 
@@ -49,6 +51,8 @@ def _track(axes: Axes, track: FrictionTrack, look: Look) -> None:
         axes.fill_between(track.t, low, high, where=where.tolist(), color=colour, alpha=alpha, lw=0)
     axes.plot(track.t, track.mu, color=colour, lw=0.8, alpha=0.45)
     axes.plot(track.t, np.where(track.informed, track.mu, np.nan), color=colour, lw=1.8, ls=stroke)
+    for instant in track.changes:
+        axes.axvline(instant, color=colour, lw=0.9, ls=CHANGE, alpha=0.7)
     if track.reference is not None:
         axes.axhline(track.reference, color=MEASURED, lw=1.0, ls="--")
 
@@ -58,9 +62,9 @@ def _limits(tracks: Sequence[FrictionTrack]) -> tuple[float, float]:
     low, high = [], []
     for track in tracks:
         chosen = track.informed if track.informed.any() else np.ones(track.t.size, dtype=bool)
-        chosen = chosen & np.isfinite(track.mu) & np.isfinite(track.mu_std)
+        chosen = chosen & np.isfinite(track.mu)
         if chosen.any():
-            mu, reach = track.mu[chosen], BAND * track.mu_std[chosen]
+            mu, reach = track.mu[chosen], BAND * np.nan_to_num(track.mu_std[chosen])
             low.append(float(np.quantile(mu - reach, 0.05)))
             high.append(float(np.quantile(mu + reach, 0.95)))
         if track.reference is not None:
@@ -77,8 +81,12 @@ def _key(tracks: Sequence[FrictionTrack], looks: dict[str, Look]) -> list[Artist
         Line2D([], [], color=colour, lw=1.8, ls=stroke, label=label)
         for label, (colour, stroke) in looks.items()
     ]
-    key.append(Patch(color="#777777", alpha=0.25, lw=0, label=f"± {BAND:.0f} standard deviations"))
+    if any(np.isfinite(track.mu_std).any() for track in tracks):
+        label = f"± {BAND:.0f} standard deviations"
+        key.append(Patch(color="#777777", alpha=0.25, lw=0, label=label))
     key.append(Line2D([], [], color="#777777", lw=0.8, alpha=0.6, label="pale: rests on the prior"))
+    if any(track.changes.size for track in tracks):
+        key.append(Line2D([], [], color="#777777", lw=0.9, ls=CHANGE, label="the ground has changed"))
     references = dict.fromkeys(t.reference_label for t in tracks if t.reference is not None)
     if references:
         label = ", ".join(references)

@@ -5,13 +5,31 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests.rig.ground import make_ground_recording
+from tests.rig.steering import make_steering_recording
+
 Run = Callable[..., Any]
 Write = Callable[..., Path]
+HEADER = "t,mu,mu_std,M_z_predicted,informed"
 each_observer = pytest.mark.parametrize("observer", ["ekf", "mhe"])
+every_observer = pytest.mark.parametrize("observer", ["ekf", "mhe", "root"])
 
 
-def estimate(run: Run, rig: Path, path: Path, out: Path, observer: str = "ekf") -> Any:
-    return run("estimate", "--rig", rig, "--observer", observer, path, "--out", out)
+def estimate(run: Run, rig: Path, path: Path, out: Path, observer: str = "ekf", *options: object) -> Any:
+    return run("estimate", "--rig", rig, "--observer", observer, path, "--out", out, *options)
+
+
+def columns_of(path: Path) -> dict[str, np.ndarray]:
+    table = np.genfromtxt(path, delimiter=",", names=True)
+    return {name: table[name] for name in HEADER.split(",")}
+
+
+def assert_one_line(outcome: Any, *words: str) -> None:
+    assert outcome.status == 2
+    assert outcome.out == ""
+    assert outcome.err.count("\n") == 1
+    for word in words:
+        assert word in outcome.err
 
 
 @pytest.fixture
@@ -30,7 +48,7 @@ def test_one_row_a_sample(run: Run, simulated: Path, rig: Path, tmp_path: Path, 
     t, mu, mu_std, predicted, informed = np.array([r.split(",") for r in rows], dtype=float).T
 
     assert outcome.status == 0
-    assert header == "t,mu,mu_std,M_z_predicted,informed"
+    assert header == HEADER
     assert np.array_equal(t, np.loadtxt(simulated, delimiter=",", skiprows=1)[:, 0])
     assert {row.split(",")[-1] for row in rows} <= {"0", "1"}
     assert (mu > 0).all()
@@ -40,7 +58,7 @@ def test_one_row_a_sample(run: Run, simulated: Path, rig: Path, tmp_path: Path, 
     assert (tmp_path / "new" / "mu.png").read_bytes().startswith(b"\x89PNG")
 
 
-@each_observer
+@every_observer
 def test_a_later_sample_changes_nothing_before(
     run: Run, simulated: Path, rig: Path, tmp_path: Path, observer: str
 ) -> None:
@@ -84,3 +102,110 @@ def test_unknown_observer(run: Run, simulated: Path, rig: Path, tmp_path: Path) 
     assert outcome.status == 2
     assert "ekf" in outcome.err
     assert not out.exists()
+
+
+@pytest.fixture
+def steered(write_csv: Write) -> Path:
+    """A recording of the steering torque alone, mu = 1.3."""
+    made = make_steering_recording(3, duration=4.0)
+    columns = {"t": made.t, "psi": made.psi, "M_z": None, "F_N": made.F_N, "M": made.M}
+    return write_csv("steered.csv", columns)
+
+
+@pytest.fixture
+def steering_rig(rig: Path) -> Path:
+    rig.write_text(rig.read_text().replace("e = 0.009\n", "e = 0.009\nJ_A = 0.15\nb_t = 1.0\n"))
+    return rig
+
+
+@each_observer
+def test_from_the_steering_torque(
+    run: Run, steered: Path, steering_rig: Path, tmp_path: Path, observer: str
+) -> None:
+    outcome = estimate(run, steering_rig, steered, tmp_path / "mu.csv", observer)
+    made = columns_of(tmp_path / "mu.csv")
+
+    assert outcome.status == 0
+    assert made["informed"][-1] == 1
+    assert abs(made["mu"][-1] - 1.3) < 3 * made["mu_std"][-1]
+    assert made["mu_std"][-1] < 0.1
+
+
+def test_steering_torque_needs_the_wheel(run: Run, steered: Path, rig: Path, tmp_path: Path) -> None:
+    outcome = estimate(run, rig, steered, tmp_path / "mu.csv")
+
+    assert_one_line(outcome, "steered: ", "lacks J_A and b_t", "kg m^2")
+    assert not (tmp_path / "mu.csv").exists()
+
+
+def test_aligning_torque_goes_first(
+    run: Run, simulated: Path, write_csv: Write, rig: Path, tmp_path: Path
+) -> None:
+    M_z = np.genfromtxt(simulated, delimiter=",", names=True)["M_z"]
+    both = write_csv("both.csv", {"M_z": M_z, "M": np.full(M_z.size, 5.0)})
+    estimate(run, rig, simulated, tmp_path / "one.csv")
+    estimate(run, rig, both, tmp_path / "two.csv")
+
+    assert (tmp_path / "one.csv").read_text() == (tmp_path / "two.csv").read_text()
+
+
+def test_root_has_no_standard_deviation(run: Run, simulated: Path, rig: Path, tmp_path: Path) -> None:
+    outcome = estimate(run, rig, simulated, tmp_path / "mu.csv", "root")
+    header, *rows = (tmp_path / "mu.csv").read_text().splitlines()
+    made = columns_of(tmp_path / "mu.csv")
+
+    assert outcome.status == 0
+    assert header == HEADER
+    assert {row.split(",")[2] for row in rows} == {""}
+    assert np.median(made["mu"][made["informed"] == 1]) == pytest.approx(1.2, abs=1e-3)
+    assert "±" not in outcome.out
+    assert (tmp_path / "mu.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_root_knows_no_effects(run: Run, simulated: Path, rig: Path, tmp_path: Path) -> None:
+    model = tmp_path / "model.json"
+    model.write_text('{"version": 1, "effects": [], "shared": {"k": 2.4e6}, "recordings": {}}')
+    outcome = estimate(run, rig, simulated, tmp_path / "mu.csv", "root", "--model", model)
+
+    assert_one_line(outcome, "root", "--model", "ekf")
+    assert not (tmp_path / "mu.csv").exists()
+
+
+def test_root_needs_the_aligning_torque(
+    run: Run, steered: Path, steering_rig: Path, tmp_path: Path
+) -> None:
+    assert_one_line(
+        estimate(run, steering_rig, steered, tmp_path / "mu.csv", "root"), "root", "M_z", "mhe"
+    )
+
+
+@each_observer
+def test_says_that_the_ground_has_changed(
+    run: Run, write_csv: Write, rig: Path, tmp_path: Path, observer: str
+) -> None:
+    made = make_ground_recording(31, lambda t: np.where(t < 7, 1.5, 0.4))
+    names = ("t", "psi", "M_z", "F_N")
+    path = write_csv("ground.csv", {name: getattr(made, name) for name in names})
+    outcome = estimate(run, rig, path, tmp_path / "mu.csv", observer)
+    summary, _ = outcome.out.splitlines()
+
+    assert summary.startswith("ground: mu = 0.4")
+    assert "4 samples rejected, 1 change of the ground; 4 samples: measurement beyond" in summary
+    assert columns_of(tmp_path / "mu.csv")["mu"][-1] == pytest.approx(0.4, abs=0.1)
+
+
+def test_picture_goes_where_it_is_wanted(run: Run, simulated: Path, rig: Path, tmp_path: Path) -> None:
+    wanted = tmp_path / "pictures" / "friction.PNG"
+    outcome = estimate(run, rig, simulated, tmp_path / "mu.csv", "ekf", "--picture", wanted)
+
+    assert outcome.status == 0
+    assert wanted.read_bytes().startswith(b"\x89PNG")
+    assert not (tmp_path / "mu.png").exists()
+
+
+def test_picture_is_a_png(run: Run, simulated: Path, rig: Path, tmp_path: Path) -> None:
+    wanted = tmp_path / "mu.pdf"
+    outcome = estimate(run, rig, simulated, tmp_path / "mu.csv", "ekf", "--picture", wanted)
+
+    assert_one_line(outcome, str(wanted), ".png")
+    assert not (tmp_path / "mu.csv").exists()

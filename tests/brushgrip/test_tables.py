@@ -23,7 +23,7 @@ def test_truth_values_are_digits() -> None:
 
 
 def test_missing_values_in_csv() -> None:
-    assert csv_text({"mu": np.array([np.nan, 1.0])}) == "mu\nnan\n1.0\n"
+    assert csv_text({"mu": np.array([np.nan, 1.0])}) == "mu\n\n1.0\n"
 
 
 def test_json_is_strict() -> None:

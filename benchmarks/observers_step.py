@@ -1,0 +1,149 @@
+"""What a sample costs the observers, alone and beside other software, as ratios within one run.
+
+    python benchmarks/observers_step.py
+
+The two of a pair run in turn and the ratio is the median over the rounds; times are those of the machine
+at hand. Every rival solves the same problem with the same physics (`problem.py`), and how far its mu is
+from ours is printed: filterpy's is the same filter, do-mpc's the same least-squares problem over the
+first full window. Later those two differ in what they make of the samples that have left the window.
+do-mpc is optional: pip install 'brushgrip[benchmarks]'.
+"""
+
+import importlib.util
+import sys
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from benchmarks.problem import MODEL, RIG, TUNING, VALUES, K, Problem
+from benchmarks.timing import compare, seconds
+from benchmarks.with_do_mpc import WARM, Running
+from benchmarks.with_filterpy import filter_all, in_place, through_casadi
+from observers import AligningTorque, Ekf, Estimates, Mhe, Sample, State, SteeringTorque, run
+from symbolic import Model, Rig, effects_named
+
+WINDOW = 50
+STEPS = 20
+"""Samples in a round beside do-mpc."""
+TARGETS = {"ekf": 10, "mhe": 200}
+"""Times of a step called from Python that are aimed at [µs]."""
+Observer = Ekf | Mhe
+PROBLEM = Problem()
+
+
+def samples(problem: Problem) -> list[Sample]:
+    """The problem as a control loop hands it over."""
+    rows = zip(*problem.signals.tolist(), problem.M_z.tolist(), strict=True)
+    return [Sample(psi=p, psi_dot=r, F_N=F, dt=dt, M_z=M, M=-M) for p, r, F, dt, M in rows]
+
+
+def steps(observer: Observer, given: list[Sample], state: State | None = None) -> State:
+    """Sample by sample, from the start where no state is given."""
+    state = observer.init(given[0]) if state is None else state
+    for sample in given:
+        state = observer.step(state, sample)
+    return state
+
+
+def whole(observer: Observer) -> Estimates:
+    """The whole problem in one call."""
+    psi, psi_dot, F_N, _ = PROBLEM.signals
+    return run(observer, PROBLEM.t, psi, F_N, PROBLEM.M_z, psi_dot)
+
+
+def ours(kind: Callable[..., Observer], **settings: object) -> Observer:
+    """An observer for the problem."""
+    return kind(model=MODEL, values=VALUES, rig=RIG, tuning=TUNING, **settings)
+
+
+def alone() -> None:
+    """Print what a step takes, called from Python, for several models and sensings."""
+    given = samples(PROBLEM)
+    found = Model(effects=effects_named(["rate_friction", "carcass_torsion"]))
+    values = {"k": K, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
+    wheel = Rig(a=RIG.a, e=RIG.e, J_A=0.15, b_t=1.0)
+    cases = {
+        "declared model, aligning torque": (MODEL, VALUES, RIG, AligningTorque()),
+        "declared model, steering torque": (MODEL, VALUES, wheel, SteeringTorque()),
+        "carcass and rate friction, aligning torque": (found, values, RIG, AligningTorque()),
+    }
+    print(f"\n| a step from Python | EKF [µs] | MHE, window {WINDOW} [µs] |\n|---|---:|---:|")
+    for label, (model, parameters, rig, sensing) in cases.items():
+        took = []
+        for kind in (Ekf, Mhe):
+            observer = kind(model=model, values=parameters, rig=rig, tuning=TUNING, sensing=sensing)
+            steps(observer, given[:200])
+            rounds = [seconds(lambda one=observer: steps(one, given)) for _ in range(5)]
+            took.append(1e6 * np.median(rounds) / len(given))
+        print(f"| {label} | {took[0]:.1f} | {took[1]:.0f} |")
+    print(f"| aimed at | {TARGETS['ekf']} | {TARGETS['mhe']} |")
+
+
+def row(label: str, ratio: float, slow: float, fast: float, target: str = "") -> None:
+    """Print a ratio, and the times of a sample [s]."""
+    print(f"| {label} | {ratio:.1f} | {1e6 * slow:.1f} | {1e6 * fast:.1f} | {target} |")
+
+
+def beside_a_recording() -> None:
+    """A step from Python over a sample in a whole recording."""
+    given = samples(PROBLEM)
+    for observer in (ours(Ekf), ours(Mhe)):
+        pair = compare(partial(steps, observer, given), partial(whole, observer))
+        label = f"{type(observer).__name__.upper()}, step from Python / run()"
+        row(label, pair.ratio, pair.slow / PROBLEM.count, pair.fast / PROBLEM.count)
+
+
+def beside_filterpy() -> float:
+    """The filter of filterpy over ours; how far apart their mu are at most."""
+    observer, given = ours(Ekf), samples(PROBLEM)
+    for label, wrap, target in (
+        ("Functions called in place", in_place, "5"),
+        ("Functions called as casadi offers", through_casadi, ""),
+    ):
+        pair = compare(partial(filter_all, PROBLEM, wrap), partial(steps, observer, given))
+        slow, fast = pair.slow / PROBLEM.count, pair.fast / PROBLEM.count
+        row(f"filterpy, {label} / EKF", pair.ratio, slow, fast, target)
+    return float(np.abs(filter_all(PROBLEM, in_place) - whole(observer).mu).max())
+
+
+def beside_do_mpc() -> float:
+    """The estimator of do-mpc over ours; how far apart their mu are over the first full window."""
+    options: Mapping[str, Mapping[str, object]] = {"IPOPT as it comes": {}, "IPOPT, warm start": WARM}
+    observer, given = ours(Mhe, window=WINDOW), samples(PROBLEM)
+    full = steps(observer, given[:WINDOW])
+    for label, chosen in options.items():
+        rival = Running(PROBLEM, WINDOW, chosen)
+        first = rival.step()
+        pair = compare(
+            partial(rival.steps, STEPS), partial(steps, observer, given[WINDOW : WINDOW + STEPS], full)
+        )
+        fast = pair.fast / STEPS
+        row(f"do-mpc, {label} / MHE", pair.ratio, pair.slow / STEPS, fast, "100")
+        solver = float(np.median(rival.solver_times))
+        row(f"do-mpc, {label}, its solver's time alone / MHE", solver / fast, solver, fast)
+    converged = ours(Mhe, window=WINDOW, iterations=5)
+    return abs(first - converged.estimate(steps(converged, given[:WINDOW])).mu)
+
+
+def main() -> None:
+    """Print the tables."""
+    alone()
+    print("\n| pair | ratio | slow [µs a sample] | fast [µs a sample] | aimed at |")
+    print("|---|---:|---:|---:|---:|")
+    beside_a_recording()
+    apart = {"filterpy": beside_filterpy()}
+    if importlib.util.find_spec("do_mpc"):
+        apart["do-mpc, first full window"] = beside_do_mpc()
+    for name, difference in apart.items():
+        print(f"\n{name}: mu differs by {difference:.0e} at most", end="")
+    print()
+    if "do_mpc" not in sys.modules:
+        print("\ndo-mpc skipped: not installed, pip install 'brushgrip[benchmarks]'")
+
+
+if __name__ == "__main__":
+    main()

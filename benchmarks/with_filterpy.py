@@ -1,0 +1,61 @@
+"""filterpy's extended Kalman filter on the same problem, with the same compiled physics."""
+
+import math
+from collections.abc import Callable
+
+import casadi as ca
+import numpy as np
+from filterpy.kalman import ExtendedKalmanFilter
+
+from benchmarks.problem import Array, Problem
+from symbolic import compiled
+
+Call = Callable[..., list[Array]]
+
+
+def in_place(function: ca.Function) -> Call:
+    """The Function on buffers of its own, the quickest way to call one from Python."""
+    buffer, evaluate = function.buffer()
+    given = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
+    made = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
+    for i, array in enumerate(given):
+        buffer.set_arg(i, memoryview(array.data))
+    for i, array in enumerate(made):
+        buffer.set_res(i, memoryview(array.data))
+
+    # Whoever holds the call holds the buffer, which evaluate points into.
+    def call(*values: Array, held: object = buffer) -> list[Array]:
+        del held
+        for array, value in zip(given, values, strict=True):
+            array[:] = value
+        evaluate()
+        return made
+
+    return call
+
+
+def through_casadi(function: ca.Function) -> Call:
+    """The Function as casadi offers it: NumPy in, DM out."""
+    return lambda *values: [made.full().ravel() for made in function.call(list(values))]
+
+
+def filter_all(problem: Problem, wrap: Callable[[ca.Function], Call]) -> Array:
+    """The filter over the whole problem, sample by sample; mu after each."""
+    parts = (problem.advance, problem.torque, problem.slopes)
+    advance, torque, slopes = (wrap(compiled(part)) for part in parts)
+    ekf = ExtendedKalmanFilter(dim_x=2, dim_z=1)
+    ekf.x = problem.prior.reshape(2, 1)
+    ekf.P = np.diag(problem.spreads**2)
+    ekf.Q = np.diag(problem.walks)
+    ekf.R = np.array([[problem.noise**2]])
+    memory, mu = problem.start, np.empty(problem.count)
+    for i, (signals, M_z) in enumerate(zip(problem.signals.T, problem.M_z, strict=True)):
+        memory, seen = (part.copy() for part in advance(memory, signals))
+        ekf.predict()
+        ekf.update(
+            M_z,
+            lambda x, at=(memory, seen): slopes(*at, x[:, 0])[0].reshape(1, 2),
+            lambda x, at=(memory, seen): torque(*at, x[:, 0])[0].reshape(1, 1),
+        )
+        mu[i] = math.exp(ekf.x[0, 0])
+    return mu

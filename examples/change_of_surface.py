@@ -1,0 +1,144 @@
+"""The ground changes under a turning wheel, mu from 1.2 to 0.5: how far until an observer knows?
+
+    python examples/change_of_surface.py [PICTURE.png]
+
+The wheel turns out, back and out again; on the way back the friction drops. The torque is the model's,
+with white noise of 0.4 % of its range. The observers take the sensor for a clean one: an innovation
+beyond five times its noise is not believed, and five in a row are a change of the ground.
+
+Two patches are compared. The exact one keeps its memory in units of mu, so it reads all of the past at
+the present mu: right where the ground stays, wrong for what the old ground has left in the patch.
+Bristles keep what the ground did. Within 0.1 rad of a reversal the torque hardly tells mu, see
+`observability.py`.
+"""
+
+import sys
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
+from observers import AligningTorque, Ekf, Estimates, Mhe, Observer, Status, Tuning, run
+from symbolic import Model, Rig, simulate
+
+Array = NDArray[np.float64]
+RIG, K, LOAD = Rig(a=0.045, e=0.009), 2.4e6, 400.0
+FROM, TO = 1.2, 0.5
+"""Friction coefficient before and after the change [1]."""
+CORNERS = (0.0, 0.25, -0.25, 0.25)
+"""Angles between which the wheel turns [rad]."""
+RATE, DT = 0.4, 0.01
+"""Yaw rate [rad/s] and time between samples [s]."""
+NOISE = 0.004
+"""Standard deviation of the torque noise over the torque's range [1]."""
+CLOSE = 0.05
+"""Share of mu within which an estimate counts as right [1]."""
+PLACES = (0.05, 0.1, 0.15, 0.25, 0.35, 0.45)
+"""Turns since the first reversal at which the ground changes [rad]."""
+MIDDLE = 0.35
+"""The one that is drawn: in mid-turn, well away from both reversals."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Drive:
+    """What happens to the wheel; arrays of shape (n,).
+
+    Attributes:
+        t: time [s].
+        psi: yaw angle [rad].
+        turned: angle turned since the start, to and fro [rad].
+        mu: true friction coefficient [1].
+        M_z: measured aligning torque [N m].
+    """
+
+    t: Array
+    psi: Array
+    turned: Array
+    mu: Array
+    M_z: Array
+
+
+def drive(place: float) -> Drive:
+    """The wheel turned, with the ground changing so far after the first reversal [rad]."""
+    legs = [np.linspace(a, b, round(abs(b - a) / RATE / DT) + 1)[1:] for a, b in pairwise(CORNERS)]
+    psi = np.concatenate([CORNERS[:1], *legs])
+    turned = np.cumsum(np.abs(np.diff(psi, prepend=psi[0])))
+    mu = np.where(turned < CORNERS[1] + place, FROM, TO)
+    # Friction acts as mu F_N alone: at mu = 1 the load mu F_N makes the torque that F_N makes at mu.
+    signals = np.vstack([psi, np.gradient(psi, DT), mu * LOAD, np.full(psi.size, DT)])
+    M_z = simulate(Model(), signals, np.array([1.0, K]), np.array([RIG.a, RIG.e])).M_z
+    noise = NOISE * np.ptp(M_z) * np.random.default_rng(1).standard_normal(psi.size)
+    return Drive(t=np.arange(psi.size) * DT, psi=psi, turned=turned, mu=mu, M_z=M_z + noise)
+
+
+def observers(model: Model) -> dict[str, Observer]:
+    """Both, tuned to a clean sensor whose zero is known."""
+    # The torque's range is about twice its level in full slide, which is mu times the unit of noise.
+    tuning = Tuning(noise=NOISE * 2 * FROM, error=float("inf"), gate=5)
+    sensing = AligningTorque(zero=False)
+    kinds = {"EKF": Ekf, "MHE": Mhe}
+    return {
+        name: kind(model=model, values={"k": K}, rig=RIG, tuning=tuning, sensing=sensing)
+        for name, kind in kinds.items()
+    }
+
+
+def further_turn(made: Drive, found: Estimates) -> float:
+    """How far the wheel turns after the change until mu is close, and stays close [rad]."""
+    change = int(np.argmax(made.mu == TO))
+    off = np.flatnonzero(np.abs(found.mu[change:] - TO) > CLOSE * TO)
+    right = change + (int(off[-1]) + 1 if off.size else 0)
+    return float(made.turned[right] - made.turned[change - 1]) if right < made.t.size else float("inf")
+
+
+def draw(path: Path, made: Drive, found: dict[str, Estimates]) -> None:
+    """Friction and torque over the angle turned."""
+    with picture(path, 5.0) as figure:
+        above, below = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])
+        lines = above.plot(made.turned, made.mu, color=MEASURED, lw=1.0, label="true μ")
+        looks = zip(found.items(), ((BEFORE, "-"), (AFTER, (0, (3, 2)))), strict=True)
+        for (name, estimates), (colour, stroke) in looks:
+            label = f"{name}, ± 2 standard deviations"
+            lines += above.plot(made.turned, estimates.mu, color=colour, ls=stroke, lw=1.8, label=label)
+            reach = 2 * estimates.mu_std
+            low, high = estimates.mu - reach, estimates.mu + reach
+            above.fill_between(made.turned, low, high, color=colour, alpha=0.15, lw=0)
+        above.set_ylim(0, 2)
+        above.set_ylabel("friction coefficient μ [1]")
+        below.plot(made.turned, made.M_z, color=MEASURED, lw=0.9)
+        below.set_ylabel("aligning torque\n$M_z$ [N m]")
+        below.set_xlabel("angle turned since the start, to and fro [rad]")
+        below.margins(x=0.01)
+        figure.align_ylabels()
+        legend_above(figure, lines)
+
+
+def main() -> None:
+    """Print how far the wheel turns until a change is known, for changes at several places."""
+    print(f"mu {FROM} -> {TO}: further turn until within {CLOSE:.0%} for good, and resets")
+    for patch, model in (("exact patch", Model()), ("bristles", Model(discretised=True))):
+        print(f"{patch + ', change after the reversal':>40}{'EKF':>22}{'MHE':>22}")
+        for place in PLACES:
+            made = drive(place)
+            load = np.full(made.t.size, LOAD)
+            seen = observers(model).items()
+            found = {name: run(o, made.t, made.psi, load, made.M_z) for name, o in seen}
+            row = f"{place:36.2f} rad"
+            for estimates in found.values():
+                resets = np.count_nonzero(estimates.status & Status.RESET)
+                row += f"{further_turn(made, estimates):13.3f} rad,{resets:4d}"
+            print(row)
+            if place == MIDDLE:
+                turns = {name: further_turn(made, estimates) for name, estimates in found.items()}
+                drawn = made, found
+    told = ", ".join(f"{name} after {turn:.3f} rad" for name, turn in turns.items())
+    print(f"known in mid-turn, bristles: {told}")
+    if sys.argv[1:]:
+        draw(Path(sys.argv[1]), *drawn)
+
+
+if __name__ == "__main__":
+    main()

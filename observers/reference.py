@@ -1,0 +1,165 @@
+"""The window of the moving horizon solved to convergence: what the real-time step is held against.
+
+Multiple shooting: the states at every sample are unknowns of their own; the motion between two of them
+costs what its disturbances cost, and a state that nothing disturbs is held by an equality. IPOPT
+minimises the cost of `observers.window` with exact derivatives: the same arrival, the same patch as
+recalled, the same loss. It takes tenths of a second, and is meant for tests and doubt, not for a loop.
+
+Sources: Bock and Plitt, A multiple shooting algorithm for direct solution of optimal control problems,
+IFAC World Congress (1984); Waechter and Biegler, Math. Programming 106 (2006) 25.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from observers.factor import covariance_of
+from observers.horizon import ROWS, Horizon
+from observers.layout import State
+from observers.linear import build_motion, build_reading
+from observers.mhe import Mhe
+from observers.recall import Recall
+from observers.sensing import CLEAN, Sensing
+from observers.settings import STIFFNESS_SHARE, constants_size, split_constants
+from observers.window import layout
+from symbolic import Model
+
+Array = NDArray[np.float64]
+# The tolerance asks for more than double precision gives, so steps that vanish are the usual end.
+_REMEDIES = {
+    "Solve_Succeeded": "",
+    "Solved_To_Acceptable_Level": "",
+    "Search_Direction_Becomes_Too_Small": "",
+    "Maximum_Iterations_Exceeded": "not converged: raise max_iter, or start from a better state",
+    "Infeasible_Problem_Detected": "a state that nothing disturbs cannot follow: check"
+    " mu_walk, the bounds and the arrival",
+}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Converged:
+    """A window's minimum.
+
+    Attributes:
+        x: states at every sample of the window, oldest first, shape (n, N).
+        cost: at the minimum [1].
+        converged: False where the solver gave up; x is then where it did.
+        status: the solver's own word.
+        remedy: what to do where it is not converged, else empty.
+        iterations: of the solver.
+    """
+
+    x: Array
+    cost: float
+    converged: bool
+    status: str
+    remedy: str
+    iterations: int
+
+
+def solve_window(observer: Mhe, state: State, max_iter: int = 200) -> Converged:
+    """Minimise the cost of the window that a state holds, as IPOPT finds it from where the state is.
+
+    Args:
+        observer: the estimator that the state belongs to.
+        state: after some sample.
+        max_iter: iterations allowed.
+    """
+    n, window = len(observer.states), observer.window
+    weigh = _build_costs(observer.model, observer.sensing, window)
+    given = [ca.DM(state.values), ca.DM(observer.constants)]
+    start = ca.DM(state["x"].reshape(n, window, order="F"))
+    variances = weigh(start, *given)[2].full()
+    arrival = covariance_of(state["factor"].reshape(n, n, order="F"))
+    held = tuple(
+        np.flatnonzero(np.concatenate([np.diag(arrival), variances.ravel(order="F")]) <= 0).tolist()
+    )
+    solver = _build_solver(observer.model, observer.sensing, window, held, max_iter)
+    tuning = observer.tuning
+    limits = {"log_mu": np.log([tuning.least, tuning.greatest]), "stiffness": np.array(STIFFNESS_SHARE)}
+    bounds = np.array([limits.get(name, np.array([-np.inf, np.inf])) for name in observer.states])
+    made = solver(
+        x0=ca.vec(start), p=ca.vertcat(*given), lbg=0, ubg=0,
+        lbx=np.tile(bounds[:, 0], window), ubx=np.tile(bounds[:, 1], window),
+    )  # fmt: skip
+    stats = solver.stats()
+    status = str(stats["return_status"])
+    return Converged(
+        x=made["x"].full().reshape(n, window, order="F"),
+        cost=float(made["f"]),
+        converged=_REMEDIES.get(status) == "",
+        status=status,
+        remedy=_REMEDIES.get(status, "not converged: look up the status in IPOPT's documentation"),
+        iterations=int(stats["iter_count"]),
+    )
+
+
+@cache
+def _build_costs(model: Model, sensing: Sensing, window: int) -> ca.Function:
+    """(x, state, constants) -> (innovations, weights, variances, defects, ordinary), by sample."""
+    parts, recall = layout(model, sensing, window), Recall(model=model, sensing=sensing, window=window)
+    state, constants = ca.MX.sym("state", parts.size), ca.MX.sym("constants", constants_size(model))
+    x, kept = ca.MX.sym("x", len(sensing.states), window), parts.split(state)
+    horizon = Horizon(recall, *split_constants(model, constants))
+    M_z, slopes = recall.torques(kept, x, horizon.theta, horizon.rig)
+    samples = kept["samples"]
+    clean = samples[: len(CLEAN), :]
+    constant = [ca.repmat(vector, 1, window) for vector in (horizon.rig, horizon.beliefs)]
+    read, move = build_reading(sensing).map(window), build_motion(sensing).map(window)
+    innovations, _, weights, _, ordinary = read(x, M_z, slopes, clean, *constant)
+    onward = ca.horzcat(clean[:, 1:], clean[:, -1])
+    moved, _, variances = move(x, M_z, slopes, clean, onward, *constant)
+    jumps = samples[ROWS.index("jump"), 1:]
+    variances = ca.vertcat(variances[0, :-1] + jumps, variances[1:, :-1])
+    weights = weights * samples[ROWS.index("believed"), :]
+    return ca.Function(
+        "costs",
+        [x, state, constants],
+        [innovations, weights, variances, x[:, 1:] - moved[:, :-1], ordinary],
+        ["x", "state", "constants"],
+        ["innovations", "weights", "variances", "defects", "ordinary"],
+    )
+
+
+@cache
+def _build_solver(
+    model: Model, sensing: Sensing, window: int, held: tuple[int, ...], max_iter: int
+) -> ca.Function:
+    """The nonlinear programme; `held` are the defects, arrival first, that must vanish."""
+    n, parts = len(sensing.states), layout(model, sensing, window)
+    x = ca.MX.sym("x", n, window)
+    given = ca.MX.sym("given", parts.size + constants_size(model))
+    state, constants = given[: parts.size], given[parts.size :]
+    kept = parts.split(state)
+    innovations, weights, variances, defects, ordinary = _build_costs(model, sensing, window)(
+        x, state, constants
+    )
+    U = ca.triu(kept["factor"], False) + ca.DM.eye(n)
+    arrival = ca.solve(U, x[:, 0] - kept["mean"])
+    off = ca.vertcat(arrival, ca.vec(defects))
+    variance = ca.vertcat(ca.diag(kept["factor"]), ca.vec(variances))
+    free = [i for i in range(off.numel()) if i not in held]
+    squares = innovations**2
+    beyond = squares > ordinary
+    # Huber's function: beyond an ordinary size the cost grows linearly.
+    linear = 2 * ca.sqrt(ca.if_else(beyond, ordinary * squares, 1)) - ca.if_else(beyond, ordinary, 0)
+    loss = ca.if_else(beyond, linear, squares)
+    cost = ca.sum1(off[free] ** 2 / variance[free]) + ca.sum2(weights * loss)
+    nlp: dict[str, Any] = {"x": ca.vec(x), "p": given, "f": cost, "g": off[list(held)]}
+    options: dict[str, Any] = {
+        "print_time": False,
+        # Nobody asks for the sensitivity to what is given, missing samples (NaN) among it.
+        "calc_lam_p": False,
+        "ipopt": {
+            "print_level": 0,
+            "sb": "yes",
+            "tol": 1e-12,
+            "max_iter": max_iter,
+            "mu_strategy": "adaptive",
+        },
+    }
+    return ca.nlpsol("window", "ipopt", nlp, options)
