@@ -91,6 +91,8 @@ def build_window_step(model: Model, sensing: Sensing, window: int, iterations: i
     # A memory made under the old friction does not fit samples of the new ground: then they stay out.
     again = 1 if carries(model, sensing) else run
     samples = _believe(samples, believed, reset, again, beliefs)
+    # Nothing comes before the window's oldest sample: a change there comes in with the arrival.
+    factor[0, 0] += ca.if_else(again >= window, reset * prior_variance(beliefs), 0)
     for i in range(iterations):
         last = x
         M_z, slopes = horizon.torques(history, x) if i > 0 else (M_z, slopes)

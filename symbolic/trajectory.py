@@ -125,20 +125,27 @@ def step_along(model: Model, d: int) -> ca.Function:
     (memory, carried, signals, theta, seeds, geometry) -> (memory, carried, M_z, derivative), with
     carried (memory_size, d), seeds (p, d) and derivative (1, d).
     """
+    size, parameters = model.memory_size, len(model.parameters)
     signals, theta, geometry = model.symbols()
-    memory = ca.MX.sym("memory", model.memory_size)
-    carried = ca.MX.sym("carried", model.memory_size, d)
-    seeds = ca.MX.sym("seeds", theta.numel(), d)
-    after, M_z = model.step(memory, signals, theta, geometry)
-    carried_after, derivative = model.step.forward(d)(
-        memory, signals, theta, geometry, after, M_z,
-        carried, ca.MX(signals.numel(), d), seeds, ca.MX(geometry.numel(), d),
-    )  # fmt: skip
+    memory, carried = ca.MX.sym("memory", size), ca.MX.sym("carried", size, d)
+    seeds = ca.MX.sym("seeds", parameters, d)
+    # Differentiated as one expression, not call by call: what is zero or shared is then seen.
+    moving = ca.MX.sym("moving", size + parameters)
+    inputs = [moving[:size], signals, moving[size:], geometry]
+    after, M_z = model.step.call(inputs, True, False)
+    along = ca.jtimes(ca.vertcat(after, M_z), moving, ca.vertcat(carried, seeds))
+    flat = ca.Function(
+        "along",
+        [moving, carried, signals, seeds, geometry],
+        [after, ca.densify(along[:size, :]), M_z, ca.densify(along[size, :])],
+        {"cse": True},
+    )
+    made = flat.call([ca.vertcat(memory, theta), carried, signals, seeds, geometry], True, False)
     names = ["memory", "carried", "signals", "theta", "seeds", "geometry"]
     return ca.Function(
         f"step_along_{d}",
         [memory, carried, signals, theta, seeds, geometry],
-        [after, ca.densify(carried_after), M_z, ca.densify(derivative)],
+        made,
         names,
         ["memory_next", "carried_next", "M_z", "derivative"],
     )

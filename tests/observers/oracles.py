@@ -1,111 +1,136 @@
-"""Least squares over a window by its dense normal equations, and an estimator that rests on them."""
+"""The moving window by the book: whole history kept, dense least squares, nothing recursive inside."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from observers import Mhe, Sample
+from observers import Sample
+from tests.observers.chains import Chain, dense
+from tests.observers.textbook import Beliefs, History
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Problem:
-    """Arguments of the smoother, in its order."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Met:
+    """What is kept of a sample: the patch after it, what reached the patch, and its angle and slope."""
 
-    mean: Array
-    P: Array
-    Q: Array
-    z: Array
-    H: Array
-    weight: Array
-
-    @property
-    def all(self) -> tuple[Array, ...]:
-        return self.mean, self.P, self.Q, self.z, self.H, self.weight
-
-
-def dense(problem: Problem) -> tuple[Array, Array]:
-    """Solution of the normal equations in x_0 ... x_N: x_1 ... x_N and the covariance of x_N."""
-    states, window = problem.H.shape
-    size = states * (window + 1)
-    information, vector = np.zeros((size, size)), np.zeros(size)
-    arrival = np.linalg.inv(problem.P)
-    information[:states, :states] += arrival
-    vector[:states] += arrival @ problem.mean
-    for i in range(window):
-        walk = np.zeros((states, size))
-        walk[:, states * i : states * (i + 1)] = -np.eye(states)
-        walk[:, states * (i + 1) : states * (i + 2)] = np.eye(states)
-        information += walk.T @ np.diag(1 / problem.Q[:, i]) @ walk
-        heard = np.zeros(size)
-        heard[states * (i + 1) : states * (i + 2)] = problem.H[:, i]
-        information += problem.weight[0, i] * np.outer(heard, heard)
-        vector += problem.weight[0, i] * problem.z[0, i] * heard
-    covariance = np.linalg.inv(information)
-    solution = np.linalg.solve(information, vector)
-    return solution[states:].reshape(window, states).T, covariance[-states:, -states:]
+    sample: Sample
+    history: History
+    seen: Array
+    psi: float
+    by_psi: float
 
 
 class WindowOracle:
-    """The estimator by the book, declared model: the whole history kept, dense equations.
+    """The estimator; errors are not judged, so that its tuning must believe everything."""
 
-    The memory of the declared model does not depend on mu, so it is worked out once.
-    """
+    def __init__(self, observer: Any) -> None:
+        """Take its settings."""
+        self.observer, self.beliefs = observer, Beliefs(observer)
+        self.torque_jacobian = observer.model.torque.jacobian()
 
-    def __init__(self, mhe: Mhe, samples: list[Sample]) -> None:
-        """Work out the memory before every sample."""
-        self.mhe, self.samples = mhe, samples
-        self.geometry = np.array([mhe.rig.a, mhe.rig.e])
-        self.theta = np.asarray(mhe.model.theta({**mhe.values, "mu": 1.0})).ravel()
-        self.jacobian = mhe.model.step.jacobian()
-        signals = [np.array([s.psi, s.psi_dot, s.F_N, s.dt]) for s in samples]
-        self.inputs = []
-        memory = np.asarray(mhe.model.start(signals[0], self.theta, self.geometry)).ravel()
-        for row in signals:
-            self.inputs.append((memory, row))
-            memory = np.asarray(mhe.model.step(memory, row, self.theta, self.geometry)[0]).ravel()
+    def run(self, samples: list[Sample]) -> Iterator[tuple[Array, Array]]:
+        """After every sample: x over the window (N, n), and the covariance of the newest."""
+        beliefs, window = self.beliefs, self.observer.window
+        mean, P, history = beliefs.prior(samples[0])
+        newest_P, met, x, latest = P, [], np.zeros((0, beliefs.n)), mean
+        for now in samples:
+            if x.shape[0] == window:
+                mean, P = self.leave(mean, P, met[-window:], x[0], now)
+                x = x[1:]
+            if met:
+                last = met[-1].sample
+                entering, A, Q = beliefs.motion(latest, *self.torque(met[-1], latest), last, now)
+            else:
+                entering, A, Q = beliefs.motion(mean, 0.0, np.zeros(beliefs.n), None, now)
+                mean, P = entering, A @ P @ A.T + np.diag(Q)
+            history = beliefs.kept(history, newest_P, Q, latest)
+            x = np.vstack([x, beliefs.projected(entering)])
+            if not beliefs.steers:
+                met.append(self.meet(history, x[-1], now))
+            inside = [*met[len(met) - len(x) + beliefs.steers :], *([now] if beliefs.steers else [])]
+            for _ in range(self.observer.iterations):
+                self.problem = (mean, P, inside)
+                x, newest_P = dense(self.chain(mean, P, inside, x))
+                x = np.array([beliefs.projected(row) for row in x])
+            if beliefs.steers:
+                met.append(self.meet(history, x[-1], now))
+            history, latest = met[-1].history, x[-1]
+            yield x, newest_P
 
-    def torque(self, i: int, mu: float) -> tuple[float, float]:
-        """M_z of sample i at mu, and its slope."""
-        memory, signals = self.inputs[i]
-        theta = np.concatenate([[mu], self.theta[1:]])
-        inputs = (memory, signals, theta, self.geometry)
-        made = self.mhe.model.step(*inputs)
-        return float(made[1]), float(np.asarray(self.jacobian(*inputs, *made)[6])[0, 0])
+    def meet(self, history: History, x: Array, now: Sample) -> Met:
+        """The sample as the patch met it."""
+        beliefs = self.beliefs
+        after, _, by_x = beliefs.meet(history, x, now)
+        memory = history.memory + history.carried @ (beliefs.tyre(x) - history.held_at)
+        signals = beliefs.signals(x, now)
+        seen = beliefs.model.advance(memory, signals, beliefs.parameters(x), beliefs.geometry)[1]
+        at = beliefs.at.get("psi", 0)
+        return Met(sample=now, history=after, seen=np.asarray(seen).ravel(), psi=x[at], by_psi=by_x[at])
 
-    def problem(self, mean: Array, P: Array, first: int, x: Array) -> Problem:
-        """The problem of samples from `first` on, linearised at x (2, n)."""
-        tuning, samples = self.mhe.tuning, self.samples[first : first + x.shape[1]]
-        slide = np.array([0.375 * s.F_N * self.mhe.rig.a for s in samples])
-        dt, measured = (np.array([getattr(s, name) for s in samples]) for name in ("dt", "M_z"))
-        h, slope = np.array([self.torque(first + i, mu) for i, mu in enumerate(x[0])]).T
-        heard = np.isfinite(measured)
-        return Problem(
-            mean=mean,
-            P=P,
-            Q=dt * np.array([np.full(len(dt), tuning.mu_walk), tuning.zero_walk * slide]) ** 2,
-            z=np.where(heard, measured - h + slope * x[0], 0.0).reshape(1, -1),
-            H=np.vstack([slope, np.ones_like(slope)]),
-            weight=np.where(heard, dt / 0.01 * (tuning.noise * slide) ** -2.0, 0.0).reshape(1, -1),
-        )
+    def torque(self, met: Met | Sample, x: Array) -> tuple[float, Array]:
+        """M_z of a sample at other states, and its derivative by them."""
+        beliefs, by_x = self.beliefs, np.zeros(self.beliefs.n)
+        if isinstance(met, Sample):
+            return 0.0, by_x
+        tyre, theta = beliefs.tyre(x), beliefs.parameters(x)
+        memory = met.history.memory + met.history.carried @ (tyre - met.history.held_at)
+        inputs = (memory, met.seen, theta, beliefs.geometry)
+        M_z = beliefs.model.torque(*inputs)
+        by_memory, _, by_theta, _ = (np.asarray(b) for b in self.torque_jacobian(*inputs, M_z))
+        by_tyre = (by_memory @ met.history.carried)[0]
+        by_tyre[0] += by_theta[0, 0]
+        by_tyre[1:] += by_theta[0, 1] * beliefs.theta[1]
+        by_x[beliefs.of_tyre] = by_tyre @ beliefs.by_state(x)
+        if not beliefs.steers:
+            return float(M_z), by_x
+        at = beliefs.at["psi"]
+        by_x[at] = met.by_psi
+        return float(M_z) + met.by_psi * (x[at] - met.psi), by_x
 
-    def run(self) -> Iterator[tuple[Array, Array]]:
-        """After every sample: x over the window, and the covariance of the newest."""
-        tuning = self.mhe.tuning
-        slide = 0.375 * self.samples[0].F_N * self.mhe.rig.a
-        mean = np.array([tuning.mu, 0.0])
-        P = np.diag([tuning.mu_std**2, (tuning.zero_std * slide) ** 2])
-        x = np.zeros((2, 0))
-        for newest in range(len(self.samples)):
-            if x.shape[1] == self.mhe.window:
-                leaving = self.problem(mean, P, newest - self.mhe.window, x[:, :1])
-                solved, P = dense(leaving)
-                mean, x = solved[:, 0], x[:, 1:]
-            x = np.column_stack([x, x[:, -1] if newest else mean])
-            for _ in range(self.mhe.iterations):
-                x, covariance = dense(self.problem(mean, P, newest + 1 - x.shape[1], x))
-                x[0] = np.clip(x[0], tuning.least, tuning.greatest)
-            yield x, covariance
+    def leave(
+        self, mean: Array, P: Array, inside: list[Met], x: Array, now: Sample
+    ) -> tuple[Array, Array]:
+        """The arrival without its oldest sample, measured once more and moved to the next."""
+        following = inside[1].sample if len(inside) > 1 else now
+        z, H, weight, A, b, Q = self.linear(inside[0], x, following)
+        S = H @ P @ H * weight + 1
+        mean = mean + P @ H * weight / S * (z - H @ mean)
+        P = P - np.outer(P @ H, H @ P) * weight / S
+        return self.beliefs.projected(A @ mean + b), A @ P @ A.T + np.diag(Q)
+
+    def linear(self, met: Met | Sample, x: Array, following: Sample | None) -> tuple[Any, ...]:
+        """z, H, weight, A, b and Q of one sample about x."""
+        now = met if isinstance(met, Sample) else met.sample
+        M_z, by_x = self.torque(met, x)
+        measured, expected, H, weight = self.beliefs.reading(x, M_z, by_x, now)
+        after, A, Q = self.beliefs.motion(x, M_z, by_x, now, following or now)
+        return measured - expected + H @ x, H, weight, A, after - A @ x, Q
+
+    def residuals(self, x: Array) -> Array:
+        """Everything whose squares the window last minimised, at x (N, n); every Q > 0."""
+        mean, P, inside = self.problem
+        parts = [np.linalg.solve(np.linalg.cholesky(P), x[0] - mean)]
+        for i, met in enumerate(inside):
+            now = met if isinstance(met, Sample) else met.sample
+            M_z, by_x = self.torque(met, x[i])
+            measured, expected, _, weight = self.beliefs.reading(x[i], M_z, by_x, now)
+            parts.append(np.array([np.sqrt(weight) * (measured - expected)]))
+            if i + 1 < len(inside):
+                onward = inside[i + 1]
+                following = onward if isinstance(onward, Sample) else onward.sample
+                after, _, Q = self.beliefs.motion(x[i], M_z, by_x, now, following)
+                parts.append((x[i + 1] - after) / np.sqrt(Q))
+        return np.concatenate(parts)
+
+    def chain(self, mean: Array, P: Array, inside: list[Any], x: Array) -> Chain:
+        """The linear problem of the window about x."""
+        followings = [m if isinstance(m, Sample) else m.sample for m in inside[1:]]
+        rows = [self.linear(*row) for row in zip(inside, x, [*followings, None], strict=True)]
+        z, H, weight, A, b, Q = (np.array(part) for part in zip(*rows, strict=True))
+        root = np.linalg.cholesky(P)
+        return Chain(mean=mean, root=root, z=z, H=H, weight=weight, A=A, b=b, Q=Q)

@@ -1,90 +1,143 @@
-"""The smoother against the dense normal equations, and against filterpy's filter and smoother."""
+"""The smoother of a chain against dense, sparse and textbook solutions; windows that move along it."""
 
 import numpy as np
 import pytest
-from filterpy.kalman import KalmanFilter
 from numpy.typing import NDArray
 
+from observers import covariance_of
 from observers.smoother import build_smoother, build_update
-from tests.observers.oracles import Problem, dense
+from tests.observers.chains import Chain, dense, factor_of, normal_equations, textbook
 
 Array = NDArray[np.float64]
 
 
-def random_problem(seed: int, states: int = 2, window: int = 30, missing: float = 0.3) -> Problem:
-    rng = np.random.default_rng(seed)
-    root = rng.standard_normal((states, states))
-    weight = np.where(rng.random(window) < missing, 0.0, rng.uniform(0.3, 3, window))
-    return Problem(
-        mean=rng.standard_normal(states),
-        P=root @ root.T + 0.1 * np.eye(states),
-        Q=rng.uniform(0.05, 1.0, (states, window)),
-        z=rng.standard_normal((1, window)),
-        H=rng.standard_normal((states, window)),
-        weight=weight.reshape(1, -1),
+def random_chain(
+    seed: int, n: int = 2, N: int = 30, *, missing: float = 0.3, still: float = 0.0, known: int = 0
+) -> Chain:
+    """A random chain, of which some states are not disturbed, and `known` of x_1 known exactly."""
+    rng = np.random.default_rng([seed, n])
+    A = np.array([np.linalg.qr(rng.standard_normal((n, n)))[0] for _ in range(N)])
+    root = np.tril(rng.standard_normal((n, n))) + 0.5 * np.eye(n)
+    root[n - known :] = 0.0
+    return Chain(
+        mean=rng.standard_normal(n),
+        root=root,
+        z=rng.standard_normal(N),
+        H=rng.standard_normal((N, n)),
+        weight=np.where(rng.random(N) < missing, 0.0, rng.uniform(0.3, 3, N)),
+        A=A * rng.uniform(0.8, 1.2, (N, 1, 1)),
+        b=rng.standard_normal((N, n)),
+        Q=np.where(rng.random((N, n)) < still, 0.0, rng.uniform(0.05, 1.0, (N, n))),
     )
 
 
-def textbook(problem: Problem) -> tuple[Array, Array]:
-    """The Kalman filter of filterpy and its Rauch-Tung-Striebel smoother."""
-    states, window = problem.H.shape
-    filter_ = KalmanFilter(dim_x=states, dim_z=1)
-    filter_.x, filter_.P = problem.mean.reshape(-1, 1), problem.P.copy()
-    means, covariances, walks = [], [], []
-    for i in range(window):
-        filter_.predict(Q=np.diag(problem.Q[:, i]))
-        if (weight := problem.weight[0, i]) > 0:
-            filter_.update(problem.z[:, i], R=1 / weight, H=problem.H[:, i : i + 1].T)
-        means.append(filter_.x.copy())
-        covariances.append(filter_.P.copy())
-        walks.append(np.diag(problem.Q[:, i]))
-    x, P, _, _ = filter_.rts_smoother(np.array(means), np.array(covariances), Qs=walks)
-    return x[:, :, 0].T, P[-1]
+def solved(chain: Chain) -> tuple[Array, Array]:
+    N, n = chain.size
+    x, P = (np.asarray(made) for made in build_smoother(n, N)(*chain.arguments))
+    return x.T, P
 
 
-@pytest.mark.parametrize("seed", range(5))
-@pytest.mark.parametrize("states", [1, 2, 3])
-def test_solves_the_normal_equations(seed: int, states: int) -> None:
-    problem = random_problem(seed, states)
-    x, P = build_smoother(states, 30)(*problem.all)
-    x_dense, P_dense = dense(problem)
+def close(made: Array, expected: Array, within: float) -> None:
+    np.testing.assert_allclose(made, expected, rtol=0, atol=within * max(1.0, np.abs(expected).max()))
 
-    np.testing.assert_allclose(x, x_dense, rtol=0, atol=1e-12)
-    np.testing.assert_allclose(P, P_dense, rtol=0, atol=1e-12)
+
+def test_factor_of_the_oracle_is_one() -> None:
+    for seed in range(5):
+        chain = random_chain(seed, 4)
+        close(covariance_of(factor_of(chain.P)), chain.P, 1e-13)
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_equals_the_textbook_filter_and_smoother(seed: int) -> None:
-    problem = random_problem(seed, window=200)
-    x, P = build_smoother(2, 200)(*problem.all)
-    x_textbook, P_textbook = textbook(problem)
+@pytest.mark.parametrize("n", [1, 2, 3, 5])
+@pytest.mark.parametrize(("still", "known"), [(0.0, 0), (0.5, 0), (1.0, 0), (0.5, 1)])
+def test_solves_the_dense_least_squares(seed: int, n: int, still: float, known: int) -> None:
+    chain = random_chain(seed, n, still=still, known=known)
+    x, P = solved(chain)
+    x_dense, P_dense = dense(chain)
 
-    np.testing.assert_allclose(x, x_textbook, rtol=0, atol=1e-9)
-    np.testing.assert_allclose(P, P_textbook, rtol=0, atol=1e-9)
-
-
-def test_without_measurements_the_prior_stays() -> None:
-    problem = random_problem(7, missing=1.1)
-    x, P = build_smoother(2, 30)(*problem.all)
-
-    np.testing.assert_array_equal(x, np.tile(problem.mean.reshape(-1, 1), 30))
-    np.testing.assert_allclose(P, problem.P + np.diag(problem.Q.sum(axis=1)), rtol=1e-14)
+    close(x, x_dense, 1e-11)
+    close(P, P_dense, 1e-11)
 
 
-def test_a_state_known_exactly_stays() -> None:
-    problem = random_problem(8)
-    problem.P[:, 1], problem.P[1, :], problem.Q[1] = 0.0, 0.0, 0.0
-    x, P = (np.asarray(made) for made in build_smoother(2, 30)(*problem.all))
+@pytest.mark.parametrize("n", [1, 3])
+def test_a_state_that_nothing_disturbs_follows_its_motion_exactly(n: int) -> None:
+    chain = random_chain(4, n, still=1.0)
+    x, _ = solved(chain)
 
-    assert np.isfinite(x).all()
-    np.testing.assert_array_equal(x[1], problem.mean[1])
-    np.testing.assert_array_equal(P[1], 0.0)
+    for i in range(len(x) - 1):
+        close(x[i + 1], chain.A[i] @ x[i] + chain.b[i], 1e-11)
 
 
-def test_update_is_the_smoother_of_one_sample() -> None:
-    problem = random_problem(9, window=1, missing=0.0)
-    mean, P, *_ = build_update(2)(*problem.all)
-    x, P_newest = build_smoother(2, 1)(*problem.all)
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("n", [1, 2, 5])
+def test_solves_the_sparse_normal_equations(seed: int, n: int) -> None:
+    chain = random_chain(seed, n, N=200)
 
-    np.testing.assert_allclose(mean, x, rtol=0, atol=1e-14)
-    np.testing.assert_allclose(P, P_newest, rtol=0, atol=1e-14)
+    close(solved(chain)[0], normal_equations(chain), 1e-12)
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("n", [1, 2, 5])
+def test_equals_the_textbook_filter_and_smoother(seed: int, n: int) -> None:
+    chain = random_chain(seed, n, N=200)
+    x, P = solved(chain)
+    _, covariances, smoothed, _ = textbook(chain)
+
+    close(x, smoothed, 1e-9)
+    close(P, covariances[-1], 1e-9)
+
+
+@pytest.mark.parametrize("window", [1, 2, 7, 60])
+@pytest.mark.parametrize("n", [1, 3])
+def test_every_window_moving_along_a_linear_chain_is_the_kalman_filter(window: int, n: int) -> None:
+    whole = random_chain(5, n, N=60, still=0.3)
+    mean, factor = whole.arguments[:2]
+    for newest in range(window - 1, 60):
+        first = newest - window + 1
+        mean, factor = (np.asarray(part) for part in (mean, factor))
+        if first > 0:
+            mean, factor, *_ = build_update(n)(mean, factor, *terms(whole, first - 1, first))
+        x, P = build_smoother(n, window)(mean, factor, *terms(whole, first, newest + 1))
+        filtered, covariances, smoothed, _ = textbook(part_of(whole, newest + 1))
+
+        close(np.asarray(x)[:, -1], filtered[-1], 1e-9)
+        close(np.asarray(P), covariances[-1], 1e-9)
+        close(np.asarray(x).T, smoothed[first:], 1e-9)
+
+
+def part_of(chain: Chain, stop: int) -> Chain:
+    later = {name: getattr(chain, name)[:stop] for name in ("z", "H", "weight", "A", "b", "Q")}
+    return Chain(mean=chain.mean, root=chain.root, **later)
+
+
+def terms(chain: Chain, start: int, stop: int) -> tuple[Array, ...]:
+    """Some samples, z to Q as the Functions take them."""
+    rows = {name: getattr(chain, name)[start:stop] for name in ("z", "H", "weight", "A", "b", "Q")}
+    return Chain(mean=chain.mean, root=chain.root, **rows).arguments[2:]
+
+
+def test_without_measurements_the_motion_goes_on() -> None:
+    chain = random_chain(7, missing=1.1)
+    x, P = solved(chain)
+    expected, spread = [chain.mean], chain.P
+    for i in range(29):
+        expected.append(chain.A[i] @ expected[-1] + chain.b[i])
+        spread = chain.A[i] @ spread @ chain.A[i].T + np.diag(chain.Q[i])
+
+    close(x, np.array(expected), 1e-13)
+    close(P, spread, 1e-13)
+
+
+def test_update_says_what_its_docstring_says() -> None:
+    chain = random_chain(9, 3, N=1, missing=0.0)
+    made = build_update(3)(*chain.arguments)
+    mean, factor, x, spread, K, score = (np.asarray(part) for part in made)
+    S = chain.H[0] @ chain.P @ chain.H[0] + 1 / chain.weight[0]
+    filtered, covariances, _, _ = textbook(chain)
+
+    close(x.ravel(), filtered[0], 1e-13)
+    close(spread, covariances[0], 1e-13)
+    close(K.ravel(), chain.P @ chain.H[0] / S, 1e-13)
+    assert score.item() == pytest.approx((chain.z[0] - chain.H[0] @ chain.mean) / S, rel=1e-12)
+    close(mean.ravel(), chain.A[0] @ filtered[0] + chain.b[0], 1e-13)
+    close(covariance_of(factor), chain.A[0] @ covariances[0] @ chain.A[0].T + np.diag(chain.Q[0]), 1e-13)
