@@ -79,6 +79,7 @@ ORACLES = [
         id="stiffness",
     ),
     pytest.param({"sensing": SteeringTorque()}, id="steering"),
+    pytest.param({"greatest": 1.25}, id="on its bound"),
     pytest.param({"model": Model(discretised=True, lengthways=20)}, id="bristles"),
 ]
 

@@ -1,0 +1,136 @@
+"""Linear chains of states and their least squares by three other ways: dense, sparse, textbook."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.sparse.linalg import spsolve
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Chain:
+    """Arguments of the smoother, with the covariance P = root root' in place of its factor.
+
+    x_1 ~ (mean, P); z_i = H_i' x_i + error of inverse variance weight_i; x_{i+1} = A_i x_i + b_i + noise
+    of variances Q_i. Arrays of shape (N, ...).
+    """
+
+    mean: Array
+    root: Array
+    z: Array
+    H: Array
+    weight: Array
+    A: Array
+    b: Array
+    Q: Array
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """N and n."""
+        return self.H.shape[0], self.H.shape[1]
+
+    @property
+    def P(self) -> Array:
+        """Covariance of x_1 before the first measurement."""
+        return np.asarray(self.root @ self.root.T)
+
+    @property
+    def arguments(self) -> tuple[Array, ...]:
+        """As `build_smoother` takes them."""
+        N, n = self.size
+        rows = (self.z.reshape(1, N), self.H.T, self.weight.reshape(1, N))
+        motion = (self.A.transpose(1, 0, 2).reshape(n, n * N), self.b.T, self.Q.T)
+        return (self.mean, factor_of(self.P), *rows, *motion)
+
+
+def factor_of(P: Array) -> Array:
+    """U above the diagonal and D on it, P = U D U', the last state first; P may be singular."""
+    left, factor = P.copy(), np.zeros_like(P)
+    for j in range(len(P) - 1, -1, -1):
+        factor[j, j] = left[j, j]
+        if left[j, j] > 0:
+            factor[:j, j] = left[:j, j] / left[j, j]
+            left = left - left[j, j] * np.outer(factor[:, j], factor[:, j])
+    return factor
+
+
+def dense(chain: Chain) -> tuple[Array, Array]:
+    """States (N, n) and the covariance of the last, by orthogonal least squares in what is random.
+
+    The unknowns are what drives the chain, x_1 = mean + root u and noise Q^(1/2) v, so that a state
+    which nothing disturbs is an equality.
+    """
+    N, n = chain.size
+    centre, spread = chain.mean, np.zeros((n, n * N))
+    spread[:, :n] = chain.root
+    centres, spreads = [centre], [spread]
+    for i in range(N - 1):
+        centre, spread = chain.A[i] @ centre + chain.b[i], chain.A[i] @ spread
+        spread[:, n * (i + 1) : n * (i + 2)] += np.diag(np.sqrt(chain.Q[i]))
+        centres.append(centre)
+        spreads.append(spread)
+    root = np.sqrt(chain.weight)
+    seen = np.array([root[i] * chain.H[i] @ spreads[i] for i in range(N)])
+    missed = np.array([root[i] * (chain.z[i] - chain.H[i] @ centres[i]) for i in range(N)])
+    stacked = np.vstack([seen, np.eye(n * N)])
+    drive = np.linalg.lstsq(stacked, np.concatenate([missed, np.zeros(n * N)]), rcond=None)[0]
+    x = np.array([centres[i] + spreads[i] @ drive for i in range(N)])
+    half = np.linalg.solve(np.linalg.cholesky(stacked.T @ stacked), spreads[-1].T)
+    return x, half.T @ half
+
+
+def normal_equations(chain: Chain) -> Array:
+    """States (N, n) from the sparse normal equations; every Q > 0."""
+    N, n = chain.size
+    rows: list[list[sp.spmatrix | None]] = []
+    right = []
+    precision = []
+    for i in range(N):
+        row: list[sp.spmatrix | None] = [None] * N
+        row[i] = sp.csr_matrix(chain.H[i].reshape(1, n))
+        rows.append(row)
+        right.append(chain.z[i : i + 1])
+        precision.append(chain.weight[i : i + 1])
+        row = [None] * N
+        row[i] = sp.identity(n, format="csr")
+        if i == 0:
+            whiten = np.linalg.inv(chain.root)
+            row[0] = sp.csr_matrix(whiten)
+            right.append(whiten @ chain.mean)
+            precision.append(np.ones(n))
+        else:
+            row[i - 1] = sp.csr_matrix(-chain.A[i - 1])
+            right.append(chain.b[i - 1])
+            precision.append(1 / chain.Q[i - 1])
+        rows.append(row)
+    J, W = sp.bmat(rows, format="csc"), sp.diags(np.concatenate(precision))
+    return np.asarray(spsolve((J.T @ W @ J).tocsc(), J.T @ W @ np.concatenate(right))).reshape(N, n)
+
+
+def textbook(chain: Chain) -> tuple[Array, Array, Array, Array]:
+    """Kalman filter and Rauch-Tung-Striebel smoother: filtered and smoothed means and covariances."""
+    N, n = chain.size
+    x, P = chain.mean, chain.P
+    filtered, predicted = [], []
+    for i in range(N):
+        predicted.append((x, P))
+        if chain.weight[i] > 0:
+            S = chain.H[i] @ P @ chain.H[i] + 1 / chain.weight[i]
+            gain = P @ chain.H[i] / S
+            x = x + gain * (chain.z[i] - chain.H[i] @ x)
+            keep = np.eye(n) - np.outer(gain, chain.H[i])
+            P = keep @ P @ keep.T + np.outer(gain, gain) / chain.weight[i]
+        filtered.append((x, P))
+        x, P = chain.A[i] @ x + chain.b[i], chain.A[i] @ P @ chain.A[i].T + np.diag(chain.Q[i])
+    smoothed = [filtered[-1]]
+    for i in range(N - 2, -1, -1):
+        (x, P), (x_next, P_next) = filtered[i], predicted[i + 1]
+        gain = np.linalg.solve(P_next, chain.A[i] @ P).T
+        later, P_later = smoothed[0]
+        smoothed.insert(0, (x + gain @ (later - x_next), P + gain @ (P_later - P_next) @ gain.T))
+    means, covariances = (np.array(parts) for parts in zip(*filtered, strict=True))
+    means_later, covariances_later = (np.array(parts) for parts in zip(*smoothed, strict=True))
+    return means, covariances, means_later, covariances_later
