@@ -54,8 +54,8 @@ class Ekf(ModelObserver):
     """The filter: settings as of `ModelObserver`, and how often it linearises.
 
     Attributes:
-        iterations: linearisations of a measurement; 1 is the plain filter. More pay while little is
-            known of mu and the torque is clean.
+        iterations: linearisations of a measurement; 1 is the plain filter. More pay where one sample
+            says much: under a clean torque, while little is known of mu.
 
     Parts of its state: `memory` (m,) of the patch and, where it depends on the tyre, its derivative
     `carried` (m, t) and the tyre `held_at` (t,) that it stands for; `x` (n,) in the order of `states`
@@ -148,7 +148,7 @@ def build_step(model: Model, sensing: Sensing, iterations: int = 1) -> ca.Functi
     believed, reset, _, counts = verdict
     missing = weight <= 0
     change = reset * prior_variance(beliefs)
-    known = factor[0, 0]
+    known = covariance(factor)[0, 0]
     factor[0, 0] += change
     left_open = left_open + change * H[0] ** 2
     weight = weight * believed * huber_share(innovation, ordinary, left_open)

@@ -83,7 +83,8 @@ class Estimate:
     Attributes:
         mu: friction coefficient [1].
         mu_std: its standard deviation [1].
-        M_z_predicted: aligning torque expected before the measurement was seen [N m].
+        M_z_predicted: aligning torque expected before its measurement was seen [N m]; where the angle is
+            what is measured, the model's torque at the corrected angle.
         informed: False while the estimate rests on the prior, as in full stick.
         status: what became of the sample.
     """

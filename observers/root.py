@@ -122,7 +122,8 @@ class Root:
             mu=self.smoothing * state.mu + (1 - self.smoothing) * raw,
             solved=solved,
             informed=state.informed or shows,
-            status=Status.BOUND if raw in self.bounds else Status.USED,
+            status=(Status.BOUND if raw in self.bounds else Status.USED)
+            | (Status.USED if solved else Status.NO_ROOT),
         )
 
     def estimate(self, state: RootState) -> Estimate:

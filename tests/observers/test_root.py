@@ -122,7 +122,8 @@ def test_beyond_stick_and_against_the_turn_mu_lies_on_its_bound(factor: float, b
     stick = curve((1e-3, 0.0), LOAD, TYRE.k, RIG)(1e3)[0]
     last = states_of(root(), psi, np.array([0.0, factor * stick]))[-1]
 
-    assert (last.mu, last.solved, last.status) == (bound, False, Status.BOUND)
+    assert (last.mu, last.solved) == (bound, False)
+    assert last.status == Status.BOUND | Status.NO_ROOT
 
 
 @pytest.mark.parametrize("name", ["psi", "M_z", "F_N"])
