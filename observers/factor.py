@@ -15,6 +15,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Expression = Any
+MOST = 1e12
+"""Greatest element of D after a motion: a variance beyond says no more, but could grow without end."""
 
 
 def covariance(factor: Expression) -> Expression:
@@ -60,7 +62,10 @@ def measured(factor: ca.SX, H: ca.SX, weight: ca.SX) -> tuple[ca.SX, ca.SX, ca.S
 
 
 def moved(factor: ca.SX, A: ca.SX, Q: ca.SX) -> ca.SX:
-    """The factor of A P A' + diag(Q), by weighted Gram-Schmidt from the last row up; Q >= 0, (n,)."""
+    """The factor of A P A' + diag(Q), by weighted Gram-Schmidt from the last row up; Q >= 0, (n,).
+
+    D stops at `MOST`: where a sensor fails for long, an unstable motion would square it to infinity.
+    """
     n = Q.numel()
     rows = ca.horzcat(A @ (ca.triu(factor, False) + ca.SX.eye(n)), ca.SX.eye(n))
     weights = ca.vertcat(ca.diag(factor), Q)
@@ -69,7 +74,7 @@ def moved(factor: ca.SX, A: ca.SX, Q: ca.SX) -> ca.SX:
     for j in range(n - 1, -1, -1):
         weighted = work[j] * weights
         D = ca.dot(work[j], weighted)
-        after[j, j] = D
+        after[j, j] = ca.fmin(D, MOST)
         for i in range(j):
             # A state that is known exactly has D = 0, and nothing goes along with it.
             share = ca.if_else(D > 0, ca.dot(work[i], weighted) / ca.if_else(D > 0, D, 1), 0)

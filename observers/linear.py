@@ -11,7 +11,7 @@ import casadi as ca
 from observers.factor import measured, moved
 from observers.layout import named
 from observers.protocol import SAMPLE
-from observers.sensing import CLEAN, RIG, Sensing
+from observers.sensing import CLEAN, RIG, Sensing, is_known
 from observers.tuning import BELIEFS
 
 TYRE = ("log_mu", "stiffness")
@@ -87,7 +87,7 @@ def build_reading(sensing: Sensing) -> ca.Function:
     reading = sensing.reading(
         named(sensing.states, x), M_z, named(CLEAN, now), named(RIG, rig), named(BELIEFS, beliefs)
     )
-    known = ca.fabs(reading.measured) < ca.inf
+    known = is_known(reading.measured)
     H = ca.jacobian(reading.expected, x).T
     H = H + _places(sensing) @ slopes * ca.jacobian(reading.expected, M_z)
     innovation = ca.if_else(known, reading.measured - reading.expected, 0)

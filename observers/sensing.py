@@ -32,8 +32,10 @@ Expression = Any
 Parts = Mapping[str, Expression]
 RIG = ("a", "e", "J_A", "b_t")
 """Order of the rig's numbers."""
+SENSIBLE = 1e9
+"""No sensor means a number this large, in SI units; single precision could not even square 1e20."""
 CLEAN = (*SAMPLE, "lost")
-"""Order of a cleaned sample: last known values where a sensor gave none, and a flag for such an M."""
+"""Order of a cleaned sample: last known values where a sensor gave none; for how long M was held [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -83,8 +85,8 @@ class Sensing(Hashable, Protocol):
 
 
 def is_known(value: Expression) -> Expression:
-    """False for NaN and infinity: casadi takes x == x for true, but no comparison with NaN is."""
-    return ca.fabs(value) < ca.inf
+    """False for NaN, infinity and nonsense: casadi takes x == x for true, but no comparison with NaN."""
+    return ca.fabs(value) < SENSIBLE
 
 
 def clean_load(sample: Parts, last: Parts) -> tuple[Expression, Expression]:

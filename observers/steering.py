@@ -18,6 +18,9 @@ from observers.sensing import (
 from observers.tuning import REFERENCE_STEP, Tuning
 from symbolic import InvalidInputError, Rig, full_slide_torque
 
+STALE = 0.1
+"""Time after which a steering torque that was held may be off by all of full slide [s]."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class SteeringTorque:
@@ -58,7 +61,7 @@ class SteeringTorque:
         }
 
     def clean(self, sample: Parts, last: Parts) -> tuple[Parts, Expression]:
-        """Without a steering torque the last one goes on, and may be off by as much as full slide."""
+        """Without a steering torque the last one goes on; the longer, the less it is worth."""
         F_N, load_held = clean_load(sample, last)
         lost = ca.logic_not(is_known(sample["M"]))
         made = {
@@ -68,7 +71,7 @@ class SteeringTorque:
             "dt": sample["dt"],
             "M_z": 0,
             "M": ca.if_else(lost, last["M"], sample["M"]),
-            "lost": lost,
+            "lost": ca.if_else(lost, last["lost"] + sample["dt"], 0),
         }
         return made, ca.logic_or(load_held, lost)
 
@@ -87,9 +90,10 @@ class SteeringTorque:
         torque = M_z + last["M"] + x.get("M_0", 0)
         rate = ((1 - damping) * x["psi_dot"] + kick * torque / rig["J_A"]) / (1 + damping)
         after |= {"psi": x["psi"] + dt * rate, "psi_dot": rate}
-        white = (beliefs["noise"] ** 2 + last["lost"]) * slide**2 * REFERENCE_STEP
+        white = (beliefs["noise"] * slide) ** 2 * REFERENCE_STEP * kick
+        stale = (ca.fmin(1, last["lost"] / STALE) * slide * kick) ** 2
         # Disturbances hit the rate after the drift, so that the next step carries them to the angle.
-        return after, variance | {"psi": 0, "psi_dot": white * kick / rig["J_A"] ** 2}
+        return after, variance | {"psi": 0, "psi_dot": (white + stale) / rig["J_A"] ** 2}
 
     def reading(self, x: Parts, M_z: Expression, now: Parts, rig: Parts, beliefs: Parts) -> Reading:
         """The angle [rad]."""

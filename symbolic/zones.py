@@ -18,6 +18,8 @@ from symbolic.patch import PatchInputs
 
 NEAR = 1e-7
 """Segments narrower than this share of their distance carry no torque [1]."""
+FAR = 1e15
+"""Zones beyond are too narrow to carry torque, and single precision could not square them [1/m]."""
 REST = 1e-12
 """Turns below this are rounding, not motion: they open no zone [rad]."""
 
@@ -166,7 +168,7 @@ def polyline_moment(
     xi_in, r_in = ca.vertcat(0, xi[:-1]), ca.vertcat(0, r[:-1])
     width = xi - xi_in
     slope = _ratio(r - r_in, width, width > NEAR * xi)
-    moment = unit_moment(scale * ca.vertcat(0, xi), a, e)
+    moment = unit_moment(ca.fmin(scale * ca.vertcat(0, xi), FAR), a, e)
     return k * ca.dot(slope, moment[:-1] - moment[1:])
 
 

@@ -154,13 +154,17 @@ def test_angle_has_its_own_noise() -> None:
     assert float(ordinary) == np.inf
 
 
-def test_lost_steering_torque_is_uncertain_by_full_slide() -> None:
+def test_a_held_steering_torque_is_worth_less_the_longer_it_is_held() -> None:
     x, slopes = np.zeros(3), np.zeros(2)
-    known, lost = (
-        moved(SteeringTorque(), x, 0.0, slopes, last=clean(lost=flag))[2][2] for flag in (0.0, 1.0)
-    )
+    doubt = {
+        time: moved(SteeringTorque(), x, 0.0, slopes, last=clean(lost=time))[2][2]
+        for time in (0.0, 0.05, 0.1, 5.0)
+    }
+    kick, slide = 0.008, 0.375 * 410.0 * RIG.a
 
-    assert lost / known == pytest.approx((TUNING.noise**2 + 1) / TUNING.noise**2)
+    # Half of full slide after half the time, all of it from then on, as a torque that stays.
+    for time, share in ((0.05, 0.5), (0.1, 1.0), (5.0, 1.0)):
+        assert doubt[time] - doubt[0.0] == pytest.approx((share * slide * kick / RIG.J_A) ** 2)
 
 
 SPRING = 65.0

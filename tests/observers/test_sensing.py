@@ -51,7 +51,7 @@ def test_aligning_torque_without_a_sensor(nothing: float) -> None:
 @pytest.mark.parametrize("nothing", NOTHING)
 def test_steering_torque_without_a_sensor(nothing: float) -> None:
     now, held = cleaned(SteeringTorque(), M=nothing)
-    assert (now["M"], now["lost"], held) == (LAST["M"], 1.0, True)
+    assert (now["M"], now["lost"], held) == (LAST["M"], GOOD["dt"], True)
     now, held = cleaned(SteeringTorque(), psi=nothing)
     assert (now["M"], now["lost"], held) == (GOOD["M"], 0.0, False)
     assert not np.isfinite(now["psi"])
