@@ -16,7 +16,8 @@ from identification.leftover import unexplained
 from identification.recordings import Recording
 from identification.results import Candidate, Diagnosis, Errors, Estimate, FoundEffect, Series
 from identification.scoring import Array, delta_bic, deviations, rmse_of
-from identification.selection import Progress, Step, model_of, search
+from identification.selection import Progress, Step, search
+from identification.trials import model_of
 from symbolic import InvalidInputError, simulate
 from symbolic.description import parameter_name
 
@@ -161,9 +162,12 @@ def _found(
 ) -> tuple[FoundEffect, ...]:
     found = []
     for step in steps:
-        if step.chosen is None:
-            break
+        # Effects that were dropped later are not among the estimates of the final model.
+        if step.chosen is None or step.chosen.effects[-1] not in steps[-1].before.effects:
+            continue
         effect = step.chosen.fitted.model.effects[-1]
+        if effect.name in step.before.effects:
+            continue
         prefix = f"{effect.name}."
         own = {k.removeprefix(prefix): e for k, e in estimates.items() if k.startswith(prefix)}
         found.append(

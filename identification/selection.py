@@ -1,57 +1,37 @@
-"""The search for the missing effects: forward selection, judged on recordings that were held out."""
+"""The search for the missing effects: stepwise selection, judged on recordings that were held out.
+
+Forward, one effect at a time; when nothing more earns its place, backward: an effect without which the
+others do as well is dropped; and sideways: an effect is exchanged for another. What was dropped does not
+come back, so the search ends.
+"""
 
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from multiprocessing import get_context
 from typing import Any
 
-import numpy as np
-
-from identification.fitting import COARSE, TOLERANCE, Fit, Values, first_values, fit
+from identification.fitting import COARSE, Values
 from identification.recordings import Recording
-from identification.scoring import Judgement, advantage, delta_bic, judged, leave_one_out
-from symbolic import EFFECTS, Model, effects_named
+from identification.scoring import advantage, delta_bic
+from identification.trials import Trial, attempt, model_of, thinned
+from symbolic import EFFECTS
 
-CORNERS = 16
-"""Zone corners kept in identification; beyond this depth they carry less than 1e-6 of the torque."""
 LEAST_GAIN = 0.02
 """An effect has to lower the judged error by this share to be named."""
 RESOLUTION = 5e-4
 """It has to explain more than this of the range, the accuracy of the discretised patch."""
+EXCHANGES = 3
+"""Candidates that may take the place of another effect when nothing more can be added."""
 IDLE_STEPS = 2
 """Steps in which a candidate may do next to nothing before it is left out."""
-RANKING_STEP = 0.02
-"""Recordings are thinned towards this time between samples while candidates are ranked [s]."""
 EARNED, CLEAR = 1.0, 2.0
 """Standard errors on the judged data by which an effect has to help, and two have to differ to be told
 apart."""
 
 Progress = Callable[[str, int, int], None]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Trial:
-    """A model fitted to the training recordings and judged.
-
-    Attributes:
-        effects: names of its effects, in order of selection.
-        fitted: the fit on the training recordings.
-        held_out: the fit of what belongs to each held-out recording; None without any.
-        judgement: how it does on the recordings by which it is judged.
-    """
-
-    effects: tuple[str, ...]
-    fitted: Fit
-    held_out: Fit | None
-    judgement: Judgement
-
-    @property
-    def nrmse(self) -> float:
-        """The judged error over range [1]."""
-        return self.judgement.nrmse
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -61,73 +41,23 @@ class Step:
     Attributes:
         before: the model before it.
         ranked_before: the same as the candidates were compared with, coarsely fitted.
-        tried: what was tried on top, best first, coarsely fitted.
+        tried: what was tried, one effect more or less, best first, coarsely fitted.
         chosen: the model after it; None in the last step.
         indistinguishable: effects that would have done as well as the chosen one.
+        dropped: the effect that went, in a step backward or an exchange; None in a step forward.
     """
 
     before: Trial
     ranked_before: Trial
     tried: tuple[Trial, ...]
     chosen: Trial | None
-    indistinguishable: tuple[str, ...]
+    indistinguishable: tuple[str, ...] = ()
+    dropped: str | None = None
 
     def idle(self) -> set[str]:
         """Effects that lowered the judged error by less than half of what is needed."""
         least = (1 - LEAST_GAIN / 2) * self.ranked_before.nrmse
         return {trial.effects[-1] for trial in self.tried if trial.nrmse > least}
-
-
-def model_of(effects: Sequence[str]) -> Model:
-    """The model with these effects as the search uses it."""
-    return Model(effects=effects_named(effects), corners=CORNERS)
-
-
-def attempt(
-    effects: Sequence[str],
-    training: Sequence[Recording],
-    holdout: Sequence[Recording],
-    start: Values | None = None,
-    tolerance: float = TOLERANCE,
-) -> Trial:
-    """Fit a model and judge it.
-
-    With held-out recordings every shared parameter stays frozen on them. Without, each training
-    recording is left out in turn (two or more of them), and the judged errors are those.
-    """
-    model = model_of(effects)
-    begin = start or first_values(model, training)
-    fitted = fit(model, training, begin, tolerance=tolerance)
-    if holdout:
-        held_out = freeze(fitted, holdout, tolerance)
-        return Trial(
-            effects=tuple(effects),
-            fitted=fitted,
-            held_out=held_out,
-            judgement=judged(held_out.residuals, holdout),
-        )
-    judgement = judged(leave_one_out(fitted, training), training)
-    return Trial(effects=tuple(effects), fitted=fitted, held_out=None, judgement=judgement)
-
-
-def thinned(recording: Recording) -> Recording:
-    """Every so many samples of a recording, such that they are at most `RANKING_STEP` apart.
-
-    The patch is rate-independent: between reversals it does not matter how often it is looked at. A
-    recording with missing torques stays as it is.
-    """
-    if not np.isfinite(recording.M_z).all():
-        return recording
-    stride = max(1, int(RANKING_STEP / float(np.diff(recording.t).max()) + 1e-6))
-    arrays = ("t", "psi", "psi_dot", "M_z", "F_N")
-    return replace(recording, M=None, **{name: getattr(recording, name)[::stride] for name in arrays})
-
-
-def freeze(fitted: Fit, recordings: Sequence[Recording], tolerance: float = TOLERANCE) -> Fit:
-    """Fit only what belongs to these recordings, with the shared parameters of `fitted`."""
-    own = first_values(fitted.model, recordings).own
-    start = Values(shared=fitted.values.shared, own=own)
-    return fit(fitted.model, recordings, start, free_shared=False, tolerance=tolerance)
 
 
 def search(
@@ -138,10 +68,11 @@ def search(
     progress: Progress | None = None,
     candidates: Sequence[str] = tuple(EFFECTS),
 ) -> list[Step]:
-    """Add effects one at a time until none earns its place; the last step has nothing chosen.
+    """Add effects one at a time, drop what has become idle; the last step has nothing chosen.
 
     Candidates are ranked on thinned recordings with coarse fits; what is chosen is fitted again on
-    everything. A candidate that did next to nothing in two steps running is not tried a third time.
+    everything. A candidate that did next to nothing in two steps running is left out of the next ones,
+    then tried once more before the search turns back. An effect that was dropped does not come back.
 
     Args:
         training: recordings that the shared parameters are fitted to.
@@ -156,55 +87,148 @@ def search(
     ranked, current = attempt((), *thin, None, COARSE), attempt((), training, holdout)
     steps: list[Step] = []
     with _workers(jobs) as submit:
+
+        def whole(leader: Trial) -> Trial:
+            return attempt(leader.effects, training, holdout, leader.fitted.values)
+
+        def try_all(sets: Sequence[tuple[str, ...]], label: str) -> list[Trial]:
+            return _try_all(ranked, sets, thin, submit, lambda done: report(label, done, len(sets)))
+
         while True:
-            tried = _try_all(ranked, _remaining(candidates, steps), thin, submit, report)
-            leader, others = _leader(ranked, tried, thin[0])
-            chosen = None
-            if leader is not None:
-                whole = attempt(leader.effects, training, holdout, leader.fitted.values)
+            for move in _moves(ranked, _waves(candidates, steps), thin[0], try_all):
                 # What was ranked on thinned recordings has to hold on the whole ones.
-                chosen = whole if _earns_its_place(whole, current, training) else None
-            steps.append(
-                Step(
-                    before=current,
-                    ranked_before=ranked,
-                    tried=tuple(tried),
-                    chosen=chosen,
-                    indistinguishable=others if chosen else (),
-                )
-            )
-            if leader is None or chosen is None:
-                return steps
-            ranked, current = leader, chosen
+                after = whole(move.leader) if move.leader else None
+                if move.leader and after and move.holds(after, current, training):
+                    steps.append(_step(current, ranked, move, after))
+                    ranked, current = move.leader, after
+                    break
+                if not steps or move.forward:
+                    last = _step(current, ranked, move, None)
+            else:
+                return [*steps, last]
 
 
-def _remaining(candidates: Sequence[str], steps: Sequence[Step]) -> list[str]:
-    """The candidates not chosen yet, less those that were idle in the last two steps."""
-    chosen = [] if not steps or steps[-1].chosen is None else steps[-1].chosen.effects
-    idle: set[str] = set()
-    if len(steps) >= IDLE_STEPS:
-        idle = set.intersection(*(step.idle() for step in steps[-IDLE_STEPS:]))
-    return [name for name in candidates if name not in chosen and name not in idle]
+Try = Callable[[Sequence[tuple[str, ...]], str], list[Trial]]
+Judge = Callable[[Trial, Trial, Sequence[Recording]], bool]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Move:
+    """A way on from the present model.
+
+    Attributes:
+        tried: what was tried, best first, coarsely fitted.
+        leader: the one to go on with, None for none.
+        others: effects that would do as well.
+        holds: whether (after, current, training) still speaks for it on the whole recordings.
+        forward: True where an effect is added and none dropped.
+    """
+
+    tried: list[Trial]
+    leader: Trial | None
+    others: tuple[str, ...] = ()
+    holds: Judge
+    forward: bool = False
+
+
+def _step(current: Trial, ranked: Trial, move: _Move, after: Trial | None) -> Step:
+    gone = set(current.effects) - set(after.effects) if after else set()
+    return Step(
+        before=current,
+        ranked_before=ranked,
+        tried=tuple(move.tried),
+        chosen=after,
+        indistinguishable=move.others if after else (),
+        dropped=next(iter(gone), None),
+    )
+
+
+def _moves(
+    ranked: Trial, waves: Sequence[Sequence[str]], training: Sequence[Recording], try_all: Try
+) -> Iterator[_Move]:
+    """Forward, else backward, else an exchange of one effect for another."""
+    forward = _forward(ranked, waves, training, try_all)
+    yield forward
+    yield _backward(ranked, training, try_all)
+    yield _exchange(ranked, forward.tried, try_all)
+
+
+def _waves(candidates: Sequence[str], steps: Sequence[Step]) -> tuple[list[str], list[str]]:
+    """Candidates to try, and those to try only if none of them helps: idle in the last two steps."""
+    present = steps[-1].chosen.effects if steps and steps[-1].chosen else ()
+    gone = {step.dropped for step in steps}
+    forward = [step for step in steps if step.dropped is None][-IDLE_STEPS:]
+    idle = set.intersection(*(step.idle() for step in forward)) if len(forward) == IDLE_STEPS else set()
+    left = [name for name in candidates if name not in present and name not in gone]
+    return [n for n in left if n not in idle], [n for n in left if n in idle]
+
+
+def _forward(
+    ranked: Trial, waves: Sequence[Sequence[str]], training: Sequence[Recording], try_all: Try
+) -> _Move:
+    """Every candidate on top of the present model."""
+    label = f"trying effects on top of {', '.join(ranked.effects) or 'the declared structure'}"
+    tried: list[Trial] = []
+    leader: Trial | None = None
+    others: tuple[str, ...] = ()
+    for names in waves:
+        if names and leader is None:
+            tried += try_all([(*ranked.effects, name) for name in names], label)
+            tried.sort(key=lambda trial: trial.nrmse)
+            leader, others = _leader(ranked, tried, training)
+    return _Move(tried=tried, leader=leader, others=others, holds=_earns_its_place, forward=True)
+
+
+def _backward(ranked: Trial, training: Sequence[Recording], try_all: Try) -> _Move:
+    """The present model without one effect each; the last one has just earned its place."""
+    sets = [tuple(e for e in ranked.effects if e != gone) for gone in ranked.effects[:-1]]
+    tried = try_all(sets, f"trying to do without one of {', '.join(ranked.effects)}") if sets else []
+    spared = [trial for trial in tried if not _earns_its_place(ranked, trial, training)]
+
+    def holds(after: Trial, current: Trial, training: Sequence[Recording]) -> bool:
+        return not _earns_its_place(current, after, training)
+
+    return _Move(tried=tried, leader=spared[0] if spared else None, holds=holds)
+
+
+def _exchange(ranked: Trial, tried: Sequence[Trial], try_all: Try) -> _Move:
+    """The candidates that helped most, though not enough, each in the place of one that is there."""
+    helpful = [t.effects[-1] for t in tried if t.nrmse < (1 - LEAST_GAIN) * ranked.nrmse][:EXCHANGES]
+    sets = [
+        (*(e for e in ranked.effects if e != gone), name) for name in helpful for gone in ranked.effects
+    ]
+    swapped = try_all(sets, f"exchanging one of {', '.join(ranked.effects)}") if sets else []
+    better = [trial for trial in swapped if _is_better(trial, ranked)]
+    return _Move(tried=swapped, leader=better[0] if better else None, holds=_is_better)
 
 
 def _try_all(
     ranked: Trial,
-    names: Sequence[str],
+    sets: Sequence[tuple[str, ...]],
     thin: tuple[Sequence[Recording], Sequence[Recording]],
     submit: Callable[..., Future[Trial]],
-    report: Progress,
+    report: Callable[[int], None],
 ) -> list[Trial]:
-    """Every candidate on top of the present model, best first."""
-    label = f"trying effects on top of {', '.join(ranked.effects) or 'the declared structure'}"
-    report(label, 0, len(names))
+    """Sets of effects fitted coarsely from the present values, best first."""
+    report(0)
     # The heaviest first, so that no core waits for one of them at the end.
-    sets = sorted(
-        ((*ranked.effects, name) for name in names), key=lambda effects: -model_of(effects).memory_size
-    )
-    futures = [submit(attempt, effects, *thin, ranked.fitted.values, COARSE) for effects in sets]
+    ordered = sorted(sets, key=lambda effects: -model_of(effects).memory_size)
+    futures = [
+        submit(attempt, effects, *thin, _values_for(ranked, effects), COARSE) for effects in ordered
+    ]
     for done, _ in enumerate(as_completed(futures), start=1):
-        report(label, done, len(names))
+        report(done)
     return sorted((future.result() for future in futures), key=lambda trial: trial.nrmse)
+
+
+def _values_for(ranked: Trial, effects: Sequence[str]) -> Values:
+    """The present values without those of effects that are not in the set."""
+    values = ranked.fitted.values
+
+    def kept(given: Mapping[str, float]) -> dict[str, float]:
+        return {n: v for n, v in given.items() if "." not in n or n.split(".")[0] in effects}
+
+    return Values(shared=kept(values.shared), own={name: kept(own) for name, own in values.own.items()})
 
 
 def _leader(
@@ -237,6 +261,15 @@ def _earns_its_place(trial: Trial, current: Trial, training: Sequence[Recording]
     if not mean > EARNED * error:
         return False
     return delta_bic(trial.fitted, current.fitted, training) < 0
+
+
+def _is_better(trial: Trial, current: Trial, training: Sequence[Recording] = ()) -> bool:
+    """Lower judged error by a clear margin, with no more parameters than needed to say so."""
+    del training
+    if not trial.nrmse < (1 - LEAST_GAIN) * current.nrmse:
+        return False
+    mean, error = advantage(trial.judgement, current.judgement)
+    return mean > EARNED * error
 
 
 def _tells_apart(best: Trial, other: Trial) -> bool:

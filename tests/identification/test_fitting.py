@@ -4,7 +4,7 @@ import pytest
 from identification import Fit, Recording, Values, first_values, fit, signals_of
 from identification.fitting import torque_range
 from identification.scoring import deviations
-from identification.selection import freeze
+from identification.trials import freeze
 from symbolic import DECLARED, EFFECTS, InvalidInputError, Model, Parameter, effects_named, simulate
 from symbolic.description import parameter_name
 from tests.identification.made import read_campaign, with_torque

@@ -15,7 +15,7 @@ from identification.scoring import (
     leave_one_out,
     rmse_of,
 )
-from identification.selection import attempt, freeze
+from identification.trials import attempt, freeze
 from symbolic import Model
 from tests.identification.made import read_campaign, with_torque
 
