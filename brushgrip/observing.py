@@ -1,6 +1,5 @@
 """Observers put to work on recordings: the settings a command chooses, and tracks to draw."""
 
-from dataclasses import replace
 from enum import StrEnum
 
 import numpy as np
@@ -84,9 +83,7 @@ def _on_model(name: ObserverName, recording: Recording, found: FoundModel | None
         model, values = Model(), {"k": recording.tyre.k}
     else:
         # A causal observer cannot know what was fitted to a whole recording, as its torque zero.
-        shared_only = replace(found, own={})
-        model, values = found.model, shared_only.values_for(recording.name, tuning.mu)
-        del values["mu"]
+        model, values = found.model, found.coming_values()
     sensing: Sensing = AligningTorque() if hears_ground(recording) else SteeringTorque()
     kind = Ekf if name is ObserverName.EKF else Mhe
     return kind(model=model, values=values, rig=recording.rig, tuning=tuning, sensing=sensing)

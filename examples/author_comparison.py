@@ -22,7 +22,8 @@ from observers import Ekf, Mhe, Observer, Root, run
 from symbolic import Model
 
 Array = NDArray[np.float64]
-METHODS = ("EKF", "MHE", "root", "author")
+METHODS = ("EKF", "MHE", "root.99", "root", "author")
+"""root.99 is root through the source's exponential filter (5.9) with 0.99."""
 SETTLED = 1.89
 """From here on the source's Table 6.1 counts, in the author's time [s]."""
 SLIDES = 0.9
@@ -58,6 +59,7 @@ def observers(recording: Recording) -> list[Observer]:
     return [
         Ekf(model=model, values=values, rig=recording.rig),
         Mhe(model=model, values=values, rig=recording.rig),
+        Root(k=recording.tyre.k, rig=recording.rig, smoothing=0.99),
         Root(k=recording.tyre.k, rig=recording.rig),
     ]
 

@@ -131,7 +131,7 @@ def build_step(model: Model, sensing: Sensing, iterations: int = 1) -> ca.Functi
     theta, rig, beliefs = split_constants(model, constants)
     now, held = build_clean(sensing)(sample, before["last"])
     motion = build_motion(sensing)
-    x, A, Q = motion(before["x"], before["M_z"], before["slopes"], before["last"], now, rig, beliefs)
+    x, A, Q, _ = motion(before["x"], before["M_z"], before["slopes"], before["last"], now, rig, beliefs)
     share = kept_share(sensing, covariance(before["factor"]), Q, before["x"])
     history = [before[name] for name, *_ in history_fields(model, sensing)]
     if carries(model, sensing):

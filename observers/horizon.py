@@ -50,7 +50,7 @@ class Horizon:
         M_z, slopes = self.of_newest(before, before["x"])
         clean = samples[: len(CLEAN), :]
         motion = build_motion(self.sensing)
-        newest, A, Q = motion(x, M_z, slopes, clean[:, -2], clean[:, -1], self.rig, self.beliefs)
+        newest, A, Q, _ = motion(x, M_z, slopes, clean[:, -2], clean[:, -1], self.rig, self.beliefs)
         share = kept_share(self.sensing, P, Q, x)
         return projected(self.sensing, newest, self.beliefs), A @ P @ A.T + ca.diag(Q), share
 
@@ -85,19 +85,16 @@ class Horizon:
 
         samples may have one column more than x; without it the motion out of the last is of no use.
         """
-        count, n = x.shape[1], len(self.sensing.states)
+        count = x.shape[1]
         if samples.shape[1] == count:
             samples = ca.horzcat(samples, samples[:, -1])
         clean, constant = (
             samples[: len(CLEAN), :],
             [ca.repmat(v, 1, count) for v in (self.rig, self.beliefs)],
         )
-        read, move = _build_readings(self.sensing), build_motion(self.sensing)
-        if count > 1:
-            read, move = read.map(count), move.map(count)
+        read, move = _along(self.sensing, count)
         z, H, weight = read(x, M_z, slopes, samples[:, :count], *constant)
-        x_next, A, Q = move(x, M_z, slopes, clean[:, :count], clean[:, 1:], *constant)
-        b = x_next - ca.horzcat(*(A[:, n * i : n * (i + 1)] @ x[:, i] for i in range(count)))
+        _, A, Q, b = move(x, M_z, slopes, clean[:, :count], clean[:, 1:], *constant)
         jumps = samples[ROWS.index("jump"), 1:]
         return [z, H, weight, A, b, ca.vertcat(Q[0, :] + jumps, Q[1:, :])]
 
@@ -113,3 +110,10 @@ def _build_readings(sensing: Sensing) -> ca.Function:
     return ca.Function(
         "counted", [x, M_z, slopes, row, rig, beliefs], [innovation + ca.dot(H, x), H, weight]
     )
+
+
+@cache
+def _along(sensing: Sensing, count: int) -> tuple[ca.Function, ca.Function]:
+    """Readings and motions of so many samples; one pair for all, so that its code is made once."""
+    read, move = _build_readings(sensing), build_motion(sensing)
+    return (read.map(count), move.map(count)) if count > 1 else (read, move)

@@ -56,9 +56,9 @@ def build_clean(sensing: Sensing) -> ca.Function:
 
 @cache
 def build_motion(sensing: Sensing) -> ca.Function:
-    """(x, M_z, slopes, last, now, rig, beliefs) -> (x_next, A, Q): to the sample now, from the last.
+    """(x, M_z, slopes, last, now, rig, beliefs) -> (x_next, A, Q, b): to the sample now, from the last.
 
-    A (n, n) is the derivative of x_next by x, Q (n,) the variances of the disturbances.
+    A (n, n) is the derivative of x_next by x, Q (n,) the variances on the way, b = x_next - A x.
     """
     names = ("x", "M_z", "slopes", "last", "now", "rig", "beliefs")
     x, M_z, slopes, last, now, rig, beliefs = inputs = _symbols(sensing, *names)
@@ -69,9 +69,8 @@ def build_motion(sensing: Sensing) -> ca.Function:
     x_next = ca.vertcat(*(after[name] for name in sensing.states))
     A = ca.jacobian(x_next, x) + ca.jacobian(x_next, M_z) @ (_places(sensing) @ slopes).T
     Q = ca.vertcat(*(variance[name] for name in sensing.states))
-    return ca.Function(
-        "motion", inputs, [x_next, ca.densify(A), ca.densify(Q)], list(names), ["x_next", "A", "Q"]
-    )
+    made = [ca.densify(part) for part in (x_next, A, Q, x_next - A @ x)]
+    return ca.Function("motion", inputs, made, list(names), ["x_next", "A", "Q", "b"])
 
 
 @cache

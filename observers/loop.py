@@ -13,10 +13,11 @@ from symbolic import InvalidInputError
 
 @dataclass(frozen=True, slots=True)
 class _Known:
-    """What is carried from sample to sample: the observer's state, None before the start; the rate."""
+    """What is carried on: the observer's state, None before the start; angle, its age, and rate."""
 
     state: Any = None
     psi: float = nan
+    age: float = 0.0
     psi_dot: float = 0.0
 
 
@@ -99,15 +100,16 @@ class Loop:
 
     def _after(self, known: _Known, sample: Sample) -> _Known:
         """What is known after one more sample."""
-        psi = sample.psi if isfinite(sample.psi) else known.psi
-        turn = psi - known.psi if isfinite(known.psi) else 0.0
-        rate = next_rate(known.psi_dot, turn, sample.dt)
+        psi, rate, age = known.psi, known.psi_dot, known.age + sample.dt
+        if isfinite(sample.psi):
+            turn = sample.psi - psi if isfinite(psi) else 0.0
+            psi, rate, age = sample.psi, next_rate(rate, turn, age), 0.0
         state = known.state
         if not isfinite(sample.psi_dot):
             sample = replace(sample, psi_dot=rate)
         if state is None and isfinite(sample.psi) and inf > sample.F_N > 0:
             state = self.observer.init(sample)
-        return _Known(None if state is None else self.observer.step(state, sample), psi, rate)
+        return _Known(None if state is None else self.observer.step(state, sample), psi, age, rate)
 
     def _said(self, sample: Sample) -> Estimate:
         """What the observer says now; the newest sample only lends its dt to the prior."""

@@ -5,7 +5,9 @@ what a sample says is judged anew at the states that later samples lead to, wher
 once; and samples that were not believed count again when the ground turns out to have changed. Samples
 older than the window are summed up in its arrival, mean and covariance, which a filter takes along
 behind the window, linearised at what the window made of them. On a linear problem with Gaussian noise
-every window gives the Kalman filter. `observers.window` has the cost and its sources.
+every window gives the Kalman filter. Huber's loss differs: here a residual is what the fitted states
+leave, there what the filter had expected, less what it could not yet know. `observers.window` has the
+cost and its sources.
 """
 
 from dataclasses import dataclass

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from enum import IntFlag
-from math import isfinite
 from typing import Any, Protocol
 
 import numpy as np
@@ -11,6 +10,8 @@ from numpy.typing import NDArray
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
+LONGEST_STEP = 3600.0
+"""A pause longer than this is the end of a measurement [s]."""
 SAMPLE = ("psi", "psi_dot", "F_N", "dt", "M_z", "M")
 """Order of a sample's numbers."""
 
@@ -21,14 +22,14 @@ class Sample:
 
     Attributes:
         psi: yaw angle [rad].
-        psi_dot: yaw rate [rad/s].
+        psi_dot: yaw rate [rad/s]; a missing one counts as 0, `run` and `Loop` take it from psi.
         F_N: vertical load [N]; a missing or non-positive one counts as unchanged.
-        dt: time since the last sample [s].
+        dt: time since the last sample, at most an hour [s].
         M_z: aligning torque, moment of the ground on the wheel [N m], where that is measured.
         M: steering torque, of the hand or motor on the wheel [N m], where that is measured.
 
     Raises:
-        InvalidInputError: dt is not a finite number greater than 0.
+        InvalidInputError: dt is not greater than 0 and at most an hour.
     """
 
     psi: float
@@ -40,8 +41,10 @@ class Sample:
 
     def __post_init__(self) -> None:
         """Check the one number that may not be missing."""
-        if not (self.dt > 0 and isfinite(self.dt)):
-            raise InvalidInputError(f"a sample needs a finite dt > 0 s, got dt = {self.dt}")
+        if not 0 < self.dt <= LONGEST_STEP:
+            raise InvalidInputError(
+                f"a sample needs dt > 0 s and at most {LONGEST_STEP:g} s, got dt = {self.dt}"
+            )
 
 
 class Status(IntFlag):

@@ -9,6 +9,7 @@ encoder leaves open.
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 
 import casadi as ca
 
@@ -89,8 +90,7 @@ class Recall:
     def torques(self, parts: Parts, x: ca.MX, theta: ca.MX, rig: ca.MX) -> tuple[ca.MX, ca.MX]:
         """M_z (1, N) and its slopes (d, N) by the states at x (n, N), for the first N samples kept."""
         count = x.shape[1]
-        torque = build_torque(self.model, self.sensing)
-        through = torque.map(count) if count > 1 else torque
+        through = _torques_of(self.model, self.sensing, count)
         kept = {name: parts[name][:, : columns * count] for name, _, columns in self.blocks}
         turned = kept.pop("turned", None)
         constant = (ca.repmat(vector, 1, count) for vector in (theta, rig[:2]))
@@ -99,3 +99,10 @@ class Recall:
             M_z = M_z + turned[1, :] * (x[self.sensing.states.index("psi"), :] - turned[0, :])
             slopes = ca.vertcat(turned[1, :], slopes)
         return M_z, by_states(self.sensing, slopes, x)
+
+
+@cache
+def _torques_of(model: Model, sensing: Sensing, count: int) -> ca.Function:
+    """The torque of so many samples; one Function for all, so that its code is made once."""
+    torque = build_torque(model, sensing)
+    return torque.map(count) if count > 1 else torque

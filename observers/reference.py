@@ -112,7 +112,7 @@ def _build_costs(model: Model, sensing: Sensing, window: int) -> ca.Function:
     read, move = build_reading(sensing).map(window), build_motion(sensing).map(window)
     innovations, _, weights, _, ordinary = read(x, M_z, slopes, clean, *constant)
     onward = ca.horzcat(clean[:, 1:], clean[:, -1])
-    moved, _, variances = move(x, M_z, slopes, clean, onward, *constant)
+    moved, _, variances, _ = move(x, M_z, slopes, clean, onward, *constant)
     jumps = samples[ROWS.index("jump"), 1:]
     variances = ca.vertcat(variances[0, :-1] + jumps, variances[1:, :-1])
     weights = weights * samples[ROWS.index("believed"), :]

@@ -1,5 +1,7 @@
 """Run any observer over a recording."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -29,24 +31,24 @@ def run(
         observer: the observer.
         t: time, increasing, shape (n,) with n >= 2 [s]; samples may be irregular.
         psi: yaw angle, shape (n,), NaN where missing [rad].
-        F_N: vertical load, shape (n,), NaN where missing [N].
+        F_N: vertical load, shape (n,), NaN where missing, or one number for all [N].
         M_z: aligning torque, shape (n,), NaN where missing [N m]; None where it is not measured.
         psi_dot: yaw rate where it is measured, shape (n,) [rad/s]; None takes it from the past of psi.
         M: steering torque, shape (n,), NaN where missing [N m]; None where it is not measured.
 
     Raises:
-        InvalidInputError: shapes differ, time does not increase, neither torque is given, or nothing is
-            known of the angle or the load.
+        InvalidInputError: shapes differ, time does not increase, or nothing is known of the torque that
+            the observer hears, of the angle or of the load.
     """
-    for name, array in (("psi", psi), ("F_N", F_N), ("M_z", M_z), ("psi_dot", psi_dot), ("M", M)):
-        if array is not None and (array.shape != t.shape or t.ndim != 1 or t.size < 2):
-            raise InvalidInputError(
-                f"{name} must have the shape of t, (n,) with n >= 2; got {array.shape} and {t.shape}"
-            )
-    if not (np.isfinite(t).all() and (np.diff(t) > 0).all()):
-        raise InvalidInputError("t must increase from sample to sample, and be finite")
-    if M_z is None and M is None:
-        raise InvalidInputError("one torque must be given, M_z or M")
+    t, psi, F_N = (np.asarray(channel, dtype=float) for channel in (t, psi, F_N))
+    M_z, psi_dot, M = (None if c is None else np.asarray(c, dtype=float) for c in (M_z, psi_dot, M))
+    F_N = np.full(t.shape, F_N) if F_N.ndim == 0 else F_N
+    _check(t, {"psi": psi, "F_N": F_N, "M_z": M_z, "psi_dot": psi_dot, "M": M})
+    hand = getattr(getattr(observer, "sensing", None), "turns", False)
+    torque = M if hand else M_z
+    if torque is None or not np.isfinite(torque).any():
+        needed = "M, the steering torque" if hand else "M_z, the aligning torque"
+        raise InvalidInputError(f"this observer needs {needed}, in at least one sample")
     known = np.isfinite(psi) & np.isfinite(F_N) & (F_N > 0)
     if not known.any():
         raise InvalidInputError("psi must be finite and F_N greater than 0 N in at least one sample")
@@ -71,11 +73,21 @@ def run(
     )
 
 
+def _check(t: Array, channels: Mapping[str, Array | None]) -> None:
+    for name, array in channels.items():
+        if array is not None and (array.shape != t.shape or t.ndim != 1 or t.size < 2):
+            raise InvalidInputError(
+                f"{name} must have the shape of t, (n,) with n >= 2; got {array.shape} and {t.shape}"
+            )
+    if not (np.isfinite(t).all() and (np.diff(t) > 0).all()):
+        raise InvalidInputError("t must increase from sample to sample, and be finite")
+
+
 def _rate(t: Array, psi: Array) -> Array:
-    """The causal rate of an angle whose missing samples are held."""
-    known = np.isfinite(psi)
-    at = np.maximum.accumulate(np.where(known, np.arange(t.size), np.argmax(known)))
-    return causal_rate(t, psi[at])
+    """The causal rate from the angles that are known, held where one is missing."""
+    known = np.flatnonzero(np.isfinite(psi))
+    rate = causal_rate(t[known], psi[known])
+    return rate[np.maximum(np.searchsorted(known, np.arange(t.size), side="right") - 1, 0)]
 
 
 def _said(observer: Observer | BatchObserver, samples: Array) -> Array:

@@ -32,6 +32,8 @@ Expression = Any
 Parts = Mapping[str, Expression]
 RIG = ("a", "e", "J_A", "b_t")
 """Order of the rig's numbers."""
+LONGEST = 0.05
+"""A sample speaks for no longer than this, however long the gap before it [s]."""
 SENSIBLE = 1e9
 """No sensor means a number this large, in SI units; single precision could not even square 1e20."""
 CLEAN = (*SAMPLE, "lost")
@@ -182,6 +184,6 @@ class AligningTorque:
         return Reading(
             expected=M_z + x.get("M_0", 0),
             measured=now["M_z"],
-            precision=now["dt"] / (REFERENCE_STEP * (beliefs["noise"] * slide) ** 2),
+            precision=ca.fmin(now["dt"], LONGEST) / (REFERENCE_STEP * (beliefs["noise"] * slide) ** 2),
             ordinary=(beliefs["error"] * slide) ** 2,
         )

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from observers.layout import Layout, State, named
 from observers.meeting import tyre
 from observers.protocol import Estimate, Sample, Status
-from observers.sensing import CLEAN, RIG, AligningTorque, Sensing
+from observers.sensing import CLEAN, RIG, SENSIBLE, AligningTorque, Sensing
 from observers.stepping import Stepper, first_sample, run_stretches
 from observers.tuning import BELIEFS, Tuning
 from symbolic import InvalidInputError, Model, Rig, full_slide_torque
@@ -44,7 +44,23 @@ class ModelObserver:
     sensing: Sensing = field(default_factory=AligningTorque)
 
     def __post_init__(self) -> None:
-        """Check the parameters and the rig."""
+        """Check the parameters, the rig, and that they go together."""
+        for name, kind in (("model", Model), ("rig", Rig), ("tuning", Tuning)):
+            if not isinstance(getattr(self, name), kind):
+                raise InvalidInputError(
+                    f"{name} must be a {kind.__name__}, got {type(getattr(self, name)).__name__}"
+                )
+        if isinstance(self.sensing, type) or not hasattr(self.sensing, "reading"):
+            raise InvalidInputError(
+                "sensing must be AligningTorque(...) or SteeringTorque(...), with brackets,"
+                f" got {self.sensing!r}"
+            )
+        sensors = [effect.name for effect in self.model.effects if effect.sensor]
+        if self.sensing.turns and sensors:
+            raise InvalidInputError(
+                f"the model's {sensors[0]} belongs to the channel of the aligning torque, which is not"
+                " measured here; leave the effect out"
+            )
         self.model.theta({**self.values, "mu": self.tuning.mu})
         self.sensing.check(self.rig)
 
@@ -80,6 +96,11 @@ class ModelObserver:
 
     def step(self, state: State, sample: Sample) -> State:
         """The state after one more sample; the state given is not changed."""
+        if state.values.size != self.layout.size:
+            raise InvalidInputError(
+                f"the state has {state.values.size} numbers, this observer's has {self.layout.size};"
+                " it belongs to another observer"
+            )
         return State(self._stepper(state.values, sample), state.layout)
 
     def estimate(self, state: State) -> Estimate:
@@ -114,7 +135,7 @@ class ModelObserver:
 
     def _start(self, first: Sample) -> dict[str, Array | float]:
         """Parts that every state has, before the first sample."""
-        if not (np.isfinite(first.psi) and np.isfinite(first.F_N) and first.F_N > 0):
+        if not (abs(first.psi) < SENSIBLE and 0 < first.F_N < SENSIBLE):
             raise InvalidInputError(
                 "the first sample must have a finite psi and F_N > 0 N, as they say where the patch"
                 f" stands; got psi = {first.psi} rad, F_N = {first.F_N} N; wait for one that has"

@@ -20,11 +20,18 @@ from symbolic import InvalidInputError, Rig, full_slide_torque
 
 STALE = 0.1
 """Time after which a steering torque that was held may be off by all of full slide [s]."""
+USUAL_STEP = 0.02
+"""Longer steps count as a steering torque that was held for the rest [s]; a wheel swings in 0.2 s."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SteeringTorque:
     """The steering torque is measured, and the angle; states psi, psi_dot, mu and as chosen.
+
+    Samples should come every 10 ms or faster: the wheel swings on the tyre at some 5 Hz, and steps of
+    60 ms and more are beyond what the integration bears. `Ekf.iterations` has no effect here, as the
+    measurement is linear. A slope of the torque by the rate (contact damping) is left out of the
+    derivatives; it belongs into b_t.
 
     Attributes:
         zero: the zero M_0 of the torque channel is a state [N m]; it acts as a torque on the wheel.
@@ -91,7 +98,10 @@ class SteeringTorque:
         rate = ((1 - damping) * x["psi_dot"] + kick * torque / rig["J_A"]) / (1 + damping)
         after |= {"psi": x["psi"] + dt * rate, "psi_dot": rate}
         white = (beliefs["noise"] * slide) ** 2 * REFERENCE_STEP * kick
-        stale = (ca.fmin(1, last["lost"] / STALE) * slide * kick) ** 2
+        # A held torque errs to one side for about as long as it takes to grow stale; so does one between
+        # samples that are far apart, and there the leapfrog itself is at its end.
+        age = last["lost"] + ca.fmax(0, dt - USUAL_STEP)
+        stale = (ca.fmin(1, age / STALE) * slide) ** 2 * STALE * kick
         # Disturbances hit the rate after the drift, so that the next step carries them to the angle.
         return after, variance | {"psi": 0, "psi_dot": (white + stale) / rig["J_A"] ** 2}
 

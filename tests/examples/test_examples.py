@@ -119,12 +119,13 @@ def test_moving_horizon_measured(tmp_path: Path, measured_dir: Path) -> None:
 
 def test_change_of_surface(tmp_path: Path) -> None:
     text = printed_by("change_of_surface.py", tmp_path, "change.png", leaves="change.png")
+    turn = r"[.\d]+|inf"
     turns: dict[str, dict[float, tuple[float, float]]] = {}
     for patch, table in re.findall(
-        r"^ *(exact patch|bristles),.*\n((?:.* rad, .*\n)+)", text, re.MULTILINE
+        r"^ *([^,\n]*(?:, [a-z ]+)?), [\d.]+ -> .*\n((?:.* rad, .*\n)+)", text, re.MULTILINE
     ):
         rows = re.findall(
-            rf"^ *{NUMBER} rad *{NUMBER} rad, *\d+ *{NUMBER} rad, *\d+$", table, re.MULTILINE
+            rf"^ *{NUMBER} rad *({turn}) rad, *\d+ *({turn}) rad, *\d+$", table, re.MULTILINE
         )
         turns[patch] = {float(place): (float(ekf), float(mhe)) for place, ekf, mhe in rows}
     (known,) = re.findall(
@@ -138,6 +139,8 @@ def test_change_of_surface(tmp_path: Path) -> None:
         assert mhe <= ekf
     for place in (0.35, 0.45):
         assert max(turns["exact patch"][place]) <= 0.1
+        assert max(turns["bristles, friction rises"][place]) < 0.5
+        assert turns["bristles, default tuning"][place] == (float("inf"), float("inf"))
     assert (tmp_path / "change.png").read_bytes().startswith(b"\x89PNG")
 
 
@@ -171,7 +174,7 @@ def test_author_comparison(tmp_path: Path, measured_dir: Path) -> None:
     means = [[float(cell) for cell in row.split("|")] for row in cells]
     lasts = re.findall(rf"\| {NUMBER} +\| {NUMBER} +\|$", text, flags=re.MULTILINE)
 
-    for ekf, mhe, root, author in means:
+    for ekf, mhe, _, root, author in means:
         assert max(ekf, mhe) < min(root, author)
     assert len(means) == 4
     assert len(lasts) == 8

@@ -31,7 +31,8 @@ def moved(sensing: Sensing, x: Array, M_z: float, slopes: Array, **settings: Any
     last, now = settings.get("last", clean(dt=0.012)), settings.get("now", clean())
     tuning = settings.get("tuning", TUNING)
     made = build_motion(sensing)(x, M_z, slopes, last, now, NUMBERS, tuning.beliefs)
-    x_next, A, Q = (np.asarray(part) for part in made)
+    x_next, A, Q, b = (np.asarray(part) for part in made)
+    np.testing.assert_allclose(b.ravel(), x_next.ravel() - A @ x, rtol=0, atol=1e-12)
     return x_next.ravel(), A, Q.ravel()
 
 
@@ -162,9 +163,9 @@ def test_a_held_steering_torque_is_worth_less_the_longer_it_is_held() -> None:
     }
     kick, slide = 0.008, 0.375 * 410.0 * RIG.a
 
-    # Half of full slide after half the time, all of it from then on, as a torque that stays.
+    # Half of full slide after half the time, all of it from then on, each time for a tenth of a second.
     for time, share in ((0.05, 0.5), (0.1, 1.0), (5.0, 1.0)):
-        assert doubt[time] - doubt[0.0] == pytest.approx((share * slide * kick / RIG.J_A) ** 2)
+        assert doubt[time] - doubt[0.0] == pytest.approx((share * slide / RIG.J_A) ** 2 * 0.1 * kick)
 
 
 SPRING = 65.0

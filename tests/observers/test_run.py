@@ -171,7 +171,7 @@ def test_observers_in_between_are_run_by_their_steps(recording: RigRecording) ->
         (lambda c: {"t": np.where(c["t"] == 0.03, nan, c["t"])}, "t must increase"),
         (lambda c: {"t": np.where(c["t"] == c["t"][-1], inf, c["t"])}, "t must"),
         (lambda c: {"t": np.where(c["t"] == c["t"][0], -inf, c["t"])}, "t must"),
-        (lambda _: {"M_z": None}, "one torque must be given"),
+        (lambda _: {"M_z": None}, "this observer needs M_z"),
         (lambda c: {"psi": np.full_like(c["t"], nan)}, "in at least one sample"),
         (lambda c: {"F_N": np.full_like(c["t"], inf)}, "in at least one sample"),
         (lambda c: {"F_N": -c["F_N"]}, "in at least one sample"),

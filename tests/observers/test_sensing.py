@@ -111,7 +111,7 @@ def test_first_sample_says_where_the_patch_stands(kind: Any, fault: dict[str, fl
 
 @pytest.mark.parametrize("dt", [0.0, -0.01, nan, inf])
 def test_a_sample_needs_its_time(dt: float) -> None:
-    with pytest.raises(InvalidInputError, match="finite dt > 0 s"):
+    with pytest.raises(InvalidInputError, match="dt > 0 s and at most 3600 s"):
         Sample(psi=0.0, psi_dot=0.0, F_N=400.0, dt=dt)
 
 

@@ -1,5 +1,6 @@
 """The wheel with its inertia, steering torque and angle measured: what is found on the rig."""
 
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -7,7 +8,8 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import Ekf, Estimates, Mhe, SteeringTorque, run
-from tests.observers.conftest import make
+from symbolic import InvalidInputError, Model, effects_named
+from tests.observers.conftest import RIG, K, make
 from tests.observers.made import CLEAN_RIG, columns_of, samples_of, slide, states_of
 from tests.rig.patch import RigTyre
 from tests.rig.steering import SteeringRecording, make_steering_recording
@@ -108,3 +110,23 @@ def test_a_zero_of_the_channel_is_told_from_friction(steered: SteeringRecording)
 
     assert said.mu == pytest.approx(1.3, abs=3 * said.mu_std)
     assert state["x"][1] == pytest.approx(-0.3, abs=0.03)
+
+
+@pytest.mark.parametrize(("kind", "settings"), KINDS)
+@pytest.mark.parametrize("rate", [1000.0, 100.0])
+def test_a_torque_lost_for_long_counts_alike_at_any_rate(kind: Any, settings: Any, rate: float) -> None:
+    # What is held errs to one side; ten times as many samples of it say no more.
+    made = make_steering_recording(11, duration=4.0, rate=rate)
+    M = np.where((made.t > 2.0) & (made.t < 3.0), np.nan, made.M)
+    observer = make(kind, sensing=SteeringTorque(), noise=0.03, error=inf, gate=inf, **settings)
+    said = run(observer, made.t, made.psi, made.F_N, M=M)
+    off = np.abs(said.mu - made.mu_true) / said.mu_std
+
+    assert off[made.t > 2.0].max() < 5
+
+
+def test_a_sensor_of_the_other_torque_is_refused() -> None:
+    model = Model(effects=effects_named(["sensor_delay"]))
+    values = {"k": K, "sensor_delay.delay": 0.01}
+    with pytest.raises(InvalidInputError, match="sensor_delay"):
+        Ekf(model=model, values=values, rig=RIG, sensing=SteeringTorque())
