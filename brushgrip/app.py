@@ -9,11 +9,14 @@ from brushgrip.commands.demo import demo
 from brushgrip.commands.diagnose import diagnose
 from brushgrip.commands.estimate import estimate
 from brushgrip.commands.fetch import fetch
+from brushgrip.commands.identify import identify
 from brushgrip.commands.simulate import simulate
 from symbolic.errors import BrushgripError, InvalidInputError
 
 BAD_INPUT, FAILED = 2, 1
 """Exit status for input that the user can mend, and for what failed outside, as a download."""
+LISTS = ("--holdout", "--free-decay")
+"""Options that take one or more names after the flag."""
 
 app = typer.Typer(
     name="brushgrip",
@@ -22,7 +25,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (demo, fetch, simulate, diagnose, estimate):
+for command in (demo, fetch, simulate, identify, diagnose, estimate):
     app.command()(command)
 
 
@@ -37,7 +40,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """
     given = sys.argv[1:] if arguments is None else arguments
     try:
-        status = app(args=repeat_holdout(given), prog_name="brushgrip", standalone_mode=False)
+        status = app(args=repeat_lists(given), prog_name="brushgrip", standalone_mode=False)
     except BrushgripError as error:
         _say_fault(str(error))
         raise SystemExit(BAD_INPUT if isinstance(error, InvalidInputError) else FAILED) from None
@@ -56,20 +59,21 @@ def _say_fault(message: str) -> None:
     print(f"brushgrip: {' '.join(message.split())}", file=sys.stderr)
 
 
-def repeat_holdout(arguments: Sequence[str]) -> list[str]:
-    """The arguments with `--holdout A B` written as `--holdout A --holdout B`.
+def repeat_lists(arguments: Sequence[str]) -> list[str]:
+    """The arguments with `--holdout A B` written as `--holdout A --holdout B`, and so all of `LISTS`.
 
-    Everything up to the next argument that begins with a dash counts as held out.
+    Everything up to the next argument that begins with a dash belongs to the option.
     """
     spread: list[str] = []
     rest = list(arguments)
     while rest:
         argument = rest.pop(0)
-        if argument.startswith("--holdout="):
-            argument, rest = "--holdout", [argument.removeprefix("--holdout="), *rest]
+        name, sign, value = argument.partition("=")
+        if sign and name in LISTS:
+            argument, rest = name, [value, *rest]
         if argument == "--":
             return [*spread, argument, *rest]
-        if argument != "--holdout" or not rest or rest[0].startswith("-"):
+        if argument not in LISTS or not rest or rest[0].startswith("-"):
             spread.append(argument)
             continue
         while rest and not rest[0].startswith("-"):

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.fetch import LOCAL_COPY
+from identification.decays import Decay, read_decay
 from identification.recordings import Recording, read_recording, read_rig
 from symbolic.errors import InvalidInputError
 
@@ -69,12 +70,29 @@ def read_all(
     ]
     for (one, first), (other, second) in combinations(zip(paths, recordings, strict=True), 2):
         if one.samefile(other) or (torque_required and _same_samples(first, second)):
-            raise InvalidInputError(
-                f"{other}: is the same recording as {one}; each is allowed once, "
-                "either for training or held out"
-            )
+            raise _twice(one, other, ", either for training or held out")
     labels = _unique_labels(paths)
     return [replace(r, name=label) for r, label in zip(recordings, labels, strict=True)]
+
+
+def read_decays(names: Sequence[str], rig: Path | None) -> list[Decay]:
+    """The free vibrations of these names, in order, each under a name of its own.
+
+    Args:
+        names: as the user gave them.
+        rig: a rig file; None where the recordings know their rig.
+
+    Raises:
+        InvalidInputError: a file is missing or bad, or one recording is given twice.
+    """
+    nominal = None if rig is None else read_rig(rig)
+    paths = [locate(name) for name in names]
+    decays = [read_decay(path, nominal) for path in paths]
+    for (one, first), (other, second) in combinations(zip(paths, decays, strict=True), 2):
+        if one.samefile(other) or np.array_equal(first.psi, second.psi):
+            raise _twice(one, other)
+    labels = _unique_labels(paths)
+    return [replace(decay, name=label) for decay, label in zip(decays, labels, strict=True)]
 
 
 def keep_inputs(outputs: Sequence[Path], names: Sequence[str], *others: Path | None) -> None:
@@ -88,6 +106,10 @@ def keep_inputs(outputs: Sequence[Path], names: Sequence[str], *others: Path | N
         for path in inputs:
             if output.exists() and output.samefile(path):
                 raise InvalidInputError(f"{output}: would overwrite what is read; name another --out")
+
+
+def _twice(one: Path, other: Path, where: str = "") -> InvalidInputError:
+    return InvalidInputError(f"{other}: is the same recording as {one}; each is allowed once{where}")
 
 
 def _same_samples(one: Recording, other: Recording) -> bool:

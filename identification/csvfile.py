@@ -9,7 +9,7 @@ import numpy as np
 
 from identification.files import read_text
 from identification.rigfile import DECLARABLE
-from identification.table import OPTIONAL_COLUMNS, REQUIRED_COLUMNS, Fault, Table, required_columns
+from identification.table import OPTIONAL_COLUMNS, REQUIRED_COLUMNS, Fault, Table
 from symbolic.errors import InvalidInputError
 from symbolic.text import excerpt
 
@@ -20,8 +20,12 @@ Rows = list[tuple[int, list[str]]]
 """Fields with the number of their line, which begins at 1."""
 
 
-def read_csv(path: Path, *, torque_required: bool) -> Table:
+def read_csv(path: Path, needed: Sequence[str]) -> Table:
     """Reads the table; unknown columns are left out, other comment lines passed over.
+
+    Args:
+        path: the file.
+        needed: names of columns that the header must hold.
 
     Raises:
         InvalidInputError: the file cannot be read as such a table at all; faults of single rows
@@ -36,9 +40,9 @@ def read_csv(path: Path, *, torque_required: bool) -> Table:
             break
         _declare(path, start + 1, line, declared, places)
     else:
-        raise InvalidInputError(f"{path}: has no header; expected {','.join(REQUIRED_COLUMNS)}")
+        raise InvalidInputError(f"{path}: has no header; expected {','.join(needed)}")
     rows = list(_fields(path, start, lines[start:]))
-    header = _header(path, *rows[0], torque_required=torque_required)
+    header = _header(path, *rows[0], needed)
     samples = rows[1:]
     while samples and not any(field.strip() for field in samples[-1][1]):
         samples.pop()
@@ -84,12 +88,11 @@ def _declare(
     declared[name], places[name] = value, row
 
 
-def _header(path: Path, row: int, fields: Sequence[str], *, torque_required: bool) -> Mapping[str, int]:
+def _header(path: Path, row: int, fields: Sequence[str], needed: Sequence[str]) -> Mapping[str, int]:
     names = [field.strip() for field in fields]
     for name in (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS):
         if names.count(name) > 1:
             raise InvalidInputError(f"{path}: row {row}: two columns are named {name}; one allowed")
-    needed = required_columns(torque_required=torque_required)
     missing = [name for name in needed if name not in names]
     if missing:
         raise InvalidInputError(

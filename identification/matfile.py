@@ -1,26 +1,29 @@
 """Recordings in MATLAB 5 files, as published: time, Psi, Mz, Fz and scalars such as a, e, k."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from identification.files import read_bytes
 from identification.matlab5 import DamagedFileError, read_arrays
 from identification.rigfile import DECLARABLE
-from identification.table import Array, Table, required_columns
+from identification.table import Array, Table
 from symbolic.errors import InvalidInputError
 
 _VARIABLES = {"t": "time", "psi": "Psi", "M_z": "Mz", "F_N": "Fz"}
 
 
-def read_mat(path: Path, *, torque_required: bool) -> Table:
+def read_mat(path: Path, needed: Sequence[str]) -> Table:
     """Reads the table; other variables in the file are passed over.
+
+    Args:
+        path: the file.
+        needed: names of columns that the file must hold, `t` for its variable `time` and so on.
 
     Raises:
         InvalidInputError: not a MATLAB 5 file, a variable is missing, of another length or not of
             real numbers.
     """
     content = _load(path)
-    needed = required_columns(torque_required=torque_required)
     missing = [_VARIABLES[name] for name in needed if _VARIABLES[name] not in content]
     if missing:
         raise InvalidInputError(

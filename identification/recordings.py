@@ -10,7 +10,7 @@ from identification.csvfile import read_csv
 from identification.matfile import read_mat
 from identification.rigfile import read_rig, with_declared
 from identification.smoothing import smoothed_rate
-from identification.table import Table, check
+from identification.table import Table, check, required_columns
 from symbolic.errors import InvalidInputError
 from symbolic.parameters import Rig, Tyre
 
@@ -108,9 +108,10 @@ def read_recording(
     """
     path = Path(path)
     read = read_mat if path.suffix.lower() == ".mat" else read_csv
-    table = read(path, torque_required=torque_required)
-    check(table, torque_required=torque_required)
-    own_rig, own_tyre = _rig_of(table, rig)
+    needed = required_columns(torque_required=torque_required)
+    table = read(path, needed)
+    check(table, needed)
+    own_rig, own_tyre = rig_of_table(table, rig)
     columns = table.columns
     t = columns["t"]
     fill = _held if causal else _filled
@@ -134,7 +135,12 @@ def read_recording(
     )
 
 
-def _rig_of(table: Table, nominal: tuple[Rig, Tyre] | None) -> tuple[Rig, Tyre]:
+def rig_of_table(table: Table, nominal: tuple[Rig, Tyre] | None) -> tuple[Rig, Tyre]:
+    """The nominal rig and tyre, overridden by what the table declares.
+
+    Raises:
+        InvalidInputError: a, e or k is known from neither, or a value is outside its range.
+    """
     try:
         return with_declared(nominal, table.declared)
     except InvalidInputError as error:

@@ -15,6 +15,8 @@ Array = NDArray[np.float64]
 MIN_SAMPLES = 10
 REQUIRED_COLUMNS = ("t", "psi", "M_z", "F_N")
 OPTIONAL_COLUMNS = ("psi_dot", "M")
+DECAY_COLUMNS = ("t", "psi")
+"""Columns that a recording of a free vibration cannot do without."""
 LARGEST = {
     "t": (1e9, "s"),
     "psi": (100.0, "rad"),
@@ -54,12 +56,16 @@ class Table:
 
 
 def required_columns(*, torque_required: bool) -> tuple[str, ...]:
-    """Names of the columns that a recording cannot do without."""
+    """Names of the columns that a recording of a turning wheel cannot do without."""
     return tuple(name for name in REQUIRED_COLUMNS if torque_required or name != "M_z")
 
 
-def check(table: Table, *, torque_required: bool) -> None:
+def check(table: Table, needed: Sequence[str]) -> None:
     """Holds every sample against what a recording allows.
+
+    Args:
+        table: the samples.
+        needed: names of columns of which not every sample may be missing.
 
     Raises:
         InvalidInputError: names the first fault and counts the other faulty samples.
@@ -75,7 +81,7 @@ def check(table: Table, *, torque_required: bool) -> None:
         raise InvalidInputError(
             f"{table.path}: holds {size} sample{'s' * (size != 1)}, at least {MIN_SAMPLES} needed"
         )
-    for name in required_columns(torque_required=torque_required):
+    for name in needed:
         if np.isnan(table.columns[name]).all():
             raise InvalidInputError(f"{table.path}: every {name} is missing, a number is needed")
 
@@ -96,7 +102,7 @@ def _sample_faults(table: Table) -> list[Fault]:
             )
             for sample in np.flatnonzero(np.isfinite(values) & (np.abs(values) > most))
         ]
-    F_N = table.columns["F_N"]
+    F_N = table.columns.get("F_N", np.empty(0))
     faults += [
         Fault(int(sample), f"F_N = {F_N[sample]:g} N; a vertical load is greater than 0")
         for sample in np.flatnonzero((F_N <= 0) & np.isfinite(F_N))

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from brushgrip.app import main, repeat_holdout
+from brushgrip.app import main, repeat_lists
 from brushgrip.fetch import FetchError
 from symbolic.errors import InvalidInputError
 
@@ -24,24 +24,25 @@ from symbolic.errors import InvalidInputError
         ("--holdout c d -- a b", "--holdout c --holdout d -- a b"),
         ("-- --holdout a b", "-- --holdout a b"),
         ("--holdout=c a", "--holdout c --holdout a"),
+        ("identify --free-decay a b --out c", "identify --free-decay a --free-decay b --out c"),
         ("a --holdout", "a --holdout"),
         ("a --holdout --out d", "a --holdout --out d"),
         ("", ""),
     ],
 )
-def test_repeat_holdout(given: str, spread: str) -> None:
-    assert repeat_holdout(given.split()) == spread.split()
+def test_repeat_lists(given: str, spread: str) -> None:
+    assert repeat_lists(given.split()) == spread.split()
 
 
 def test_help_lists_the_commands(run: Callable[..., Any]) -> None:
     outcome = run("--help")
 
     assert outcome.status == 0
-    for command in ("demo", "fetch", "simulate", "diagnose", "estimate"):
+    for command in ("demo", "fetch", "simulate", "identify", "diagnose", "estimate"):
         assert command in outcome.out
 
 
-@pytest.mark.parametrize("command", ["demo", "fetch", "simulate", "diagnose", "estimate"])
+@pytest.mark.parametrize("command", ["demo", "fetch", "simulate", "identify", "diagnose", "estimate"])
 def test_every_command_has_help(run: Callable[..., Any], command: str) -> None:
     outcome = run(command, "--help")
 

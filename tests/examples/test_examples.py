@@ -88,6 +88,23 @@ def test_find_the_missing_effect(tmp_path: Path) -> None:
     assert after < 0.45
 
 
+def test_free_decay(tmp_path: Path) -> None:
+    text = printed_by("free_decay.py", tmp_path, "decay.png", leaves="decay.png")
+    off = [
+        (abs(float(k)), abs(float(b_t)))
+        for k, b_t in re.findall(rf": off by {NUMBER} % and {NUMBER} %$", text, flags=re.MULTILINE)
+    ]
+    (mu,) = re.findall(rf"^friction from 7 contacts: mu = {NUMBER}, each", text, flags=re.MULTILINE)
+
+    (k, b_t), (k_sticking, b_t_sticking), (_, b_t_source) = off
+    assert k < 0.1
+    assert b_t < 0.5
+    assert k_sticking > 1
+    assert min(b_t_sticking, b_t_source) > 4
+    assert float(mu) == pytest.approx(1.674, rel=0.03)
+    assert (tmp_path / "decay.png").read_bytes().startswith(b"\x89PNG")
+
+
 def ends(text: str) -> list[tuple[float, float]]:
     """Friction at the end of every recording, and its standard deviation."""
     found = re.findall(

@@ -1,0 +1,108 @@
+"""How well free vibrations tell k and b_t: errors and coverage over many campaigns on the reference rig.
+
+    python benchmarks/free_decay.py [--seeds 100] [--first 0] [--noise 0] [--swing 0.008] [--impacts 5]
+
+Every campaign is seven contact lengths with five impacts each, 1 kHz, a 14-bit encoder, k = 2.438e6 and
+b_t = 1.04 in SI units, steel under the tyre, the load that makes the contact length. Beside the
+programme stand the same one on a patch that sticks, as the source has it, and the source's own way.
+"""
+
+import argparse
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from identification import Decay, identify_free_decay
+from symbolic import Rig, Tyre
+from tests.rig.impact import B_T, TYRE, ImpactRecording, make_impacts
+from tests.rig.record import FOURTEEN_BIT_STEP
+
+TRUE = np.array([TYRE.k, B_T])
+NAMES = ("k", "b_t")
+TARGETS = (0.003, 0.02)
+"""Largest relative errors of k and b_t that are aimed at [1]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Run:
+    """Relative errors of k and b_t of one campaign by way, and what the programme says of its own."""
+
+    errors: dict[str, np.ndarray]
+    spread: np.ndarray
+    covered: np.ndarray
+    seconds: float
+
+
+def decays(recordings: list[ImpactRecording]) -> list[Decay]:
+    """The recordings as the tool reads them."""
+    return [
+        Decay(
+            name=made.name,
+            t=made.t,
+            psi=made.psi,
+            rig=Rig(a=made.tyre.a, e=made.tyre.e, J_A=made.wheel.J_A),
+            tyre=Tyre(k=2e6),
+        )
+        for made in recordings
+    ]
+
+
+def run(seed: int, noise: float, swing: float, impacts: int) -> Run:
+    """One campaign."""
+    recordings = make_impacts(seed, noise=noise * FOURTEEN_BIT_STEP, swing=swing, impacts=impacts)
+    given = decays(recordings)
+    begin = time.perf_counter()
+    made = identify_free_decay(given)
+    seconds = time.perf_counter() - begin
+    sticking = identify_free_decay(given, sliding=False)
+    found = {
+        "programme": (made.k.value, made.b_t.value),
+        "sticking patch": (sticking.k.value, sticking.b_t.value),
+        "source's way": (made.source.k, made.source.b_t),
+    }
+    both = (made.k, made.b_t)
+    return Run(
+        errors={way: np.array(values) / TRUE - 1 for way, values in found.items()},
+        spread=np.array([p.std for p in both]) / TRUE,
+        covered=np.array([p.interval[0] <= t <= p.interval[1] for p, t in zip(both, TRUE, strict=True)]),
+        seconds=seconds if made.converged else np.inf,
+    )
+
+
+def main() -> None:
+    """Print errors by way, coverage and time."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--seeds", type=int, default=100)
+    parser.add_argument("--first", type=int, default=0)
+    parser.add_argument("--noise", type=float, default=0.0, help="noise in steps of the encoder")
+    parser.add_argument("--swing", type=float, default=0.008, help="of an impact [rad]")
+    parser.add_argument("--impacts", type=int, default=5, help="at each contact length")
+    given = parser.parse_args()
+    seeds = range(given.first, given.first + given.seeds)
+    runs = [run(seed, given.noise, given.swing, given.impacts) for seed in seeds]
+    print(f"{len(runs)} campaigns; errors in per cent: mean, root mean square, largest")
+    for way in runs[0].errors:
+        errors = 100 * np.array([r.errors[way] for r in runs])
+        figures = [
+            f"{name} {e.mean():+8.4f} {np.sqrt((e**2).mean()):8.4f} {np.abs(e).max():8.4f}"
+            for name, e in zip(NAMES, errors.T, strict=True)
+        ]
+        print(f"{way:16}{figures[0]}   {figures[1]}")
+    errors = np.array([r.errors["programme"] for r in runs])
+    spread = 100 * np.array([r.spread for r in runs]).mean(axis=0)
+    print(f"standard deviation, mean: k {spread[0]:.4f} %, b_t {spread[1]:.4f} %")
+    covered = np.array([r.covered for r in runs]).sum(axis=0)
+    print(f"95 % intervals hold the truth: k {covered[0]}, b_t {covered[1]} of {len(runs)}")
+    kept = (np.abs(errors) <= TARGETS).all(axis=1).sum()
+    print(f"within {100 * TARGETS[0]:g} % and {100 * TARGETS[1]:g} %: {kept} of {len(runs)}")
+    seconds = np.array([r.seconds for r in runs])
+    print(f"time: median {np.median(seconds):.2f} s, longest {seconds.max():.2f} s")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,76 @@
+"""Free vibrations beside their fit, and frequency and damping over the contact length."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+
+from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, literal, picture
+from identification.decayresults import FreeDecay, Vibration
+
+MOST_VIBRATIONS = 3
+"""Recordings shown: from the shortest contact to the longest."""
+
+
+def draw_free_decay(path: Path, made: FreeDecay) -> None:
+    """Fit and residual of some recordings, and the source's two curves over the contact length."""
+    shown = spread_out(made.vibrations)
+    with picture(path, 3.4 + 2.0 * len(shown)) as figure:
+        grid = figure.add_gridspec(len(shown) + 1, 2, height_ratios=[2.0] * len(shown) + [2.8])
+        artists: list[Artist] = []
+        for row, vibration in enumerate(shown):
+            angle, residual = (figure.add_subplot(grid[row, column]) for column in range(2))
+            artists = _vibration(angle, residual, vibration, made.encoder_step)
+            if row == len(shown) - 1:
+                for axes in (angle, residual):
+                    axes.set_xlabel("time t [s]")
+        frequency, damping = (figure.add_subplot(grid[-1, column]) for column in range(2))
+        artists += _over_length(frequency, damping, made)
+        figure.align_ylabels()
+        legend_above(figure, artists)
+
+
+def spread_out(vibrations: Sequence[Vibration]) -> list[Vibration]:
+    """A few recordings, spread evenly over the contact lengths."""
+    ordered = sorted(vibrations, key=lambda v: v.a)
+    places = np.linspace(0, len(ordered) - 1, min(MOST_VIBRATIONS, len(ordered)))
+    return [ordered[round(place)] for place in places]
+
+
+def _vibration(angle: Axes, residual: Axes, vibration: Vibration, step: float) -> list[Artist]:
+    readings = 1000 * (vibration.psi - vibration.centre)
+    fitted = 1000 * (vibration.fitted - vibration.centre)
+    artists: list[Artist] = []
+    artists += angle.plot(vibration.t, readings, color=MEASURED, lw=2.0, label="encoder")
+    artists += angle.plot(vibration.t, fitted, color=AFTER, lw=1.0, label="fit, with sliding ends")
+    angle.set_title(f"{literal(vibration.name)}, a = {1000 * vibration.a:g} mm")
+    angle.set_ylabel("ψ from its centre\n[mrad]")
+    left = (vibration.psi - vibration.fitted) / step
+    residual.plot(vibration.t, left, color=AFTER, lw=0.6)
+    for edge in (-0.5, 0.5):
+        residual.axhline(edge, color=MEASURED, lw=0.7, ls="--")
+    residual.set_ylabel("encoder − fit\n[steps]")
+    return artists
+
+
+def _over_length(frequency: Axes, damping: Axes, made: FreeDecay) -> list[Artist]:
+    """The source's points beside the curves of the sticking patch with k and b_t as identified."""
+    swings = made.source.swings
+    a = np.array([1000 * swing.a for swing in swings])
+    order = np.argsort(a)
+    rigid = np.array([v.sticking for v in made.vibrations])
+    artists: list[Artist] = []
+    for axes, points, curve, label in (
+        (frequency, [s.omega_n for s in swings], rigid[:, 0], "natural frequency\n$ω_n$ [rad/s]"),
+        (damping, [s.zeta for s in swings], rigid[:, 1], "relative damping\nζ [1]"),
+    ):
+        dots = axes.plot(a, points, "x", color=BEFORE, label="source's way, a recording each")
+        line = axes.plot(
+            a[order], curve[order], color=AFTER, lw=1.4, label="identified, ends of the patch sticking"
+        )
+        axes.set_xlabel("contact half-length a [mm]")
+        axes.set_ylabel(label)
+        artists = [*dots, *line]
+    return artists

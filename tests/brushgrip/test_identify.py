@@ -1,0 +1,164 @@
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from brushgrip.commands import identify as identifying
+from identification.freedecay import identify_free_decay
+from tests.rig.impact import B_T, TYRE, make_impacts, rig_text, write_impacts
+
+Run = Callable[..., Any]
+LENGTHS = (0.036, 0.050)
+
+
+@pytest.fixture
+def struck(tmp_path: Path) -> list[Path]:
+    """Two impacts at each of two contact lengths."""
+    folder = tmp_path / "impacts"
+    folder.mkdir()
+    return write_impacts(folder, make_impacts(2, lengths=LENGTHS, impacts=2, duration=1.2))
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Path:
+    path = tmp_path / "rig.toml"
+    path.write_text(rig_text())
+    return path
+
+
+@pytest.fixture
+def no_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Faults are found before any estimation begins."""
+
+    def refuse(*_: object, **__: object) -> None:
+        raise AssertionError("work has begun")
+
+    monkeypatch.setattr(identifying, "identify_free_decay", refuse)
+
+
+def assert_refused(outcome: Any, *words: str, status: int = 2) -> None:
+    assert outcome.status == status
+    assert outcome.out == ""
+    assert outcome.err.count("\n") == 1
+    for word in words:
+        assert word in outcome.err
+
+
+def test_identifies(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> None:
+    out = tmp_path / "new" / "id.json"
+    outcome = run("identify", "--rig", rig, "--free-decay", *struck, "--out", out)
+    content = json.loads(out.read_text())
+
+    assert outcome.status == 0
+    assert outcome.err == ""
+    assert content["converged"] is True
+    for name, true, unit in (("k", TYRE.k, "N/m^2"), ("b_t", B_T, "N m s/rad")):
+        found = content[name]
+        assert abs(found["value"] - true) < 4 * found["std"]
+        assert found["std"] < 0.005 * true
+        assert found["unit"] == unit
+    assert [recording["a"] for recording in content["recordings"]] == sorted(LENGTHS * 2)
+    assert [recording["name"] for recording in content["recordings"]] == [path.stem for path in struck]
+    assert out.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
+    assert sorted(path.name for path in out.parent.iterdir()) == ["id.json", "id.png"]
+    for words in ("nonlinear programme", "(2.4", "source's way", "1/s", "4 recordings at 2 contact"):
+        assert words in outcome.out
+    assert outcome.out.endswith(f"wrote {out} and {out.with_suffix('.png')}\n")
+
+
+def test_order_of_options_and_flags_does_not_matter(
+    run: Run, rig: Path, struck: list[Path], tmp_path: Path
+) -> None:
+    one, other = tmp_path / "one.json", tmp_path / "other.json"
+    run("identify", "--rig", rig, "--out", one, "--free-decay", *struck[:2])
+    each = [argument for path in struck[:2] for argument in ("--free-decay", path)]
+    run("identify", *each, "--rig", rig, "--out", other)
+
+    assert one.read_text() == other.read_text()
+
+
+def test_a_recording_knows_its_rig(run: Run, struck: list[Path], tmp_path: Path) -> None:
+    top = "# e = 0.009\n# J_A = 0.151764\n# k = 2e6\n"
+    for path in struck:
+        path.write_text(top + path.read_text())
+    out = tmp_path / "id.json"
+
+    assert run("identify", "--free-decay", *struck, "--out", out).status == 0
+    assert json.loads(out.read_text())["k"]["value"] == pytest.approx(TYRE.k, rel=0.005)
+
+
+@pytest.mark.usefixtures("no_work")
+def test_inertia_is_needed(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> None:
+    rig.write_text("\n".join(line for line in rig.read_text().splitlines() if "J_A" not in line))
+    outcome = run("identify", "--rig", rig, "--free-decay", *struck, "--out", tmp_path / "id.json")
+
+    assert_refused(outcome, f"{struck[0]}: J_A is not known", "[rig]", "# J_A = 0.15")
+
+
+@pytest.mark.usefixtures("no_work")
+def test_bad_recording(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> None:
+    struck[1].write_text(struck[1].read_text().replace("0.001,", "0.001,left", 1))
+    outcome = run("identify", "--rig", rig, "--free-decay", *struck, "--out", tmp_path / "id.json")
+
+    assert_refused(outcome, str(struck[1]), "row 4", "psi", "not a number")
+    assert not (tmp_path / "id.json").exists()
+
+
+@pytest.mark.usefixtures("no_work")
+def test_twice_the_same(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> None:
+    twin = tmp_path / "twin.csv"
+    twin.write_bytes(struck[0].read_bytes())
+    out = tmp_path / "id.json"
+
+    for other in (struck[0], twin):
+        outcome = run("identify", "--rig", rig, "--free-decay", struck[0], other, "--out", out)
+        assert_refused(outcome, f"{other}: is the same recording as {struck[0]}")
+
+
+@pytest.mark.usefixtures("no_work")
+def test_names_that_cannot_be(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> None:
+    given = ("identify", "--rig", rig, "--free-decay", *struck)
+    (tmp_path / "file").write_text("x")
+
+    assert_refused(run(*given, "--out", tmp_path / "id.png"), ".png is its picture")
+    assert_refused(run(*given, "--out", rig), "would overwrite what is read")
+    assert_refused(run(*given, "--out", tmp_path / "file" / "id.json"), "cannot be written")
+    assert run("identify", "--rig", rig, "--out", tmp_path / "id.json").status == 2
+
+
+def test_nothing_swings(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> None:
+    rows = "\n".join(f"{0.001 * i:.3f},0.1" for i in range(200))
+    struck[0].write_text(f"t,psi\n{rows}\n")
+    before = sorted(path.name for path in tmp_path.iterdir())
+    outcome = run("identify", "--rig", rig, "--free-decay", *struck, "--out", tmp_path / "id.json")
+
+    assert_refused(outcome, "a36_1: psi is constant", "has to be struck")
+    assert sorted(path.name for path in tmp_path.iterdir()) == before
+
+
+def test_no_result_without_a_solution(
+    run: Run, rig: Path, struck: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def unsolved(*arguments: Any) -> Any:
+        made = identify_free_decay(*arguments)
+        changed = vars(made) | {"converged": False, "status": "not solved", "remedy": "strike harder"}
+        return type(made)(**changed)
+
+    monkeypatch.setattr(identifying, "identify_free_decay", unsolved)
+    out = tmp_path / "id.json"
+    outcome = run("identify", "--rig", rig, "--free-decay", *struck, "--out", out)
+
+    assert_refused(outcome, "not solved: strike harder", status=1)
+    assert not out.exists()
+
+
+def test_numbers_are_finite(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> None:
+    out = tmp_path / "id.json"
+    run("identify", "--rig", rig, "--free-decay", struck[0], "--out", out)
+    content = json.loads(out.read_text())
+
+    assert np.isfinite(content["k"]["std"])
+    assert content["noise"]["value"] > 0
