@@ -57,21 +57,26 @@ def simulate(
     _check_shapes(signals, theta, geometry, seeds, parameters)
     count, d = signals.shape[1], seeds.shape[1]
     start, stretch = _functions(model, d)
-    memory, carried = start(signals[:, 0], theta, seeds, geometry)
-    constant = [np.tile(block, STRETCH) for block in (_column(theta), seeds, _column(geometry))]
+    at_first = [part.full() for part in start(signals[:, 0], theta, seeds, geometry)]
     padded = np.pad(signals, ((0, 0), (0, -count % STRETCH)), mode="edge")
+    # Called on buffers of its own: casadi's matrices would take a third of the time.
+    buffer, call = stretch.buffer()
+    given = [*at_first, padded[:, :STRETCH], theta, seeds, geometry]
+    inputs = [np.array(part, dtype=np.float64).ravel(order="F") for part in given]
+    made = [np.zeros(stretch.nnz_out(i)) for i in range(stretch.n_out())]
+    # casadi's stubs ask for a size that its buffers do not take; what is empty has no place to name.
+    for place, arrays in ((buffer.set_arg, inputs), (buffer.set_res, made)):
+        for i, array in enumerate(arrays):
+            if array.size:
+                place(i, memoryview(array.data))  # type: ignore[call-arg]
     torques, derivatives = [], []
     for first in range(0, count, STRETCH):
-        made = stretch(memory, carried, padded[:, first : first + STRETCH], *constant)
-        # The stretch hands back the memory after every sample; only the last one goes on.
-        memory, carried = made[0][:, -1], made[1][:, made[1].shape[1] - d :]
-        torques.append(made[2].full().ravel())
-        derivatives.append(made[3].full().reshape(d, STRETCH, order="F").T)
+        inputs[2][:] = padded[:, first : first + STRETCH].ravel(order="F")
+        call()
+        inputs[0][:], inputs[1][:] = made[0], made[1]
+        torques.append(made[2].copy())
+        derivatives.append(made[3].reshape(STRETCH, d).copy())
     return Torque(M_z=np.concatenate(torques)[:count], sensitivities=np.concatenate(derivatives)[:count])
-
-
-def _column(vector: NDArray[np.float64]) -> NDArray[np.float64]:
-    return vector.reshape(-1, 1)
 
 
 def _check_shapes(
@@ -115,8 +120,18 @@ def _start_with_sensitivities(model: Model, d: int) -> ca.Function:
 
 
 def _stretch(model: Model, d: int) -> ca.Function:
+    """`STRETCH` samples: memory, carried, signals, theta, seeds, geometry -> those two, M_z, derivative.
+
+    What the steps hand on to each other stays inside; derivative has d columns a sample.
+    """
     step = step_along(model, d)
-    return step.mapaccum(step.name(), STRETCH, 2, {})
+    accumulated = step.mapaccum(f"{step.name()}_{STRETCH}", STRETCH, 2, {})
+    given = step.mx_in()
+    given[2] = ca.MX.sym("signals", len(SIGNALS), STRETCH)
+    constant = [ca.repmat(part, 1, STRETCH) for part in given[3:]]
+    memory, carried, M_z, derivatives = accumulated(*given[:3], *constant)
+    carried = carried[:, (STRETCH - 1) * d :]
+    return ca.Function(f"stretch_{d}", given, [memory[:, -1], carried, M_z, derivatives])
 
 
 def step_along(model: Model, d: int) -> ca.Function:
