@@ -2,21 +2,25 @@
 
 Every recording is simulated from its first sample to its last (never one step ahead), all of them share
 the rig's parameters and each has its own mu and whatever else belongs to a recording. Residuals are
-divided by the range of the recording's torque, so that each counts alike.
+divided by the range of the recording's torque, so that each counts alike. What a residual costs is a
+value of its own (`identification.loss`).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
+from identification.loss import LEAST_SQUARES, Loss
 from identification.recordings import Recording
 from symbolic import InvalidInputError, Model, Parameter, full_slide_torque, simulate
 from symbolic.description import parameter_name
 
 Array = NDArray[np.float64]
+Label = tuple[str | None, str]
+"""A recording, None for all of them, and the name of a parameter."""
 TOLERANCE, MOST_EVALUATIONS = 1e-6, 60
 """Relative change of cost and scaled parameters at which a fit ends; simulations of the whole set."""
 COARSE, MOST_COARSE = 1e-3, 20
@@ -49,21 +53,23 @@ class Fit:
         values: the parameters at the solution.
         residuals: for each recording, simulated minus measured torque [N m], NaN where missing.
         jacobian: of the stacked residuals over torque range, in scaled coordinates, rows of missing
-            samples left out.
-        labels: (recording or None, parameter name) of each Jacobian column.
+            samples left out; the loss does not enter it.
+        labels: whose parameter each Jacobian column is.
         scales: size of a unit step of each column, in the parameter's coordinate.
         status: the solver's word on how it ended.
         converged: False where the solver stopped for another reason than its tolerances.
+        loss: what was minimised.
     """
 
     model: Model
     values: Values
     residuals: Mapping[str, Array]
     jacobian: Array
-    labels: tuple[tuple[str | None, str], ...]
+    labels: tuple[Label, ...]
     scales: Array
     status: str
     converged: bool
+    loss: Loss = LEAST_SQUARES
 
 
 def signals_of(recording: Recording) -> Array:
@@ -110,9 +116,11 @@ def fit(
     start: Values,
     *,
     free_shared: bool = True,
+    held: Collection[Label] = (),
+    loss: Loss = LEAST_SQUARES,
     tolerance: float = TOLERANCE,
 ) -> Fit:
-    """Least squares over all recordings from `start`.
+    """The least loss over all recordings, from `start`.
 
     Args:
         model: the model to fit.
@@ -120,9 +128,14 @@ def fit(
         start: values to begin with; missing ones begin at their own start.
         free_shared: False keeps every shared parameter where it is and fits only what belongs to a
             recording, as on held-out data.
+        held: further parameters to keep where they are.
+        loss: what a residual costs.
         tolerance: relative change of cost and of scaled parameters at which to end.
+
+    Raises:
+        InvalidInputError: a torque is constant, or no parameter is free.
     """
-    problem = _Problem(model, recordings, with_effects(model, start), free_shared)
+    problem = _Problem(model, recordings, with_effects(model, start), free_shared, held)
     low, high = problem.bounds()
     origin = np.clip(problem.origin(), low, high)
     solution = least_squares(
@@ -130,6 +143,7 @@ def fit(
         origin,
         jac=problem.jacobian,
         bounds=(low, high),
+        loss=loss,
         x_scale=1.0,
         ftol=tolerance,
         xtol=tolerance,
@@ -141,11 +155,13 @@ def fit(
         model=model,
         values=values,
         residuals=problem.torque_errors(solution.x),
-        jacobian=solution.jac,
+        # The solver's own is weighted by the loss.
+        jacobian=problem.jacobian(solution.x),
         labels=tuple(problem.labels),
         scales=problem.scales,
         status=str(solution.message),
         converged=solution.status > 0,
+        loss=loss,
     )
 
 
@@ -153,18 +169,27 @@ class _Problem:
     """The stacked residuals and their Jacobian as functions of scaled free coordinates."""
 
     def __init__(
-        self, model: Model, recordings: Sequence[Recording], start: Values, free_shared: bool
+        self,
+        model: Model,
+        recordings: Sequence[Recording],
+        start: Values,
+        free_shared: bool,
+        held: Collection[Label],
     ) -> None:
         self.model, self.recordings, self.start = model, recordings, start
         self.parameters = [(parameter_name(e, p), p) for e, p in model.parameters]
-        shared = [(None, name) for name, p in self.parameters if p.scope == "shared" and free_shared]
-        own = [
+        shared: list[Label] = [
+            (None, name) for name, p in self.parameters if p.scope == "shared" and free_shared
+        ]
+        own: list[Label] = [
             (recording.name, name)
             for recording in recordings
             for name, p in self.parameters
             if p.scope == "recording"
         ]
-        self.labels: list[tuple[str | None, str]] = [*shared, *own]
+        self.labels = [label for label in (*shared, *own) if label not in held]
+        if not self.labels:
+            raise InvalidInputError("every parameter is held; a fit needs at least one that is free")
         self.by_name = dict(self.parameters)
         self.scales: Array = np.array([self._scale(self.by_name[name]) for _, name in self.labels])
         self.signals = {r.name: signals_of(r) for r in recordings}

@@ -197,3 +197,16 @@ def test_author_comparison(tmp_path: Path, measured_dir: Path) -> None:
     assert len(lasts) == 8
     for root, author in lasts:
         assert float(root) == pytest.approx(float(author), abs=0.005)
+
+
+def test_trade_offs(tmp_path: Path) -> None:
+    text = printed_by("trade_offs.py", tmp_path, "trade.png", leaves="trade.png")
+    pattern = rf"95 % interval {NUMBER} to {NUMBER}, best {NUMBER}$"
+    of_a, of_k = [tuple(map(float, f)) for f in re.findall(pattern, text, flags=re.MULTILINE)]
+    (within,) = re.findall(rf"mu a keeps within {NUMBER}%$", text, flags=re.MULTILINE)
+
+    assert "e = 0 mm, a over a as declared: every value from 0.8 to 1.2 fits" in text
+    assert float(within) < 0.05
+    assert of_a[0] < 1 < of_a[1]
+    assert of_k[0] < 2.4e6 < of_k[1]
+    assert (tmp_path / "trade.png").read_bytes().startswith(b"\x89PNG")

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from identification import Fit, Recording, Values, first_values, fit, signals_of
+from identification.deviations import deviations
 from identification.fitting import torque_range
-from identification.scoring import deviations
 from identification.trials import freeze
 from symbolic import DECLARED, EFFECTS, InvalidInputError, Model, Parameter, effects_named, simulate
 from symbolic.description import parameter_name
@@ -137,6 +137,29 @@ def test_held_out_recordings_leave_shared_parameters_alone(offset: Given) -> Non
     own, truth = frozen.values.own[second.name], made.recordings[1]
     assert own["mu"] == pytest.approx(truth.tyre.mu, rel=5e-3)
     assert own["torque_offset.M_0"] == pytest.approx(truth.effects["torque_offset"]["M_0"], rel=0.02)
+
+
+def test_what_is_held_stays(offset: Given) -> None:
+    _, recordings = offset
+    model, one = model_of("torque_offset"), recordings[0].name
+    free = fit_from_scratch(model, recordings)
+    own = {**free.values.own, one: {**free.values.own[one], "torque_offset.M_0": 0.0}}
+    start = Values(shared={"k": 1.1 * free.values.shared["k"]}, own=own)
+    held = fit(model, recordings, start, held=[(None, "k"), (one, "torque_offset.M_0")])
+
+    assert set(free.labels) - set(held.labels) == {(None, "k"), (one, "torque_offset.M_0")}
+    assert held.values.shared["k"] == start.shared["k"]
+    assert held.values.own[one]["torque_offset.M_0"] == 0
+    assert held.values.own[recordings[1].name]["torque_offset.M_0"] != 0
+    assert held.jacobian.shape[1] == 3
+
+
+def test_with_everything_held_nothing_is_left_to_fit(declared: Given) -> None:
+    _, recordings = declared
+    start = first_values(model_of(), recordings)
+    own = [(r.name, "mu") for r in recordings]
+    with pytest.raises(InvalidInputError, match="every parameter is held"):
+        fit(model_of(), recordings, start, free_shared=False, held=own)
 
 
 def test_missing_samples_are_left_out(declared: Given) -> None:

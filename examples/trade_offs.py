@@ -1,0 +1,106 @@
+"""What a recording cannot tell apart: friction from contact length, bristles from carcass.
+
+    python examples/trade_offs.py [PICTURE.png]
+
+The recordings come from the independent rig. With the caster length 0, M_z depends on a, mu and k only
+through mu a and k a^2/mu: any contact length fits as well as any other, and mu follows as 1/a. A caster
+length tells them apart, though not well. The bristles' stiffness k and the torsional stiffness k_t of
+the carcass are in series: where the patch sticks, a softer one is made up for by a stiffer other, and
+only how the torque bends when the patch begins to slide tells which.
+"""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from brushgrip.pictures.profile import draw_profile
+from identification import Recording, first_values, fit, smoothed_rate
+from identification.along import HALF_LENGTH, ModelParameter
+from identification.deviations import correlation, deviations
+from identification.profile import Profile, profile
+from symbolic import Model, Rig, Tyre, effects_named
+from tests.rig.record import make_recording
+
+A, K, MU, K_T = 0.045, 2.4e6, 1.3, 400.0
+CASTER = 0.009
+NOISE = 0.004
+"""White noise of the torque, share of its range [1]."""
+FACTORS = np.linspace(0.8, 1.2, 9)
+"""Contact lengths, over the true one."""
+STIFFNESSES = K * np.linspace(0.98, 1.02, 9)
+"""Stiffnesses of the bristles [N/m^2]."""
+
+
+def recorded(seed: int, e: float, k_t: float | None) -> list[Recording]:
+    """A recording of the rig, with its carcass twisting or not."""
+    effects = {"carcass_torsion": {"k_t": k_t}} if k_t else {}
+    made = make_recording(seed, effects, a=A, e=e, k=K, mu=MU, noise=NOISE)
+    return [
+        Recording(
+            name=made.name,
+            t=made.t,
+            psi=made.psi,
+            psi_dot=smoothed_rate(made.t, made.psi),
+            M_z=made.M_z,
+            F_N=made.F_N,
+            rig=Rig(a=A, e=e),
+            tyre=Tyre(k=K),
+        )
+    ]
+
+
+def friction_or_length(e: float) -> Profile:
+    """The profile along the contact length, as factors on the true one."""
+    recordings, model = recorded(5, e, None), Model(corners=16)
+    return profile(model, recordings, first_values(model, recordings), HALF_LENGTH, FACTORS)
+
+
+def bristles_or_carcass() -> tuple[Profile, float, float]:
+    """The profile along k; the deviation of k by the fit alone, and its correlation with 1/k_t."""
+    recordings = recorded(5, CASTER, K_T)
+    model = Model(effects=effects_named(["carcass_torsion"]), corners=16)
+    fitted = fit(model, recordings, first_values(model, recordings))
+    k, k_t = (fitted.labels.index((None, name)) for name in ("k", "carcass_torsion.k_t"))
+    made = profile(model, recordings, fitted.values, ModelParameter(name="k"), STIFFNESSES)
+    spread, correlated = deviations(fitted, recordings), correlation(fitted, recordings)
+    return made, float(spread[k]), float(correlated[k, k_t])
+
+
+def said(made: Profile) -> str:
+    """The interval in words."""
+    low, high = made.interval
+    if low is None and high is None:
+        return f"every value from {made.grid[0]:.4g} to {made.grid[-1]:.4g} fits"
+    ends = ["open" if end is None else f"{end:.4g}" for end in (low, high)]
+    return f"95 % interval {ends[0]} to {ends[1]}, best {made.best:.4g}"
+
+
+def main() -> None:
+    """Print the intervals and what gives way along them."""
+    without, with_caster = friction_or_length(0.0), friction_or_length(CASTER)
+    for e, made in ((0.0, without), (CASTER, with_caster)):
+        print(f"e = {1000 * e:g} mm, {made.name}: {said(made)}")
+        mu = made.paths["mu"]
+        print(f"  mu from {mu[0]:.4f} to {mu[-1]:.4f} at {made.grid[0]:g} to {made.grid[-1]:g} of a")
+    product = without.paths["mu"] * without.grid
+    print(f"  without caster mu a keeps within {np.ptp(product) / product.mean():.2%}")
+    made, spread, correlated = bristles_or_carcass()
+    k_t = made.paths["carcass_torsion.k_t"]
+    print(f"k, {K:g} N/m^2 in truth: {said(made)}")
+    print(f"  by its deviation: {made.best - 1.96 * spread:.4g} to {made.best + 1.96 * spread:.4g}")
+    print(f"  k_t from {k_t[0]:.0f} to {k_t[-1]:.0f} N m/rad along it, {K_T:g} in truth")
+    print(f"  correlation of k with the compliance 1/k_t: {correlated:.3f}")
+    if sys.argv[1:]:
+        columns = {
+            "friction or contact length, e = 0": (without, "mu"),
+            f"friction or contact length, e = {1000 * CASTER:g} mm": (with_caster, "mu"),
+            "bristles or carcass": (made, "carcass_torsion.k_t"),
+        }
+        draw_profile(Path(sys.argv[1]), columns)
+
+
+if __name__ == "__main__":
+    main()
