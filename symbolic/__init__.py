@@ -10,7 +10,9 @@ from symbolic.deformation import (
     unit_moment,
 )
 from symbolic.effects.base import Effect, Parameter, Signals, with_limit, with_shape
+from symbolic.effects.learned import LearnedTorque
 from symbolic.effects.library import EFFECTS, effects_named
+from symbolic.effects.made import Made
 from symbolic.errors import BrushgripError, InvalidInputError
 from symbolic.model import DECLARED, GEOMETRY, SIGNALS, Model
 from symbolic.parameters import Rig, Tyre
@@ -28,6 +30,8 @@ __all__ = [
     "BrushgripError",
     "Effect",
     "InvalidInputError",
+    "LearnedTorque",
+    "Made",
     "Model",
     "Parameter",
     "Patch",
