@@ -1,15 +1,20 @@
 """Plant effects with the independent rig, tell `diagnose` nothing, and count what it names.
 
-    python benchmarks/planted_effects.py --seeds 10 --controls 20
+    python benchmarks/planted_effects.py --seeds 10 --controls 100 --kinds alone pairs outside
 
-prints a line for each run and a table: runs in which the planted effect is named first, or stands in the
-first one's `indistinguishable_from`; error before and after over the noise. Minutes on two cores.
+`alone`: every effect of the library by itself; `pairs`: rate friction together with every other one;
+`outside`: effects that no library knows, which have to be reported as unexplained. It prints a line for
+each run and a table: runs in which everything planted is named, or stands in `indistinguishable_from` of
+what is named; error after over the noise. `--out FILE.json` keeps the outcomes. An hour and more on two
+cores for all of it.
 """
 
 import argparse
+import json
 import sys
+import time
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from multiprocessing import get_context
 from pathlib import Path
 
@@ -21,44 +26,84 @@ from identification.diagnosis import diagnose
 from symbolic import EFFECTS
 from tests.identification.made import as_read
 from tests.rig.campaign import campaign
+from tests.rig.outside import OUTSIDE
 
 NOISE = 0.004
 """White noise that the rig puts on the torque, over its range."""
+PARTNER = "rate_friction"
+WEAKEST, STRONGEST = 0.02, 0.06
+"""Rate friction of a pair is drawn from here."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Task:
+    """What is planted, and the seed of everything."""
+
+    planted: tuple[str, ...]
+    seed: int
+
+    @property
+    def outside(self) -> bool:
+        """Whether no library knows what is planted."""
+        return any(name in OUTSIDE for name in self.planted)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
     """What one run said."""
 
-    planted: str | None
+    planted: tuple[str, ...]
     seed: int
     named: tuple[str, ...]
     ambiguous: tuple[str, ...]
     before: float
     after: float
     unexplained: bool
-
-    @property
-    def right(self) -> bool:
-        """Named first or among the first one's equals; for a control, nothing named."""
-        if self.planted is None:
-            return not self.named
-        return bool(self.named) and self.planted in (self.named[0], *self.ambiguous)
+    seconds: float
+    right: bool
 
 
-def run(name: str | None, seed: int) -> Outcome:
+def run(task: Task) -> Outcome:
     """One campaign of three recordings, diagnosed."""
-    planted = campaign(name, seed)
-    found = diagnose([as_read(made, planted.nominal) for made in planted.recordings], jobs=1)
+    rng = np.random.default_rng([task.seed, 6])
+    also = {PARTNER: {"c": rng.uniform(WEAKEST, STRONGEST)}} if len(task.planted) > 1 else {}
+    made = campaign(task.planted[-1] if task.planted else None, task.seed, also=also)
+    began = time.perf_counter()
+    found = diagnose([as_read(recording, made.nominal) for recording in made.recordings], jobs=1)
+    named = tuple(effect.name for effect in found.effects)
+    ambiguous = tuple({rival for e in found.effects for rival in e.indistinguishable_from})
+    if task.outside:
+        right = found.unexplained.present
+    elif task.planted:
+        right = {*task.planted} <= {*named, *ambiguous}
+    else:
+        right = not named
     return Outcome(
-        planted=name,
-        seed=seed,
-        named=tuple(effect.name for effect in found.effects),
-        ambiguous=found.effects[0].indistinguishable_from if found.effects else (),
+        planted=task.planted,
+        seed=task.seed,
+        named=named,
+        ambiguous=ambiguous,
         before=found.before.summary()["torque_nrmse"] or np.nan,
         after=found.after.summary()["torque_nrmse"] or np.nan,
         unexplained=found.unexplained.present,
+        seconds=time.perf_counter() - began,
+        right=right,
     )
+
+
+def tasks_of(options: argparse.Namespace) -> list[Task]:
+    """Every run that was asked for."""
+    planted: list[tuple[str, ...]] = []
+    if "alone" in options.kinds:
+        planted += [(name,) for name in options.effects]
+    if "pairs" in options.kinds:
+        planted += [(PARTNER, name) for name in options.effects if name != PARTNER]
+    if "outside" in options.kinds:
+        planted += [(name,) for name in OUTSIDE]
+    seeds = range(options.first, options.first + options.seeds)
+    tasks = [Task(planted=names, seed=seed) for names in planted for seed in seeds]
+    controls = range(options.first, options.first + options.controls)
+    return tasks + [Task(planted=(), seed=seed) for seed in controls]
 
 
 def main() -> None:
@@ -68,34 +113,40 @@ def main() -> None:
     parser.add_argument("--controls", type=int, default=20)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--effects", nargs="*", default=list(EFFECTS))
+    parser.add_argument("--kinds", nargs="*", choices=("alone", "pairs", "outside"), default=["alone"])
     parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--out", type=Path)
     options = parser.parse_args()
-    seeds = range(options.first, options.first + options.seeds)
-    tasks: list[tuple[str | None, int]] = [(e, seed) for e in options.effects for seed in seeds]
-    tasks += [(None, options.first + seed) for seed in range(options.controls)]
-    outcomes = []
+    outcomes: list[Outcome] = []
     with ProcessPoolExecutor(options.jobs, mp_context=get_context("spawn")) as pool:
-        for outcome in pool.map(run, *zip(*tasks, strict=True)):
+        for outcome in pool.map(run, tasks_of(options)):
             outcomes.append(outcome)
-            mark = "ok " if outcome.right else "OFF"
-            print(
-                f"{mark} planted {outcome.planted or '-':24} seed {outcome.seed:3}"
-                f" named {', '.join(outcome.named) or '-'}"
-                f" (or {', '.join(outcome.ambiguous) or '-'})"
-                f" {outcome.before:.2%} -> {outcome.after:.2%}"
-                f"{' UNEXPLAINED' if outcome.unexplained else ''}",
-                flush=True,
-            )
-    print(f"\n{'planted':26}{'right':>8}{'median after/noise':>20}{'greatest':>10}")
-    for name in [*options.effects, None]:
-        mine = [o for o in outcomes if o.planted == name]
-        if mine:
-            right = sum(o.right for o in mine)
-            ratios = [o.after / NOISE for o in mine]
-            print(
-                f"{name or 'nothing':26}{right:>4}/{len(mine):<3}"
-                f"{np.median(ratios):>20.2f}{max(ratios):>10.2f}"
-            )
+            print(_line(outcome), flush=True)
+            if options.out:
+                options.out.write_text(json.dumps([asdict(o) for o in outcomes], indent=1))
+    _table(outcomes)
+
+
+def _line(outcome: Outcome) -> str:
+    return (
+        f"{'ok ' if outcome.right else 'OFF'} planted {' + '.join(outcome.planted) or '-':40}"
+        f" seed {outcome.seed:3} named {', '.join(outcome.named) or '-'}"
+        f" (or {', '.join(outcome.ambiguous) or '-'}) {outcome.before:.2%} -> {outcome.after:.2%}"
+        f" {outcome.seconds:.0f} s{' UNEXPLAINED' if outcome.unexplained else ''}"
+    )
+
+
+def _table(outcomes: list[Outcome]) -> None:
+    print(f"\n{'planted':42}{'right':>9}{'median after/noise':>20}{'greatest':>10}{'unexplained':>13}")
+    for names in dict.fromkeys(outcome.planted for outcome in outcomes):
+        mine = [o for o in outcomes if o.planted == names]
+        ratios = [o.after / NOISE for o in mine]
+        right = f"{sum(o.right for o in mine)}/{len(mine)}"
+        left = f"{sum(o.unexplained for o in mine)}/{len(mine)}"
+        print(
+            f"{' + '.join(names) or 'nothing':42}{right:>9}"
+            f"{np.median(ratios):>20.2f}{max(ratios):>10.2f}{left:>13}"
+        )
 
 
 if __name__ == "__main__":

@@ -1,5 +1,6 @@
 """The command `brushgrip`: its commands, and how faults leave it."""
 
+import signal
 import sys
 from collections.abc import Sequence
 
@@ -39,6 +40,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         SystemExit: always; status 0 on success, 2 for bad input, 1 for what failed outside.
     """
     given = sys.argv[1:] if arguments is None else arguments
+    if arguments is None:
+        # A polite kill cleans up as Ctrl-C does.
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         status = app(args=repeat_lists(given), prog_name="brushgrip", standalone_mode=False)
     except BrushgripError as error:

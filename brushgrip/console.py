@@ -18,6 +18,11 @@ def say(text: str) -> None:
     Console(highlight=False, markup=False, soft_wrap=True).print(text)
 
 
+def warn(text: str) -> None:
+    """One line on standard error."""
+    Console(stderr=True, highlight=False, markup=False, soft_wrap=True).print(text)
+
+
 @contextmanager
 def progress() -> Iterator[Report]:
     """A bar on a terminal, elsewhere a plain line now and then."""

@@ -5,24 +5,33 @@ from pathlib import Path
 
 from brushgrip.friction import FrictionTrack
 from brushgrip.page import figure, heading, page, paragraph, section
-from brushgrip.pictures import draw_candidates, draw_friction, draw_loops, draw_residuals
+from brushgrip.pictures import (
+    draw_candidates,
+    draw_experiment,
+    draw_friction,
+    draw_loops,
+    draw_residuals,
+    draw_signatures,
+)
 from brushgrip.report_tables import (
     candidates_table,
     effects_table,
     errors_table,
     friction_table,
+    learned_table,
     parameters_table,
     recordings_table,
+    signatures_table,
 )
 from brushgrip.report_tables import notes as notes_list
-from brushgrip.wording import doubts, headline, remainder, sentence
+from brushgrip.wording import doubts, headline, plain, remainder, sentence
 from identification.results import Diagnosis
 
 PAGE = "report.html"
 
 
 def write_report(folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack] = ()) -> Path:
-    """Writes report.html, loops.png, residuals.png, candidates.png and, with tracks, friction.png.
+    """Writes report.html and its pictures.
 
     Args:
         folder: an existing folder.
@@ -37,8 +46,10 @@ def write_report(folder: Path, diagnosis: Diagnosis, friction: Sequence[Friction
         _errors(diagnosis),
         _loops(folder, diagnosis),
         _residuals(folder, diagnosis),
+        _signatures(folder, diagnosis),
         _candidates(folder, diagnosis),
         _effects(diagnosis),
+        _experiments(folder, diagnosis),
     ]
     if friction:
         blocks.append(_friction(folder, friction))
@@ -54,7 +65,7 @@ def _opening(diagnosis: Diagnosis) -> str:
     if holdout:
         judged = f"{holdout} held out to judge every candidate and the result"
     elif training > 1:
-        judged = "none held out: each was left out in turn, to first order, to judge"
+        judged = "none held out: each was left out in turn to judge"
     else:
         judged = "none held out: with a single recording the errors are those of the fit itself"
     return (
@@ -116,6 +127,39 @@ def _residuals(folder: Path, diagnosis: Diagnosis) -> str:
     )
 
 
+def _signatures(folder: Path, diagnosis: Diagnosis) -> str:
+    path = folder / "signatures.png"
+    draw_signatures(path, diagnosis.signatures_before, diagnosis.signatures_after)
+    return section(
+        "What the residual follows",
+        paragraph(f"Before any effect is tried: {diagnosis.signatures_before.reading}"),
+        paragraph(f"After the effects found: {diagnosis.signatures_after.reading}"),
+        figure(
+            path,
+            "Autocorrelation of the residual, and its correlation with signals, before and after.",
+            "Left: how long the residual remembers. Right: how far it follows each signal, with what "
+            "chance leaves in 99 of 100 cases, the memory of both taken into account.",
+        ),
+        signatures_table(diagnosis),
+    )
+
+
+def _experiments(folder: Path, diagnosis: Diagnosis) -> str:
+    figures = []
+    for effect in diagnosis.effects:
+        if effect.experiment:
+            path = folder / f"experiment_{effect.name}.png"
+            draw_experiment(path, effect.experiment)
+            figures.append(
+                figure(
+                    path,
+                    f"Angle, load and torque of the experiment proposed for {plain(effect.name)}.",
+                    sentence(effect.experiment.sentence),
+                )
+            )
+    return section("Next experiments", *figures) if figures else ""
+
+
 def _candidates(folder: Path, diagnosis: Diagnosis) -> str:
     if not diagnosis.candidates:
         return ""
@@ -160,6 +204,7 @@ def _unexplained(diagnosis: Diagnosis) -> str:
     blocks = [
         paragraph(remainder(diagnosis)),
         paragraph(sentence(diagnosis.unexplained.evidence), "faint"),
+        learned_table(diagnosis),
         notes_list(diagnosis.notes),
     ]
     return section("What remains unexplained", *blocks)

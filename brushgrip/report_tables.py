@@ -7,16 +7,20 @@ import numpy as np
 from brushgrip.friction import FrictionTrack
 from brushgrip.page import Cell, bullets, paragraph, table
 from brushgrip.wording import (
+    error_columns,
+    error_figures,
     fate,
     listed,
     parameters,
     percent,
     plain,
     quantity,
+    sentence,
     torque,
     worse,
 )
 from identification.results import Diagnosis, Estimate
+from identification.signatures import Signature
 
 STAGES = ("declared", "before", "after")
 
@@ -28,33 +32,24 @@ def errors_table(diagnosis: Diagnosis) -> str:
         ("before, parameters refitted", diagnosis.before),
         ("after, with the effects found", diagnosis.after),
     )
-    rows = []
-    for label, errors in stages:
-        figures = errors.summary()
-        row = [Cell(label)]
-        for place in ("", "holdout_"):
-            row.append(_number(torque(figures[f"{place}torque_rmse"])))
-            row.append(_number(percent(figures[f"{place}torque_nrmse"])))
-        rows.append(row)
-    header = [
-        Cell("model"),
-        *(
-            _number(f"{kind} [{unit}]")
-            for kind in ("training", "held out")
-            for unit in ("N m", "% of range")
-        ),
+    rows = [
+        [Cell(label), *(_number(figure) for figure in error_figures(diagnosis, errors))]
+        for label, errors in stages
     ]
+    header = [Cell("model"), *(_number(name) for name in error_columns(diagnosis).values())]
     return table("Root mean square torque error, averaged over recordings", header, rows)
 
 
 def recordings_table(diagnosis: Diagnosis) -> str:
     """Errors of the three stages for each recording; one that got worse is marked."""
     stages = (diagnosis.declared, diagnosis.before, diagnosis.after)
+    left_out = stages[1:] if diagnosis.after.left_out else ()
     rows = []
     for name in (*diagnosis.recordings, *diagnosis.holdout):
         got_worse = worse(diagnosis, name)
         figures = [_number(torque(errors.rmse[name])) for errors in stages]
         figures += [_number(percent(errors.nrmse[name])) for errors in stages]
+        figures += [_number(percent(errors.left_out[name])) for errors in left_out]
         role = "held out" if name in diagnosis.holdout else "training"
         mark = Cell("▲ worse" if got_worse else "", warn=got_worse)
         rows.append([Cell(name), Cell(role), *figures, mark])
@@ -63,10 +58,35 @@ def recordings_table(diagnosis: Diagnosis) -> str:
         Cell("used for"),
         *(_number(f"{stage} [N m]") for stage in STAGES),
         *(_number(f"{stage} [%]") for stage in STAGES),
+        *(_number(f"left out, {stage} [%]") for stage in STAGES[1:] if left_out),
         Cell(""),
     ]
     caption = "Root mean square torque error of each recording, in N m and in % of its torque range"
     return table(caption, header, rows)
+
+
+def signatures_table(diagnosis: Diagnosis) -> str:
+    """What the residual follows before any effect is tried, and after; what stands out is marked."""
+    after = {s.signal: s for s in diagnosis.signatures_after.signatures}
+    rows = [
+        [
+            Cell(one.signal),
+            _number(_correlation(one)),
+            _number(_correlation(after[one.signal])),
+            Cell(one.reading if one.stands_out else ""),
+        ]
+        for one in sorted(diagnosis.signatures_before.signatures, key=lambda s: -abs(s.correlation))
+    ]
+    header = [Cell("signal"), _number("before"), _number("after"), Cell("what usually leaves it")]
+    caption = (
+        "Correlation of the residual; in brackets what chance leaves in 99 of 100 cases, * beyond it"
+    )
+    return table(caption, header, rows)
+
+
+def _correlation(signature: Signature) -> str:
+    mark = "*" if signature.leaves_band else ""
+    return f"{signature.correlation:+.2f}{mark} ({signature.band:.2f})".replace("-", "−")
 
 
 def candidates_table(diagnosis: Diagnosis) -> str:
@@ -104,6 +124,7 @@ def effects_table(diagnosis: Diagnosis) -> str:
                 _number(percent(effect.holdout_nrmse_after)),
                 _number(f"{effect.delta_bic:+.1f}".replace("-", "−")),
                 Cell(alike or "–"),
+                Cell(sentence(effect.experiment.sentence) if effect.experiment else "–"),
             ]
         )
     header = [
@@ -113,8 +134,25 @@ def effects_table(diagnosis: Diagnosis) -> str:
         _number("error then"),
         _number("ΔBIC"),
         Cell("cannot be told from"),
+        Cell("experiment that would tell"),
     ]
     return table("In order of selection", header, rows)
+
+
+def learned_table(diagnosis: Diagnosis) -> str:
+    """Errors before and after the learned torque, where one was asked for."""
+    learned = diagnosis.learned
+    if learned is None:
+        return ""
+    rows = [
+        [Cell(label), *(_number(figure) for figure in error_figures(diagnosis, errors))]
+        for label, errors in (
+            ("physics alone", learned.before),
+            ("with the learned torque", learned.after),
+        )
+    ]
+    header = [Cell("model"), *(_number(name) for name in error_columns(diagnosis).values())]
+    return table("A torque learned from the residual; it is not physics", header, rows)
 
 
 def parameters_table(diagnosis: Diagnosis) -> str:

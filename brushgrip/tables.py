@@ -10,14 +10,14 @@ from rich.console import Console
 from rich.table import Table
 
 from brushgrip.wording import (
+    error_columns,
+    error_figures,
     headline,
     listed,
     parameters,
-    percent,
     plain,
     remainder,
     sentence,
-    torque,
 )
 from identification.results import Diagnosis
 
@@ -58,8 +58,12 @@ def print_summary(diagnosis: Diagnosis) -> None:
     screen = Console(highlight=False, markup=False)
     screen.print(headline(diagnosis), style="bold")
     screen.print(_errors(diagnosis))
+    screen.print(f"Before any effect: {diagnosis.signatures_before.reading}")
     if diagnosis.effects:
         screen.print(_effects(diagnosis))
+    for effect in diagnosis.effects:
+        if effect.experiment:
+            screen.print(f"next experiment: {sentence(effect.experiment.sentence)}")
     screen.print(f"{remainder(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
     for note in diagnosis.notes:
         screen.print(f"note: {note}")
@@ -68,20 +72,14 @@ def print_summary(diagnosis: Diagnosis) -> None:
 def _errors(diagnosis: Diagnosis) -> Table:
     table = Table(title="Torque error, root mean square", title_justify="left")
     table.add_column("model")
-    for kind in ("training", "held out"):
-        table.add_column(f"{kind} [N m]", justify="right")
-        table.add_column("of range", justify="right")
+    for heading in error_columns(diagnosis).values():
+        table.add_column(heading, justify="right")
     for label, errors in (
         ("declared", diagnosis.declared),
         ("before", diagnosis.before),
         ("after", diagnosis.after),
     ):
-        row = [label]
-        figures = errors.summary()
-        for place in ("", "holdout_"):
-            row.append(torque(figures[f"{place}torque_rmse"]))
-            row.append(percent(figures[f"{place}torque_nrmse"]))
-        table.add_row(*row)
+        table.add_row(label, *error_figures(diagnosis, errors))
     return table
 
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from identification.results import Diagnosis, Estimate
+from identification.results import Diagnosis, Errors, Estimate
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -64,9 +64,7 @@ def parameters(estimates: Mapping[str, Estimate]) -> str:
 def headline(diagnosis: Diagnosis) -> str:
     """What was found, in one sentence."""
     before, after = diagnosis.before.summary(), diagnosis.after.summary()
-    kind, key = (
-        ("held-out", "holdout_torque_nrmse") if diagnosis.holdout else ("training", "torque_nrmse")
-    )
+    kind, key = _judged_by(diagnosis)
     if not diagnosis.effects:
         verdict = (
             "No known effect explains what the declared model misses"
@@ -79,6 +77,34 @@ def headline(diagnosis: Diagnosis) -> str:
         f"The declared model misses {missing}: "
         f"{kind} error {percent(before[key])} → {percent(after[key])} of range."
     )
+
+
+def error_columns(diagnosis: Diagnosis) -> dict[str, str]:
+    """Headings of the errors that a diagnosis has, by key in a summary."""
+    columns = {"torque_rmse": "training [N m]", "torque_nrmse": "training, of range"}
+    if diagnosis.holdout:
+        columns["holdout_torque_rmse"] = "held out [N m]"
+        columns["holdout_torque_nrmse"] = "held out, of range"
+    if diagnosis.after.left_out:
+        columns["left_out_torque_nrmse"] = "left out in turn, of range"
+    return columns
+
+
+def error_figures(diagnosis: Diagnosis, errors: Errors) -> list[str]:
+    """The figures of one stage under those headings."""
+    figures = errors.summary()
+    return [
+        (percent if key.endswith("nrmse") else torque)(figures[key]) for key in error_columns(diagnosis)
+    ]
+
+
+def _judged_by(diagnosis: Diagnosis) -> tuple[str, str]:
+    """The error that says most: its name, and its key in a summary."""
+    if diagnosis.holdout:
+        return "held-out", "holdout_torque_nrmse"
+    if diagnosis.after.left_out:
+        return "left-out", "left_out_torque_nrmse"
+    return "training", "torque_nrmse"
 
 
 def doubts(diagnosis: Diagnosis) -> str:
@@ -109,7 +135,10 @@ def fate(diagnosis: Diagnosis, candidate: str) -> str:
 
 def worse(diagnosis: Diagnosis, recording: str) -> bool:
     """Whether the error of a recording grew from the refitted declared model to the final one."""
-    return diagnosis.after.nrmse[recording] > diagnosis.before.nrmse[recording]
+    before, after = diagnosis.before, diagnosis.after
+    if recording in before.left_out and after.left_out[recording] > before.left_out[recording]:
+        return True
+    return after.nrmse[recording] > before.nrmse[recording]
 
 
 def _power(value: float, std: float) -> tuple[float, int]:

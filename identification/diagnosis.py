@@ -1,25 +1,25 @@
 """Close the loop: residual of the declared model, effects that it lacks, errors before and after."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from identification.fitting import (
-    Fit,
-    Values,
-    first_values,
-    fit,
-    signals_of,
-    torque_range,
-)
-from identification.leftover import unexplained
+from identification.attempts import Attempts, Effects
+from identification.fitting import torque_range
+from identification.journal import Journal
+from identification.learning import learn
+from identification.loss import LEAST_SQUARES, Loss
+from identification.proposals import Proposal
 from identification.recordings import Recording
-from identification.results import Candidate, Diagnosis, Errors, Estimate, FoundEffect, Series
-from identification.scoring import Array, delta_bic, deviations, rmse_of
-from identification.selection import Progress, Step, search
-from identification.trials import model_of
-from symbolic import InvalidInputError, simulate
-from symbolic.description import parameter_name
+from identification.results import Diagnosis
+from identification.selection import Progress, Step, silent, walk
+from identification.separation import propose
+from identification.stages import left_out_errors
+from identification.trials import RANKING, Trial, thinned
+from identification.verdict import verdict
+from identification.workers import Submit, workers
+from symbolic import InvalidInputError
 
 LEAST_TRAVEL = 0.01
 """Greatest minus least angle that a diagnosis needs [rad]."""
@@ -29,8 +29,11 @@ def diagnose(
     recordings: Sequence[Recording],
     holdout: Sequence[Recording] = (),
     *,
+    loss: Loss = LEAST_SQUARES,
+    learn_rest: bool = False,
     jobs: int | None = None,
     progress: Progress | None = None,
+    journal: Journal | None = None,
 ) -> Diagnosis:
     """Find what the declared model lacks.
 
@@ -38,49 +41,33 @@ def diagnose(
         recordings: training recordings; shared parameters are fitted to these alone.
         holdout: recordings that judge. Every shared parameter stays frozen on them; only mu, torque
             zero and starting twist are refitted. Without any, training recordings are left out in turn.
+        loss: what a residual costs; `Huber` where the torque has outliers.
+        learn_rest: learn a torque from what no effect explains, if there is something, and keep it if it
+            holds on recordings that it was not taught; stated as learned, not as physics.
         jobs: processes for the search; None for one per core.
         progress: called with (what is being done, trials done, trials in this step).
+        journal: where trials are kept, so that a search that was interrupted goes on; None for nowhere.
 
     Raises:
         InvalidInputError: no recording, a name stands twice, or a torque is constant.
     """
     everything = [*recordings, *holdout]
     _check(recordings, everything)
-    declared = _declared(everything)
-    steps = search(recordings, holdout, jobs=jobs, progress=progress)
-    before, after = steps[0].before, steps[-1].before
-    residuals_before = _all_residuals(before.fitted, before.held_out)
-    residuals_after = _all_residuals(after.fitted, after.held_out)
-    estimates = _estimates(after.fitted, recordings)
-    if after.held_out is not None:
-        estimates |= _estimates(after.held_out, holdout)
-    stages = [
-        _errors(residuals, recordings, holdout)
-        for residuals in (declared, residuals_before, residuals_after)
-    ]
-    return Diagnosis(
-        recordings=tuple(r.name for r in recordings),
-        holdout=tuple(r.name for r in holdout),
-        declared=stages[0],
-        before=stages[1],
-        after=stages[2],
-        effects=_found(steps, estimates, recordings),
-        candidates=tuple(
-            Candidate(
-                name=trial.effects[-1],
-                summary=trial.fitted.model.effects[-1].summary,
-                holdout_nrmse=trial.nrmse,
-                delta_bic=delta_bic(trial.fitted, steps[0].ranked_before.fitted, recordings),
-            )
-            for trial in steps[0].tried
-        ),
-        unexplained=unexplained(residuals_after, everything),
-        parameters=estimates,
-        model=after.fitted.model,
-        values=_all_values(after.fitted, after.held_out),
-        series=_series(everything, holdout, residuals_before, residuals_after),
-        notes=_notes(stages[1], stages[2], after.fitted),
-    )
+    report = progress or silent
+    with workers(jobs) as submit:
+        made = Attempts(training=recordings, holdout=holdout, loss=loss, submit=submit, journal=journal)
+        steps = walk(made, report)
+        trials = steps[0].before, steps[-1].before
+        left_out = [_left_out(trial, recordings, holdout, submit, report) for trial in trials]
+        proposals = _proposals(steps, made, report)
+    report("looking at what is left", 0, 1)
+    found = verdict(steps, recordings, holdout, left_out, proposals)
+    if not (learn_rest and found.unexplained.present):
+        return found
+    report("learning what no effect explains", 0, 1)
+    learned = learn(trials[1].fitted, trials[1].held_out, recordings, holdout)
+    notes = (*found.notes, learned.note)
+    return replace(found, learned=learned, model=learned.model, notes=notes)
 
 
 def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> None:
@@ -100,118 +87,29 @@ def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> 
             )
 
 
-def _declared(recordings: Sequence[Recording]) -> dict[str, Array]:
-    """Residuals of the declared model with k as given; mu as given, or fitted where none is."""
-    residuals: dict[str, Array] = {}
-    for recording in recordings:
-        model = model_of(())
-        if recording.tyre.mu is None:
-            own = first_values(model, [recording]).own
-            start = Values(shared={"k": recording.tyre.k}, own=own)
-            residuals |= fit(model, [recording], start, free_shared=False).residuals
-        else:
-            values = {"mu": recording.tyre.mu, "k": recording.tyre.k}
-            theta = np.asarray(model.theta(values)).ravel()
-            geometry = np.array([recording.rig.a, recording.rig.e])
-            made = simulate(model, signals_of(recording), theta, geometry, np.eye(theta.size))
-            residuals[recording.name] = made.M_z - recording.M_z
-    return residuals
-
-
-def _all_residuals(fitted: Fit, held_out: Fit | None) -> dict[str, Array]:
-    return {**fitted.residuals, **(held_out.residuals if held_out else {})}
-
-
-def _all_values(fitted: Fit, held_out: Fit | None) -> Values:
-    own = {**fitted.values.own, **(held_out.values.own if held_out else {})}
-    return Values(shared=fitted.values.shared, own=own)
-
-
-def _errors(
-    residuals: Mapping[str, Array], recordings: Sequence[Recording], holdout: Sequence[Recording]
-) -> Errors:
-    everything = [*recordings, *holdout]
-    rmse = {r.name: rmse_of(residuals[r.name]) for r in everything}
-    return Errors(
-        rmse=rmse,
-        nrmse={r.name: rmse[r.name] / torque_range(r) for r in everything},
-        training=tuple(r.name for r in recordings),
-        holdout=tuple(r.name for r in holdout),
-    )
-
-
-def _estimates(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Estimate]:
-    """Every fitted parameter with its deviation, in physical units."""
-    parameters = {parameter_name(e, p): p for e, p in fitted.model.parameters}
-    estimates = {}
-    spread = deviations(fitted, recordings)
-    for (recording, name), deviation in zip(fitted.labels, spread, strict=True):
-        parameter = parameters[name]
-        place = fitted.values.shared if recording is None else fitted.values.own[recording]
-        value = place[name]
-        if parameter.inverse:
-            deviation = deviation * value**2
-        std = float(deviation) if np.isfinite(deviation) else None
-        label = name if recording is None else f"{name} [{recording}]"
-        estimates[label] = Estimate(value=value, std=std, unit=parameter.unit)
-    return estimates
-
-
-def _found(
-    steps: Sequence[Step], estimates: Mapping[str, Estimate], recordings: Sequence[Recording]
-) -> tuple[FoundEffect, ...]:
-    found = []
-    for step in steps:
-        # Effects that were dropped later are not among the estimates of the final model.
-        if step.chosen is None or step.chosen.effects[-1] not in steps[-1].before.effects:
-            continue
-        effect = step.chosen.fitted.model.effects[-1]
-        if effect.name in step.before.effects:
-            continue
-        prefix = f"{effect.name}."
-        own = {k.removeprefix(prefix): e for k, e in estimates.items() if k.startswith(prefix)}
-        found.append(
-            FoundEffect(
-                name=effect.name,
-                summary=effect.summary,
-                parameters=own,
-                holdout_nrmse_after=step.chosen.nrmse,
-                delta_bic=delta_bic(step.chosen.fitted, step.before.fitted, recordings),
-                indistinguishable_from=step.indistinguishable,
-            )
-        )
-    return tuple(found)
-
-
-def _series(
-    everything: Sequence[Recording],
+def _left_out(
+    trial: Trial,
+    recordings: Sequence[Recording],
     holdout: Sequence[Recording],
-    before: Mapping[str, Array],
-    after: Mapping[str, Array],
-) -> tuple[Series, ...]:
-    held = {r.name for r in holdout}
-    return tuple(
-        Series(
-            name=r.name,
-            held_out=r.name in held,
-            t=r.t,
-            psi=r.psi,
-            F_N=r.F_N,
-            measured=r.M_z,
-            before=r.M_z + before[r.name],
-            after=r.M_z + after[r.name],
-        )
-        for r in everything
-    )
+    submit: Submit,
+    report: Progress,
+) -> dict[str, float]:
+    """Errors with each recording left out in turn, where none is held out."""
+    if holdout:
+        return {}
+    report("leaving each recording out in turn", 0, 1)
+    return left_out_errors(trial, recordings, submit)
 
 
-def _notes(before: Errors, after: Errors, fitted: Fit) -> tuple[str, ...]:
-    """What got worse, and where the solver did not finish."""
-    notes = [
-        f"{name} got worse: {before.nrmse[name]:.2%} of range before, {after.nrmse[name]:.2%} after"
-        for name in before.nrmse
-        if after.nrmse[name] > before.nrmse[name]
-    ]
-    if not fitted.converged:
-        notes.append(f"the final fit stopped early ({fitted.status}); more samples or bounds may help")
-    return tuple(notes)
+def _proposals(steps: Sequence[Step], made: Attempts, report: Progress) -> dict[Effects, Proposal]:
+    """For each set of effects that was chosen, the experiment that tells it from its nearest rival."""
+    waiting = {}
+    thin = [thinned(r) for r in made.training]
+    for step in steps:
+        if step.chosen is None or not step.indistinguishable:
+            continue
+        report("looking for an experiment that separates rivals", 0, 1)
+        effects, nearest = step.chosen.effects, (*step.before.effects, step.nearest_rival)
+        pair = [made.ranked(e, step.start_of(e), RANKING).fitted for e in (effects, nearest)]
+        waiting[effects] = made.submit(propose, *pair, thin)
+    return {effects: future.result() for effects, future in waiting.items()}

@@ -1,14 +1,19 @@
 """What a diagnosis says: frozen results, and the dictionary that `diagnosis.json` holds."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identification.fitting import Values
+from identification.proposals import Proposal
+from identification.signatures import Signatures
 from symbolic import Model
+
+if TYPE_CHECKING:
+    from identification.learning import Learned
 
 Array = NDArray[np.float64]
 
@@ -31,16 +36,20 @@ class Errors:
         nrmse: the same over the recording's torque range [1].
         training: names over which the training figures are averaged.
         holdout: names over which the held-out figures are averaged.
+        left_out: root mean square torque error over range of each recording by the shared parameters of
+            the others, fitted anew without it; empty where recordings are held out or there is only one.
     """
 
     rmse: Mapping[str, float]
     nrmse: Mapping[str, float]
     training: tuple[str, ...]
     holdout: tuple[str, ...]
+    left_out: Mapping[str, float] = field(default_factory=dict)
 
     def summary(self) -> dict[str, float | None]:
-        """The four figures of `diagnosis.json`; None where nothing is held out."""
+        """The figures of `diagnosis.json`; None where there is none."""
         return {
+            "left_out_torque_nrmse": _mean(self.left_out, tuple(self.left_out)),
             "torque_rmse": _mean(self.rmse, self.training),
             "torque_nrmse": _mean(self.nrmse, self.training),
             "holdout_torque_rmse": _mean(self.rmse, self.holdout),
@@ -59,6 +68,7 @@ class FoundEffect:
         holdout_nrmse_after: judged error once it was added [1].
         delta_bic: change of the Bayesian information criterion as it was added; negative is better.
         indistinguishable_from: effects that the judged data cannot tell from it.
+        experiment: what to steer to tell it from the nearest of those; None where there is none.
     """
 
     name: str
@@ -67,6 +77,7 @@ class FoundEffect:
     holdout_nrmse_after: float
     delta_bic: float
     indistinguishable_from: tuple[str, ...]
+    experiment: Proposal | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -125,7 +136,11 @@ class Diagnosis:
         effects: what was found, in order of selection; empty if nothing is missing.
         candidates: every candidate's first step, best first.
         unexplained: what is left.
+        learned: a torque learned from that, kept or not; None where it was not asked for or nothing is
+            left. `after` is without it.
         parameters: every parameter of the final model; own ones as "mu [fem1]".
+        signatures_before: what the residual follows before any effect is tried.
+        signatures_after: what is left of that.
         model: the final model.
         values: its values.
         series: every recording with its curves.
@@ -141,10 +156,13 @@ class Diagnosis:
     candidates: tuple[Candidate, ...]
     unexplained: Unexplained
     parameters: Mapping[str, Estimate]
+    signatures_before: Signatures
+    signatures_after: Signatures
     model: Model
     values: Values
     series: tuple[Series, ...]
     notes: tuple[str, ...] = ()
+    learned: "Learned | None" = None
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `diagnosis.json`."""
@@ -155,12 +173,20 @@ class Diagnosis:
             "before": self.before.summary(),
             "after": self.after.summary(),
             "per_recording": {
-                stage: {"torque_rmse": dict(errors.rmse), "torque_nrmse": dict(errors.nrmse)}
+                stage: {
+                    "torque_rmse": dict(errors.rmse),
+                    "torque_nrmse": dict(errors.nrmse),
+                    "left_out_torque_nrmse": dict(errors.left_out),
+                }
                 for stage, errors in (
                     ("declared", self.declared),
                     ("before", self.before),
                     ("after", self.after),
                 )
+            },
+            "residual": {
+                "before": self.signatures_before.to_dict(),
+                "after": self.signatures_after.to_dict(),
             },
             "effects": [
                 {
@@ -169,6 +195,7 @@ class Diagnosis:
                     "holdout_nrmse_after": effect.holdout_nrmse_after,
                     "delta_bic": effect.delta_bic,
                     "indistinguishable_from": list(effect.indistinguishable_from),
+                    "experiment": _experiment(effect.experiment),
                 }
                 for effect in self.effects
             ],
@@ -180,6 +207,7 @@ class Diagnosis:
                 "present": self.unexplained.present,
                 "evidence": self.unexplained.evidence,
             },
+            "learned": self.learned.to_dict() if self.learned else None,
             "parameters": {name: _estimate(e) for name, e in self.parameters.items()},
             "notes": list(self.notes),
         }
@@ -191,3 +219,15 @@ def _mean(figures: Mapping[str, float], names: tuple[str, ...]) -> float | None:
 
 def _estimate(estimate: Estimate) -> dict[str, Any]:
     return {"value": estimate.value, "std": estimate.std, "unit": estimate.unit}
+
+
+def _experiment(proposal: Proposal | None) -> dict[str, Any] | None:
+    if proposal is None:
+        return None
+    return {
+        "rival": proposal.rival,
+        "sentence": proposal.sentence,
+        "separation": proposal.separation,
+        "times": proposal.times,
+        "standard_errors": proposal.standard_errors,
+    }

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.fitting import Fit, torque_range
+from identification.loss import LEAST_SQUARES, Loss, cost
 from identification.recordings import Recording
 
 Array = NDArray[np.float64]
@@ -49,7 +50,7 @@ class Judgement:
     """How a model does on the recordings by which it is judged.
 
     Attributes:
-        residuals: torque error of each judged recording [N m].
+        residuals: torque error of each recording [N m], outliers as small as the loss counts them.
         ranges: torque range of each [N m].
         times: time of each [s].
     """
@@ -77,11 +78,14 @@ class Judgement:
         return np.concatenate(blocks)
 
 
-def judged(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> Judgement:
+def judged(
+    residuals: Mapping[str, Array], recordings: Sequence[Recording], loss: Loss = LEAST_SQUARES
+) -> Judgement:
     """The judgement of these residuals of these recordings."""
+    ranges = {r.name: torque_range(r) for r in recordings}
     return Judgement(
-        residuals={r.name: residuals[r.name] for r in recordings},
-        ranges={r.name: torque_range(r) for r in recordings},
+        residuals={n: np.sqrt(loss((residuals[n] / span) ** 2)[0]) * span for n, span in ranges.items()},
+        ranges=ranges,
         times={r.name: r.t for r in recordings},
     )
 
@@ -104,6 +108,9 @@ def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Arr
     stacked = np.concatenate(
         [fitted.residuals[name][present] / span for name, (_, present, span) in blocks.items()]
     )
+    # An outlier pulls as little as the loss lets it: rows weighted as in reweighted least squares.
+    weight = np.sqrt(fitted.loss(stacked**2)[1])
+    jacobian = fitted.jacobian * weight[:, None]
     residuals = {}
     for name, (rows, present, span) in blocks.items():
         others, mine = owners != name, owners == name
@@ -111,11 +118,11 @@ def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Arr
         rest = np.ones(stacked.size, dtype=bool)
         rest[rows] = False
         step = np.zeros(owners.size)
-        step[others] = _least_squares(fitted.jacobian[np.ix_(rest, others)], -stacked[rest])
+        step[others] = _least_squares(jacobian[np.ix_(rest, others)], -(weight * stacked)[rest])
         moved = stacked[rows] + fitted.jacobian[rows][:, shared] @ step[shared]
-        own = fitted.jacobian[rows][:, mine]
+        again = _least_squares(jacobian[rows][:, mine], -weight[rows] * moved)
         left = np.full(present.size, np.nan)
-        left[present] = (moved + own @ _least_squares(own, -moved)) * span
+        left[present] = (moved + fitted.jacobian[rows][:, mine] @ again) * span
         residuals[name] = left
     return residuals
 
@@ -142,33 +149,13 @@ def advantage(better: Judgement, worse: Judgement) -> tuple[float, float]:
 def delta_bic(richer: Fit, poorer: Fit, recordings: Sequence[Recording]) -> float:
     """Change of the Bayesian information criterion from the poorer to the richer model.
 
-    n ln(rss) + p ln(n) with n the effective number of samples of the richer model's residuals, as
+    n ln(loss) + p ln(n) with n the effective number of samples of the richer model's residuals, as
     samples 10 ms apart are far from independent. Negative speaks for the richer model.
     """
     n = effective_samples(richer.residuals)
-    gain = np.log(_weighted_sum(richer, recordings) / _weighted_sum(poorer, recordings))
+    gain = np.log(_loss(richer, recordings) / _loss(poorer, recordings))
     return float(n * gain + (len(richer.labels) - len(poorer.labels)) * np.log(n))
 
 
-def _weighted_sum(fitted: Fit, recordings: Sequence[Recording]) -> float:
-    return sum(float(np.nansum((fitted.residuals[r.name] / torque_range(r)) ** 2)) for r in recordings)
-
-
-def deviations(fitted: Fit, recordings: Sequence[Recording]) -> Array:
-    """Standard deviation of every free coordinate, in the order of `fitted.labels`.
-
-    From the Fisher information of the fit, widened by the autocorrelation of the residuals. A
-    direction that the data say nothing about gets infinity.
-    """
-    n = sum(int(np.isfinite(fitted.residuals[r.name]).sum()) for r in recordings)
-    free = len(fitted.labels)
-    variance = _weighted_sum(fitted, recordings) / max(n - free, 1)
-    widening = n / effective_samples(fitted.residuals)
-    information = fitted.jacobian.T @ fitted.jacobian
-    size = np.sqrt(np.diag(information))
-    known = size > 1e-9 * size.max()
-    spread = np.full(free, np.inf)
-    scaled = information[np.ix_(known, known)] / np.outer(size[known], size[known])
-    covariance = np.linalg.pinv(scaled, rcond=1e-12, hermitian=True)
-    spread[known] = np.sqrt(np.diag(covariance) * variance * widening) / size[known]
-    return spread * fitted.scales
+def _loss(fitted: Fit, recordings: Sequence[Recording]) -> float:
+    return sum(cost(fitted.loss, fitted.residuals[r.name] / torque_range(r)) for r in recordings)

@@ -5,18 +5,17 @@ others do as well is dropped; and sideways: an effect is exchanged for another. 
 come back, so the search ends.
 """
 
-import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from multiprocessing import get_context
-from typing import Any
 
-from identification.fitting import COARSE, Values
+from identification.attempts import Attempts, precision_for
+from identification.fitting import Values
+from identification.journal import Journal
+from identification.loss import LEAST_SQUARES, Loss
 from identification.recordings import Recording
 from identification.scoring import advantage, delta_bic
-from identification.trials import Trial, attempt, model_of, thinned
+from identification.trials import Trial, thinned
+from identification.workers import workers
 from symbolic import EFFECTS
 
 LEAST_GAIN = 0.02
@@ -54,6 +53,16 @@ class Step:
     indistinguishable: tuple[str, ...] = ()
     dropped: str | None = None
 
+    @property
+    def nearest_rival(self) -> str:
+        """Of the effects that would have done as well, the one with the least judged error."""
+        ranked = (trial.effects[-1] for trial in self.tried)
+        return next(name for name in ranked if name in self.indistinguishable)
+
+    def start_of(self, effects: tuple[str, ...]) -> Values:
+        """Where the trial of these effects ended."""
+        return next(t.fitted.values for t in self.tried if set(t.effects) == set(effects))
+
     def idle(self) -> set[str]:
         """Effects that lowered the judged error by less than half of what is needed."""
         least = (1 - LEAST_GAIN / 2) * self.ranked_before.nrmse
@@ -67,6 +76,8 @@ def search(
     jobs: int | None = None,
     progress: Progress | None = None,
     candidates: Sequence[str] = tuple(EFFECTS),
+    loss: Loss = LEAST_SQUARES,
+    journal: Journal | None = None,
 ) -> list[Step]:
     """Add effects one at a time, drop what has become idle; the last step has nothing chosen.
 
@@ -80,32 +91,39 @@ def search(
         jobs: processes to use; None for one per core.
         progress: called with what is being done, trials done, and trials in this step.
         candidates: names of the effects that may be picked.
+        loss: what a residual costs.
+        journal: where trials are kept, so that a search that was interrupted goes on; None for nowhere.
     """
-    report = progress or _silent
-    report("fitting the declared structure", 0, 1)
-    thin = [thinned(r) for r in training], [thinned(r) for r in holdout]
-    ranked, current = attempt((), *thin, None, COARSE), attempt((), training, holdout)
-    steps: list[Step] = []
-    with _workers(jobs) as submit:
+    with workers(jobs) as submit:
+        made = Attempts(training=training, holdout=holdout, loss=loss, submit=submit, journal=journal)
+        return walk(made, progress or silent, candidates)
 
-        def whole(leader: Trial) -> Trial:
-            return attempt(leader.effects, training, holdout, leader.fitted.values)
+
+def walk(made: Attempts, report: Progress, candidates: Sequence[str] = tuple(EFFECTS)) -> list[Step]:
+    """`search`, with the trials made where the caller wants them."""
+    report("fitting the declared structure", 0, 1)
+    current = made.whole(())
+    steps: list[Step] = []
+    training = [thinned(r) for r in made.training]
+    while True:
+        precision = precision_for(current)
+        ranked = made.ranked(current.effects, current.fitted.values, precision)
 
         def try_all(sets: Sequence[tuple[str, ...]], label: str) -> list[Trial]:
-            return _try_all(ranked, sets, thin, submit, lambda done: report(label, done, len(sets)))
+            return made.all(ranked, sets, precision, lambda done: report(label, done, len(sets)))  # noqa: B023
 
-        while True:
-            for move in _moves(ranked, _waves(candidates, steps), thin[0], try_all):
-                # What was ranked on thinned recordings has to hold on the whole ones.
-                after = whole(move.leader) if move.leader else None
-                if move.leader and after and move.holds(after, current, training):
-                    steps.append(_step(current, ranked, move, after))
-                    ranked, current = move.leader, after
-                    break
-                if not steps or move.forward:
-                    last = _step(current, ranked, move, None)
-            else:
-                return [*steps, last]
+        for move in _moves(ranked, _waves(candidates, steps), training, try_all):
+            # What was ranked on thinned recordings has to hold on the whole ones.
+            leader = move.leader
+            after = made.whole(leader.effects, leader.fitted.values) if leader else None
+            if after and move.holds(after, current, made.training):
+                steps.append(_step(current, ranked, move, after))
+                current = after
+                break
+            if not steps or move.forward:
+                last = _step(current, ranked, move, None)
+        else:
+            return [*steps, last]
 
 
 Try = Callable[[Sequence[tuple[str, ...]], str], list[Trial]]
@@ -202,35 +220,6 @@ def _exchange(ranked: Trial, tried: Sequence[Trial], try_all: Try) -> _Move:
     return _Move(tried=swapped, leader=better[0] if better else None, holds=_is_better)
 
 
-def _try_all(
-    ranked: Trial,
-    sets: Sequence[tuple[str, ...]],
-    thin: tuple[Sequence[Recording], Sequence[Recording]],
-    submit: Callable[..., Future[Trial]],
-    report: Callable[[int], None],
-) -> list[Trial]:
-    """Sets of effects fitted coarsely from the present values, best first."""
-    report(0)
-    # The heaviest first, so that no core waits for one of them at the end.
-    ordered = sorted(sets, key=lambda effects: -model_of(effects).memory_size)
-    futures = [
-        submit(attempt, effects, *thin, _values_for(ranked, effects), COARSE) for effects in ordered
-    ]
-    for done, _ in enumerate(as_completed(futures), start=1):
-        report(done)
-    return sorted((future.result() for future in futures), key=lambda trial: trial.nrmse)
-
-
-def _values_for(ranked: Trial, effects: Sequence[str]) -> Values:
-    """The present values without those of effects that are not in the set."""
-    values = ranked.fitted.values
-
-    def kept(given: Mapping[str, float]) -> dict[str, float]:
-        return {n: v for n, v in given.items() if "." not in n or n.split(".")[0] in effects}
-
-    return Values(shared=kept(values.shared), own={name: kept(own) for name, own in values.own.items()})
-
-
 def _leader(
     ranked: Trial, tried: Sequence[Trial], training: Sequence[Recording]
 ) -> tuple[Trial | None, tuple[str, ...]]:
@@ -247,7 +236,8 @@ def _leader(
     return leader, tuple(trial.effects[-1] for trial in equals if trial is not leader)
 
 
-def _silent(message: str, done: int, total: int) -> None:
+def silent(message: str, done: int, total: int) -> None:
+    """Progress that nobody sees."""
     del message, done, total
 
 
@@ -275,20 +265,3 @@ def _is_better(trial: Trial, current: Trial, training: Sequence[Recording] = ())
 def _tells_apart(best: Trial, other: Trial) -> bool:
     mean, error = advantage(best.judgement, other.judgement)
     return mean > CLEAR * error and other.nrmse - best.nrmse > LEAST_GAIN * best.nrmse
-
-
-@contextmanager
-def _workers(jobs: int | None) -> Iterator[Callable[..., Future[Trial]]]:
-    """A way to submit trials: processes, or this process alone for one job."""
-    count = jobs or os.cpu_count() or 1
-    if count == 1:
-        yield _at_once
-        return
-    with ProcessPoolExecutor(count, mp_context=get_context("spawn")) as pool:
-        yield pool.submit
-
-
-def _at_once(function: Callable[..., Trial], *arguments: Any) -> Future[Trial]:
-    future: Future[Trial] = Future()
-    future.set_result(function(*arguments))
-    return future

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from identification.fitting import COARSE, TOLERANCE, Fit, Values, first_values, fit
+from identification.loss import LEAST_SQUARES, Loss
 from identification.recordings import Recording
 from identification.scoring import Judgement, judged, leave_one_out
 from symbolic import Model, effects_named
@@ -14,6 +15,52 @@ CORNERS = 16
 """Zone corners kept in identification; beyond this depth they carry less than 1e-6 of the torque."""
 RANKING_STEP = 0.02
 """Recordings are thinned towards this time between samples while candidates are ranked [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Precision:
+    """How finely a model is fitted.
+
+    Attributes:
+        bristles: over the length of the patch, where the model has bristles.
+        discretised: True takes bristles, which are quicker, even where the exact patch would do.
+        tolerance: of the fit, see `identification.fit`.
+    """
+
+    bristles: int = 80
+    discretised: bool = False
+    tolerance: float = TOLERANCE
+
+
+FINE = Precision()
+"""For whatever is reported."""
+RANKING = Precision(discretised=True, tolerance=COARSE)
+"""For candidates that are only compared; the patch is right to 4e-4 of range."""
+ROUGH = Precision(bristles=40, discretised=True, tolerance=COARSE)
+"""The same in half the time, where errors are above `ROUGH_ABOVE`."""
+ROUGH_ABOVE = 0.015
+"""Ten times the error over range that 40 bristles have [1]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Task:
+    """A trial to be made.
+
+    Attributes:
+        effects: names of the effects, in order of selection.
+        training: recordings that the shared parameters are fitted to.
+        holdout: recordings that judge; empty for leave-one-out over the training ones.
+        start: values to begin with; None for those of `first_values`.
+        precision: how finely.
+        loss: what a residual costs.
+    """
+
+    effects: tuple[str, ...]
+    training: Sequence[Recording]
+    holdout: Sequence[Recording] = ()
+    start: Values | None = None
+    precision: Precision = FINE
+    loss: Loss = LEAST_SQUARES
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -38,36 +85,36 @@ class Trial:
         return self.judgement.nrmse
 
 
-def model_of(effects: Sequence[str], *, coarse: bool = False) -> Model:
-    """The model with these effects as the search uses it; `coarse` takes bristles, which are quicker."""
-    return Model(effects=effects_named(effects), corners=CORNERS, discretised=coarse)
+def model_of(effects: Sequence[str], precision: Precision = FINE) -> Model:
+    """The model with these effects as the search uses it."""
+    return Model(
+        effects=effects_named(effects),
+        corners=CORNERS,
+        discretised=precision.discretised,
+        lengthways=precision.bristles,
+    )
 
 
-def attempt(
-    effects: Sequence[str],
-    training: Sequence[Recording],
-    holdout: Sequence[Recording],
-    start: Values | None = None,
-    tolerance: float = TOLERANCE,
-) -> Trial:
+def attempt(task: Task) -> Trial:
     """Fit a model and judge it.
 
     With held-out recordings every shared parameter stays frozen on them. Without, each training
     recording is left out in turn (two or more of them), and the judged errors are those.
     """
-    model = model_of(effects, coarse=tolerance >= COARSE)
-    begin = start or first_values(model, training)
-    fitted = fit(model, training, begin, tolerance=tolerance)
-    if holdout:
-        held_out = freeze(fitted, holdout, tolerance)
-        return Trial(
-            effects=tuple(effects),
-            fitted=fitted,
-            held_out=held_out,
-            judgement=judged(held_out.residuals, holdout),
-        )
-    judgement = judged(leave_one_out(fitted, training), training)
-    return Trial(effects=tuple(effects), fitted=fitted, held_out=None, judgement=judgement)
+    model = model_of(task.effects, task.precision)
+    begin = task.start or first_values(model, task.training)
+    fitted = fit(model, task.training, begin, tolerance=task.precision.tolerance, loss=task.loss)
+    held_out = freeze(fitted, task.holdout, task.precision.tolerance) if task.holdout else None
+    return judged_trial(task, fitted, held_out)
+
+
+def judged_trial(task: Task, fitted: Fit, held_out: Fit | None) -> Trial:
+    """The trial that these fits make."""
+    if held_out:
+        judgement = judged(held_out.residuals, task.holdout, task.loss)
+    else:
+        judgement = judged(leave_one_out(fitted, task.training), task.training, task.loss)
+    return Trial(effects=task.effects, fitted=fitted, held_out=held_out, judgement=judgement)
 
 
 def thinned(recording: Recording) -> Recording:
@@ -87,4 +134,4 @@ def freeze(fitted: Fit, recordings: Sequence[Recording], tolerance: float = TOLE
     """Fit only what belongs to these recordings, with the shared parameters of `fitted`."""
     own = first_values(fitted.model, recordings).own
     start = Values(shared=fitted.values.shared, own=own)
-    return fit(fitted.model, recordings, start, free_shared=False, tolerance=tolerance)
+    return fit(fitted.model, recordings, start, free_shared=False, tolerance=tolerance, loss=fitted.loss)

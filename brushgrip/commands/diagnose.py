@@ -13,7 +13,9 @@ from brushgrip.friction import FrictionTrack
 from brushgrip.recordings import read_all
 from brushgrip.report import PAGE, write_report
 from brushgrip.tables import json_text, print_summary
+from brushgrip.unfinished import kept_trials
 from identification.diagnosis import diagnose as close_the_loop
+from identification.loss import LEAST_SQUARES, Huber
 from identification.modelfile import model_text
 from identification.results import Diagnosis
 
@@ -30,16 +32,42 @@ def diagnose(
             show_default=False,
         ),
     ] = None,
+    robust: Annotated[
+        float | None,
+        typer.Option(
+            "--robust",
+            metavar="SHARE",
+            help="Torque errors beyond this share of range pull no harder than one of that size (Huber);"
+            " for a torque with outliers, 1.5 times its noise.",
+            show_default=False,
+        ),
+    ] = None,
+    learn: Annotated[
+        bool,
+        typer.Option("--learn", help="Learn a torque from what no effect explains; it is not physics."),
+    ] = False,
     rig: RigFile = None,
     jobs: Jobs = None,
 ) -> None:
-    """Find what the declared model lacks; write diagnosis.json, model.json and report.html."""
+    """Find what the declared model lacks; write diagnosis.json, model.json and report.html.
+
+    Interrupted, it keeps what it has; the same command goes on from there.
+    """
     held_out = holdout or []
     read = read_all([*recordings, *held_out], rig)
     training = read[: len(recordings)]
-    with staged_directory(out) as folder:
+    loss = LEAST_SQUARES if robust is None else Huber(threshold=robust)
+    with staged_directory(out) as folder, kept_trials(out) as journal:
         with progress() as report:
-            result = close_the_loop(training, read[len(training) :], jobs=jobs, progress=report)
+            result = close_the_loop(
+                training,
+                read[len(training) :],
+                loss=loss,
+                learn_rest=learn,
+                jobs=jobs,
+                progress=report,
+                journal=journal,
+            )
         write_diagnosis(folder, result)
     print_summary(result)
     say(f"report: {out / PAGE}")

@@ -10,6 +10,7 @@ import pytest
 from brushgrip.app import main
 from brushgrip.friction import FrictionTrack
 from identification.fitting import Values
+from identification.proposals import Proposal
 from identification.results import (
     Candidate,
     Diagnosis,
@@ -19,6 +20,9 @@ from identification.results import (
     Series,
     Unexplained,
 )
+from identification.signals import SIGNALS
+from identification.signatures import Autocorrelation, Signature, Signatures
+from identification.steering import Manoeuvre
 from symbolic import EFFECTS, Model, effects_named
 
 RIG = "[rig]\na = 0.045\ne = 0.009\n\n[tyre]\nk = 2.4e6\nmu = 1.2\n"
@@ -109,6 +113,53 @@ def _errors(shares: dict[str, float], training: tuple[str, ...]) -> Errors:
         nrmse=shares,
         training=training,
         holdout=tuple(name for name in shares if name not in training),
+        left_out=shares if len(training) == len(shares) > 1 else {},
+    )
+
+
+def _signatures(strength: float) -> Signatures:
+    """Every signal with the same correlation, the even ones against it."""
+    lags = 0.01 * np.arange(1, 101)
+    each = tuple(
+        Signature(
+            signal=signal.name,
+            unit=signal.unit,
+            correlation=strength * (-1) ** number,
+            band=0.3,
+            slope=1.0,
+            size=0.01 * strength,
+            effects=signal.along.effects,
+            reading=signal.along.meaning,
+        )
+        for number, signal in enumerate(SIGNALS)
+    )
+    return Signatures(
+        rms=0.01,
+        autocorrelation=Autocorrelation(lags=lags, values=np.exp(-lags), band=0.04, memory=0.5),
+        signatures=each,
+        followed=each[:1] if strength > 0.3 else (),
+    )
+
+
+def _experiment() -> Proposal:
+    t = np.arange(500) * 0.02
+    return Proposal(
+        found="carcass_torsion",
+        rival="patch_width",
+        manoeuvre=Manoeuvre(
+            instruction="sweep to and fro, 10 s",
+            t=t,
+            psi=np.sin(t),
+            psi_dot=np.cos(t),
+            F_N=np.full(t.size, 400.0),
+        ),
+        torque=5 * np.sin(t),
+        rival_torque=5 * np.sin(t) + 0.1 * np.cos(t),
+        separation=0.01,
+        now=0.002,
+        noise=0.004,
+        times=1,
+        standard_errors=5.0,
     )
 
 
@@ -121,6 +172,7 @@ def _effects() -> tuple[FoundEffect, ...]:
             holdout_nrmse_after=0.03,
             delta_bic=-412.3,
             indistinguishable_from=("patch_width",),
+            experiment=_experiment(),
         ),
         FoundEffect(
             name="torque_offset",
@@ -172,6 +224,8 @@ def make_diagnosis() -> Callable[..., Diagnosis]:
                 **{f"mu [{n}]": Estimate(value=1.3, std=0.012, unit="1") for n in names},
                 "carcass_torsion.k_t": Estimate(value=391.234, std=4.2, unit="N m/rad"),
             },
+            signatures_before=_signatures(0.8),
+            signatures_after=_signatures(0.1),
             model=Model(effects=effects_named([effect.name for effect in effects])),
             values=Values(
                 shared={"k": 2.4312e6, **({"carcass_torsion.k_t": 391.234} if found else {})},

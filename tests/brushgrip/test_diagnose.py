@@ -8,13 +8,17 @@ import pytest
 from brushgrip.commands import demo as demonstrating
 from brushgrip.commands import diagnose as diagnosing
 from brushgrip.recordings import read_all
+from identification.journal import Journal
+from identification.loss import Huber
 from identification.recordings import Recording
 from identification.results import Diagnosis
+from symbolic import InvalidInputError
 
 Run = Callable[..., Any]
 Write = Callable[..., Path]
 FILES = [
-    "candidates.png", "diagnosis.json", "loops.png", "model.json", "report.html", "residuals.png",
+    "candidates.png", "diagnosis.json", "experiment_carcass_torsion.png", "loops.png", "model.json",
+    "report.html", "residuals.png", "signatures.png",
 ]  # fmt: skip
 
 
@@ -29,6 +33,7 @@ def asked(monkeypatch: pytest.MonkeyPatch, make_diagnosis: Callable[..., Diagnos
         *,
         jobs: int | None = None,
         progress: Callable[[str, int, int], None],
+        **_: object,
     ) -> Diagnosis:
         progress("trying", 1, 2)
         training, held_out = (tuple(r.name for r in group) for group in (recordings, holdout))
@@ -98,6 +103,54 @@ def test_no_holdout(run: Run, asked: list[Any], paths: list[Path], rig: Path, tm
 
     assert outcome.status == 0
     assert asked == [(("a", "b", "c", "d"), (), None)]
+
+
+def test_options_reach_the_search(
+    run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
+) -> None:
+    asked: dict[str, Any] = {}
+
+    def stop(*_: object, **options: object) -> None:
+        asked.update(options)
+        raise InvalidInputError("enough")
+
+    monkeypatch.setattr(diagnosing, "close_the_loop", stop)
+    run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig, "--robust", 0.01, "--learn")
+
+    assert asked["loss"] == Huber(threshold=0.01)
+    assert asked["learn_rest"] is True
+    outcome = run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig, "--robust", 0)
+    assert outcome.status == 2
+    assert "threshold must be a finite number greater than 0" in outcome.err
+
+
+def test_an_interrupted_search_keeps_its_trials(
+    run: Run,
+    monkeypatch: pytest.MonkeyPatch,
+    asked: list[Any],
+    paths: list[Path],
+    rig: Path,
+    tmp_path: Path,
+) -> None:
+    finish = diagnosing.close_the_loop
+
+    def interrupted(*_: object, journal: Journal, **__: object) -> None:
+        journal.folder.mkdir()
+        (journal.folder / "trial").touch()
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(diagnosing, "close_the_loop", interrupted)
+    outcome = run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
+
+    assert outcome.status in (1, 130)
+    assert "the same command goes on" in outcome.err
+    assert (tmp_path / ".out.unfinished" / "trial").exists()
+    assert not (tmp_path / "out").exists()
+    assert not asked
+
+    monkeypatch.setattr(diagnosing, "close_the_loop", finish)
+    assert run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig).status == 0
+    assert not (tmp_path / ".out.unfinished").exists()
 
 
 def test_training_and_held_out_must_differ(

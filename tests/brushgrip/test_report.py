@@ -54,7 +54,10 @@ def full(
 
 
 def test_writes_page_and_pictures(full: Path) -> None:
-    pictures = ["candidates.png", "friction.png", "loops.png", "residuals.png"]
+    pictures = [
+        *("candidates.png", "experiment_carcass_torsion.png", "friction.png"),
+        *("loops.png", "residuals.png", "signatures.png"),
+    ]
 
     assert written(full.parent) == sorted([*pictures, "report.html"])
     for picture in pictures:
@@ -65,7 +68,7 @@ def test_page_stands_alone(full: Path) -> None:
     text = full.read_text("utf-8")
     page = Page(text)
 
-    assert len(page.addresses) == 4
+    assert len(page.addresses) == 6
     for address in page.addresses:
         head, content = address.split(",")
         assert head == "data:image/png;base64"
@@ -82,11 +85,15 @@ def test_page_says_everything_in_order(full: Path) -> None:
         "Torque errors",
         "Hysteresis loops",
         "Residuals",
+        "What the residual follows",
         "Candidates",
         "Effects found",
+        "Next experiments",
         "Friction over time",
         "What remains unexplained",
     ]
+    assert "Before any effect is tried: The residual follows " in page.text
+    assert "Sweep to and fro, 10 s: carcass torsion and patch width then differ" in page.text
     assert "k_t = 391.2 ± 4.2 N m/rad" in page.text
     assert "These recordings cannot tell carcass torsion from patch width." in page.text
     assert "Follows psi_dot <by> 0.4 & F_N." in page.text

@@ -56,7 +56,8 @@ def test_headline_names_effects_and_held_out_errors(make_diagnosis: Make) -> Non
 
 
 def test_headline_without_held_out_recordings(make_diagnosis: Make) -> None:
-    assert "training error 4.05 %" in headline(make_diagnosis(holdout=()))
+    assert "left-out error 4.05 %" in headline(make_diagnosis(holdout=()))
+    assert "training error 4.00 %" in headline(make_diagnosis(training=("train_a",), holdout=()))
 
 
 def test_headline_when_nothing_is_missing(make_diagnosis: Make) -> None:

@@ -18,7 +18,10 @@ from symbolic import EFFECTS, InvalidInputError, Rig, Tyre
 from tests.identification.made import read_campaign, with_torque
 from tests.rig.campaign import Campaign
 
-FIGURES = {"torque_rmse", "torque_nrmse", "holdout_torque_rmse", "holdout_torque_nrmse"}
+FIGURES = {
+    *("torque_rmse", "torque_nrmse", "holdout_torque_rmse", "holdout_torque_nrmse"),
+    "left_out_torque_nrmse",
+}
 
 
 @pytest.fixture(scope="module")
@@ -74,7 +77,10 @@ def test_what_the_file_holds(found: Diagnosis) -> None:
     for stage in ("declared", "before", "after"):
         assert set(content[stage]) == FIGURES
     (effect,) = content["effects"]
-    keys = {"name", "parameters", "holdout_nrmse_after", "delta_bic", "indistinguishable_from"}
+    keys = {
+        *("name", "parameters", "holdout_nrmse_after", "delta_bic", "indistinguishable_from"),
+        "experiment",
+    }
     assert set(effect) == keys
     assert set(effect["parameters"]["delay"]) == {"value", "std", "unit"}
     assert set(content["candidates"][0]) == {"name", "holdout_nrmse", "delta_bic"}

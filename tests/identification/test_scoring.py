@@ -4,18 +4,18 @@ import numpy as np
 import pytest
 
 from identification import Fit, Recording, fit
+from identification.deviations import deviations
 from identification.scoring import (
     Judgement,
     advantage,
     autocorrelation_time,
     delta_bic,
-    deviations,
     effective_samples,
     judged,
     leave_one_out,
     rmse_of,
 )
-from identification.trials import attempt, freeze
+from identification.trials import Task, attempt, freeze
 from symbolic import Model
 from tests.identification.made import read_campaign, with_torque
 
@@ -60,7 +60,7 @@ def three() -> list[Recording]:
 
 
 def test_leaving_out_to_first_order_is_like_refitting(three: list[Recording]) -> None:
-    trial = attempt((), three, ())
+    trial = attempt(Task((), three, ()))
     predicted = leave_one_out(trial.fitted, three)
     for left_out in three:
         others = [recording for recording in three if recording is not left_out]
@@ -74,24 +74,24 @@ def test_leaving_out_to_first_order_is_like_refitting(three: list[Recording]) ->
 def test_leaving_out_with_missing_samples(three: list[Recording]) -> None:
     gone = np.arange(three[0].t.size) % 3 == 0
     holed = [with_torque(three[0], np.where(gone, np.nan, three[0].M_z)), *three[1:]]
-    fitted = attempt((), holed, ()).fitted
+    fitted = attempt(Task((), holed, ())).fitted
     left = leave_one_out(fitted, holed)
 
     np.testing.assert_array_equal(np.isnan(left[holed[0].name]), gone)
-    whole = leave_one_out(attempt((), three, ()).fitted, three)
+    whole = leave_one_out(attempt(Task((), three, ())).fitted, three)
     assert rmse_of(left[holed[0].name]) == pytest.approx(rmse_of(whole[holed[0].name]), rel=0.05)
 
 
 def test_a_single_recording_keeps_its_residuals(three: list[Recording]) -> None:
-    fitted = attempt((), three[:1], ()).fitted
+    fitted = attempt(Task((), three[:1], ())).fitted
 
     assert leave_one_out(fitted, three[:1]) == dict(fitted.residuals)
 
 
 def test_the_information_criterion_speaks_for_what_is_there(three: list[Recording]) -> None:
-    declared = attempt((), three, ())
+    declared = attempt(Task((), three, ()))
     right, wrong = (
-        attempt((name,), three, (), declared.fitted.values)
+        attempt(Task((name,), three, (), declared.fitted.values))
         for name in ("contact_damping", "torque_offset")
     )
 
@@ -104,15 +104,15 @@ def test_the_information_criterion_speaks_for_what_is_there(three: list[Recordin
 
 def test_the_information_criterion_speaks_against_what_is_not() -> None:
     _, recordings = read_campaign(None, 1)
-    declared = attempt((), recordings, ())
-    richer = attempt(("contact_damping", "torque_offset"), recordings, (), declared.fitted.values)
+    declared = attempt(Task((), recordings, ()))
+    richer = attempt(Task(("contact_damping", "torque_offset"), recordings, (), declared.fitted.values))
 
     assert len(richer.fitted.labels) - len(declared.fitted.labels) == 3
     assert delta_bic(richer.fitted, declared.fitted, recordings) > 0
 
 
 def test_information_criterion_of_white_residuals(three: list[Recording]) -> None:
-    fitted = attempt((), three, ()).fitted
+    fitted = attempt(Task((), three, ())).fitted
     rng = np.random.default_rng(2)
     white = {r.name: rng.standard_normal(r.t.size) for r in three}
     poorer = replace(fitted, residuals={name: 2 * residual for name, residual in white.items()})
@@ -148,7 +148,7 @@ def test_judged_error_is_averaged_over_recordings(three: list[Recording]) -> Non
 
 
 def test_what_the_data_say_nothing_about_has_no_deviation(three: list[Recording]) -> None:
-    fitted = attempt((), three, ()).fitted
+    fitted = attempt(Task((), three, ())).fitted
     blind: Fit = replace(fitted, jacobian=fitted.jacobian * np.array([0.0, 1, 1, 1]))
     spread = deviations(blind, three)
 

@@ -1,0 +1,30 @@
+"""What an interrupted search has done, kept until the same command finishes it."""
+
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from brushgrip.console import warn
+from identification.journal import Journal
+
+
+@contextmanager
+def kept_trials(out: Path) -> Iterator[Journal]:
+    """A journal beside the folder of results; it goes when all is done, and stays after an interruption.
+
+    Args:
+        out: the folder that the results will be in.
+    """
+    final = out.resolve()
+    folder = final.with_name(f".{final.name}.unfinished")
+    try:
+        yield Journal(folder=folder)
+    except KeyboardInterrupt:
+        if folder.is_dir():
+            warn(f"interrupted; what was found so far is kept in {folder}, the same command goes on")
+        raise
+    except Exception:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    shutil.rmtree(folder, ignore_errors=True)
