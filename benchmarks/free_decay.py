@@ -35,7 +35,17 @@ class Run:
     errors: dict[str, np.ndarray]
     spread: np.ndarray
     covered: np.ndarray
+    agree: bool | None
     seconds: float
+
+    def line(self, seed: int) -> str:
+        """The run in a line, so that a long series can be watched."""
+        errors, spread = 100 * self.errors["programme"], 100 * self.spread
+        return (
+            f"{seed:4d} k {errors[0]:+.4f} ± {spread[0]:.4f} %, b_t {errors[1]:+.4f} ±"
+            f" {spread[1]:.4f} %, holds {self.covered[0]:d} {self.covered[1]:d}, agree {self.agree},"
+            f" {self.seconds:.2f} s"
+        )
 
 
 def decays(recordings: list[ImpactRecording]) -> list[Decay]:
@@ -70,6 +80,7 @@ def run(seed: int, noise: float, swing: float, impacts: int) -> Run:
         errors={way: np.array(values) / TRUE - 1 for way, values in found.items()},
         spread=np.array([p.std for p in both]) / TRUE,
         covered=np.array([p.interval[0] <= t <= p.interval[1] for p, t in zip(both, TRUE, strict=True)]),
+        agree=made.contacts_agree,
         seconds=seconds if made.converged else np.inf,
     )
 
@@ -84,12 +95,15 @@ def main() -> None:
     parser.add_argument("--impacts", type=int, default=5, help="at each contact length")
     given = parser.parse_args()
     seeds = range(given.first, given.first + given.seeds)
-    runs = [run(seed, given.noise, given.swing, given.impacts) for seed in seeds]
-    print(f"{len(runs)} campaigns; errors in per cent: mean, root mean square, largest")
+    runs = []
+    for seed in seeds:
+        runs.append(run(seed, given.noise, given.swing, given.impacts))
+        print(runs[-1].line(seed), file=sys.stderr, flush=True)
+    print(f"{len(runs)} campaigns; errors in per cent: mean, median size, largest size")
     for way in runs[0].errors:
         errors = 100 * np.array([r.errors[way] for r in runs])
         figures = [
-            f"{name} {e.mean():+8.4f} {np.sqrt((e**2).mean()):8.4f} {np.abs(e).max():8.4f}"
+            f"{name} {e.mean():+8.4f} {np.median(np.abs(e)):8.4f} {np.abs(e).max():8.4f}"
             for name, e in zip(NAMES, errors.T, strict=True)
         ]
         print(f"{way:16}{figures[0]}   {figures[1]}")
@@ -98,6 +112,8 @@ def main() -> None:
     print(f"standard deviation, mean: k {spread[0]:.4f} %, b_t {spread[1]:.4f} %")
     covered = np.array([r.covered for r in runs]).sum(axis=0)
     print(f"95 % intervals hold the truth: k {covered[0]}, b_t {covered[1]} of {len(runs)}")
+    agreed = sum(r.agree is not False for r in runs)
+    print(f"contacts agree on k, as they do: {agreed} of {len(runs)}")
     kept = (np.abs(errors) <= TARGETS).all(axis=1).sum()
     print(f"within {100 * TARGETS[0]:g} % and {100 * TARGETS[1]:g} %: {kept} of {len(runs)}")
     seconds = np.array([r.seconds for r in runs])

@@ -14,7 +14,7 @@ def print_identified(made: FreeDecay) -> None:
     screen.print(_values(made))
     forces = [
         f"{quantity(contact.force)} at a = {1000 * contact.a:g} mm"
-        for contact in made.friction_forces
+        for contact in made.contacts
         if contact.force is not None
     ]
     if forces:

@@ -51,7 +51,7 @@ def main() -> None:
         print(f"{way:22} k = {k:.5g}, b_t = {b_t:.4f}: {errors}")
     print(f"its own word: k ± {made.k.std:.2g} N/m^2, b_t ± {made.b_t.std:.2g} N m s/rad")
     print(f"(5.8) as printed, without J_A: {made.source.b_t_printed:.3f}, which is b_t/J_A in 1/s")
-    told = [(contact.force, load_at(contact.a)) for contact in made.friction_forces if contact.force]
+    told = [(contact.force, load_at(contact.a)) for contact in made.contacts if contact.force]
     mu = np.array([(force.value / load, (force.std or 0.0) / load) for force, load in told])
     mean, spread = mu.mean(axis=0)
     print(f"friction from {len(mu)} contacts: mu = {mean:.3f}, each ± {spread:.3f}")

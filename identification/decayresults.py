@@ -30,19 +30,21 @@ class Identified:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactForce:
-    """The friction force of a contact.
+class ContactFound:
+    """What belongs to one contact.
 
     Attributes:
         a: half-length of the contact patch [m].
         e: caster length [m].
         force: mu F_N as the sliding at the patch's ends shows it [N]; None where that is not told from
             none at all.
+        k: from the recordings of this contact alone; None where they are all there is, or do not tell.
     """
 
     a: float
     e: float
     force: Estimate | None
+    k: Estimate | None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -84,7 +86,9 @@ class FreeDecay:
         b_t: torsional damping.
         covariance: of k and b_t, shape (2, 2) [N^2/m^4, N^2 s/(m rad), (N m s/rad)^2].
         correlation: of k and b_t [1].
-        friction_forces: of every contact; none where the patch was said to stick.
+        contacts: every contact; none where the patch was said to stick.
+        contacts_agree: whether these tell one k; None where fewer than two tell it. Where they do not,
+            the intervals do not cover what is wrong.
         encoder_step: of the yaw angle [rad].
         noise: scale of the logistic noise besides the step [rad].
         condition: condition number of the information on k, b_t and the friction forces, each in units
@@ -101,7 +105,8 @@ class FreeDecay:
     b_t: Identified
     covariance: Array
     correlation: float
-    friction_forces: tuple[ContactForce, ...]
+    contacts: tuple[ContactFound, ...]
+    contacts_agree: bool | None
     encoder_step: float
     noise: float
     condition: float
@@ -123,7 +128,8 @@ class FreeDecay:
                 "values": self.covariance.tolist(),
             },
             "correlation": self.correlation,
-            "friction_forces": [asdict(force) for force in self.friction_forces],
+            "contacts": [asdict(contact) for contact in self.contacts],
+            "contacts_agree": self.contacts_agree,
             "encoder_step": {"value": self.encoder_step, "unit": "rad"},
             "noise": {"value": self.noise, "unit": "rad"},
             "condition": self.condition,

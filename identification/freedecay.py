@@ -6,11 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as students_t
 
-from identification.decayresults import ContactForce, FreeDecay, Identified, Vibration
+from identification.consistency import Alone, agree, each_alone
+from identification.decayresults import ContactFound, FreeDecay, Identified, Vibration
 from identification.decays import Decay
 from identification.decaysource import source_way
 from identification.identifiability import sentences
-from identification.newton import Solution, solve
+from identification.narrowing import Solution, solve
 from identification.programme import COMMON, Programme, contact_of
 from identification.release import release
 from identification.results import Estimate
@@ -24,9 +25,11 @@ UNITS = ("N/m^2", "N m s/rad")
 _CONFIDENCE = 0.95
 _TOLD = 2.0
 """A friction force is told from none when its slip is so many standard deviations from zero."""
+_DETUNED = 1.3
+"""Largest factor between the frequency a recording shows and its sticking patch's; sliding lowers it."""
 _REMEDY = (
     "check that every recording holds one impact and the vibration after it, and that a, e and J_A are"
-    " its own; leave out the recording whose residual is largest"
+    " its own, or leave out those that do not"
 )
 
 
@@ -50,27 +53,31 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
         spread = spread_of(programme, solution)
     except np.linalg.LinAlgError:
         raise InvalidInputError(f"these recordings do not tell k and b_t at all: {_REMEDY}") from None
-    scales = programme.scales.shared
+    _check_followed(programme, solution)
+    scales = programme.scales[: programme.shared]
     covariance = spread.covariance * np.outer(scales, scales)
     k, b_t = (
-        _identified(float(solution.x.shared[i] * scales[i]), float(covariance[i, i]), spread, UNITS[i])
+        _identified(float(solution.x[i] * scales[i]), float(covariance[i, i]), spread, UNITS[i])
         for i in range(COMMON)
     )
     common = covariance[:COMMON, :COMMON]
-    forces = _forces(programme, solution, covariance)
+    alone = each_alone(programme)
+    contacts = _contacts(programme, solution, covariance, alone)
+    agreed = agree(alone)
     return FreeDecay(
         k=k,
         b_t=b_t,
         covariance=common,
         correlation=float(common[0, 1] / (k.std * b_t.std)),
-        friction_forces=forces,
+        contacts=contacts,
+        contacts_agree=agreed,
         encoder_step=float(np.median([r.step for r in programme.releases])),
         noise=solution.noise,
         condition=_condition(spread.information),
-        identifiability=sentences(programme, k, b_t, forces, solution.noise),
+        identifiability=sentences(programme, k, b_t, contacts, agreed, solution.noise),
         vibrations=_vibrations(programme, solution, k.value, b_t.value),
         converged=solution.converged,
-        status=f"{'solved' if solution.converged else 'not solved'} in {solution.steps} Newton steps",
+        status=f"{'solved' if solution.converged else 'not solved'} in {solution.steps} steps",
         remedy="" if solution.converged else _REMEDY,
         source=source_way(programme.releases),
     )
@@ -82,16 +89,38 @@ def _identified(value: float, variance: float, spread: Spread, unit: str) -> Ide
     return Identified(value=value, std=std, interval=(value - reach, value + reach), unit=unit)
 
 
-def _forces(programme: Programme, solution: Solution, covariance: Array) -> tuple[ContactForce, ...]:
-    """The friction force mu F_N of every contact whose slip 1/(mu F_N) is told from zero."""
-    forces = []
-    for i, (a, e) in enumerate(programme.contacts, start=COMMON):
-        slip = float(solution.x.shared[i] * programme.scales.shared[i])
+def _check_followed(programme: Programme, solution: Solution) -> None:
+    """Every recording has to vibrate as the programme has it, in rough outline at least."""
+    k = float(solution.x[0] * programme.scales[0])
+    for of, swing in zip(programme.releases, solution.look.swings, strict=True):
+        omega = float(np.sqrt(stiffness(k, *contact_of(of)) / of.decay.inertia))
+        if not 1 / _DETUNED < of.omega / omega < _DETUNED:
+            raise InvalidInputError(
+                f"{of.decay.name}: psi swings at {of.omega:.3g} rad/s, where its a, e and J_A with the"
+                f" k of all recordings make {omega:.3g} rad/s: {_REMEDY}"
+            )
+        # Wrong readings count as no more than a swing.
+        left = np.minimum(np.abs(of.psi - swing.psi), abs(of.reach))
+        if not np.mean(left**2) < np.var(swing.psi):
+            raise InvalidInputError(
+                f"{of.decay.name}: psi does not follow the vibration that was fitted: {_REMEDY}"
+            )
+
+
+def _contacts(
+    programme: Programme, solution: Solution, covariance: Array, alone: Sequence[Alone]
+) -> tuple[ContactFound, ...]:
+    """Of every contact the friction force, where its slip 1/(mu F_N) is told from zero, and its k."""
+    by_contact = {one.contact: Estimate(value=one.k, std=one.std, unit=UNITS[0]) for one in alone}
+    found = []
+    for i, contact in enumerate(programme.contacts, start=COMMON):
+        slip = float(solution.x[i] * programme.scales[i])
         std = float(np.sqrt(covariance[i, i]))
         told = slip > _TOLD * std
         force = Estimate(value=1 / slip, std=std / slip**2, unit="N") if told else None
-        forces.append(ContactForce(a=a, e=e, force=force))
-    return tuple(forces)
+        a, e = contact
+        found.append(ContactFound(a=a, e=e, force=force, k=by_contact.get(contact)))
+    return tuple(found)
 
 
 def _condition(information: Array) -> float:
@@ -101,9 +130,10 @@ def _condition(information: Array) -> float:
 
 
 def _vibrations(programme: Programme, solution: Solution, k: float, b_t: float) -> tuple[Vibration, ...]:
-    centres = solution.x.own[:, -1] * programme.scales.own[:, -1]
+    values = solution.x * programme.scales
     made = []
-    for of, swing, centre in zip(programme.releases, solution.look.swings, centres, strict=True):
+    for i, (of, swing) in enumerate(zip(programme.releases, solution.look.swings, strict=True)):
+        centre = float(values[programme.columns(i)[-1]])
         residual = of.psi - swing.psi
         omega_n = float(np.sqrt(stiffness(k, *contact_of(of)) / of.decay.inertia))
         made.append(
@@ -113,7 +143,7 @@ def _vibrations(programme: Programme, solution: Solution, k: float, b_t: float) 
                 t=of.t,
                 psi=of.psi,
                 fitted=swing.psi,
-                centre=float(centre),
+                centre=centre,
                 amplitude=float(abs(swing.psi[0] - centre)),
                 rms=float(np.sqrt(np.mean(residual**2))),
                 rounded=float(np.mean(np.abs(residual) <= of.step / 2)),

@@ -4,8 +4,8 @@ Unknown are k and b_t, shared by all; one slip 1/(mu F_N) for each contact; and 
 and rate at its first turning point and the centre of its vibration. The dynamics are eliminated by
 propagation (`identification.vibration`), the objective is -log of the likelihood of the encoder's
 readings (`identification.encoder`). It is convex in the angles, so that the Hessian without the
-curvature of the angles themselves is positive: Newton's method with it is that of Gauss and Newton, with
-exact first derivatives, for this likelihood.
+curvature of the angles themselves is positive: that of Gauss and Newton, with exact first derivatives,
+for this likelihood.
 """
 
 from collections.abc import Sequence
@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
-from identification.arrow import Arrow, Split
 from identification.encoder import misfit
 from identification.release import Release
 from identification.vibration import UNKNOWNS, Swing, stiffness, swing
@@ -41,69 +40,67 @@ class Look:
     """The programme at one point.
 
     Attributes:
-        cost: objective.
-        gradient: its gradient.
-        hessian: its Hessian.
+        cost: objective; infinite where a wheel would not vibrate.
+        gradient: its gradient, shape (n,).
+        hessian: its Hessian, shape (n, n).
         swings: each recording's angles [rad] and their derivatives by the unknowns in their scales,
-            those of `Programme.shared_columns` and then its own.
+            in the order of `Programme.columns`.
     """
 
     cost: float
-    gradient: Split
-    hessian: Arrow
+    gradient: Array
+    hessian: Array
     swings: tuple[Swing, ...]
 
 
 class Programme:
-    """The nonlinear programme of a set of recordings."""
+    """The nonlinear programme of a set of recordings.
+
+    Attributes:
+        releases: the recordings.
+        contacts: contacts that have a slip of their own; none where the patch sticks.
+        shared: number of unknowns that lead the others: k, b_t and the slips.
+        scales: size of every unknown, shape (n,); points are in units of these.
+    """
 
     def __init__(self, releases: Sequence[Release], *, sliding: bool = True) -> None:
         """Sets it up; without sliding, the ends of the patch stick as in the source."""
         self.releases = tuple(releases)
         self.contacts = tuple(dict.fromkeys(map(contact_of, releases))) if sliding else ()
+        self.shared = COMMON + len(self.contacts)
         self.scales = self._scales()
         self._grids = [_grid(r) for r in releases]
         self._geometries = [np.array([*contact_of(r), r.decay.inertia]) for r in releases]
 
-    def shared_columns(self, recording: int) -> list[int]:
-        """Places of k, b_t and, where the patch slides, of the slip of a recording's contact."""
-        slip = (
-            [COMMON + self.contacts.index(contact_of(self.releases[recording]))] if self.contacts else []
-        )
-        return [*range(COMMON), *slip]
+    def columns(self, recording: int) -> list[int]:
+        """Places of k, b_t, the slip of a recording's contact if there is one, and its own three."""
+        contact = contact_of(self.releases[recording])
+        slip = [COMMON + self.contacts.index(contact)] if self.contacts else []
+        own = self.shared + _OWN * recording
+        return [*range(COMMON), *slip, *range(own, own + _OWN)]
 
-    def start(self) -> Split:
+    def start(self) -> Array:
         """The guess to begin with, in units of `scales`."""
-        own = np.array([[r.peak, 0.0, r.centre] for r in self.releases])
-        return Split(shared=np.ones(COMMON + len(self.contacts)), own=own / self.scales.own)
+        own = np.array([[r.peak, 0.0, r.centre] for r in self.releases]).ravel()
+        return np.concatenate([np.ones(self.shared), own / self.scales[self.shared :]])
 
-    def look(self, x: Split, noise: float) -> Look:
+    def look(self, x: Array, noise: float) -> Look:
         """Objective and derivatives at x, in units of `scales`, for a scale of the noise [rad]."""
-        n, m = len(self.releases), COMMON + len(self.contacts)
-        cost, toward, toward_own = 0.0, np.zeros(m), np.zeros((n, _OWN))
-        shared, cross, own = np.zeros((m, m)), np.zeros((n, m, _OWN)), np.zeros((n, _OWN, _OWN))
+        cost, gradient, hessian = 0.0, np.zeros(x.size), np.zeros((x.size, x.size))
         swings = []
         for i, of in enumerate(self.releases):
-            made, at = self._swing(i, x), self.shared_columns(i)
+            made, at = self._swing(i, x), self.columns(i)
             swings.append(made)
             if not np.isfinite(made.psi).all():
-                # The wheel does not vibrate here, and nothing is worse.
                 cost = np.inf
                 continue
             told = misfit(of.psi, made.psi, of.step, noise)
-            gradient = made.sensitivities.T @ told.slope
-            hessian = made.sensitivities.T @ (made.sensitivities * told.curvature[:, None])
             cost += float(told.cost.sum())
-            toward[at] += gradient[:-_OWN]
-            toward_own[i] = gradient[-_OWN:]
-            shared[np.ix_(at, at)] += hessian[:-_OWN, :-_OWN]
-            cross[i, at], own[i] = hessian[:-_OWN, -_OWN:], hessian[-_OWN:, -_OWN:]
-        return Look(
-            cost=cost,
-            gradient=Split(shared=toward, own=toward_own),
-            hessian=Arrow(shared=shared, cross=cross, own=own),
-            swings=tuple(swings),
-        )
+            gradient[at] += made.sensitivities.T @ told.slope
+            hessian[np.ix_(at, at)] += made.sensitivities.T @ (
+                made.sensitivities * told.curvature[:, None]
+            )
+        return Look(cost=cost, gradient=gradient, hessian=hessian, swings=tuple(swings))
 
     def likeliest_noise(self, swings: Sequence[Swing]) -> float:
         """The scale of the noise under which the readings are likeliest [rad]."""
@@ -119,20 +116,18 @@ class Programme:
         most = np.log(max(abs(r.reach) for r in self.releases))
         return float(np.exp(minimize_scalar(cost, bounds=(least, most), method="bounded").x))
 
-    def _swing(self, recording: int, x: Split) -> Swing:
+    def _swing(self, recording: int, x: Array) -> Swing:
         """Angles at the samples and their derivatives by x."""
-        at = self.shared_columns(recording)
-        scales = np.concatenate([self.scales.shared[at], self.scales.own[recording]])
-        values = scales * np.concatenate([x.shared[at], x.own[recording]])
+        at = self.columns(recording)
         # Without a slip among the unknowns it is 0: the patch sticks.
-        places = [*range(len(at)), *range(len(UNKNOWNS) - _OWN, len(UNKNOWNS))]
+        places = [*range(len(at) - _OWN), *range(len(UNKNOWNS) - _OWN, len(UNKNOWNS))]
         unknowns = np.zeros(len(UNKNOWNS))
-        unknowns[places] = values
+        unknowns[places] = self.scales[at] * x[at]
         times, seen = self._grids[recording]
         made = swing(times, unknowns, self._geometries[recording])
-        return Swing(made.psi[seen], made.sensitivities[np.ix_(seen, places)] * scales)
+        return Swing(made.psi[seen], made.sensitivities[np.ix_(seen, places)] * self.scales[at])
 
-    def _scales(self) -> Split:
+    def _scales(self) -> Array:
         """Size of every unknown, from the guesses of `release`."""
         k, b_t = first_guess(self.releases)
         slips = [
@@ -143,8 +138,8 @@ class Programme:
             )
             for contact in self.contacts
         ]
-        own = [[abs(r.reach), abs(r.reach) * r.omega, abs(r.reach)] for r in self.releases]
-        return Split(shared=np.array([k, b_t, *slips]), own=np.array(own))
+        own = np.array([[abs(r.reach), abs(r.reach) * r.omega, abs(r.reach)] for r in self.releases])
+        return np.concatenate([[k, b_t, *slips], own.ravel()])
 
 
 def contact_of(of: Release) -> Contact:

@@ -14,6 +14,8 @@ Array = NDArray[np.float64]
 
 LEAST_STEPS = 3.0
 """Steps of the encoder that the first swing has to reach."""
+MOST_SWING = 0.2
+"""Largest first swing [rad]; angles are small in all that is computed."""
 LEAST_PERIODS = 1.5
 """Periods that the recording has to hold after the first turning point."""
 _QUIET, _MOST = 0.25, 6.0
@@ -70,7 +72,7 @@ def release(decay: Decay) -> Release:
     """Finds the free vibration.
 
     Raises:
-        InvalidInputError: the wheel stands still, swings by too little, or too short.
+        InvalidInputError: the wheel stands still, or swings by too little, too far, or too short a time.
     """
     if np.ptp(decay.psi) == 0:
         raise InvalidInputError(f"{decay.name}: psi is constant; the wheel has to be struck")
@@ -84,6 +86,11 @@ def release(decay: Decay) -> Release:
         raise InvalidInputError(
             f"{decay.name}: the wheel swings by {1000 * reach:.2g} mrad, {reach / step:.2g} steps of the"
             f" encoder; at least {LEAST_STEPS:g} steps are needed: strike it harder"
+        )
+    if reach > MOST_SWING:
+        raise InvalidInputError(
+            f"{decay.name}: the wheel swings by {reach:.3g} rad; allowed: up to {MOST_SWING:g} rad, as"
+            " all angles are taken for small; is psi in rad?"
         )
     if t.size < 4:
         raise _too_short(decay, t)

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.encoder import misfit
-from identification.newton import Solution
+from identification.narrowing import Solution
 from identification.programme import Programme
 
 Array = NDArray[np.float64]
@@ -40,27 +40,21 @@ class Spread:
 
 def spread_of(programme: Programme, solution: Solution) -> Spread:
     """The covariance at a solution."""
-    hessian = solution.look.hessian.damped(1e-12)
-    information = hessian.reduced()
-    inverse = np.asarray(np.linalg.inv(information), dtype=np.float64)
-    reduction = hessian.reduction()
+    inverse = np.asarray(np.linalg.inv(solution.look.hessian), dtype=np.float64)
+    shared = slice(programme.shared)
     changes = []
-    for i, of in enumerate(programme.releases):
-        made = solution.look.swings[i]
+    for i, (of, made) in enumerate(zip(programme.releases, solution.look.swings, strict=True)):
         told = misfit(of.psi, made.psi, of.step, solution.noise)
-        at = programme.shared_columns(i)
-        local = _local_inverse(inverse[np.ix_(at, at)], reduction[i, at], hessian.own[i])
+        at = programme.columns(i)
         for part in half_swings(made.psi):
             along = made.sensitivities[part]
             curvature = along.T @ (along * told.curvature[part, None])
-            score = _without(local, curvature, along.T @ told.slope[part])
-            telling = -reduction[i] @ score[len(at) :]
-            telling[at] += score[: len(at)]
-            changes.append(inverse @ telling)
+            score = _without(inverse[np.ix_(at, at)], curvature, along.T @ told.slope[part])
+            changes.append(inverse[shared, at] @ score)
     return Spread(
         covariance=np.sum([np.outer(change, change) for change in changes], axis=0),
-        information=information,
-        freedom=max(len(changes) - len(information), 1),
+        information=np.asarray(np.linalg.inv(inverse[shared, shared]), dtype=np.float64),
+        freedom=max(len(changes) - programme.shared, 1),
     )
 
 
@@ -70,14 +64,6 @@ def half_swings(psi: Array) -> list[slice]:
     turns = np.flatnonzero(heading[1:] * heading[:-1] < 0) + 1
     ends = [0, *turns.tolist(), psi.size]
     return [slice(a, b) for a, b in pairwise(ends) if b > a]
-
-
-def _local_inverse(shared: Array, reduction: Array, own: Array) -> Array:
-    """The part of the inverse Hessian that belongs to what one recording depends on."""
-    cross = -shared @ reduction
-    corner = np.linalg.inv(own) - reduction.T @ cross
-    whole: Array = np.block([[shared, cross], [cross.T, corner]])
-    return whole
 
 
 def _without(inverse: Array, curvature: Array, score: Array) -> Array:

@@ -83,18 +83,29 @@ def swing(t: Array, unknowns: Array, geometry: Array) -> Swing:
         NaN where the wheel would not vibrate, 4 K J_A <= b_t^2.
     """
     first, stretch = _functions()
-    theta = unknowns[[UNKNOWNS.index(name) for name in _PARAMETERS]].reshape(-1, 1)
-    state, carried = first(unknowns, geometry)
-    steps = np.diff(t)
-    padded = np.pad(steps, (0, -steps.size % _STRETCH), mode="edge") if steps.size else steps
-    psi, along = [state[0].full().ravel()], [carried[0, :].full()]
-    constants = [np.tile(block, _STRETCH) for block in (theta, geometry.reshape(-1, 1))]
-    for at in range(0, steps.size, _STRETCH):
-        states, sensitivities = stretch(state, carried, *constants, padded[None, at : at + _STRETCH])
-        state, carried = states[:, -1], sensitivities[:, -len(UNKNOWNS) :]
-        psi.append(states[0, :].full().ravel())
-        along.append(sensitivities[0, :].full().reshape(_STRETCH, len(UNKNOWNS)))
-    return Swing(np.concatenate(psi)[: t.size], np.concatenate(along)[: t.size])
+    state, carried = (made.full() for made in first(unknowns, geometry))
+    theta = unknowns[[UNKNOWNS.index(name) for name in _PARAMETERS]]
+    # Matrices of casadi lie column by column: the transposes of these arrays, sample after sample.
+    dt = np.empty(_STRETCH)
+    given = (state.ravel(), carried.T.copy(), np.tile(theta, _STRETCH), np.tile(geometry, _STRETCH), dt)
+    states = np.empty((_STRETCH, len(_STATES)))
+    along = np.empty((_STRETCH, len(UNKNOWNS), len(_STATES)))
+    # Reads and writes these arrays; handing matrices over would take longer than the work. The stubs of
+    # casadi ask for a size that its buffers do not take.
+    buffer, evaluate = stretch.buffer()
+    for i, array in enumerate(given):
+        buffer.set_arg(i, memoryview(array.data))  # type: ignore[call-arg]
+    for i, array in enumerate((states, along)):
+        buffer.set_res(i, memoryview(array.data))  # type: ignore[call-arg]
+    psi, sensitivities = np.empty(t.size), np.empty((t.size, len(UNKNOWNS)))
+    psi[0], sensitivities[0] = state[0, 0], carried[0]
+    for at in range(1, t.size, _STRETCH):
+        count = min(_STRETCH, t.size - at)
+        dt[:count], dt[count:] = np.diff(t[at - 1 : at + count]), 0
+        evaluate()
+        psi[at : at + count], sensitivities[at : at + count] = states[:count, 0], along[:count, :, 0]
+        given[0][:], given[1][:] = states[-1], along[-1]
+    return Swing(psi, sensitivities)
 
 
 def _parts(vector: Expression) -> list[Expression]:

@@ -69,10 +69,14 @@ def test_ends_with_the_recording() -> None:
             swinging(reach=2 * STEP),
             "run: the wheel swings by 0.77 mrad, 2 steps of the encoder; at least 3",
         ),
+        (
+            np.degrees(swinging()),
+            "run: the wheel swings by 0.3[0-9]* rad; allowed: up to 0.2 rad, .* is psi in",
+        ),
         (swinging(omega=4.0), "run: holds 1.49 s after its largest deflection, in which psi does not"),
         (swinging()[::-1], "run: holds 0.00[0-9]* s after its largest deflection"),
     ],
-    ids=["still", "faint", "slow", "nothing after it"],
+    ids=["still", "faint", "degrees", "slow", "nothing after it"],
 )
 def test_faults(psi: np.ndarray, fault: str) -> None:
     with pytest.raises(InvalidInputError, match=fault) as caught:
