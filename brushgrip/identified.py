@@ -4,7 +4,7 @@ from rich.console import Console
 from rich.table import Table
 
 from brushgrip.wording import quantity
-from identification.decayresults import FreeDecay
+from identification.free_decay.decayresults import FreeDecay
 from identification.results import Estimate
 
 

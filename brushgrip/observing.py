@@ -6,7 +6,7 @@ import numpy as np
 
 from brushgrip.friction import FrictionTrack
 from identification.modelfile import FoundModel
-from identification.recordings import Recording
+from identification.reading.recordings import Recording
 from observers import (
     AligningTorque,
     Ekf,

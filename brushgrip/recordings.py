@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.fetch import LOCAL_COPY
-from identification.decays import Decay, read_decay
-from identification.recordings import Recording, read_recording, read_rig
+from identification.free_decay.decays import Decay, read_decay
+from identification.reading.recordings import Recording, read_recording, read_rig
 from symbolic.errors import InvalidInputError
 
 _SUFFIXES = (".mat", ".csv")

@@ -19,8 +19,8 @@ from brushgrip.wording import (
     torque,
     worse,
 )
+from identification.residuals.signatures import Signature
 from identification.results import Diagnosis, Estimate
-from identification.signatures import Signature
 
 STAGES = ("declared", "before", "after")
 

@@ -18,9 +18,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from brushgrip.pictures.profile import draw_profile
 from identification import Recording, first_values, fit, smoothed_rate
-from identification.along import HALF_LENGTH, ModelParameter
-from identification.deviations import correlation, deviations
-from identification.profile import Profile, profile
+from identification.fits.along import HALF_LENGTH, ModelParameter
+from identification.fits.deviations import correlation, deviations
+from identification.fits.profile import Profile, profile
 from symbolic import Model, Rig, Tyre, effects_named
 from tests.rig.record import make_recording
 

@@ -1,17 +1,20 @@
 """Identification: recordings, parameters by a nonlinear programme, and the missing effect."""
 
-from identification.decayresults import FreeDecay
-from identification.decays import Decay, read_decay
 from identification.diagnosis import diagnose
-from identification.fitting import Fit, Values, first_values, fit, signals_of
-from identification.freedecay import identify_free_decay
-from identification.journal import Journal
-from identification.learning import Learned, learn
-from identification.loss import LEAST_SQUARES, Huber, Loss, Squares
+from identification.experiments.proposals import Proposal
+from identification.experiments.separation import propose
+from identification.fits.fitting import Fit, Values, first_values, fit, signals_of
+from identification.fits.loss import LEAST_SQUARES, Huber, Loss, Squares
+from identification.fits.profile import Profile, profile
+from identification.free_decay.decayresults import FreeDecay
+from identification.free_decay.decays import Decay, read_decay
+from identification.free_decay.freedecay import identify_free_decay
+from identification.learned.learning import Learned, learn
 from identification.modelfile import FoundModel, model_text, read_model
-from identification.profile import Profile, profile
-from identification.proposals import Proposal
-from identification.recordings import Recording, read_recording
+from identification.reading.recordings import Recording, read_recording
+from identification.reading.rigfile import read_rig
+from identification.reading.smoothing import smoothed_rate
+from identification.residuals.signatures import Signature, Signatures, signatures
 from identification.results import (
     Candidate,
     Diagnosis,
@@ -21,11 +24,8 @@ from identification.results import (
     Series,
     Unexplained,
 )
-from identification.rigfile import read_rig
-from identification.selection import search
-from identification.separation import propose
-from identification.signatures import Signature, Signatures, signatures
-from identification.smoothing import smoothed_rate
+from identification.selecting.journal import Journal
+from identification.selecting.selection import search
 
 __all__ = [
     "LEAST_SQUARES",

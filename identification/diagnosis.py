@@ -5,20 +5,20 @@ from dataclasses import replace
 
 import numpy as np
 
-from identification.attempts import Attempts, Effects
-from identification.fitting import torque_range
-from identification.journal import Journal
-from identification.learning import learn
-from identification.loss import LEAST_SQUARES, Loss
-from identification.proposals import Proposal
-from identification.recordings import Recording
+from identification.experiments.proposals import Proposal
+from identification.experiments.separation import propose
+from identification.fits.fitting import torque_range
+from identification.fits.loss import LEAST_SQUARES, Loss
+from identification.learned.learning import learn
+from identification.reading.recordings import Recording
 from identification.results import Diagnosis
-from identification.selection import Progress, Step, silent, walk
-from identification.separation import propose
+from identification.selecting.attempts import Attempts, Effects
+from identification.selecting.journal import Journal
+from identification.selecting.selection import Progress, Step, silent, walk
+from identification.selecting.trials import RANKING, Trial, thinned
+from identification.selecting.workers import Submit, workers
 from identification.stages import left_out_errors
-from identification.trials import RANKING, Trial, thinned
 from identification.verdict import verdict
-from identification.workers import Submit, workers
 from symbolic import InvalidInputError
 
 LEAST_TRAVEL = 0.01

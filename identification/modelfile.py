@@ -5,7 +5,7 @@ import sys
 from collections.abc import Mapping
 from pathlib import Path
 
-from identification.files import read_bytes
+from identification.reading.files import read_bytes
 from identification.results import Diagnosis
 from symbolic.description import MODEL_VERSION, FoundModel, effects_tables, model_described, units_of
 from symbolic.text import json_of, naming

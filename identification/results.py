@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.fitting import Values
-from identification.proposals import Proposal
-from identification.signatures import Signatures
+from identification.experiments.proposals import Proposal
+from identification.fits.fitting import Values
+from identification.residuals.signatures import Signatures
 from symbolic import Model
 
 if TYPE_CHECKING:
-    from identification.learning import Learned
+    from identification.learned.learning import Learned
 
 Array = NDArray[np.float64]
 

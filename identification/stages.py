@@ -4,13 +4,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.fitting import Fit, Values, first_values, fit, signals_of, torque_range
-from identification.loss import Loss
-from identification.recordings import Recording
+from identification.fits.fitting import Fit, Values, first_values, fit, signals_of, torque_range
+from identification.fits.loss import Loss
+from identification.reading.recordings import Recording
 from identification.results import Errors
-from identification.scoring import Array, rmse_of
-from identification.trials import RANKING, Trial, freeze, model_of, thinned
-from identification.workers import Submit
+from identification.selecting.scoring import Array, rmse_of
+from identification.selecting.trials import RANKING, Trial, freeze, model_of, thinned
+from identification.selecting.workers import Submit
 from symbolic import simulate
 
 TOLERANCE = 1e-4

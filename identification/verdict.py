@@ -4,18 +4,18 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from identification.attempts import Effects
-from identification.deviations import deviations
-from identification.fitting import Fit, Values
-from identification.leftover import unexplained
-from identification.proposals import Proposal
-from identification.recordings import Recording
+from identification.experiments.proposals import Proposal
+from identification.fits.deviations import deviations
+from identification.fits.fitting import Fit, Values
+from identification.reading.recordings import Recording
+from identification.residuals.leftover import unexplained
+from identification.residuals.signatures import Signatures, signatures
 from identification.results import Candidate, Diagnosis, Errors, Estimate, FoundEffect, Series
-from identification.scoring import Array, delta_bic
-from identification.selection import Step
-from identification.signatures import Signatures, signatures
+from identification.selecting.attempts import Effects
+from identification.selecting.scoring import Array, delta_bic
+from identification.selecting.selection import Step
+from identification.selecting.trials import Trial
 from identification.stages import declared_residuals, errors_of, trial_residuals
-from identification.trials import Trial
 from symbolic.description import parameter_name
 
 

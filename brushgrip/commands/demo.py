@@ -18,7 +18,7 @@ from brushgrip.report import PAGE
 from brushgrip.tables import print_summary
 from identification.diagnosis import diagnose
 from identification.modelfile import FoundModel
-from identification.recordings import Recording
+from identification.reading.recordings import Recording
 from identification.results import Diagnosis
 from symbolic.errors import InvalidInputError
 

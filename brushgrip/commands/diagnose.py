@@ -15,7 +15,7 @@ from brushgrip.report import PAGE, write_report
 from brushgrip.tables import json_text, print_summary
 from brushgrip.unfinished import kept_trials
 from identification.diagnosis import diagnose as close_the_loop
-from identification.loss import LEAST_SQUARES, Huber
+from identification.fits.loss import LEAST_SQUARES, Huber
 from identification.modelfile import model_text
 from identification.results import Diagnosis
 

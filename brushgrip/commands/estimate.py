@@ -14,7 +14,7 @@ from brushgrip.recordings import keep_inputs, read_all
 from brushgrip.summary import summary
 from brushgrip.tables import csv_text
 from identification.modelfile import read_model
-from identification.recordings import Recording
+from identification.reading.recordings import Recording
 from observers import Estimates
 from symbolic.errors import InvalidInputError
 

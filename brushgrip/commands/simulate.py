@@ -11,9 +11,9 @@ from brushgrip.commands.options import ModelFile, OutFile, RecordingNames, RigFi
 from brushgrip.console import say
 from brushgrip.recordings import keep_inputs, read_all
 from brushgrip.tables import csv_text
-from identification.fitting import signals_of
+from identification.fits.fitting import signals_of
 from identification.modelfile import FoundModel, read_model
-from identification.recordings import Recording
+from identification.reading.recordings import Recording
 from symbolic import Model
 from symbolic import simulate as torque_of
 from symbolic.errors import InvalidInputError

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
 from brushgrip.wording import percent, plain
-from identification.separation import Proposal
+from identification.experiments.separation import Proposal
 
 
 def draw_experiment(path: Path, proposal: Proposal) -> None:

@@ -7,7 +7,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, literal, picture
-from identification.profile import LIMIT, Profile
+from identification.fits.profile import LIMIT, Profile
 
 _HIGHEST = 5.0
 """The deviance is shown up to this multiple of the limit, if it goes so far."""

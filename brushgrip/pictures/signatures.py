@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, legend_above, picture
-from identification.signatures import Signatures
+from identification.residuals.signatures import Signatures
 
 Look = tuple[Signatures, str, str]
 """What was found, its colour and its label."""

@@ -9,8 +9,11 @@ import pytest
 
 from brushgrip.app import main
 from brushgrip.friction import FrictionTrack
-from identification.fitting import Values
-from identification.proposals import Proposal
+from identification.experiments.proposals import Proposal
+from identification.experiments.steering import Manoeuvre
+from identification.fits.fitting import Values
+from identification.residuals.signals import SIGNALS
+from identification.residuals.signatures import Autocorrelation, Signature, Signatures
 from identification.results import (
     Candidate,
     Diagnosis,
@@ -20,9 +23,6 @@ from identification.results import (
     Series,
     Unexplained,
 )
-from identification.signals import SIGNALS
-from identification.signatures import Autocorrelation, Signature, Signatures
-from identification.steering import Manoeuvre
 from symbolic import EFFECTS, Model, effects_named
 
 RIG = "[rig]\na = 0.045\ne = 0.009\n\n[tyre]\nk = 2.4e6\nmu = 1.2\n"

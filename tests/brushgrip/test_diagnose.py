@@ -8,10 +8,10 @@ import pytest
 from brushgrip.commands import demo as demonstrating
 from brushgrip.commands import diagnose as diagnosing
 from brushgrip.recordings import read_all
-from identification.journal import Journal
-from identification.loss import Huber
-from identification.recordings import Recording
+from identification.fits.loss import Huber
+from identification.reading.recordings import Recording
 from identification.results import Diagnosis
+from identification.selecting.journal import Journal
 from symbolic import InvalidInputError
 
 Run = Callable[..., Any]

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from brushgrip.pictures.experiment import draw_experiment
-from identification.separation import Proposal
-from identification.steering import Manoeuvre
+from identification.experiments.separation import Proposal
+from identification.experiments.steering import Manoeuvre
 
 
 @pytest.mark.parametrize("load", [0.0, 30.0], ids=["held", "changed"])

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from brushgrip.commands import identify as identifying
-from identification.freedecay import identify_free_decay
+from identification.free_decay.freedecay import identify_free_decay
 from tests.rig.impact import B_T, TYRE, make_impacts, rig_text, write_impacts
 
 Run = Callable[..., Any]

@@ -8,8 +8,8 @@ import pytest
 
 from brushgrip.pictures.signatures import draw_signatures
 from brushgrip.pictures.style import AFTER, BEFORE, QUIET
-from identification.signals import SIGNALS
-from identification.signatures import Autocorrelation, Signature, Signatures
+from identification.residuals.signals import SIGNALS
+from identification.residuals.signatures import Autocorrelation, Signature, Signatures
 
 
 def signatures(strength: float, band: float) -> Signatures:

@@ -1,0 +1,1 @@
+"""Experiments that would separate two effects."""

@@ -1,0 +1,169 @@
+"""A proposed experiment: what it would show, and what the test of the search would say of it then."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.experiments.steering import STEP, Manoeuvre
+from identification.fits.fitting import Fit, torque_range
+from identification.reading.recordings import Recording
+from identification.selecting.scoring import BLOCK, autocorrelation_time, rmse_of
+
+Array = NDArray[np.float64]
+CLEAR, LEAST_GAIN = 2.0, 0.02
+"""Standard errors, and share of the error, by which the search wants two models to differ [1]."""
+RESOLUTION = 5e-4
+"""Differences below this share of the torque range may be the discretised patch's own errors [1]."""
+PATIENCE = 600.0
+"""Longer than this nobody steers to tell two effects apart [s]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Proposal:
+    """The experiment that separates two models best; torques of shape (n,), as in the manoeuvre.
+
+    Attributes:
+        found: effects that the model taken for true has and the rival lacks; empty for none.
+        rival: the other way round.
+        manoeuvre: what to steer.
+        torque: what the model makes of it [N m].
+        rival_torque: what the rival does, refitted to it [N m].
+        separation: rms of their difference, share of the torque range of the recordings [1].
+        now: the same in the recordings that are there [1].
+        noise: rms of the residual that the model leaves in those [1].
+        times: how often to do it; None where not even `PATIENCE` would do.
+        standard_errors: by how many the paired test over seconds would then tell the two apart, on all
+            recordings; after one time where `times` is None [1].
+    """
+
+    found: str
+    rival: str
+    manoeuvre: Manoeuvre
+    torque: Array
+    rival_torque: Array
+    separation: float
+    now: float
+    noise: float
+    times: int | None
+    standard_errors: float
+
+    @property
+    def sentence(self) -> str:
+        """What to steer and what it would show, or that it is of no use."""
+        one, other = _words(self.found), _words(self.rival)
+        differ = f"differ by {self.separation:.2%} of range (now {self.now:.2%})"
+        left = f"with a residual of {self.noise:.2%}"
+        if self.times is None:
+            return (
+                f"{one} and {other} cannot be told apart by standard steering on this rig:"
+                f" where they do most ({self.manoeuvre.instruction}), they {differ}, {left}"
+            )
+        often = f", {self.times} times" if self.times > 1 else ""
+        return (
+            f"{self.manoeuvre.instruction}{often}: {one} and {other} then {differ}, {left};"
+            f" expect {self.standard_errors:.1f} standard errors"
+        )
+
+
+def proposal(
+    found: Fit,
+    rival: Fit,
+    recordings: Sequence[Recording],
+    manoeuvre: Manoeuvre,
+    torques: tuple[Array, Array],
+) -> Proposal:
+    """The proposal of a manoeuvre in which the two models make these torques [N m]."""
+    spans = {r.name: torque_range(r) for r in recordings}
+    difference = (torques[0] - torques[1]) / np.mean(list(spans.values()))
+    present = _Present(
+        count=len(recordings),
+        seconds=sum(float(r.t[-1] - r.t[0]) for r in recordings),
+        now=_mean(rmse_of(found.residuals[n] - rival.residuals[n]) / span for n, span in spans.items()),
+        noise=_mean(rmse_of(found.residuals[n]) / span for n, span in spans.items()),
+        memory=_mean(
+            autocorrelation_time(found.residuals[r.name]) * seen_step(found, r) for r in recordings
+        ),
+    )
+    most = max(1, int(PATIENCE / manoeuvre.seconds))
+    enough = (n for n in range(1, most + 1) if _tells_apart(difference, present, n))
+    times = next(enough, None)
+    return Proposal(
+        found=_apart(found, rival),
+        rival=_apart(rival, found),
+        manoeuvre=manoeuvre,
+        torque=torques[0],
+        rival_torque=torques[1],
+        separation=rmse_of(difference),
+        now=present.now,
+        noise=present.noise,
+        times=times,
+        standard_errors=_standard_errors(difference, present, times or 1),
+    )
+
+
+def seen_step(fitted: Fit, recording: Recording) -> float:
+    """Time between the samples of a recording that a fit has seen [s]."""
+    lasts = float(recording.t[-1] - recording.t[0])
+    return lasts / (fitted.residuals[recording.name].size - 1)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Present:
+    """The recordings that are there.
+
+    Attributes:
+        count: how many.
+        seconds: how long together [s].
+        now: rms difference of the two models, share of range [1].
+        noise: rms residual of the one that is taken for true, share of range [1].
+        memory: for how long that residual stays the same [s].
+    """
+
+    count: int
+    seconds: float
+    now: float
+    noise: float
+    memory: float
+
+
+def _tells_apart(difference: Array, present: _Present, times: int) -> bool:
+    """Whether the search would, once the manoeuvre is among the recordings so many times."""
+    size = rmse_of(difference)
+    noise = max(present.noise, 1e-12)
+    errors = times * np.hypot(noise, size) + present.count * np.hypot(noise, present.now)
+    gain = errors / (times + present.count) / noise - 1
+    clear = _standard_errors(difference, present, times) > CLEAR
+    return bool(size > RESOLUTION and gain > LEAST_GAIN and clear)
+
+
+def _standard_errors(difference: Array, present: _Present, times: int) -> float:
+    """What the paired test over seconds would say on all recordings; see `scoring.advantage`.
+
+    With the residual e of the true model and e + d of the other, the squares differ by 2 e d + d^2. The
+    mean of d^2 varies from second to second; e adds its own variance.
+    """
+    size = round(BLOCK / STEP)
+    whole = difference[: difference.size // size * size].reshape(-1, size)
+    squares = (whole**2).mean(axis=1)
+    new, old = times * squares.size, present.seconds / BLOCK
+    share = new / (new + old)
+    mean = share * squares.mean() + (1 - share) * present.now**2
+    spread = share * (squares**2).mean() + (1 - share) * present.now**4 - mean**2
+    variance = spread + 4 * present.noise**2 * present.memory / BLOCK * mean
+    return float(mean / np.sqrt(variance / (new + old))) if variance > 0 else 0.0
+
+
+def _mean(figures: Iterable[float]) -> float:
+    return float(np.mean(list(figures)))
+
+
+def _apart(one: Fit, other: Fit) -> str:
+    """Names of the effects that one model has and the other lacks."""
+    theirs = {effect.name for effect in other.model.effects}
+    return ", ".join(e.name for e in one.model.effects if e.name not in theirs)
+
+
+def _words(effects: str) -> str:
+    return effects.replace("_", " ").replace(",", " with") or "the model without it"

@@ -1,0 +1,198 @@
+"""Standard steering within what a rig has been seen to do: turns at a speed, rests, steps of the load.
+
+Angles and loads stay within those of the recordings and no turn is faster than theirs; slower ones and
+rests are always possible.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.reading.recordings import Recording
+
+Array = NDArray[np.float64]
+STEP = 0.02
+"""Time between samples of a manoeuvre [s]."""
+LENGTH = 40.0
+"""A manoeuvre is repeated until it lasts about this long [s]."""
+SLOWEST = 0.02
+"""Slowest turning, where the rig has been turned clearly faster [rad/s]."""
+FASTEST = 0.99
+"""The fastest turning is this quantile of the speeds recorded: rates taken from an angle have spikes."""
+_EDGE, _STOP = 0.3, 0.45
+"""Turns begin and end within this time, and where it turns back a hand stops for a moment [s]."""
+_QUICKEST = 0.5
+"""No turn is asked for that lasts less [s]."""
+_LOADED = (0.01, 0.99)
+"""Least and greatest load are these quantiles of the loads recorded."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reach:
+    """What the recordings show that the rig can do.
+
+    Attributes:
+        low: least yaw angle [rad].
+        high: greatest yaw angle [rad].
+        speed: fastest turning [rad/s].
+        loads: least, usual and greatest vertical load [N].
+    """
+
+    low: float
+    high: float
+    speed: float
+    loads: tuple[float, float, float]
+
+    @property
+    def slow(self) -> float:
+        """Slowest turning that is asked for [rad/s]."""
+        return min(SLOWEST, self.speed / 4)
+
+    @property
+    def centre(self) -> float:
+        """Middle of the angles [rad]."""
+        return (self.low + self.high) / 2
+
+    @property
+    def amplitude(self) -> float:
+        """Half the range of angles [rad]."""
+        return (self.high - self.low) / 2
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Manoeuvre:
+    """One way of turning the wheel, arrays of shape (n,).
+
+    Attributes:
+        instruction: what to do, in words with numbers.
+        t: time [s].
+        psi: yaw angle [rad].
+        psi_dot: yaw rate [rad/s].
+        F_N: vertical load [N].
+    """
+
+    instruction: str
+    t: Array
+    psi: Array
+    psi_dot: Array
+    F_N: Array
+
+    @property
+    def signals(self) -> Array:
+        """psi, psi_dot, F_N, dt as rows, as `symbolic.simulate` takes them, shape (4, n)."""
+        return np.vstack([self.psi, self.psi_dot, self.F_N, np.full(self.t.size, STEP)])
+
+    @property
+    def seconds(self) -> float:
+        """How long it lasts [s]."""
+        return float(self.t[-1])
+
+
+def reach_of(recordings: Sequence[Recording]) -> Reach:
+    """The range of angle, speed and load that these recordings have used."""
+    speeds = np.concatenate([np.abs(r.psi_dot) for r in recordings])
+    loads = np.concatenate([r.F_N for r in recordings])
+    least, usual, greatest = np.quantile(loads, [_LOADED[0], 0.5, _LOADED[1]])
+    return Reach(
+        low=min(float(r.psi.min()) for r in recordings),
+        high=max(float(r.psi.max()) for r in recordings),
+        speed=float(np.quantile(speeds, FASTEST)),
+        loads=(float(least), float(usual), float(greatest)),
+    )
+
+
+@dataclass(frozen=True)
+class Leg:
+    """A turn to an angle, or a rest where it is there already.
+
+    Attributes:
+        share: where to, from the middle of the angles, as a share of the amplitude [1].
+        seconds: in what time [s].
+    """
+
+    share: float
+    seconds: float
+
+
+def turns(reach: Reach, shares: Sequence[float], speed: float, of: float | None = None) -> list[Leg]:
+    """Turns from angle to angle (shares of the amplitude) at a speed [rad/s].
+
+    The first begins at `of`; None for where the last ends, as in a cycle.
+    """
+    begin = shares[-1] if of is None else of
+    return [
+        Leg(to, max(abs(to - start) * reach.amplitude / speed, _QUICKEST))
+        for start, to in pairwise([begin, *shares])
+    ]
+
+
+def made(
+    reach: Reach, instruction: str, cycle: Sequence[Leg], *, load_step: float | None = None
+) -> Manoeuvre:
+    """A manoeuvre: from rest in the middle to where the cycle begins, then the cycle, again and again.
+
+    Args:
+        reach: what the rig can do.
+        instruction: what the cycle is, in words; load and time are added.
+        cycle: its turns; the first begins where the last ends.
+        load_step: time between changes from the least to the greatest load and back [s]; None for the
+            usual load throughout.
+    """
+    lasts = sum(leg.seconds for leg in _with_stops([*cycle, cycle[0]])) - cycle[0].seconds
+    begin = turns(reach, [cycle[-1].share], reach.speed, 0.0)
+    legs = [
+        Leg(0, 0.5),
+        *begin,
+        *max(1, round(LENGTH / lasts)) * list(cycle),
+        Leg(cycle[-1].share, 0.5),
+    ]
+    legs = _with_stops(legs)
+    corners = np.cumsum([0.0, *(leg.seconds for leg in legs)])
+    t: Array = np.arange(int(corners[-1] / STEP) + 1, dtype=np.float64) * STEP
+    angles = reach.centre + reach.amplitude * np.array([0.0, *(leg.share for leg in legs)])
+    psi = _softened(np.interp(t, corners, angles))
+    light, usual, heavy = reach.loads
+    F_N = np.full(t.size, usual)
+    held = f", load {usual:.0f} N" if load_step is None else ""
+    if load_step is not None:
+        F_N = _softened(np.where((t // load_step) % 2 == 0, light, heavy))
+    return Manoeuvre(
+        instruction=f"{instruction}{held}, {t[-1]:.0f} s",
+        t=t,
+        psi=psi,
+        psi_dot=np.gradient(psi, STEP),
+        F_N=F_N,
+    )
+
+
+def _with_stops(legs: Sequence[Leg]) -> list[Leg]:
+    """The same with a stop at every reversal.
+
+    Friction that depends on speed makes much of a wheel that stands. A reversal in passing would stand
+    for a time that no sampling sees.
+    """
+    stopped, heading = [legs[0]], 0.0
+    for before, leg in pairwise(legs):
+        turn = np.sign(leg.share - before.share)
+        if turn * heading < 0 and stopped[-1].share != stopped[-2].share:
+            stopped.append(Leg(before.share, _STOP))
+        stopped.append(leg)
+        heading = turn or heading
+    return stopped
+
+
+def _softened(steps: Array) -> Array:
+    """The same without corners: averaged over `_EDGE`, which goes nowhere that it has not been."""
+    half = round(_EDGE / STEP / 2)
+    window = np.hanning(2 * half + 3)[1:-1]
+    padded = np.pad(steps, half, mode="edge")
+    return np.convolve(padded, window / window.sum(), mode="valid")
+
+
+def between(reach: Reach, share: float = 1.0) -> str:
+    """An interval about the middle of the angles, in words."""
+    low, high = (reach.centre + sign * share * reach.amplitude for sign in (-1, 1))
+    return f"between {low:.2f} and {high:.2f} rad"

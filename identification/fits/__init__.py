@@ -1,0 +1,1 @@
+"""Parameters by a nonlinear programme, and how sure they are."""

@@ -1,0 +1,203 @@
+"""What trades off against what: one value held along a grid, all else fitted again at each point.
+
+The deviance n ln(cost / least cost), n the number of independent samples, is the likelihood ratio of
+noise whose size is unknown. By Wilks's theorem (1938) a value lies where its deviance is below the
+quantile of chi2(1). Where it stays below up to an end of the grid, the recordings do not tell how far
+the value goes there.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from identification.fits.along import Along, units_of
+from identification.fits.fitting import TOLERANCE, Fit, Values, fit, torque_range, with_effects
+from identification.fits.loss import LEAST_SQUARES, Loss, cost
+from identification.reading.recordings import Recording
+from identification.selecting.scoring import effective_samples
+from symbolic import InvalidInputError, Model
+
+Array = NDArray[np.float64]
+FittedAt = Callable[[float, Values], Fit]
+"""A fit with a value held, begun from other values."""
+LIMIT = 3.841458820694124
+"""95 % quantile of chi2(1)."""
+REFINEMENTS = 4
+"""Most values put in between to find the least cost."""
+LEAST_GAIN = 1e-6
+"""A lower cost is looked for as long as it may be lower by this share [1]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Profile:
+    """The deviance along one value.
+
+    Attributes:
+        name: what was held.
+        unit: its unit.
+        grid: the values held, the best one among them, increasing, shape (n,).
+        deviance: n ln(cost / least cost), shape (n,).
+        samples: number of independent samples at the best one.
+        best: the value of least deviance.
+        interval: 95 % interval; None for an end that the grid does not reach: the profile is open there.
+        paths: every other free parameter along the grid, shape (n,) each; the mean over recordings of
+            what belongs to them.
+        units: unit of each of these.
+        converged: False where one of the fits stopped early.
+    """
+
+    name: str
+    unit: str
+    grid: Array
+    deviance: Array
+    samples: float
+    best: float
+    interval: tuple[float | None, float | None]
+    paths: Mapping[str, Array]
+    units: Mapping[str, str]
+    converged: bool
+
+
+def profile(
+    model: Model,
+    recordings: Sequence[Recording],
+    start: Values,
+    along: Along,
+    grid: ArrayLike,
+    *,
+    loss: Loss = LEAST_SQUARES,
+    tolerance: float = TOLERANCE,
+) -> Profile:
+    """Fit everything else at every value of the grid, from the one nearest to the start outward.
+
+    A few more values are put in where a parabola through the least costs has its minimum.
+
+    Args:
+        model: the model.
+        recordings: what was measured.
+        start: values to begin with, best those of a fit.
+        along: what is held.
+        grid: its values, at least three, increasing.
+        loss: what a residual costs.
+        tolerance: of the fits.
+
+    Raises:
+        InvalidInputError: the grid is no such grid, a value of it is not allowed, or the parameter to
+            be held is not there.
+    """
+    name, unit = along.described(model)
+    start = with_effects(model, start)
+    values = _grid(name, grid)
+
+    def fitted_at(value: float, near: Values) -> Fit:
+        with_value, begin = along.placed(value, recordings, near)
+        return fit(model, with_value, begin, held=along.held, loss=loss, tolerance=tolerance)
+
+    first = int(np.argmin(np.abs(values - along.begin(start))))
+    fits = dict(_walk(values, first, start, fitted_at))
+    _refine(fits, recordings, fitted_at)
+    places = np.array(sorted(fits))
+    ordered = [fits[place] for place in places]
+    costs = np.array([_cost(made, recordings) for made in ordered])
+    best = int(np.argmin(costs))
+    samples = effective_samples(ordered[best].residuals)
+    deviance = samples * np.log(costs / costs[best])
+    paths = _paths(ordered)
+    return Profile(
+        name=name,
+        unit=unit,
+        grid=places,
+        deviance=deviance,
+        samples=samples,
+        best=float(places[best]),
+        interval=_interval(places, deviance, best),
+        paths=paths,
+        units={path: units_of(model)[path] for path in paths},
+        converged=all(made.converged for made in ordered),
+    )
+
+
+def _grid(name: str, grid: ArrayLike) -> Array:
+    values = np.asarray(grid, dtype=np.float64)
+    if values.ndim != 1 or values.size < 3 or not (np.diff(values) > 0).all():
+        raise InvalidInputError(f"the grid of {name} must be at least three increasing values")
+    return values
+
+
+def _walk(values: Array, first: int, start: Values, fitted_at: FittedAt) -> Iterator[tuple[float, Fit]]:
+    """Fits along the grid, each begun where its neighbour ended."""
+    middle = fitted_at(float(values[first]), start)
+    yield float(values[first]), middle
+    for side in (values[first + 1 :], values[:first][::-1]):
+        near = middle.values
+        for value in side.tolist():
+            made = fitted_at(value, near)
+            near = made.values
+            yield value, made
+
+
+def _refine(fits: dict[float, Fit], recordings: Sequence[Recording], fitted_at: FittedAt) -> None:
+    """Puts fits in between, nearer and nearer to the least cost."""
+    costs = {value: _cost(made, recordings) for value, made in fits.items()}
+    for _ in range(REFINEMENTS):
+        between = _minimum(costs)
+        if between is None:
+            break
+        nearest = min(fits, key=lambda value: abs(value - between))
+        fits[between] = fitted_at(between, fits[nearest].values)
+        costs[between] = _cost(fits[between], recordings)
+
+
+def _cost(fitted: Fit, recordings: Sequence[Recording]) -> float:
+    return sum(cost(fitted.loss, fitted.residuals[r.name] / torque_range(r)) for r in recordings)
+
+
+def _minimum(costs: Mapping[float, float]) -> float | None:
+    """Where a parabola through the least costs is least; None at an end, or where it gains nothing."""
+    places = np.array(sorted(costs))
+    heights = np.array([costs[place] for place in places])
+    least = int(np.argmin(heights))
+    if least in (0, places.size - 1):
+        return None
+    low, middle, high = places[least - 1 : least + 2]
+    relative = heights[least - 1 : least + 2] / heights[least] - 1
+    unit = high - low
+    bend, slope, _ = np.polyfit((np.array([low, middle, high]) - middle) / unit, relative, 2)
+    if not slope**2 > 4 * bend * LEAST_GAIN:
+        return None
+    return float(np.clip(middle - unit * slope / (2 * bend), low, high))
+
+
+def _interval(grid: Array, deviance: Array, at: int) -> tuple[float | None, float | None]:
+    """Where the deviance first passes the limit to either side of the best value.
+
+    Its signed root is close to a straight line, along which it is interpolated.
+    """
+    root, limit = np.sqrt(np.maximum(deviance, 0)), np.sqrt(LIMIT)
+    ends: list[float | None] = []
+    for side in (slice(at, None, -1), slice(at, None)):
+        beyond = np.flatnonzero(root[side] > limit)
+        if not beyond.size:
+            ends.append(None)
+            continue
+        pair = slice(int(beyond[0]) - 1, int(beyond[0]) + 1)
+        (near, far), (low, high) = grid[side][pair], root[side][pair]
+        ends.append(float(near + (far - near) * (limit - low) / (high - low)))
+    return ends[0], ends[1]
+
+
+def _paths(fits: Sequence[Fit]) -> dict[str, Array]:
+    """Every free parameter along the fits; the mean over recordings of what belongs to them."""
+    paths: dict[str, Array] = {}
+    for name in dict.fromkeys(name for _, name in fits[0].labels):
+        owners = [owner for owner, label in fits[0].labels if label == name]
+        paths[name] = np.array(
+            [np.mean([_value(made, owner, name) for owner in owners]) for made in fits]
+        )
+    return paths
+
+
+def _value(fitted: Fit, owner: str | None, name: str) -> float:
+    return (fitted.values.shared if owner is None else fitted.values.own[owner])[name]

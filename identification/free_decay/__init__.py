@@ -1,0 +1,1 @@
+"""k and b_t from the free vibration after an impact."""

@@ -1,0 +1,1 @@
+"""A torque learned from what no effect explains."""

@@ -1,0 +1,221 @@
+"""A learned torque for what no known effect explains: offered last, kept only where it holds elsewhere.
+
+The physics keeps its parameters, so that nothing of it is swallowed. How many units and how much weight
+decay is chosen by leaving training recordings out; recordings that are held out take no part in that and
+judge the result alone.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from identification.fits.fitting import Fit, torque_range
+from identification.learned.network import SAMPLES, Array, Lesson, Material, material_of, torque_of
+from identification.reading.recordings import Recording
+from identification.results import Errors
+from identification.selecting.scoring import Judgement, advantage, judged, leave_one_out, rmse_of
+from symbolic import LearnedTorque, Model, full_slide_torque
+from symbolic.effects.learned import weights_needed
+
+UNITS = (4, 8)
+"""Numbers of tanh units that are tried."""
+DECAYS = (1e-1, 1e-2, 1e-3)
+"""Weight decays that are tried; the first leaves little of the network."""
+HEADROOM = 1.5
+"""Greatest learned torque, in shares of the greatest that is missing from the recordings [1]."""
+LEAST_BOUND = 1e-3
+"""Where less is missing, the learned torque may still go this far [1]."""
+STRETCHES = 4
+"""Stretches of time into which a recording is cut that has no other beside it."""
+LEAST_GAIN, CLEAR = 0.02, 1.0
+"""Share by which a judged error has to fall, and standard errors by which it has to be clear."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Learned:
+    """A torque that was learned, not physics, and whether it is kept.
+
+    Attributes:
+        effect: the learned torque, kept or not.
+        model: the model to go on with: with the learned torque last if it is kept, else without.
+        before: errors of the physics alone.
+        after: errors with the learned torque, parameters of the physics unchanged.
+        left_out: errors over range before and after on training recordings, each left out of the
+            learning in turn [1].
+        residuals: simulated minus measured torque with the learned torque, by recording [N m].
+        decay: weight decay chosen.
+        kept: True where it lowers the error of recordings that it was not trained on.
+        note: what came of it, in plain words.
+    """
+
+    effect: LearnedTorque
+    model: Model
+    before: Errors
+    after: Errors
+    left_out: tuple[float, float]
+    residuals: Mapping[str, Array]
+    decay: float
+    kept: bool
+    note: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """What `diagnosis.json` holds of it."""
+        return {
+            "kept": self.kept,
+            "physics": False,
+            "before": self.before.summary(),
+            "after": self.after.summary(),
+            "left_out_nrmse": {"before": self.left_out[0], "after": self.left_out[1]},
+            "units": self.effect.units,
+            "weight_decay": self.decay,
+            "note": self.note,
+        }
+
+
+def learn(
+    fitted: Fit,
+    held_out: Fit | None,
+    training: Sequence[Recording],
+    holdout: Sequence[Recording] = (),
+) -> Learned:
+    """Train a torque on what a fitted model leaves, and say whether it is worth keeping.
+
+    Args:
+        fitted: the model fitted to the training recordings.
+        held_out: the same model on the held-out recordings, shared parameters as in `fitted`; None
+            without any.
+        training: recordings to learn from.
+        holdout: recordings that judge. Without any, training recordings left out in turn do; a single
+            recording alone judges nothing, so nothing is kept.
+    """
+    blank = _blank(fitted, training)
+    lessons = [material_of(fitted, recording, blank) for recording in training]
+    tests = [material_of(held_out, recording, blank) for recording in holdout] if held_out else []
+    choice = _chosen(blank, _parts(lessons, leave_one_out(fitted, training)))
+    effect = _trained(blank, lessons, choice)
+    before = {**fitted.residuals, **(held_out.residuals if held_out else {})}
+    after = {m.name: before[m.name] + torque_of(effect, m) for m in (*lessons, *tests)}
+    stages = [_errors(residuals, training, holdout) for residuals in (before, after)]
+    if tests:
+        falls, verdict = _falls(judged(after, holdout), judged(before, holdout), "held-out")
+    elif len(training) > 1:
+        was = leave_one_out(fitted, training)
+        falls, verdict = _falls(judged(choice.residuals, training), judged(was, training), "left-out")
+    else:
+        falls, verdict = False, "a single recording alone cannot judge it"
+    kept = falls and choice.after < (1 - LEAST_GAIN) * choice.before
+    return Learned(
+        effect=effect,
+        model=replace(fitted.model, effects=(*fitted.model.effects, effect)) if kept else fitted.model,
+        before=stages[0],
+        after=stages[1],
+        left_out=(choice.before, choice.after),
+        residuals=after,
+        decay=choice.decay,
+        kept=kept,
+        note=_note(kept, verdict, choice),
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Part:
+    """What is left out in turn: its material, and its residual had the physics not seen it [N m]."""
+
+    material: Material
+    unseen: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Choice:
+    """Units and weight decay, with the errors over range of left-out parts before and after."""
+
+    units: int
+    decay: float
+    before: float
+    after: float
+    residuals: Mapping[str, Array]
+
+
+def _blank(fitted: Fit, training: Sequence[Recording]) -> LearnedTorque:
+    """A learned torque of no weight, with the sizes that these recordings ask for."""
+    shares = [
+        fitted.residuals[r.name] / full_slide_torque(float(np.median(r.F_N)), r.rig.a) for r in training
+    ]
+    missing = float(np.nanquantile(np.abs(np.concatenate(shares)), 0.99))
+    return LearnedTorque(
+        angle=float(np.std(np.concatenate([r.psi for r in training]))),
+        bound=max(HEADROOM * missing, LEAST_BOUND),
+        units=1,
+        weights=(0.0,) * weights_needed(1),
+    )
+
+
+def _parts(lessons: Sequence[Material], unseen: Mapping[str, Array]) -> list[_Part]:
+    if len(lessons) > 1:
+        return [_Part(material=m, unseen=unseen[m.name]) for m in lessons]
+    (only,) = lessons
+    stretches = np.array_split(np.arange(only.slide.size), STRETCHES)
+    return [_Part(material=only.at(s), unseen=unseen[only.name][s]) for s in stretches]
+
+
+def _chosen(blank: LearnedTorque, parts: Sequence[_Part]) -> _Choice:
+    """The units and the decay that do best on parts that were left out, each in turn."""
+    before = _mean([(part.unseen, part.material) for part in parts])
+    choices = []
+    for units in UNITS:
+        for decay in DECAYS:
+            tried = _Choice(units=units, decay=decay, before=before, after=before, residuals={})
+            left = []
+            for part in parts:
+                others = [other.material for other in parts if other is not part]
+                effect = _trained(blank, others, tried)
+                left.append((part.unseen + torque_of(effect, part.material), part.material))
+            residuals = {material.name: residual for residual, material in left}
+            choices.append(replace(tried, after=_mean(left), residuals=residuals))
+    return min(choices, key=lambda choice: choice.after)
+
+
+def _mean(left: Sequence[tuple[Array, Material]]) -> float:
+    return float(np.mean([rmse_of(residual) / material.span for residual, material in left]))
+
+
+def _trained(blank: LearnedTorque, material: Sequence[Material], choice: _Choice) -> LearnedTorque:
+    stride = max(1, sum(m.slide.size for m in material) // SAMPLES)
+    lesson = Lesson([m.every(stride) for m in material], choice.units, blank.bound)
+    weights = tuple(lesson.learned(choice.decay).tolist())
+    return replace(blank, units=choice.units, weights=weights)
+
+
+def _errors(
+    residuals: Mapping[str, Array], training: Sequence[Recording], holdout: Sequence[Recording]
+) -> Errors:
+    everything = [*training, *holdout]
+    rmse = {r.name: rmse_of(residuals[r.name]) for r in everything}
+    return Errors(
+        rmse=rmse,
+        nrmse={r.name: rmse[r.name] / torque_range(r) for r in everything},
+        training=tuple(r.name for r in training),
+        holdout=tuple(r.name for r in holdout),
+    )
+
+
+def _falls(after: Judgement, before: Judgement, kind: str) -> tuple[bool, str]:
+    """Whether the judged error falls by a clear margin, and both errors in words."""
+    mean, error = advantage(after, before)
+    falls = after.nrmse < (1 - LEAST_GAIN) * before.nrmse and mean > CLEAR * error
+    return falls, f"{kind} error {before.nrmse:.2%} of range before, {after.nrmse:.2%} after"
+
+
+def _note(kept: bool, verdict: str, choice: _Choice) -> str:
+    if kept:
+        return (
+            f"a torque was learned that no known effect explains ({choice.units} tanh units): {verdict};"
+            " it is learned, not physics, and says nothing about a cause"
+        )
+    return (
+        f"a learned torque ({choice.units} tanh units) was tried and not kept, as it does not hold on"
+        f" recordings that it was not trained on: {verdict}; recordings left out of the training in"
+        f" turn {choice.before:.2%} before, {choice.after:.2%} after"
+    )

@@ -1,0 +1,1 @@
+"""Recordings and rigs from files."""

@@ -1,0 +1,132 @@
+"""Recordings in CSV: ``t,psi,M_z,F_N``, optional ``psi_dot``, ``M``, and ``# a = 0.045`` lines."""
+
+import csv
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from identification.reading.files import read_text
+from identification.reading.rigfile import DECLARABLE
+from identification.reading.table import OPTIONAL_COLUMNS, REQUIRED_COLUMNS, Fault, Table
+from symbolic.errors import InvalidInputError
+from symbolic.text import excerpt
+
+_DECLARATION = re.compile(rf"#\s*({'|'.join(DECLARABLE)})\s*=(.*)")
+_LINE_END = re.compile(r"\r\n|\n|\r")
+
+Rows = list[tuple[int, list[str]]]
+"""Fields with the number of their line, which begins at 1."""
+
+
+def read_csv(path: Path, needed: Sequence[str]) -> Table:
+    """Reads the table; unknown columns are left out, other comment lines passed over.
+
+    Args:
+        path: the file.
+        needed: names of columns that the header must hold.
+
+    Raises:
+        InvalidInputError: the file cannot be read as such a table at all; faults of single rows
+            are in the result.
+    """
+    lines = _LINE_END.split(read_text(path))
+    places: dict[int | str, int] = {}
+    declared: dict[str, float] = {}
+    start = 0
+    for start, line in enumerate(lines):
+        if line.strip() and not line.lstrip().startswith("#"):
+            break
+        _declare(path, start + 1, line, declared, places)
+    else:
+        raise InvalidInputError(f"{path}: has no header; expected {','.join(needed)}")
+    rows = list(_fields(path, start, lines[start:]))
+    header = _header(path, *rows[0], needed)
+    samples = rows[1:]
+    while samples and not any(field.strip() for field in samples[-1][1]):
+        samples.pop()
+    columns, faults = _columns(header, len(rows[0][1]), samples)
+    places |= {sample: number for sample, (number, _) in enumerate(samples)}
+    return Table(
+        path=path,
+        columns=columns,
+        declared=declared,
+        faults=faults,
+        place=lambda of: f"row {places[of]}",
+    )
+
+
+def _fields(path: Path, start: int, lines: Sequence[str]) -> Iterator[tuple[int, list[str]]]:
+    reader = csv.reader(lines)
+    row = start + 1
+    try:
+        for fields in reader:
+            yield row, fields
+            row = start + reader.line_num + 1
+    except csv.Error as error:
+        raise InvalidInputError(f"{path}: row {row}: is not CSV: {error}") from None
+
+
+def _declare(
+    path: Path, row: int, line: str, declared: dict[str, float], places: dict[int | str, int]
+) -> None:
+    found = _DECLARATION.fullmatch(line.strip())
+    if found is None:
+        return
+    name, text = found.groups()
+    value = _number(text)
+    if value is None or np.isnan(value):
+        raise InvalidInputError(
+            f"{path}: row {row}: {name} = {excerpt(text.strip())} is not a number; "
+            f"expected such as '# {name} = 0.045', SI units without the unit"
+        )
+    if name in declared:
+        raise InvalidInputError(
+            f"{path}: row {row}: {name} is given twice, first in row {places[name]}; allowed: once"
+        )
+    declared[name], places[name] = value, row
+
+
+def _header(path: Path, row: int, fields: Sequence[str], needed: Sequence[str]) -> Mapping[str, int]:
+    names = [field.strip() for field in fields]
+    for name in (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS):
+        if names.count(name) > 1:
+            raise InvalidInputError(f"{path}: row {row}: two columns are named {name}; one allowed")
+    missing = [name for name in needed if name not in names]
+    if missing:
+        raise InvalidInputError(
+            f"{path}: row {row}: column{'s' * (len(missing) > 1)} {', '.join(missing)} missing "
+            f"from the header {excerpt(','.join(names))}; expected {','.join(needed)}, "
+            f"optional {','.join(OPTIONAL_COLUMNS)}"
+        )
+    return {name: names.index(name) for name in (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS) if name in names}
+
+
+def _columns(
+    header: Mapping[str, int], width: int, samples: Rows
+) -> tuple[dict[str, np.ndarray], list[Fault]]:
+    columns = {name: np.full(len(samples), np.nan) for name in header}
+    faults = []
+    for sample, (_, fields) in enumerate(samples):
+        if len(fields) != width:
+            faults.append(Fault(sample, f"has {len(fields)} fields, the header has {width}"))
+            continue
+        for name, index in header.items():
+            value = _number(fields[index])
+            if value is None:
+                what = f"{name} = {excerpt(fields[index])} is not a number"
+                faults.append(Fault(sample, f"{what}; allowed: a finite number, empty or NaN"))
+            else:
+                columns[name][sample] = value
+    return columns, faults
+
+
+def _number(text: str) -> float | None:
+    """The number; NaN for an empty field, None for text. Python alone would allow 1_000."""
+    if not text.strip():
+        return float("nan")
+    try:
+        return None if "_" in text else float(text)
+    except ValueError:
+        return None

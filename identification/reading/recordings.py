@@ -1,0 +1,170 @@
+"""Recordings of a turning wheel at standstill."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from identification.reading.csvfile import read_csv
+from identification.reading.matfile import read_mat
+from identification.reading.rigfile import read_rig, with_declared
+from identification.reading.smoothing import smoothed_rate
+from identification.reading.table import Table, check, required_columns
+from symbolic.errors import InvalidInputError
+from symbolic.parameters import Rig, Tyre
+
+__all__ = ["Recording", "read_recording", "read_rig"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Recording:
+    """One run on the rig. Arrays are read-only copies of shape (n,), n >= 3.
+
+    Attributes:
+        name: name in results and figures.
+        t: time [s], increasing.
+        psi: yaw angle [rad], without gaps.
+        psi_recorded: where the angle was measured, bool of shape (n,), None for everywhere; elsewhere
+            psi was filled in.
+        psi_dot: yaw rate [rad/s], without gaps.
+        psi_dot_recorded: True where the rate was measured, False where it was taken from psi.
+        M_z: moment of the ground on the wheel about the kingpin [N m], negative for a positive
+            virgin turn; NaN where the sample is missing.
+        F_N: vertical load [N], greater than 0, without gaps.
+        M: steering torque [N m], NaN where the sample is missing; None where not recorded.
+        rig: the rig as declared.
+        tyre: the tyre as declared.
+
+    Raises:
+        InvalidInputError: shapes differ, time does not increase, a load is not greater than 0, or a
+            value that has to be finite is not.
+    """
+
+    name: str
+    t: Array
+    psi: Array
+    psi_dot: Array
+    M_z: Array
+    F_N: Array
+    M: Array | None = None
+    psi_dot_recorded: bool = False
+    psi_recorded: NDArray[np.bool_] | None = None
+    rig: Rig
+    tyre: Tyre
+
+    def __post_init__(self) -> None:
+        """Freezes the arrays and holds them against what is allowed."""
+        for field in ("t", "psi", "psi_dot", "M_z", "F_N", "M"):
+            value = getattr(self, field)
+            if value is not None:
+                object.__setattr__(self, field, self._frozen(field, value))
+        if self.t.size < 3:
+            raise InvalidInputError(f"{self.name}: {self.t.size} samples, at least 3 needed")
+        for field in ("t", "psi", "psi_dot", "F_N"):
+            if not np.isfinite(getattr(self, field)).all():
+                raise InvalidInputError(f"{self.name}: {field} must be finite throughout")
+        if np.isinf(self.M_z).any():
+            raise InvalidInputError(f"{self.name}: M_z must be finite, or NaN where missing")
+        if not (np.diff(self.t) > 0).all():
+            raise InvalidInputError(f"{self.name}: t must increase from sample to sample")
+        if not (self.F_N > 0).all():
+            raise InvalidInputError(f"{self.name}: F_N must be greater than 0 throughout")
+
+    def _frozen(self, field: str, value: ArrayLike) -> Array:
+        array = np.array(value, dtype=np.float64)
+        if array.shape != np.shape(self.t) or array.ndim != 1:
+            raise InvalidInputError(
+                f"{self.name}: {field} has shape {array.shape}, t has {np.shape(self.t)}; "
+                "equal one-dimensional shapes are needed"
+            )
+        array.setflags(write=False)
+        return array
+
+
+def read_recording(
+    path: str | Path,
+    rig: tuple[Rig, Tyre] | None = None,
+    *,
+    torque_required: bool = True,
+    causal: bool = False,
+) -> Recording:
+    """Reads a recording from CSV, or from MATLAB 5 where the name ends in ``.mat``.
+
+    Gaps in psi, psi_dot and F_N are interpolated linearly, at the ends the nearest sample is held.
+    Without a column psi_dot, the rate is the smoothed derivative of psi.
+
+    Args:
+        path: the file.
+        rig: rig and tyre as read by `read_rig`; what the recording says itself goes first.
+        torque_required: whether a recording without any M_z is a fault; otherwise M_z is all NaN.
+        causal: fill gaps in psi, psi_dot and F_N with the last sample before them alone, as an observer
+            has to; a gap at the very beginning is then a fault.
+
+    Raises:
+        InvalidInputError: one line naming the file, the row, what is wrong and what is allowed.
+    """
+    path = Path(path)
+    read = read_mat if path.suffix.lower() == ".mat" else read_csv
+    needed = required_columns(torque_required=torque_required)
+    table = read(path, needed)
+    check(table, needed)
+    own_rig, own_tyre = rig_of_table(table, rig)
+    columns = table.columns
+    t = columns["t"]
+    fill = _held if causal else _filled
+    if causal:
+        _require_beginning(table)
+    psi = fill(t, columns["psi"])
+    psi_dot = columns.get("psi_dot")
+    measured_rate = psi_dot is not None and not np.isnan(psi_dot).all()
+    return Recording(
+        name=path.stem,
+        t=t,
+        psi=psi,
+        psi_recorded=~np.isnan(columns["psi"]),
+        psi_dot_recorded=measured_rate,
+        psi_dot=fill(t, columns["psi_dot"]) if measured_rate else smoothed_rate(t, psi),
+        M_z=columns.get("M_z", np.full(t.size, np.nan)),
+        F_N=fill(t, columns["F_N"]),
+        M=columns.get("M"),
+        rig=own_rig,
+        tyre=own_tyre,
+    )
+
+
+def rig_of_table(table: Table, nominal: tuple[Rig, Tyre] | None) -> tuple[Rig, Tyre]:
+    """The nominal rig and tyre, overridden by what the table declares.
+
+    Raises:
+        InvalidInputError: a, e or k is known from neither, or a value is outside its range.
+    """
+    try:
+        return with_declared(nominal, table.declared)
+    except InvalidInputError as error:
+        # The message begins with the parameter; where the file itself gave it, name the place.
+        name = str(error).split()[0]
+        place = f"{table.place(name)}: " if name in table.declared else ""
+        raise InvalidInputError(f"{table.path}: {place}{error}") from None
+
+
+def _filled(t: Array, values: Array) -> Array:
+    known = ~np.isnan(values)
+    return np.interp(t, t[known], values[known])
+
+
+def _held(t: Array, values: Array) -> Array:
+    known = np.flatnonzero(~np.isnan(values))
+    return values[known[np.searchsorted(known, np.arange(t.size), side="right") - 1]]
+
+
+def _require_beginning(table: Table) -> None:
+    for name in ("psi", "F_N", "psi_dot"):
+        values = table.columns.get(name)
+        if values is not None and np.isnan(values[0]) and not np.isnan(values).all():
+            raise InvalidInputError(
+                f"{table.path}: {table.place(0)}: {name} is missing in the first sample; an estimate"
+                " that uses no later sample needs it there"
+            )

@@ -1,0 +1,46 @@
+"""Rig and tyre from a TOML file, and what a recording itself says about them."""
+
+from collections.abc import Mapping
+from pathlib import Path
+
+from identification.reading.files import read_bytes
+from symbolic.description import REQUIRED_KEYS, RIG_KEYS, rig_described, rig_of
+from symbolic.errors import InvalidInputError
+from symbolic.parameters import Rig, Tyre
+from symbolic.text import naming, toml_of
+
+DECLARABLE = (*RIG_KEYS["rig"], *RIG_KEYS["tyre"])
+"""Parameters that a recording may give for itself."""
+
+
+def read_rig(path: str | Path) -> tuple[Rig, Tyre]:
+    """Reads ``[rig] a, e, J_A, b_t`` and ``[tyre] k, mu`` (SI units; J_A, b_t and mu optional).
+
+    Raises:
+        InvalidInputError: the file cannot be read, a section or key is missing or unknown, or a
+            value is not a number within its range.
+    """
+    path = Path(path)
+    content = read_bytes(path)
+    with naming(path):
+        return rig_described(toml_of(content))
+
+
+def with_declared(nominal: tuple[Rig, Tyre] | None, declared: Mapping[str, float]) -> tuple[Rig, Tyre]:
+    """The nominal rig and tyre, overridden by what a recording says.
+
+    Args:
+        nominal: rig and tyre from elsewhere; None where only the recording knows them.
+        declared: values by name, out of `DECLARABLE` (SI units).
+
+    Raises:
+        InvalidInputError: a, e or k is known from neither, or a value is outside its range.
+    """
+    missing = [key for keys in REQUIRED_KEYS.values() for key in keys if key not in declared]
+    if nominal is None and missing:
+        raise InvalidInputError(
+            f"{' and '.join(missing)} not known; name a rig file (--rig RIG.toml), or give a, e "
+            "and k in the recording: lines such as '# a = 0.045' before a CSV header, scalars in "
+            "a MAT file"
+        )
+    return rig_of(declared, nominal)

@@ -1,0 +1,1 @@
+"""What a residual follows, and whether it is more than noise."""

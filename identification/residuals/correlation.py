@@ -1,0 +1,214 @@
+"""Correlation of residuals with signals, and how much of it chance explains.
+
+A residual and a signal that know nothing of each other correlate by chance, and the more the slower
+both are. To first order the sample correlation of two independent series of n samples has the variance
+
+    1/n sum_k rho_x(k) rho_y(k),
+
+k over all lags of both signs (Bartlett 1935; Box, Jenkins and Reinsel, Time Series Analysis, 3rd ed.
+(1994), section 11.1.3). With sample autocorrelations over all lags the sum is that of a product of two
+periodograms: it cannot be negative and needs no window. Only at frequency zero the periodogram of
+residuals less their mean is empty; there the mean of its neighbours stands in.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import fftconvolve
+from scipy.stats import f
+
+from identification.fits.fitting import Fit, torque_range
+from identification.reading.recordings import Recording
+
+Array = NDArray[np.float64]
+CONFIDENCE = 0.99
+"""Share of independent residuals whose correlation stays within its band [1]."""
+NEIGHBOURS = 3
+"""Frequencies of each recording that stand in for frequency zero."""
+LEAST_LEFT = 1e-3
+"""A signal that was absorbed but for this share tells nothing any more [1]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rows:
+    """The residuals of all recordings in one column, zero where missing.
+
+    Attributes:
+        residual: simulated minus measured torque over range [1], shape (n,).
+        present: whether the torque was measured, shape (n,).
+        places: name and rows of each recording.
+        spans: torque range of each recording [N m].
+        steps: time between samples of each recording [s].
+    """
+
+    residual: Array
+    present: NDArray[np.bool_]
+    places: Mapping[str, slice]
+    spans: tuple[float, ...]
+    steps: tuple[float, ...]
+
+    def columns(self, signals: Sequence[Array]) -> Array:
+        """A column for each recording: its signal over its torque range, zero elsewhere."""
+        made = np.zeros((self.residual.size, len(self.places)))
+        for i, (place, span) in enumerate(zip(self.places.values(), self.spans, strict=True)):
+            made[place, i] = np.where(self.present[place], signals[i] / span, 0.0)
+        return made
+
+    def means(self) -> Array:
+        """A column of ones for each recording."""
+        return self.columns([np.ones(place.stop - place.start) for place in self.places.values()])
+
+    def sensitivities(self, fits: Sequence[Fit]) -> Array:
+        """The columns of these fits' Jacobians."""
+        blocks = [np.zeros((self.residual.size, 0))]
+        for fitted in fits:
+            block, at = np.zeros((self.residual.size, fitted.jacobian.shape[1])), 0
+            for name, residual in fitted.residuals.items():
+                known = np.isfinite(residual)
+                end = at + int(known.sum())
+                if name in self.places:
+                    block[self.places[name]][known] = fitted.jacobian[at:end]
+                at = end
+            blocks.append(block)
+        return np.hstack(blocks)
+
+
+def rows_of(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> Rows:
+    """The residuals of these recordings in one column."""
+    ends = np.cumsum([0, *(r.t.size for r in recordings)]).tolist()
+    spans = tuple(torque_range(r) for r in recordings)
+    over = [residuals[r.name] / span for r, span in zip(recordings, spans, strict=True)]
+    stacked = np.concatenate(over)
+    return Rows(
+        residual=np.nan_to_num(stacked),
+        present=np.isfinite(stacked),
+        places={r.name: slice(*ends[i : i + 2]) for i, r in enumerate(recordings)},
+        spans=spans,
+        steps=tuple(float(np.median(np.diff(r.t))) for r in recordings),
+    )
+
+
+def directions_of(columns: Array) -> Array:
+    """Orthonormal columns that span these."""
+    size = np.linalg.norm(columns, axis=0)
+    scaled = columns[:, size > 0] / size[size > 0]
+    if not scaled.size:
+        return np.zeros((columns.shape[0], 0))
+    found, strength, _ = np.linalg.svd(scaled, full_matrices=False)
+    return np.asarray(found[:, strength > 1e-8 * strength[0]])
+
+
+def without(columns: Array, directions: Array) -> Array:
+    """What least squares on orthonormal directions leaves of these columns."""
+    return np.asarray(columns - directions @ (directions.T @ columns))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Noise:
+    """A process with the autocorrelation of the residuals.
+
+    Attributes:
+        rows: where its recordings are.
+        lags: one for each sample of the longest recording [s].
+        correlation: pooled over recordings, tapered by the share of samples that a lag leaves [1].
+        energies: sum of squares of each recording [1].
+        counts: samples of each recording.
+        freedom: degrees of freedom of the estimate at frequency zero.
+    """
+
+    rows: Rows
+    lags: Array
+    correlation: Array
+    energies: Array
+    counts: Array
+    freedom: int
+
+    def covered(self, columns: Array) -> Array:
+        """Covariance matrix of the noise times these columns."""
+        made = np.zeros_like(columns)
+        for i, (place, step) in enumerate(zip(self.rows.places.values(), self.rows.steps, strict=True)):
+            n = place.stop - place.start
+            half = np.interp(step * np.arange(n), self.lags, self.correlation, right=0.0)
+            both = np.concatenate([half[:0:-1], half])[:, None]
+            level = self.energies[i] / self.counts[i]
+            made[place] = level * fftconvolve(columns[place], both, axes=0)[n - 1 : 2 * n - 1]
+        return np.where(self.rows.present[:, None], made, 0.0)
+
+
+def noise_of(rows: Rows) -> Noise:
+    """The process of which these residuals, less their means, may be a sample."""
+    centred = without(rows.residual, directions_of(rows.means()))
+    longest = max(
+        step * (p.stop - p.start) for p, step in zip(rows.places.values(), rows.steps, strict=True)
+    )
+    lags = np.arange(0.0, longest, min(rows.steps))
+    total, energies, counts = np.zeros(lags.size), [], []
+    for place, step in zip(rows.places.values(), rows.steps, strict=True):
+        n = place.stop - place.start
+        # A product counts as if none of the pairs of samples of its lag were missing.
+        pairs = np.round(_lagged(rows.present[place].astype(np.float64)))
+        mean = _of_the_mean(centred[place], pairs[0])
+        products = (_lagged(centred[place]) / np.maximum(pairs, 1) + mean) * (n - np.arange(n))
+        total += np.interp(lags, step * np.arange(n), products * pairs[0] / n, right=0.0)
+        energies.append(float(np.sum(centred[place] ** 2) + mean * pairs[0]))
+        counts.append(int(pairs[0]))
+    return Noise(
+        rows=rows,
+        lags=lags,
+        correlation=total / max(float(total[0]), 1e-300),
+        energies=np.array(energies),
+        counts=np.array(counts),
+        freedom=2 * NEIGHBOURS * len(counts),
+    )
+
+
+def correlation(
+    columns: Array, absorbed: Array, noise: Noise, freedom: float = 1e9
+) -> tuple[float, float, Array]:
+    """Partial correlation of the residual with columns.
+
+    What is absorbed, orthonormal directions, is taken out of both. For one column the correlation has a
+    sign; for several it is the multiple correlation. By chance its square is a sum of squares of normal
+    numbers, to which the gamma distribution of the same mean and variance is fitted (Satterthwaite
+    1946); with one column that is exact.
+
+    Args:
+        columns: the signal, one column for each strength that it may have.
+        absorbed: orthonormal directions.
+        noise: the residual, and what it would be by chance.
+        freedom: degrees of freedom with which the variance by chance is known; `noise.freedom` where the
+            columns are not centred and it rests on the lowest frequencies.
+
+    Returns:
+        The correlation, the half-width of its band, and the slope of each column.
+    """
+    left, residual = without(columns, absorbed), without(noise.rows.residual, absorbed)
+    length = float(np.linalg.norm(residual))
+    if not length > 0 or np.linalg.norm(left) <= LEAST_LEFT * np.linalg.norm(columns):
+        return 0.0, 1.0, np.zeros(columns.shape[1])
+    directions, strength, axes = np.linalg.svd(left, full_matrices=False)
+    kept = strength > LEAST_LEFT * strength[0]
+    directions, axes = directions[:, kept], axes[kept] / strength[kept, None]
+    along = directions.T @ residual
+    chance = directions.T @ noise.covered(directions)
+    mean, spread = float(np.trace(chance)), float(np.sum(chance * chance.T))
+    # mean is above 0: the residual is not zero, and its covariance is that of a moving average.
+    quantile = f.ppf(CONFIDENCE, mean**2 / spread, freedom)
+    band = float(np.sqrt(mean * quantile)) / length
+    slopes = axes.T @ along
+    sign = np.sign(slopes[0]) if slopes.size == 1 else 1.0
+    return float(sign * np.linalg.norm(along) / length), min(band, 1.0), slopes
+
+
+def _of_the_mean(centred: Array, count: float) -> float:
+    """Variance of the mean of so many samples, from the lowest frequencies above zero."""
+    power = np.abs(np.fft.rfft(centred)[1 : NEIGHBOURS + 1]) ** 2
+    return float(np.mean(power) / count**2)
+
+
+def _lagged(values: Array) -> Array:
+    """Sums of products of values so many samples apart."""
+    n = values.size
+    return np.asarray(np.fft.irfft(np.abs(np.fft.rfft(values, 2 * n)) ** 2, 2 * n)[:n])

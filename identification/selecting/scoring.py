@@ -1,0 +1,161 @@
+"""Figures by which models are compared: errors over range, information criterion, paired test."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.fits.fitting import Fit, torque_range
+from identification.fits.loss import LEAST_SQUARES, Loss, cost
+from identification.reading.recordings import Recording
+
+Array = NDArray[np.float64]
+BLOCK = 1.0
+"""Length of the blocks in which residuals are taken as independent [s]."""
+
+
+def rmse_of(residual: Array) -> float:
+    """Root mean square, missing samples left out."""
+    return float(np.sqrt(np.nanmean(residual**2)))
+
+
+def autocorrelation_time(residual: Array) -> float:
+    """How many samples of a residual count as one: 1 + 2 sum of its autocorrelation, >= 1.
+
+    The sum ends where the autocorrelation first falls below 0.05 (missing samples count as zero).
+    """
+    centred = np.nan_to_num(residual - np.nanmean(residual))
+    n = centred.size
+    spectrum = np.abs(np.fft.rfft(centred, 2 * n)) ** 2
+    correlation = np.fft.irfft(spectrum)[:n]
+    if not correlation[0] > 0:
+        return 1.0
+    correlation = correlation / correlation[0]
+    low = np.flatnonzero(correlation < 0.05)
+    end = int(low[0]) if low.size else n
+    return float(max(1.0, 1 + 2 * correlation[1:end].sum()))
+
+
+def effective_samples(residuals: Mapping[str, Array]) -> float:
+    """Number of independent samples in the residuals of several recordings."""
+    return sum(
+        float(np.isfinite(residual).sum()) / autocorrelation_time(residual)
+        for residual in residuals.values()
+    )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Judgement:
+    """How a model does on the recordings by which it is judged.
+
+    Attributes:
+        residuals: torque error of each recording [N m], outliers as small as the loss counts them.
+        ranges: torque range of each [N m].
+        times: time of each [s].
+    """
+
+    residuals: Mapping[str, Array]
+    ranges: Mapping[str, float]
+    times: Mapping[str, Array]
+
+    @property
+    def nrmse(self) -> float:
+        """Root mean square error over range, averaged over recordings."""
+        return float(np.mean([rmse_of(self.residuals[n]) / self.ranges[n] for n in self.ranges]))
+
+    def squares(self) -> Array:
+        """Mean squared error over range in blocks of one second, all recordings in one row."""
+        blocks = []
+        for name, residual in self.residuals.items():
+            time = self.times[name]
+            index = ((time - time[0]) // BLOCK).astype(int)
+            squared = (residual / self.ranges[name]) ** 2
+            present = np.isfinite(squared)
+            sums = np.bincount(index[present], squared[present], minlength=index[-1] + 1)
+            counts = np.bincount(index[present], minlength=index[-1] + 1)
+            blocks.append(np.where(counts > 0, sums / np.maximum(counts, 1), 0))
+        return np.concatenate(blocks)
+
+
+def judged(
+    residuals: Mapping[str, Array], recordings: Sequence[Recording], loss: Loss = LEAST_SQUARES
+) -> Judgement:
+    """The judgement of these residuals of these recordings."""
+    ranges = {r.name: torque_range(r) for r in recordings}
+    return Judgement(
+        residuals={n: np.sqrt(loss((residuals[n] / span) ** 2)[0]) * span for n, span in ranges.items()},
+        ranges=ranges,
+        times={r.name: r.t for r in recordings},
+    )
+
+
+def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Array]:
+    """Residuals of every recording had it not been fitted, to first order of the parameters [N m].
+
+    The shared parameters move by the Gauss-Newton step of the other recordings alone; then what belongs
+    to the recording is refitted. A single recording keeps its residuals.
+    """
+    if len(recordings) < 2:
+        return dict(fitted.residuals)
+    owners = np.array([owner or "" for owner, _ in fitted.labels])
+    blocks, at = {}, 0
+    for recording in recordings:
+        present = np.isfinite(fitted.residuals[recording.name])
+        rows = slice(at, at + int(present.sum()))
+        blocks[recording.name] = (rows, present, torque_range(recording))
+        at = rows.stop
+    stacked = np.concatenate(
+        [fitted.residuals[name][present] / span for name, (_, present, span) in blocks.items()]
+    )
+    # An outlier pulls as little as the loss lets it: rows weighted as in reweighted least squares.
+    weight = np.sqrt(fitted.loss(stacked**2)[1])
+    jacobian = fitted.jacobian * weight[:, None]
+    residuals = {}
+    for name, (rows, present, span) in blocks.items():
+        others, mine = owners != name, owners == name
+        shared = owners == ""
+        rest = np.ones(stacked.size, dtype=bool)
+        rest[rows] = False
+        step = np.zeros(owners.size)
+        step[others] = _least_squares(jacobian[np.ix_(rest, others)], -(weight * stacked)[rest])
+        moved = stacked[rows] + fitted.jacobian[rows][:, shared] @ step[shared]
+        again = _least_squares(jacobian[rows][:, mine], -weight[rows] * moved)
+        left = np.full(present.size, np.nan)
+        left[present] = (moved + fitted.jacobian[rows][:, mine] @ again) * span
+        residuals[name] = left
+    return residuals
+
+
+def _least_squares(matrix: Array, target: Array) -> Array:
+    """Least squares that leaves directions alone about which the data say nothing."""
+    size = np.sqrt((matrix**2).sum(axis=0))
+    known = size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300)
+    solution = np.zeros(matrix.shape[1])
+    scaled = matrix[:, known] / size[known]
+    solution[known] = np.linalg.lstsq(scaled, target, rcond=1e-8)[0] / size[known]
+    return solution
+
+
+def advantage(better: Judgement, worse: Judgement) -> tuple[float, float]:
+    """How much lower the mean squared error over range is, and the standard error of that.
+
+    Paired over blocks of one second of the same recordings.
+    """
+    difference = worse.squares() - better.squares()
+    return float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(difference.size))
+
+
+def delta_bic(richer: Fit, poorer: Fit, recordings: Sequence[Recording]) -> float:
+    """Change of the Bayesian information criterion from the poorer to the richer model.
+
+    n ln(loss) + p ln(n) with n the effective number of samples of the richer model's residuals, as
+    samples 10 ms apart are far from independent. Negative speaks for the richer model.
+    """
+    n = effective_samples(richer.residuals)
+    gain = np.log(_loss(richer, recordings) / _loss(poorer, recordings))
+    return float(n * gain + (len(richer.labels) - len(poorer.labels)) * np.log(n))
+
+
+def _loss(fitted: Fit, recordings: Sequence[Recording]) -> float:
+    return sum(cost(fitted.loss, fitted.residuals[r.name] / torque_range(r)) for r in recordings)

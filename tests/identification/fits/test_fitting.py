@@ -1,0 +1,240 @@
+import numpy as np
+import pytest
+
+from identification import Fit, Recording, Values, first_values, fit, signals_of
+from identification.fits.deviations import deviations
+from identification.fits.fitting import torque_range
+from identification.selecting.trials import freeze
+from symbolic import DECLARED, EFFECTS, InvalidInputError, Model, Parameter, effects_named, simulate
+from symbolic.description import parameter_name
+from tests.identification.made import read_campaign, with_torque
+from tests.rig.campaign import Campaign
+
+Given = tuple[Campaign, list[Recording]]
+
+
+def model_of(*effects: str) -> Model:
+    return Model(effects=effects_named(effects), corners=16)
+
+
+def fit_from_scratch(model: Model, recordings: list[Recording]) -> Fit:
+    return fit(model, recordings, first_values(model, recordings))
+
+
+@pytest.fixture(scope="module")
+def declared() -> Given:
+    return read_campaign(None, 1)
+
+
+@pytest.fixture(scope="module")
+def offset() -> Given:
+    return read_campaign("torque_offset", 2)
+
+
+def test_first_values(declared: Given) -> None:
+    made, recordings = declared
+    values = first_values(model_of("torque_offset", "contact_damping"), recordings)
+
+    assert values.shared["k"] == pytest.approx(made.nominal.k)
+    assert values.shared["contact_damping.c"] == EFFECTS["contact_damping"].parameters[0].start
+    for recording, truth in zip(recordings, made.recordings, strict=True):
+        assert values.own[recording.name]["mu"] == pytest.approx(truth.tyre.mu, rel=0.15)
+        assert values.own[recording.name]["torque_offset.M_0"] != 0
+        everything = values.of(recording.name)
+        assert set(everything) == {"k", "mu", "contact_damping.c", "torque_offset.M_0"}
+
+
+def test_recovers_stiffness_and_friction_as_well_as_it_says() -> None:
+    apart = []
+    for seed in range(6):
+        made, recordings = read_campaign(None, seed)
+        fitted = fit_from_scratch(model_of(), recordings)
+        found, spread, truth = standing(fitted, made, recordings)
+
+        assert fitted.converged
+        assert fitted.labels == ((None, "k"), ("recording_a", "mu"), ("recording_b", "mu"))
+        assert (spread > 1e-4 * truth).all()
+        assert (spread < 3e-3 * truth).all()
+        for recording in recordings:
+            left = np.sqrt(np.mean(fitted.residuals[recording.name] ** 2)) / torque_range(recording)
+            assert left == pytest.approx(0.004, rel=0.1)
+        apart.extend((found - truth) / spread)
+    assert np.abs(apart).max() < 4
+    assert 0.5 < np.sqrt(np.mean(np.square(apart))) < 1.6
+
+
+def standing(
+    fitted: Fit, made: Campaign, recordings: list[Recording]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Values found, their deviations, and the truth, in the order of the labels; no inverse ones."""
+    truths = {recording.name: recording for recording in made.recordings}
+    found, truth = [], []
+    for owner, name in fitted.labels:
+        found.append((fitted.values.shared if owner is None else fitted.values.own[owner])[name])
+        recording = truths[owner or made.recordings[0].name]
+        if "." in name:
+            effect, parameter = name.split(".")
+            truth.append(recording.effects[effect][parameter])
+        else:
+            truth.append(getattr(recording.tyre, name))
+    return np.array(found), deviations(fitted, recordings), np.array(truth)
+
+
+@pytest.mark.parametrize(
+    "effect", ["contact_damping", "torque_offset", "sensor_delay", "asymmetric_friction"]
+)
+def test_recovers_an_effect(effect: str) -> None:
+    made, recordings = read_campaign(effect, 2)
+    fitted = fit_from_scratch(model_of(effect), recordings)
+    found, spread, truth = standing(fitted, made, recordings)
+
+    assert (np.abs(found - truth) < 4 * spread).all()
+    assert (spread < 0.02 * np.abs(truth)).all()
+
+
+def test_recovers_a_compliance() -> None:
+    made, recordings = read_campaign("carcass_torsion", 1, duration=8.0)
+    fitted = fit_from_scratch(model_of("carcass_torsion"), recordings)
+    k_t = made.recordings[0].effects["carcass_torsion"]["k_t"]
+    of_compliance = deviations(fitted, recordings)[fitted.labels.index((None, "carcass_torsion.k_t"))]
+
+    assert abs(1 / fitted.values.shared["carcass_torsion.k_t"] - 1 / k_t) < 4 * of_compliance
+    assert of_compliance < 0.03 / k_t
+
+
+def test_a_stiff_carcass_fits_where_there_is_none(declared: Given) -> None:
+    # The neutral value is an infinite stiffness: its inverse, zero, is a bound like any other.
+    _, recordings = declared
+    fitted = fit_from_scratch(model_of("carcass_torsion"), recordings)
+
+    assert fitted.values.shared["carcass_torsion.k_t"] > 5e3
+
+
+def test_deviations_are_those_of_repeated_noise(declared: Given) -> None:
+    made, recordings = declared
+    model, rng = model_of(), np.random.default_rng(7)
+    start = fit_from_scratch(model, recordings).values
+    found = []
+    for _ in range(25):
+        noisy = [
+            with_torque(r, m.M_z_true + 0.004 * np.ptp(m.M_z_true) * rng.standard_normal(r.t.size))
+            for r, m in zip(recordings, made.recordings, strict=True)
+        ]
+        last = fit(model, noisy, start)
+        own = [last.values.own[r.name]["mu"] for r in noisy]
+        found.append([last.values.shared["k"], *own])
+
+    np.testing.assert_allclose(np.std(found, axis=0, ddof=1), deviations(last, noisy), rtol=0.5)
+
+
+def test_held_out_recordings_leave_shared_parameters_alone(offset: Given) -> None:
+    made, (first, second) = offset
+    fitted = fit_from_scratch(model_of("torque_offset"), [first])
+    frozen = freeze(fitted, [second])
+
+    assert frozen.values.shared == fitted.values.shared
+    assert frozen.labels == ((second.name, "mu"), (second.name, "torque_offset.M_0"))
+    own, truth = frozen.values.own[second.name], made.recordings[1]
+    assert own["mu"] == pytest.approx(truth.tyre.mu, rel=5e-3)
+    assert own["torque_offset.M_0"] == pytest.approx(truth.effects["torque_offset"]["M_0"], rel=0.02)
+
+
+def test_what_is_held_stays(offset: Given) -> None:
+    _, recordings = offset
+    model, one = model_of("torque_offset"), recordings[0].name
+    free = fit_from_scratch(model, recordings)
+    own = {**free.values.own, one: {**free.values.own[one], "torque_offset.M_0": 0.0}}
+    start = Values(shared={"k": 1.1 * free.values.shared["k"]}, own=own)
+    held = fit(model, recordings, start, held=[(None, "k"), (one, "torque_offset.M_0")])
+
+    assert set(free.labels) - set(held.labels) == {(None, "k"), (one, "torque_offset.M_0")}
+    assert held.values.shared["k"] == start.shared["k"]
+    assert held.values.own[one]["torque_offset.M_0"] == 0
+    assert held.values.own[recordings[1].name]["torque_offset.M_0"] != 0
+    assert held.jacobian.shape[1] == 3
+
+
+def test_with_everything_held_nothing_is_left_to_fit(declared: Given) -> None:
+    _, recordings = declared
+    start = first_values(model_of(), recordings)
+    own = [(r.name, "mu") for r in recordings]
+    with pytest.raises(InvalidInputError, match="every parameter is held"):
+        fit(model_of(), recordings, start, free_shared=False, held=own)
+
+
+def test_missing_samples_are_left_out(declared: Given) -> None:
+    _, recordings = declared
+    gone = np.random.default_rng(3).random(recordings[0].t.size) < 0.3
+    gone[400:500] = True
+    holed = [with_torque(recordings[0], np.where(gone, np.nan, recordings[0].M_z)), recordings[1]]
+    fitted = fit_from_scratch(model_of(), holed)
+    whole = fit_from_scratch(model_of(), recordings)
+
+    np.testing.assert_array_equal(np.isnan(fitted.residuals[holed[0].name]), gone)
+    assert np.isfinite(fitted.residuals[holed[1].name]).all()
+    assert fitted.jacobian.shape == (sum(r.t.size for r in recordings) - gone.sum(), 3)
+    spread = deviations(fitted, holed)
+    assert fitted.values.shared["k"] == pytest.approx(whole.values.shared["k"], abs=3 * spread[0])
+    assert np.isfinite(spread).all()
+
+
+@pytest.mark.parametrize("M_z", [0.0, 3.0])
+def test_a_constant_torque_is_a_fault(declared: Given, M_z: float) -> None:
+    _, recordings = declared
+    still = with_torque(recordings[0], np.full(recordings[0].t.size, M_z))
+    with pytest.raises(InvalidInputError, match="recording_a: M_z is constant") as caught:
+        fit_from_scratch(model_of(), [still, recordings[1]])
+    assert "\n" not in str(caught.value)
+
+
+def test_jacobian_is_the_slope_of_the_residuals(offset: Given) -> None:
+    _, recordings = offset
+    model = model_of("torque_offset", "contact_damping", "carcass_torsion")
+    fitted = fit(model, recordings, first_values(model, recordings), tolerance=1e-2)
+    assert fitted.labels == (
+        (None, "k"),
+        (None, "contact_damping.c"),
+        (None, "carcass_torsion.k_t"),
+        *((r.name, name) for r in recordings for name in ("mu", "torque_offset.M_0")),
+    )
+    for column, (owner, name) in enumerate(fitted.labels):
+        number = [parameter_name(e, p) for e, p in model.parameters].index(name)
+        step = 1e-3 * fitted.scales[column]
+        ends = [stacked(model, recordings, fitted.values, owner, number, s) for s in (step, -step)]
+        slope = (ends[0] - ends[1]) / 2e-3
+        error = np.abs(slope - fitted.jacobian[:, column])
+        size = np.abs(slope).max()
+        assert np.median(error) < 1e-5 * size, (owner, name)
+        # Deep in nested loops corners are merged; which ones may change within the step.
+        assert np.quantile(error, 0.99) < 0.05 * size, (owner, name)
+
+
+def stacked(
+    model: Model,
+    recordings: list[Recording],
+    values: Values,
+    owner: str | None,
+    number: int,
+    step: float,
+) -> np.ndarray:
+    """Simulated torque over range, one coordinate moved by a step where it belongs."""
+    parts = []
+    for recording in recordings:
+        theta = np.asarray(model.theta(values.of(recording.name))).ravel()
+        theta[number] += step if owner in (None, recording.name) else 0.0
+        geometry = np.array([recording.rig.a, recording.rig.e])
+        made = simulate(model, signals_of(recording), theta, geometry)
+        parts.append(made.M_z / torque_range(recording))
+    return np.concatenate(parts)
+
+
+@pytest.mark.parametrize(
+    "parameter",
+    [*DECLARED, *(p for effect in EFFECTS.values() for p in effect.parameters)],
+    ids=lambda p: p.name,
+)
+def test_a_solver_at_a_bound_stays_within_it(parameter: Parameter) -> None:
+    scale = 1 / parameter.scale if parameter.inverse else parameter.scale
+    low, high = sorted(parameter.to_coordinate(v) / scale for v in (parameter.lower, parameter.upper))
+    for end in (low, np.nextafter(low, high), np.nextafter(high, low), high):
+        assert parameter.lower <= parameter.to_coordinate(float(end * scale)) <= parameter.upper

@@ -1,0 +1,107 @@
+import numpy as np
+import pytest
+from scipy.optimize import least_squares
+
+from identification import Fit, Recording, first_values, fit
+from identification.fits.deviations import deviations
+from identification.fits.fitting import torque_range
+from identification.fits.loss import LEAST_SQUARES, Huber, Loss, cost, curvature, influence
+from symbolic import InvalidInputError, Model
+from tests.identification.made import read_campaign, with_torque
+
+NOISE = 0.004
+HUBER = Huber(threshold=1.5 * NOISE)
+
+
+@pytest.mark.parametrize("loss", [LEAST_SQUARES, Huber(threshold=0.7)])
+def test_derivatives_are_slopes(loss: Loss) -> None:
+    residuals, step = np.array([-3.0, -0.701, -0.5, 0.0, 0.3, 0.699, 2.0]), 1e-6
+    ends = [np.array([0.5 * cost(loss, np.array([r + s])) for r in residuals]) for s in (step, -step)]
+    np.testing.assert_allclose((ends[0] - ends[1]) / (2 * step), influence(loss, residuals), atol=1e-8)
+    psi = [influence(loss, residuals + s) for s in (step, -step)]
+    np.testing.assert_allclose((psi[0] - psi[1]) / (2 * step), curvature(loss, residuals), atol=1e-8)
+
+
+def test_an_outlier_pulls_no_harder_than_the_threshold() -> None:
+    np.testing.assert_allclose(influence(Huber(threshold=2.0), np.array([-9.0, -1.0, 1e6])), [-2, -1, 2])
+    np.testing.assert_allclose(influence(LEAST_SQUARES, np.array([-9.0, 4.0])), [-9, 4])
+
+
+def test_missing_residuals_cost_nothing() -> None:
+    assert cost(LEAST_SQUARES, np.array([3.0, np.nan, 4.0])) == 25
+    assert cost(Huber(threshold=1.0), np.array([3.0, np.nan, 0.5])) == pytest.approx(2 * 3 - 1 + 0.25)
+
+
+def test_the_same_line_as_with_the_solvers_own_huber() -> None:
+    rng = np.random.default_rng(1)
+    x = np.linspace(0, 1, 60)
+    y = 2 * x + 0.1 * rng.standard_normal(60) + 5 * (rng.random(60) < 0.1)
+
+    def off(line: np.ndarray) -> np.ndarray:
+        return line[0] + line[1] * x - y
+
+    own = least_squares(off, [0.0, 0.0], loss=Huber(threshold=0.2))
+    built_in = least_squares(off, [0.0, 0.0], loss="huber", f_scale=0.2)
+    np.testing.assert_allclose(own.x, built_in.x, atol=1e-6)
+    assert own.cost == pytest.approx(built_in.cost)
+
+
+@pytest.mark.parametrize("threshold", [0.0, -1.0, np.nan, np.inf])
+def test_a_threshold_has_to_be_positive(threshold: float) -> None:
+    with pytest.raises(InvalidInputError, match="threshold must be a finite number greater than 0"):
+        Huber(threshold=threshold)
+
+
+@pytest.fixture(scope="module")
+def clean() -> list[Recording]:
+    return read_campaign(None, 4)[1]
+
+
+def with_outliers(recordings: list[Recording], seed: int, share: float = 0.02) -> list[Recording]:
+    """Single readings that are off by up to a third of the range."""
+    rng = np.random.default_rng(seed)
+    spoilt = []
+    for r in recordings:
+        off = (rng.random(r.t.size) < share) * rng.uniform(-1, 1, r.t.size) / 3
+        spoilt.append(with_torque(r, r.M_z + off * torque_range(r)))
+    return spoilt
+
+
+def positions(fitted: Fit) -> np.ndarray:
+    values = fitted.values
+    return np.array([(values.own[o] if o else values.shared)[name] for o, name in fitted.labels])
+
+
+def test_outliers_do_not_move_a_robust_fit(clean: list[Recording]) -> None:
+    model = Model(corners=16)
+    reference = fit(model, clean, first_values(model, clean))
+    spread = deviations(reference, clean)
+    moved: dict[Loss, list[np.ndarray]] = {LEAST_SQUARES: [], HUBER: []}
+    for seed in range(5):
+        spoilt = with_outliers(clean, seed)
+        for loss, found in moved.items():
+            fitted = fit(model, spoilt, reference.values, loss=loss)
+            assert fitted.converged
+            found.append(np.abs(positions(fitted) - positions(reference)) / spread)
+
+    assert np.max(moved[HUBER]) < 1
+    assert np.median(moved[LEAST_SQUARES]) > 1
+    assert np.max(moved[LEAST_SQUARES], axis=0).min() > 2
+
+
+def test_deviations_of_a_robust_fit_are_those_of_repeated_noise(clean: list[Recording]) -> None:
+    model = Model(corners=16)
+    reference = fit(model, clean, first_values(model, clean))
+    noiseless = [with_torque(r, r.M_z + reference.residuals[r.name]) for r in clean]
+    rng = np.random.default_rng(5)
+    found, said = [], []
+    for seed in range(30):
+        noisy = [
+            with_torque(r, r.M_z + NOISE * torque_range(r) * rng.standard_normal(r.t.size))
+            for r in noiseless
+        ]
+        fitted = fit(model, spoilt := with_outliers(noisy, seed, 0.1), reference.values, loss=HUBER)
+        found.append(positions(fitted))
+        said.append(deviations(fitted, spoilt))
+
+    np.testing.assert_allclose(np.std(found, axis=0, ddof=1), np.mean(said, axis=0), rtol=0.35)

@@ -1,0 +1,109 @@
+"""Contacts that agree on k, and contacts that do not."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identification.free_decay import consistency
+from identification.free_decay.consistency import Alone, agree, each_alone
+from identification.free_decay.decays import Decay
+from identification.free_decay.freedecay import identify_free_decay
+from identification.free_decay.narrowing import solve
+from identification.free_decay.programme import Programme
+from identification.free_decay.release import release
+from symbolic import Rig, Tyre
+from tests.rig.impact import TYRE, make_impacts
+
+LENGTHS = (0.030, 0.042, 0.054)
+RNG = np.random.default_rng(6)
+
+
+@pytest.fixture(scope="module")
+def decays() -> list[Decay]:
+    return [
+        Decay(
+            name=m.name,
+            t=m.t,
+            psi=m.psi,
+            rig=Rig(a=m.tyre.a, e=m.tyre.e, J_A=m.wheel.J_A),
+            tyre=Tyre(k=2e6),
+        )
+        for m in make_impacts(9, lengths=LENGTHS, impacts=2)
+    ]
+
+
+def alone(k: float, std: float = 1.0, freedom: int = 20) -> Alone:
+    return Alone(contact=(0.045, 0.009), k=k, std=std, freedom=freedom)
+
+
+def test_agree() -> None:
+    assert agree([alone(100), alone(101), alone(99)]) is True
+    assert agree([alone(100), alone(101), alone(110)]) is False
+    assert agree([alone(100, 10.0), alone(101, 10.0), alone(110, 10.0)]) is True
+    # What rests on little is believed less.
+    assert agree([alone(100), alone(107), alone(100)]) is False
+    assert agree([alone(100), alone(107), alone(100, freedom=2)]) is True
+    assert agree([alone(100)]) is None
+
+
+def test_seldom_wrong() -> None:
+    drawn = RNG.normal(100, 1, (4000, 5))
+    std = np.sqrt(RNG.chisquare(20, (4000, 5)) / 20)
+    told = [
+        agree([alone(k, s) for k, s in zip(*row, strict=True)]) for row in zip(drawn, std, strict=True)
+    ]
+
+    assert told.count(False) < 40
+
+
+def test_each_contact_tells_k(decays: list[Decay]) -> None:
+    found = each_alone(Programme([release(decay) for decay in decays]))
+
+    assert [one.contact for one in found] == [(a, TYRE.e) for a in LENGTHS]
+    for one in found:
+        assert abs(one.k - TYRE.k) < 4 * one.std
+        assert one.std < 0.003 * TYRE.k
+    assert agree(found) is True
+    assert each_alone(Programme([release(decay) for decay in decays[:2]])) == ()
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda rig: replace(rig, a=rig.a + 0.001),
+        lambda rig: replace(rig, a=1.03 * rig.a),
+        lambda rig: replace(rig, e=rig.e + 0.003),
+        lambda rig: replace(rig, J_A=rig.J_A * (1.03 if rig.a > 0.05 else 1)),
+    ],
+    ids=["a by 1 mm", "a by 3 %", "e by 3 mm", "J_A of one contact by 3 %"],
+)
+def test_shows_what_is_wrong(decays: list[Decay], wrong: Callable[[Rig], Rig]) -> None:
+    made = identify_free_decay([replace(decay, rig=wrong(decay.rig)) for decay in decays])
+    told = [c.k.value for c in made.contacts if c.k is not None]
+
+    assert made.contacts_agree is False
+    assert max(told) / min(told) > 1.003
+    assert made.identifiability[2].startswith("One contact at a time, k runs from -")
+
+
+def test_no_free_vibration_shows_the_inertia(decays: list[Decay]) -> None:
+    heavier = [replace(decay, rig=replace(decay.rig, J_A=1.05 * decay.inertia)) for decay in decays]
+    usual, made = identify_free_decay(decays), identify_free_decay(heavier)
+
+    assert made.contacts_agree is True
+    assert made.k.value / usual.k.value == pytest.approx(1.05, rel=1e-4)
+    assert made.b_t.value / usual.b_t.value == pytest.approx(1.05, rel=1e-3)
+
+
+def test_contacts_that_do_not_tell(decays: list[Decay], monkeypatch: pytest.MonkeyPatch) -> None:
+    programme = Programme([release(decay) for decay in decays])
+
+    def singular(_: Programme) -> None:
+        raise np.linalg.LinAlgError
+
+    monkeypatch.setattr(consistency, "solve", singular)
+    assert each_alone(programme) == ()
+    monkeypatch.setattr(consistency, "solve", lambda part: replace(solve(part), converged=False))
+    assert each_alone(programme) == ()

@@ -1,0 +1,74 @@
+"""The solution of the programme of free vibrations."""
+
+import numpy as np
+import pytest
+
+from identification.free_decay import narrowing
+from identification.free_decay.decays import Decay
+from identification.free_decay.narrowing import solve
+from identification.free_decay.programme import Programme
+from identification.free_decay.release import release
+from symbolic import Rig, Tyre
+from tests.rig.impact import make_impact
+from tests.rig.record import FOURTEEN_BIT_STEP
+
+
+def programme(noise: float = 0.0) -> Programme:
+    made = make_impact(5, noise=noise * FOURTEEN_BIT_STEP)
+    rig = Rig(a=made.tyre.a, e=made.tyre.e, J_A=made.wheel.J_A)
+    return Programme([release(Decay(name="run", t=made.t, psi=made.psi, rig=rig, tyre=Tyre(k=2e6)))])
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.5])
+def test_nothing_near_is_likelier(noise: float) -> None:
+    made = programme(noise)
+    found = solve(made)
+    std = np.sqrt(np.diag(np.linalg.inv(found.look.hessian)))
+    rng = np.random.default_rng(1)
+
+    assert found.converged
+    assert found.look.cost == made.look(found.x, found.noise).cost
+    assert (
+        min(
+            made.look(found.x + reach * std * rng.normal(size=std.size), found.noise).cost
+            for reach in (0.1, 1.0, 10.0)
+            for _ in range(20)
+        )
+        > found.look.cost - 1e-3
+    )
+
+
+@pytest.mark.parametrize("changes", [(0.6, 1.0), (1.6, 4.0), (0.8, 4.0), (2.5, 1.0)])
+def test_start_does_not_matter(changes: tuple[float, float], monkeypatch: pytest.MonkeyPatch) -> None:
+    made = programme()
+    usual, start = solve(made), made.start()
+    start[:2] *= changes
+    monkeypatch.setattr(made, "start", lambda: start)
+
+    found = solve(made)
+
+    std = np.sqrt(np.diag(np.linalg.inv(usual.look.hessian)))
+    assert found.converged
+    assert (np.abs(found.x - usual.x) < 0.1 * std).all()
+
+
+def test_says_when_the_scale_is_not_found(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(narrowing, "_MOST_STAGES", 2)
+
+    assert not solve(programme()).converged
+
+
+def test_says_when_a_stage_does_not_end(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(narrowing, "_SLOPE", 0.0)
+
+    assert not solve(programme()).converged
+
+
+def test_a_start_that_does_not_vibrate(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = programme()
+    start = made.start()
+    start[1] = 100.0
+    monkeypatch.setattr(made, "start", lambda: start)
+
+    with pytest.raises(np.linalg.LinAlgError, match="do not depend"):
+        solve(made)

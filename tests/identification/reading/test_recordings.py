@@ -1,0 +1,416 @@
+import contextlib
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+import pytest
+from scipy.io import savemat
+
+from identification.reading.recordings import Recording, read_recording
+from symbolic.errors import InvalidInputError
+from symbolic.parameters import Rig, Tyre
+
+RIG = (Rig(a=0.04, e=0.009, J_A=0.15), Tyre(k=2.4e6, mu=1.6))
+N = 20
+T = np.arange(N) / 100
+PSI = 0.1 * np.sin(20 * T)
+M_Z = -3 * PSI
+F_N = np.linspace(400, 410, N)
+AT_4 = np.arange(1, N + 1) == 4
+AFTER_3 = np.arange(1, N + 1) > 3
+
+
+def rows_of(*columns: Any, header: str = "t,psi,M_z,F_N") -> list[str]:
+    samples = zip(*(columns or (T, PSI, M_Z, F_N)), strict=True)
+    return [header, *(",".join(f"{value:.10g}" for value in sample) for sample in samples)]
+
+
+def write(folder: Path, rows: list[str], *, end: str = "\n") -> Path:
+    path = folder / "run.csv"
+    path.write_bytes((end.join(rows) + end).encode())
+    return path
+
+
+def write_mat(folder: Path, **changes: Any) -> Path:
+    path = folder / "run.mat"
+    content = {"time": T, "Psi": PSI, "Mz": M_Z, "Fz": F_N, "a": 0.05, "e": 0.0, "k": 6e4}
+    savemat(path, {k: v for k, v in (content | changes).items() if v is not None})
+    return path
+
+
+def message_of(path: Path, rig: tuple[Rig, Tyre] | None = RIG, *, torque_required: bool = True) -> str:
+    with pytest.raises(InvalidInputError) as caught:
+        read_recording(path, rig, torque_required=torque_required)
+    message = str(caught.value)
+    assert message.startswith(f"{path}: ")
+    assert "\n" not in message
+    return message.removeprefix(f"{path}: ")
+
+
+class TestCsv:
+    def test_reads(self, tmp_path: Path) -> None:
+        recording = read_recording(write(tmp_path, rows_of()), RIG)
+
+        assert recording.name == "run"
+        assert (recording.rig, recording.tyre) == RIG
+        for read, given in [
+            (recording.t, T),
+            (recording.psi, PSI),
+            (recording.M_z, M_Z),
+            (recording.F_N, F_N),
+        ]:
+            np.testing.assert_allclose(read, given, rtol=1e-9)
+            assert read.dtype == np.float64
+            assert not read.flags.writeable
+        assert recording.M is None
+
+    def test_any_order_with_rate_steering_torque_and_strangers(self, tmp_path: Path) -> None:
+        rows = rows_of(F_N, PSI * 7, T, M_Z + 1, PSI, M_Z, header="F_N,psi_dot,t, M ,psi,M_z")
+        rows = [row + (",note" if number == 0 else ",dry") for number, row in enumerate(rows)]
+        recording = read_recording(write(tmp_path, rows), RIG)
+
+        np.testing.assert_allclose(recording.psi_dot, PSI * 7, rtol=1e-9)
+        assert recording.M is not None
+        np.testing.assert_allclose(recording.M, M_Z + 1, rtol=1e-9)
+        np.testing.assert_allclose(recording.t, T)
+
+    @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+    def test_byte_order_mark_line_ends_and_trailing_blank_lines(self, tmp_path: Path, end: str) -> None:
+        rows = ["\ufeff# measured on Monday", "", *rows_of(), "", "  ", ""]
+        plain = read_recording(write(tmp_path, rows_of()), RIG)
+        recording = read_recording(write(tmp_path, rows, end=end), RIG)
+
+        np.testing.assert_array_equal(recording.M_z, plain.M_z)
+
+    def test_quoted_fields(self, tmp_path: Path) -> None:
+        rows = [",".join(f'"{field}"' for field in row.split(",")) for row in rows_of()]
+
+        assert read_recording(write(tmp_path, rows), RIG).t.size == N
+
+    def test_comment_lines_override_the_rig(self, tmp_path: Path) -> None:
+        rows = ["# a = 0.045", "#k=7e4", "# b_t = 1.5", "# operator = B", *rows_of()]
+        recording = read_recording(write(tmp_path, rows), RIG)
+
+        assert recording.rig == Rig(a=0.045, e=0.009, J_A=0.15, b_t=1.5)
+        assert recording.tyre == Tyre(k=7e4, mu=1.6)
+
+    def test_comment_lines_replace_the_rig(self, tmp_path: Path) -> None:
+        rows = ["# a = 0.045", "# e = 0", "# k = 7e4", *rows_of()]
+
+        assert read_recording(write(tmp_path, rows)).rig == Rig(a=0.045, e=0.0)
+
+    def test_without_rig_says_what_to_do(self, tmp_path: Path) -> None:
+        path = write(tmp_path, ["# a = 0.045", *rows_of()])
+
+        assert message_of(path, None).startswith("e and k not known; name a rig file (--rig")
+
+    @pytest.mark.parametrize("missing", ["", "NaN", " nan "])
+    def test_gaps(self, tmp_path: Path, missing: str) -> None:
+        rows = rows_of()
+        rows[5] = f"{T[4]},{missing},{missing},{missing}"
+        rows[1] = f"{T[0]},{missing},1,{missing}"
+        rows[N] = f"{T[-1]},{missing},1,{missing}"
+        recording = read_recording(write(tmp_path, rows), RIG)
+
+        assert recording.psi[4] == pytest.approx((PSI[3] + PSI[5]) / 2)
+        assert recording.F_N[4] == pytest.approx((F_N[3] + F_N[5]) / 2)
+        assert recording.psi[0] == recording.psi[1]
+        assert recording.F_N[-1] == recording.F_N[-2]
+        assert np.flatnonzero(np.isnan(recording.M_z)).tolist() == [4]
+        assert np.isfinite(recording.psi_dot).all()
+
+    def test_empty_rate_column_is_derived(self, tmp_path: Path) -> None:
+        rows = [row + (",psi_dot" if number == 0 else ",") for number, row in enumerate(rows_of())]
+        derived = read_recording(write(tmp_path, rows_of()), RIG)
+
+        np.testing.assert_array_equal(
+            read_recording(write(tmp_path, rows), RIG).psi_dot, derived.psi_dot
+        )
+
+    @pytest.mark.parametrize("header", ["t,psi,F_N", "t,psi,F_N,M_z"])
+    def test_torque_may_be_dispensable(self, tmp_path: Path, header: str) -> None:
+        columns = (T, PSI, F_N, M_Z * np.nan)[: header.count(",") + 1]
+        path = write(tmp_path, rows_of(*columns, header=header))
+
+        assert np.isnan(read_recording(path, RIG, torque_required=False).M_z).all()
+        assert "M_z" in message_of(path)
+
+
+def edit(row: int, text: str) -> Callable[[list[str]], None]:
+    """Replaces a row; the header is row 1."""
+
+    def apply(rows: list[str]) -> None:
+        rows[row - 1] = text
+
+    return apply
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        (
+            edit(1, "t,psi,F_N"),
+            "row 1: column M_z missing from the header 't,psi,F_N'; expected t,",
+        ),
+        (edit(1, "t;psi;M_z;F_N"), "row 1: columns t, psi, M_z, F_N missing from the header"),
+        (edit(1, "t,psi,M_z,F_N,t"), "row 1: two columns are named t; one allowed"),
+        (edit(7, "0.05,abc,0,400"), "row 7: psi = 'abc' is not a number; allowed: a finite number"),
+        (edit(7, "0.05,0,1_0,400"), "row 7: M_z = '1_0' is not a number"),
+        (edit(7, "0.05,0,0"), "row 7: has 3 fields, the header has 4"),
+        (edit(7, "0,05,0,0,400"), "row 7: has 5 fields, the header has 4"),
+        (edit(7, ""), "row 7: has 0 fields, the header has 4"),
+        (edit(7, "0.01,0,0,400"), "row 7: time runs backwards: t = 0.01 s after 0.04 s; t must"),
+        (edit(7, "0.04,0,0,400"), "row 7: time repeats: t = 0.04 s after 0.04 s; t must increase"),
+        (edit(7, ",0,0,400"), "row 7: t is missing; every sample needs its time"),
+        (edit(7, "NaN,0,0,400"), "row 7: t is missing"),
+        (edit(7, "0.05,inf,0,400"), "row 7: psi is infinite; allowed: a finite number, empty or"),
+        (edit(7, "0.05,0,-inf,400"), "row 7: M_z is infinite"),
+        (edit(7, "0.05,0,0,1e999"), "row 7: F_N is infinite"),
+        (edit(7, "inf,0,0,400"), "row 7: t is infinite"),
+        (edit(7, "0.05,0,0,0"), "row 7: F_N = 0 N; a vertical load is greater than 0"),
+        (edit(7, "0.05,0,0,-400"), "row 7: F_N = -400 N; a vertical load is greater than 0"),
+        (edit(7, '0.05,0,0,"400'), "row 7: "),
+    ],
+)
+def test_csv_faults(tmp_path: Path, change: Callable[[list[str]], None], fault: str) -> None:
+    rows = rows_of()
+    change(rows)
+
+    assert message_of(write(tmp_path, rows)).startswith(fault)
+
+
+@pytest.mark.parametrize(
+    ("comment", "fault"),
+    [
+        ("# a = 0", "row 2: a must be a finite number greater than 0 m, got 0"),
+        ("# a = -0.04", "row 2: a must be a finite number greater than 0 m"),
+        ("# e = 0.04", "row 2: e must lie between -a and a"),
+        ("# a = 0.008", "e must lie between -a and a, here -0.008 and 0.008 m, got 0.009"),
+        ("# k = 0", "row 2: k must be a finite number greater than 0"),
+        ("# mu = -1", "row 2: mu must be a finite number greater than 0"),
+        ("# a = 45 mm", "row 2: a = '45 mm' is not a number; expected such as '# a = 0.045'"),
+        ("# a =", "row 2: a = '' is not a number"),
+        ("# a = 0.04\n# a = 0.05", "row 3: a is given twice, first in row 2"),
+    ],
+)
+def test_comment_faults(tmp_path: Path, comment: str, fault: str) -> None:
+    assert message_of(write(tmp_path, ["# remark", comment, *rows_of()])).startswith(fault)
+
+
+def test_rows_are_counted_from_the_top_of_the_file(tmp_path: Path) -> None:
+    rows = ["# remark", "# a = 0.045", "", *rows_of()]
+    rows[10] = "x,0,0,400"
+
+    assert message_of(write(tmp_path, rows)).startswith("row 11: t = 'x' is not a number")
+
+
+@pytest.mark.parametrize(
+    ("others", "count"), [((), ""), ((9,), " (and 1 more row)"), ((9, 12), " (and 2 more rows)")]
+)
+def test_first_fault_is_named_and_the_others_counted(
+    tmp_path: Path, others: tuple[int, ...], count: str
+) -> None:
+    rows = rows_of()
+    rows[5] = "0.04,0,0,-400"
+    for row in others:
+        rows[row] = "text,text,0"
+    message = message_of(write(tmp_path, rows))
+
+    assert message.startswith("row 6: F_N = -400 N")
+    assert message.endswith("greater than 0" + count)
+
+
+@pytest.mark.parametrize("samples", [0, 1, 2, 9])
+def test_too_short(tmp_path: Path, samples: int) -> None:
+    message = message_of(write(tmp_path, rows_of()[: samples + 1]))
+
+    assert message.startswith(f"holds {samples} sample")
+    assert message.endswith("at least 10 needed")
+
+
+@pytest.mark.parametrize("column", ["psi", "M_z", "F_N"])
+def test_nothing_but_gaps(tmp_path: Path, column: str) -> None:
+    values = {"t": T, "psi": PSI, "M_z": M_Z, "F_N": F_N}
+    values[column] = np.full(N, np.nan)
+
+    message = message_of(write(tmp_path, rows_of(*values.values())))
+    assert message == f"every {column} is missing, a number is needed"
+
+
+GARBAGE = np.random.default_rng(0).integers(0, 256, 500, dtype=np.uint8).tobytes()
+
+
+@pytest.mark.parametrize("name", ["run.csv", "run.mat", "run"])
+@pytest.mark.parametrize("content", [b"", b"\n \n", GARBAGE, b"\0" * 300, b"\x89HDF\r\n\x1a\n"])
+def test_no_recording_at_all(tmp_path: Path, name: str, content: bytes) -> None:
+    path = tmp_path / name
+    path.write_bytes(content)
+
+    assert message_of(path).startswith(("is empty", "row ", "is not", "is a MATLAB 7.3"))
+
+
+def test_text_that_is_not_utf_8(tmp_path: Path) -> None:
+    path = tmp_path / "run.csv"
+    path.write_bytes("# Messung für Müller\n# a = 0.04\nt,psi,M_z,F_N\n".encode("latin-1"))
+
+    assert message_of(path).startswith("row 1: is not text, byte 0xfc is not UTF-8; save")
+
+
+def test_only_comments(tmp_path: Path) -> None:
+    assert message_of(write(tmp_path, ["# a = 1"])) == "has no header; expected t,psi,M_z,F_N"
+
+
+def test_field_too_long_for_csv(tmp_path: Path) -> None:
+    rows = rows_of()
+    rows[4] = "0.03,0,0," + "4" * 200_000
+
+    assert message_of(write(tmp_path, rows)).startswith("row 5: is not CSV: ")
+
+
+@pytest.mark.parametrize("name", ["none.csv", "none.mat"])
+def test_missing_file(tmp_path: Path, name: str) -> None:
+    assert message_of(tmp_path / name) == "no such file"
+
+
+@pytest.mark.parametrize("name", ["folder.csv", "folder.mat"])
+def test_directory(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).mkdir()
+
+    assert message_of(tmp_path / name) == "is a directory, expected a file"
+
+
+def test_path_through_a_file(tmp_path: Path) -> None:
+    path = write(tmp_path, rows_of()) / "run.csv"
+
+    assert message_of(path).startswith("cannot be read: ")
+
+
+class TestMat:
+    def test_its_own_rig_goes_first(self, tmp_path: Path) -> None:
+        path = write_mat(tmp_path)
+
+        assert read_recording(path).rig == Rig(a=0.05, e=0.0)
+        assert read_recording(path).tyre == Tyre(k=6e4)
+        assert read_recording(path, RIG).rig == Rig(a=0.05, e=0.0, J_A=0.15)
+        assert read_recording(path, RIG).tyre == Tyre(k=6e4, mu=1.6)
+
+    @pytest.mark.parametrize("shape", [(1, N), (N, 1)])
+    def test_reads_rows_and_columns(self, tmp_path: Path, shape: tuple[int, int]) -> None:
+        recording = read_recording(write_mat(tmp_path, Mz=M_Z.reshape(shape), Psi_max=3))
+
+        np.testing.assert_array_equal(recording.M_z, M_Z)
+        np.testing.assert_array_equal(recording.psi, PSI)
+        np.testing.assert_array_equal(recording.F_N, F_N)
+        assert recording.name == "run"
+
+    def test_torque_may_be_dispensable(self, tmp_path: Path) -> None:
+        recording = read_recording(write_mat(tmp_path, Mz=None), torque_required=False)
+
+        assert np.isnan(recording.M_z).all()
+
+    @pytest.mark.parametrize(
+        ("changes", "fault"),
+        [
+            ({"Psi": None}, "variable Psi missing; expected time, Psi, Mz, Fz"),
+            ({"Psi": None, "Fz": None}, "variables Psi, Fz missing"),
+            ({"Psi": PSI[:-1]}, "Psi holds 19 samples, time holds 20; equal numbers are needed"),
+            ({"Psi": "text"}, "Psi must hold real numbers"),
+            ({"Psi": 1j * PSI}, "Psi must hold real numbers"),
+            ({"Psi": np.eye(4)}, "Psi must be one row or column, it is 4x4"),
+            ({"Psi": np.zeros((0, 0))}, "Psi must be one row or column, it is 0x0"),
+            ({"Psi": PSI * np.nan}, "every psi is missing, a number is needed"),
+            ({"Mz": M_Z * np.nan}, "every M_z is missing"),
+            ({"Mz": np.where(AT_4, np.inf, M_Z)}, "sample 4: M_z is infinite"),
+            ({"Fz": np.where(AFTER_3, -F_N, F_N)}, "sample 4: F_N = -4"),
+            ({"time": np.where(AT_4, np.nan, T)}, "sample 4: t is missing"),
+            ({"time": np.where(AT_4, 0, T)}, "sample 4: time runs backwards"),
+            ({"a": 0.0}, "scalar a: a must be a finite number greater than 0 m, got 0"),
+            ({"a": [0.04, 0.05]}, "a must be one number, it holds 2"),
+            ({"e": -0.05}, "scalar e: e must lie between -a and a"),
+            ({"k": np.nan}, "scalar k: k must be a finite number greater than 0"),
+        ],
+    )
+    def test_faults(self, tmp_path: Path, changes: dict[str, Any], fault: str) -> None:
+        assert message_of(write_mat(tmp_path, **changes), None).startswith(fault)
+
+    def test_without_rig_says_what_to_do(self, tmp_path: Path) -> None:
+        path = write_mat(tmp_path, k=None)
+
+        assert message_of(path, None).startswith("k not known; name a rig file (--rig RIG.toml)")
+        assert read_recording(path, RIG).tyre.k == 2.4e6
+
+    def test_hdf5(self, tmp_path: Path) -> None:
+        path = tmp_path / "run.mat"
+        path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512) + b"\x89HDF")
+
+        assert message_of(path).startswith("is a MATLAB 7.3 (HDF5) file; save it as MATLAB 5")
+
+    @pytest.mark.parametrize("kept", [64, 128, 131, 200, 600])
+    def test_cut_short(self, tmp_path: Path, kept: int) -> None:
+        path = write_mat(tmp_path)
+        path.write_bytes(path.read_bytes()[:kept])
+
+        assert message_of(path).startswith(("is damaged", "variable"))
+
+    def test_damaged_anywhere_never_escapes(self, tmp_path: Path) -> None:
+        path = write_mat(tmp_path)
+        whole = path.read_bytes()
+        random = np.random.default_rng(1)
+        for position in random.integers(116, len(whole), 200):
+            damaged = bytearray(whole)
+            damaged[position] ^= int(random.integers(1, 256))
+            path.write_bytes(damaged)
+            with contextlib.suppress(InvalidInputError):
+                read_recording(path)
+
+
+class TestRecording:
+    VALUES: ClassVar[dict[str, Any]] = {
+        "name": "made up", "t": T, "psi": PSI, "psi_dot": PSI, "M_z": M_Z, "F_N": F_N,
+        "rig": RIG[0], "tyre": RIG[1],
+    }  # fmt: skip
+
+    def test_keeps_its_own_copy(self) -> None:
+        mine = T.copy()
+        recording = Recording(**self.VALUES | {"t": mine, "M": list(M_Z)})
+        mine[0] = -1
+
+        assert recording.t[0] == 0
+        assert isinstance(recording.M, np.ndarray)
+        with pytest.raises(ValueError, match="read-only"):
+            recording.psi[0] = 1
+
+    @pytest.mark.parametrize(
+        ("changes", "fault"),
+        [
+            ({"psi": PSI[:-1]}, "psi has shape"),
+            ({"M": PSI[:-1]}, "M has shape"),
+            ({"M_z": 0.0}, "M_z has shape"),
+            ({"t": T.reshape(1, -1)}, "t has shape"),
+            (dict.fromkeys(("t", "psi", "psi_dot", "M_z", "F_N"), T[:2]), "2 samples"),
+            ({"t": T[::-1]}, "t must increase"),
+            ({"F_N": -F_N}, "F_N must be greater than 0"),
+            ({"F_N": F_N * np.nan}, "F_N must be finite"),
+            ({"psi_dot": PSI * np.nan}, "psi_dot must be finite"),
+            ({"M_z": np.full(N, np.inf)}, "M_z must be finite"),
+        ],
+    )
+    def test_refuses(self, changes: dict[str, Any], fault: str) -> None:
+        with pytest.raises(InvalidInputError, match=f"^made up: {fault}"):
+            Recording(**self.VALUES | changes)
+
+
+@pytest.mark.measured
+def test_published_recordings(measured_dir: Path) -> None:
+    for path in sorted(measured_dir.glob("*.mat")):
+        recording = read_recording(path)
+
+        assert recording.tyre.k == 2.438e6
+        assert recording.rig.e == 0.009
+        assert np.diff(recording.t) == pytest.approx(0.01)
+        assert np.isfinite(recording.M_z).all()
+        # The smoothed rate integrates to the angle again.
+        steps = recording.psi_dot[1:] + recording.psi_dot[:-1]
+        turned = np.cumsum(steps * np.diff(recording.t)) / 2
+        assert np.abs(turned - (recording.psi[1:] - recording.psi[0])).max() < 5e-3

@@ -1,0 +1,312 @@
+"""Chance has to stay within the bands, and what the rig plants has to stand out."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from identification import Fit, Recording, first_values, fit, read_recording
+from identification.fits.fitting import torque_range
+from identification.residuals.correlation import correlation, directions_of, noise_of, rows_of
+from identification.residuals.signals import SIGNALS, motion_of
+from identification.residuals.signatures import Signature, Signatures, signatures
+from identification.selecting.trials import model_of
+from symbolic import EFFECTS
+from tests.identification.made import as_read, read_campaign, with_torque
+from tests.rig.patch import RigTyre
+from tests.rig.record import make_recording
+
+CONSTANT, ANGLE, RATE = "a constant of each recording", "the angle", "the yaw rate"
+DIRECTION = "the direction of turning"
+SPEED = "the direction of friction times log speed"
+SIZE, DELAY = "the size of the torque", "the rate of the torque"
+
+
+@pytest.fixture(scope="module")
+def recordings() -> list[Recording]:
+    """Two recordings, the second shorter and of another range."""
+    made = [
+        make_recording(41, bristles=300, noise=0.0, name="long"),
+        make_recording(43, bristles=300, noise=0.0, duration=9.0, load=300.0, name="short"),
+    ]
+    return [as_read(recording, RigTyre()) for recording in made]
+
+
+def autoregressive(phi: float, n: int, rng: np.random.Generator) -> np.ndarray:
+    drawn = rng.standard_normal(n + 1500)
+    return np.sqrt(1 - phi**2) * lfilter([1], [1, -phi], drawn)[1500:]
+
+
+def with_residual(
+    recordings: list[Recording], residual: Callable[[Recording], np.ndarray], level: float = 0.004
+) -> tuple[dict[str, np.ndarray], list[Recording]]:
+    """Recordings whose measured torque is that of the model less a residual."""
+    residuals = {r.name: level * torque_range(r) * residual(r) for r in recordings}
+    return residuals, [with_torque(r, r.M_z - residuals[r.name]) for r in recordings]
+
+
+def looked(name: str | None, seed: int) -> tuple[Signatures, Fit]:
+    """The rig's residual after a fit of the declared structure."""
+    _, made = read_campaign(name, seed, recordings=2)
+    model = model_of(())
+    fitted = fit(model, made, first_values(model, made))
+    return signatures(fitted.residuals, made, [fitted]), fitted
+
+
+def named(found: Signatures, signal: str) -> Signature:
+    return next(s for s in found.signatures if s.signal == signal)
+
+
+def test_white_noise_keeps_within_its_bands(recordings: list[Recording]) -> None:
+    outside, quiet, within = np.zeros(len(SIGNALS)), 0, []
+    for seed in range(100):
+        rng = np.random.default_rng([seed, 11])
+        noise = with_residual(recordings, lambda r, rng=rng: rng.standard_normal(r.t.size))
+        found = signatures(*noise)
+        outside += [s.leaves_band for s in found.signatures]
+        quiet += found.reading == "The residual is nothing but noise: it follows none of the signals."
+        known = found.autocorrelation
+        within.append(float(np.mean(np.abs(known.values) < known.band)))
+
+    assert (outside <= 3).all(), dict(zip([s.name for s in SIGNALS], outside, strict=True))
+    assert outside.sum() > 0
+    assert quiet >= 99
+    assert np.mean(within) == pytest.approx(0.99, abs=0.004)
+
+
+@pytest.mark.parametrize(
+    ("of_residual", "of_signal"), [(0.9, 0.9), (0.97, 0.97), (0.97, 0.99), (0.99, 0.9)]
+)
+def test_the_band_of_two_slow_series(
+    recordings: list[Recording], of_residual: float, of_signal: float
+) -> None:
+    """The oracle is simulation: of independent series, one in a hundred leaves the band."""
+    outside, white, trials = 0, 0, 400
+    for seed in range(trials):
+        rng = np.random.default_rng([seed, 12])
+        residuals = {r.name: autoregressive(of_residual, r.t.size, rng) for r in recordings}
+        rows = rows_of(residuals, recordings)
+        signal = rows.columns([autoregressive(of_signal, r.t.size, rng) for r in recordings])
+        value, band, _ = correlation(
+            signal.sum(axis=1, keepdims=True), directions_of(rows.means()), noise_of(rows)
+        )
+        outside += abs(value) > band
+        white += abs(value) > 2.576 / np.sqrt(rows.residual.size)
+
+    # Three standard errors of a share of 1 % are 1.5 %.
+    assert outside / trials <= 0.025
+    assert white / trials > 0.2, "a band for white noise would not have done"
+
+
+@pytest.mark.parametrize("own", [False, True])
+def test_the_band_holds_for_several_columns_and_holes(recordings: list[Recording], own: bool) -> None:
+    outside, trials = 0, 400
+    for seed in range(trials):
+        rng = np.random.default_rng([seed, 13])
+        residuals = {r.name: autoregressive(0.95, r.t.size, rng) for r in recordings}
+        for residual in residuals.values():
+            residual[rng.random(residual.size) < 0.2] = np.nan
+            residual[300:400] = np.nan
+        rows = rows_of(residuals, recordings)
+        signal = rows.columns([autoregressive(0.95, r.t.size, rng) for r in recordings])
+        columns = signal if own else signal.sum(axis=1, keepdims=True)
+        value, band, _ = correlation(columns, directions_of(rows.means()), noise_of(rows))
+        outside += abs(value) > band
+
+    assert outside / trials <= 0.025
+
+
+@pytest.mark.parametrize("memory", [0.9, 0.97])
+def test_the_band_of_a_constant(recordings: list[Recording], memory: float) -> None:
+    outside, trials = 0, 400
+    for seed in range(trials):
+        rng = np.random.default_rng([seed, 18])
+        residuals = {r.name: autoregressive(memory, r.t.size, rng) for r in recordings}
+        rows = rows_of(residuals, recordings)
+        noise = noise_of(rows)
+        value, band, _ = correlation(
+            rows.means(), np.zeros((rows.residual.size, 0)), noise, noise.freedom
+        )
+        outside += abs(value) > band
+
+    assert outside / trials <= 0.025
+
+
+def test_autocorrelation_of_a_known_process(recordings: list[Recording]) -> None:
+    rng = np.random.default_rng(14)
+    long = [make_long(r) for r in recordings]
+    found = signatures(*with_residual(long, lambda r: autoregressive(0.9, r.t.size, rng)))
+    known = found.autocorrelation
+
+    assert known.lags[:10] == pytest.approx(0.01 * np.arange(1, 11))
+    assert known.values[:10] == pytest.approx(0.9 ** np.arange(1, 11), abs=0.06)
+    assert 0.1 < known.memory < 0.6
+    assert "correlated over" in found.reading or found.followed
+
+
+def make_long(recording: Recording) -> Recording:
+    """The recording four times over, to and fro."""
+    arrays = {}
+    for name in ("psi", "psi_dot", "M_z", "F_N"):
+        there = getattr(recording, name)
+        arrays[name] = np.concatenate([there, there[::-1]] * 2)
+    return replace(recording, t=0.01 * np.arange(arrays["psi"].size), psi_recorded=None, **arrays)
+
+
+@pytest.mark.parametrize("number", range(len(SIGNALS)), ids=[s.name for s in SIGNALS])
+def test_every_signal_is_recognised(recordings: list[Recording], number: int) -> None:
+    signal, rng = SIGNALS[number], np.random.default_rng(15)
+
+    shapes = {r.name: signal.of(motion_of(r, np.zeros(r.t.size))) for r in recordings}
+    if signal.centred:
+        shapes = {name: shape - shape.mean() for name, shape in shapes.items()}
+    largest = max(np.abs(shape).max() for shape in shapes.values())
+    noise = with_residual(
+        recordings, lambda r: shapes[r.name] / largest + 0.02 * rng.standard_normal(r.t.size), level=0.02
+    )
+    found = signatures(*noise)
+
+    own = named(found, signal.name)
+    assert own.leaves_band or own.band > 0.9
+    assert abs(own.correlation) > 0.9
+
+
+def test_slope_and_size_are_those_planted(recordings: list[Recording]) -> None:
+    residuals = {r.name: 0.7 * r.psi for r in recordings}
+    made = [with_torque(r, r.M_z - residuals[r.name]) for r in recordings]
+    found = named(signatures(residuals, made), ANGLE)
+
+    assert found.slope == pytest.approx(0.7, rel=1e-9)
+    assert found.correlation == pytest.approx(1)
+    assert (found.unit, found.effects[0]) == ("rad", "steering_return")
+
+
+@pytest.mark.parametrize(
+    ("effect", "signal", "sign"),
+    [
+        ("steering_return", ANGLE, 1),
+        ("carcass_torsion", ANGLE, -1),
+        ("pressure_skew", ANGLE, -1),
+        ("contact_damping", RATE, 1),
+        ("bearing_friction", DIRECTION, 1),
+        ("stribeck", SPEED, -1),
+        ("sensor_delay", DELAY, 1),
+        ("viscoelastic_relaxation", DELAY, -1),
+        ("torque_offset", CONSTANT, 1),
+        ("asymmetric_friction", SIZE, 1),
+    ],
+)
+def test_what_the_rig_plants_stands_out(effect: str, signal: str, sign: int) -> None:
+    found, _ = looked(effect, 4)
+    first = found.followed[0]
+
+    assert (first.signal, np.sign(first.correlation)) == (signal, sign)
+    assert effect in first.effects
+    assert found.reading.startswith(f"The residual follows {signal} (")
+
+
+def test_speed_is_among_the_strongest_where_friction_grows_with_it() -> None:
+    found, _ = looked("rate_friction", 3)
+    speed = named(found, SPEED)
+
+    assert speed.stands_out
+    assert speed.correlation > 0
+    assert speed.effects == ("rate_friction",)
+    # The yaw rate, direction and way since a reversal go with it closely.
+    assert sum(abs(s.correlation) > abs(speed.correlation) for s in found.signatures) <= 3
+
+
+def test_nothing_but_noise_where_nothing_is_missing() -> None:
+    found, _ = looked(None, 3)
+
+    assert found.followed == ()
+    assert found.reading == "The residual is nothing but noise: it follows none of the signals."
+    assert found.autocorrelation.memory < 0.1
+
+
+def test_a_missing_effect_that_no_signal_shows() -> None:
+    found, _ = looked("slide_oscillation", 3)
+
+    assert found.followed == ()
+    assert "follows none of the signals by more than chance may leave" in found.reading
+
+
+def test_the_fit_hides_what_it_has_absorbed() -> None:
+    _, made = read_campaign("steering_return", 4, recordings=2)
+    model = model_of(())
+    fitted = fit(model, made, first_values(model, made))
+    with_it = named(signatures(fitted.residuals, made, [fitted]), ANGLE)
+    without_it = named(signatures(fitted.residuals, made), ANGLE)
+
+    assert with_it.correlation > 0.9
+    assert abs(without_it.correlation) < 0.6
+
+
+def test_a_direction_that_was_fitted_tells_nothing() -> None:
+    _, made = read_campaign("torque_offset", 4, recordings=2)
+    model = model_of(("torque_offset",))
+    fitted = fit(model, made, first_values(model, made))
+    found = named(signatures(fitted.residuals, made, [fitted]), CONSTANT)
+
+    assert (found.correlation, found.band) == (0.0, 1.0)
+
+
+def test_the_result_is_json(recordings: list[Recording]) -> None:
+    rng = np.random.default_rng(16)
+    found = signatures(*with_residual(recordings, lambda r: r.psi + rng.standard_normal(r.t.size), 0.02))
+    content = json.loads(json.dumps(found.to_dict(), allow_nan=False))
+
+    assert set(content) == {"rms", "autocorrelation", "signatures", "followed", "reading"}
+    assert [s["signal"] for s in content["signatures"]] == [s.name for s in SIGNALS]
+    assert content["followed"][0]["signal"] == ANGLE
+    assert content["reading"] == found.reading
+
+
+def test_a_perfect_model_leaves_nothing(recordings: list[Recording]) -> None:
+    found = signatures({r.name: np.zeros(r.t.size) for r in recordings}, recordings)
+
+    assert found.rms == 0
+    assert found.followed == ()
+    json.dumps(found.to_dict(), allow_nan=False)
+
+
+def test_the_table_names_effects_that_exist() -> None:
+    names = [n for s in SIGNALS for n in (*s.along.effects, *s.against.effects)]
+
+    assert set(names) == set(EFFECTS)
+
+
+def test_reversals_are_those_of_the_angle(recordings: list[Recording]) -> None:
+    t = 0.01 * np.arange(1200)
+    psi = 0.2 * np.sin(t) + 4e-5 * np.random.default_rng(17).standard_normal(t.size)
+    swing = replace(
+        recordings[0],
+        t=t,
+        psi=psi,
+        psi_dot=0.2 * np.cos(t),
+        M_z=-psi,
+        F_N=np.full(t.size, 400.0),
+        psi_recorded=None,
+    )
+    motion = motion_of(swing, np.zeros(t.size))
+    turned = np.flatnonzero(np.diff(motion.heading) != 0)
+
+    assert t[turned[-3:]] == pytest.approx([3 * np.pi / 2, 5 * np.pi / 2, 7 * np.pi / 2], abs=0.05)
+    assert motion.way[turned[-1]] == pytest.approx(0.4, abs=1e-3)
+    assert motion.pause[turned[-1]] == pytest.approx(np.pi, abs=0.07)
+
+
+@pytest.mark.measured
+def test_the_measured_recordings_follow_speed(measured_dir: Path) -> None:
+    made = [read_recording(path) for path in sorted(measured_dir.glob("fem*.mat"))]
+    model = model_of(())
+    fitted = fit(model, made, first_values(model, made))
+    found = signatures(fitted.residuals, made, [fitted])
+
+    assert found.autocorrelation.memory > 0.5
+    assert named(found, SPEED).stands_out
+    assert named(found, SPEED).correlation > 0

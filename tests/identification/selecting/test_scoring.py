@@ -1,0 +1,156 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identification import Fit, Recording, fit
+from identification.fits.deviations import deviations
+from identification.selecting.scoring import (
+    Judgement,
+    advantage,
+    autocorrelation_time,
+    delta_bic,
+    effective_samples,
+    judged,
+    leave_one_out,
+    rmse_of,
+)
+from identification.selecting.trials import Task, attempt, freeze
+from symbolic import Model
+from tests.identification.made import read_campaign, with_torque
+
+
+def autoregressive(phi: float, n: int, seed: int = 1) -> np.ndarray:
+    noise = np.random.default_rng(seed).standard_normal(n)
+    for i in range(1, n):
+        noise[i] += phi * noise[i - 1]
+    return noise
+
+
+def test_white_noise_counts_every_sample() -> None:
+    assert autocorrelation_time(autoregressive(0.0, 5000)) == pytest.approx(1, abs=0.1)
+
+
+@pytest.mark.parametrize("phi", [0.5, 0.8, 0.95])
+def test_autocorrelation_time_of_a_first_order_process(phi: float) -> None:
+    # The sum of phi^n over the lags where phi^n > 0.05.
+    last = int(np.log(0.05) / np.log(phi))
+    expected = 1 + 2 * phi * (1 - phi**last) / (1 - phi)
+
+    assert autocorrelation_time(autoregressive(phi, 100_000)) == pytest.approx(expected, rel=0.1)
+
+
+def test_autocorrelation_time_is_never_below_one() -> None:
+    assert autocorrelation_time(np.array([1.0, -1.0] * 50)) == 1
+    assert autocorrelation_time(np.full(50, 3.0)) == 1
+
+
+def test_missing_samples_do_not_count() -> None:
+    noise = autoregressive(0.0, 4000)
+    noise[::4] = np.nan
+
+    assert effective_samples({"a": noise, "b": autoregressive(0.0, 500)}) == pytest.approx(3500, rel=0.1)
+    assert rmse_of(np.array([3.0, np.nan, -3.0])) == 3
+
+
+@pytest.fixture(scope="module")
+def three() -> list[Recording]:
+    # The declared model has no damping: its residuals are structured.
+    return read_campaign("contact_damping", 5, recordings=3)[1]
+
+
+def test_leaving_out_to_first_order_is_like_refitting(three: list[Recording]) -> None:
+    trial = attempt(Task((), three, ()))
+    predicted = leave_one_out(trial.fitted, three)
+    for left_out in three:
+        others = [recording for recording in three if recording is not left_out]
+        refitted = fit(Model(corners=16), others, trial.fitted.values)
+        exact = freeze(refitted, [left_out]).residuals[left_out.name]
+        moved = rmse_of(exact - trial.fitted.residuals[left_out.name])
+        assert rmse_of(predicted[left_out.name] - exact) < 0.15 * moved
+        assert rmse_of(predicted[left_out.name]) == pytest.approx(rmse_of(exact), rel=2e-3)
+
+
+def test_leaving_out_with_missing_samples(three: list[Recording]) -> None:
+    gone = np.arange(three[0].t.size) % 3 == 0
+    holed = [with_torque(three[0], np.where(gone, np.nan, three[0].M_z)), *three[1:]]
+    fitted = attempt(Task((), holed, ())).fitted
+    left = leave_one_out(fitted, holed)
+
+    np.testing.assert_array_equal(np.isnan(left[holed[0].name]), gone)
+    whole = leave_one_out(attempt(Task((), three, ())).fitted, three)
+    assert rmse_of(left[holed[0].name]) == pytest.approx(rmse_of(whole[holed[0].name]), rel=0.05)
+
+
+def test_a_single_recording_keeps_its_residuals(three: list[Recording]) -> None:
+    fitted = attempt(Task((), three[:1], ())).fitted
+
+    assert leave_one_out(fitted, three[:1]) == dict(fitted.residuals)
+
+
+def test_the_information_criterion_speaks_for_what_is_there(three: list[Recording]) -> None:
+    declared = attempt(Task((), three, ()))
+    right, wrong = (
+        attempt(Task((name,), three, (), declared.fitted.values))
+        for name in ("contact_damping", "torque_offset")
+    )
+
+    assert delta_bic(right.fitted, declared.fitted, three) < -100
+    assert delta_bic(right.fitted, declared.fitted, three) < delta_bic(
+        wrong.fitted, declared.fitted, three
+    )
+    assert right.nrmse < 0.5 * declared.nrmse
+
+
+def test_the_information_criterion_speaks_against_what_is_not() -> None:
+    _, recordings = read_campaign(None, 1)
+    declared = attempt(Task((), recordings, ()))
+    richer = attempt(Task(("contact_damping", "torque_offset"), recordings, (), declared.fitted.values))
+
+    assert len(richer.fitted.labels) - len(declared.fitted.labels) == 3
+    assert delta_bic(richer.fitted, declared.fitted, recordings) > 0
+
+
+def test_information_criterion_of_white_residuals(three: list[Recording]) -> None:
+    fitted = attempt(Task((), three, ())).fitted
+    rng = np.random.default_rng(2)
+    white = {r.name: rng.standard_normal(r.t.size) for r in three}
+    poorer = replace(fitted, residuals={name: 2 * residual for name, residual in white.items()})
+    richer = replace(fitted, residuals=white, labels=(*fitted.labels, (None, "more")))
+    n = effective_samples(white)
+
+    assert delta_bic(richer, poorer, three) == pytest.approx(-2 * n * np.log(2) + np.log(n))
+    assert n == pytest.approx(sum(r.t.size for r in three), rel=0.1)
+
+
+def test_advantage_is_paired_over_seconds() -> None:
+    t = np.arange(400) / 100
+    better = Judgement(residuals={"a": np.full(400, 1.0)}, ranges={"a": 2.0}, times={"a": t})
+    steps = np.repeat([1.0, 2.0, 3.0, 4.0], 100)
+    worse = replace(better, residuals={"a": steps})
+    squares = (np.array([1.0, 4.0, 9.0, 16.0]) - 1) / 4
+
+    np.testing.assert_allclose(worse.squares(), (squares * 4 + 1) / 4)
+    mean, error = advantage(better, worse)
+    assert mean == pytest.approx(squares.mean())
+    assert error == pytest.approx(squares.std(ddof=1) / 2)
+    assert advantage(worse, better) == (pytest.approx(-mean), pytest.approx(error))
+    assert advantage(better, better) == (0, 0)
+
+
+def test_judged_error_is_averaged_over_recordings(three: list[Recording]) -> None:
+    residuals = {r.name: np.full(r.t.size, size) for r, size in zip(three, (0.1, 0.2, 0.3), strict=True)}
+    spans = [np.ptp(r.M_z) for r in three]
+
+    assert judged(residuals, three).nrmse == pytest.approx(
+        np.mean(np.array([0.1, 0.2, 0.3]) / np.array(spans))
+    )
+
+
+def test_what_the_data_say_nothing_about_has_no_deviation(three: list[Recording]) -> None:
+    fitted = attempt(Task((), three, ())).fitted
+    blind: Fit = replace(fitted, jacobian=fitted.jacobian * np.array([0.0, 1, 1, 1]))
+    spread = deviations(blind, three)
+
+    assert np.isinf(spread[0])
+    assert np.isfinite(spread[1:]).all()
