@@ -5,8 +5,8 @@
 `alone`: every effect of the library by itself; `pairs`: rate friction together with every other one;
 `outside`: effects that no library knows, which have to be reported as unexplained. It prints a line for
 each run and a table: runs in which everything planted is named, or stands in `indistinguishable_from` of
-what is named; error after over the noise. `--out FILE.json` keeps the outcomes. An hour and more on two
-cores for all of it.
+what is named (outright: exactly what was planted is named); error after over the noise. `--out F.json`
+keeps the outcomes. An hour and more on two cores for all of it.
 """
 
 import argparse
@@ -137,14 +137,18 @@ def _line(outcome: Outcome) -> str:
 
 
 def _table(outcomes: list[Outcome]) -> None:
-    print(f"\n{'planted':42}{'right':>9}{'median after/noise':>20}{'greatest':>10}{'unexplained':>13}")
+    print(
+        f"\n{'planted':42}{'right':>9}{'outright':>10}{'median after/noise':>20}{'greatest':>10}"
+        f"{'unexplained':>13}"
+    )
     for names in dict.fromkeys(outcome.planted for outcome in outcomes):
         mine = [o for o in outcomes if o.planted == names]
         ratios = [o.after / NOISE for o in mine]
         right = f"{sum(o.right for o in mine)}/{len(mine)}"
         left = f"{sum(o.unexplained for o in mine)}/{len(mine)}"
+        outright = f"{sum({*names} == {*o.named} for o in mine)}/{len(mine)}"
         print(
-            f"{' + '.join(names) or 'nothing':42}{right:>9}"
+            f"{' + '.join(names) or 'nothing':42}{right:>9}{outright:>10}"
             f"{np.median(ratios):>20.2f}{max(ratios):>10.2f}{left:>13}"
         )
 

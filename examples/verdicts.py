@@ -1,0 +1,80 @@
+"""A verdict on each of several sets of recordings: what the model misses, error before and after.
+
+    python examples/verdicts.py CASE... [--out FILE.md]
+
+A case is a folder with a rig.toml and recordings (.csv); none is held out, each is left out in turn.
+Prints one row of a table for each, in Markdown; `--out` writes the table to a file as well.
+"""
+
+import argparse
+from pathlib import Path
+
+from brushgrip.wording import listed, parameters, percent, plain, quantity, sentence
+from identification import Diagnosis, diagnose, read_recording, read_rig
+
+HEADER = (
+    "| case | the declared model misses | cannot be told from | error before | after"
+    " | left out, before | after | unexplained |\n|---|---|---|---:|---:|---:|---:|---|"
+)
+
+
+def case(folder: Path, jobs: int | None) -> Diagnosis:
+    """The diagnosis of all recordings of a folder."""
+    rig = read_rig(folder / "rig.toml")
+    recordings = [read_recording(path, rig) for path in sorted(folder.glob("*.csv"))]
+    return diagnose(recordings, jobs=jobs)
+
+
+def row(name: str, found: Diagnosis) -> str:
+    """One row of the table."""
+    effects = [f"**{plain(e.name)}** ({parameters(e.parameters)})" for e in found.effects]
+    rivals = [
+        f"{plain(e.name)}: {listed([plain(r) for r in e.indistinguishable_from], 'or')}"
+        for e in found.effects
+        if e.indistinguishable_from
+    ]
+    before, after = found.before.summary(), found.after.summary()
+    figures = [
+        percent(summary[key])
+        for key in ("torque_nrmse", "left_out_torque_nrmse")
+        for summary in (before, after)
+    ]
+    left = "yes" if found.unexplained.present else "no"
+    cells = [name, "; ".join(effects) or "nothing", "; ".join(rivals) or "–", *figures, left]
+    return f"| {' | '.join(cells)} |"
+
+
+def details(name: str, found: Diagnosis) -> list[str]:
+    """What the residual followed first, k, and the next experiment."""
+    lines = [f"**{name}**: {sentence(found.signatures_before.reading)}"]
+    lines.append(f"k = {quantity(found.parameters['k'])}.")
+    if found.unexplained.present:
+        lines.append(f"Left: {sentence(found.unexplained.evidence)}")
+    lines += [
+        f"Next experiment: {sentence(e.experiment.sentence)}" for e in found.effects if e.experiment
+    ]
+    return lines
+
+
+def main() -> None:
+    """Diagnose every case."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("cases", nargs="+", type=Path)
+    parser.add_argument("--out", type=Path)
+    parser.add_argument("--jobs", type=int)
+    options = parser.parse_args()
+    rows, paragraphs = [], []
+    print(HEADER)
+    for folder in options.cases:
+        found = case(folder, options.jobs)
+        rows.append(row(folder.name, found))
+        print(rows[-1], flush=True)
+        paragraphs.append(" ".join(details(folder.name, found)))
+    if options.out:
+        table = "\n".join([HEADER, *rows])
+        text = f"{table}\n\n" + "\n\n".join(paragraphs)
+        options.out.write_text(f"{text}\n", encoding="utf-8", newline="\n")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,211 @@
+"""From the declared model to the one found, on the measured recordings: writes a page with its figures.
+
+    python examples/walk_through.py [DATA] --out docs/measured.md
+
+DATA holds the recordings (`brushgrip fetch`); default: BRUSHGRIP_DATA, else ../shared/measured. The text
+of the page is walk_through.in.md beside this script; every number and picture in it is made here. Some
+minutes on two cores.
+"""
+
+import argparse
+import os
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from brushgrip.pictures import draw_loops, draw_residuals, draw_signatures
+from brushgrip.wording import listed, percent, plain, quantity, sentence
+from identification import Diagnosis, Recording, Values, diagnose, read_recording
+from identification.fits.fitting import Fit, fit, torque_range
+from identification.selecting.scoring import rmse_of
+from identification.selecting.trials import RANKING, freeze, model_of, thinned
+from symbolic import EFFECTS
+
+TRAINING = ("fem1", "fem4_ident", "piros2_ident", "piros4")
+FACTORS = np.linspace(0.84, 1.16, 17)
+"""Factors on the declared half-length that are tried on each recording [1]."""
+TEMPLATE = Path(__file__).with_name("walk_through.in.md")
+
+
+def errors_table(found: Diagnosis) -> str:
+    """Errors of the three stages."""
+    places = [("training", "torque_rmse", "torque_nrmse")]
+    if found.holdout:
+        places.append(("held out", "holdout_torque_rmse", "holdout_torque_nrmse"))
+    heads = [f"{name} [N m] | of range" for name, _, _ in places]
+    keys = [key for _, *pair in places for key in pair]
+    if found.after.left_out:
+        heads.append("left out in turn, of range")
+        keys.append("left_out_torque_nrmse")
+    lines = [f"| model | {' | '.join(heads)} |", "|---|" + "---:|" * len(keys)]
+    for name, errors in (
+        ("declared", found.declared),
+        ("before: k and μ fitted", found.before),
+        ("after: with the effects found", found.after),
+    ):
+        summary = errors.summary()
+        cells = [percent(summary[k]) if "nrmse" in k else _torque(summary[k]) for k in keys]
+        lines.append(f"| {name} | {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def _torque(value: float | None) -> str:
+    return "–" if value is None else f"{value:.3f}"
+
+
+def effects_table(found: Diagnosis) -> str:
+    """Effects in order, with parameters and what they cannot be told from."""
+    lines = [
+        "| effect | parameters | judged error then | ΔBIC | cannot be told from |",
+        "|---|---|---:|---:|---|",
+    ]
+    for effect in found.effects:
+        values = "; ".join(f"{n} = {quantity(e)}" for n, e in effect.parameters.items())
+        rivals = listed([plain(name) for name in effect.indistinguishable_from], "or") or "–"
+        lines.append(
+            f"| {plain(effect.name)} | {values} | {percent(effect.holdout_nrmse_after)}"
+            f" | {effect.delta_bic:+.0f} | {rivals} |".replace("-", "−")
+        )
+    return "\n".join(lines)
+
+
+def recordings_table(found: Diagnosis) -> str:
+    """Every recording left out in turn, before and after."""
+    lines = ["| recording | before | after |", "|---|---:|---:|"]
+    before, after = found.before.left_out, found.after.left_out
+    lines += [f"| {name} | {percent(before[name])} | {percent(after[name])} |" for name in before]
+    return "\n".join(lines)
+
+
+def lengths_table(found: Diagnosis, recordings: Sequence[Recording]) -> tuple[str, str]:
+    """Declared half-length and the one at which each recording fits best, and the power of the load.
+
+    All shared parameters stay as they are, mu is fitted anew for every half-length.
+    """
+    model = model_of([effect.name for effect in found.effects], RANKING)
+    start = Values(shared=found.values.shared, own=found.values.own)
+    thin = [thinned(recording) for recording in recordings]
+    fitted = fit(model, thin, start, tolerance=1e-4)
+    lines = [
+        "| recording | load [N] | a declared [mm] | a that fits best [mm] | error, declared a | best a |"
+    ]
+    lines.append("|---|---:|---:|---:|---:|---:|")
+    loads, best = [], []
+    for recording in sorted(thin, key=lambda r: float(np.median(r.F_N))):
+        errors = [_error_at(fitted, recording, factor) for factor in FACTORS]
+        at, least = _vertex(np.array(errors))
+        load = float(np.median(recording.F_N))
+        loads.append(load)
+        best.append(at * recording.rig.a)
+        as_declared = errors[int(np.argmin(np.abs(FACTORS - 1)))]
+        lines.append(
+            f"| {recording.name} | {load:.0f} | {1000 * recording.rig.a:.0f} | {1000 * best[-1]:.1f}"
+            f" | {percent(as_declared)} | {percent(least)} |"
+        )
+    power = float(np.polyfit(np.log(loads), np.log(best), 1)[0])
+    return "\n".join(lines), f"{power:.2f}"
+
+
+def _error_at(fitted: Fit, recording: Recording, factor: float) -> float:
+    moved = replace(recording, rig=replace(recording.rig, a=recording.rig.a * factor))
+    frozen = freeze(fitted, [moved], 1e-4)
+    return rmse_of(frozen.residuals[recording.name]) / torque_range(recording)
+
+
+def _vertex(errors: np.ndarray) -> tuple[float, float]:
+    """The factor of the least error, by the parabola through its neighbours, and that error."""
+    i = int(np.clip(np.argmin(errors), 1, errors.size - 2))
+    curve = np.polyfit(FACTORS[i - 1 : i + 2] - FACTORS[i], errors[i - 1 : i + 2], 2)
+    shift = float(np.clip(-curve[1] / (2 * curve[0]), -0.02, 0.02))
+    return float(FACTORS[i]) + shift, float(np.polyval(curve, shift))
+
+
+def figures(
+    split: Diagnosis, seconds: float, whole: Diagnosis, recordings: Sequence[Recording]
+) -> Mapping[str, str]:
+    """Everything that the template asks for."""
+    lengths, power = lengths_table(whole, recordings)
+    held = [errors.summary()["holdout_torque_nrmse"] or np.nan for errors in (split.before, split.after)]
+    left = [
+        errors.summary()["left_out_torque_nrmse"] or np.nan for errors in (whole.before, whole.after)
+    ]
+    return {
+        "split_errors": errors_table(split),
+        "split_effects": effects_table(split),
+        "split_seconds": f"{seconds:.0f}",
+        "split_before": percent(held[0]),
+        "split_after": percent(held[1]),
+        "split_ratio": f"{held[1] / held[0]:.2f}",
+        "split_k": quantity(split.parameters["k"]),
+        "whole_errors": errors_table(whole),
+        "whole_effects": effects_table(whole),
+        "whole_recordings": recordings_table(whole),
+        "whole_before": percent(left[0]),
+        "whole_after": percent(left[1]),
+        "whole_ratio": f"{left[1] / left[0]:.2f}",
+        "whole_names": listed([plain(e.name) for e in whole.effects]),
+        "reading_before": sentence(split.signatures_before.reading),
+        "reading_after": sentence(split.signatures_after.reading),
+        "evidence": sentence(split.unexplained.evidence.split(". ")[0]),
+        "experiments": "\n".join(
+            f"- {sentence(e.experiment.sentence)}" for e in split.effects if e.experiment
+        ),
+        "notes": "\n".join(f"- {note}" for note in (*split.notes, *whole.notes)) or "- none",
+        "lengths": lengths,
+        "power": power,
+        "count": str(len(EFFECTS)),
+    }
+
+
+def draw(folder: Path, split: Diagnosis) -> None:
+    """The pictures beside the page."""
+    folder.mkdir(parents=True, exist_ok=True)
+    draw_signatures(folder / "signatures.png", split.signatures_before, split.signatures_after)
+    draw_loops(folder / "loops.png", split)
+    draw_residuals(folder / "residuals.png", split)
+
+
+def _said(began: float) -> Callable[[str, int, int], None]:
+    def report(message: str, done: int, total: int) -> None:
+        if done == 0:
+            print(f"{time.perf_counter() - began:6.0f} s  {message} ({total})", file=sys.stderr)
+
+    return report
+
+
+def main() -> None:
+    """Diagnose twice and write the page."""
+    default = os.environ.get("BRUSHGRIP_DATA", "../shared/measured")
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("data", nargs="?", type=Path, default=Path(default))
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--jobs", type=int)
+    options = parser.parse_args()
+    recordings = [read_recording(path) for path in sorted(options.data.glob("*.mat"))]
+    if not recordings:
+        sys.exit(f"no recordings in {options.data}; `brushgrip fetch` downloads them")
+    training = [r for r in recordings if r.name in TRAINING]
+    holdout = [r for r in recordings if r.name not in TRAINING]
+    began = time.perf_counter()
+    split = diagnose(training, holdout, jobs=options.jobs, progress=_said(began))
+    seconds = time.perf_counter() - began
+    whole = diagnose(recordings, jobs=options.jobs, progress=_said(began))
+    draw(options.out.with_suffix(""), split)
+    page = TEMPLATE.read_text("utf-8").format_map(figures(split, seconds, whole, recordings))
+    options.out.write_text(page, encoding="utf-8", newline="\n")
+    print(f"{options.out}: held out {figures_line(split, whole)}")
+
+
+def figures_line(split: Diagnosis, whole: Diagnosis) -> str:
+    """The two results in one line."""
+    held = [percent(e.summary()["holdout_torque_nrmse"]) for e in (split.before, split.after)]
+    left = [percent(e.summary()["left_out_torque_nrmse"]) for e in (whole.before, whole.after)]
+    return f"{held[0]} -> {held[1]}, left out in turn {left[0]} -> {left[1]}"
+
+
+if __name__ == "__main__":
+    main()
