@@ -8,6 +8,8 @@ from contextlib import contextmanager
 from multiprocessing import get_context
 from typing import Any
 
+THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
+"""What the libraries of linear algebra read once, when they are loaded."""
 Submit = Callable[..., Future[Any]]
 """Takes a function and its arguments, returns the future of what it makes."""
 
@@ -26,10 +28,26 @@ def workers(jobs: int | None) -> Iterator[Submit]:
         yield _at_once
         return
     pool = ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=_deaf)
+    with _one_thread_each():
+        try:
+            yield pool.submit
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Processes started within do their linear algebra in one thread: there is one for every core."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
     try:
-        yield pool.submit
+        yield
     finally:
-        pool.shutdown(cancel_futures=True)
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
 
 
 def _deaf() -> None:

@@ -1,0 +1,72 @@
+"""How the time of one trial of the search grows with recordings, samples, effects and bristles.
+
+    python benchmarks/diagnosis_scaling.py
+
+Recordings of the reference rig, models compiled before. Prints each time as a multiple of the same
+reference trial, all in one run: four recordings of 14 s thinned to 50 Hz, one effect, 80 bristles. A
+search fits 16 such trials in its first step, fewer in each further one.
+"""
+
+import os
+import sys
+import time
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+
+# Threads of the linear algebra would count as work while they wait.
+os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from identification import Recording, first_values
+from identification.fits.fitting import fit
+from identification.selecting.trials import RANKING, Precision, model_of, thinned
+from tests.identification.made import as_read
+from tests.rig.campaign import campaign
+
+EFFECTS = (
+    "contact_damping",
+    "rate_friction",
+    "carcass_torsion",
+    "viscoelastic_relaxation",
+    "patch_width",
+)
+REPEATS = 3
+
+
+def seconds(effects: Sequence[str], recordings: Sequence[Recording], precision: Precision) -> float:
+    """Least processor time of one simulation of everything with its derivatives [s]."""
+    model = model_of(effects, precision)
+    start = first_values(model, recordings)
+    fit(model, recordings[:1], start, tolerance=1e9)
+    best = float("inf")
+    for _ in range(REPEATS):
+        began = time.process_time()
+        fit(model, recordings, start, tolerance=1e9)
+        best = min(best, time.process_time() - began)
+    return best
+
+
+def main() -> None:
+    """Print the ratios."""
+    made = campaign("contact_damping", 1, recordings=8)
+    whole = [as_read(recording, made.nominal) for recording in made.recordings]
+    thin = [thinned(recording) for recording in whole]
+    base = seconds(EFFECTS[:1], thin[:4], RANKING)
+    print(f"reference trial: {1000 * base:.0f} ms of processor time for one step of its fit\n")
+    for count in (1, 2, 4, 8):
+        print(f"recordings {count}: {seconds(EFFECTS[:1], thin[:count], RANKING) / base:6.2f}")
+    for label, recordings in (("50 Hz", thin), ("100 Hz", whole)):
+        print(f"samples at {label}: {seconds(EFFECTS[:1], recordings[:4], RANKING) / base:6.2f}")
+    for bristles in (40, 80, 160):
+        finer = replace(RANKING, bristles=bristles)
+        print(f"bristles {bristles}: {seconds(EFFECTS[:1], thin[:4], finer) / base:6.2f}")
+    exact = replace(RANKING, discretised=False)
+    print(f"exact patch in place of bristles: {seconds((), thin[:4], exact) / base:.2f}")
+    for count in range(len(EFFECTS) + 1):
+        ratio = seconds(EFFECTS[:count], thin[:4], RANKING) / base
+        print(f"effects {count} ({', '.join(EFFECTS[:count]) or 'none'}): {ratio:6.2f}")
+
+
+if __name__ == "__main__":
+    main()
