@@ -18,6 +18,9 @@ from identification.selecting.trials import Trial
 from identification.stages import declared_residuals, errors_of, trial_residuals
 from symbolic.description import parameter_name
 
+AT_BOUND = 1e-3
+"""A parameter is at a bound within this share of its scale [1]."""
+
 
 def verdict(
     steps: Sequence[Step],
@@ -171,6 +174,24 @@ def _notes(before: Errors, after: Errors, fitted: Fit) -> tuple[str, ...]:
         for name in before.left_out
         if after.left_out[name] > before.left_out[name]
     ]
+    notes += _at_their_bounds(fitted)
     if not fitted.converged:
         notes.append(f"the final fit stopped early ({fitted.status}); more samples or bounds may help")
     return tuple(notes)
+
+
+def _at_their_bounds(fitted: Fit) -> list[str]:
+    """Effects whose parameter ends where its range does; such an effect may stand in for another."""
+    notes = []
+    for effect, parameter in fitted.model.parameters:
+        value = fitted.values.shared.get(parameter_name(effect, parameter))
+        if effect is None or value is None:
+            continue
+        ends = [end for end in (parameter.lower, parameter.upper) if end != parameter.neutral]
+        near = [end for end in ends if abs(value - end) <= AT_BOUND * parameter.scale]
+        notes += [
+            f"{effect.name}: {parameter.name} is at the end of its range, {end:g} {parameter.unit};"
+            " the effect may stand in for one that is not in the library"
+            for end in near
+        ]
+    return notes

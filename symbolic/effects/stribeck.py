@@ -15,12 +15,15 @@ from symbolic.effects.base import Effect, Expression, Parameter, Values, with_li
 
 @dataclass(frozen=True, kw_only=True)
 class Stribeck(Effect):
-    """Limit times 1 + (ratio - 1) exp(-v / v_s), v the local sliding speed."""
+    """Limit times 1 + (ratio - 1) exp(-v / v_s), v the local sliding speed.
+
+    The ratio is one or more: friction that rises with speed is what `rate_friction` is for.
+    """
 
     name: str = "stribeck"
-    summary: str = "static friction differs from kinetic"
+    summary: str = "static friction is above kinetic"
     parameters: tuple[Parameter, ...] = (
-        Parameter(name="ratio", unit="1", neutral=1.0, start=1.1, lower=0.3, upper=3.0, scale=0.2),
+        Parameter(name="ratio", unit="1", neutral=1.0, start=1.1, lower=1.0, upper=3.0, scale=0.2),
         Parameter(
             name="v_s", unit="m/s", neutral=None, start=0.003, lower=0.0002, upper=0.03, scale=0.003
         ),
