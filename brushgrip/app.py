@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import typer
 
+from brushgrip.commands.codegen import codegen
 from brushgrip.commands.demo import demo
 from brushgrip.commands.diagnose import diagnose
 from brushgrip.commands.estimate import estimate
@@ -26,7 +27,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (demo, fetch, simulate, identify, diagnose, estimate):
+for command in (demo, fetch, simulate, identify, diagnose, estimate, codegen):
     app.command()(command)
 
 

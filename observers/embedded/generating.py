@@ -1,8 +1,8 @@
 """An observer written out as C99 for an embedded target.
 
-What is computed is written by casadi from the very Functions that run in Python (`observers.embedded.
-rewriting` puts them into the target's type); what is around it, five functions on a state of fixed size,
-stands in `templates`. The interface does not depend on what is inside.
+What is computed is written by casadi from the very Functions that run in Python (see
+`observers.embedded.source`); what is around it, five functions on a state of fixed size, stands in
+`templates`. The interface does not depend on what is inside.
 """
 
 import hashlib
@@ -16,12 +16,13 @@ from string import Template
 
 import casadi as ca
 
+from observers.ekf import Ekf, build_step
 from observers.embedded.parameters import parameters_text
 from observers.embedded.reals import SINGLE, Real
-from observers.embedded.rewriting import embedded_source, in_type
+from observers.embedded.source import embedded_source
 from observers.embedded.start import build_start
+from observers.embedded.typed import in_type
 from observers.embedded.vector import vector_text
-from observers.ekf import Ekf, build_step
 from observers.mhe import Mhe
 from observers.protocol import LONGEST_STEP, Status
 from observers.rate import MEMORY
@@ -157,8 +158,10 @@ def _terms(observer: Ekf | Mhe, real: Real, name: str, torque: str) -> dict[str,
         "M": "sample->M" if torque == "M" else f"({real.c_type})NAN",
         "described": described(observer, real),
         "brushgrip": release(),
-        "casadi": ca.__version__,
-        "flags": "\n".join(f"    {name.upper()}_{_flag(n)} = {n}, /* {r} */" for n, r in REMEDIES.items()),
+        "casadi": ca.CasadiMeta.version(),
+        "flags": "\n".join(
+            f"    {name.upper()}_{_flag(n)} = {n}, /* {r} */" for n, r in REMEDIES.items()
+        ),
         "constants_count": str(len(constants)),
         "constants": "\n".join(
             f"    {real.literal(value)}, /* {what} */"
@@ -201,9 +204,7 @@ def _constants_said(observer: Ekf | Mhe) -> list[str]:
     """What each of the constants is, in their order."""
     coordinates = observer.model.coordinates
     units = list(units_of(observer.model).values())
-    named = [
-        c if c in units_of(observer.model) else f"{c}, as the model counts it" for c in coordinates
-    ]
+    named = [c if c in units_of(observer.model) else f"{c}, as the model counts it" for c in coordinates]
     parameters = [f"{what} [{unit}]" for what, unit in zip(named, units, strict=True)]
     rig = [f"{what} [{unit}]" for what, unit in zip(RIG, ("m", "m", "kg m^2", "N m s/rad"), strict=True)]
     return [*parameters, *rig, *(f"belief: {what}" for what in BELIEFS)]

@@ -31,17 +31,20 @@ def build_start(observer: ModelObserver) -> ca.Function:
     What depends on neither stands in it as numbers; sample and constants are those of
     `ModelObserver.function`.
     """
-    sample, constants = ca.MX.sym("sample", len(SAMPLE)), ca.MX.sym("constants", constants_size(observer.model))
+    sample, constants = (
+        ca.MX.sym("sample", len(SAMPLE)),
+        ca.MX.sym("constants", constants_size(observer.model)),
+    )
     theta, rig, _ = split_constants(observer.model, constants)
     given = dict(zip(SAMPLE, ca.vertsplit(sample), strict=True))
     rate = ca.if_else(is_known(given["psi_dot"]), given["psi_dot"], 0)
-    first = _First(psi=given["psi"], psi_dot=rate, F_N=given["F_N"], dt=given["dt"])
+    first: Any = _First(psi=given["psi"], psi_dot=rate, F_N=given["F_N"], dt=given["dt"])
     prior = observer.sensing.prior(observer.tuning, first, full_slide_torque(first.F_N, rig[0]))
     mean, std = (ca.vertcat(*(prior[name][i] for name in observer.states)) for i in range(2))
     signals = [getattr(first, name) for name in SIGNALS]
     held_at = ca.DM([observer.tuning.mu, 1.0])[: 1 + ("stiffness" in observer.states)]
     last = _column(CLEAN, first)
-    parts = {
+    parts: dict[str, Expression] = {
         "memory": observer.model.start.call([ca.vertcat(*signals), theta, rig[:2]], True, False)[0],
         "held_at": held_at,
         "x": mean,
@@ -63,12 +66,12 @@ def build_start(observer: ModelObserver) -> ca.Function:
     return ca.Function("start", [sample, constants], [state], ["sample", "constants"], ["state"])
 
 
-def _column(names: tuple[str, ...], first: _First) -> ca.MX:
+def _column(names: tuple[str, ...], first: _First) -> Expression:
     """The angle and the load by name, 0 for everything else."""
     return ca.vertcat(*(getattr(first, n) if n in ("psi", "F_N") else 0 for n in names))
 
 
-def _filled(layout: Layout, parts: dict[str, ca.MX]) -> ca.MX:
+def _filled(layout: Layout, parts: dict[str, Expression]) -> Expression:
     """All parts; one column stands for every one, nothing for zeros."""
     whole = {}
     for name, rows, columns in layout.fields:

@@ -12,12 +12,24 @@ from observers.settings import ModelObserver
 from symbolic import simulate
 
 Array = NDArray[np.float64]
-COLUMNS = ("psi", "psi_dot", "M_z", "M", "F_N", "dt", "mu", "mu_std", "M_z_predicted", "informed", "status")
+COLUMNS = (
+    "psi",
+    "psi_dot",
+    "M_z",
+    "M",
+    "F_N",
+    "dt",
+    "mu",
+    "mu_std",
+    "M_z_predicted",
+    "informed",
+    "status",
+)
 """Columns of `made_vector`: a sample, then what is expected after it."""
 COUNT, STEP, SEED = 400, 0.01, 20
-SAID = """Made from the model itself at mu = {mu:g}: a hand's path with reversals inside reversals, a load that
-swings by a tenth, torque noise of 0.4 % of range (seed {seed}); sensors fail as they may, and the first two
-samples have no angle. Expected is what observers.Loop says in Python, in double precision."""
+SAID = """Made from the model itself at mu = {mu:g}: a hand's path with reversals inside reversals, a
+load that swings by a tenth, torque noise of 0.4 % of range (seed {seed}). Sensors fail as they may, and
+the first two samples have no angle. What is expected is what observers.Loop says in Python, in double."""
 
 
 def made_vector(observer: ModelObserver, real: Real) -> Array:
@@ -41,7 +53,9 @@ def made_samples(observer: ModelObserver) -> Array:
     F_N = 2 * observer.values["k"] * rig.a**3 * (1 + 0.1 * np.sin(2 * np.pi * 0.9 * t))
     rate = np.gradient(psi, STEP)
     dt = np.full(COUNT, STEP)
-    theta = np.asarray(observer.model.theta({**observer.values, "mu": vector_friction(observer)})).ravel()
+    theta = np.asarray(
+        observer.model.theta({**observer.values, "mu": vector_friction(observer)})
+    ).ravel()
     M_z = simulate(observer.model, np.vstack([psi, rate, F_N, dt]), theta, np.array([rig.a, rig.e])).M_z
     M = -M_z
     if observer.sensing.turns:

@@ -1,0 +1,74 @@
+"""`brushgrip codegen`."""
+
+from enum import StrEnum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from brushgrip.atomic import staged_directory
+from brushgrip.commands.options import ModelFile, OutFolder
+from brushgrip.console import say
+from observers import AligningTorque, Ekf, Mhe, Sensing, SteeringTorque, from_files
+from observers.embedded import DOUBLE, SINGLE, generate
+
+
+class Kind(StrEnum):
+    """Observers that can be written out."""
+
+    EKF = "ekf"
+    MHE = "mhe"
+
+
+class Type(StrEnum):
+    """Types of number by their name in C."""
+
+    FLOAT = "float"
+    DOUBLE = "double"
+
+
+class Target(StrEnum):
+    """What is written."""
+
+    C = "c"
+
+
+class Torque(StrEnum):
+    """Which torque the target measures, by its name in recordings."""
+
+    GROUND = "M_z"
+    HAND = "M"
+
+
+KINDS = {Kind.EKF: Ekf, Kind.MHE: Mhe}
+TYPES = {Type.FLOAT: SINGLE, Type.DOUBLE: DOUBLE}
+SENSINGS: dict[Torque, Sensing] = {Torque.GROUND: AligningTorque(), Torque.HAND: SteeringTorque()}
+
+
+def codegen(
+    rig: Annotated[
+        Path, typer.Option("--rig", metavar="R", help="Rig file (TOML).", show_default=False)
+    ],
+    observer: Annotated[Kind, typer.Option("--observer", help="Observer to write.", show_default=False)],
+    out: OutFolder,
+    model: ModelFile = None,
+    real: Annotated[Type, typer.Option("--real", help="Type of every number.")] = Type.FLOAT,
+    target: Annotated[Target, typer.Option("--target", help="What to write.")] = Target.C,
+    torque: Annotated[
+        Torque, typer.Option("--torque", help="Torque measured: aligning, or steering.")
+    ] = Torque.GROUND,
+    name: Annotated[
+        str, typer.Option("--name", metavar="NAME", help="Begins every name in C.")
+    ] = "brushgrip",
+) -> None:
+    """Write an observer as C99 for an embedded target: no heap, one type of number, any number at once.
+
+    NAME.h and NAME.c are all that the target needs. main.c is an example that reads a recording; check.c
+    holds a build against NAME_vector.csv, what Python made of 400 samples; NAME.json says what
+    parameters it was made with.
+    """
+    del target
+    made = from_files(KINDS[observer], rig, model, sensing=SENSINGS[torque])
+    with staged_directory(out) as stage:
+        files = generate(made, stage, TYPES[real], name=name)
+    say(f"wrote {', '.join(path.name for path in files)} to {out}")

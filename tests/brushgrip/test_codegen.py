@@ -1,0 +1,90 @@
+import json
+import shutil
+import subprocess
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from symbolic.compiled import compiler
+
+Run = Callable[..., Any]
+NEEDS_COMPILER = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
+FILES = ["CMakeLists.txt", "grip.c", "grip.h", "grip.json", "grip_vector.csv", "check.c", "main.c"]
+
+
+def codegen(run: Run, rig: Path, out: Path, *options: object) -> Any:
+    return run("codegen", "--rig", rig, "--observer", "ekf", "--out", out, "--name", "grip", *options)
+
+
+def test_writes_all_that_a_target_needs(run: Run, rig: Path, tmp_path: Path) -> None:
+    outcome = codegen(run, rig, tmp_path / "c", "--real", "double", "--target", "c")
+    made = json.loads((tmp_path / "c" / "grip.json").read_text())
+
+    assert outcome.status == 0
+    assert sorted(path.name for path in (tmp_path / "c").iterdir()) == sorted(FILES)
+    assert made["parameters"]["k"] == {"value": 2.4e6, "unit": "N/m^2"}
+    assert made["real"] == "double"
+    assert made["version"] in (tmp_path / "c" / "grip.c").read_text()
+
+
+@NEEDS_COMPILER
+@pytest.mark.parametrize("torque", ["M_z", "M"])
+def test_builds_and_agrees_with_python(run: Run, tmp_path: Path, torque: str) -> None:
+    if (cmake := shutil.which("cmake")) is None:
+        pytest.skip("no cmake at hand")
+    rig = tmp_path / "rig.toml"
+    rig.write_text("[rig]\na = 0.045\ne = 0.009\nJ_A = 0.15\nb_t = 1.0\n\n[tyre]\nk = 2.4e6\n")
+    assert codegen(run, rig, tmp_path / "c", "--torque", torque).status == 0
+    for command in (["-S", "c", "-B", "b"], ["--build", "b"]):
+        subprocess.run([cmake, *command], cwd=tmp_path, check=True, capture_output=True)
+    checked = subprocess.run(
+        [tmp_path / "b" / "check", tmp_path / "c" / "grip_vector.csv"], capture_output=True, text=True
+    )
+
+    assert checked.returncode == 0, checked.stdout
+    assert "400 samples" in checked.stdout
+    wrong = (tmp_path / "c" / "grip_vector.csv").read_text().replace(",1.0", ",1.1")
+    (tmp_path / "wrong.csv").write_text(wrong)
+    assert subprocess.run([tmp_path / "b" / "check", tmp_path / "wrong.csv"]).returncode == 1
+
+
+@NEEDS_COMPILER
+def test_example_says_what_estimate_says(run: Run, repository_root: Path, tmp_path: Path) -> None:
+    folder = repository_root / "examples" / "recordings"
+    rig, recording = folder / "rig.toml", folder / "train_a.csv"
+    codegen(run, rig, tmp_path, "--real", "double")
+    run("estimate", "--rig", rig, "--observer", "ekf", recording, "--out", tmp_path / "mu.csv")
+    sources = [tmp_path / "grip.c", tmp_path / "main.c"]
+    command = [str(compiler()), "-O1", "-ffp-contract=off", *sources, "-o", tmp_path / "example", "-lm"]
+    subprocess.run(command, check=True)
+    shown = subprocess.run([tmp_path / "example", recording], capture_output=True, text=True, check=True)
+    (tmp_path / "shown.csv").write_text(shown.stdout)
+    ours, theirs = (
+        np.genfromtxt(tmp_path / f"{n}.csv", delimiter=",", names=True) for n in ("shown", "mu")
+    )
+
+    assert ours.dtype.names == theirs.dtype.names
+    for name in theirs.dtype.names:
+        np.testing.assert_allclose(ours[name], theirs[name], rtol=0, atol=1e-9, err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--name", "2wheels"], "name must be a name in C"),
+        (["--torque", "M"], "lacks J_A and b_t"),
+        (["--model", "none.json"], "none.json"),
+    ],
+)
+def test_faults_leave_one_line_and_no_files(
+    run: Run, rig: Path, tmp_path: Path, options: list[str], words: str
+) -> None:
+    outcome = codegen(run, rig, tmp_path / "c", *options)
+
+    assert outcome.status == 2
+    assert words in outcome.err
+    assert outcome.err.count("\n") == 1
+    assert not (tmp_path / "c").exists()

@@ -1,0 +1,170 @@
+"""Generated code stays sound whatever it is given, and keeps to itself."""
+
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from observers import AligningTorque, Ekf, Mhe, SteeringTorque
+from observers.embedded import DOUBLE, SINGLE
+from symbolic.compiled import compiler
+from tests.observers.embedded.building import DECLARED, FOUND, NO_COMPILER, STRICT, observer_of
+from tests.observers.embedded.conftest import Build
+
+pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
+REFUSED, MISSING = 128, 1
+USUAL = [0.3, 1.0, 8.0, 400.0, 0.01]
+ALONE = (
+    "-O0", "-DALONE", "-fsanitize=address,undefined", "-fno-sanitize-recover=all",
+)  # fmt: skip
+CASES = [
+    pytest.param(Ekf, DECLARED, AligningTorque(), id="ekf-declared-aligning"),
+    pytest.param(Ekf, FOUND, SteeringTorque(), id="ekf-effects-steering"),
+    pytest.param(Mhe, DECLARED, SteeringTorque(), id="mhe-declared-steering"),
+    pytest.param(Mhe, FOUND, AligningTorque(), id="mhe-effects-aligning"),
+]
+each_case = pytest.mark.parametrize(("kind", "model", "sensing"), CASES)
+
+
+@each_case
+@pytest.mark.parametrize("real", [SINGLE, DOUBLE], ids=["float", "double"])
+def test_random_bytes_leave_an_estimate(
+    built: Build, kind: Any, model: Any, sensing: Any, real: Any
+) -> None:
+    code = built(observer_of(kind, model, sensing), real)
+    count = 20_000 if kind is Ekf else 3_000
+    unsound, refused = code.fuzz(count, 1, USUAL)
+
+    assert unsound == 0
+    # A third of the samples has random bytes in half of its fields, and few bytes are a time.
+    assert 0.02 * count < refused < 0.3 * count
+
+
+@each_case
+def test_two_do_not_disturb_each_other(built: Build, kind: Any, model: Any, sensing: Any) -> None:
+    code = built(observer_of(kind, model, sensing), SINGLE)
+    t = np.arange(120) / 100
+    psi = 0.2 * np.sin(5 * t)
+    rows = np.column_stack([psi, psi, -8 * np.sin(5 * t), 400 + 0 * t, 0.01 + 0 * t])
+    one, two = code.follow_two(rows)
+
+    np.testing.assert_array_equal(one, code.follow(rows))
+    np.testing.assert_array_equal(two, code.follow(rows[::-1]))
+    assert np.abs(one - two)[:, 0].max() > 1e-3
+
+
+def test_times_out_of_range_are_refused_and_change_nothing(built: Build) -> None:
+    code = built(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)
+    good = [0.01, 0.5, -1.0, 400.0, 0.01]
+    bad = [[*good[:4], dt] for dt in (0.0, -1.0, np.nan, np.inf, 4000.0)]
+    rows = np.array([good, [0.05, *good[1:]], *bad, [0.09, *good[1:]]])
+    said = code.follow(rows)
+
+    assert (said[2:7, 4] == REFUSED).all()
+    np.testing.assert_array_equal(said[2:7, :4], np.tile(said[1, :4], (5, 1)))
+    np.testing.assert_array_equal(said[7], code.follow(rows[[0, 1, 7]])[2])
+
+
+@pytest.mark.parametrize("nothing", [np.nan, np.inf, -np.inf, 1e20])
+@pytest.mark.parametrize("column", [0, 1, 2, 3])
+def test_what_a_sensor_does_not_give_is_flagged(built: Build, column: int, nothing: float) -> None:
+    code = built(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)
+    rows = np.tile([0.05, 0.0, -1.0, 400.0, 0.01], (4, 1))
+    rows[2, column] = nothing
+    said = code.follow(rows)
+
+    assert np.isfinite(said).all()
+    # The angle takes the torque with it; a missing rate is taken from the angle and needs no flag.
+    assert said[2, 4] == {0: 3, 1: 0, 2: 1, 3: 2}[column]
+    assert said[3, 4] == 0
+
+
+def test_before_the_first_usable_sample_the_prior_stands(built: Build) -> None:
+    code = built(observer_of(Ekf, DECLARED, AligningTorque(), mu=0.8, mu_std=0.3), SINGLE)
+    said = code.follow(
+        np.array([[np.nan, 0, 1, 400, 0.01], [0.1, 0, 1, -5, 0.01], [0.1, 0, 1, 400, 0.01]])
+    )
+
+    np.testing.assert_allclose(said[:2, :2], [[0.8, 0.3]] * 2, rtol=1e-6)
+    assert np.isnan(said[:2, 2]).all()
+    assert said[:, 4].tolist() == [MISSING, MISSING, 0]
+
+
+def test_core_needs_nothing_but_mathematics(built: Build) -> None:
+    if (nm := shutil.which("nm")) is None:
+        pytest.skip("no nm at hand to list symbols")
+    for kind in (Ekf, Mhe):
+        code = built(observer_of(kind, FOUND, AligningTorque()), SINGLE)
+        code.compile("-O1", "-c", sources=("brushgrip.c",), out="bare.o")
+        listed = subprocess.run(
+            [nm, "bare.o"], cwd=code.folder, capture_output=True, text=True, check=True
+        )
+        symbols = [line.split()[-2:] for line in listed.stdout.splitlines()]
+        asked = {name for mark, name in symbols if mark == "U"}
+        given = {name for mark, name in symbols if mark == "T"}
+
+        # The compiler may copy and clear by calls, as a freestanding target must offer too.
+        assert asked <= {
+            "expf",
+            "logf",
+            "log1pf",
+            "powf",
+            "sqrtf",
+            "fmaxf",
+            "fminf",
+            "memcpy",
+            "memset",
+            "memmove",
+        }
+        assert given == {
+            f"brushgrip_{name}" for name in ("init", "step", "estimate", "reset", "version")
+        }
+        assert not {mark for mark, _ in symbols} & set("DdBbC"), "data that can be written to"
+
+
+def test_sanitisers_find_nothing(built: Build, repository_root: Path) -> None:
+    for kind, model, sensing, count in (
+        (Ekf, DECLARED, AligningTorque(), 3000),
+        (Mhe, FOUND, SteeringTorque(), 200),
+    ):
+        code = built(observer_of(kind, model, sensing), SINGLE)
+        driver = str(Path(__file__).with_name("follow.c"))
+        try:
+            made = code.compile(*ALONE, sources=("brushgrip.c", driver), out="watched")
+        except subprocess.CalledProcessError:
+            pytest.skip("the compiler has no sanitisers")
+        fuzzed = subprocess.run([made, str(count), *map(str, USUAL)], capture_output=True, text=True)
+        assert fuzzed.returncode == 0, fuzzed.stdout + fuzzed.stderr
+        if not sensing.turns:
+            watched = code.compile(*ALONE, sources=("brushgrip.c", "main.c"), out="watched_example")
+            recording = repository_root / "examples" / "recordings" / "train_a.csv"
+            seen = subprocess.run([watched, recording], capture_output=True, text=True)
+            assert seen.returncode == 0, seen.stderr
+            assert seen.stderr == ""
+
+
+@pytest.mark.parametrize("real", [SINGLE, DOUBLE], ids=["float", "double"])
+@each_case
+def test_clang_has_nothing_to_say(built: Build, kind: Any, model: Any, sensing: Any, real: Any) -> None:
+    if (clang := shutil.which("clang")) is None:
+        pytest.skip("no clang at hand")
+    code = built(observer_of(kind, model, sensing), real)
+    code.compile(*STRICT, "-fsyntax-only", sources=("brushgrip.c",), out="none", command=clang)
+
+
+@pytest.mark.slow
+def test_cppcheck_finds_nothing(built: Build) -> None:
+    if (cppcheck := shutil.which("cppcheck")) is None:
+        pytest.skip("no cppcheck at hand")
+    code = built(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)
+    asked = ["--std=c99", "--enable=warning,performance,portability", "--error-exitcode=1", "--quiet"]
+    found = subprocess.run(
+        [cppcheck, *asked, "brushgrip.c", "main.c", "check.c"],
+        cwd=code.folder,
+        capture_output=True,
+        text=True,
+    )
+    assert found.returncode == 0, found.stderr
