@@ -9,15 +9,14 @@ import hashlib
 import importlib.metadata
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
-from importlib import resources
 from pathlib import Path
-from string import Template
 
 import casadi as ca
 
 from observers.ekf import Ekf, build_step
+from observers.embedded.filling import Body, filled
 from observers.embedded.parameters import parameters_text
+from observers.embedded.quick import is_quick, quick_body
 from observers.embedded.reals import SINGLE, Real
 from observers.embedded.source import embedded_source
 from observers.embedded.start import build_start
@@ -40,23 +39,6 @@ REMEDIES = {
     REFUSED: "dt out of range, or no finite estimate: the sample was left out",
 }
 KINDS = {"Ekf": "Extended Kalman filter", "Mhe": "Moving-horizon estimator"}
-
-
-@dataclass(frozen=True, kw_only=True)
-class Body:
-    """What a kind of code puts behind the common interface.
-
-    Attributes:
-        core: C that computes, in the type.
-        stepping: C of `begin` and `advance`, which the interface calls.
-        private: fields of the state, lines of C.
-        bytes: size of these fields.
-    """
-
-    core: str
-    stepping: str
-    private: str
-    bytes: int
 
 
 def generate(
@@ -95,21 +77,28 @@ def texts_of(observer: Ekf | Mhe, real: Real, name: str) -> dict[str, str]:
     """Every file's text by its name."""
     torque = "M" if observer.sensing.turns else "M_z"
     terms = _terms(observer, real, name, torque)
-    body = casadi_body(observer, real, terms)
-    terms |= {"private": body.private, "bytes": str(body.bytes + 7 * real.size + 8)}
-    code = in_type(_filled("observer.c", {**terms, "core": "@core@", "stepping": "@stepping@"}), real)
+    body = body_of(observer, real, terms)
+    terms |= {"types": body.types, "private": body.private, "bytes": str(body.bytes + 7 * real.size + 8)}
+    code = in_type(filled("observer.c", {**terms, "core": "@core@", "stepping": "@stepping@"}), real)
     version = terms["version"] = _version(observer, real, body.core + body.stepping + code)
     code = code.replace("@version@", version)
     code = code.replace("@core@", body.core).replace("@stepping@", body.stepping)
     return {
-        f"{name}.h": _filled("observer.h", terms),
+        f"{name}.h": filled("observer.h", terms),
         f"{name}.c": code,
-        "main.c": _filled("main.c", terms),
-        "check.c": _filled("check.c", terms),
-        "CMakeLists.txt": _filled("CMakeLists.txt", terms),
+        "main.c": filled("main.c", terms),
+        "check.c": filled("check.c", terms),
+        "CMakeLists.txt": filled("CMakeLists.txt", terms),
         f"{name}.json": parameters_text(observer, real, version),
         f"{name}_vector.csv": vector_text(observer, real, torque),
     }
+
+
+def body_of(observer: Ekf | Mhe, real: Real, terms: Mapping[str, str]) -> Body:
+    """The quick code where there is one for the observer."""
+    if isinstance(observer, Ekf) and is_quick(observer):
+        return quick_body(observer, real, terms)
+    return casadi_body(observer, real, terms)
 
 
 def casadi_body(observer: Ekf | Mhe, real: Real, terms: Mapping[str, str]) -> Body:
@@ -125,7 +114,7 @@ def casadi_body(observer: Ekf | Mhe, real: Real, terms: Mapping[str, str]) -> Bo
     )
     return Body(
         core=source.text,
-        stepping=in_type(_filled("stepping.c", {**terms, **sizes}), real),
+        stepping=in_type(filled("stepping.c", {**terms, **sizes}), real),
         private=private,
         bytes=(2 * state + max(source.w, 1)) * real.size + 4 * integers,
     )
@@ -214,8 +203,3 @@ def _version(observer: Ekf | Mhe, real: Real, code: str) -> str:
     digest = hashlib.sha256(code.encode()).hexdigest()[:12]
     kind = type(observer).__name__.lower()
     return f"brushgrip {release()} {kind} {real.c_type} {digest}"
-
-
-def _filled(template: str, terms: Mapping[str, str]) -> str:
-    text = resources.files("observers.embedded").joinpath("templates", template).read_text("utf-8")
-    return Template(text).substitute(terms)

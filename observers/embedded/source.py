@@ -24,6 +24,11 @@ HELPER = re.compile(r"^(?=(?:casadi_real|void|casadi_int|int) casadi_\w+\()", re
 TABLE = re.compile(r"^static const casadi_(?:int|real) (\w+)\[\d+\] = \s*\{[^}]*\};\n", re.M)
 ENTRY = re.compile(r"^(static int \w+)\(([^)\n]*)\) ?\{\n(.*?)^\}", re.M | re.S)
 _TRUTH = r"(?:[aw]\d+|\(\*c[rs]\+\+\)|\*c[rs]\+\+|c[rs]\[i\])"
+ASKED = (
+    (re.compile(r"(arg\[\d+\]) ?\? ?(\1\[\d+\]) : 0;"), r"\2;"),
+    (re.compile(r"if \((res\[\d+\])(?:!=0)?\) (\1\[\d+\])"), r"\2"),
+)
+"""Whether an input or output of scalars is given at all."""
 SCALARS = re.compile(r"^  casadi_real [^;\n]*\bw\d+[^;\n]*;$", re.M)
 PLAINER = (
     (VISIBILITY, ""),
@@ -67,13 +72,16 @@ class Source:
     w: int
 
 
-def embedded_source(functions: Sequence[ca.Function], real: Real, prefix: str) -> Source:
+def embedded_source(
+    functions: Sequence[ca.Function], real: Real, prefix: str, *, all_given: bool = False
+) -> Source:
     """C99 of Functions in one type.
 
     Args:
         functions: what is to be called, their names unique.
         real: the type of every number.
         prefix: begins the names of the helpers, which may collide where two files are joined.
+        all_given: every input and output is always given, so that nobody need ask.
 
     Raises:
         InvalidInputError: a constant is beyond the type.
@@ -89,7 +97,7 @@ def embedded_source(functions: Sequence[ca.Function], real: Real, prefix: str) -
     room = [[int(size) for size in _work(text, name)] for name in names]
     arg, res, iw, w = (max(sizes) for sizes in zip(*room, strict=True))
     text = EXPORTED.sub(lambda found: _hidden(found, names), text)
-    for pattern, instead in (*PLAINER, *TRUTHS):
+    for pattern, instead in (*PLAINER, *TRUTHS, *(ASKED if all_given else ())):
         text = pattern.sub(instead, text)
     text = ENTRY.sub(_plain_entry, HELPER.sub("static ", text))
     return Source(text=in_type(_used_tables(text), real), arg=arg, res=res, iw=iw, w=w)

@@ -25,11 +25,15 @@ class _First:
     dt: Expression
 
 
-def build_start(observer: ModelObserver) -> ca.Function:
+def build_start(observer: ModelObserver, layout: Layout | None = None) -> ca.Function:
     """(sample, constants) -> state: `observer.init` for any first sample with a known psi and F_N > 0 N.
 
     What depends on neither stands in it as numbers; sample and constants are those of
     `ModelObserver.function`.
+
+    Args:
+        observer: the observer.
+        layout: of another state, where the memory is not the model's and begins as zeros.
     """
     sample, constants = (
         ca.MX.sym("sample", len(SAMPLE)),
@@ -45,7 +49,6 @@ def build_start(observer: ModelObserver) -> ca.Function:
     held_at = ca.DM([observer.tuning.mu, 1.0])[: 1 + ("stiffness" in observer.states)]
     last = _column(CLEAN, first)
     parts: dict[str, Expression] = {
-        "memory": observer.model.start.call([ca.vertcat(*signals), theta, rig[:2]], True, False)[0],
         "held_at": held_at,
         "x": mean,
         "factor": ca.diag(std**2),
@@ -62,7 +65,9 @@ def build_start(observer: ModelObserver) -> ca.Function:
             "mean": mean,
             "P_newest": ca.diag(std**2),
         }
-    state = _filled(observer.layout, parts)
+    if layout is None:
+        parts["memory"] = observer.model.start(ca.vertcat(*signals), theta, rig[:2])
+    state = _filled(layout or observer.layout, parts)
     return ca.Function("start", [sample, constants], [state], ["sample", "constants"], ["state"])
 
 

@@ -29,7 +29,7 @@ COLUMNS = (
 COUNT, STEP, SEED = 400, 0.01, 20
 SAID = """Made from the model itself at mu = {mu:g}: a hand's path with reversals inside reversals, a
 load that swings by a tenth, torque noise of 0.4 % of range (seed {seed}). Sensors fail as they may, and
-the first two samples have no angle. What is expected is what observers.Loop says in Python, in double."""
+the first two samples have no angle. Expected is what observers.Loop says in Python, in double."""
 
 
 def made_vector(observer: ModelObserver, real: Real) -> Array:

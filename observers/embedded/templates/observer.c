@@ -7,11 +7,6 @@
 $core
 /* What turns them into an observer. ------------------------------------------------------------------ */
 
-/* Parameters, rig and beliefs; $name.json has them by name and unit. */
-static const $real constants[$constants_count] = {
-$constants
-};
-
 /* No sensor means a number this large, in SI units. */
 static int is_known($real value) { return fabs(value) < $sensible; }
 

@@ -46,7 +46,7 @@ typedef struct {
     int32_t status;      /* flags as above */
 } ${name}_estimate_t;
 
-/* One observer, $bytes bytes; all of it is the observer's own. */
+$types/* One observer, $bytes bytes; all of it is the observer's own. */
 typedef struct {
     $real said[4];
     $real psi, age, rate;

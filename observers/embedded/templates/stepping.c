@@ -1,3 +1,8 @@
+/* Parameters, rig and beliefs; $name.json has them by name and unit. */
+static const $real constants[$constants_count] = {
+$constants
+};
+
 /* The state before the first sample. */
 static void begin(${name}_state_t *state, const $real *sample) {
     const $real *arg[$arg] = {sample, constants};

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from identification import read_recording
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque, run
 from observers.embedded import DOUBLE, SINGLE
+from observers.embedded.quick import is_quick
 from symbolic import Tyre
 from symbolic.compiled import compiler
 from tests.observers.conftest import RIG, K
@@ -59,13 +60,19 @@ def rows(sensing: Any, recording: RigRecording, steered: SteeringRecording) -> A
 @pytest.mark.parametrize("sensing", SENSINGS)
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("kind", KINDS)
-def test_double_is_bit_identical(built: Build, kind: Any, model: Any, sensing: Any, rows: Array) -> None:
+def test_double_is_the_same(built: Build, kind: Any, model: Any, sensing: Any, rows: Array) -> None:
     observer = observer_of(kind, model, sensing)
     part = rows[: PART[kind]]
     expected = said_by(Interpreted(observer), part, sensing.turns)
     said = built(observer, DOUBLE).follow(part)
 
-    np.testing.assert_array_equal(said, expected)
+    if is_quick(observer):
+        # Not the same operations: the patch is another one.
+        np.testing.assert_allclose(said[:, :2], expected[:, :2], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(said[:, 2], expected[:, 2], rtol=0, atol=1e-10)
+        np.testing.assert_array_equal(said[:, 3:], expected[:, 3:])
+    else:
+        np.testing.assert_array_equal(said, expected)
     assert np.ptp(said[:, 0]) > 0.005, "the comparison saw no correction"
 
 

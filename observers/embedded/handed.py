@@ -1,0 +1,45 @@
+"""A model whose torque is handed in: what an observer needs of a patch that is computed elsewhere."""
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from symbolic import SIGNALS
+from symbolic.model import DECLARED
+
+
+@dataclass(frozen=True)
+class HandedTorque:
+    """Stands for the declared model in an observer's step; its memory is a torque with its slopes.
+
+    The memory holds M_z [N m] at mu and k, its derivatives by both, and that mu [1] and k [N/m^2].
+    """
+
+    memory_size: int = 5
+
+    @property
+    def parameters(self) -> tuple[tuple[None, object], ...]:
+        """Those of the declared model."""
+        return tuple((None, parameter) for parameter in DECLARED)
+
+    @property
+    def advance(self) -> ca.Function:
+        """Nothing moves in here: (memory, signals, theta, geometry) -> (memory_next, seen)."""
+        memory, signals, *_ = inputs = self._symbols()
+        return ca.Function("advance", inputs, [memory, signals])
+
+    @property
+    def torque(self) -> ca.Function:
+        """The torque, linear about where it was taken: (memory, seen, theta, geometry) -> M_z."""
+        memory, _, theta, _ = inputs = self._symbols()
+        M_z, by_mu, by_k, mu, k = ca.vertsplit(memory)
+        return ca.Function("torque", inputs, [M_z + by_mu * (theta[0] - mu) + by_k * (theta[1] - k)])
+
+    def remembers(self, coordinate: str) -> bool:
+        """False: the exact patch remembers angles and loads, no parameter."""
+        del coordinate
+        return False
+
+    def _symbols(self) -> list[ca.MX]:
+        sizes = (self.memory_size, len(SIGNALS), len(self.parameters), 2)
+        return [ca.MX.sym(f"in{i}", size) for i, size in enumerate(sizes)]

@@ -1,0 +1,157 @@
+"""The filter on the declared model, small and quick.
+
+casadi moves whole vectors: every corner that the patch could have is sorted and weighed in every step,
+and most of the time there are three. Here the patch is written by hand, `templates/patch.c`; the moment
+of a corner with its derivative, and the filter itself, are still casadi's, with the parameters put in as
+numbers and all of it expanded to scalars. The filter is that of `observers.ekf`, on a model whose torque
+is handed to it.
+"""
+
+from collections.abc import Mapping
+from typing import Any
+
+import casadi as ca
+
+from observers.ekf import Ekf, build_step, layout
+from observers.embedded.filling import Body, filled
+from observers.embedded.handed import HandedTorque
+from observers.embedded.reals import Real
+from observers.embedded.source import embedded_source
+from observers.embedded.start import build_start
+from observers.embedded.typed import in_type
+from observers.settings import ModelObserver
+from symbolic import full_slide_level, unit_moment
+
+DEPTH = 16
+"""Corners of the patch, 33 zones; where a path nests deeper, the one that is felt least is given up."""
+TYPES = """\
+/* The contact patch, see the code. */
+typedef struct {{
+    {real} xi[{depth}], r[{depth}], d[{depth}], angle, rest;
+    int32_t corners, moved;
+    int8_t clipped[{depth}];
+}} {name}_patch_t;
+
+"""
+
+
+def is_quick(observer: ModelObserver) -> bool:
+    """True for what can be written this way: a filter that linearises once, on the declared model."""
+    return isinstance(observer, Ekf) and observer.iterations == 1 and _is_declared(observer)
+
+
+def quick_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> Body:
+    """The code of a filter for which `is_quick` holds."""
+    parts = layout(_handed(), observer.sensing)
+    functions = [_build_corner(observer), _build_begin(observer), _build_filter(observer)]
+    source = embedded_source(functions, real, f"{terms['name']}_core", all_given=True)
+    terms = {**terms, **_numbers(observer), **_meeting(observer), "depth": str(DEPTH)}
+    patch = in_type(filled("patch.c", terms), real)
+    size = parts.size
+    private = f"    {real.c_type} values[2][{size}]; /* of the filter, before and after a sample */\n"
+    private += f"    {real.c_type} F_N;\n    {terms['name']}_patch_t patch;"
+    return Body(
+        core=f"{source.text}\n{patch}",
+        stepping=in_type(filled("patch_stepping.c", terms), real),
+        private=private,
+        bytes=(2 * size + 1 + 3 * DEPTH + 2) * real.size + 8 + DEPTH,
+        types=TYPES.format(real=real.c_type, depth=DEPTH, name=terms["name"]),
+    )
+
+
+def _is_declared(observer: ModelObserver) -> bool:
+    return observer.model.exact and not observer.model.effects
+
+
+def _handed() -> Any:
+    return HandedTorque()
+
+
+def _numbers(observer: Ekf) -> dict[str, str]:
+    """The rig and the tyre as C has them."""
+    a, e = observer.rig.a, observer.rig.e
+    return {
+        "a": repr(float(a)),
+        "k": repr(float(observer.values["k"])),
+        "level": repr(float(full_slide_level(1.0, a))),
+        "still_moment": repr(float(unit_moment(0.0, a, e))),
+    }
+
+
+def _meeting(observer: Ekf) -> dict[str, str]:
+    """When the patch meets a sample, and where its torque goes."""
+    places = {name: at.start for name, (at, _) in layout(_handed(), observer.sensing).places.items()}
+    stiff = "stiffness" in observer.states
+
+    def state(half: str, name: str, default: str) -> str:
+        return (
+            f"{half}[{places['x'] + observer.states.index(name)}]"
+            if name in observer.states
+            else default
+        )
+
+    if not observer.sensing.turns:
+        # The states that the torque depends on only walk: the patch meets them as they were.
+        stiffness = state("before", "stiffness", "1.0")
+        psi = "is_known(sample[0]) ? sample[0] : state->patch.angle"
+        lines = [
+            f"meet(state, {psi}, sample[2], state->said[0], {stiffness}, torque);",
+            *(f"before[{places['memory'] + i}] = torque[{i}];" for i in range(2)),
+            f"before[{places['memory'] + 2}] = torque[2] / {observer.values['k']!r};",
+            f"before[{places['memory'] + 3}] = state->said[0];",
+            f"before[{places['memory'] + 4}] = {observer.values['k']!r} * {stiffness};",
+        ]
+        return {"meeting_before": _lines(lines), "meeting_after": "", **_sizes(observer)}
+    # The patch follows the angle that the filter makes of the sample; its torque is for the next one.
+    stiffness = state("after", "stiffness", "1.0")
+    slopes = ["torque[3]", "torque[1] * said[0]", *(["torque[2]"] if stiff else [])]
+    lines = [
+        f"meet(state, {state('after', 'psi', '')}, sample[2], said[0], {stiffness}, torque);",
+        f"after[{places['M_z']}] = torque[0];",
+        *(f"after[{places['slopes'] + i}] = {slope};" for i, slope in enumerate(slopes)),
+        f"after[{places['said'] + 2}] = torque[0];",
+        "said[2] = torque[0];",
+    ]
+    return {"meeting_before": "", "meeting_after": _lines(lines), **_sizes(observer)}
+
+
+def _sizes(observer: Ekf) -> dict[str, str]:
+    begin, step = _build_begin(observer), _build_filter(observer)
+    return {
+        "start_arg": str(begin.n_in()), "start_res": str(begin.n_out()),
+        "arg": str(step.n_in()), "res": str(step.n_out()),
+    }  # fmt: skip
+
+
+def _lines(lines: list[str]) -> str:
+    return "".join(f"    {line}\n" for line in lines)
+
+
+def _build_corner(observer: Ekf) -> ca.Function:
+    """(z) -> the moment of a unit change of slope at z, and its derivative by z."""
+    z = ca.SX.sym("z")
+    moment = unit_moment(z, observer.rig.a, observer.rig.e)
+    made = ca.vertcat(moment, ca.jacobian(moment, z))
+    return ca.Function("corner", [z], [made], ["z"], ["made"], {"cse": True})
+
+
+def _build_begin(observer: Ekf) -> ca.Function:
+    """(sample) -> the state before it."""
+    start = build_start(observer, layout(_handed(), observer.sensing))
+    return _scalars("begin_filter", start, {"constants": observer.constants})
+
+
+def _build_filter(observer: Ekf) -> ca.Function:
+    """(state, sample) -> (state_next, said), the parameters as numbers."""
+    step = build_step(_handed(), observer.sensing, observer.iterations)
+    return _scalars("filter", step, {"constants": observer.constants})
+
+
+def _scalars(name: str, function: ca.Function, numbers: Mapping[str, Any]) -> ca.Function:
+    """A Function with some inputs as numbers, expanded to scalar operations, each done once."""
+    names = [n for n in function.name_in() if n not in numbers]
+    symbols = {n: ca.SX.sym(n, *function.size_in(n)) for n in names}
+    made = function.expand().call(
+        [symbols[n] if n in symbols else numbers[n] for n in function.name_in()]
+    )
+    return ca.Function(name, list(symbols.values()), made, names, function.name_out(), {"cse": True})

@@ -1,0 +1,195 @@
+"""The patch of the quick code against the exact patch of `symbolic.zones` and against bristles."""
+
+import ctypes
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from observers import AligningTorque, Ekf
+from observers.embedded import DOUBLE, SINGLE, Real
+from observers.embedded.quick import DEPTH
+from symbolic import Model, full_slide_level, simulate
+from symbolic.compiled import compiler
+from tests.observers.conftest import RIG, K
+from tests.observers.embedded.building import DECLARED, NO_COMPILER, build, observer_of
+from tests.rig.patch import RigTyre
+from tests.rig.patch import simulate as simulate_bristles
+from tests.rig.path import hand_path
+
+pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
+Array = NDArray[np.float64]
+MU = 1.3
+EXACT = Model(corners=64)
+
+
+@dataclass(frozen=True)
+class Followed:
+    """What the patch says along a path: M_z [N m], slopes by mu and by the angle, corners in use."""
+
+    M_z: Array
+    by_mu: Array
+    by_psi: Array
+    corners: Array
+
+
+class Patch:
+    """The patch of generated code."""
+
+    def __init__(self, real: Real, folder: Path) -> None:
+        """Compiled in a folder."""
+        code = build(observer_of(Ekf, DECLARED, AligningTorque()), real, folder)
+        sources = (str(Path(__file__).with_name("patch.c")),)
+        made = code.compile(
+            "-O1", "-fPIC", "-shared", "-std=c99", "-Wall", "-Wextra", sources=sources, out="p.so"
+        )
+        self.real, self._library = real, ctypes.CDLL(str(made))
+
+    def follow(self, psi: Array, F_N: Array, mu: float = MU) -> Followed:
+        """Along angles [rad] and loads [N], at rest at the first angle."""
+        number = getattr(ctypes, f"c_{self.real.c_type}")
+        level = full_slide_level(F_N, RIG.a).astype(self.real.dtype)
+        angles, made = psi.astype(self.real.dtype), np.zeros((psi.size, 4), self.real.dtype)
+        patch = ctypes.create_string_buffer(self._library.patch_size())
+        self._library.patch_init(patch, number(float(angles[0])))
+        pointers = [ctypes.c_void_p(array.ctypes.data) for array in (angles, level, made)]
+        self._library.patch_follow(
+            patch, ctypes.c_int64(psi.size), *pointers[:2], number(mu / K), pointers[2]
+        )
+        moment, by_scale, by_psi, corners = made.astype(float).T
+        return Followed(K * moment, by_scale, K * by_psi, corners)
+
+
+@pytest.fixture(scope="module")
+def patch(tmp_path_factory: pytest.TempPathFactory) -> Patch:
+    return Patch(DOUBLE, tmp_path_factory.mktemp("patch"))
+
+
+@pytest.fixture(scope="module")
+def single_patch(tmp_path_factory: pytest.TempPathFactory) -> Patch:
+    return Patch(SINGLE, tmp_path_factory.mktemp("patch"))
+
+
+def exact(psi: Array, F_N: Array, mu: float = MU) -> tuple[Array, Array]:
+    """M_z of the exact patch and its derivative by mu."""
+    signals = np.vstack([psi, np.zeros_like(psi), F_N, np.full_like(psi, 0.01)])
+    made = simulate(EXACT, signals, np.array([mu, K]), np.array([RIG.a, RIG.e]), np.eye(2)[:, :1])
+    return made.M_z, made.sensitivities[:, 0]
+
+
+def steady(count: int) -> Array:
+    return np.full(count, 400.0)
+
+
+def wandering(seed: int, count: int = 300, size: float = 0.02) -> Array:
+    """A path that turns back at random, small loops inside large ones."""
+    rng = np.random.default_rng(seed)
+    steps = size * rng.standard_normal(count) * rng.choice([1.0, 0.1, 0.01], count)
+    held = rng.random(count) < 0.1
+    return np.concatenate([[0.0], np.cumsum(np.where(held, 0.0, steps))])
+
+
+def nested(turns: int) -> Array:
+    """Reversals each inside the last, then out again through all of them."""
+    tops = 0.3 * 0.8 ** np.arange(turns) * (-1.0) ** np.arange(turns)
+    corners = np.concatenate([[0.0], tops, tops[::-1] * 1.02])
+    return np.concatenate([np.linspace(a, b, 13)[1:] for a, b in pairwise(corners)])
+
+
+def loads(seed: int, count: int) -> Array:
+    """A load that swings, jumps, and is almost lost for a while."""
+    rng = np.random.default_rng(seed)
+    F_N = 400 + 150 * np.sin(0.05 * np.arange(count)) + 20 * rng.standard_normal(count)
+    F_N[count // 2 :] *= 1.5
+    F_N[count // 3 : count // 3 + 20] = 5.0
+    return F_N
+
+
+PATHS = [
+    pytest.param(hand_path(3, 8.0, load=400.0, rate=100.0).psi, id="by hand"),
+    pytest.param(wandering(1), id="wandering"),
+    pytest.param(wandering(2, size=0.2), id="wandering far"),
+    pytest.param(nested(9), id="nested"),
+    pytest.param(np.repeat([0.0, 0.1, 0.1, -0.2, -0.2, 0.05], 3), id="steps and rests"),
+    pytest.param(np.linspace(0, 1e-6, 50) + 0.2, id="hardly moving"),
+]
+
+
+@pytest.mark.parametrize("varying", [False, True], ids=["steady load", "varying load"])
+@pytest.mark.parametrize("psi", PATHS)
+def test_is_the_exact_patch(patch: Patch, psi: Array, varying: bool) -> None:
+    F_N = loads(1, psi.size) if varying else steady(psi.size)
+    made = patch.follow(psi, F_N)
+    M_z, by_mu = exact(psi, F_N)
+
+    assert made.corners.max() < DEPTH, "the path overflows the patch, which is another test"
+    np.testing.assert_allclose(made.M_z, M_z, rtol=0, atol=1e-11 * max(1e-3, np.ptp(M_z)))
+    np.testing.assert_allclose(made.by_mu, by_mu, rtol=0, atol=1e-9 * max(1e-3, np.ptp(M_z)))
+
+
+@pytest.mark.parametrize("varying", [False, True], ids=["steady load", "varying load"])
+@pytest.mark.parametrize("seed", range(4))
+def test_slope_by_the_angle(patch: Patch, seed: int, varying: bool) -> None:
+    # The last turn goes on by a little in either direction; elsewhere the slope has a kink.
+    psi = wandering(seed, count=40, size=0.05)
+    F_N = loads(seed, psi.size) if varying else steady(psi.size)
+    turn = psi[-1] - psi[-2]
+    made = patch.follow(psi, F_N).by_psi[-1]
+    ends = [
+        patch.follow(np.append(psi[:-1], psi[-1] + h), F_N).M_z[-1] for h in (1e-3 * turn, -1e-3 * turn)
+    ]
+
+    assert turn != 0
+    assert made == pytest.approx((ends[0] - ends[1]) / (2e-3 * turn), rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", [5, 6])
+def test_is_what_bristles_do(patch: Patch, seed: int) -> None:
+    path = hand_path(seed, 8.0, load=400.0, rate=100.0)
+    F_N = path.F_N * (1 + 0.3 * np.sin(2 * path.t))
+    grid = simulate_bristles(
+        replace(path, F_N=F_N), RigTyre(k=K, mu=MU, a=RIG.a, e=RIG.e), bristles=4000
+    ).M_z
+    made = patch.follow(path.psi, F_N)
+
+    assert np.abs(made.M_z - grid).max() < 2e-4 * np.ptp(grid)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_single_precision(single_patch: Patch, patch: Patch, seed: int) -> None:
+    psi = SINGLE.round(wandering(seed, count=2000))
+    F_N = SINGLE.round(loads(seed, psi.size))
+    made, better = single_patch.follow(psi, F_N), patch.follow(psi, F_N)
+
+    assert np.abs(made.M_z - better.M_z).max() < 2e-5 * np.ptp(better.M_z)
+
+
+@pytest.mark.parametrize(("path", "most"), [("decaying", 4e-3), ("noise", 1e-3)])
+def test_overflow_gives_up_what_is_felt_least(patch: Patch, path: str, most: float) -> None:
+    rng, t = np.random.default_rng(1), np.arange(0, 10 if path == "decaying" else 100, 0.01)
+    decaying = 0.3 * np.exp(-0.15 * t) * np.sin(15 * t)
+    psi = decaying if path == "decaying" else 0.2 * np.minimum(t, 1) + 2e-3 * rng.standard_normal(t.size)
+    made = patch.follow(psi, steady(t.size))
+    M_z, _ = exact(psi, steady(t.size))
+    off, range_ = np.abs(made.M_z - M_z).max(), np.ptp(M_z)
+    signals = np.vstack([psi, np.zeros_like(psi), steady(t.size), np.full_like(psi, 0.01)])
+    vectors = simulate(Model(corners=DEPTH), signals, np.array([MU, K]), np.array([RIG.a, RIG.e])).M_z
+    by_vectors = np.abs(vectors - M_z).max()
+    print(f"{path}: off by {off / range_:.1e} of range, by vectors {by_vectors / range_:.1e}")
+
+    assert made.corners.max() == DEPTH
+    assert off < most * range_
+    assert off < 1.1 * by_vectors
+
+
+def test_never_more_corners_than_there_are_places(patch: Patch) -> None:
+    psi, F_N = wandering(9, count=20_000, size=1e-3), loads(9, 20_001)
+    made = patch.follow(psi, F_N)
+
+    assert made.corners.max() == DEPTH
+    assert np.isfinite(made.M_z).all()
+    slide = 0.5 * MU * F_N * RIG.a
+    assert (np.abs(made.M_z) < slide).all()
