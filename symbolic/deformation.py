@@ -59,15 +59,27 @@ def unit_moment(z: Expression, a: Expression, e: Expression) -> Expression:
         a: half-length of the contact patch [m].
         e: caster length [m], |e| < a.
     """
+    return sum(edge_moment(z, edge_distance(z, a, arm), a, arm) for arm in (a - e, a + e))
+
+
+def edge_moment(z: Expression, width: Expression, a: Expression, arm: Expression) -> Expression:
+    """Int (|xi| - z) (a^2 - x^2) |x - e| dx from a patch edge to `width` from it [m^3].
+
+    The integrand vanishes at `edge_distance`, so there the derivative by z is that at a fixed width.
+
+    Args:
+        z: as for `unit_moment` [1/m].
+        width: distance from the edge [m].
+        a: half-length of the contact patch [m].
+        arm: distance of that edge from the kingpin [m].
+    """
     nodes, weights = gauss_legendre(2)
     total: Expression = 0
-    for arm in (a - e, a + e):
-        width = edge_distance(z, a, arm)
-        for node, weight in zip(nodes, weights, strict=True):
-            from_edge = node * width
-            lever = arm - from_edge
-            pressure = from_edge * (2 * a - from_edge)
-            total = total + weight * width * (lever - z * pressure) * lever
+    for node, weight in zip(nodes, weights, strict=True):
+        from_edge = node * width
+        lever = arm - from_edge
+        pressure = from_edge * (2 * a - from_edge)
+        total = total + weight * width * (lever - z * pressure) * lever
     return total
 
 

@@ -13,9 +13,17 @@ class HandedTorque:
     """Stands for the declared model in an observer's step; its memory is a torque with its slopes.
 
     The memory holds M_z [N m] at mu and k, its derivatives by both, and that mu [1] and k [N/m^2].
+
+    Attributes:
+        stiff: k is a state; otherwise the derivative by it does not matter.
     """
 
-    memory_size: int = 5
+    stiff: bool
+
+    @property
+    def memory_size(self) -> int:
+        """Length of the memory."""
+        return 5
 
     @property
     def parameters(self) -> tuple[tuple[None, object], ...]:
@@ -33,7 +41,8 @@ class HandedTorque:
         """The torque, linear about where it was taken: (memory, seen, theta, geometry) -> M_z."""
         memory, _, theta, _ = inputs = self._symbols()
         M_z, by_mu, by_k, mu, k = ca.vertsplit(memory)
-        return ca.Function("torque", inputs, [M_z + by_mu * (theta[0] - mu) + by_k * (theta[1] - k)])
+        M_z = M_z + by_mu * (theta[0] - mu)
+        return ca.Function("torque", inputs, [M_z + by_k * (theta[1] - k) if self.stiff else M_z])
 
     def remembers(self, coordinate: str) -> bool:
         """False: the exact patch remembers angles and loads, no parameter."""

@@ -15,15 +15,20 @@ import casadi as ca
 from observers.ekf import Ekf, build_step, layout
 from observers.embedded.filling import Body, filled
 from observers.embedded.handed import HandedTorque
+from observers.embedded.known import with_known_exponentials
 from observers.embedded.reals import Real
 from observers.embedded.source import embedded_source
 from observers.embedded.start import build_start
 from observers.embedded.typed import in_type
+from observers.layout import Layout
 from observers.settings import ModelObserver
-from symbolic import full_slide_level, unit_moment
+from symbolic import edge_distance, full_slide_level, unit_moment
+from symbolic.deformation import edge_moment
 
 DEPTH = 16
 """Corners of the patch, 33 zones; where a path nests deeper, the one that is felt least is given up."""
+HELD_MU = 3
+"""Place of mu in the memory of a `HandedTorque`."""
 TYPES = """\
 /* The contact patch, see the code. */
 typedef struct {{
@@ -42,7 +47,7 @@ def is_quick(observer: ModelObserver) -> bool:
 
 def quick_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> Body:
     """The code of a filter for which `is_quick` holds."""
-    parts = layout(_handed(), observer.sensing)
+    parts = _layout(observer)
     functions = [_build_corner(observer), _build_begin(observer), _build_filter(observer)]
     source = embedded_source(functions, real, f"{terms['name']}_core", all_given=True)
     terms = {**terms, **_numbers(observer), **_meeting(observer), "depth": str(DEPTH)}
@@ -63,8 +68,17 @@ def _is_declared(observer: ModelObserver) -> bool:
     return observer.model.exact and not observer.model.effects
 
 
-def _handed() -> Any:
-    return HandedTorque()
+def _layout(observer: Ekf) -> Layout:
+    return layout(_handed(observer), observer.sensing)
+
+
+def _places(observer: Ekf) -> dict[str, int]:
+    """Where each part of the filter's state begins."""
+    return {name: at.start for name, (at, _) in _layout(observer).places.items()}
+
+
+def _handed(observer: Ekf) -> Any:
+    return HandedTorque(stiff="stiffness" in observer.states)
 
 
 def _numbers(observer: Ekf) -> dict[str, str]:
@@ -75,12 +89,13 @@ def _numbers(observer: Ekf) -> dict[str, str]:
         "k": repr(float(observer.values["k"])),
         "level": repr(float(full_slide_level(1.0, a))),
         "still_moment": repr(float(unit_moment(0.0, a, e))),
+        "turns": str(int(observer.sensing.turns)),
     }
 
 
 def _meeting(observer: Ekf) -> dict[str, str]:
     """When the patch meets a sample, and where its torque goes."""
-    places = {name: at.start for name, (at, _) in layout(_handed(), observer.sensing).places.items()}
+    places = _places(observer)
     stiff = "stiffness" in observer.states
 
     def state(half: str, name: str, default: str) -> str:
@@ -97,10 +112,14 @@ def _meeting(observer: Ekf) -> dict[str, str]:
         lines = [
             f"meet(state, {psi}, sample[2], state->said[0], {stiffness}, torque);",
             *(f"before[{places['memory'] + i}] = torque[{i}];" for i in range(2)),
-            f"before[{places['memory'] + 2}] = torque[2] / {observer.values['k']!r};",
-            f"before[{places['memory'] + 3}] = state->said[0];",
-            f"before[{places['memory'] + 4}] = {observer.values['k']!r} * {stiffness};",
+            f"before[{places['memory'] + HELD_MU}] = state->said[0];",
         ]
+        if stiff:
+            k = repr(float(observer.values["k"]))
+            lines += [
+                f"before[{places['memory'] + 2}] = torque[2] / {k};",
+                f"before[{places['memory'] + 4}] = {k} * {stiffness};",
+            ]
         return {"meeting_before": _lines(lines), "meeting_after": "", **_sizes(observer)}
     # The patch follows the angle that the filter makes of the sample; its torque is for the next one.
     stiffness = state("after", "stiffness", "1.0")
@@ -129,29 +148,45 @@ def _lines(lines: list[str]) -> str:
 
 def _build_corner(observer: Ekf) -> ca.Function:
     """(z) -> the moment of a unit change of slope at z, and its derivative by z."""
-    z = ca.SX.sym("z")
-    moment = unit_moment(z, observer.rig.a, observer.rig.e)
+    a, e = observer.rig.a, observer.rig.e
+    z, width = ca.SX.sym("z"), ca.SX.sym("width", 2)
+    arms = (a - e, a + e)
+    moment = sum(edge_moment(z, w, a, arm) for w, arm in zip(ca.vertsplit(width), arms, strict=True))
     made = ca.vertcat(moment, ca.jacobian(moment, z))
+    widths = ca.vertcat(*(edge_distance(z, a, arm) for arm in arms))
+    made = ca.substitute(made, width, widths)
     return ca.Function("corner", [z], [made], ["z"], ["made"], {"cse": True})
 
 
 def _build_begin(observer: Ekf) -> ca.Function:
     """(sample) -> the state before it."""
-    start = build_start(observer, layout(_handed(), observer.sensing))
+    start = build_start(observer, _layout(observer))
     return _scalars("begin_filter", start, {"constants": observer.constants})
 
 
 def _build_filter(observer: Ekf) -> ca.Function:
     """(state, sample) -> (state_next, said), the parameters as numbers."""
-    step = build_step(_handed(), observer.sensing, observer.iterations)
-    return _scalars("filter", step, {"constants": observer.constants})
+    step = build_step(_handed(observer), observer.sensing, observer.iterations)
+    flat = _scalars("filter", step, {"constants": observer.constants})
+    places = _places(observer)
+    # Where the torque was taken, and what was last said of mu, is exp of the state that stands for it.
+    mu = places["said"] if observer.sensing.turns else places["memory"] + HELD_MU
+    return with_known_exponentials(flat, {places["x"]: mu})
 
 
 def _scalars(name: str, function: ca.Function, numbers: Mapping[str, Any]) -> ca.Function:
-    """A Function with some inputs as numbers, expanded to scalar operations, each done once."""
+    """A Function with some inputs as numbers, expanded to scalar operations, each done once.
+
+    An infinite number comes in as 1 over nothing, so that what it divides goes away.
+    """
     names = [n for n in function.name_in() if n not in numbers]
     symbols = {n: ca.SX.sym(n, *function.size_in(n)) for n in names}
-    made = function.expand().call(
-        [symbols[n] if n in symbols else numbers[n] for n in function.name_in()]
-    )
-    return ca.Function(name, list(symbols.values()), made, names, function.name_out(), {"cse": True})
+    nothing = ca.SX.sym("nothing")
+    given = {n: _by_nothing(values, nothing) for n, values in numbers.items()} | symbols
+    made = function.expand().call([given[n] for n in function.name_in()])
+    flat = ca.substitute(made, [nothing], [ca.SX(0)])
+    return ca.Function(name, list(symbols.values()), flat, names, function.name_out(), {"cse": True})
+
+
+def _by_nothing(values: Any, nothing: ca.SX) -> ca.SX:
+    return ca.vertcat(*(1 / nothing if value == float("inf") else value for value in values.tolist()))

@@ -29,6 +29,12 @@ ASKED = (
     (re.compile(r"if \((res\[\d+\])(?:!=0)?\) (\1\[\d+\])"), r"\2"),
 )
 """Whether an input or output of scalars is given at all."""
+FUNCTIONS = (
+    (re.compile(r"return fmin\(x, y\);"), "return x < y || y != y ? x : y;"),
+    (re.compile(r"return fmax\(x, y\);"), "return x > y || y != y ? x : y;"),
+    (re.compile(r"^casadi_real casadi_f(min|max)", re.M), r"static inline casadi_real casadi_f\1"),
+)
+"""The same as those of math.h, NaN included, which on some targets are calls that classify both."""
 SCALARS = re.compile(r"^  casadi_real [^;\n]*\bw\d+[^;\n]*;$", re.M)
 PLAINER = (
     (VISIBILITY, ""),
@@ -97,7 +103,7 @@ def embedded_source(
     room = [[int(size) for size in _work(text, name)] for name in names]
     arg, res, iw, w = (max(sizes) for sizes in zip(*room, strict=True))
     text = EXPORTED.sub(lambda found: _hidden(found, names), text)
-    for pattern, instead in (*PLAINER, *TRUTHS, *(ASKED if all_given else ())):
+    for pattern, instead in (*PLAINER, *FUNCTIONS, *TRUTHS, *(ASKED if all_given else ())):
         text = pattern.sub(instead, text)
     text = ENTRY.sub(_plain_entry, HELPER.sub("static ", text))
     return Source(text=in_type(_used_tables(text), real), arg=arg, res=res, iw=iw, w=w)

@@ -55,7 +55,7 @@ static void drop_corner(${name}_patch_t *patch, $real scale) {
         patch->xi[i] = patch->xi[i + 1];
         patch->r[i] = patch->r[i + 1];
         patch->d[i] = patch->d[i + 1];
-        patch->clipped[i] = patch->clipped[i + 1];
+        if ($turns) patch->clipped[i] = patch->clipped[i + 1];
     }
     --patch->corners;
 }
@@ -66,7 +66,7 @@ static void add_corner(${name}_patch_t *patch, $real scale, $real xi, $real r, $
     patch->xi[patch->corners] = xi;
     patch->r[patch->corners] = r;
     patch->d[patch->corners] = d;
-    patch->clipped[patch->corners] = clipped;
+    if ($turns) patch->clipped[patch->corners] = clipped;
     ++patch->corners;
 }
 
@@ -82,7 +82,11 @@ static void clip_from(${name}_patch_t *patch, int32_t first, $real turn, $real l
         xi_in = patch->xi[first - 1];
         r_in = patch->r[first - 1];
     }
-    for (i = 0; i < count; ++i) {
+    /* Most often there is one, which is not worth a call to copy it. */
+    xi[0] = patch->xi[first];
+    r[0] = patch->r[first];
+    d[0] = patch->d[first];
+    for (i = 1; i < count; ++i) {
         xi[i] = patch->xi[first + i];
         r[i] = patch->r[first + i];
         d[i] = patch->d[first + i];
@@ -129,7 +133,7 @@ static void turn_patch(${name}_patch_t *patch, $real psi, $real level, $real sca
     for (i = 0; i < patch->corners; ++i) {
         r = patch->r[i] - patch->xi[i] * turn;
         patch->r[i] = r;
-        patch->clipped[i] = 0;
+        if ($turns) patch->clipped[i] = 0;
         if (first < 0 && fabs(r) > level) first = i;
     }
     if (patch->corners > 0) xi = patch->xi[patch->corners - 1];
@@ -141,7 +145,7 @@ static void turn_patch(${name}_patch_t *patch, $real psi, $real level, $real sca
         add_corner(patch, scale, xi + (r - level) / turn, level, turn, 1);
 }
 
-/* Moment of the patch over k [m^3 rad], its derivative by scale, and, where asked for, by the angle. */
+/* Moment of the patch over k [m^3 rad], its derivative by scale, and, where it is used, by the angle. */
 static void patch_moment(const ${name}_patch_t *patch, $real scale, $real *moment) {
     $real total = (patch->rest - patch->angle) * $still_moment, along = 0.0, turning = -$still_moment;
     $real made[2] = {0.0, 0.0}, z = 0.0;
@@ -151,10 +155,11 @@ static void patch_moment(const ${name}_patch_t *patch, $real scale, $real *momen
         unit_moment(z, made);
         total += patch->d[i] * made[0];
         along += patch->d[i] * made[1] * patch->xi[i];
-        if (patch->clipped[i] != 0) turning += (patch->clipped[i] > 0 ? 1.0 : -1.0) * (made[0] - z * made[1]);
+        if ($turns && patch->clipped[i] != 0)
+            turning += (patch->clipped[i] > 0 ? 1.0 : -1.0) * (made[0] - z * made[1]);
     }
     /* At rest the end of the patch moves with the last corner. */
-    if (!patch->moved) turning = patch->corners > 0 ? turning + made[0] : 0.0;
+    if ($turns && !patch->moved) turning = patch->corners > 0 ? turning + made[0] : 0.0;
     moment[0] = total;
     moment[1] = along;
     moment[2] = turning;

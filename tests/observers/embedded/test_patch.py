@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from observers import AligningTorque, Ekf
+from observers import Ekf, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real
 from observers.embedded.quick import DEPTH
 from symbolic import Model, full_slide_level, simulate
@@ -41,7 +41,7 @@ class Patch:
 
     def __init__(self, real: Real, folder: Path) -> None:
         """Compiled in a folder."""
-        code = build(observer_of(Ekf, DECLARED, AligningTorque()), real, folder)
+        code = build(observer_of(Ekf, DECLARED, SteeringTorque()), real, folder)
         sources = (str(Path(__file__).with_name("patch.c")),)
         made = code.compile(
             "-O1", "-fPIC", "-shared", "-std=c99", "-Wall", "-Wextra", sources=sources, out="p.so"

@@ -1,0 +1,1 @@
+"""Generated code on an emulated Cortex-M: built, run along a recording, measured."""
