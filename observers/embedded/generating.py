@@ -17,6 +17,7 @@ from observers.ekf import Ekf, build_step
 from observers.embedded.filling import Body, filled
 from observers.embedded.parameters import parameters_text
 from observers.embedded.quick import is_quick, quick_body
+from observers.embedded.quickwindow import is_quick_window, quick_window_body
 from observers.embedded.reals import SINGLE, Real
 from observers.embedded.source import embedded_source
 from observers.embedded.start import build_start
@@ -98,6 +99,8 @@ def body_of(observer: Ekf | Mhe, real: Real, terms: Mapping[str, str]) -> Body:
     """The quick code where there is one for the observer."""
     if isinstance(observer, Ekf) and is_quick(observer):
         return quick_body(observer, real, terms)
+    if isinstance(observer, Mhe) and is_quick_window(observer):
+        return quick_window_body(observer, real, terms)
     return casadi_body(observer, real, terms)
 
 

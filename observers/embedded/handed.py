@@ -12,18 +12,21 @@ from symbolic.model import DECLARED
 class HandedTorque:
     """Stands for the declared model in an observer's step; its memory is a torque with its slopes.
 
-    The memory holds M_z [N m] at mu and k, its derivatives by both, and that mu [1] and k [N/m^2].
+    The memory holds M_z [N m] at mu and k, its derivatives by both, and that mu [1] and k [N/m^2]; and
+    where samples are kept, the same of the sample to come, which takes its place when that comes.
 
     Attributes:
         stiff: k is a state; otherwise the derivative by it does not matter.
+        kept: samples are kept.
     """
 
     stiff: bool
+    kept: bool = False
 
     @property
     def memory_size(self) -> int:
         """Length of the memory."""
-        return 5
+        return 10 if self.kept else 5
 
     @property
     def parameters(self) -> tuple[tuple[None, object], ...]:
@@ -32,15 +35,16 @@ class HandedTorque:
 
     @property
     def advance(self) -> ca.Function:
-        """Nothing moves in here: (memory, signals, theta, geometry) -> (memory_next, seen)."""
+        """What was handed in: (memory, signals, theta, geometry) -> (memory_next, seen)."""
         memory, signals, *_ = inputs = self._symbols()
-        return ca.Function("advance", inputs, [memory, signals])
+        coming = ca.vertcat(memory[5:], memory[5:]) if self.kept else memory
+        return ca.Function("advance", inputs, [coming, signals])
 
     @property
     def torque(self) -> ca.Function:
         """The torque, linear about where it was taken: (memory, seen, theta, geometry) -> M_z."""
         memory, _, theta, _ = inputs = self._symbols()
-        M_z, by_mu, by_k, mu, k = ca.vertsplit(memory)
+        M_z, by_mu, by_k, mu, k = ca.vertsplit(memory[:5])
         M_z = M_z + by_mu * (theta[0] - mu)
         return ca.Function("torque", inputs, [M_z + by_k * (theta[1] - k) if self.stiff else M_z])
 

@@ -1,10 +1,7 @@
 """The filter on the declared model, small and quick.
 
-casadi moves whole vectors: every corner that the patch could have is sorted and weighed in every step,
-and most of the time there are three. Here the patch is written by hand, `templates/patch.c`; the moment
-of a corner with its derivative, and the filter itself, are still casadi's, with the parameters put in as
-numbers and all of it expanded to scalars. The filter is that of `observers.ekf`, on a model whose torque
-is handed to it.
+The patch is that of `observers.embedded.patchcode`. The filter is that of `observers.ekf`, on a model
+whose torque is handed to it, with the parameters put in as numbers and all of it expanded to scalars.
 """
 
 from collections.abc import Mapping
@@ -16,41 +13,35 @@ from observers.ekf import Ekf, build_step, layout
 from observers.embedded.filling import Body, filled
 from observers.embedded.handed import HandedTorque
 from observers.embedded.known import with_known_exponentials
+from observers.embedded.patchcode import (
+    build_corner,
+    is_declared,
+    patch_bytes,
+    patch_numbers,
+    patch_types,
+)
 from observers.embedded.reals import Real
 from observers.embedded.source import embedded_source
 from observers.embedded.start import build_start
 from observers.embedded.typed import in_type
 from observers.layout import Layout
 from observers.settings import ModelObserver
-from symbolic import edge_distance, full_slide_level, unit_moment
-from symbolic.deformation import edge_moment
 
-DEPTH = 16
-"""Corners of the patch, 33 zones; where a path nests deeper, the one that is felt least is given up."""
 HELD_MU = 3
 """Place of mu in the memory of a `HandedTorque`."""
-TYPES = """\
-/* The contact patch, see the code. */
-typedef struct {{
-    {real} xi[{depth}], r[{depth}], d[{depth}], angle, rest;
-    int32_t corners, moved;
-    int8_t clipped[{depth}];
-}} {name}_patch_t;
-
-"""
 
 
 def is_quick(observer: ModelObserver) -> bool:
     """True for what can be written this way: a filter that linearises once, on the declared model."""
-    return isinstance(observer, Ekf) and observer.iterations == 1 and _is_declared(observer)
+    return isinstance(observer, Ekf) and observer.iterations == 1 and is_declared(observer)
 
 
 def quick_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> Body:
     """The code of a filter for which `is_quick` holds."""
     parts = _layout(observer)
-    functions = [_build_corner(observer), _build_begin(observer), _build_filter(observer)]
+    functions = [build_corner(observer), _build_begin(observer), _build_filter(observer)]
     source = embedded_source(functions, real, f"{terms['name']}_core", all_given=True)
-    terms = {**terms, **_numbers(observer), **_meeting(observer), "depth": str(DEPTH)}
+    terms = {**terms, **patch_numbers(observer), **_meeting(observer)}
     patch = in_type(filled("patch.c", terms), real)
     size = parts.size
     private = f"    {real.c_type} values[2][{size}]; /* of the filter, before and after a sample */\n"
@@ -59,13 +50,9 @@ def quick_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> Body:
         core=f"{source.text}\n{patch}",
         stepping=in_type(filled("patch_stepping.c", terms), real),
         private=private,
-        bytes=(2 * size + 1 + 3 * DEPTH + 2) * real.size + 8 + DEPTH,
-        types=TYPES.format(real=real.c_type, depth=DEPTH, name=terms["name"]),
+        bytes=(2 * size + 1) * real.size + patch_bytes(real),
+        types=patch_types(real, terms["name"]),
     )
-
-
-def _is_declared(observer: ModelObserver) -> bool:
-    return observer.model.exact and not observer.model.effects
 
 
 def _layout(observer: Ekf) -> Layout:
@@ -79,18 +66,6 @@ def _places(observer: Ekf) -> dict[str, int]:
 
 def _handed(observer: Ekf) -> Any:
     return HandedTorque(stiff="stiffness" in observer.states)
-
-
-def _numbers(observer: Ekf) -> dict[str, str]:
-    """The rig and the tyre as C has them."""
-    a, e = observer.rig.a, observer.rig.e
-    return {
-        "a": repr(float(a)),
-        "k": repr(float(observer.values["k"])),
-        "level": repr(float(full_slide_level(1.0, a))),
-        "still_moment": repr(float(unit_moment(0.0, a, e))),
-        "turns": str(int(observer.sensing.turns)),
-    }
 
 
 def _meeting(observer: Ekf) -> dict[str, str]:
@@ -144,18 +119,6 @@ def _sizes(observer: Ekf) -> dict[str, str]:
 
 def _lines(lines: list[str]) -> str:
     return "".join(f"    {line}\n" for line in lines)
-
-
-def _build_corner(observer: Ekf) -> ca.Function:
-    """(z) -> the moment of a unit change of slope at z, and its derivative by z."""
-    a, e = observer.rig.a, observer.rig.e
-    z, width = ca.SX.sym("z"), ca.SX.sym("width", 2)
-    arms = (a - e, a + e)
-    moment = sum(edge_moment(z, w, a, arm) for w, arm in zip(ca.vertsplit(width), arms, strict=True))
-    made = ca.vertcat(moment, ca.jacobian(moment, z))
-    widths = ca.vertcat(*(edge_distance(z, a, arm) for arm in arms))
-    made = ca.substitute(made, width, widths)
-    return ca.Function("corner", [z], [made], ["z"], ["made"], {"cse": True})
 
 
 def _build_begin(observer: Ekf) -> ca.Function:

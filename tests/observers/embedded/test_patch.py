@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from observers import Ekf, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real
-from observers.embedded.quick import DEPTH
+from observers.embedded.patchcode import DEPTH
 from symbolic import Model, full_slide_level, simulate
 from symbolic.compiled import compiler
 from tests.observers.conftest import RIG, K
