@@ -100,7 +100,7 @@ class Horizon:
 
 
 @cache
-def _build_readings(sensing: Sensing) -> ca.Function:
+def build_counted(sensing: Sensing) -> ca.Function:
     """(x, M_z, slopes, row, rig, beliefs) -> (z, H, weight): what counts of one sample, linear in x."""
     read = build_reading(sensing)
     row = ca.MX.sym("row", len(ROWS))
@@ -115,5 +115,5 @@ def _build_readings(sensing: Sensing) -> ca.Function:
 @cache
 def _along(sensing: Sensing, count: int) -> tuple[ca.Function, ca.Function]:
     """Readings and motions of so many samples; one pair for all, so that its code is made once."""
-    read, move = _build_readings(sensing), build_motion(sensing)
+    read, move = build_counted(sensing), build_motion(sensing)
     return (read.map(count), move.map(count)) if count > 1 else (read, move)

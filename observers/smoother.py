@@ -62,7 +62,7 @@ def build_smoother(states: int, window: int) -> ca.Function:
     blocks = [states * i + j for i in latest_first for j in range(states)]
     # The costate comes back through the motion out of a sample, which the newest does not have.
     motion = ca.horzcat(terms["A"][:, : states * (window - 1)], ca.DM(states, states))
-    back = _build_back(states).mapaccum("smoother_back", window, 1, {})
+    back = build_back(states).mapaccum("smoother_back", window, 1, {})
     _, smoothed = back(
         ca.DM.zeros(states), x[:, latest_first], spread[:, blocks], terms["H"][:, latest_first],
         K[:, latest_first], score[:, latest_first], ca.densify(motion)[:, blocks],
@@ -72,7 +72,7 @@ def build_smoother(states: int, window: int) -> ca.Function:
     )
 
 
-def _build_back(states: int) -> ca.Function:
+def build_back(states: int) -> ca.Function:
     """(costate of the next, filtered x, P, H, K, score, A) -> (costate of this one, smoothed x)."""
     costate, x, P = ca.SX.sym("costate", states), ca.SX.sym("x", states), ca.SX.sym("P", states, states)
     H, K, score = ca.SX.sym("H", states), ca.SX.sym("K", states), ca.SX.sym("score")

@@ -12,21 +12,18 @@ from symbolic.model import DECLARED
 class HandedTorque:
     """Stands for the declared model in an observer's step; its memory is a torque with its slopes.
 
-    The memory holds M_z [N m] at mu and k, its derivatives by both, and that mu [1] and k [N/m^2]; and
-    where samples are kept, the same of the sample to come, which takes its place when that comes.
+    The memory holds M_z [N m] at mu and k, its derivatives by both, and that mu [1] and k [N/m^2].
 
     Attributes:
         stiff: k is a state; otherwise the derivative by it does not matter.
-        kept: samples are kept.
     """
 
     stiff: bool
-    kept: bool = False
 
     @property
     def memory_size(self) -> int:
         """Length of the memory."""
-        return 10 if self.kept else 5
+        return 5
 
     @property
     def parameters(self) -> tuple[tuple[None, object], ...]:
@@ -37,14 +34,13 @@ class HandedTorque:
     def advance(self) -> ca.Function:
         """What was handed in: (memory, signals, theta, geometry) -> (memory_next, seen)."""
         memory, signals, *_ = inputs = self._symbols()
-        coming = ca.vertcat(memory[5:], memory[5:]) if self.kept else memory
-        return ca.Function("advance", inputs, [coming, signals])
+        return ca.Function("advance", inputs, [memory, signals])
 
     @property
     def torque(self) -> ca.Function:
         """The torque, linear about where it was taken: (memory, seen, theta, geometry) -> M_z."""
         memory, _, theta, _ = inputs = self._symbols()
-        M_z, by_mu, by_k, mu, k = ca.vertsplit(memory[:5])
+        M_z, by_mu, by_k, mu, k = ca.vertsplit(memory)
         M_z = M_z + by_mu * (theta[0] - mu)
         return ca.Function("torque", inputs, [M_z + by_k * (theta[1] - k) if self.stiff else M_z])
 

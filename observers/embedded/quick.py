@@ -11,6 +11,7 @@ import casadi as ca
 
 from observers.ekf import Ekf, build_step, layout
 from observers.embedded.filling import Body, filled
+from observers.embedded.flat import scalars
 from observers.embedded.handed import HandedTorque
 from observers.embedded.known import with_known_exponentials
 from observers.embedded.patchcode import (
@@ -124,32 +125,14 @@ def _lines(lines: list[str]) -> str:
 def _build_begin(observer: Ekf) -> ca.Function:
     """(sample) -> the state before it."""
     start = build_start(observer, _layout(observer))
-    return _scalars("begin_filter", start, {"constants": observer.constants})
+    return scalars("begin_filter", start, {"constants": observer.constants})
 
 
 def _build_filter(observer: Ekf) -> ca.Function:
     """(state, sample) -> (state_next, said), the parameters as numbers."""
     step = build_step(_handed(observer), observer.sensing, observer.iterations)
-    flat = _scalars("filter", step, {"constants": observer.constants})
+    flat = scalars("filter", step, {"constants": observer.constants})
     places = _places(observer)
     # Where the torque was taken, and what was last said of mu, is exp of the state that stands for it.
     mu = places["said"] if observer.sensing.turns else places["memory"] + HELD_MU
     return with_known_exponentials(flat, {places["x"]: mu})
-
-
-def _scalars(name: str, function: ca.Function, numbers: Mapping[str, Any]) -> ca.Function:
-    """A Function with some inputs as numbers, expanded to scalar operations, each done once.
-
-    An infinite number comes in as 1 over nothing, so that what it divides goes away.
-    """
-    names = [n for n in function.name_in() if n not in numbers]
-    symbols = {n: ca.SX.sym(n, *function.size_in(n)) for n in names}
-    nothing = ca.SX.sym("nothing")
-    given = {n: _by_nothing(values, nothing) for n, values in numbers.items()} | symbols
-    made = function.expand().call([given[n] for n in function.name_in()])
-    flat = ca.substitute(made, [nothing], [ca.SX(0)])
-    return ca.Function(name, list(symbols.values()), flat, names, function.name_out(), {"cse": True})
-
-
-def _by_nothing(values: Any, nothing: ca.SX) -> ca.SX:
-    return ca.vertcat(*(1 / nothing if value == float("inf") else value for value in values.tolist()))

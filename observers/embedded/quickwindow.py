@@ -1,14 +1,12 @@
-"""The moving horizon on the declared model, quicker: the patch by hand, the window as casadi has it.
+"""The moving horizon on the declared model, small and quick.
 
-The patch of `observers.embedded.patchcode` is kept as every sample of the window left it. The window is
-that of `observers.window`, on a model whose torque is handed to it.
+The patch of `observers.embedded.patchcode` is kept as every sample of the window left it, and C loops
+over the samples; what is done at each is casadi's, see `observers.embedded.windowparts`.
 """
 
 from collections.abc import Mapping
-from typing import Any
 
 from observers.embedded.filling import Body, filled
-from observers.embedded.handed import HandedTorque
 from observers.embedded.patchcode import (
     build_corner,
     is_declared,
@@ -18,48 +16,53 @@ from observers.embedded.patchcode import (
 )
 from observers.embedded.reals import Real
 from observers.embedded.source import embedded_source
-from observers.embedded.start import build_start
 from observers.embedded.typed import in_type
+from observers.embedded.windowparts import made_size, prior_variance_of, window_functions
 from observers.mhe import Mhe
 from observers.settings import ModelObserver
-from observers.window import build_window_step, layout
+
+KEPT = 9
+"""Corners kept with a sample: a window of 50 samples takes less than 8 KB in single precision."""
+STATE = """\
+    {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}], last[7], counts[2];
+    {real} x[{window}][{n}], row[{window}][5], made[{window}][{made}];
+    {real} slope[{window}], xi[{window}][{kept}], d[{window}][{kept}];
+    {name}_patch_t patch;
+    int32_t newest;
+    int8_t corners[{window}];"""
 
 
 def is_quick_window(observer: ModelObserver) -> bool:
-    """True where the angle is known, for one iteration on the declared model."""
-    if not isinstance(observer, Mhe) or observer.sensing.turns:
+    """True where the angle is known, for one iteration on the declared model, two samples or more."""
+    if not isinstance(observer, Mhe) or observer.sensing.turns or observer.window < 2:
         return False
     return observer.iterations == 1 and is_declared(observer)
 
 
 def quick_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> Body:
     """The code of an estimator for which `is_quick_window` holds."""
-    handed: Any = HandedTorque(stiff="stiffness" in observer.states, kept=True)
-    parts = layout(handed, observer.sensing, observer.window)
-    step = build_window_step(handed, observer.sensing, observer.window, observer.iterations)
-    functions = [build_corner(observer), build_start(observer, parts), step]
-    source = embedded_source(functions, real, f"{terms['name']}_core")
-    x = "" if not handed.stiff else f"        stiffness = x[{observer.states.index('stiffness')}];\n"
-    numbers = {
-        "window": observer.window, "x_at": parts.places["x"][0].start, "states": len(observer.states),
-        "memory_at": parts.places["memory"][0].start, "memory_size": handed.memory_size,
-        "arg": source.arg, "res": source.res, "step": step.name(), "stiffness_of_x": x,
-    }  # fmt: skip
-    filling = {**terms, **patch_numbers(observer), **{n: str(v) for n, v in numbers.items()}}
-    private = f"""\
-    {real.c_type} values[2][{parts.size}]; /* of the window, before and after a sample */
-    {real.c_type} scratch[{source.w}];
-    int32_t integers[{max(source.iw, 1)}];
-    {real.c_type} F_N;
-    int32_t newest;
-    {terms["name"]}_patch_t patches[{observer.window}];"""
+    n, made = len(observer.states), made_size(observer)
+    functions = [build_corner(observer), *window_functions(observer)]
+    source = embedded_source(functions, real, f"{terms['name']}_core", all_given=True)
+    stiff = f"[{observer.states.index('stiffness')}]" if "stiffness" in observer.states else ""
+    filling = {
+        **terms,
+        **patch_numbers(observer),
+        "window": str(observer.window),
+        "states": str(n),
+        "made": str(made),
+        "kept": str(KEPT),
+        "stiffness": f"x{stiff}" if stiff else "1.0",
+        "stiffness_newest": f"newest{stiff}" if stiff else "1.0",
+        "prior_variance": repr(prior_variance_of(observer)),
+    }
+    numbers = {"n": n, "window": observer.window, "made": made, "kept": KEPT}
+    a_sample = n + 5 + made + 1 + 2 * KEPT
+    size = (n + 2 * n * n + 9 + observer.window * a_sample) * real.size
     return Body(
         core=f"{source.text}\n{in_type(filled('patch.c', filling), real)}",
-        stepping=in_type(filled("window_stepping.c", filling), real),
-        private=private,
-        bytes=(2 * parts.size + source.w + 1) * real.size
-        + 4 * max(source.iw, 1)
-        + 4
-        + observer.window * patch_bytes(real),
+        stepping=in_type(filled("window.c", filling), real),
+        private=STATE.format(real=real.c_type, name=terms["name"], **numbers),
+        bytes=size + patch_bytes(real) + 4 + observer.window,
         types=patch_types(real, terms["name"]),
     )

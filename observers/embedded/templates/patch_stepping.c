@@ -1,3 +1,23 @@
+/* Moment of the patch over k [m^3 rad], its derivative by scale, and, where it is used, by the angle. */
+static void patch_moment(const ${name}_patch_t *patch, $real scale, $real *moment) {
+    $real total = (patch->rest - patch->angle) * $still_moment, along = 0.0, turning = -$still_moment;
+    $real made[2] = {0.0, 0.0}, z = 0.0;
+    int32_t i;
+    for (i = 0; i < patch->corners; ++i) {
+        z = smaller(scale * patch->xi[i], FAR_OUT);
+        unit_moment(z, made);
+        total += patch->d[i] * made[0];
+        along += patch->d[i] * made[1] * patch->xi[i];
+        if ($turns && patch->clipped[i] != 0)
+            turning += (patch->clipped[i] > 0 ? 1.0 : -1.0) * (made[0] - z * made[1]);
+    }
+    /* At rest the end of the patch moves with the last corner. */
+    if ($turns && !patch->moved) turning = patch->corners > 0 ? turning + made[0] : 0.0;
+    moment[0] = total;
+    moment[1] = along;
+    moment[2] = turning;
+}
+
 /* Angle and load of a sample as the patch meets them, and its torque: M_z [N m], its derivatives by mu, by
    k over its nominal value, and by the angle. */
 static void meet(${name}_state_t *state, $real psi, $real F_N, $real mu, $real stiffness, $real *torque) {

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from identification import read_recording
-from observers import AligningTorque, Ekf, Mhe, SteeringTorque, run
+from observers import AligningTorque, Ekf, Mhe, Status, SteeringTorque, Tuning, run
 from observers.embedded import DOUBLE, SINGLE
 from observers.embedded.quick import is_quick
 from observers.embedded.quickwindow import is_quick_window
@@ -24,7 +24,7 @@ from tests.observers.embedded.building import (
     said_by,
 )
 from tests.observers.embedded.conftest import Build
-from tests.observers.made import columns_of, samples_of
+from tests.observers.made import change_of_ground, columns_of, samples_of
 from tests.rig.record import RigRecording
 from tests.rig.steering import SteeringRecording
 
@@ -127,3 +127,25 @@ def compare_recording(built: Build, path: Path, kind: Any) -> None:
     print(f"single precision: mu off by {off.max():.1e}, after 1 s by {off[100:].max():.1e}")
     assert off.max() < 5e-5
     assert off[100:].max() < 5e-6
+
+
+@pytest.mark.parametrize("window", [2, 7, 50])
+@pytest.mark.parametrize("kind", KINDS)
+def test_outliers_and_changes_of_the_ground(built: Build, kind: Any, window: int) -> None:
+    t, psi, F_N, M_z = change_of_ground()
+    rng = np.random.default_rng(3)
+    M_z = np.where(rng.random(t.size) < 0.02, 3 * M_z, M_z)
+    M_z[rng.random(t.size) < 0.1] = np.nan
+    rows = np.column_stack([psi, np.full(t.size, np.nan), M_z, F_N, np.full(t.size, 0.01)])[:1000]
+    tuning = Tuning(noise=0.01, error=0.02, gate=4.0, reset_after=3, zero_time=20.0)
+    settings = {"window": window} if kind is Mhe else {}
+    observer = kind(
+        **DECLARED, rig=RIG, tuning=tuning, sensing=AligningTorque(stiffness=True), **settings
+    )
+    said, expected = built(observer, DOUBLE).follow(rows), said_by(observer, rows, turns=False)
+
+    np.testing.assert_allclose(said[:, :2], expected[:, :2], rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(said[:, 3:], expected[:, 3:])
+    seen = [int(status) for status in expected[:, 4]]
+    assert sum(status & Status.RESET > 0 for status in seen) > 0, "the ground never changed"
+    assert sum(status & Status.REJECTED > 0 for status in seen) > 5, "there were no outliers"
