@@ -2,12 +2,13 @@
 
 from collections import deque
 from dataclasses import dataclass, replace
-from math import inf, isfinite, nan
+from math import isfinite, nan
 from numbers import Integral
 from typing import Any
 
 from observers.protocol import Estimate, Observer, Sample, Status
 from observers.rate import next_rate
+from observers.sensing import SENSIBLE
 from symbolic import InvalidInputError
 
 
@@ -24,7 +25,7 @@ class _Known:
 class Loop:
     """An observer that keeps its state: `loop(sample)` is the estimate after the sample.
 
-    It starts at the first sample with a finite psi and F_N > 0 N, which says where the patch stands at
+    It starts at the first sample with a sensible psi and F_N > 0 N, which says where the patch stands at
     rest. A yaw rate that a sample lacks, NaN, is taken from the past of the angle as in `observers.run`.
 
     Attributes:
@@ -101,13 +102,13 @@ class Loop:
     def _after(self, known: _Known, sample: Sample) -> _Known:
         """What is known after one more sample."""
         psi, rate, age = known.psi, known.psi_dot, known.age + sample.dt
-        if isfinite(sample.psi):
+        if abs(sample.psi) < SENSIBLE:
             turn = sample.psi - psi if isfinite(psi) else 0.0
             psi, rate, age = sample.psi, next_rate(rate, turn, age), 0.0
         state = known.state
-        if not isfinite(sample.psi_dot):
+        if not abs(sample.psi_dot) < SENSIBLE:
             sample = replace(sample, psi_dot=rate)
-        if state is None and isfinite(sample.psi) and inf > sample.F_N > 0:
+        if state is None and abs(sample.psi) < SENSIBLE and SENSIBLE > sample.F_N > 0:
             state = self.observer.init(sample)
         return _Known(None if state is None else self.observer.step(state, sample), psi, age, rate)
 

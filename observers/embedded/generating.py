@@ -37,7 +37,7 @@ REFUSED = 128
 """Status of a sample that generated code leaves out; Python raises an error there."""
 REMEDIES = {
     **{int(status): status.remedy for status in Status if status},
-    REFUSED: "dt out of range, or no finite estimate: the sample was left out",
+    REFUSED: "dt out of range, the sample was left out; or numbers failed",
 }
 KINDS = {"Ekf": "Extended Kalman filter", "Mhe": "Moving-horizon estimator"}
 

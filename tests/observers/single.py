@@ -1,7 +1,6 @@
 """The filter in single precision: its C generated, compiled and run on random but valid samples."""
 
 import ctypes
-import re
 import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,6 +15,8 @@ from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Sample, SteeringTorque, Tuning
 from observers.ekf import build_step
+from observers.embedded.reals import SINGLE
+from observers.embedded.typed import in_type
 from observers.settings import SAID
 from symbolic import Model, Rig, effects_named
 from symbolic.compiled import compiler
@@ -27,7 +28,6 @@ FAULTS = ("sound", "not finite", "not positive")
 NO_COMPILER = "no C compiler at hand (CC, else cc), or BRUSHGRIP_INTERPRET is set"
 # C99 without GNU's extensions also keeps the compiler from fusing operations: the same on every machine.
 FLAGS = ("-std=c99", "-O2", "-ftree-vectorize", "-march=native", "-fPIC", "-Wall", "-Werror")
-LITERAL = re.compile(r"(?<![\w.])(?:\d+\.\d*(?:[eE][+-]?\d+)?|\d+[eE][+-]?\d+)(?![\w.])")
 
 ONE, THREE = AligningTorque(zero=False), AligningTorque(stiffness=True)
 WHEEL, FIVE = SteeringTorque(), SteeringTorque(zero=True, stiffness=True)
@@ -223,8 +223,7 @@ def in_single(*functions: ca.Function) -> str:
     generator = ca.CodeGenerator("single.c", {"casadi_real": "float"})
     for function in functions:
         generator.add(function)
-    # casadi writes sqrt, not sqrtf, and its constants are doubles.
-    return "#include <tgmath.h>\n" + LITERAL.sub(lambda found: f"{found.group()}f", generator.dump())
+    return in_type(generator.dump(), SINGLE)
 
 
 def build(observer: Ekf, folder: Path) -> Single:

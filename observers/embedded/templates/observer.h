@@ -59,7 +59,8 @@ void ${name}_init(${name}_state_t *state);
 
 /* Takes one more sample; returns its status. The first with a known psi and a load greater than 0 says
    where the patch stands at rest; before it the estimate is what was believed beforehand. A sample with
-   a dt out of range is left out, ${NAME}_REFUSED, as is one that would leave no finite estimate. */
+   a dt out of range is left out, ${NAME}_REFUSED. Should numbers ever fail, so that no finite estimate is
+   left, that is flagged the same way. */
 int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample);
 
 /* What the observer says after its last sample. */

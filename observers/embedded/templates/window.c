@@ -57,7 +57,7 @@ static void begin(${name}_state_t *state, const $real *sample) {
 
 /* One sample of the filter that goes along the window: from mean and factor to those of the next one. */
 static void go_on(const ${name}_state_t *state, int32_t at, int32_t next, $real *mean, $real *factor, $real *made) {
-    $real torque[3], mean_next[STATES], factor_next[STATES * STATES];
+    $real torque[3], mean_next[STATES] = {0.0}, factor_next[STATES * STATES] = {0.0};
     int32_t i;
     torque_at(state, at, state->x[at], torque);
     {
@@ -71,7 +71,7 @@ static void go_on(const ${name}_state_t *state, int32_t at, int32_t next, $real 
 
 /* The oldest sample leaves: it is measured once more, now for good. */
 static void leave(${name}_state_t *state, int32_t oldest) {
-    $real made[$made], limited[STATES];
+    $real made[$made], limited[STATES] = {0.0};
     const $real *arg[1] = {state->mean};
     $real *res[1] = {limited};
     int32_t i;
@@ -99,7 +99,7 @@ static void believe(${name}_state_t *state, const $real *judged) {
 
 /* The states of the whole window: forth as a filter, and back. */
 static void smooth(${name}_state_t *state) {
-    $real mean[STATES], factor[STATES * STATES], costate[STATES], before[STATES];
+    $real mean[STATES], factor[STATES * STATES], costate[STATES], before[STATES] = {0.0};
     const int32_t oldest = (state->newest + 1) % $window;
     int32_t i, j;
     for (j = 0; j < STATES; ++j) {
@@ -123,7 +123,8 @@ static void smooth(${name}_state_t *state) {
 
 /* One sample. */
 static int32_t advance(${name}_state_t *state, const $real *sample) {
-    $real now[CLEAN], held, newest[STATES], P[STATES * STATES], torque[3], judged[5], counts[2], said[4], scale;
+    $real now[CLEAN] = {0.0}, held = 0.0, newest[STATES] = {0.0}, P[STATES * STATES] = {0.0};
+    $real torque[3], judged[5] = {0.0}, counts[2] = {0.0}, said[4] = {0.0}, scale;
     const int32_t last = state->newest, at = (last + 1) % $window;
     int32_t i;
     {

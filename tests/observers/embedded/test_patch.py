@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from observers import Ekf, SteeringTorque
+from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real
 from observers.embedded.patchcode import DEPTH
+from observers.embedded.quickwindow import KEPT
 from symbolic import Model, full_slide_level, simulate
 from symbolic.compiled import compiler
 from tests.observers.conftest import RIG, K
-from tests.observers.embedded.building import DECLARED, NO_COMPILER, build, observer_of
+from tests.observers.embedded.building import DECLARED, NO_COMPILER, build, observer_of, said_by
 from tests.rig.patch import RigTyre
 from tests.rig.patch import simulate as simulate_bristles
 from tests.rig.path import hand_path
@@ -193,3 +194,18 @@ def test_never_more_corners_than_there_are_places(patch: Patch) -> None:
     assert np.isfinite(made.M_z).all()
     slide = 0.5 * MU * F_N * RIG.a
     assert (np.abs(made.M_z) < slide).all()
+
+
+def test_more_corners_than_a_window_keeps(tmp_path: Path) -> None:
+    rng, t = np.random.default_rng(4), np.arange(0, 30, 0.01)
+    psi = 0.25 * np.sin(np.minimum(t, 8)) + 1.5e-3 * rng.standard_normal(t.size)
+    M_z, _ = exact(psi, steady(t.size))
+    rows = np.column_stack([psi, np.full(t.size, np.nan), M_z, steady(t.size), np.full(t.size, 0.01)])
+    observer = observer_of(Mhe, DECLARED, AligningTorque(), noise=0.02)
+    said, expected = build(observer, DOUBLE, tmp_path).follow(rows), said_by(observer, rows, turns=False)
+    deepest = Patch(DOUBLE, tmp_path).follow(psi, steady(t.size)).corners.max()
+    off = np.abs(said - expected)[:, 0].max()
+    print(f"{deepest:.0f} corners, mu off by {off:.1e}")
+
+    assert deepest > KEPT
+    assert 1e-12 < off < 5e-4

@@ -2,6 +2,7 @@
 
 import shutil
 import subprocess
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,8 @@ ALONE = (
 CASES = [
     pytest.param(Ekf, DECLARED, AligningTorque(), id="ekf-declared-aligning"),
     pytest.param(Ekf, FOUND, SteeringTorque(), id="ekf-effects-steering"),
+    pytest.param(Ekf, DECLARED, SteeringTorque(zero=True, stiffness=True), id="ekf-steering-5"),
+    pytest.param(Mhe, DECLARED, AligningTorque(stiffness=True), id="mhe-declared-aligning"),
     pytest.param(Mhe, DECLARED, SteeringTorque(), id="mhe-declared-steering"),
     pytest.param(Mhe, FOUND, AligningTorque(), id="mhe-effects-aligning"),
 ]
@@ -96,8 +99,8 @@ def test_before_the_first_usable_sample_the_prior_stands(built: Build) -> None:
 def test_core_needs_nothing_but_mathematics(built: Build) -> None:
     if (nm := shutil.which("nm")) is None:
         pytest.skip("no nm at hand to list symbols")
-    for kind in (Ekf, Mhe):
-        code = built(observer_of(kind, FOUND, AligningTorque()), SINGLE)
+    for kind, model in product((Ekf, Mhe), (DECLARED, FOUND)):
+        code = built(observer_of(kind, model, AligningTorque()), SINGLE)
         code.compile("-O1", "-c", sources=("brushgrip.c",), out="bare.o")
         listed = subprocess.run(
             [nm, "bare.o"], cwd=code.folder, capture_output=True, text=True, check=True
@@ -128,7 +131,9 @@ def test_core_needs_nothing_but_mathematics(built: Build) -> None:
 def test_sanitisers_find_nothing(built: Build, repository_root: Path) -> None:
     for kind, model, sensing, count in (
         (Ekf, DECLARED, AligningTorque(), 3000),
-        (Mhe, FOUND, SteeringTorque(), 200),
+        (Mhe, DECLARED, AligningTorque(), 2000),
+        (Ekf, DECLARED, SteeringTorque(), 3000),
+        (Ekf, FOUND, SteeringTorque(), 500),
     ):
         code = built(observer_of(kind, model, sensing), SINGLE)
         driver = str(Path(__file__).with_name("follow.c"))
@@ -155,16 +160,16 @@ def test_clang_has_nothing_to_say(built: Build, kind: Any, model: Any, sensing: 
     code.compile(*STRICT, "-fsyntax-only", sources=("brushgrip.c",), out="none", command=clang)
 
 
-@pytest.mark.slow
 def test_cppcheck_finds_nothing(built: Build) -> None:
     if (cppcheck := shutil.which("cppcheck")) is None:
         pytest.skip("no cppcheck at hand")
-    code = built(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)
     asked = ["--std=c99", "--enable=warning,performance,portability", "--error-exitcode=1", "--quiet"]
-    found = subprocess.run(
-        [cppcheck, *asked, "brushgrip.c", "main.c", "check.c"],
-        cwd=code.folder,
-        capture_output=True,
-        text=True,
-    )
-    assert found.returncode == 0, found.stderr
+    for kind in (Ekf, Mhe):
+        code = built(observer_of(kind, DECLARED, AligningTorque()), SINGLE)
+        found = subprocess.run(
+            [cppcheck, *asked, "brushgrip.c", "main.c", "check.c"],
+            cwd=code.folder,
+            capture_output=True,
+            text=True,
+        )
+        assert found.returncode == 0, found.stderr
