@@ -1,0 +1,74 @@
+"""What generated C costs: on this machine in time, on an emulated Cortex-M4F and M7 in instructions.
+
+    python benchmarks/embedded.py
+
+The code runs along the embedded recording train_a, in single precision, compiled with -O2. Here it is
+timed, the least of many runs. The emulator counts instructions, which are no cycles; flash holds what is
+needed of math.h and memcpy, stack is what a step touches. `effects` is a model with carcass torsion and
+rate friction, which stays on casadi's own vectors. Needs gcc or clang; for the targets arm-none-eabi-gcc
+with newlib, and qemu-system-arm.
+"""
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from identification import read_recording
+from observers import AligningTorque, Ekf, Mhe
+from observers.embedded import SINGLE
+from symbolic import Tyre
+from tests.observers.conftest import RIG, K
+from tests.observers.embedded.building import DECLARED, FOUND, Built, build, observer_of
+from tests.observers.embedded.cortex.target import M4F, M7, NEEDED, at_hand, run_on
+
+ROUNDS = 30
+RECORDING = Path(__file__).resolve().parents[1] / "examples" / "recordings" / "train_a.csv"
+TIMER = Path(__file__).with_name("embedded_timer.c")
+
+
+def samples() -> np.ndarray:
+    """The recording as samples (n, 5)."""
+    made = read_recording(RECORDING, (RIG, Tyre(k=K, mu=1.2)))
+    step = np.diff(made.t, prepend=2 * made.t[0] - made.t[1])
+    nothing = np.full(made.t.size, np.nan)
+    return SINGLE.round(np.column_stack([made.psi, nothing, made.M_z, made.F_N, step]))
+
+
+def microseconds(code: Built, rows: np.ndarray) -> float:
+    """Time of a step here."""
+    rows.astype(np.float32).tofile(code.folder / "samples.bin")
+    flags = ("-std=c99", "-O2", "-fno-math-errno")
+    timer = code.compile(*flags, sources=(str(TIMER), "brushgrip.c"), out="timer")
+    command = [str(timer), str(code.folder / "samples.bin"), str(ROUNDS)]
+    return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+
+
+def main() -> None:
+    """Print a line for every observer and model."""
+    rows = samples()
+    for name, kind, model in (
+        ("EKF, declared", Ekf, DECLARED),
+        ("MHE of 50, declared", Mhe, DECLARED),
+        ("EKF, effects", Ekf, FOUND),
+        ("MHE of 50, effects", Mhe, FOUND),
+    ):
+        with tempfile.TemporaryDirectory() as folder:
+            code = build(observer_of(kind, model, AligningTorque()), SINGLE, Path(folder))
+            print(f"{name:22}here {microseconds(code, rows):8.2f} us a step")
+            for board in (M4F, M7) if at_hand() else ():
+                cost = run_on(board, code, rows[:700])
+                print(
+                    f"{'':22}{board.name} {cost.instructions:9.0f} instructions, at most {cost.most:7};"
+                    f" flash {cost.flash:6}, state {cost.state:6}, stack {cost.stack:5} bytes"
+                )
+    if not at_hand():
+        print(f"no target: {NEEDED}")
+
+
+if __name__ == "__main__":
+    main()
