@@ -24,7 +24,7 @@ from tests.rig.path import hand_path
 pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 Array = NDArray[np.float64]
 MU = 1.3
-EXACT = Model(corners=64)
+EXACT = Model(corners=96)
 
 
 @dataclass(frozen=True)
@@ -79,6 +79,12 @@ def exact(psi: Array, F_N: Array, mu: float = MU) -> tuple[Array, Array]:
     signals = np.vstack([psi, np.zeros_like(psi), F_N, np.full_like(psi, 0.01)])
     made = simulate(EXACT, signals, np.array([mu, K]), np.array([RIG.a, RIG.e]), np.eye(2)[:, :1])
     return made.M_z, made.sensitivities[:, 0]
+
+
+def with_as_many(psi: Array, F_N: Array) -> Array:
+    """M_z of the exact patch with no more corners than the quick one has."""
+    signals = np.vstack([psi, np.zeros_like(psi), F_N, np.full_like(psi, 0.01)])
+    return simulate(Model(corners=DEPTH), signals, np.array([MU, K]), np.array([RIG.a, RIG.e])).M_z
 
 
 def steady(count: int) -> Array:
@@ -176,14 +182,28 @@ def test_overflow_gives_up_what_is_felt_least(patch: Patch, path: str, most: flo
     made = patch.follow(psi, steady(t.size))
     M_z, _ = exact(psi, steady(t.size))
     off, range_ = np.abs(made.M_z - M_z).max(), np.ptp(M_z)
-    signals = np.vstack([psi, np.zeros_like(psi), steady(t.size), np.full_like(psi, 0.01)])
-    vectors = simulate(Model(corners=DEPTH), signals, np.array([MU, K]), np.array([RIG.a, RIG.e])).M_z
-    by_vectors = np.abs(vectors - M_z).max()
+    by_vectors = np.abs(with_as_many(psi, steady(t.size)) - M_z).max()
     print(f"{path}: off by {off / range_:.1e} of range, by vectors {by_vectors / range_:.1e}")
 
     assert made.corners.max() == DEPTH
     assert off < most * range_
     assert off < 1.1 * by_vectors
+
+
+def test_a_swinging_load_needs_more_corners_than_there_are(patch: Patch) -> None:
+    # A limit that rises while the wheel turns leaves a corner behind at every sample.
+    t = np.arange(0, 20, 0.01)
+    psi, F_N = 0.3 * np.sin(t), 400 * (1 + 0.3 * np.sin(2.3 * t))
+    made = patch.follow(psi, F_N)
+    M_z, by_mu = exact(psi, F_N)
+    off = np.abs(made.M_z - M_z).max() / np.ptp(M_z)
+    slope_off = np.abs(made.by_mu - by_mu).max() / np.ptp(by_mu)
+    print(f"{made.corners.max():.0f} corners, off by {off:.1e} of range, slope by {slope_off:.1e}")
+
+    assert made.corners.max() == DEPTH
+    assert off < 1e-3
+    assert off < 1.1 * np.abs(with_as_many(psi, F_N) - M_z).max() / np.ptp(M_z)
+    assert slope_off < 2e-2
 
 
 def test_never_more_corners_than_there_are_places(patch: Patch) -> None:
