@@ -36,7 +36,7 @@ from symbolic.description import units_of
 REFUSED = 128
 """Status of a sample that generated code leaves out; Python raises an error there."""
 REMEDIES = {
-    **{int(status): status.remedy for status in Status if status},
+    **{int(status): status.remedy for status in Status if status & ~Status.NO_ROOT},
     REFUSED: "dt out of range, the sample was left out; or numbers failed",
 }
 KINDS = {"Ekf": "Extended Kalman filter", "Mhe": "Moving-horizon estimator"}
@@ -146,6 +146,9 @@ def _terms(observer: Ekf | Mhe, real: Real, name: str, torque: str) -> dict[str,
         "digits": str(real.digits),
         "torque": torque,
         "torque_said": said[torque],
+        "rate_said": "not used: the rate is estimated"
+        if observer.sensing.turns
+        else "yaw rate [rad/s]; where there is none it is taken from the past of psi",
         "M_z": "sample->M_z" if torque == "M_z" else f"({real.c_type})NAN",
         "M": "sample->M" if torque == "M" else f"({real.c_type})NAN",
         "described": described(observer, real),

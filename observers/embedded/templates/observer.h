@@ -25,8 +25,8 @@ extern "C" {
 /* One sample of the sensors; NAN where a sensor gave none. What is infinite, or beyond 1e9, counts as none. */
 typedef struct {
     $real psi;     /* yaw (steering) angle [rad] */
-    $real psi_dot; /* yaw rate [rad/s]; where it is none it is taken from the past of psi */
-    $real $torque; /* $torque_said */
+    $real psi_dot; /* $rate_said */
+    $real $torque;     /* $torque_said */
     $real F_N;     /* vertical load [N]; the last one holds where there is none greater than 0 */
     $real dt;      /* time since the last sample, greater than 0 and at most 3600 [s] */
 } ${name}_sample_t;
@@ -41,7 +41,7 @@ $flags
 typedef struct {
     $real mu;            /* friction coefficient [1] */
     $real mu_std;        /* its standard deviation [1] */
-    $real M_z_predicted; /* aligning torque expected, see the manual [N m]; NAN before the first sample */
+    $real M_z_predicted; /* aligning torque of the model [N m], before its measurement was seen; NAN at first */
     int32_t informed;    /* 0 while the estimate rests on what was believed beforehand, else 1 */
     int32_t status;      /* flags as above */
 } ${name}_estimate_t;

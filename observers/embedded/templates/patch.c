@@ -6,6 +6,8 @@
    the last it is 0. A turn takes the corner at the limit further in, or adds one; nothing else moves but
    r. Units are those in which neither mu nor k matters: r k / mu [N/m^3] and xi k / mu [N/(m^3 rad)]. */
 
+/* Where the angle is a state of the observer, the slope of the torque by it is wanted too. */
+#define ANGLE_IS_ESTIMATED $turns
 /* Turns below this are rounding, not motion [rad]. */
 #define STILL 1e-12
 /* Corners beyond carry no torque, and could not be squared [1/m]. */
@@ -55,7 +57,7 @@ static void drop_corner(${name}_patch_t *patch, $real scale) {
         patch->xi[i] = patch->xi[i + 1];
         patch->r[i] = patch->r[i + 1];
         patch->d[i] = patch->d[i + 1];
-        if ($turns) patch->clipped[i] = patch->clipped[i + 1];
+        if (ANGLE_IS_ESTIMATED) patch->clipped[i] = patch->clipped[i + 1];
     }
     --patch->corners;
 }
@@ -66,7 +68,7 @@ static void add_corner(${name}_patch_t *patch, $real scale, $real xi, $real r, $
     patch->xi[patch->corners] = xi;
     patch->r[patch->corners] = r;
     patch->d[patch->corners] = d;
-    if ($turns) patch->clipped[patch->corners] = clipped;
+    if (ANGLE_IS_ESTIMATED) patch->clipped[patch->corners] = clipped;
     ++patch->corners;
 }
 
@@ -133,7 +135,7 @@ static void turn_patch(${name}_patch_t *patch, $real psi, $real level, $real sca
     for (i = 0; i < patch->corners; ++i) {
         r = patch->r[i] - patch->xi[i] * turn;
         patch->r[i] = r;
-        if ($turns) patch->clipped[i] = 0;
+        if (ANGLE_IS_ESTIMATED) patch->clipped[i] = 0;
         if (first < 0 && fabs(r) > level) first = i;
     }
     if (patch->corners > 0) xi = patch->xi[patch->corners - 1];

@@ -8,11 +8,11 @@ static void patch_moment(const ${name}_patch_t *patch, $real scale, $real *momen
         unit_moment(z, made);
         total += patch->d[i] * made[0];
         along += patch->d[i] * made[1] * patch->xi[i];
-        if ($turns && patch->clipped[i] != 0)
+        if (ANGLE_IS_ESTIMATED && patch->clipped[i] != 0)
             turning += (patch->clipped[i] > 0 ? 1.0 : -1.0) * (made[0] - z * made[1]);
     }
     /* At rest the end of the patch moves with the last corner. */
-    if ($turns && !patch->moved) turning = patch->corners > 0 ? turning + made[0] : 0.0;
+    if (ANGLE_IS_ESTIMATED && !patch->moved) turning = patch->corners > 0 ? turning + made[0] : 0.0;
     moment[0] = total;
     moment[1] = along;
     moment[2] = turning;
