@@ -15,7 +15,6 @@ from brushgrip.wording import (
     percent,
     plain,
     quantity,
-    sentence,
     torque,
     worse,
 )
@@ -124,7 +123,6 @@ def effects_table(diagnosis: Diagnosis) -> str:
                 _number(percent(effect.holdout_nrmse_after)),
                 _number(f"{effect.delta_bic:+.1f}".replace("-", "−")),
                 Cell(alike or "–"),
-                Cell(sentence(effect.experiment.sentence) if effect.experiment else "–"),
             ]
         )
     header = [
@@ -134,7 +132,6 @@ def effects_table(diagnosis: Diagnosis) -> str:
         _number("error then"),
         _number("ΔBIC"),
         Cell("cannot be told from"),
-        Cell("experiment that would tell"),
     ]
     return table("In order of selection", header, rows)
 

@@ -117,7 +117,7 @@ class Signatures:
         names = [s.signal for s in sorted(shadows, key=lambda s: -abs(s.correlation))]
         others = ", ".join(name for name in names if name not in known)
         also = f" What that leaves follows {'; then '.join(then)}." if then else ""
-        shade = f" No more than these go with: {others}." if others else ""
+        shade = f" Outside their bands because they go along with these: {others}." if others else ""
         return f"The residual follows {first}.{also}{shade}"
 
     def _quiet(self) -> str:
