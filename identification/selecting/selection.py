@@ -168,7 +168,7 @@ def _moves(
     forward = _forward(ranked, waves, training, try_all)
     yield forward
     yield _backward(ranked, training, try_all)
-    yield _exchange(ranked, forward.tried, try_all)
+    yield _exchange(ranked, forward.tried, training, try_all)
 
 
 def _waves(candidates: Sequence[str], steps: Sequence[Step]) -> tuple[list[str], list[str]]:
@@ -209,14 +209,16 @@ def _backward(ranked: Trial, training: Sequence[Recording], try_all: Try) -> _Mo
     return _Move(tried=tried, leader=spared[0] if spared else None, holds=holds)
 
 
-def _exchange(ranked: Trial, tried: Sequence[Trial], try_all: Try) -> _Move:
+def _exchange(
+    ranked: Trial, tried: Sequence[Trial], training: Sequence[Recording], try_all: Try
+) -> _Move:
     """The candidates that helped most, though not enough, each in the place of one that is there."""
     helpful = [t.effects[-1] for t in tried if t.nrmse < (1 - LEAST_GAIN) * ranked.nrmse][:EXCHANGES]
     sets = [
         (*(e for e in ranked.effects if e != gone), name) for name in helpful for gone in ranked.effects
     ]
     swapped = try_all(sets, f"exchanging one of {', '.join(ranked.effects)}") if sets else []
-    better = [trial for trial in swapped if _is_better(trial, ranked)]
+    better = [trial for trial in swapped if _is_better(trial, ranked, training)]
     return _Move(tried=swapped, leader=better[0] if better else None, holds=_is_better)
 
 
@@ -253,13 +255,16 @@ def _earns_its_place(trial: Trial, current: Trial, training: Sequence[Recording]
     return delta_bic(trial.fitted, current.fitted, training) < 0
 
 
-def _is_better(trial: Trial, current: Trial, training: Sequence[Recording] = ()) -> bool:
-    """Lower judged error by a clear margin, with no more parameters than needed to say so."""
-    del training
+def _is_better(trial: Trial, current: Trial, training: Sequence[Recording]) -> bool:
+    """Lower judged error by a clear margin; more parameters have to be paid for on the training data."""
     if not trial.nrmse < (1 - LEAST_GAIN) * current.nrmse:
         return False
     mean, error = advantage(trial.judgement, current.judgement)
-    return mean > EARNED * error
+    if not mean > EARNED * error:
+        return False
+    if len(trial.fitted.labels) <= len(current.fitted.labels):
+        return True
+    return delta_bic(trial.fitted, current.fitted, training) < 0
 
 
 def _tells_apart(best: Trial, other: Trial) -> bool:
