@@ -84,7 +84,7 @@ def test_find_the_missing_effect(tmp_path: Path) -> None:
     assert set(values) == {"rate_friction: c", "carcass_torsion: k_t"}
     assert abs(float(values["rate_friction: c"]) - 0.04) < 0.002
     assert abs(float(values["carcass_torsion: k_t"]) - 400) < 30
-    assert before > 1.2
+    assert before > 1.5
     assert after < 0.45
 
 

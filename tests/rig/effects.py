@@ -5,9 +5,10 @@ from math import exp, inf
 
 import numpy as np
 
-from tests.rig.creep import REFERENCE_SPEED, REST_SPEED
 from tests.rig.hooks import Array, Drive, Effect, History, Relaxation, Sample
 
+REFERENCE_SPEED = 1e-3
+REST_SPEED = 1e-4
 LEAST_RATE_FACTOR = 0.05
 REFERENCE_LOAD = 400.0
 BEARING_RATE = 0.01
@@ -15,18 +16,14 @@ BEARING_RATE = 0.01
 
 @dataclass(frozen=True, kw_only=True)
 class RateFriction(Effect):
-    """Limit times 1 + c ln(v/v_ref), v the bristle's own speed for c > 0, the drive's for c < 0."""
+    """Limit times 1 + c ln(sqrt(v² + v_0²)/v_ref)."""
 
     c: float = 0.0
 
-    def rate(self) -> float:
-        """What grows."""
-        return max(self.c, 0.0)
-
     def friction(self, sample: Sample) -> Array:
-        """What falls, factor of each bristle."""
+        """Factor of each bristle."""
         regular = np.sqrt(sample.speed**2 + REST_SPEED**2)
-        return np.maximum(LEAST_RATE_FACTOR, 1 + min(self.c, 0.0) * np.log(regular / REFERENCE_SPEED))
+        return np.maximum(LEAST_RATE_FACTOR, 1 + self.c * np.log(regular / REFERENCE_SPEED))
 
 
 @dataclass(frozen=True, kw_only=True)
