@@ -10,7 +10,7 @@ from brushgrip.atomic import staged_directory
 from brushgrip.commands.options import ModelFile, OutFolder
 from brushgrip.console import say
 from observers import AligningTorque, Ekf, Mhe, Sensing, SteeringTorque, from_files
-from observers.embedded import DOUBLE, SINGLE, generate
+from observers.embedded import DOUBLE, SINGLE, generate, generate_fmu
 
 
 class Kind(StrEnum):
@@ -31,6 +31,7 @@ class Target(StrEnum):
     """What is written."""
 
     C = "c"
+    FMU = "fmu"
 
 
 class Torque(StrEnum):
@@ -61,14 +62,18 @@ def codegen(
         str, typer.Option("--name", metavar="NAME", help="Begins every name in C.")
     ] = "brushgrip",
 ) -> None:
-    """Write an observer as C99 for an embedded target: no heap, one type of number, any number at once.
+    """Write an observer as C99 for an embedded target, or as an FMU: no heap, one type of number.
 
     NAME.h and NAME.c are all that the target needs. main.c is an example that reads a recording; check.c
     holds a build against NAME_vector.csv, what Python made of 400 samples; NAME.json says what
-    parameters it was made with.
+    parameters it was made with; NAME_sfun.c is an S-function for Simulink. With --target fmu, NAME.fmu
+    holds the same C with sources and a library for 64-bit Linux: FMI 2.0 co-simulation, a communication
+    step is a sample.
     """
-    del target
     made = from_files(KINDS[observer], rig, model, sensing=SENSINGS[torque])
     with staged_directory(out) as stage:
-        files = generate(made, stage, TYPES[real], name=name)
+        if target is Target.FMU:
+            files = [generate_fmu(made, stage, TYPES[real], name=name)]
+        else:
+            files = generate(made, stage, TYPES[real], name=name)
     say(f"wrote {', '.join(path.name for path in files)} to {out}")

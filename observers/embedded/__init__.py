@@ -1,6 +1,7 @@
-"""Observers as C99 for embedded targets."""
+"""Observers as C99 for embedded targets, and as FMUs around the same C."""
 
+from observers.embedded.fmu import generate_fmu
 from observers.embedded.generating import generate
 from observers.embedded.reals import DOUBLE, SINGLE, Real
 
-__all__ = ["DOUBLE", "SINGLE", "Real", "generate"]
+__all__ = ["DOUBLE", "SINGLE", "Real", "generate", "generate_fmu"]

@@ -45,7 +45,7 @@ KINDS = {"Ekf": "Extended Kalman filter", "Mhe": "Moving-horizon estimator"}
 def generate(
     observer: ModelObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip"
 ) -> list[Path]:
-    """Write an observer as C99: header, code, example, check, build file, parameters, test vector.
+    """Write an observer as C99: header, code, example, check, S-function, parameters, test vector.
 
     Args:
         observer: an `Ekf` or an `Mhe`.
@@ -60,24 +60,28 @@ def generate(
         InvalidInputError: the observer is no Ekf or Mhe, the name is none in C, or a constant is beyond
             the type.
     """
-    if not isinstance(observer, Ekf | Mhe):
-        raise InvalidInputError(f"observer must be an Ekf or an Mhe, got {type(observer).__name__}")
-    if not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", name):
-        raise InvalidInputError(
-            f"name must be a name in C, small letters, digits and _, at most 31, got {name!r}"
-        )
+    texts = texts_of(checked(observer, name), real, name)
     folder = Path(folder)
-    texts = texts_of(observer, real, name)
     folder.mkdir(parents=True, exist_ok=True)
     for file, text in texts.items():
         (folder / file).write_text(text, encoding="utf-8", newline="\n")
     return [folder / file for file in texts]
 
 
+def checked(observer: ModelObserver, name: str) -> Ekf | Mhe:
+    """The observer, if it can be written out under this name; else `InvalidInputError`."""
+    if not isinstance(observer, Ekf | Mhe):
+        raise InvalidInputError(f"observer must be an Ekf or an Mhe, got {type(observer).__name__}")
+    if not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", name):
+        raise InvalidInputError(
+            f"name must be a name in C, small letters, digits and _, at most 31, got {name!r}"
+        )
+    return observer
+
+
 def texts_of(observer: Ekf | Mhe, real: Real, name: str) -> dict[str, str]:
     """Every file's text by its name."""
-    torque = "M" if observer.sensing.turns else "M_z"
-    terms = _terms(observer, real, name, torque)
+    terms = terms_of(observer, real, name)
     body = body_of(observer, real, terms)
     terms |= {"types": body.types, "private": body.private, "bytes": str(body.bytes + 7 * real.size + 8)}
     code = in_type(filled("observer.c", {**terms, "core": "@core@", "stepping": "@stepping@"}), real)
@@ -89,9 +93,10 @@ def texts_of(observer: Ekf | Mhe, real: Real, name: str) -> dict[str, str]:
         f"{name}.c": code,
         "main.c": filled("main.c", terms),
         "check.c": filled("check.c", terms),
+        f"{name}_sfun.c": filled("sfunction.c", terms),
         "CMakeLists.txt": filled("CMakeLists.txt", terms),
         f"{name}.json": parameters_text(observer, real, version),
-        f"{name}_vector.csv": vector_text(observer, real, torque),
+        f"{name}_vector.csv": vector_text(observer, real, terms["torque"]),
     }
 
 
@@ -131,9 +136,9 @@ def step_of(observer: Ekf | Mhe) -> ca.Function:
     return build_step(model, sensing, observer.iterations)
 
 
-def _terms(observer: Ekf | Mhe, real: Real, name: str, torque: str) -> dict[str, str]:
+def terms_of(observer: Ekf | Mhe, real: Real, name: str) -> dict[str, str]:
     """What the templates are filled with."""
-    tuning = observer.tuning
+    tuning, torque = observer.tuning, "M" if observer.sensing.turns else "M_z"
     said = {
         "M_z": "aligning torque, moment of the ground on the wheel [N m]",
         "M": "steering torque, of the hand or motor on the wheel [N m]",

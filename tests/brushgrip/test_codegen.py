@@ -1,6 +1,7 @@
 import json
 import shutil
 import subprocess
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,8 @@ from symbolic.compiled import compiler
 
 Run = Callable[..., Any]
 NEEDS_COMPILER = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
-FILES = ["CMakeLists.txt", "grip.c", "grip.h", "grip.json", "grip_vector.csv", "check.c", "main.c"]
+GENERATED = ["grip.c", "grip.h", "grip.json", "grip_vector.csv", "grip_sfun.c"]
+FILES = ["CMakeLists.txt", "check.c", "main.c", *GENERATED]
 
 
 def codegen(run: Run, rig: Path, out: Path, *options: object) -> Any:
@@ -28,6 +30,29 @@ def test_writes_all_that_a_target_needs(run: Run, rig: Path, tmp_path: Path) -> 
     assert made["parameters"]["k"] == {"value": 2.4e6, "unit": "N/m^2"}
     assert made["real"] == "double"
     assert made["version"] in (tmp_path / "c" / "grip.c").read_text()
+
+
+@NEEDS_COMPILER
+def test_writes_an_fmu(run: Run, rig: Path, tmp_path: Path) -> None:
+    outcome = codegen(run, rig, tmp_path / "made", "--target", "fmu")
+    with zipfile.ZipFile(tmp_path / "made" / "grip.fmu") as archive:
+        names = set(archive.namelist())
+
+    assert outcome.status == 0
+    assert [path.name for path in (tmp_path / "made").iterdir()] == ["grip.fmu"]
+    assert {"modelDescription.xml", "binaries/linux64/grip.so", "sources/grip_fmu.c"} < names
+
+
+def test_an_fmu_needs_a_compiler(
+    run: Run, rig: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("observers.embedded.fmu.compiler", lambda: None)
+    outcome = codegen(run, rig, tmp_path / "made", "--target", "fmu")
+
+    assert outcome.status == 2
+    assert "needs a C compiler" in outcome.err
+    assert outcome.err.count("\n") == 1
+    assert not (tmp_path / "made").exists()
 
 
 @NEEDS_COMPILER

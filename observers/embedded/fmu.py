@@ -1,0 +1,207 @@
+"""An observer as an FMU: FMI 2.0 co-simulation around the C that `generate` writes.
+
+A communication step is one sample: `fmi2DoStep` takes the inputs that stand at its beginning, and what
+it says of them stands at its end. The archive holds the sources, the model description, the parameters
+and the library for 64-bit Linux.
+"""
+
+import json
+import platform
+import subprocess
+import tempfile
+import uuid
+import zipfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from xml.sax.saxutils import escape, quoteattr
+
+from observers.ekf import Ekf
+from observers.embedded.filling import filled
+from observers.embedded.generating import checked, terms_of, texts_of
+from observers.embedded.reals import SINGLE, Real
+from observers.mhe import Mhe
+from observers.settings import ModelObserver
+from symbolic import InvalidInputError
+from symbolic.compiled import compiler
+
+HOST = ("Linux", "x86_64")
+FLAGS = (
+    "-std=c99",
+    "-O2",
+    "-ffp-contract=off",
+    "-fno-math-errno",
+    "-fPIC",
+    "-shared",
+    "-fvisibility=hidden",
+)
+"""Those of the CMake file, so that the FMU says what the C says, to the last bit."""
+DATE = (1980, 1, 1, 0, 0, 0)
+"""Of every file in the archive: the same observer makes the same bytes."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variable:
+    """A variable of the model description.
+
+    Attributes:
+        name: its name.
+        reference: its value reference, as in `templates/fmu.c`.
+        kind: element that says its type, with the unit.
+        said: what it is.
+    """
+
+    name: str
+    reference: int
+    kind: str
+    said: str
+
+    @property
+    def given(self) -> bool:
+        """True for an input, False for an output."""
+        return self.reference < FIRST_OUTPUT
+
+    @property
+    def element(self) -> str:
+        """As modelDescription.xml has it; an input that nobody sets is a sensor that is not there."""
+        role = 'input"' if self.given else 'output" initial="calculated"'
+        start = ' start="NaN"' if self.given else ""
+        return (
+            f'    <ScalarVariable name="{self.name}" valueReference="{self.reference}"'
+            f' variability="discrete" causality="{role}\n        description={quoteattr(self.said)}>'
+            f"<{self.kind}{start}/></ScalarVariable>"
+        )
+
+
+FIRST_OUTPUT = 4
+PSI = Variable(name="psi", reference=0, kind='Real unit="rad"', said="yaw (steering) angle")
+RATE = Variable(
+    name="psi_dot",
+    reference=1,
+    kind='Real unit="rad/s"',
+    said="yaw rate; where there is none it is taken from the past of psi",
+)
+TORQUES = {
+    "M_z": "aligning torque, moment of the ground on the wheel",
+    "M": "steering torque, of the hand or motor on the wheel",
+}
+LOAD = Variable(
+    name="F_N",
+    reference=3,
+    kind='Real unit="N"',
+    said="vertical load; the last one holds where there is none greater than 0",
+)
+OUTPUTS = (
+    Variable(name="mu", reference=4, kind='Real unit="1"', said="friction coefficient"),
+    Variable(name="mu_std", reference=5, kind='Real unit="1"', said="standard deviation of mu"),
+    Variable(
+        name="M_z_predicted",
+        reference=6,
+        kind='Real unit="N.m"',
+        said="aligning torque of the model before its measurement was seen; NaN at first",
+    ),
+    Variable(
+        name="informed",
+        reference=7,
+        kind="Boolean",
+        said="false while the estimate rests on what was believed beforehand",
+    ),
+    Variable(
+        name="status", reference=8, kind="Integer", said="what became of the sample: 0 used, else flags"
+    ),
+)
+
+
+def generate_fmu(
+    observer: ModelObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip"
+) -> Path:
+    """Write an observer as `name`.fmu: FMI 2.0 co-simulation, sources, a library for 64-bit Linux.
+
+    Args:
+        observer: an `Ekf` or an `Mhe`.
+        folder: where to; made if it is not there.
+        real: the type of every number inside; the variables are double in any case.
+        name: of the model, and of the file.
+
+    Returns:
+        The file; its bytes follow from the arguments, the compiler and the versions in use.
+
+    Raises:
+        InvalidInputError: as for `generate`; there is no C compiler, or this is no 64-bit Linux.
+    """
+    made = checked(observer, name)
+    command = _compiler()
+    sources, description, parameters = _texts(made, real, name)
+    files = {
+        "modelDescription.xml": description.encode(),
+        **{f"sources/{file}": text.encode() for file, text in sources.items()},
+        f"resources/{name}.json": parameters.encode(),
+        f"binaries/linux64/{name}.so": _library(command, sources, name),
+    }
+    file = Path(folder) / f"{name}.fmu"
+    file.parent.mkdir(parents=True, exist_ok=True)
+    with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
+        for path, content in files.items():
+            entry = zipfile.ZipInfo(path, DATE)
+            entry.external_attr = 0o644 << 16
+            archive.writestr(entry, content, zipfile.ZIP_DEFLATED)
+    return file
+
+
+def variables_of(torque: str) -> tuple[Variable, ...]:
+    """Inputs and outputs; a rate is of no use where it is estimated, beside a steering torque."""
+    measured = Variable(name=torque, reference=2, kind='Real unit="N.m"', said=TORQUES[torque])
+    return (PSI, *(() if torque == "M" else (RATE,)), measured, LOAD, *OUTPUTS)
+
+
+def _compiler() -> str:
+    """The compiler, for the one machine that is built for."""
+    if (platform.system(), platform.machine()) != HOST:
+        raise InvalidInputError(
+            f"an FMU is built on {' '.join(HOST)}, this is {platform.system()} {platform.machine()};"
+            " write C instead, --target c"
+        )
+    if (command := compiler()) is None:
+        raise InvalidInputError(
+            "an FMU needs a C compiler and none was found; install one or name it in CC,"
+            " and leave BRUSHGRIP_INTERPRET unset"
+        )
+    return command
+
+
+def _texts(observer: Ekf | Mhe, real: Real, name: str) -> tuple[dict[str, str], str, str]:
+    """The sources by file, the model description, the parameters."""
+    texts, terms = texts_of(observer, real, name), terms_of(observer, real, name)
+    parameters = texts[f"{name}.json"]
+    variables = variables_of(terms["torque"])
+    terms |= {
+        "version": json.loads(parameters)["version"],
+        "guid": f"{{{uuid.uuid5(uuid.NAMESPACE_URL, texts[f'{name}.c'] + parameters)}}}",
+        "variables": "\n".join(variable.element for variable in variables),
+        # Nothing follows from an input at once: outputs change with a step alone.
+        "unknowns": "\n".join(
+            f'      <Unknown index="{number}" dependencies=""/>'
+            for number, variable in enumerate(variables, start=1)
+            if not variable.given
+        ),
+    }
+    sources = {file: texts[file] for file in (f"{name}.c", f"{name}.h")}
+    sources |= {f"{name}_fmu.c": filled("fmu.c", terms), "fmi2.h": filled("fmi2.h", {})}
+    plain = {part: escape(text) for part, text in terms.items() if part not in {"variables", "unknowns"}}
+    return sources, filled("modelDescription.xml", {**terms, **plain}), parameters
+
+
+def _library(command: str, sources: Mapping[str, str], name: str) -> bytes:
+    """The sources compiled and linked; no path and no date of this machine gets in."""
+    with tempfile.TemporaryDirectory() as scratch:
+        for file, text in sources.items():
+            (Path(scratch) / file).write_text(text, encoding="utf-8", newline="\n")
+        units = [file for file in sources if file.endswith(".c")]
+        arguments = [command, *FLAGS, *units, "-o", f"{name}.so", "-lm"]
+        try:
+            subprocess.run(arguments, cwd=scratch, check=True, capture_output=True, timeout=300)
+        except (OSError, subprocess.SubprocessError) as error:
+            said = getattr(error, "stderr", None) or str(error).encode()
+            first = said.decode(errors="replace").strip().splitlines()[0]
+            raise InvalidInputError(f"{command} could not build the FMU: {first}") from None
+        return (Path(scratch) / f"{name}.so").read_bytes()
