@@ -4,9 +4,12 @@ import os
 import re
 import subprocess
 import sys
+from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+
+from symbolic.compiled import compiler
 
 ROOT = Path(__file__).resolve().parents[2]
 NUMBER = r"([-+.\de]+)"
@@ -71,6 +74,50 @@ def test_steering_controller(tmp_path: Path) -> None:
     assert observed < 0.05 * min(without, guessed)
     assert observed < 1.1 * known
     assert abs(float(mu) - 0.6) < 0.01
+
+
+@pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
+def test_fmu_in_a_steering_loop(tmp_path: Path) -> None:
+    if find_spec("fmpy") is None:
+        pytest.skip("FMPy is not installed: pip install 'brushgrip[dev]'")
+    text = printed_by("fmu_in_a_steering_loop.py", tmp_path)
+    ((mu, spread),) = re.findall(rf"by the FMU: {NUMBER} ± {NUMBER} \(", text)
+    by_fmu, in_python = re.findall(rf": {NUMBER} mrad rms$", text, flags=re.MULTILINE)
+
+    assert abs(float(mu) - 0.6) < 0.01
+    assert float(spread) < 0.05
+    assert by_fmu == in_python
+    assert float(by_fmu) < 2
+
+
+def round_trips(text: str) -> list[tuple[float, ...]]:
+    """Difference at most, the same after 1 s, and how many times as fast as Python, of every line."""
+    pattern = rf"off by {NUMBER} at most, after 1 s by {NUMBER};.*, {NUMBER} times as fast$"
+    return [tuple(map(float, found)) for found in re.findall(pattern, text, flags=re.MULTILINE)]
+
+
+@pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
+def test_embedded_round_trip(tmp_path: Path) -> None:
+    trips = round_trips(printed_by("embedded_round_trip.py", tmp_path))
+
+    assert len(trips) == 6
+    for double, single in zip(trips[::2], trips[1::2], strict=True):
+        assert max(double[:2]) <= 1e-12
+        assert single[0] < 5e-5
+        assert single[1] < 5e-6
+    assert min(times for *_, times in trips[:2]) > 20
+
+
+@pytest.mark.measured
+@pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
+def test_embedded_round_trip_measured(tmp_path: Path, measured_dir: Path) -> None:
+    text = printed_by("embedded_round_trip.py", tmp_path, str(measured_dir / "fem4_ident.mat"))
+    trips = round_trips(text)
+
+    assert "fem4_ident, 2201 samples, MHE" in text
+    assert len(trips) == 4
+    assert all(double <= 1e-12 for double, *_ in trips[::2])
+    assert all(single < 5e-6 for _, single, _ in trips[1::2])
 
 
 def test_find_the_missing_effect(tmp_path: Path) -> None:
