@@ -5,10 +5,12 @@
 The code runs along the embedded recording train_a, in single precision, compiled with -O2. Here it is
 timed, the least of many runs. The emulator counts instructions, which are no cycles; flash holds what is
 needed of math.h and memcpy, stack is what a step touches. `effects` is a model with carcass torsion and
-rate friction, which stays on casadi's own vectors. Needs gcc or clang; for the targets arm-none-eabi-gcc
-with newlib, and qemu-system-arm.
+rate friction, which stays on casadi's own vectors. Then the problem of `observers_step.py`, in C, in
+Python and, where it is installed, by do-mpc, all in one run. Needs gcc or clang; for the targets
+arm-none-eabi-gcc with newlib, and qemu-system-arm; for do-mpc pip install 'brushgrip[benchmarks]'.
 """
 
+import importlib.util
 import subprocess
 import sys
 import tempfile
@@ -18,6 +20,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from benchmarks import observers_step
+from benchmarks.timing import seconds
+from benchmarks.with_do_mpc import WARM, Running
 from identification import read_recording
 from observers import AligningTorque, Ekf, Mhe
 from observers.embedded import SINGLE
@@ -48,8 +53,28 @@ def microseconds(code: Built, rows: np.ndarray) -> float:
     return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 
+def beside_python() -> None:
+    """Print what a step takes in C and in Python, and by do-mpc, and the ratios."""
+    given = observers_step.samples(observers_step.PROBLEM)
+    rows = np.array([(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in given])
+    for kind in (Ekf, Mhe):
+        observer = observers_step.ours(kind)
+        with tempfile.TemporaryDirectory() as folder:
+            fast = microseconds(build(observer, SINGLE, Path(folder)), rows)
+        observers_step.steps(observer, given[:100])
+        rounds = [seconds(lambda one=observer: observers_step.steps(one, given)) for _ in range(5)]
+        others = {"Python": 1e6 * float(np.median(rounds)) / len(given)}
+        if kind is Mhe and importlib.util.find_spec("do_mpc"):
+            rival = Running(observers_step.PROBLEM, observers_step.WINDOW, WARM)
+            rival.step()
+            took = [seconds(rival.step) for _ in range(observers_step.STEPS)]
+            others["do-mpc, warm start"] = 1e6 * float(np.median(took))
+        print(f"{kind.__name__.upper()} in C {fast:.2f} us a step", end="")
+        print("".join(f"; {name} {slow:.0f} us, {slow / fast:.0f} x" for name, slow in others.items()))
+
+
 def main() -> None:
-    """Print a line for every observer and model."""
+    """Print a line for every observer and model, and the ratios."""
     rows = samples()
     for name, kind, model in (
         ("EKF, declared", Ekf, DECLARED),
@@ -68,6 +93,7 @@ def main() -> None:
                 )
     if not at_hand():
         print(f"no target: {NEEDED}")
+    beside_python()
 
 
 if __name__ == "__main__":

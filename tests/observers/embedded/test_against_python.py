@@ -37,6 +37,7 @@ SENSINGS = [
     pytest.param(SteeringTorque(), id="steering"),
 ]
 NOMINAL = (RIG, Tyre(k=K, mu=1.2))
+PUBLISHED = ["fem1", "fem3", "fem4_ident", "fem5", "piros1", "piros2_ident", "piros4", "piros7"]
 PART = {Ekf: 800, Mhe: 250}
 """Samples compared bit for bit, where casadi's own arithmetic takes its time."""
 
@@ -106,7 +107,7 @@ def test_embedded_recordings(built: Build, repository_root: Path, kind: Any, nam
 
 @pytest.mark.measured
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("name", ["fem1", "fem5", "piros4", "piros7"])
+@pytest.mark.parametrize("name", PUBLISHED)
 def test_measured_recordings(built: Build, measured_dir: Path, kind: Any, name: str) -> None:
     compare_recording(built, measured_dir / f"{name}.mat", kind)
 

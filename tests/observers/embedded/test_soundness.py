@@ -12,15 +12,29 @@ import pytest
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE
 from symbolic.compiled import compiler
-from tests.observers.embedded.building import DECLARED, FOUND, NO_COMPILER, STRICT, observer_of
+from tests.observers.embedded.building import (
+    DECLARED,
+    FOUND,
+    NO_COMPILER,
+    STRICT,
+    Built,
+    observer_of,
+)
 from tests.observers.embedded.conftest import Build
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 REFUSED, MISSING = 128, 1
 USUAL = [0.3, 1.0, 8.0, 400.0, 0.01]
-ALONE = (
-    "-O0", "-DALONE", "-fsanitize=address,undefined", "-fno-sanitize-recover=all",
-)  # fmt: skip
+ADDRESSES = ("-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+HOUR = 360_000
+"""Samples of an hour at 100 Hz."""
+WATCHED = [
+    pytest.param(Ekf, DECLARED, AligningTorque(), HOUR, id="ekf-declared-aligning"),
+    pytest.param(Ekf, DECLARED, SteeringTorque(), HOUR, id="ekf-declared-steering"),
+    pytest.param(Mhe, DECLARED, AligningTorque(), HOUR // 4, id="mhe-declared-aligning"),
+    pytest.param(Ekf, FOUND, SteeringTorque(), 3000, id="ekf-effects-steering"),
+    pytest.param(Ekf, FOUND, AligningTorque(), 1000, id="ekf-effects-aligning"),
+]
 CASES = [
     pytest.param(Ekf, DECLARED, AligningTorque(), id="ekf-declared-aligning"),
     pytest.param(Ekf, FOUND, SteeringTorque(), id="ekf-effects-steering"),
@@ -128,27 +142,42 @@ def test_core_needs_nothing_but_mathematics(built: Build) -> None:
         assert not {mark for mark, _ in symbols} & set("DdBbC"), "data that can be written to"
 
 
-def test_sanitisers_find_nothing(built: Build, repository_root: Path) -> None:
-    for kind, model, sensing, count in (
-        (Ekf, DECLARED, AligningTorque(), 3000),
-        (Mhe, DECLARED, AligningTorque(), 2000),
-        (Ekf, DECLARED, SteeringTorque(), 3000),
-        (Ekf, FOUND, SteeringTorque(), 500),
-    ):
-        code = built(observer_of(kind, model, sensing), SINGLE)
-        driver = str(Path(__file__).with_name("follow.c"))
-        try:
-            made = code.compile(*ALONE, sources=("brushgrip.c", driver), out="watched")
-        except subprocess.CalledProcessError:
-            pytest.skip("the compiler has no sanitisers")
-        fuzzed = subprocess.run([made, str(count), *map(str, USUAL)], capture_output=True, text=True)
-        assert fuzzed.returncode == 0, fuzzed.stdout + fuzzed.stderr
-        if not sensing.turns:
-            watched = code.compile(*ALONE, sources=("brushgrip.c", "main.c"), out="watched_example")
-            recording = repository_root / "examples" / "recordings" / "train_a.csv"
-            seen = subprocess.run([watched, recording], capture_output=True, text=True)
+@pytest.mark.parametrize(("kind", "model", "sensing", "count"), WATCHED)
+def test_sanitisers_find_nothing(
+    built: Build, repository_root: Path, kind: Any, model: Any, sensing: Any, count: int
+) -> None:
+    code = built(observer_of(kind, model, sensing), SINGLE)
+    made = watched(code, "follow.c", "-DALONE", *ADDRESSES)
+    fuzzed = subprocess.run([made, str(count), *map(str, USUAL)], capture_output=True, text=True)
+    assert fuzzed.returncode == 0, fuzzed.stdout + fuzzed.stderr
+    if not sensing.turns:
+        example = code.compile(*ADDRESSES, sources=("brushgrip.c", "main.c"), out="watched_example")
+        for recording in sorted((repository_root / "examples" / "recordings").glob("*.csv")):
+            seen = subprocess.run([example, recording], capture_output=True, text=True)
             assert seen.returncode == 0, seen.stderr
             assert seen.stderr == ""
+            assert seen.stdout.count("\n") > 1000
+
+
+@pytest.mark.parametrize(("kind", "model"), [(Ekf, DECLARED), (Mhe, DECLARED), (Ekf, FOUND)])
+def test_threads_share_nothing(built: Build, kind: Any, model: Any) -> None:
+    code = built(observer_of(kind, model, AligningTorque()), SINGLE)
+    made = watched(code, "threads.c", "-O1", "-g", "-pthread", "-fsanitize=thread")
+    seen = subprocess.run([made], capture_output=True, text=True)
+    if "unexpected memory mapping" in seen.stderr:
+        pytest.skip("the thread sanitiser does not run on this kernel")
+
+    assert seen.returncode == 0, seen.stdout + seen.stderr
+    assert seen.stderr == ""
+
+
+def watched(code: Built, driver: str, *flags: str) -> Path:
+    """The code with a driver, under a sanitiser."""
+    sources = ("brushgrip.c", str(Path(__file__).with_name(driver)))
+    try:
+        return code.compile(*flags, sources=sources, out="watched")
+    except subprocess.CalledProcessError:
+        pytest.skip("the compiler has no such sanitiser")
 
 
 @pytest.mark.parametrize("real", [SINGLE, DOUBLE], ids=["float", "double"])
