@@ -2,12 +2,13 @@
 
     python benchmarks/embedded.py
 
-The code runs along the embedded recording train_a, in single precision, compiled with -O2. Here it is
-timed, the least of many runs. The emulator counts instructions, which are no cycles; flash holds what is
-needed of math.h and memcpy, stack is what a step touches. `effects` is a model with carcass torsion and
-rate friction, which stays on casadi's own vectors. Then the problem of `observers_step.py`, in C, in
-Python and, where it is installed, by do-mpc, all in one run. Needs gcc or clang; for the targets
-arm-none-eabi-gcc with newlib, and qemu-system-arm; for do-mpc pip install 'brushgrip[benchmarks]'.
+The code runs along the embedded recording train_a, compiled with -O2, in single precision where nothing
+else is said; double precision is software on these processors. Here it is timed, the least of many runs.
+The emulator counts instructions, which are no cycles; flash holds what is needed of math.h and memcpy,
+stack is what a step touches. `effects` is a model with carcass torsion and rate friction, which stays on
+casadi's own vectors. Then the problem of `observers_step.py`, in C, in Python and, where it is installed,
+by do-mpc, all in one run. Needs gcc or clang; for the targets arm-none-eabi-gcc with newlib, and
+qemu-system-arm; for do-mpc pip install 'brushgrip[benchmarks]'.
 """
 
 import importlib.util
@@ -25,7 +26,7 @@ from benchmarks.timing import seconds
 from benchmarks.with_do_mpc import WARM, Running
 from identification import read_recording
 from observers import AligningTorque, Ekf, Mhe
-from observers.embedded import SINGLE
+from observers.embedded import DOUBLE, SINGLE
 from symbolic import Tyre
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.building import DECLARED, FOUND, Built, build, observer_of
@@ -76,14 +77,16 @@ def beside_python() -> None:
 def main() -> None:
     """Print a line for every observer and model, and the ratios."""
     rows = samples()
-    for name, kind, model in (
-        ("EKF, declared", Ekf, DECLARED),
-        ("MHE of 50, declared", Mhe, DECLARED),
-        ("EKF, effects", Ekf, FOUND),
-        ("MHE of 50, effects", Mhe, FOUND),
+    for name, kind, model, real in (
+        ("EKF, declared", Ekf, DECLARED, SINGLE),
+        ("MHE of 50, declared", Mhe, DECLARED, SINGLE),
+        ("EKF, effects", Ekf, FOUND, SINGLE),
+        ("MHE of 50, effects", Mhe, FOUND, SINGLE),
+        ("EKF, declared, double", Ekf, DECLARED, DOUBLE),
+        ("MHE of 50, the same", Mhe, DECLARED, DOUBLE),
     ):
         with tempfile.TemporaryDirectory() as folder:
-            code = build(observer_of(kind, model, AligningTorque()), SINGLE, Path(folder))
+            code = build(observer_of(kind, model, AligningTorque()), real, Path(folder))
             print(f"{name:22}here {microseconds(code, rows):8.2f} us a step")
             for board in (M4F, M7) if at_hand() else ():
                 cost = run_on(board, code, rows[:700])
