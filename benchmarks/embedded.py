@@ -6,8 +6,8 @@ The code runs along the embedded recording train_a, compiled with -O2, in single
 else is said; double precision is software on these processors. Here it is timed, the least of many runs.
 The emulator counts instructions, which are no cycles; flash holds what is needed of math.h and memcpy,
 stack is what a step touches. `effects` is a model with carcass torsion and rate friction, which stays on
-casadi's own vectors. Then the problem of `observers_step.py`, in C, in Python and, where it is installed,
-by do-mpc, all in one run. Needs gcc or clang; for the targets arm-none-eabi-gcc with newlib, and
+casadi's own vectors. Then the problem of `observers_step.py`, in C, in Python and by do-mpc where it is
+installed, all in one run. Needs gcc or clang; for the targets arm-none-eabi-gcc with newlib, and
 qemu-system-arm; for do-mpc pip install 'brushgrip[benchmarks]'.
 """
 

@@ -107,7 +107,10 @@ OUTPUTS = (
         said="false while the estimate rests on what was believed beforehand",
     ),
     Variable(
-        name="status", reference=8, kind="Integer", said="what became of the sample: 0 used, else flags"
+        name="status",
+        reference=8,
+        kind="Integer",
+        said="what became of the sample: 0 where it was used, else flags as the C header has them",
     ),
 )
 

@@ -25,6 +25,7 @@ FMICallException = pytest.importorskip("fmpy.fmi1").FMICallException
 pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 Array = NDArray[np.float64]
 Unpacked = Callable[[Any, Real], Path]
+MASTER = Path(__file__).with_name("master.c")
 STEP = 0.01
 MISSING, NO_LOAD = 1, 2
 CASES = [
@@ -62,8 +63,9 @@ def samples(repository_root: Path) -> Array:
     return rows
 
 
-@pytest.mark.parametrize("sensing", [AligningTorque(), SteeringTorque()], ids=["aligning", "steering"])
-@pytest.mark.parametrize("kind", [Ekf, Mhe])
+@pytest.mark.parametrize(
+    ("kind", "sensing"), [(Ekf, AligningTorque()), (Ekf, SteeringTorque()), (Mhe, AligningTorque())]
+)
 def test_fmpy_has_no_complaint(tmp_path: Path, kind: Any, sensing: Any) -> None:
     from fmpy.validation import validate_fmu
 
@@ -232,6 +234,25 @@ def test_sources_build_without_a_word(unpacked: Unpacked, tmp_path: Path) -> Non
             command = [str(compiler()), *STRICT, *given, "-O1", "-fPIC", "-shared", *files]
             subprocess.run([*command, "-o", made, "-lm"], check=True)
             assert hasattr(ctypes.CDLL(str(made)), f"{prefix}fmi2DoStep")
+
+
+@pytest.mark.parametrize("kind", [Ekf, Mhe])
+def test_sanitisers_find_nothing(unpacked: Unpacked, tmp_path: Path, kind: Any) -> None:
+    folder = unpacked(observer_of(kind, DECLARED, AligningTorque()), SINGLE)
+    guid = fmpy.read_model_description(folder).guid
+    files = [folder / "sources" / "brushgrip.c", folder / "sources" / "brushgrip_fmu.c"]
+    flags = ["-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all", f'-DGUID="{guid}"']
+    command = [str(compiler()), *flags, f"-I{folder / 'sources'}", *files, MASTER, "-o", tmp_path / "m"]
+    try:
+        subprocess.run([*command, "-lm"], check=True, capture_output=True)
+    except subprocess.CalledProcessError as error:
+        if b"undefined reference" in error.stderr or b"cannot find" in error.stderr:
+            pytest.skip("the compiler has no sanitisers")
+        raise
+    seen = subprocess.run([tmp_path / "m"], capture_output=True, text=True)
+
+    assert seen.returncode == 0, seen.stdout + seen.stderr
+    assert seen.stderr == ""
 
 
 def test_without_a_compiler_there_is_one_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
