@@ -157,9 +157,14 @@ def variables_of(torque: str) -> tuple[Variable, ...]:
     return (PSI, *(() if torque == "M" else (RATE,)), measured, LOAD, *OUTPUTS)
 
 
+def is_host() -> bool:
+    """True on the one kind of machine that is built for."""
+    return (platform.system(), platform.machine()) == HOST
+
+
 def _compiler() -> str:
-    """The compiler, for the one machine that is built for."""
-    if (platform.system(), platform.machine()) != HOST:
+    """The compiler, or why there can be no FMU."""
+    if not is_host():
         raise InvalidInputError(
             f"an FMU is built on {' '.join(HOST)}, this is {platform.system()} {platform.machine()};"
             " write C instead, --target c"

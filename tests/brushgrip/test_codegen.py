@@ -9,10 +9,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from observers.embedded.fmu import is_host
 from symbolic.compiled import compiler
 
 Run = Callable[..., Any]
 NEEDS_COMPILER = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
+NEEDS_HOST = pytest.mark.skipif(not is_host(), reason="FMUs are built on Linux x86_64 alone")
 GENERATED = ["grip.c", "grip.h", "grip.json", "grip_vector.csv", "grip_sfun.c"]
 FILES = ["CMakeLists.txt", "check.c", "main.c", *GENERATED]
 
@@ -33,6 +35,7 @@ def test_writes_all_that_a_target_needs(run: Run, rig: Path, tmp_path: Path) -> 
 
 
 @NEEDS_COMPILER
+@NEEDS_HOST
 def test_writes_an_fmu(run: Run, rig: Path, tmp_path: Path) -> None:
     outcome = codegen(run, rig, tmp_path / "made", "--target", "fmu")
     with zipfile.ZipFile(tmp_path / "made" / "grip.fmu") as archive:
@@ -43,6 +46,7 @@ def test_writes_an_fmu(run: Run, rig: Path, tmp_path: Path) -> None:
     assert {"modelDescription.xml", "binaries/linux64/grip.so", "sources/grip_fmu.c"} < names
 
 
+@NEEDS_HOST
 def test_an_fmu_needs_a_compiler(
     run: Run, rig: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -99,22 +99,27 @@ def test_single_is_as_close_as_it_can_be(
     np.testing.assert_array_equal(said[:, 4], expected[:, 4])
 
 
+@pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", ["train_a", "train_b", "holdout_c", "holdout_d"])
-def test_embedded_recordings(built: Build, repository_root: Path, kind: Any, name: str) -> None:
-    compare_recording(built, repository_root / "examples" / "recordings" / f"{name}.csv", kind)
+def test_embedded_recordings(
+    built: Build, repository_root: Path, kind: Any, model: Any, name: str
+) -> None:
+    path = repository_root / "examples" / "recordings" / f"{name}.csv"
+    compare_recording(built, path, observer_of(kind, model, AligningTorque()))
 
 
 @pytest.mark.measured
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", PUBLISHED)
 def test_measured_recordings(built: Build, measured_dir: Path, kind: Any, name: str) -> None:
-    compare_recording(built, measured_dir / f"{name}.mat", kind)
+    path = measured_dir / f"{name}.mat"
+    compare_recording(built, path, observer_of(kind, DECLARED, AligningTorque()))
 
 
-def compare_recording(built: Build, path: Path, kind: Any) -> None:
+def compare_recording(built: Build, path: Path, observer: Any) -> None:
     """A whole recording, in both types, with the rig's usual tyre; Python compiled for this machine."""
-    observer, made = observer_of(kind, DECLARED, AligningTorque()), read_recording(path, NOMINAL)
+    made = read_recording(path, NOMINAL)
     step = np.diff(made.t, prepend=2 * made.t[0] - made.t[1])
     rows = np.column_stack([made.psi, np.full(made.t.size, np.nan), made.M_z, made.F_N, step])
     expected = run(observer, made.t, made.psi, made.F_N, made.M_z)

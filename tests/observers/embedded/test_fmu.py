@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from identification import read_recording
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real, generate_fmu
+from observers.embedded.fmu import is_host
 from symbolic import InvalidInputError, Tyre
 from symbolic.compiled import compiler
 from tests.observers.conftest import RIG, K
@@ -22,7 +23,10 @@ from tests.observers.embedded.driving import OUTPUTS, driven, initialise
 
 fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed: pip install 'brushgrip[dev]'")
 FMICallException = pytest.importorskip("fmpy.fmi1").FMICallException
-pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
+pytestmark = [
+    pytest.mark.skipif(compiler() is None, reason=NO_COMPILER),
+    pytest.mark.skipif(not is_host(), reason="FMUs are built on Linux x86_64 alone"),
+]
 Array = NDArray[np.float64]
 Unpacked = Callable[[Any, Real], Path]
 MASTER = Path(__file__).with_name("master.c")
