@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import typer
 
 from brushgrip.commands.codegen import codegen
+from brushgrip.commands.compare import compare
 from brushgrip.commands.demo import demo
 from brushgrip.commands.diagnose import diagnose
 from brushgrip.commands.estimate import estimate
@@ -17,7 +18,7 @@ from symbolic.errors import BrushgripError, InvalidInputError
 
 BAD_INPUT, FAILED = 2, 1
 """Exit status for input that the user can mend, and for what failed outside, as a download."""
-LISTS = ("--holdout", "--free-decay")
+LISTS = ("--holdout", "--free-decay", "--declared")
 """Options that take one or more names after the flag."""
 
 app = typer.Typer(
@@ -27,7 +28,7 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
-for command in (demo, fetch, simulate, identify, diagnose, estimate, codegen):
+for command in (demo, fetch, simulate, identify, diagnose, estimate, compare, codegen):
     app.command()(command)
 
 

@@ -3,6 +3,7 @@
 from enum import StrEnum
 
 import numpy as np
+from numpy.typing import NDArray
 
 from brushgrip.friction import FrictionTrack
 from identification.modelfile import FoundModel
@@ -21,6 +22,8 @@ from observers import (
     run,
 )
 from symbolic import InvalidInputError, Model
+
+Array = NDArray[np.float64]
 
 
 class ObserverName(StrEnum):
@@ -43,17 +46,31 @@ def observe(name: ObserverName, recording: Recording, found: FoundModel | None =
         InvalidInputError: the observer cannot use the model or the torque, or the rig lacks what it
             takes; the message names the recording.
     """
+    return run_on(observer_for(name, recording, found), recording)
+
+
+def observer_for(name: ObserverName, recording: Recording, found: FoundModel | None = None) -> Observer:
+    """The observer with the settings that a recording asks for; arguments and errors as of `observe`."""
     try:
-        observer = (
-            _root(recording, found) if name is ObserverName.ROOT else _on_model(name, recording, found)
-        )
+        if name is ObserverName.ROOT:
+            return _root(recording, found)
+        return on_model(name, recording, found)
     except InvalidInputError as error:
         raise InvalidInputError(f"{recording.name}: {error}") from None
-    rate = recording.psi_dot if recording.psi_dot_recorded else None
+
+
+def run_on(observer: Observer, recording: Recording, *, one_by_one: bool = False) -> Estimates:
+    """What an observer says of a recording; see `observers.run`."""
     ground, hand = (recording.M_z, None) if hears_ground(recording) else (None, recording.M)
+    rate = recording.psi_dot if recording.psi_dot_recorded else None
+    psi = angle_heard(recording)
+    return run(observer, recording.t, psi, recording.F_N, ground, rate, M=hand, one_by_one=one_by_one)
+
+
+def angle_heard(recording: Recording) -> Array:
+    """The yaw angle as it was measured, NaN where it was filled in [rad]."""
     known = True if recording.psi_recorded is None else recording.psi_recorded
-    psi = np.where(known, recording.psi, np.nan)
-    return run(observer, recording.t, psi, recording.F_N, ground, rate, M=hand)
+    return np.where(known, recording.psi, np.nan)
 
 
 def hears_ground(recording: Recording) -> bool:
@@ -77,7 +94,8 @@ def _root(recording: Recording, found: FoundModel | None) -> Root:
     return Root(rig=recording.rig, k=recording.tyre.k)
 
 
-def _on_model(name: ObserverName, recording: Recording, found: FoundModel | None) -> Observer:
+def on_model(name: ObserverName, recording: Recording, found: FoundModel | None) -> Ekf | Mhe:
+    """EKF or MHE on the declared model, k as given, or on one that was found."""
     tuning = Tuning()
     if found is None:
         model, values = Model(), {"k": recording.tyre.k}

@@ -24,6 +24,7 @@ def run(
     psi_dot: Array | None = None,
     *,
     M: Array | None = None,
+    one_by_one: bool = False,
 ) -> Estimates:
     """Estimate mu sample by sample; a row depends on nothing later than its sample.
 
@@ -35,6 +36,8 @@ def run(
         M_z: aligning torque, shape (n,), NaN where missing [N m]; None where it is not measured.
         psi_dot: yaw rate where it is measured, shape (n,) [rad/s]; None takes it from the past of psi.
         M: steering torque, shape (n,), NaN where missing [N m]; None where it is not measured.
+        one_by_one: hand over every sample in a call of its own, as a controller does, also where the
+            observer could take all at once; the same result, slower.
 
     Raises:
         InvalidInputError: shapes differ, time does not increase, or nothing is known of the torque that
@@ -61,7 +64,7 @@ def run(
     prior = observer.estimate(observer.init(first_sample(samples[:, begins:])))
     said = np.full((len(SAID), t.size), np.nan)
     said[:2, :begins] = [[prior.mu], [prior.mu_std]]
-    said[:, begins:] = _said(observer, samples[:, begins:])
+    said[:, begins:] = _said(observer, samples[:, begins:], one_by_one)
     mu, mu_std, predicted, informed, status = said
     return Estimates(
         t=t,
@@ -90,9 +93,9 @@ def _rate(t: Array, psi: Array) -> Array:
     return rate[np.maximum(np.searchsorted(known, np.arange(t.size), side="right") - 1, 0)]
 
 
-def _said(observer: Observer | BatchObserver, samples: Array) -> Array:
+def _said(observer: Observer | BatchObserver, samples: Array, one_by_one: bool) -> Array:
     """Rows as in `SAID`, sample by sample or all at once."""
-    whole = getattr(observer, "run_samples", None)
+    whole = None if one_by_one else getattr(observer, "run_samples", None)
     if whole is not None:
         return np.asarray(whole(samples))
     state, said = None, []

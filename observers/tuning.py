@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, fields
 from math import isfinite
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
+Number = TypeVar("Number", NDArray[np.float64], float)
 STATES = ("log_mu", "M_0", "stiffness", "psi", "psi_dot")
 """Order of the states, of which an observer takes those it needs: natural logarithm of mu, zero of the
 torque channel [N m], k over its nominal value [1], yaw angle [rad], yaw rate [rad/s]."""
@@ -97,9 +99,9 @@ class Tuning:
         """Prior standard deviation of ln mu [1]."""
         return self.mu_std / self.mu
 
-    def informed(self, mu: Array | float, std: Array | float) -> NDArray[np.bool_]:
+    def informed(self, mu: Number, std: Number) -> NDArray[np.bool_] | bool:
         """False while an estimate of mu with this standard deviation [1] rests on the prior."""
-        return np.asarray(std) < INFORMED * self.log_std * np.asarray(mu)
+        return std < INFORMED * self.log_std * mu
 
     @property
     def beliefs(self) -> Array:

@@ -1,5 +1,6 @@
 """The pictures of the report, drawn without pyplot and its global state."""
 
+from brushgrip.pictures.boxes import draw_boxes
 from brushgrip.pictures.candidates import draw_candidates
 from brushgrip.pictures.decay import draw_free_decay
 from brushgrip.pictures.experiment import draw_experiment
@@ -11,6 +12,7 @@ from brushgrip.pictures.signatures import draw_signatures
 from brushgrip.pictures.style import representative
 
 __all__ = [
+    "draw_boxes",
     "draw_candidates",
     "draw_experiment",
     "draw_free_decay",

@@ -2,6 +2,7 @@
 
 from observers.embedded.fmu import generate_fmu
 from observers.embedded.generating import generate
+from observers.embedded.hosting import Hosted, host
 from observers.embedded.reals import DOUBLE, SINGLE, Real
 
-__all__ = ["DOUBLE", "SINGLE", "Real", "generate", "generate_fmu"]
+__all__ = ["DOUBLE", "SINGLE", "Hosted", "Real", "generate", "generate_fmu", "host"]
