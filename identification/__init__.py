@@ -11,6 +11,16 @@ from identification.free_decay.decays import Decay, read_decay
 from identification.free_decay.freedecay import identify_free_decay
 from identification.learned.learning import Learned, learn
 from identification.modelfile import FoundModel, model_text, read_model
+from identification.reading.conditioning import (
+    Channel,
+    LowPass,
+    OffsetRemoved,
+    Pipeline,
+    Resampled,
+    Scaled,
+    usual_pipeline,
+)
+from identification.reading.preprocessing import recording_from_raw
 from identification.reading.recordings import Recording, read_recording
 from identification.reading.rigfile import read_rig
 from identification.reading.smoothing import smoothed_rate
@@ -30,6 +40,7 @@ from identification.selecting.selection import search
 __all__ = [
     "LEAST_SQUARES",
     "Candidate",
+    "Channel",
     "Decay",
     "Diagnosis",
     "Errors",
@@ -42,9 +53,14 @@ __all__ = [
     "Journal",
     "Learned",
     "Loss",
+    "LowPass",
+    "OffsetRemoved",
+    "Pipeline",
     "Profile",
     "Proposal",
     "Recording",
+    "Resampled",
+    "Scaled",
     "Series",
     "Signature",
     "Signatures",
@@ -63,8 +79,10 @@ __all__ = [
     "read_model",
     "read_recording",
     "read_rig",
+    "recording_from_raw",
     "search",
     "signals_of",
     "signatures",
     "smoothed_rate",
+    "usual_pipeline",
 ]

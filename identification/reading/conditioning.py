@@ -1,0 +1,214 @@
+"""Raw channels made clean in steps: units, offsets, filtering and resampling.
+
+Nothing of this is causal, and nothing shifts a channel in time: it is for recordings, not for a loop.
+"""
+
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import butter, resample_poly, sosfiltfilt
+
+from symbolic.errors import InvalidInputError
+
+Array = NDArray[np.float64]
+_LEAST_QUIET = 10
+_FINEST_RATIO = 1000
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Channel:
+    """One channel, evenly sampled.
+
+    Attributes:
+        values: without gaps, shape (n,), n >= 3; in the sensor's unit, as volts, until it is scaled.
+        rate: samples a second [Hz].
+
+    Raises:
+        InvalidInputError: the rate is not greater than 0, or the values are no such array.
+    """
+
+    values: Array
+    rate: float
+
+    def __post_init__(self) -> None:
+        """Check shape, gaps and rate."""
+        if not 0 < self.rate < np.inf:
+            raise InvalidInputError(f"rate must be finite and greater than 0 Hz, got {self.rate}")
+        if self.values.ndim != 1 or self.values.size < 3:
+            raise InvalidInputError(f"a channel needs shape (n,) with n >= 3, got {self.values.shape}")
+        if not np.isfinite(self.values).all():
+            gap = int(np.argmin(np.isfinite(self.values)))
+            raise InvalidInputError(f"sample {gap} is not finite; a filter needs a channel without gaps")
+
+
+class Step(Protocol):
+    """One step from a raw channel to a clean one."""
+
+    def __call__(self, channel: Channel) -> Channel:
+        """The channel after it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scaled:
+    """Volts to a unit.
+
+    Attributes:
+        factor: of the sensor and its amplifier, in units a volt; negative where it counts the other way.
+    """
+
+    factor: float
+
+    def __post_init__(self) -> None:
+        """Check the factor."""
+        if self.factor == 0 or not np.isfinite(self.factor):
+            raise InvalidInputError(f"factor must be finite and not 0, got {self.factor}")
+
+    def __call__(self, channel: Channel) -> Channel:
+        """The channel in the unit."""
+        return Channel(values=self.factor * channel.values, rate=channel.rate)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OffsetRemoved:
+    """The mean over a quiet stretch taken off: there the true value is `level`.
+
+    Attributes:
+        start, stop: the stretch [s] from the first sample. For angle and torque the wheel stands
+            untwisted in it; for the load it is lifted, or `level` is known from a scale.
+        level: true value there, in the channel's unit.
+    """
+
+    start: float
+    stop: float
+    level: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check the order, and that the level is a number."""
+        if not 0 <= self.start < self.stop < np.inf:
+            raise InvalidInputError(
+                f"a quiet stretch needs 0 <= start < stop, got {self.start} s to {self.stop} s"
+            )
+        if not np.isfinite(self.level):
+            raise InvalidInputError(f"level must be finite, got {self.level}")
+
+    def __call__(self, channel: Channel) -> Channel:
+        """The channel with its zero where it should be."""
+        first, last = round(self.start * channel.rate), round(self.stop * channel.rate)
+        quiet = channel.values[first:last]
+        if last > channel.values.size or quiet.size < _LEAST_QUIET:
+            raise InvalidInputError(
+                f"the quiet stretch from {self.start} s to {self.stop} s must hold at least"
+                f" {_LEAST_QUIET} samples and end within {channel.values.size / channel.rate:g} s"
+            )
+        return Channel(values=channel.values - quiet.mean() + self.level, rate=channel.rate)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LowPass:
+    """Butterworth's filter forwards and backwards: no phase shift, 6 dB of loss at the edge.
+
+    Beyond its ends the channel goes on as its mirror image. A point reflection, which is usual, would
+    pin the first and the last sample to their noise.
+
+    Attributes:
+        cutoff: edge of the pass band [Hz].
+        order: of the filter in one direction [1].
+    """
+
+    cutoff: float
+    order: int = 4
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        if not 0 < self.cutoff < np.inf:
+            raise InvalidInputError(f"cutoff must be finite and greater than 0 Hz, got {self.cutoff}")
+        if not (isinstance(self.order, int) and 1 <= self.order <= 10):
+            raise InvalidInputError(f"order must be a whole number from 1 to 10, got {self.order}")
+
+    def __call__(self, channel: Channel) -> Channel:
+        """The channel without what is faster."""
+        if not self.cutoff < channel.rate / 2:
+            raise InvalidInputError(
+                f"cutoff must be less than half the rate, {channel.rate / 2:g} Hz, got {self.cutoff} Hz"
+            )
+        sections = butter(self.order, self.cutoff, fs=channel.rate, output="sos")
+        # Three periods of the edge settle at the ends, as far as the channel is long enough.
+        room = min(round(3 * channel.rate / self.cutoff), channel.values.size - 1)
+        values = sosfiltfilt(sections, channel.values, padtype="even", padlen=room)
+        return Channel(values=values, rate=channel.rate)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resampled:
+    """Another rate, with a filter of linear phase against folding, its delay taken out.
+
+    Attributes:
+        rate: samples a second afterwards [Hz].
+    """
+
+    rate: float
+
+    def __post_init__(self) -> None:
+        """Check the rate."""
+        if not 0 < self.rate < np.inf:
+            raise InvalidInputError(f"rate must be finite and greater than 0 Hz, got {self.rate}")
+
+    def __call__(self, channel: Channel) -> Channel:
+        """The channel at the rate; its first sample stays at the same time."""
+        ratio = Fraction(self.rate / channel.rate).limit_denominator(_FINEST_RATIO)
+        if not np.isclose(float(ratio) * channel.rate, self.rate, rtol=1e-9):
+            raise InvalidInputError(
+                f"{self.rate} Hz from {channel.rate} Hz is no ratio of whole numbers up to"
+                f" {_FINEST_RATIO}"
+            )
+        # The ends are held level by a straight line from end to end, so that they do not ring.
+        values = resample_poly(channel.values, ratio.numerator, ratio.denominator, padtype="line")
+        return Channel(values=values, rate=self.rate)
+
+
+@dataclass(frozen=True)
+class Pipeline:
+    """Steps in their order.
+
+    Attributes:
+        steps: as `Scaled`, `OffsetRemoved`, `LowPass`, `Resampled`.
+    """
+
+    steps: tuple[Step, ...]
+
+    def __call__(self, channel: Channel) -> Channel:
+        """The channel after all of them."""
+        for step in self.steps:
+            channel = step(channel)
+        return channel
+
+
+def usual_pipeline(
+    factor: float,
+    quiet: tuple[float, float],
+    *,
+    level: float = 0.0,
+    cutoff: float = 20.0,
+    rate: float = 100.0,
+) -> Pipeline:
+    """Unit, offset, low-pass, rate: what a channel of a wheel turned by hand needs.
+
+    Args:
+        factor: as of `Scaled`.
+        quiet: stretch for the offset [s], see `OffsetRemoved`.
+        level: true value there, in the unit.
+        cutoff: edge of the low-pass [Hz]: far above a turn by hand, far below mains hum.
+        rate: samples a second afterwards [Hz].
+    """
+    start, stop = quiet
+    return Pipeline(
+        (
+            Scaled(factor=factor),
+            OffsetRemoved(start=start, stop=stop, level=level),
+            LowPass(cutoff=cutoff),
+            Resampled(rate=rate),
+        )
+    )
