@@ -1,5 +1,6 @@
 """Observers of the friction coefficient for controllers."""
 
+from observers.course import Course, course
 from observers.ekf import Ekf
 from observers.factor import covariance_of
 from observers.files import from_files
@@ -19,6 +20,7 @@ __all__ = [
     "STATES",
     "AligningTorque",
     "BatchObserver",
+    "Course",
     "Ekf",
     "Estimate",
     "Estimates",
@@ -35,6 +37,7 @@ __all__ = [
     "SteeringTorque",
     "Tuning",
     "causal_rate",
+    "course",
     "covariance_of",
     "from_files",
     "next_rate",

@@ -10,6 +10,7 @@ from brushgrip.pictures.profile import draw_profile
 from brushgrip.pictures.residuals import draw_residuals
 from brushgrip.pictures.signatures import draw_signatures
 from brushgrip.pictures.style import representative
+from brushgrip.pictures.zones import draw_zones
 
 __all__ = [
     "draw_boxes",
@@ -21,5 +22,6 @@ __all__ = [
     "draw_profile",
     "draw_residuals",
     "draw_signatures",
+    "draw_zones",
     "representative",
 ]
