@@ -17,19 +17,15 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgrip.comparison.subjects import SETTLED, Subject, subject_of
 from identification import Recording, read_recording
+from identification.reading.authorfile import author_file
 from observers import Ekf, Mhe, Observer, Root, run
 from symbolic import Model
 
 Array = NDArray[np.float64]
 METHODS = ("EKF", "MHE", "root.99", "root", "author")
 """root.99 is root through the source's exponential filter (5.9) with 0.99."""
-SETTLED = 1.89
-"""From here on the source's Table 6.1 counts, in the author's time [s]."""
-SLIDES = 0.9
-"""The wheel has slid once its torque has first reached this share of its greatest [1]."""
-TIME, PSI, MU, DECLARED = 0, 1, 10, 11
-"""Columns of the author's files."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,40 +60,29 @@ def observers(recording: Recording) -> list[Observer]:
     ]
 
 
-def aligned(psi: Array, part: Array) -> int:
-    """Where the author's samples begin in the recording."""
-    starts = range(psi.size - part.size + 1)
-    return min(starts, key=lambda at: float(np.abs(psi[at : at + part.size] - part).max()))
-
-
-def score(recording: Recording, author: Array) -> Scores:
+def score(subject: Subject, author: Array) -> Scores:
     """All methods, over the author's samples."""
-    first = aligned(recording.psi, author[:, PSI])
-    same = slice(first, first + len(author))
+    recording, last = subject.recording, subject.span.stop - 1
     channels = (recording.t, recording.psi, recording.F_N, recording.M_z)
     made = [run(observer, *channels) for observer in observers(recording)]
-    mu = np.array([*(estimates.mu[same] for estimates in made), author[:, MU]])
-    std = [float(estimates.mu_std[same][-1]) for estimates in made]
-    torque, declared = np.abs(recording.M_z[same]), float(author[0, DECLARED])
-    slid = int(np.argmax(torque > SLIDES * torque.max()))
-    settled = author[:, TIME] >= SETTLED
+    mu = [*(estimates.mu for estimates in made), author]
     return Scores(
         name=recording.name,
-        declared=declared,
-        rmse=tuple(np.sqrt(np.mean((mu[:, settled] - declared) ** 2, axis=1)).tolist()),
-        spread=tuple(mu[:, slid:].std(axis=1).tolist()),
-        last=tuple(mu[:, -1].tolist()),
-        last_std=(*std, float("nan")),
+        declared=subject.declared,
+        rmse=tuple(subject.rmse(one) for one in mu),
+        spread=tuple(subject.spread(one) for one in mu),
+        last=tuple(float(one[last]) for one in mu),
+        last_std=(*(float(estimates.mu_std[last]) for estimates in made), float("nan")),
     )
 
 
 def scores(folder: Path) -> Iterator[Scores]:
     """Every recording that has an author's estimate beside it."""
     for path in sorted(folder.glob("*.mat")):
-        published = folder / f"author_estimate_{path.stem.removesuffix('_ident')}.csv"
-        if published.exists():
-            author = np.genfromtxt(published, delimiter=",", skip_header=1)
-            yield score(read_recording(path), author)
+        if author_file(folder, path.stem).exists():
+            subject = subject_of(read_recording(path), folder)
+            if (author := subject.author_mu) is not None:
+                yield score(subject, author)
 
 
 def table(title: str, made: list[Scores], field: str) -> None:

@@ -42,7 +42,7 @@ def draw_zones(path: Path, recording: Recording, course: Course) -> None:
         zones.set_ylim(2.5, most + 0.5)
         zones.set_xlabel("time t [s]")
         key = [
-            Patch(color=_SHADES[side], alpha=_SHADE, lw=0, label=f"turning in {name} direction")
+            Patch(color=_SHADES[side], alpha=_SHADE, lw=0, label=f"{name} direction, by the same")
             for side, name in ((1, "positive"), (-1, "negative"))
         ]
         figure.align_ylabels()
