@@ -1,0 +1,242 @@
+"""`brushgrip compare` on a recording of the reference rig, with a file of the author made by hand."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from brushgrip.comparison import scores
+from symbolic.compiled import compiler
+from tests.rig.record import RigRecording, make_recording, write_csv
+
+Run = Callable[..., Any]
+MU, BEGINS = 1.3, 150
+"""Friction of the rig, and the sample at which the author's file begins."""
+OURS = ["root, five zones", "root, filtered (5.9)", "EKF", "MHE"]
+OURS += ["EKF, generated C"] if compiler() else []
+
+
+@pytest.fixture(autouse=True)
+def timed_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """No test waits for a steady time."""
+    monkeypatch.setattr(scores, "ROUNDS", 1)
+    monkeypatch.setattr(scores, "LONG_ENOUGH", 0.0)
+
+
+@pytest.fixture(scope="module")
+def made() -> RigRecording:
+    return make_recording(4, duration=6.0, mu=MU, bristles=800)
+
+
+@pytest.fixture
+def recording(made: RigRecording, tmp_path: Path) -> Path:
+    path = tmp_path / "data" / "run.csv"
+    path.parent.mkdir()
+    write_csv(path, made)
+    return path
+
+
+def write_author(folder: Path, recording: Path, mu: np.ndarray, declared: float = 1.5) -> Path:
+    """The author's file for the samples from `BEGINS` on."""
+    t, psi, M_z, F_N = np.loadtxt(recording, delimiter=",", skiprows=1)[BEGINS:].T
+    zero, one = np.zeros(t.size), np.ones(t.size)
+    columns = [
+        0.01 * np.arange(t.size), psi, zero, M_z, 0.009 * one, F_N, 0.045 * one, 2.4e6 * one, one, zero,
+        mu, declared * one,
+    ]  # fmt: skip
+    path = folder / f"author_estimate_{recording.stem}.csv"
+    head = ",".join(["NaN"] * len(columns))
+    np.savetxt(path, np.column_stack(columns), delimiter=",", header=head, comments="", fmt="%.12g")
+    return path
+
+
+def compare(run: Run, rig: Path, path: Path, out: Path, *options: object) -> Any:
+    return run("compare", "--rig", rig, path, "--out", out, *options)
+
+
+def assert_one_line(outcome: Any, *words: str) -> None:
+    assert outcome.status == 2
+    assert outcome.out == ""
+    assert outcome.err.count("\n") == 1
+    for word in words:
+        assert word in outcome.err
+
+
+def test_json_table_and_pictures(run: Run, rig: Path, recording: Path, tmp_path: Path) -> None:
+    out, table, picture = (tmp_path / "out" / name for name in ("c.json", "c.md", "c.png"))
+    outcome = compare(run, rig, recording, out, "--declared", MU, "--table", table, "--picture", picture)
+    made = json.loads(out.read_text())
+
+    assert outcome.status == 0
+    assert list(made) == ["settled", "machine", "published", "methods", "recordings"]
+    assert [(row["rmse"], row["theta"]) for row in made["published"]] == [
+        (0.638, 0.525), (0.4794, 0.0085), (0.3837, 0.538),
+    ]  # fmt: skip
+    assert [row["method"] for row in made["methods"]] == OURS
+    for row in made["methods"]:
+        assert list(row) == [
+            "method", "rmse", "spread", "theta", "works_beyond_five_zones", "gives_deviation",
+        ]  # fmt: skip
+        assert row["works_beyond_five_zones"] == row["gives_deviation"] == ("root" not in row["method"])
+    (one,) = made["recordings"]
+    assert (one["name"], one["declared"], one["declared_from"]) == ("run", MU, "--declared")
+    assert one["duration"] == pytest.approx(6.0)
+    for score in one["scores"]:
+        assert list(score) == ["method", "rmse", "spread", "theta", "quantiles"]
+        assert score["quantiles"] == sorted(score["quantiles"])
+        assert 0 < score["theta"] < 1
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    for name in OURS:
+        assert name in outcome.out
+        assert f"\n| {name} |" in table.read_text()
+    assert "published: SciML method" in outcome.out
+
+
+def test_the_right_model_is_right_and_the_filter_is_nearest(
+    run: Run, rig: Path, recording: Path, tmp_path: Path
+) -> None:
+    compare(run, rig, recording, tmp_path / "c.json", "--declared", MU)
+    rmse = {
+        row["method"]: row["rmse"] for row in json.loads((tmp_path / "c.json").read_text())["methods"]
+    }
+
+    assert max(rmse["EKF"], rmse["MHE"]) < 0.02
+    assert min(rmse[name] for name in OURS[:2]) > 2 * max(rmse["EKF"], rmse["MHE"])
+    assert all(rmse[name] == pytest.approx(rmse["EKF"], abs=1e-4) for name in OURS[4:])
+
+
+def test_rmse_and_spread_against_a_calculation_by_hand(
+    run: Run, rig: Path, recording: Path, made: RigRecording, tmp_path: Path
+) -> None:
+    # Wildly off until 1.89 s after his first sample, then 0.3 above and 0.4 below by turns.
+    n = made.t.size - BEGINS
+    mu = np.where(np.arange(n) < 189, 90.0, np.where(np.arange(n) % 2 == 1, 1.8, 1.1))
+    write_author(recording.parent, recording, mu)
+    outcome = compare(run, rig, recording, tmp_path / "c.json")
+    (one,) = json.loads((tmp_path / "c.json").read_text())["recordings"]
+    author = one["scores"][0]
+
+    up = np.ceil((n - 189) / 2) / (n - 189)
+    assert outcome.status == 0
+    assert (one["declared"], one["declared_from"]) == (1.5, "the author's file")
+    assert one["samples"] == n - 189
+    assert (author["method"], author["theta"]) == ("author's estimate", None)
+    assert author["rmse"] == pytest.approx(np.sqrt(up * 0.3**2 + (1 - up) * 0.4**2))
+    assert author["quantiles"][0] == pytest.approx(1.1)
+    torque = np.abs(made.M_z[BEGINS:])
+    slid = int(np.flatnonzero(torque > 0.9 * torque.max())[0])
+    assert author["spread"] == pytest.approx(np.std(mu[slid:]))
+
+
+def test_the_author_may_lie_elsewhere(run: Run, rig: Path, recording: Path, tmp_path: Path) -> None:
+    elsewhere = tmp_path / "author"
+    elsewhere.mkdir()
+    rows = len(recording.read_text().splitlines()) - 1
+    write_author(elsewhere, recording, np.full(rows - BEGINS, 1.0))
+    compare(run, rig, recording, tmp_path / "c.json", "--author", elsewhere, "--declared", 1.2)
+    (one,) = json.loads((tmp_path / "c.json").read_text())["recordings"]
+
+    assert one["declared"] == 1.2
+    assert one["scores"][0]["rmse"] == pytest.approx(0.2)
+
+
+def test_published_names_tell_the_surface(run: Run, rig: Path, recording: Path, tmp_path: Path) -> None:
+    for name, mu in (("fem9", 1.674), ("piros9", 1.9003)):
+        compare(run, rig, recording.rename(tmp_path / f"{name}.csv"), tmp_path / "c.json")
+        (one,) = json.loads((tmp_path / "c.json").read_text())["recordings"]
+        recording = tmp_path / f"{name}.csv"
+
+        assert (one["declared"], one["declared_from"]) == (mu, "the surface")
+
+
+def test_mu_of_the_rig_comes_last_and_without_any_it_says_what_to_do(
+    run: Run, rig: Path, recording: Path, tmp_path: Path
+) -> None:
+    compare(run, rig, recording, tmp_path / "c.json")
+    (one,) = json.loads((tmp_path / "c.json").read_text())["recordings"]
+    assert (one["declared"], one["declared_from"]) == (1.2, "rig or recording")
+
+    rig.write_text(rig.read_text().replace("mu = 1.2\n", ""))
+    assert_one_line(compare(run, rig, recording, tmp_path / "d.json"), "run: no mu", "--declared MU")
+    assert not (tmp_path / "d.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (("--declared", "1", "2"), ("2 values for 1 recordings",)),
+        (("--declared", "-1"), ("--declared",)),
+        (("--declared", "nan"), ("--declared must be finite", "nan")),
+        (("--declared", "steel"), ("--declared", "number")),
+        (("--author", "nowhere"), ("nowhere: no such folder",)),
+        (("--picture", "boxes.pdf"), ("boxes.pdf", ".png")),
+        (("--table", "OUT"), ("must be different files",)),
+        (("--model", "none.json"), ("none.json",)),
+    ],
+)
+def test_bad_options_get_one_line(
+    run: Run,
+    rig: Path,
+    recording: Path,
+    tmp_path: Path,
+    options: tuple[str, ...],
+    words: tuple[str, ...],
+) -> None:
+    out = tmp_path / "c.json"
+    given = [str(out) if option == "OUT" else option for option in options]
+
+    assert_one_line(compare(run, rig, recording, out, *given), *words)
+    assert not out.exists()
+
+
+def test_bad_recordings_get_one_line(
+    run: Run, rig: Path, recording: Path, write_csv: Callable[..., Path], tmp_path: Path
+) -> None:
+    out, t = tmp_path / "c.json", np.arange(60) * 0.01
+    short, still = write_csv("short.csv"), write_csv("still.csv", {"psi": 1e-3 * np.sin(t)})
+    bare = write_csv("bare.csv", {"M_z": None})
+
+    assert_one_line(compare(run, rig, tmp_path / "none", out), "none: no such recording")
+    assert_one_line(compare(run, rig, short, out), "short: ends less than 1.89 s")
+    assert_one_line(compare(run, rig, still, out), "still: the wheel turns by less than 0.02 rad")
+    assert_one_line(compare(run, rig, bare, out), "bare.csv", "M_z")
+    assert_one_line(run("compare", recording, "--out", out), "run.csv", "--rig")
+    assert not out.exists()
+
+
+def test_a_file_of_the_author_that_is_none(run: Run, rig: Path, recording: Path, tmp_path: Path) -> None:
+    file = recording.parent / "author_estimate_run.csv"
+    file.write_text("t,psi\n1,2\n")
+    assert_one_line(compare(run, rig, recording, tmp_path / "c.json"), str(file), "12 numbers")
+
+    rows = len(recording.read_text().splitlines()) - 1
+    write_author(recording.parent, recording, np.ones(rows - BEGINS))
+    file.write_text(file.read_text().replace(",0.0", ",0.1"))
+    assert_one_line(compare(run, rig, recording, tmp_path / "c.json"), str(file), "not those of", "run")
+
+
+def test_does_not_write_over_what_it_reads(run: Run, rig: Path, recording: Path) -> None:
+    before = recording.read_text()
+
+    assert_one_line(compare(run, rig, recording, recording, "--declared", 1.2), "overwrite")
+    assert recording.read_text() == before
+
+
+@pytest.mark.measured
+def test_shared_steel_recordings(run: Run, measured_dir: Path, tmp_path: Path) -> None:
+    names = [measured_dir / f"{name}.mat" for name in ("fem1", "fem3", "fem4_ident", "fem5")]
+    outcome = run("compare", *names, "--out", tmp_path / "c.json")
+    rows = {row["method"]: row for row in json.loads((tmp_path / "c.json").read_text())["methods"]}
+    print(outcome.out)
+
+    assert outcome.status == 0
+    author, root = rows["author's estimate"], rows["root, five zones"]
+    assert author["rmse"] == pytest.approx(0.707, abs=5e-4)
+    for name in ("EKF", "MHE"):
+        assert rows[name]["rmse"] < 0.5 * min(author["rmse"], root["rmse"])
+        assert rows[name]["theta"] < root["theta"]
+    if compiler():
+        assert rows["EKF, generated C"]["theta"] < 5e-5
