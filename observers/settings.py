@@ -96,9 +96,9 @@ class ModelObserver:
 
     def step(self, state: State, sample: Sample) -> State:
         """The state after one more sample; the state given is not changed."""
-        if state.values.size != self.layout.size:
+        if state.values.size != self._size:
             raise InvalidInputError(
-                f"the state has {state.values.size} numbers, this observer's has {self.layout.size};"
+                f"the state has {state.values.size} numbers, this observer's has {self._size};"
                 " it belongs to another observer"
             )
         return State(self._stepper(state.values, sample), state.layout)
@@ -123,6 +123,10 @@ class ModelObserver:
     def init(self, first: Sample) -> State:
         """The state before the first sample, whose angle says where the patch stands at rest."""
         raise NotImplementedError
+
+    @cached_property
+    def _size(self) -> int:
+        return self.layout.size
 
     @cached_property
     def _stepper(self) -> Stepper:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +12,7 @@ from brushgrip.comparison.subjects import Subject
 
 Array = NDArray[np.float64]
 Report = Callable[[str, int, int], None]
-ROUNDS, LONG_ENOUGH = 3, 0.4
+ROUNDS, LONG_ENOUGH = 3, 0.2
 """A calculation is timed at least so often, and until so much time has gone [s]; the least counts."""
 AUTHOR = "author's estimate"
 
@@ -121,14 +121,15 @@ def compare(
 def theta(method: Method, subject: Subject) -> float:
     """Calculation time over measurement time, source (5.10) [1]: the least of some rounds.
 
-    The method has to have run before, so that what it makes once is made.
+    It is time of the processor, all threads together, so that other programs do not count. The method
+    has to have run before, so that what it makes once is made.
     """
     t = subject.recording.t
     times: list[float] = []
     while len(times) < ROUNDS or sum(times) < LONG_ENOUGH:
-        begin = perf_counter()
+        begin = process_time()
         method.estimate(subject.recording)
-        times.append(perf_counter() - begin)
+        times.append(process_time() - begin)
     return min(times) / float(t[-1] - t[0])
 
 

@@ -14,7 +14,8 @@ from brushgrip.comparison.subjects import SETTLED
 
 NOTE = (
     "RMSE of μ against the declared μ, from {settled} s after the wheel began to turn; spread: standard"
-    " deviation of μ over time after the first slide; ϑ = calculation time / measurement time, here."
+    " deviation of μ over time after the first slide; ϑ = calculation time / measurement time, here,"
+    " samples handed over one at a time."
 )
 PUBLISHED_NOTE = "Published: Table 6.1 of the source, six recordings on steel, ϑ on an Intel i5-8250U."
 QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)

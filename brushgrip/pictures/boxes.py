@@ -8,10 +8,10 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from brushgrip.comparison.scores import Compared
+from brushgrip.comparison.scores import AUTHOR, Compared
 from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, literal, picture
 
-_COLOURS = (QUIET, *TRACKS, MEASURED)
+_COLOURS = (*TRACKS, MEASURED, "#c9a500", "#79b4e0")
 _ROOM = 0.8
 """Share of a recording's width that its boxes take."""
 
@@ -24,7 +24,9 @@ def draw_boxes(path: Path, compared: Sequence[Compared], methods: Sequence[str])
         compared: the recordings.
         methods: names of the methods, in the order of the boxes.
     """
-    colours = {name: _COLOURS[i % len(_COLOURS)] for i, name in enumerate(methods)}
+    own = [name for name in methods if name != AUTHOR]
+    colours = {name: QUIET for name in methods if name == AUTHOR}
+    colours |= {name: _COLOURS[i % len(_COLOURS)] for i, name in enumerate(own)}
     with picture(path, 7.0) as figure:
         grid = figure.add_gridspec(2, 2, height_ratios=[3.4, 2.6])
         _estimates(figure.add_subplot(grid[0, :]), compared, colours)

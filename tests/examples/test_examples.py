@@ -258,3 +258,45 @@ def test_trade_offs(tmp_path: Path) -> None:
     assert of_a[0] < 1 < of_a[1]
     assert of_k[0] < 2.4e6 < of_k[1]
     assert (tmp_path / "trade.png").read_bytes().startswith(b"\x89PNG")
+
+
+def table_after(title: str, text: str) -> dict[str, list[str]]:
+    """Cells of a Markdown table by the first one of their row."""
+    _, _, rest = text.partition(f"{title}:\n\n")
+    assert rest, text
+    lines = rest.partition("\n\n")[0].splitlines()[2:]
+    rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines]
+    return {name: cells for name, *cells in rows}
+
+
+def test_measured_evaluation(tmp_path: Path) -> None:
+    text = printed_by("measured_evaluation.py", tmp_path, "--pictures", "drawn", leaves="drawn")
+    (filtered, by_ekf, _), (bare, by_ekf_bare, _) = (
+        tuple(map(float, found))
+        for found in re.findall(
+            rf"M_z by {NUMBER} N m; mu off by {NUMBER} \(EKF\), {NUMBER} \(root\)$", text, re.MULTILINE
+        )
+    )
+    beyond = dict(re.findall(rf"^(\w+): .* more than five {NUMBER}%", text, re.MULTILINE))
+    means = table_after("Mean over 2 recordings", text)
+
+    assert filtered < 0.1 * bare
+    assert by_ekf < 0.005 < 0.05 < by_ekf_bare
+    assert (float(beyond["holdout_c"]) > 10) != (float(beyond["holdout_d"]) > 10)
+    assert means["published: analytic method"][:3] == ["0.638", "–", "0.525"]
+    assert max(float(means[name][0]) for name in ("EKF", "MHE")) < float(means["root, five zones"][0])
+    for name in ("zones.png", "boxes.png"):
+        assert (tmp_path / "drawn" / name).read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.measured
+def test_measured_evaluation_measured(tmp_path: Path, measured_dir: Path) -> None:
+    text = printed_by("measured_evaluation.py", tmp_path, data=measured_dir)
+    counted = re.findall(rf"as the author counts: zones {NUMBER}%, direction {NUMBER}%", text)
+    means = table_after("Mean over 4 recordings", text)
+    theta = {name: cells[2] for name, cells in means.items()}
+
+    assert [min(map(float, shares)) > 98 for shares in counted] == [True] * 4
+    assert float(theta["EKF"]) < 0.5 * float(theta["root, five zones"])
+    if "EKF, generated C" in theta:
+        assert float(theta["EKF, generated C"]) < 5e-5

@@ -1,0 +1,167 @@
+"""The source's evaluation of measurements, section 5.3, done again: preprocessing, zones, Table 6.1.
+
+    python examples/measured_evaluation.py [DIR] [--pictures FOLDER]
+
+First, raw channels at 4 kHz with offsets, noise and mains hum, made here so that the truth is known,
+become a recording at 100 Hz; beside it every fortieth sample, as in the source. Then direction and zones
+over time (figures 5.6 and 5.7), and all methods (Table 6.1, figure 5.10): on the steel recordings in DIR
+(`brushgrip fetch`; default: BRUSHGRIP_DATA), else on embedded ones, where more than five zones occur.
+`--pictures` writes zones.png and boxes.png.
+"""
+
+import argparse
+import os
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgrip.comparison.methods import methods
+from brushgrip.comparison.scores import compare, rows
+from brushgrip.comparison.subjects import Subject, subject_of
+from brushgrip.comparison.tables import markdown_text
+from brushgrip.pictures import draw_boxes, draw_zones
+from identification import (
+    Channel,
+    OffsetRemoved,
+    Pipeline,
+    Recording,
+    Scaled,
+    read_recording,
+    read_rig,
+    recording_from_raw,
+    usual_pipeline,
+)
+from observers import Ekf, Root, course, run
+from symbolic import Model, Rig, Tyre, simulate
+
+Array = NDArray[np.float64]
+EMBEDDED = Path(__file__).resolve().parent / "recordings"
+PLANTED = {"holdout_c": 1.37, "holdout_d": 1.28}
+"""Embedded recordings and their friction at the reference sliding speed [1]."""
+RIG, TYRE = Rig(a=0.045, e=0.009), Tyre(k=2.4e6, mu=1.3)
+RAW_RATE, RATE, DURATION, LOAD = 4000.0, 100.0, 10.0, 400.0
+"""[Hz], [Hz], [s], [N]."""
+QUIET = (0.0, 0.4)
+"""Before the wheel turns [s]."""
+VOLTS = {"psi": 0.1, "M_z": -5.0, "F_N": 250.0}
+"""Units of a channel a volt: [rad], [N m], [N]."""
+OFFSETS = {"psi": 0.7, "M_z": -0.4, "F_N": 0.9}
+HUM, NOISE = 0.05, 0.01
+"""Amplitude of mains hum, standard deviation of noise, in every channel [V]."""
+
+
+def true_channels() -> tuple[Array, dict[str, Array]]:
+    """A wheel that is quiet, then swings wider and wider: time and what the sensors should show."""
+    t = np.arange(round(DURATION * RAW_RATE) + 1) / RAW_RATE
+    turning = np.maximum(t - 0.5, 0.0)
+    psi = 0.04 * turning * np.sin(2 * np.pi * turning / 3.0)
+    signals = np.vstack([psi, np.gradient(psi, t), np.full((2, t.size), [[LOAD], [1 / RAW_RATE]])])
+    theta = np.asarray(Model().theta({"mu": TYRE.mu, "k": TYRE.k})).ravel()
+    M_z = simulate(Model(), signals, theta, np.array([RIG.a, RIG.e])).M_z
+    return t, {"psi": psi, "M_z": M_z, "F_N": signals[2]}
+
+
+def raw_channels(t: Array, truth: dict[str, Array]) -> dict[str, Channel]:
+    """The same as the amplifiers give it, in volts."""
+    rng, hum = np.random.default_rng(0), HUM * np.sin(2 * np.pi * 50 * t + 1)
+    return {
+        name: Channel(
+            values=values / VOLTS[name] + OFFSETS[name] + hum + NOISE * rng.standard_normal(t.size),
+            rate=RAW_RATE,
+        )
+        for name, values in truth.items()
+    }
+
+
+def undersampled(raw: Channel, factor: float, level: float) -> Channel:
+    """Offset off, then every fortieth sample."""
+    clean = OffsetRemoved(start=QUIET[0], stop=QUIET[1], level=level)(Scaled(factor=factor)(raw))
+    return Channel(values=clean.values[:: round(RAW_RATE / RATE)], rate=RATE)
+
+
+def preprocessing() -> None:
+    """Print what preprocessing leaves of noise and hum, and what that does to friction."""
+    t, truth = true_channels()
+    raw = raw_channels(t, truth)
+    level = {"psi": 0.0, "M_z": 0.0, "F_N": LOAD}
+    with_filter = {n: usual_pipeline(VOLTS[n], QUIET, level=level[n], rate=RATE) for n in VOLTS}
+    nothing = {n: Pipeline(()) for n in VOLTS}
+    bare = {n: undersampled(raw[n], VOLTS[n], level[n]) for n in VOLTS}
+    every = round(RAW_RATE / RATE)
+    for label, channels, pipelines in (
+        ("filtered and resampled", raw, with_filter),
+        ("every fortieth sample", bare, nothing),
+    ):
+        made = recording_from_raw(label, channels, pipelines, RIG, TYRE)
+        psi, M_z = (rms(getattr(made, n) - truth[n][::every]) for n in ("psi", "M_z"))
+        ekf, root = (friction_error(made, kind) for kind in ("ekf", "root"))
+        print(
+            f"{label}: psi off by {1e3 * psi:.3f} mrad, M_z by {M_z:.4f} N m;"
+            f" mu off by {ekf:.4f} (EKF), {root:.4f} (root)"
+        )
+
+
+def friction_error(recording: Recording, kind: str) -> float:
+    """RMSE of mu over the second half."""
+    k = recording.tyre.k
+    observer = Ekf(model=Model(), values={"k": k}, rig=RIG) if kind == "ekf" else Root(rig=RIG, k=k)
+    mu = run(observer, recording.t, recording.psi, recording.F_N, recording.M_z).mu
+    return rms(mu[mu.size // 2 :] - TYRE.mu)
+
+
+def rms(values: Array) -> float:
+    """Root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+def subjects(folder: Path | None) -> list[Subject]:
+    """The steel recordings of a folder with the author's estimates, or the embedded ones."""
+    if folder is not None:
+        return [subject_of(read_recording(p), folder) for p in sorted(folder.glob("fem*.mat"))]
+    rig = read_rig(EMBEDDED / "rig.toml")
+    return [
+        subject_of(read_recording(EMBEDDED / f"{name}.csv", rig), None, mu)
+        for name, mu in PLANTED.items()
+    ]
+
+
+def zones(subject: Subject) -> None:
+    """Print how the zones are counted, beside the author's columns where he has some."""
+    recording, author = subject.recording, subject.author
+    made = course(recording.psi)
+    beyond = float((made.true_zones > 5).mean())
+    line = (
+        f"{recording.name}: up to {made.true_zones.max()} zones, more than five {beyond:.1%} of the time"
+    )
+    if author is not None:
+        same = float((made.zones[subject.span] == author.zones).mean())
+        way = float((made.direction[subject.span] == author.direction).mean())
+        line += f"; as the author counts: zones {same:.1%}, direction {way:.1%}"
+    print(line)
+
+
+def main() -> None:
+    """Print preprocessing, zones and the tables."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", nargs="?", type=Path, default=os.environ.get("BRUSHGRIP_DATA"))
+    parser.add_argument("--pictures", type=Path)
+    options = parser.parse_args()
+    preprocessing()
+    print()
+    chosen = subjects(None if options.folder is None else Path(options.folder))
+    for subject in chosen:
+        zones(subject)
+    ways = methods()
+    compared = compare(chosen, ways)
+    summary = rows(compared, ways)
+    print(f"\n{markdown_text(compared, summary)}")
+    if options.pictures is not None:
+        options.pictures.mkdir(parents=True, exist_ok=True)
+        shown = chosen[0].recording
+        draw_zones(options.pictures / "zones.png", shown, course(shown.psi))
+        draw_boxes(options.pictures / "boxes.png", compared, [row.method for row in summary])
+
+
+if __name__ == "__main__":
+    main()
