@@ -82,7 +82,7 @@ class Generated:
     """
 
     found: FoundModel | None = None
-    name: str = "EKF, generated C"
+    name: str = "EKF in C"
     works_beyond_five_zones: bool = True
     gives_deviation: bool = True
 

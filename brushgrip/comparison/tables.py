@@ -1,8 +1,9 @@
 """A comparison as tables, on the screen and in Markdown, and as JSON."""
 
 import platform
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -38,7 +39,7 @@ class Sheet:
 
 def sheets(compared: Sequence[Compared], rows: Sequence[Row]) -> list[Sheet]:
     """Table 6.1 beside ours, then RMSE and time for every recording."""
-    names = tuple(row.method for row in rows)
+    recordings = ("method", *map(_name, compared))
     return [
         Sheet(
             title=f"Mean over {len(compared)} recordings",
@@ -50,17 +51,18 @@ def sheets(compared: Sequence[Compared], rows: Sequence[Row]) -> list[Sheet]:
         ),
         Sheet(
             title="RMSE of every recording",
-            headings=("recording", "declared μ", *names),
-            lines=tuple(
-                (_name(one), f"{one.subject.declared:g}", *_figures(one, names, "rmse"))
-                for one in compared
+            headings=recordings,
+            lines=(
+                ("declared μ", *(f"{one.subject.declared:g}" for one in compared)),
+                *((row.method, *(_error(_rmse(one, row)) for one in compared)) for row in rows),
             ),
         ),
         Sheet(
             title="ϑ of every recording",
-            headings=("recording", "length [s]", *names),
-            lines=tuple(
-                (_name(one), f"{_duration(one):.1f}", *_figures(one, names, "theta")) for one in compared
+            headings=recordings,
+            lines=(
+                ("length [s]", *(f"{_duration(one):.1f}" for one in compared)),
+                *((row.method, *(_time(_theta(one, row)) for one in compared)) for row in rows),
             ),
         ),
     ]
@@ -72,7 +74,7 @@ def print_comparison(compared: Sequence[Compared], rows: Sequence[Row]) -> None:
     for sheet in sheets(compared, rows):
         table = Table(title=sheet.title, title_justify="left")
         for place, heading in enumerate(sheet.headings):
-            table.add_column(heading, justify="right" if place else "left")
+            table.add_column(heading, justify="right" if place else "left", overflow="fold")
         for line in sheet.lines:
             table.add_row(*line)
         screen.print(table)
@@ -122,7 +124,14 @@ def comparison_dict(compared: Sequence[Compared], rows: Sequence[Row]) -> dict[s
 
 def processor() -> str:
     """What the times were measured on."""
-    return platform.processor() or platform.machine()
+    try:
+        text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
+    except OSError:
+        text = ""
+    names = [
+        line.partition(":")[2].strip() for line in text.splitlines() if line.startswith("model name")
+    ]
+    return names[0] if names else platform.processor() or platform.machine()
 
 
 def _markdown(sheet: Sheet) -> str:
@@ -146,12 +155,12 @@ def _cells(name: str, row: Row) -> tuple[str, ...]:
     )
 
 
-def _figures(one: Compared, names: Sequence[str], figure: str) -> Iterator[str]:
-    """RMSE or theta of every method on a recording, in the order of the names."""
-    write = _error if figure == "rmse" else _time
-    scores = {score.method: score for score in one.scores}
-    for name in names:
-        yield write(getattr(scores[name], figure) if name in scores else None)
+def _rmse(one: Compared, row: Row) -> float | None:
+    return next((score.rmse for score in one.scores if score.method == row.method), None)
+
+
+def _theta(one: Compared, row: Row) -> float | None:
+    return next((score.theta for score in one.scores if score.method == row.method), None)
 
 
 def _name(one: Compared) -> str:

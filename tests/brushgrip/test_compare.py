@@ -16,7 +16,7 @@ Run = Callable[..., Any]
 MU, BEGINS = 1.3, 150
 """Friction of the rig, and the sample at which the author's file begins."""
 OURS = ["root, five zones", "root, filtered (5.9)", "EKF", "MHE"]
-OURS += ["EKF, generated C"] if compiler() else []
+OURS += ["EKF in C"] if compiler() else []
 
 
 @pytest.fixture(autouse=True)
@@ -239,4 +239,4 @@ def test_shared_steel_recordings(run: Run, measured_dir: Path, tmp_path: Path) -
         assert rows[name]["rmse"] < 0.5 * min(author["rmse"], root["rmse"])
         assert rows[name]["theta"] < root["theta"]
     if compiler():
-        assert rows["EKF, generated C"]["theta"] < 5e-5
+        assert rows["EKF in C"]["theta"] < 5e-5

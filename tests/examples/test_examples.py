@@ -298,5 +298,5 @@ def test_measured_evaluation_measured(tmp_path: Path, measured_dir: Path) -> Non
 
     assert [min(map(float, shares)) > 98 for shares in counted] == [True] * 4
     assert float(theta["EKF"]) < 0.5 * float(theta["root, five zones"])
-    if "EKF, generated C" in theta:
-        assert float(theta["EKF, generated C"]) < 5e-5
+    if "EKF in C" in theta:
+        assert float(theta["EKF in C"]) < 5e-5

@@ -61,6 +61,13 @@ def test_sample_by_sample_is_the_same(observer: Any, columns: dict[str, Array]) 
     assert_steps_are_the_run(observer, columns)
 
 
+def test_one_by_one_is_the_same(observer: Any, columns: dict[str, Array]) -> None:
+    at_once, one_by_one = run(observer, **columns), run(observer, **columns, one_by_one=True)
+
+    for name in FIELDS:
+        np.testing.assert_allclose(getattr(one_by_one, name), getattr(at_once, name), rtol=1e-9)
+
+
 @pytest.mark.parametrize("count", [2, 100, 101, 250])
 def test_no_row_depends_on_later_samples(observer: Any, columns: dict[str, Array], count: int) -> None:
     whole = run(observer, **columns)

@@ -74,4 +74,4 @@ def test_names_are_unique_and_c_is_there_where_a_compiler_is() -> None:
     names = [method.name for method in methods()]
 
     assert len(set(names)) == len(names)
-    assert ("EKF, generated C" in names) == (compiler() is not None)
+    assert ("EKF in C" in names) == (compiler() is not None)

@@ -1,0 +1,86 @@
+"""Any method with the four members of `Method` is scored and timed."""
+
+from dataclasses import dataclass
+from time import process_time
+
+import numpy as np
+import pytest
+
+from brushgrip.comparison.scores import PUBLISHED, compare, rows
+from brushgrip.comparison.subjects import SETTLED, Subject, subject_of
+from brushgrip.comparison.tables import comparison_dict, markdown_text
+from identification import Recording
+from symbolic import Rig, Tyre
+from tests.rig.hooks import Array
+
+BUSY = 0.02
+"""What the made-up method takes [s]."""
+OFF = 0.25
+
+
+@dataclass(frozen=True)
+class Learned:
+    """Takes its time and is always off by so much."""
+
+    name: str = "neural network"
+    works_beyond_five_zones: bool = True
+    gives_deviation: bool = False
+
+    def estimate(self, recording: Recording) -> Array:
+        begin = process_time()
+        while process_time() < begin + BUSY:
+            pass
+        return np.full(recording.t.size, 1.3 + OFF)
+
+
+@pytest.fixture
+def subject() -> Subject:
+    t = np.arange(1001) * 0.01
+    psi = 0.3 * np.sin(t - 1) * (t > 1)
+    return subject_of(
+        Recording(
+            name="made",
+            t=t,
+            psi=psi,
+            psi_dot=np.gradient(psi, t),
+            M_z=-8 * np.tanh(9 * psi),
+            F_N=np.full(t.size, 400.0),
+            rig=Rig(a=0.045, e=0.009),
+            tyre=Tyre(k=2.4e6),
+        ),
+        None,
+        1.3,
+    )
+
+
+def test_a_method_from_elsewhere_gets_its_row(subject: Subject) -> None:
+    (row,) = rows(compared := compare([subject], [Learned()]), [Learned()])
+
+    assert (row.method, row.works_beyond_five_zones, row.gives_deviation) == (
+        "neural network", True, False,
+    )  # fmt: skip
+    assert row.rmse == pytest.approx(OFF)
+    assert row.spread == pytest.approx(0, abs=1e-12)
+    assert row.theta == pytest.approx(BUSY / 10, rel=0.1)
+    assert "| neural network | 0.250 | 0.000 | 2." in markdown_text(compared, [row])
+    made = comparison_dict(compared, [row])
+    assert made["recordings"][0]["scores"][0]["quantiles"] == pytest.approx([1.3 + OFF] * 5)
+
+
+def test_errors_count_from_when_the_wheel_has_turned_for_a_while(subject: Subject) -> None:
+    first = int(np.argmax(np.abs(subject.recording.psi) >= 0.02))
+    mu = np.full(subject.recording.t.size, 1.3)
+    mu[: first + 189] = 99.0
+
+    assert subject.span.start == first
+    assert SETTLED == 1.89
+    assert subject.rmse(mu) == 0
+    mu[first + 189] = 1.3 + OFF
+    assert subject.rmse(mu) == pytest.approx(OFF / np.sqrt(subject.settled.sum()))
+
+
+def test_what_is_published() -> None:
+    # Table 6.1 of the source, with the time in fig. 5.13's measure (5.10).
+    assert [(row.rmse, row.theta, row.works_beyond_five_zones) for row in PUBLISHED] == [
+        (0.638, 0.525, False), (0.4794, 0.0085, True), (0.3837, 0.538, None),
+    ]  # fmt: skip
