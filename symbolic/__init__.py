@@ -15,9 +15,17 @@ from symbolic.effects.library import EFFECTS, effects_named
 from symbolic.effects.made import Made
 from symbolic.errors import BrushgripError, InvalidInputError
 from symbolic.model import DECLARED, GEOMETRY, SIGNALS, Model
+from symbolic.motion import Motion, TorqueProfile, simulate_motion
 from symbolic.parameters import Rig, Tyre
 from symbolic.patch import Patch, PatchInputs
 from symbolic.trajectory import Torque, simulate, step_along
+from symbolic.turning import (
+    TurningPoints,
+    branch_torque,
+    deformation_limit,
+    lateral_deformation,
+    virgin_torque,
+)
 from symbolic.zones import ZonePatch
 
 __all__ = [
@@ -33,6 +41,7 @@ __all__ = [
     "LearnedTorque",
     "Made",
     "Model",
+    "Motion",
     "Parameter",
     "Patch",
     "PatchInputs",
@@ -40,17 +49,24 @@ __all__ = [
     "Rig",
     "Signals",
     "Torque",
+    "TorqueProfile",
+    "TurningPoints",
     "Tyre",
     "ZonePatch",
+    "branch_torque",
     "compiled",
+    "deformation_limit",
     "edge_distance",
     "effects_named",
     "full_slide_level",
     "full_slide_torque",
+    "lateral_deformation",
     "position",
     "simulate",
+    "simulate_motion",
     "step_along",
     "unit_moment",
+    "virgin_torque",
     "with_limit",
     "with_shape",
 ]

@@ -1,0 +1,205 @@
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from symbolic import (
+    InvalidInputError,
+    Model,
+    Motion,
+    Rig,
+    TorqueProfile,
+    Tyre,
+    lateral_deformation,
+    simulate,
+    simulate_motion,
+)
+from tests.rig import steering
+from tests.rig.patch import RigTyre
+
+LOAD = 180.0
+RIG, TYRE = Rig(a=0.02, e=0.01, J_A=0.1, b_t=0.4827), Tyre(k=6e4, mu=0.5)
+NESTED = TorqueProfile(t=(0.0, 1.2, 2.2, 5.1), M=(0.15, 0.42, 0.02, 0.5))
+"""Two turns back, the second inside the first loop, which then closes: 3, 5, 7 and 3 zones."""
+LOOSE = Rig(a=0.045, e=-0.012, J_A=0.15, b_t=0.3)
+STIFF = Tyre(k=2.4e6, mu=1.3)
+RINGING = TorqueProfile(t=(0.0, 0.1, 0.6, 0.7, 2.0), M=(0.0, 11.0, -7.0, 3.0, 3.0))
+"""Fast against the wheel's own 30 Hz: it swings after every corner, so loops nest and close often."""
+
+
+def against_rig(rig: Rig, tyre: Tyre, load: float, profile: TorqueProfile, step: float) -> float:
+    """The largest difference of M_z from 2000 bristles in small steps, in shares of the range."""
+    t = np.arange(round(profile.t[-1] / step) + 1) * step
+    assert rig.J_A is not None
+    assert rig.b_t is not None
+    assert tyre.mu is not None
+    wheel = steering.Wheel(J_A=rig.J_A, b_t=rig.b_t)
+    other = steering.move(
+        profile.at(t),
+        np.full_like(t, load),
+        np.full_like(t, tyre.mu),
+        step=step,
+        tyre=RigTyre(a=rig.a, e=rig.e, k=tyre.k),
+        wheel=wheel,
+        bristles=2000,
+    )
+    ours = simulate_motion(rig, tyre, profile, load, rate=1 / step)
+    return float(np.max(np.abs(ours.M_z - other.M_z)) / np.ptp(other.M_z))
+
+
+def test_agrees_with_the_reference_rig() -> None:
+    assert against_rig(RIG, TYRE, LOAD, NESTED, 1e-3) < 1e-5
+
+
+def test_agrees_where_the_wheel_swings() -> None:
+    coarse, fine = (against_rig(LOOSE, STIFF, 400.0, RINGING, step) for step in (2e-3, 5e-4))
+
+    # The rig's step is what is left: second order, down to its bristles' 4e-6.
+    assert fine < 5e-5
+    assert fine < 0.1 * coarse
+
+
+def test_nested_turns_open_and_close_zones() -> None:
+    motion = simulate_motion(RIG, TYRE, NESTED, LOAD)
+    changes = motion.zones[np.flatnonzero(np.diff(motion.zones, prepend=0))]
+
+    assert changes.tolist() == [1, 3, 5, 7, 3]
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5, 1e-7])
+def test_error_falls_with_the_tolerance(tolerance: float) -> None:
+    exact = simulate_motion(RIG, TYRE, NESTED, LOAD, tolerance=1e-11)
+    found = simulate_motion(RIG, TYRE, NESTED, LOAD, tolerance=tolerance)
+
+    error = np.max(np.abs(found.M_z - exact.M_z)) / np.ptp(exact.M_z)
+    assert 0.01 * tolerance < error < 2 * tolerance
+
+
+@pytest.mark.parametrize(
+    ("rig", "tyre", "load", "profile"), [(RIG, TYRE, LOAD, NESTED), (LOOSE, STIFF, 400.0, RINGING)]
+)
+def test_energy_is_kept(rig: Rig, tyre: Tyre, load: float, profile: TorqueProfile) -> None:
+    motion = simulate_motion(rig, tyre, profile, load, rate=20_000.0)
+    given, damped, patch = (
+        work(motion, torque) for torque in (motion.M, (rig.b_t or 0.0) * motion.psi_dot, -motion.M_z)
+    )
+    kinetic = 0.5 * (rig.J_A or 0.0) * motion.psi_dot**2
+
+    assert np.max(np.abs(given - damped - patch - kinetic)) < 1e-6 * np.max(given)
+    for i in range(0, len(motion.t), 2000):
+        x = rig.a * (np.arange(-1999, 2000, 2) / 2000)
+        q = lateral_deformation(x, float(motion.psi[i]), motion.memory[i], load, rig, tyre)
+        stored = 0.5 * tyre.k * np.sum(q**2) * (2 * rig.a / 2000)
+        # What the patch took and did not store has gone into friction, which never gives it back.
+        assert patch[i] >= stored - 1e-6 * np.max(given)
+
+
+def work(motion: Motion, torque: np.ndarray) -> np.ndarray:
+    """Work of a torque up to every sample [N m]."""
+    power = torque * motion.psi_dot
+    return np.concatenate([[0.0], np.cumsum(0.5 * np.diff(motion.t) * (power[1:] + power[:-1]))])
+
+
+def test_torque_is_that_of_the_zones() -> None:
+    motion = simulate_motion(LOOSE, STIFF, RINGING, 400.0, rate=5000.0)
+    n = len(motion.t)
+    signals = np.vstack([motion.psi, motion.psi_dot, np.full(n, 400.0), np.full(n, 2e-4)])
+    zones = simulate(Model(), signals, np.array([1.3, 2.4e6]), np.array([LOOSE.a, LOOSE.e]))
+
+    # The zones see turning points at samples only, here up to 1e-5 of range beside them.
+    assert np.max(np.abs(zones.M_z - motion.M_z)) < 2e-5 * np.ptp(motion.M_z)
+
+
+def test_deformation_makes_the_torque() -> None:
+    motion = simulate_motion(RIG, TYRE, NESTED, LOAD)
+    x = RIG.a * (np.arange(-9999, 10000, 2) / 10000)
+    for i in (500, 1750, 3000, 5100):
+        q = lateral_deformation(x, float(motion.psi[i]), motion.memory[i], LOAD, RIG, TYRE)
+        summed = TYRE.k * float(q @ (x - RIG.e)) * (2 * RIG.a / 10000)
+
+        assert summed == pytest.approx(motion.M_z[i], abs=1e-6 * np.ptp(motion.M_z))
+
+
+def test_mirrored_torque_mirrors_the_motion() -> None:
+    there = simulate_motion(RIG, TYRE, NESTED, LOAD)
+    back = simulate_motion(RIG, TYRE, TorqueProfile(t=NESTED.t, M=tuple(-M for M in NESTED.M)), LOAD)
+
+    np.testing.assert_allclose(back.psi, -there.psi, rtol=0, atol=1e-15)
+    np.testing.assert_allclose(back.M_z, -there.M_z, rtol=0, atol=1e-15)
+
+
+def test_rate_of_the_result_does_not_matter() -> None:
+    fine = simulate_motion(RIG, TYRE, NESTED, LOAD, rate=1000.0)
+    coarse = simulate_motion(RIG, TYRE, NESTED, LOAD, rate=10.0)
+
+    np.testing.assert_array_equal(coarse.psi, fine.psi[::100])
+    assert coarse.steps == fine.steps
+
+
+def test_no_torque_no_motion() -> None:
+    motion = simulate_motion(RIG, TYRE, TorqueProfile(t=(0.0,), M=(0.0,)), LOAD, duration=2.0)
+
+    assert not np.any(motion.psi)
+    assert set(motion.zones) == {1}
+
+
+def test_comes_to_rest_and_stays() -> None:
+    # The swings die away into the tolerance of the steps; turning points must not pile up there.
+    held = TorqueProfile(t=(0.0, 0.05), M=(0.0, 4.0))
+    motion = simulate_motion(replace(LOOSE, b_t=1.5), STIFF, held, 400.0, duration=60.0)
+
+    late = motion.t > 50
+    assert np.ptp(motion.psi[late]) < 1e-5 * motion.psi[-1]
+    assert np.max(np.abs(motion.M_z[late] + 4.0)) < 4e-5
+    assert max(len(memory.psi) for memory in motion.memory) < 200
+    assert motion.steps < 20_000
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"rig": replace(RIG, J_A=None)}, "J_A and b_t"),
+        ({"tyre": replace(TYRE, mu=None)}, "tyre's mu"),
+        ({"load": 0.0}, "the load must be"),
+        ({"duration": float("nan")}, "duration must be"),
+        ({"rate": 0.0}, "rate must be"),
+        ({"tolerance": -1.0}, "tolerance must be"),
+    ],
+)
+def test_bad_input(change: dict[str, object], message: str) -> None:
+    given = {"rig": RIG, "tyre": TYRE, "profile": NESTED, "load": LOAD} | change
+    with pytest.raises(InvalidInputError, match=message):
+        simulate_motion(**given)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("t", "M", "message"),
+    [
+        ((0.0, 1.0), (0.0,), "as many torques"),
+        ((), (), "as many torques"),
+        ((0.0, 0.0), (0.0, 1.0), "increase from 0"),
+        ((1.0, 2.0), (0.0, 1.0), "increase from 0"),
+        ((0.0, 1.0), (0.0, float("inf")), "finite"),
+    ],
+)
+def test_bad_profile(t: tuple[float, ...], M: tuple[float, ...], message: str) -> None:
+    with pytest.raises(InvalidInputError, match=message):
+        TorqueProfile(t=t, M=M)
+
+
+@pytest.mark.measured
+@pytest.mark.parametrize(("name", "mu", "scale"), [("05", 0.5, 1.0), ("18", 1.8, 3.0)])
+def test_published_simulation(name: str, mu: float, scale: float, simulation_dir: Path) -> None:
+    """The steering torque is not in the files; these round numbers are what psi and M_z leave of it."""
+    table = np.genfromtxt(simulation_dir / f"sim_mu_{name}.csv", delimiter=",")[1:]
+    t, psi, late = table[:, 0], table[:, 1], table[:, 3]
+    profile = TorqueProfile(
+        t=(0.0, 1.99, 3.99, 4.99), M=(0.4 * scale, 0.8 * scale, -0.9 * scale, 0.2 * scale)
+    )
+    rig = Rig(a=0.04, e=0.01, J_A=0.1, b_t=0.4827)
+    motion = simulate_motion(rig, Tyre(k=6e4, mu=mu), profile, LOAD, duration=t[-1], rate=100.0)
+
+    # The source's own 201 bristles account for the most of it; its torque is a sample late.
+    assert np.max(np.abs(motion.psi - psi)) < 1.5e-4 * np.ptp(psi)
+    assert np.max(np.abs(motion.M_z[:-1] + late[1:])) < 3e-4 * np.ptp(late)
