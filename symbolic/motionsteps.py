@@ -179,7 +179,7 @@ def _turning_time(stepper: Stepper, state: State, end: list[float], h: float) ->
             early *= 0.5
             if early < ROUNDING * stepper.longest:
                 return 0.0
-    return float(brentq(lambda s: stepper.take(s)[1], early, late, xtol=ROUNDING * stepper.longest))
+    return _when(stepper, 1, 0.0, early, late)
 
 
 def _closing_time(stepper: Stepper, state: State, h: float) -> float:
@@ -187,7 +187,23 @@ def _closing_time(stepper: Stepper, state: State, h: float) -> float:
     goal = state.memory.closes_at
     if state.way * (goal - state.psi) <= 0:
         return 0.0
-    return float(brentq(lambda s: stepper.take(s)[0] - goal, 0.0, h, xtol=ROUNDING * stepper.longest))
+    return _when(stepper, 0, goal, 0.0, h)
+
+
+def _when(stepper: Stepper, i: int, goal: float, low: float, high: float) -> float:
+    """When psi (i = 0) or psi_dot (i = 1) passes a goal, by Newton's rule within a bracket [s].
+
+    The slope is the next entry of what a step makes, so this takes a third of Brent's calls.
+    """
+    h, side = high, stepper.take(high)[i] - goal
+    while True:
+        made = stepper.take(h)
+        off, slope = made[i] - goal, made[i + 1]
+        if abs(off) <= ROUNDING * stepper.longest * abs(slope) or high - low <= ROUNDING * high:
+            return h
+        low, high = (low, h) if off * side > 0 else (h, high)
+        newton = h - off / slope if slope else low
+        h = newton if low < newton < high else 0.5 * (low + high)
 
 
 def torques(psi: Array, branches: Array, patch: Array) -> Array:
