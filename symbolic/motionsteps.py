@@ -9,7 +9,7 @@ begins.
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from itertools import pairwise
-from math import pi, sqrt
+from math import copysign, pi, sqrt
 from typing import NamedTuple
 
 import casadi as ca
@@ -106,11 +106,12 @@ def _step_function() -> ca.Function:
 
 def integrate(stepper: Stepper, torque: Callable[[Array], Array], corners: Array) -> Iterator[State]:
     """The states at the ends of all steps, the first at time 0."""
-    torques = torque(corners)
+    # As plain numbers: NumPy's would double the time of a step.
+    times, torques = corners.tolist(), torque(corners).tolist()
     state = _at_rest(stepper, torques)
     yield state
     h = 1e-2 * stepper.longest
-    for (begin, end), (M_begin, M_end) in zip(pairwise(corners), pairwise(torques), strict=True):
+    for (begin, end), (M_begin, M_end) in zip(pairwise(times), pairwise(torques), strict=True):
         M_dot = (M_end - M_begin) / (end - begin)
         while state.t < end:
             stepper.begin(state, M_begin + M_dot * (state.t - begin), M_dot)
@@ -128,11 +129,11 @@ def integrate(stepper: Stepper, torque: Callable[[Array], Array], corners: Array
             yield state
 
 
-def _at_rest(stepper: Stepper, torques: Array) -> State:
+def _at_rest(stepper: Stepper, torques: list[float]) -> State:
     """The wheel at rest on a virgin patch, about to go the way that the torque pulls."""
     pull = next((M for M in torques if M), 1.0)
     state = State(
-        t=0.0, psi=0.0, psi_dot=0.0, acceleration=0.0, memory=TurningPoints(), way=float(np.sign(pull))
+        t=0.0, psi=0.0, psi_dot=0.0, acceleration=0.0, memory=TurningPoints(), way=copysign(1.0, pull)
     )
     stepper.begin(state, torques[0], 0.0)
     return state._replace(acceleration=stepper.take(0.0)[2])
