@@ -25,6 +25,7 @@ from symbolic.turning import (
     deformation_limit,
     lateral_deformation,
     virgin_torque,
+    zone_boundaries,
 )
 from symbolic.zones import ZonePatch
 
@@ -69,4 +70,5 @@ __all__ = [
     "virgin_torque",
     "with_limit",
     "with_shape",
+    "zone_boundaries",
 ]

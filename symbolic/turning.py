@@ -16,7 +16,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symbolic.deformation import Expression, full_slide_level, unit_moment
+from symbolic.deformation import Expression, edge_distance, full_slide_level, unit_moment
 from symbolic.errors import InvalidInputError
 from symbolic.parameters import Rig, Tyre
 from symbolic.zones import FAR
@@ -126,6 +126,28 @@ def lateral_deformation(
     for turn in np.diff([*memory.psi, psi]):
         q = np.clip(q - (places - rig.e) * turn, -limit, limit)
     return q
+
+
+def zone_boundaries(psi: float, memory: TurningPoints, F_N: float, rig: Rig, tyre: Tyre) -> Array:
+    """Where one zone of the deformation ends and the next begins, from rear to front [m].
+
+    Every branch has left one boundary on either side of the kingpin: there the bristles just reached
+    their limit. The outermost ones bound what slides while the wheel turns on.
+
+    Args:
+        psi: the present angle [rad].
+        memory: what the patch remembers.
+        F_N: vertical load [N].
+        rig: a and e are used.
+        tyre: k and mu.
+    """
+    slope = full_slide_level(F_N, rig.a) * declared_friction(tyre) / tyre.k
+    turns = np.abs(np.diff([*memory.psi, psi]))
+    scales = np.where(np.arange(len(turns)) == 0, 1.0, 2.0)
+    z = scales[turns > 0] * slope / turns[turns > 0]
+    front = [rig.a - float(edge_distance(each, rig.a, rig.a - rig.e)) for each in z]
+    rear = [-rig.a + float(edge_distance(each, rig.a, rig.a + rig.e)) for each in z]
+    return np.array(sorted([*rear, *front]))
 
 
 def deformation_limit(x: ArrayLike, F_N: float, rig: Rig, tyre: Tyre) -> Array:

@@ -14,6 +14,7 @@ from symbolic import (
     lateral_deformation,
     simulate,
     simulate_motion,
+    zone_boundaries,
 )
 from tests.rig import steering
 from tests.rig.patch import RigTyre
@@ -119,6 +120,21 @@ def test_deformation_makes_the_torque() -> None:
         summed = TYRE.k * float(q @ (x - RIG.e)) * (2 * RIG.a / 10000)
 
         assert summed == pytest.approx(motion.M_z[i], abs=1e-6 * np.ptp(motion.M_z))
+
+
+def test_boundaries_are_the_kinks_of_the_deformation() -> None:
+    motion = simulate_motion(RIG, TYRE, NESTED, LOAD)
+    x = np.linspace(-RIG.a, RIG.a, 40_001)
+    for i in (500, 1750, 3000, 5100):
+        psi, memory = float(motion.psi[i]), motion.memory[i]
+        q = lateral_deformation(x, psi, memory, LOAD, RIG, TYRE)
+        # Within a zone q is a parabola, whose third differences vanish.
+        kinks = x[1:-2][np.abs(np.diff(q, 3)) > 1e-10]
+        expected = zone_boundaries(psi, memory, LOAD, RIG, TYRE)
+
+        assert len(expected) == motion.zones[i] - 1
+        assert np.max(np.min(np.abs(expected[:, None] - kinks[None, :]), axis=1)) < 3e-6
+        assert np.max(np.min(np.abs(expected[:, None] - kinks[None, :]), axis=0)) < 3e-6
 
 
 def test_mirrored_torque_mirrors_the_motion() -> None:
