@@ -36,6 +36,7 @@ from identification.results import (
 )
 from identification.selecting.journal import Journal
 from identification.selecting.selection import search
+from identification.towing import Tow, TowedFriction, friction_by_towing
 
 __all__ = [
     "LEAST_SQUARES",
@@ -65,11 +66,14 @@ __all__ = [
     "Signature",
     "Signatures",
     "Squares",
+    "Tow",
+    "TowedFriction",
     "Unexplained",
     "Values",
     "diagnose",
     "first_values",
     "fit",
+    "friction_by_towing",
     "identify_free_decay",
     "learn",
     "model_text",

@@ -1,0 +1,127 @@
+"""The friction of a plate by towing a loaded block over it: F = mu N, source (5.1) and section 5.2.1.
+
+A tow is one reading, however many samples it has: these share the place, the zero of the sensor and the
+rubber's mood. So every tow counts by its means, and the deviation comes from the scatter between tows.
+The source takes F = sqrt(F_x^2 + F_y^2) sample by sample, which turns noise into force; here the
+components are averaged first.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.stats import t as student
+
+from identification.results import Estimate
+from symbolic import InvalidInputError
+
+Array = NDArray[np.float64]
+LEAST_TOWS = 4
+"""Two parameters, and two tows to tell their deviation."""
+LEAST_SPREAD = 0.05
+"""Standard deviation of the loads over their mean below which the offset cannot be told [1]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Tow:
+    """One pull at one load, the samples while the block slides; arrays of shape (n,).
+
+    Attributes:
+        F_x: force along the plate [N].
+        F_y: force along the plate, across F_x [N].
+        F_z: normal force, positive where the block presses [N].
+    """
+
+    F_x: Array
+    F_y: Array
+    F_z: Array
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class TowedFriction:
+    """What the tows say; deviations follow Student's t.
+
+    Attributes:
+        mu: coefficient of friction of F = mu N.
+        mu_with_offset: coefficient of friction of F = mu N + F_0.
+        offset: F_0, which adhesion or a zero error of the sensor makes [N].
+        proportional: True where the offset is within its 95 % interval of zero, so that F = mu N holds.
+        N: normal force of every tow, shape (tows,) [N].
+        F: friction force of every tow, shape (tows,) [N].
+    """
+
+    mu: Estimate
+    mu_with_offset: Estimate
+    offset: Estimate
+    proportional: bool
+    N: Array
+    F: Array
+
+    def interval(self, probability: float = 0.95) -> tuple[float, float]:
+        """The interval that holds mu of F = mu N with a probability [1]."""
+        reach = _quantile(probability, len(self.N) - 1) * (self.mu.std or 0.0)
+        return self.mu.value - reach, self.mu.value + reach
+
+
+def friction_by_towing(tows: Sequence[Tow]) -> TowedFriction:
+    """Fit F = mu N, with and without an offset, by least squares over the tows.
+
+    The scatter of F grows with the load, or does not, where the sensor's zero makes it. A variance in
+    proportion to the load stands between the two; with it mu is the sum of F over the sum of N. The
+    deviations hold in either case (HC3, MacKinnon and White 1985).
+
+    Args:
+        tows: at several loads.
+
+    Raises:
+        InvalidInputError: too few tows or loads, or a tow is unusable.
+    """
+    if len(tows) < LEAST_TOWS:
+        raise InvalidInputError(f"towing needs at least {LEAST_TOWS} tows, got {len(tows)}")
+    N, F = np.array([_means(tow, place) for place, tow in enumerate(tows, start=1)]).T
+    if np.std(N) < LEAST_SPREAD * np.mean(N):
+        raise InvalidInputError(
+            f"the tows' loads must differ, got {np.min(N):.4g} N to {np.max(N):.4g} N"
+        )
+    root = np.sqrt(N)
+    ((mu, mu_std),) = _fit(root[:, None], F / root)
+    (slope, slope_std), (offset, offset_std) = _fit(np.column_stack([root, 1 / root]), F / root)
+    return TowedFriction(
+        mu=Estimate(value=mu, std=mu_std, unit="1"),
+        mu_with_offset=Estimate(value=slope, std=slope_std, unit="1"),
+        offset=Estimate(value=offset, std=offset_std, unit="N"),
+        proportional=abs(offset) <= _quantile(0.95, len(N) - 2) * offset_std,
+        N=N,
+        F=F,
+    )
+
+
+def _means(tow: Tow, place: int) -> tuple[float, float]:
+    """Normal force and friction force of a tow [N]."""
+    channels = [np.asarray(channel, dtype=np.float64) for channel in (tow.F_x, tow.F_y, tow.F_z)]
+    if len({channel.shape for channel in channels}) > 1 or channels[0].ndim != 1 or not channels[0].size:
+        raise InvalidInputError(f"tow {place}: F_x, F_y and F_z must have the same shape (n,)")
+    if not all(np.isfinite(channel).all() for channel in channels):
+        raise InvalidInputError(f"tow {place}: forces must be finite numbers")
+    F_x, F_y, N = (float(channel.mean()) for channel in channels)
+    if not N > 0:
+        raise InvalidInputError(f"tow {place}: F_z must be positive on average, got {N:.4g} N")
+    return N, float(np.hypot(F_x, F_y))
+
+
+def _fit(columns: Array, values: Array) -> list[tuple[float, float]]:
+    """Least squares: every coefficient with its standard deviation."""
+    inverse = np.linalg.inv(columns.T @ columns)
+    solution = inverse @ columns.T @ values
+    leverage = np.einsum("ij,jk,ik->i", columns, inverse, columns)
+    jackknifed = (values - columns @ solution) / (1 - leverage)
+    spread = inverse @ columns.T * jackknifed
+    deviations = np.sqrt(np.sum(spread**2, axis=1))
+    return list(zip(solution.tolist(), deviations.tolist(), strict=True))
+
+
+def _quantile(probability: float, freedom: int) -> float:
+    if not 0 < probability < 1:
+        raise InvalidInputError(f"probability must lie between 0 and 1, got {probability:g}")
+    return float(student.ppf(0.5 + 0.5 * probability, freedom))
