@@ -300,3 +300,40 @@ def test_measured_evaluation_measured(tmp_path: Path, measured_dir: Path) -> Non
     assert float(theta["EKF"]) < 0.5 * float(theta["root, five zones"])
     if "EKF in C" in theta:
         assert float(theta["EKF in C"]) < 5e-5
+
+
+def test_source_simulation(tmp_path: Path) -> None:
+    text = printed_by("source_simulation.py", tmp_path, "sim.png", leaves="sim.png")
+    turns = re.search(rf"^turns back at {NUMBER} s, {NUMBER} s; ", text, re.MULTILINE)
+    zones = re.findall(rf"^t = {NUMBER} s: (\d+) zones, ", text, re.MULTILINE)
+    (exact,) = re.findall(rf"^error of M_z over its range: {NUMBER} in", text, re.MULTILINE)
+    source = re.findall(rf"^201 bristles, .*: {NUMBER}$", text, re.MULTILINE)
+
+    assert turns
+    assert [float(at) for at in turns.groups()] == pytest.approx([1.25, 2.4], abs=0.02)
+    assert zones == [("0.5", "3"), ("1.75", "5"), ("3.0", "7"), ("5.1", "3")]
+    assert float(exact) < 1e-6 < 100 * float(exact) < min(map(float, source))
+    assert (tmp_path / "sim.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_patch_animation(tmp_path: Path) -> None:
+    text = printed_by("patch_animation.py", tmp_path, "--out", "film", "--frames", "4", leaves="film")
+
+    gif, page = tmp_path / "film" / "patch.gif", tmp_path / "film" / "patch.html"
+    assert "zones on the way: 1, 3, 5, 7" in text
+    assert gif.read_bytes().startswith(b"GIF89a")
+    assert page.read_text("utf-8").count("data:image/png;base64,") == 4
+    assert "http" not in page.read_text("utf-8").split("<script>")[0]
+    assert gif.stat().st_size + page.stat().st_size < 1e6
+
+
+def test_towing(tmp_path: Path) -> None:
+    text = printed_by("towing.py", tmp_path, "tows.png", leaves="tows.png")
+    rows = re.findall(rf"planted {NUMBER}, F = mu N gives {NUMBER} ± {NUMBER},", text)
+    shares = re.findall(rf"in {NUMBER}% of 400 sets$", text, re.MULTILINE)
+
+    assert len(rows) == 3
+    for planted, found, spread in (map(float, row) for row in rows):
+        assert abs(found - planted) < 4 * spread < 0.1 * planted
+    assert all(91 < float(share) < 98 for share in shares)
+    assert (tmp_path / "tows.png").read_bytes().startswith(b"\x89PNG")
