@@ -6,9 +6,15 @@ The parameters are those of table 2.1. The source does not print its steering to
 linear between four corners, chosen so that the wheel turns back at the source's 1.25 s and 2.4 s and the
 patch has the source's zones: three, five, seven, and three again once the inner loop has closed. Beside
 it stands the source's own scheme (`benchmarks/fixed_step.py`): 201 bristles and a fixed step.
+
+Where the published simulations are at hand (beside BRUSHGRIP_DATA, else beside ../shared/measured), both
+are held against them. Their steering torque is not published either: it is what psi and M_z leave of
+(2.14), which is linear between four corners at round numbers. Their M_z is written one sample late.
 """
 
+import os
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -36,11 +42,38 @@ INSTANTS = (0.5, 1.75, 3.0, 5.1)
 """Of the figure of the deformation [s]. The second is the source's 2.75 s, see the page."""
 RATE = 1000.0
 BRISTLES = 201
+PUBLISHED = {"sim_mu_05": (0.5, 1.0), "sim_mu_18": (1.8, 3.0)}
+"""Friction of the published files, and how many times the torque below they were driven with [1]."""
+DRIVEN = TorqueProfile(t=(0.0, 1.99, 3.99, 4.99), M=(0.4, 0.8, -0.9, 0.2))
 
 
 def share(made: Array, exact: Array) -> float:
     """Largest difference over the exact range [1]."""
     return float(np.max(np.abs(made - exact)) / np.ptp(exact))
+
+
+def published(folder: Path) -> Iterator[str]:
+    """How far both schemes are from the published files."""
+    rig = Rig(a=0.04, e=0.01, J_A=0.1, b_t=0.4827)
+    for name, (mu, times) in PUBLISHED.items():
+        path = folder / f"{name}.csv"
+        if not path.exists():
+            return
+        t, psi, _, late = np.genfromtxt(path, delimiter=",", skip_header=1).T[:4]
+        profile, tyre = (
+            TorqueProfile(t=DRIVEN.t, M=tuple(times * M for M in DRIVEN.M)),
+            Tyre(k=6e4, mu=mu),
+        )
+        exact = simulate_motion(rig, tyre, profile, LOAD, duration=float(t[-1]), rate=100.0)
+        fine = np.arange(10 * (t.size - 1) + 1) / RATE
+        rows = second_order(rig, tyre, LOAD, profile.at(fine), 1 / RATE, BRISTLES)
+        angle, M_z = (made[::10] for made in rows)
+        for scheme, made, torque in (
+            ("exact", exact.psi, exact.M_z),
+            (f"{BRISTLES} bristles", angle, M_z),
+        ):
+            errors = f"psi {share(made, psi):.1e}, M_z {share(torque[:-1], -late[1:]):.1e} of range"
+            yield f"{name} against {scheme}: {errors}"
 
 
 def draw(path: Path, motion: Motion) -> None:
@@ -109,6 +142,9 @@ def main() -> None:
     for name, rule in (("Euler", first_order), ("second order", second_order)):
         _, M_z = rule(RIG, TYRE, LOAD, motion.M, 1 / RATE, BRISTLES)
         print(f"{BRISTLES} bristles, {name}, {motion.t.size - 1} steps: {share(M_z, exact.M_z):.0e}")
+    data = Path(os.environ.get("BRUSHGRIP_DATA", "../shared/measured"))
+    for line in published(data.parent / "thesis_simulation"):
+        print(line)
     if sys.argv[1:]:
         draw(Path(sys.argv[1]), motion)
 

@@ -316,6 +316,21 @@ def test_source_simulation(tmp_path: Path) -> None:
     assert (tmp_path / "sim.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.measured
+def test_source_simulation_published(tmp_path: Path, measured_dir: Path, simulation_dir: Path) -> None:
+    text = printed_by("source_simulation.py", tmp_path, data=measured_dir)
+    pattern = rf"against (\w+)(?: bristles)?: psi {NUMBER}, M_z {NUMBER} of range$"
+    off = {
+        scheme: max(float(psi), float(M_z))
+        for scheme, psi, M_z in re.findall(pattern, text, re.MULTILINE)
+    }
+
+    assert simulation_dir.is_dir()
+    assert off["exact"] < 3e-4
+    # The files are the source's 201 bristles to the last digits that matter.
+    assert off["201"] < 3e-5
+
+
 def test_patch_animation(tmp_path: Path) -> None:
     text = printed_by("patch_animation.py", tmp_path, "--out", "film", "--frames", "4", leaves="film")
 
