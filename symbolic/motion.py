@@ -130,7 +130,12 @@ def _sampled(states: list[State], t: Array, profile: TorqueProfile, stepper: Ste
     """The motion at times [s]: quintic between the steps, and the patch exact at that angle."""
     ends = np.array([state[:4] for state in states])
     i = np.clip(np.searchsorted(ends[:, 0], t, side="right") - 1, 0, len(states) - 2)
-    psi, psi_dot = _quintic(ends[i], ends[i + 1], t)
+    # A step of no length has its quintic too, but no time lies in it.
+    c0, c1, c2, c3, c4, c5 = _quintic(ends)[:, i]
+    h = ends[i + 1, 0] - ends[i, 0]
+    s = (t - ends[i, 0]) / h
+    psi = c0 + s * (c1 + s * (c2 + s * (c3 + s * (c4 + s * c5))))
+    psi_dot = (c1 + s * (2 * c2 + s * (3 * c3 + s * (4 * c4 + s * 5 * c5)))) / h
     branches = np.array([state.memory.branch for state in states])
     return Motion(
         t=t,
@@ -143,17 +148,20 @@ def _sampled(states: list[State], t: Array, profile: TorqueProfile, stepper: Ste
     )
 
 
-def _quintic(begin: Array, end: Array, t: Array) -> tuple[Array, Array]:
-    """Angle and rate of the quintic through t, psi, psi_dot and psi'' at both ends, (n, 4) each."""
-    h = end[:, 0] - begin[:, 0]
-    s = (t - begin[:, 0]) / h
-    psi, v, w = begin[:, 1], begin[:, 2] * h, 0.5 * begin[:, 3] * h * h
-    rest = end[:, 1] - psi - v - w
-    rest_v = end[:, 2] * h - v - 2 * w
-    rest_w = 0.5 * end[:, 3] * h * h - w
-    c3 = 10 * rest - 4 * rest_v + rest_w
-    c4 = -15 * rest + 7 * rest_v - 2 * rest_w
-    c5 = 6 * rest - 3 * rest_v + rest_w
-    angle = psi + s * (v + s * (w + s * (c3 + s * (c4 + s * c5))))
-    rate = (v + s * (2 * w + s * (3 * c3 + s * (4 * c4 + s * 5 * c5)))) / h
-    return angle, rate
+def _quintic(ends: Array) -> Array:
+    """Coefficients over the share of each step, constant first, shape (6, steps).
+
+    Args:
+        ends: t, psi, psi_dot and psi'' at the ends of the steps, shape (steps + 1, 4).
+    """
+    h = np.diff(ends[:, 0])
+    psi, rate, bend = ends[:, 1], ends[:, 2], 0.5 * ends[:, 3]
+    v, w = rate[:-1] * h, bend[:-1] * h * h
+    # What the end lacks in angle, rate and half the acceleration after these three.
+    lacks = np.diff(psi) - v - w
+    lacks_v = rate[1:] * h - v - 2 * w
+    lacks_w = bend[1:] * h * h - w
+    c3 = 10 * lacks - 4 * lacks_v + lacks_w
+    c4 = -15 * lacks + 7 * lacks_v - 2 * lacks_w
+    c5 = 6 * lacks - 3 * lacks_v + lacks_w
+    return np.array([psi[:-1], v, w, c3, c4, c5])

@@ -61,24 +61,27 @@ class Stepper:
         omega = sqrt(stiffness / J_A)
         self.longest = LONGEST * 2 * pi / omega
         scales = [tolerance * slide, tolerance * slide * omega]
-        self.given, self.made = np.zeros(8), np.zeros(5)
+        # Views take single numbers in a third of an array's time.
+        self._given = memoryview(bytearray(8 * 8)).cast("d")
+        self._made = memoryview(bytearray(5 * 8)).cast("d")
         self.patch = np.array(list(constants.values())[:5])
         self._held = np.array([*constants.values(), *scales])
         self._buffer, self._call = _step_function().buffer()
-        for i, array in enumerate((self.given, self._held)):
-            self._buffer.set_arg(i, memoryview(array.data))  # type: ignore[call-arg]
-        self._buffer.set_res(0, memoryview(self.made.data))  # type: ignore[call-arg]
+        self._buffer.set_arg(0, self._given)  # type: ignore[arg-type, call-arg]
+        self._buffer.set_arg(1, memoryview(self._held.data))  # type: ignore[call-arg]
+        self._buffer.set_res(0, self._made)  # type: ignore[arg-type, call-arg]
 
     def begin(self, state: State, M: float, M_dot: float) -> None:
         """Set the state, the branch and the steering torque [N m] with its slope [N m/s]."""
-        self.given[:7] = (state.psi, state.psi_dot, *state.memory.branch, M, M_dot)
+        given = self._given
+        given[0], given[1], given[5], given[6] = state.psi, state.psi_dot, M, M_dot
+        given[2], given[3], given[4] = state.memory.branch
 
     def take(self, h: float) -> list[float]:
         """psi, psi_dot, acceleration and M_z a time h [s] later, and the error over the tolerance."""
-        self.given[7] = h
+        self._given[7] = h
         self._call()
-        made: list[float] = self.made.tolist()
-        return made
+        return list(self._made)
 
 
 @cache
@@ -118,12 +121,13 @@ def integrate(stepper: Stepper, torque: Callable[[Array], Array], corners: Array
             h = min(h, stepper.longest)
             ends = h >= end - state.t
             tried = end - state.t if ends else h
-            over = stepper.take(tried)[4]
+            ending = stepper.take(tried)
+            over = ending[4]
             # The fifth root, with some room, and no more than a factor of five at a time.
             h = tried * min(5.0, max(0.2, 0.9 * max(over, 1e-9) ** -0.2))
             if over > 1:
                 continue
-            length, after = _until_event(stepper, state, tried)
+            length, after = _until_event(stepper, state, tried, ending)
             at = end if ends and length == tried else state.t + length
             state = after._replace(t=at)
             yield state
@@ -139,10 +143,9 @@ def _at_rest(stepper: Stepper, torques: list[float]) -> State:
     return state._replace(acceleration=stepper.take(0.0)[2])
 
 
-def _until_event(stepper: Stepper, state: State, h: float) -> tuple[float, State]:
+def _until_event(stepper: Stepper, state: State, h: float, end: list[float]) -> tuple[float, State]:
     """The step up to h [s], or up to the first turn back or closing loop before; its length and end."""
     way, memory = state.way, state.memory
-    end = stepper.take(h)
     turns = _turning_time(stepper, state, end, h) if state.sure else None
     if turns == 0:
         # The last turn back came to nothing: the wheel goes on as before it.
@@ -167,7 +170,7 @@ def _turning_time(stepper: Stepper, state: State, end: list[float], h: float) ->
     """When the wheel turns back within a step [s]; None where it does not, 0 where it never set out."""
     way, late = state.way, h
     if way * end[1] >= 0:
-        if not way * stepper.take(0.0)[2] < 0 < way * end[2]:
+        if way * end[2] <= 0 or way * stepper.take(0.0)[2] >= 0:
             return None
         # The rate has a least value inside; the wheel may have turned to and fro.
         late = brentq(lambda s: stepper.take(s)[2], 0.0, h)
