@@ -41,7 +41,7 @@ from symbolic import (
 Array = NDArray[np.float64]
 RIG, TYRE, LOAD = Rig(a=0.045, e=0.009, J_A=0.15, b_t=1.04), Tyre(k=2.4e6, mu=1.3), 400.0
 PROFILE = TorqueProfile(t=(0.0, 1.0, 1.7, 2.3, 2.9, 3.9, 4.5), M=(0.0, 8.5, -5.5, 4.5, -2.0, 8.4, 8.4))
-"""Up to 0.95 of the torque that the ground holds."""
+"""Up to 0.9 of the torque that the ground holds."""
 PLACES = RIG.a * (np.arange(-59, 60, 2) / 60)
 """Of the bristles drawn [m]."""
 SLIDES, STICKS, SLID = BEFORE, AFTER, TRACKS[2]

@@ -29,8 +29,10 @@ RINGING = TorqueProfile(t=(0.0, 0.1, 0.6, 0.7, 2.0), M=(0.0, 11.0, -7.0, 3.0, 3.
 """Fast against the wheel's own 30 Hz: it swings after every corner, so loops nest and close often."""
 
 
-def against_rig(rig: Rig, tyre: Tyre, load: float, profile: TorqueProfile, step: float) -> float:
-    """The largest difference of M_z from 2000 bristles in small steps, in shares of the range."""
+def against_rig(
+    rig: Rig, tyre: Tyre, load: float, profile: TorqueProfile, step: float, bristles: int = 2000
+) -> float:
+    """The largest difference of M_z from bristles in small steps, in shares of the range."""
     t = np.arange(round(profile.t[-1] / step) + 1) * step
     assert rig.J_A is not None
     assert rig.b_t is not None
@@ -43,9 +45,9 @@ def against_rig(rig: Rig, tyre: Tyre, load: float, profile: TorqueProfile, step:
         step=step,
         tyre=RigTyre(a=rig.a, e=rig.e, k=tyre.k),
         wheel=wheel,
-        bristles=2000,
+        bristles=bristles,
     )
-    ours = simulate_motion(rig, tyre, profile, load, rate=1 / step)
+    ours = simulate_motion(rig, tyre, profile, load, duration=t[-1], rate=1 / step)
     return float(np.max(np.abs(ours.M_z - other.M_z)) / np.ptp(other.M_z))
 
 
@@ -59,6 +61,23 @@ def test_agrees_where_the_wheel_swings() -> None:
     # The rig's step is what is left: second order, down to its bristles' 4e-6.
     assert fine < 5e-5
     assert fine < 0.1 * coarse
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_motions_agree_with_the_rig(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    a, mu, load = rng.uniform(0.02, 0.06), rng.uniform(0.3, 2.0), rng.uniform(100.0, 600.0)
+    rig = Rig(
+        a=a, e=a * rng.uniform(-0.8, 0.8), J_A=rng.uniform(0.05, 0.4), b_t=rng.choice([0.0, 0.05, 2.0])
+    )
+    legs = int(rng.integers(2, 9))
+    torques = 0.375 * mu * load * a * rng.uniform(-1.1, 1.1, legs + 1)
+    torques[0] *= rng.integers(0, 2)
+    times = np.concatenate([[0.0], np.cumsum(rng.uniform(0.02, 0.5, legs))]).round(4)
+    profile = TorqueProfile(t=tuple(times.tolist()), M=tuple(torques.tolist()))
+
+    tyre = Tyre(k=10 ** rng.uniform(4.7, 6.5), mu=mu)
+    assert against_rig(rig, tyre, load, profile, 2e-4, bristles=1000) < 5e-4
 
 
 def test_nested_turns_open_and_close_zones() -> None:
