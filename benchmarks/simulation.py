@@ -1,11 +1,13 @@
 """How long a simulated steering motion takes at equal torque error, as ratios within one run.
 
-    python benchmarks/simulation.py
+    python benchmarks/simulation.py [RUNS]
 
 The motion is that of the published files: a = 0.04 m, mu = 0.5, 5.11 s, sampled at 100 Hz. The rival is
 the source's scheme in NumPy (`benchmarks/fixed_step.py`), with the semi-implicit Euler rule and with a
 second-order rule at the same cost a step. For each the cheapest setting is sought that keeps M_z within
 1e-4 of its range. The source has 201 bristles; how far these come whatever the step is printed as well.
+RUNS of ours in a row are one timing, by default 10: a single one straight after a long one of NumPy's
+meets cold caches, and the machine's other work.
 """
 
 import sys
@@ -32,8 +34,6 @@ TOLERANCES = (1e-3, 5e-4, 2e-4, 1e-4, 5e-5)
 DEFAULT = 1e-7
 """The tolerance of `simulate_motion` where none is given [1]."""
 ROUNDS = 15
-IN_A_ROW = 10
-"""Runs of ours in one timing: a single one is short enough for the machine's other work to double it."""
 Rule = Callable[..., tuple[Array, Array]]
 
 
@@ -51,6 +51,7 @@ def fixed(rule: Rule, bristles: int, substeps: int) -> Array:
 
 def main() -> None:
     """Print errors and ratios."""
+    runs = int(sys.argv[1]) if sys.argv[1:] else 10
     reference = exact(1e-12).M_z
 
     def error(M_z: Array) -> float:
@@ -71,12 +72,12 @@ def main() -> None:
             off = error(fixed(rule, count, n))
             pair = compare(
                 lambda rule=rule, count=count, n=n: fixed(rule, count, n),
-                lambda: [exact(tolerance) for _ in range(IN_A_ROW)],
+                lambda: [exact(tolerance) for _ in range(runs)],
                 ROUNDS,
             )
-            times = f"({1e3 * pair.slow:.2f} ms, {1e3 * pair.fast / IN_A_ROW:.3f} ms)"
+            times = f"({1e3 * pair.slow:.2f} ms, {1e3 * pair.fast / runs:.3f} ms)"
             setting = f"{name}, {count} bristles {label}, steps of {10 / n:.3g} ms, error {off:.1e}"
-            print(f"{setting:76} / exact: {pair.ratio * IN_A_ROW:.1f} x   {times}")
+            print(f"{setting:76} / exact: {pair.ratio * runs:.1f} x   {times}")
 
 
 if __name__ == "__main__":
