@@ -213,9 +213,9 @@ def _when(stepper: Stepper, i: int, goal: float, low: float, high: float) -> flo
 def torques(psi: Array, branches: Array, patch: Array) -> Array:
     """M_z at angles (n,) on their branches (n, 3), `STRETCH` of them in a call."""
     count = len(psi)
-    room = -count % STRETCH
-    rows = np.column_stack([psi, branches])
-    rows = np.concatenate([rows, np.repeat(rows[-1:], room, axis=0)]).reshape(-1, STRETCH * 4)
+    padded = np.ones((-(-count // STRETCH) * STRETCH, 4))
+    padded[:count, 0], padded[:count, 1:] = psi, branches
+    rows = padded.reshape(-1, 4 * STRETCH)
     made = np.zeros((len(rows), STRETCH))
     buffer, call = _torque_function().buffer()
     buffer.set_arg(1, memoryview(patch.data))  # type: ignore[call-arg]
