@@ -1,0 +1,56 @@
+"""More than five zones, made by bristles that know no zones: where the source's method ends."""
+
+import numpy as np
+import pytest
+
+from observers import Ekf, Mhe, Observer, Root, Tuning, run
+from symbolic import Model, Rig
+from tests.rig.patch import RigTyre
+from tests.rig.steering import STEP, Motion, Wheel, move
+
+RIG, K, LOAD, SECONDS = Rig(a=0.04, e=0.01), 6e4, 180.0, 5.11
+KNOTS = ((0.0, 0.4), (1.4, 0.8), (2.4, -0.4), (3.4, 0.5), (4.3, -0.2), (6.0, 0.8))
+"""Steering torque for mu = 0.5, of which it is a multiple [s], [N m]; the wheel is the source's."""
+CLEAN = Tuning(noise=1e-3, error=1e-3, mu_walk=1e-3, zero_std=1e-4, zero_walk=0.0)
+
+
+@pytest.fixture(scope="module", params=[0.5, 1.4])
+def motion(request: pytest.FixtureRequest) -> Motion:
+    mu = request.param
+    t = np.arange(round(SECONDS / STEP) + 1) * STEP
+    made = move(
+        2 * mu * np.interp(t, *np.array(KNOTS).T),
+        np.full(t.size, LOAD),
+        np.full(t.size, mu),
+        tyre=RigTyre(mu=mu, k=K, a=RIG.a, e=RIG.e),
+        wheel=Wheel(J_A=0.1, b_t=0.4827),
+    )
+    return made.at(t[::100])
+
+
+def errors(observer: Observer, motion: Motion) -> tuple[float, float]:
+    """Greatest relative errors of mu in five zones and beyond."""
+    estimates = run(observer, motion.t, motion.psi, motion.F_N, motion.M_z)
+    error = np.abs(estimates.mu / motion.mu - 1)
+    _, second, *others = np.flatnonzero(np.diff(np.sign(motion.psi_dot[1:]))) + 1
+    assert len(others) == 2
+    settled = motion.t >= 0.5
+    five = np.arange(error.size) <= second
+    return float(error[settled & five].max()), float(error[second + 10 :].max())
+
+
+def test_the_root_solve_is_lost_beyond_five_zones(motion: Motion) -> None:
+    five, beyond = errors(Root(rig=RIG, k=K), motion)
+
+    print(f"root: off by {five:.1%} in five zones, by {beyond:.0%} beyond")
+    assert five < 0.05
+    assert beyond > 0.1
+
+
+@pytest.mark.parametrize("kind", [Ekf, Mhe])
+def test_the_filters_are_not(motion: Motion, kind: type[Ekf] | type[Mhe]) -> None:
+    observer = kind(model=Model(), values={"k": K}, rig=RIG, tuning=CLEAN)
+    five, beyond = errors(observer, motion)
+
+    print(f"{kind.__name__}: off by {five:.2%} in five zones, by {beyond:.2%} beyond")
+    assert max(five, beyond) <= 0.01
