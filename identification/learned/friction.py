@@ -1,0 +1,199 @@
+"""Friction straight from the signals by a neural network, as in the source's sections 4.1 and 4.2.
+
+The network sees one sample's numbers and no more. Alone it is to give mu; on top of an analytic estimate
+n(p) it is to give what that misses, mu = n(p) + U(p, q), source (4.9), which the source calls scientific
+machine learning. Both learn from recordings with a declared mu and therefore say what those labels said:
+`LabelMean`, which looks at nothing, is what they have to beat.
+
+The networks are scikit-learn's, an extra of this package: `pip install 'brushgrip[networks]'`.
+"""
+
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.reading.recordings import Recording
+from symbolic.errors import InvalidInputError
+
+Array = NDArray[np.float64]
+Inputs = Callable[[Recording], Array]
+"""What a network sees of a recording, a row a sample: shape (n, inputs), finite."""
+LEAST_SAMPLES = 100
+"""Fewer labelled samples are not worth a training."""
+
+
+class Activation(StrEnum):
+    """Activations of the hidden layers, source (4.3) to (4.5), by scikit-learn's names."""
+
+    RELU = "relu"
+    SIGMOID = "logistic"
+    TANH = "tanh"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Design:
+    """A network and its training; the defaults are the source's, save the layers.
+
+    Attributes:
+        hidden: neurons of each hidden layer. The source has (1024, 512), on top of the analytic estimate
+            (2048, 1024); these are as good and train in a second.
+        activation: of the hidden layers; the output has none.
+        epochs: passes over the samples; the weights that did best on `held_back` are kept.
+        batch: samples a step of Adam.
+        rate: learning rate of Adam.
+        held_back: share of the samples that judges the passes and is not learned from.
+        seed: of the first weights, the shuffling and the split.
+    """
+
+    hidden: tuple[int, ...] = (64, 32)
+    activation: Activation = Activation.SIGMOID
+    epochs: int = 30
+    batch: int = 32
+    rate: float = 1e-3
+    held_back: float = 0.1
+    seed: int = 0
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FrictionNetwork:
+    """A trained network as a method that gives mu over a recording.
+
+    Attributes:
+        name: what tables call it.
+        inputs: what it sees of a recording.
+        base: column of the inputs to which its output is added; None where its output is mu.
+        regressor: scikit-learn's pipeline, inputs -> output.
+        losses: half the mean square of the error, in units of the labels' variance, after every pass.
+        works_beyond_five_zones: whether nothing in it is tied to five zones.
+        gives_deviation: it says nothing of how sure it is.
+    """
+
+    name: str
+    inputs: Inputs
+    base: int | None
+    regressor: Any
+    losses: Array
+    works_beyond_five_zones: bool
+    gives_deviation: bool = False
+
+    def estimate(self, recording: Recording) -> Array:
+        """Friction at every sample, shape (n,) [1]."""
+        return self.at(self.inputs(recording))
+
+    def at(self, rows: Array) -> Array:
+        """Friction for any rows of inputs, shape (n,) [1]."""
+        said = np.asarray(self.regressor.predict(rows), dtype=float)
+        return said if self.base is None else said + rows[:, self.base]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LabelMean:
+    """The mean of the training labels, whatever is measured: what a method has to beat.
+
+    Attributes:
+        mu: that mean [1].
+        name: what tables call it.
+        works_beyond_five_zones: it does not look.
+        gives_deviation: it says nothing of how sure it is.
+    """
+
+    mu: float
+    name: str = "mean of the labels"
+    works_beyond_five_zones: bool = True
+    gives_deviation: bool = False
+
+    def estimate(self, recording: Recording) -> Array:
+        """The same at every sample, shape (n,) [1]."""
+        return np.full(recording.t.size, self.mu)
+
+
+def label_mean(recordings: Sequence[Recording]) -> LabelMean:
+    """The guess that these recordings leave to one who does not measure.
+
+    Raises:
+        InvalidInputError: a recording declares no mu.
+    """
+    return LabelMean(mu=float(np.concatenate([_labels(one) for one in recordings]).mean()))
+
+
+def train(
+    recordings: Sequence[Recording],
+    inputs: Inputs,
+    design: Design | None = None,
+    *,
+    base: int | None = None,
+    name: str = "neural network",
+) -> FrictionNetwork:
+    """Train a network on recordings whose mu is declared.
+
+    Inputs and output are scaled to variance one over the training samples, which the source does not do;
+    without it the angle, the load and k of table 3.1 differ by seven powers of ten.
+
+    Args:
+        recordings: with a declared mu.
+        inputs: what the network is to see.
+        design: network and training; None for the defaults.
+        base: column of the inputs, an estimate of mu, to which the output is added; None for none.
+        name: what tables call the method.
+
+    Raises:
+        InvalidInputError: scikit-learn is missing, a recording declares no mu, or there is too little.
+    """
+    design = design or Design()
+    rows = np.vstack([inputs(one) for one in recordings])
+    target = np.concatenate([_labels(one) for one in recordings])
+    if len(target) < LEAST_SAMPLES:
+        raise InvalidInputError(f"a network needs at least {LEAST_SAMPLES} samples, got {len(target)}")
+    if base is not None:
+        target = target - rows[:, base]
+    regressor = _regressor(design)
+    with warnings.catch_warnings():
+        # Ending after so many epochs is what was asked for.
+        warnings.filterwarnings("ignore", message="Stochastic Optimizer: Maximum iterations")
+        regressor.fit(rows, target)
+    return FrictionNetwork(
+        name=name,
+        inputs=inputs,
+        base=base,
+        regressor=regressor,
+        losses=np.array(regressor.regressor_[-1].loss_curve_),
+        works_beyond_five_zones=base is None,
+    )
+
+
+def _labels(recording: Recording) -> Array:
+    if recording.tyre.mu is None:
+        raise InvalidInputError(f"{recording.name}: declares no mu; a training needs one")
+    return np.full(recording.t.size, recording.tyre.mu)
+
+
+def _regressor(design: Design) -> Any:
+    try:
+        from sklearn.compose import TransformedTargetRegressor
+        from sklearn.neural_network import MLPRegressor
+        from sklearn.pipeline import make_pipeline
+        from sklearn.preprocessing import StandardScaler
+    except ImportError:
+        raise InvalidInputError(
+            "networks need scikit-learn; install it with pip install 'brushgrip[networks]'"
+        ) from None
+    network = MLPRegressor(
+        hidden_layer_sizes=design.hidden,
+        activation=design.activation.value,
+        alpha=0.0,
+        batch_size=design.batch,
+        learning_rate_init=design.rate,
+        max_iter=design.epochs,
+        early_stopping=True,
+        n_iter_no_change=design.epochs,
+        validation_fraction=design.held_back,
+        random_state=design.seed,
+    )
+    return TransformedTargetRegressor(
+        make_pipeline(StandardScaler(), network), transformer=StandardScaler()
+    )
