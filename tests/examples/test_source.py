@@ -77,3 +77,49 @@ def test_source_table_on_the_published_simulations(tmp_path: Path, simulation_di
         assert author == pytest.approx(PUBLISHED[mu], rel=0.06)
         assert in_time < 1.5 * author < late
         assert max(filters) <= 0.002
+
+
+def test_source_networks(tmp_path: Path) -> None:
+    pytest.importorskip("sklearn", reason="networks need scikit-learn: pip install -e '.[networks]'")
+    text = printed_by("source_networks.py", tmp_path, *NOWHERE, "--seeds", "1", "n.png", leaves="n.png")
+    in_time, late = text.split("torque late")
+    tables = [
+        {name: tuple(map(float, cells)) for name, *cells in re.findall(
+            rf"^\| ([a-zA-Z ]+) \| {NUMBER} \| {NUMBER} \|$", part, flags=re.MULTILINE
+        )}
+        for part in (in_time, late)
+    ]  # fmt: skip
+
+    for table in tables:
+        assert set(table) == {
+            "mean of the labels", "neural network", "root and network", "root", "EKF",
+        }  # fmt: skip
+        assert table["mean of the labels"] == (0.15, 0.15)
+        # Two labels do not teach what lies between them: the guess does better.
+        assert min(table["neural network"]) > 0.15
+        assert table["root"][1] > 0.5
+        assert max(table["EKF"]) < 0.001
+    # What is right without the network stays so, and what it never saw fail it does not mend.
+    assert tables[0]["root and network"][0] < 0.01
+    assert tables[0]["root and network"][1] > 0.5
+    assert tables[1]["root and network"][1] < 0.5 * tables[1]["root"][1]
+    assert (tmp_path / "n.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_source_sensitivity(tmp_path: Path) -> None:
+    pytest.importorskip("sklearn", reason="networks need scikit-learn: pip install -e '.[networks]'")
+    text = printed_by("source_sensitivity.py", tmp_path, "--mesh", "24", "s.png", leaves="s.png")
+    shares = {
+        name.strip(): [float(share) for share in re.findall(rf"{NUMBER}%", row)]
+        for name, row in re.findall(r"^\| (.+?) \|(.*%.*)$", text, flags=re.MULTILINE)
+    }
+    alone = shares["EKF, one sample alone"]
+
+    assert "psi_max = 0.7128 rad; 24 x 24 points" in text
+    assert shares["root"][1] < 10 < 99 < shares["root"][3]
+    # It answers along the line and is right there, and leaves half of the mesh open.
+    assert min(alone[2:]) > 85
+    assert alone[0] < 60
+    for kind in ("EKF", "MHE"):
+        assert shares[f"{kind}, one false sample in a stream"] == [100] * 4
+    assert (tmp_path / "s.png").read_bytes().startswith(b"\x89PNG")
