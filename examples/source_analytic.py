@@ -29,6 +29,8 @@ BRISTLES = 201
 """As many as in the source's simulation."""
 SETTLED, LEAST_TURN = 0.5, 5e-4
 """From here on errors count [s]; turn back by which a reversal counts [rad]."""
+FIRST = 5
+"""Samples, 50 ms, that the angle is given to become more than rounding."""
 INSTANTS = (1.5, 3.2, 5.0)
 """Of figure 3.4: three zones, five zones turning back, five zones turning forth [s]."""
 NOISE = 0.02
@@ -174,7 +176,11 @@ def draw_friction(path: Path) -> None:
                 (recording, "in time", AFTER),
             ):
                 found = mu_of(states_of(given))
-                print(f"mu = {mu:g}, torque {label}: RMSE {rmse(recording, found):.4f}")
+                begin = np.abs(found - mu)[FIRST : round(SETTLED / DT)].max()
+                print(
+                    f"mu = {mu:g}: off by up to {begin:.4f} before {SETTLED} s;"
+                    f" torque {label}: RMSE {rmse(recording, found):.4f}"
+                )
                 lines += axes.plot(recording.t, found, color=colour, label=f"torque {label}")
             axes.set(title=f"μ = {mu:g}", xlabel="time [s]", ylim=(0, 3 * mu))
         figure.axes[0].set_ylabel("friction coefficient μ [1]")

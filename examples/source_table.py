@@ -4,7 +4,8 @@
 
 DIR holds the published simulations, default ../shared/thesis_simulation; without them that table stays
 out. Their torque is one sample late against the angle. Who does not know pays for it; who does either
-shifts it or declares it, as the effect `sensor_delay`.
+shifts it or declares it, as the effect `sensor_delay`. EKF and MHE are also told that torque and model
+are clean: the default tuning, made for measured torques, hardly learns in five seconds of such files.
 
 The second table stands on our own simulation of a profile with turns inside turns. The picture is the
 right half of the source's figures 4.9 and 4.10, with the filter in the place of the networks.
@@ -46,12 +47,12 @@ def root() -> Root:
     return Root(rig=RIG, k=K)
 
 
-def ours(kind: type[Ekf] | type[Mhe], *, delayed: bool = False) -> Observer:
+def ours(kind: type[Ekf] | type[Mhe], *, delayed: bool = False, tuning: Tuning = CLEAN) -> Observer:
     """EKF or MHE, from mu = 1.0 +- 0.5; delayed where the torque is known to be late."""
     if delayed:
         values = {"k": K, "sensor_delay.delay": DT}
-        return kind(model=DELAYED, values=values, rig=RIG, tuning=CLEAN)
-    return kind(model=Model(), values={"k": K}, rig=RIG, tuning=CLEAN)
+        return kind(model=DELAYED, values=values, rig=RIG, tuning=tuning)
+    return kind(model=Model(), values={"k": K}, rig=RIG, tuning=tuning)
 
 
 def published(file: Path, mu: float) -> tuple[Recording, Array]:
@@ -80,7 +81,8 @@ def published_table(folder: Path) -> None:
     """Print everyone's error on the published simulations."""
     print("published simulations: RMSE of mu from t = 0.5 s on\n")
     print("|     | author | root, torque late | root, shifted | EKF, shifted | MHE, shifted |", end="")
-    print(" EKF, delay declared | MHE, delay declared |\n|---|" + "---:|" * 7)
+    print(" EKF, delay declared | MHE, delay declared | EKF, shifted, default tuning |")
+    print("|---|" + "---:|" * 8)
     for mu in FACTORS:
         file = folder / f"sim_mu_{10 * mu:02.0f}.csv"
         if file.exists():
@@ -91,6 +93,7 @@ def published_table(folder: Path) -> None:
                 rmse(late, estimated(root(), late)),
                 *(rmse(shifted, estimated(one, shifted)) for one in (root(), ours(Ekf), ours(Mhe))),
                 *(rmse(late, estimated(ours(kind, delayed=True), late)) for kind in (Ekf, Mhe)),
+                rmse(shifted, estimated(ours(Ekf, tuning=Tuning()), shifted)),
             ]
             print(f"| {mu:g} |" + "|".join(f" {error:.4f} " for error in errors) + "|")
 
