@@ -1,6 +1,6 @@
 """The source's two learned methods, sections 4.1 and 4.2, beside a guess, the root solve and the EKF.
 
-    python examples/source_networks.py [--data DIR] [--full] [--seeds N] [PICTURE.png]
+    python examples/source_networks.py [--data DIR] [--full] [--epochs N] [--seeds N] [PICTURE.png]
 
 Same inputs and split as the source: trained on mu = 0.5 and 1.8, tested on mu = 1, on the profile of the
 training and on one with more than five zones; and on recordings, trained on red emery, tested on steel,
@@ -47,9 +47,8 @@ Learner = FrictionNetwork | LabelMean
 Others = Callable[[Recording], dict[str, Array]]
 
 
-def learners(training: Sequence[Recording], seed: int, full: bool) -> list[Learner]:
-    """The guess and the two networks, trained."""
-    design = Design(seed=seed)
+def learners(training: Sequence[Recording], design: Design, full: bool) -> list[Learner]:
+    """The guess and the two networks, trained; `full` takes the source's layers."""
     plain = replace(design, hidden=PLAIN_LAYERS) if full else design
     correcting = replace(design, hidden=CORRECTING_LAYERS) if full else design
     return [
@@ -102,14 +101,14 @@ def table(
     return [seeds[0] for seeds in tracks]
 
 
-def simulated(seeds: int, full: bool, path: Path | None) -> None:
+def simulated(designs: Sequence[Design], full: bool, path: Path | None) -> None:
     """Figures 4.8 to 4.10, with the torque in time and, as the source has it, one sample late."""
     doubled = np.abs(steered(1.0).psi - 2 * steered(0.5).psi).max()
     print(f"mu = 1 is mu = 0.5 doubled: angles within {doubled:.0e} rad")
     for heard, delayed in ((lambda recording: recording, False), (late, True)):
         training = [heard(steered(mu)) for mu in (0.5, 1.8)]
         tests = [heard(steered(1.0)), heard(steered(1.0, NESTED))]
-        taught = [learners(training, seed, full) for seed in range(seeds)]
+        taught = [learners(training, design, full) for design in designs]
         title = f"simulated, torque {'late' if delayed else 'in time'}, trained on mu = 0.5 and 1.8"
         others = partial(simulation_methods, delayed=delayed)
         tracks = table(title, tests, taught, others, SETTLED)
@@ -117,7 +116,7 @@ def simulated(seeds: int, full: bool, path: Path | None) -> None:
             draw(path, tests, tracks)
 
 
-def measured(folder: Path, seeds: int, full: bool) -> None:
+def measured(folder: Path, designs: Sequence[Design], full: bool) -> None:
     """The source's split of its recordings, without the black emery, which is not published here."""
     emery, steel = (
         [labelled(path, mu) for path in sorted(folder.glob(f"{kind}*.mat"))]
@@ -130,7 +129,7 @@ def measured(folder: Path, seeds: int, full: bool) -> None:
         ("trained on red emery, one label", emery, steel),
         ("trained on half of either surface", [*emery[::2], *steel[::2]], [*emery[1::2], *steel[1::2]]),
     ):
-        taught = [learners(training, seed, full) for seed in range(seeds)]
+        taught = [learners(training, design, full) for design in designs]
         table(title, tests, taught, measured_methods, SETTLED_MEASURED)
 
 
@@ -153,11 +152,13 @@ def main() -> None:
     default = Path(os.environ.get("BRUSHGRIP_DATA", "../shared/measured"))
     parser.add_argument("--data", type=Path, default=default)
     parser.add_argument("--full", action="store_true")
+    parser.add_argument("--epochs", type=int, default=Design().epochs)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("picture", type=Path, nargs="?")
     given = parser.parse_args()
-    simulated(given.seeds, given.full, given.picture)
-    measured(given.data, given.seeds, given.full)
+    designs = [Design(seed=seed, epochs=given.epochs) for seed in range(given.seeds)]
+    simulated(designs, given.full, given.picture)
+    measured(given.data, designs, given.full)
 
 
 if __name__ == "__main__":

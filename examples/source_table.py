@@ -83,6 +83,7 @@ def published_table(folder: Path) -> None:
     print("|     | author | root, torque late | root, shifted | EKF, shifted | MHE, shifted |", end="")
     print(" EKF, delay declared | MHE, delay declared | EKF, shifted, default tuning |")
     print("|---|" + "---:|" * 8)
+    worst = []
     for mu in FACTORS:
         file = folder / f"sim_mu_{10 * mu:02.0f}.csv"
         if file.exists():
@@ -96,6 +97,9 @@ def published_table(folder: Path) -> None:
                 rmse(shifted, estimated(ours(Ekf, tuning=Tuning()), shifted)),
             ]
             print(f"| {mu:g} |" + "|".join(f" {error:.4f} " for error in errors) + "|")
+            off = np.where(late.t >= SETTLED, np.abs(author / mu - 1), 0.0)
+            worst.append(f"{off.max():.1%} at {late.t[off.argmax()]:.2f} s (mu = {mu:g})")
+    print(f"\nthe author's largest errors: {', '.join(worst)}")
 
 
 def nested_table() -> dict[str, Array]:
