@@ -14,12 +14,12 @@ from contextlib import contextmanager
 import control
 import fmpy
 import numpy as np
-import steering_controller as loop
 from fmpy.fmi2 import FMU2Slave
-from steering_controller import GUESS, LOAD, NOISE, STEP, K
 
+import steering_controller as loop
 from observers import Ekf, SteeringTorque, Tuning
 from observers.embedded import DOUBLE, generate_fmu
+from steering_controller import GUESS, LOAD, NOISE, STEP, K
 
 OBSERVER = Ekf(
     model=loop.MODEL,
