@@ -18,7 +18,7 @@ from symbolic.errors import BrushgripError, InvalidInputError
 
 BAD_INPUT, FAILED = 2, 1
 """Exit status for input that the user can mend, and for what failed outside, as a download."""
-LISTS = ("--holdout", "--free-decay", "--declared")
+LISTS = ("--holdout", "--train", "--free-decay", "--declared")
 """Options that take one or more names after the flag."""
 
 app = typer.Typer(

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -9,7 +10,8 @@ import typer
 
 from brushgrip.atomic import staged_file
 from brushgrip.commands.options import ModelFile, RecordingNames, RigFile
-from brushgrip.comparison.methods import methods
+from brushgrip.comparison.methods import Method, methods
+from brushgrip.comparison.networks import corrected_root, neural_network
 from brushgrip.comparison.scores import compare as compare_methods
 from brushgrip.comparison.scores import rows
 from brushgrip.comparison.subjects import Subject, subject_of
@@ -18,6 +20,7 @@ from brushgrip.console import progress, say
 from brushgrip.pictures import draw_boxes
 from brushgrip.recordings import keep_inputs, locate, read_all
 from brushgrip.tables import json_text
+from identification.learned.friction import label_mean
 from identification.modelfile import read_model
 from symbolic.errors import InvalidInputError
 
@@ -47,6 +50,16 @@ def compare(
             show_default=False,
         ),
     ] = None,
+    train: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--train",
+            metavar="REC...",
+            help="Recordings with a known mu to train the source's two networks on; they stand in the"
+            " table then, beside the mean of their labels. Needs scikit-learn.",
+            show_default=False,
+        ),
+    ] = None,
     table: Annotated[
         Path | None,
         typer.Option(
@@ -67,8 +80,11 @@ def compare(
     finals = [path for path in (out, table, picture) if path is not None]
     _check_names(finals, picture)
     subjects = _subjects(recordings, rig, author, declared or [])
-    keep_inputs(finals, recordings, rig, model)
+    keep_inputs(finals, [*recordings, *(train or [])], rig, model)
     chosen = methods(None if model is None else read_model(model))
+    if train:
+        read_all([*recordings, *train], rig)
+        chosen += _networks(_subjects(train, rig, author, ()))
     with ExitStack() as stack:
         stages = {final: stack.enter_context(staged_file(final)) for final in finals}
         with progress() as report:
@@ -105,6 +121,14 @@ def _subjects(
         subject_of(recording, locate(name).parent if author is None else author, mu)
         for recording, name, mu in zip(read, names, references, strict=True)
     ]
+
+
+def _networks(lessons: Sequence[Subject]) -> list[Method]:
+    """The source's networks trained on these, and the guess that a method has to beat."""
+    labelled = [
+        replace(one.recording, tyre=replace(one.recording.tyre, mu=one.declared)) for one in lessons
+    ]
+    return [neural_network(labelled), corrected_root(labelled), label_mean(labelled)]
 
 
 def _check_names(finals: Sequence[Path], picture: Path | None) -> None:

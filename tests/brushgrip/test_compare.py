@@ -240,3 +240,20 @@ def test_shared_steel_recordings(run: Run, measured_dir: Path, tmp_path: Path) -
         assert rows[name]["theta"] < root["theta"]
     if compiler():
         assert rows["EKF in C"]["theta"] < 5e-5
+
+
+def test_networks_stand_in_the_table_where_there_is_something_to_learn_from(
+    run: Run, rig: Path, recording: Path, tmp_path: Path
+) -> None:
+    pytest.importorskip("sklearn", reason="the networks need scikit-learn")
+    lesson = recording.with_name("lesson.csv")
+    write_csv(lesson, make_recording(9, duration=6.0, mu=MU, bristles=800))
+    outcome = compare(run, rig, recording, tmp_path / "out.json", "--train", lesson)
+    content = json.loads((tmp_path / "out.json").read_text())
+
+    assert outcome.status == 0
+    for name in ("neural network", "mean of the labels"):
+        assert name in json.dumps(content)
+        assert name in outcome.out
+    twice = compare(run, rig, recording, tmp_path / "two.json", "--train", recording)
+    assert_one_line(twice, "is the same recording as")
