@@ -7,6 +7,7 @@ from pathlib import Path
 
 from brushgrip.console import warn
 from identification.selecting.journal import Journal
+from symbolic.errors import BrushgripError
 
 
 @contextmanager
@@ -17,14 +18,15 @@ def kept_trials(out: Path) -> Iterator[Journal]:
         out: the folder that the results will be in.
     """
     final = out.resolve()
-    folder = final.with_name(f".{final.name}.unfinished")
+    beside = next((parent for parent in final.parents if parent.is_dir()), final)
+    folder = beside / f".{final.name}.unfinished"
     try:
         yield Journal(folder=folder)
-    except KeyboardInterrupt:
+    except BrushgripError:
+        shutil.rmtree(folder, ignore_errors=True)
+        raise
+    except BaseException:
         if folder.is_dir():
             warn(f"interrupted; what was found so far is kept in {folder}, the same command goes on")
-        raise
-    except Exception:
-        shutil.rmtree(folder, ignore_errors=True)
         raise
     shutil.rmtree(folder, ignore_errors=True)

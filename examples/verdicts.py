@@ -12,6 +12,14 @@ from pathlib import Path
 from brushgrip.wording import listed, parameters, percent, plain, quantity, sentence
 from identification import Diagnosis, diagnose, read_recording, read_rig
 
+OPENING = """# Verdicts
+
+Written by `python examples/verdicts.py CASE... --out docs/verdicts.md`: for each folder of recordings,
+what the declared model misses. Nothing is held out; errors are root mean squares of the torque over its
+range, averaged over recordings: of the fit to all of them, and of each by the shared parameters of the
+others. What was planted in these cases, on a rig that is not ours, is not known here, and nothing
+was adjusted to them. Where something is left unexplained, the effects named may stand in for one that is
+not in the library."""
 HEADER = (
     "| case | the declared model misses | cannot be told from | error before | after"
     " | left out, before | after | unexplained |\n|---|---|---|---:|---:|---:|---:|---|"
@@ -50,6 +58,7 @@ def details(name: str, found: Diagnosis) -> list[str]:
     lines.append(f"k = {quantity(found.parameters['k'])}.")
     if found.unexplained.present:
         lines.append(f"Left: {sentence(found.unexplained.evidence)}")
+    lines += [f"Note: {sentence(note)}" for note in found.notes]
     lines += [
         f"Next experiment: {sentence(e.experiment.sentence)}" for e in found.effects if e.experiment
     ]
@@ -72,7 +81,7 @@ def main() -> None:
         paragraphs.append(" ".join(details(folder.name, found)))
     if options.out:
         table = "\n".join([HEADER, *rows])
-        text = f"{table}\n\n" + "\n\n".join(paragraphs)
+        text = "\n\n".join([OPENING, table, *paragraphs])
         options.out.write_text(f"{text}\n", encoding="utf-8", newline="\n")
 
 

@@ -58,7 +58,7 @@ def verdict(
         after=stages[2],
         effects=_found(steps, estimates, training, proposals),
         candidates=_candidates(steps[0], training),
-        unexplained=unexplained(residuals[2], everything, followed[1]),
+        unexplained=unexplained(residuals[2], everything, followed[1], loss),
         parameters=estimates,
         signatures_before=followed[0],
         signatures_after=followed[1],

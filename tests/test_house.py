@@ -113,3 +113,21 @@ def _project_files(root: Path) -> list[Path]:
 def _text_lines(path: Path) -> list[str]:
     content = path.read_bytes()
     return [] if b"\0" in content else content.decode("utf-8", errors="replace").splitlines()
+
+
+def test_links_of_the_pages_lead_somewhere(repository_root: Path) -> None:
+    pages = [*repository_root.glob("*.md"), *repository_root.glob("docs/*.md")]
+    broken = [
+        f"{page.name}: {link}"
+        for page in pages
+        for link in re.findall(r"\]\(([^)#\s]+)[^)]*\)", page.read_text("utf-8"))
+        if "://" not in link and not (page.parent / link).exists()
+    ]
+    unfilled = [
+        f"{page.name}: {word}"
+        for page in pages
+        for word in re.findall(r"^[A-Z]+_[A-Z]+$", page.read_text("utf-8"), flags=re.MULTILINE)
+    ]
+
+    assert len(pages) > 4
+    assert broken + unfilled == []

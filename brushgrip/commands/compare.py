@@ -24,52 +24,57 @@ from identification.learned.friction import label_mean
 from identification.modelfile import read_model
 from symbolic.errors import InvalidInputError
 
+AuthorFolder = Annotated[
+    Path | None,
+    typer.Option(
+        "--author",
+        metavar="DIR",
+        help="Folder of author_estimate_*.csv; that of each recording if left out.",
+        show_default=False,
+    ),
+]
+Declared = Annotated[
+    list[float] | None,
+    typer.Option(
+        "--declared",
+        metavar="MU...",
+        help="Friction to take the error from: one for all recordings, or one each.",
+        show_default=False,
+    ),
+]
+Lessons = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--train",
+        metavar="REC...",
+        help="Recordings with a known mu to train the source's two networks on; they stand in the"
+        " table then, beside the mean of their labels. Needs scikit-learn.",
+        show_default=False,
+    ),
+]
+TableFile = Annotated[
+    Path | None,
+    typer.Option("--table", metavar="TABLE.md", help="Tables in Markdown as well.", show_default=False),
+]
+PictureFile = Annotated[
+    Path | None,
+    typer.Option("--picture", metavar="PNG", help="Box charts as well.", show_default=False),
+]
+OutJson = Annotated[
+    Path, typer.Option("--out", metavar="OUT.json", help="File to write.", show_default=False)
+]
+
 
 def compare(
     recordings: RecordingNames,
-    out: Annotated[
-        Path, typer.Option("--out", metavar="OUT.json", help="File to write.", show_default=False)
-    ],
+    out: OutJson,
     rig: RigFile = None,
     model: ModelFile = None,
-    author: Annotated[
-        Path | None,
-        typer.Option(
-            "--author",
-            metavar="DIR",
-            help="Folder of author_estimate_*.csv; that of each recording if left out.",
-            show_default=False,
-        ),
-    ] = None,
-    declared: Annotated[
-        list[float] | None,
-        typer.Option(
-            "--declared",
-            metavar="MU...",
-            help="Friction to take the error from: one for all recordings, or one each.",
-            show_default=False,
-        ),
-    ] = None,
-    train: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--train",
-            metavar="REC...",
-            help="Recordings with a known mu to train the source's two networks on; they stand in the"
-            " table then, beside the mean of their labels. Needs scikit-learn.",
-            show_default=False,
-        ),
-    ] = None,
-    table: Annotated[
-        Path | None,
-        typer.Option(
-            "--table", metavar="TABLE.md", help="Tables in Markdown as well.", show_default=False
-        ),
-    ] = None,
-    picture: Annotated[
-        Path | None,
-        typer.Option("--picture", metavar="PNG", help="Box charts as well.", show_default=False),
-    ] = None,
+    author: AuthorFolder = None,
+    declared: Declared = None,
+    train: Lessons = None,
+    table: TableFile = None,
+    picture: PictureFile = None,
 ) -> None:
     """Set EKF and MHE beside the source's root solve: its Table 6.1, on any recordings.
 

@@ -18,6 +18,7 @@ from identification.diagnosis import diagnose as close_the_loop
 from identification.fits.loss import LEAST_SQUARES, Huber
 from identification.modelfile import model_text
 from identification.results import Diagnosis
+from symbolic.errors import InvalidInputError
 
 
 def diagnose(
@@ -53,11 +54,13 @@ def diagnose(
 
     Interrupted, it keeps what it has; the same command goes on from there.
     """
+    if learn and robust is not None:
+        raise InvalidInputError("--learn takes outliers for torque; leave out --robust or --learn")
     held_out = holdout or []
     read = read_all([*recordings, *held_out], rig)
     training = read[: len(recordings)]
     loss = LEAST_SQUARES if robust is None else Huber(threshold=robust)
-    with staged_directory(out) as folder, kept_trials(out) as journal:
+    with kept_trials(out) as journal, staged_directory(out) as folder:
         with progress() as report:
             result = close_the_loop(
                 training,

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.fits.fitting import torque_range
+from identification.fits.loss import LEAST_SQUARES, Loss, influence
 from identification.reading.recordings import Recording
 from identification.residuals.signatures import LEAST_SIZE, Signatures
 from identification.results import Unexplained
@@ -28,7 +29,10 @@ def white_noise(torque: Array) -> float:
 
 
 def unexplained(
-    residuals: Mapping[str, Array], recordings: Sequence[Recording], found: Signatures
+    residuals: Mapping[str, Array],
+    recordings: Sequence[Recording],
+    found: Signatures,
+    loss: Loss = LEAST_SQUARES,
 ) -> Unexplained:
     """Whether structure is left in the residuals of these recordings, and what it follows.
 
@@ -36,15 +40,18 @@ def unexplained(
         residuals: simulated minus measured torque [N m].
         recordings: what was measured.
         found: the signatures of these residuals, as `signatures` makes them.
+        loss: what a residual costs; an outlier counts as little as in the fit.
     """
-    left, noise = [], []
+    left, noise, memory = [], [], []
     for recording in recordings:
-        size, floor = rmse_of(residuals[recording.name]), white_noise(recording.M_z)
-        left.append(size / torque_range(recording))
-        noise.append(floor / torque_range(recording))
+        span = torque_range(recording)
+        share = residuals[recording.name] / span
+        left.append(rmse_of(np.sqrt(loss(share**2)[0])))
+        noise.append(white_noise(recording.M_z) / span)
+        memory.append(autocorrelation_time(influence(loss, share)))
     rms, floor = float(np.mean(left)), float(np.mean(noise))
     structured = float(np.sqrt(max(0.0, rms**2 - floor**2)))
-    correlated = float(np.median([autocorrelation_time(residuals[r.name]) for r in recordings]))
+    correlated = float(np.median(memory))
     present = structured > LEAST_SIZE and rms > LEAST_RATIO * floor and correlated > 2
     opening = (
         f"residual {rms:.2%} of range, white noise of the torque channel {floor:.2%},"

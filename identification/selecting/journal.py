@@ -10,6 +10,7 @@ import json
 import secrets
 import zipfile
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -47,22 +48,25 @@ class Journal:
         return judged_trial(task, fits[0], fits[1] if len(fits) > 1 else None)
 
     def note(self, task: Task, trial: Trial) -> None:
-        """Keep the trial of this task, whole or not at all."""
+        """Keep the trial of this task, whole or not at all; where nothing can be written, not at all."""
         fits = [trial.fitted, *([trial.held_out] if trial.held_out else [])]
         arrays: dict[str, Any] = {"texts": json.dumps([_text(fitted) for fitted in fits])}
         for i, fitted in enumerate(fits):
             arrays |= {f"{i}/residual/{name}": r for name, r in fitted.residuals.items()}
             arrays |= {f"{i}/jacobian": fitted.jacobian, f"{i}/scales": fitted.scales}
         path = self._path(task)
-        self.folder.mkdir(parents=True, exist_ok=True)
         stage = path.with_name(f"{secrets.token_hex(4)}.part")
-        with stage.open("wb") as file:
-            np.savez(file, **arrays)
-        stage.replace(path)
+        with suppress(OSError):
+            self.folder.mkdir(exist_ok=True)
+            with stage.open("wb") as file:
+                np.savez(file, **arrays)
+            stage.replace(path)
 
     def _path(self, task: Task) -> Path:
         start = asdict(task.start) if task.start else None
-        plain = [FORMAT, task.effects, start, asdict(task.precision), repr(task.loss)]
+        # What an effect is belongs to the key: with other bounds a trial comes out otherwise.
+        model = repr(model_of(task.effects, task.precision).parameters)
+        plain = [FORMAT, task.effects, model, start, asdict(task.precision), repr(task.loss)]
         digest = hashlib.sha256(json.dumps(plain, sort_keys=True).encode())
         for place in (task.training, task.holdout):
             digest.update(b"|")

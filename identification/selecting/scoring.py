@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.fits.fitting import Fit, torque_range
-from identification.fits.loss import LEAST_SQUARES, Loss, cost
+from identification.fits.loss import LEAST_SQUARES, Loss, cost, influence
 from identification.reading.recordings import Recording
 
 Array = NDArray[np.float64]
@@ -152,7 +152,9 @@ def delta_bic(richer: Fit, poorer: Fit, recordings: Sequence[Recording]) -> floa
     n ln(loss) + p ln(n) with n the effective number of samples of the richer model's residuals, as
     samples 10 ms apart are far from independent. Negative speaks for the richer model.
     """
-    n = effective_samples(richer.residuals)
+    n = effective_samples(
+        {r.name: influence(richer.loss, richer.residuals[r.name] / torque_range(r)) for r in recordings}
+    )
     gain = np.log(_loss(richer, recordings) / _loss(poorer, recordings))
     return float(n * gain + (len(richer.labels) - len(poorer.labels)) * np.log(n))
 

@@ -44,7 +44,7 @@ def test_the_root_solve_is_lost_beyond_five_zones(motion: Motion) -> None:
 
     print(f"root: off by {five:.1%} in five zones, by {beyond:.0%} beyond")
     assert five < 0.05
-    assert beyond > 0.1
+    assert beyond > 1.0
 
 
 @pytest.mark.parametrize("kind", [Ekf, Mhe])
@@ -53,4 +53,4 @@ def test_the_filters_are_not(motion: Motion, kind: type[Ekf] | type[Mhe]) -> Non
     five, beyond = errors(observer, motion)
 
     print(f"{kind.__name__}: off by {five:.2%} in five zones, by {beyond:.2%} beyond")
-    assert max(five, beyond) <= 0.01
+    assert max(five, beyond) <= 1e-3

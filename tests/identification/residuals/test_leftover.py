@@ -3,6 +3,7 @@ import pytest
 
 from identification import Recording
 from identification.fits.fitting import torque_range
+from identification.fits.loss import Huber
 from identification.residuals.leftover import unexplained, white_noise
 from identification.residuals.signatures import signatures
 from identification.results import Unexplained
@@ -95,3 +96,18 @@ def test_missing_samples(recording: Recording) -> None:
     for residual, present in ((noise, False), (slow + noise, True)):
         said = rest(holed, np.where(gone, np.nan, residual))
         assert said.present is present
+
+
+def test_outliers_hide_no_structure_from_a_robust_loss(recording: Recording) -> None:
+    slow = 0.02 * torque_range(recording) * np.sin(2 * np.pi * 0.3 * recording.t)
+    spiked = slow + noise_of(recording)
+    spiked[::100] += torque_range(recording)
+    shown = with_torque(recording, recording.M_z - spiked + noise_of(recording))
+    residuals = {recording.name: spiked}
+    found = signatures(residuals, [shown])
+
+    assert unexplained(residuals, [shown], found, Huber(threshold=0.01)).present
+    quiet = noise_of(recording)
+    quiet[::100] += torque_range(recording)
+    residuals = {recording.name: quiet}
+    assert not unexplained(residuals, [recording], found, Huber(threshold=1e-3)).present
