@@ -9,13 +9,16 @@ from numpy.typing import NDArray
 from identification.experiments.steering import STEP, Manoeuvre
 from identification.fits.fitting import Fit, torque_range
 from identification.reading.recordings import Recording
-from identification.selecting.scoring import BLOCK, autocorrelation_time, rmse_of
+from identification.selecting.scoring import (
+    BLOCK,
+    CLEAR,
+    LEAST_GAIN,
+    RESOLUTION,
+    autocorrelation_time,
+    rmse_of,
+)
 
 Array = NDArray[np.float64]
-CLEAR, LEAST_GAIN = 2.0, 0.02
-"""Standard errors, and share of the error, by which the search wants two models to differ [1]."""
-RESOLUTION = 5e-4
-"""Differences below this share of the torque range may be the discretised patch's own errors [1]."""
 PATIENCE = 600.0
 """Longer than this nobody steers to tell two effects apart [s]."""
 

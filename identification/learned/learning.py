@@ -11,11 +11,19 @@ from typing import Any
 
 import numpy as np
 
-from identification.fits.fitting import Fit, torque_range
+from identification.fits.fitting import Fit
 from identification.learned.network import SAMPLES, Array, Lesson, Material, material_of, torque_of
 from identification.reading.recordings import Recording
 from identification.results import Errors
-from identification.selecting.scoring import Judgement, advantage, judged, leave_one_out, rmse_of
+from identification.selecting.scoring import (
+    LEAST_GAIN,
+    Judgement,
+    falls_clearly,
+    judged,
+    leave_one_out,
+    rmse_of,
+)
+from identification.stages import errors_of
 from symbolic import LearnedTorque, Model, full_slide_torque
 from symbolic.effects.learned import weights_needed
 
@@ -29,8 +37,6 @@ LEAST_BOUND = 1e-3
 """Where less is missing, the learned torque may still go this far [1]."""
 STRETCHES = 4
 """Stretches of time into which a recording is cut that has no other beside it."""
-LEAST_GAIN, CLEAR = 0.02, 1.0
-"""Share by which a judged error has to fall, and standard errors by which it has to be clear."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -93,16 +99,17 @@ def learn(
     blank = _blank(fitted, training)
     lessons = [material_of(fitted, recording, blank) for recording in training]
     tests = [material_of(held_out, recording, blank) for recording in holdout] if held_out else []
-    choice = _chosen(blank, _parts(lessons, leave_one_out(fitted, training)))
+    unseen = leave_one_out(fitted, training)
+    choice = _chosen(blank, _parts(lessons, unseen))
     effect = _trained(blank, lessons, choice)
     before = {**fitted.residuals, **(held_out.residuals if held_out else {})}
     after = {m.name: before[m.name] + torque_of(effect, m) for m in (*lessons, *tests)}
-    stages = [_errors(residuals, training, holdout) for residuals in (before, after)]
+    stages = [errors_of(residuals, training, holdout) for residuals in (before, after)]
     if tests:
         falls, verdict = _falls(judged(after, holdout), judged(before, holdout), "held-out")
     elif len(training) > 1:
-        was = leave_one_out(fitted, training)
-        falls, verdict = _falls(judged(choice.residuals, training), judged(was, training), "left-out")
+        after_unseen, before_unseen = judged(choice.residuals, training), judged(unseen, training)
+        falls, verdict = _falls(after_unseen, before_unseen, "left-out")
     else:
         falls, verdict = False, "a single recording alone cannot judge it"
     kept = falls and choice.after < (1 - LEAST_GAIN) * choice.before
@@ -188,24 +195,10 @@ def _trained(blank: LearnedTorque, material: Sequence[Material], choice: _Choice
     return replace(blank, units=choice.units, weights=weights)
 
 
-def _errors(
-    residuals: Mapping[str, Array], training: Sequence[Recording], holdout: Sequence[Recording]
-) -> Errors:
-    everything = [*training, *holdout]
-    rmse = {r.name: rmse_of(residuals[r.name]) for r in everything}
-    return Errors(
-        rmse=rmse,
-        nrmse={r.name: rmse[r.name] / torque_range(r) for r in everything},
-        training=tuple(r.name for r in training),
-        holdout=tuple(r.name for r in holdout),
-    )
-
-
 def _falls(after: Judgement, before: Judgement, kind: str) -> tuple[bool, str]:
     """Whether the judged error falls by a clear margin, and both errors in words."""
-    mean, error = advantage(after, before)
-    falls = after.nrmse < (1 - LEAST_GAIN) * before.nrmse and mean > CLEAR * error
-    return falls, f"{kind} error {before.nrmse:.2%} of range before, {after.nrmse:.2%} after"
+    said = f"{kind} error {before.nrmse:.2%} of range before, {after.nrmse:.2%} after"
+    return falls_clearly(after, before), said
 
 
 def _note(kept: bool, verdict: str, choice: _Choice) -> str:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass
+from functools import cached_property
 
 from identification.fits.fitting import Values
 from identification.fits.loss import Loss
@@ -42,6 +43,16 @@ class Attempts:
     submit: Submit
     journal: Journal | None = None
 
+    @cached_property
+    def thin_training(self) -> Sequence[Recording]:
+        """The training recordings as candidates are compared on them."""
+        return [thinned(recording) for recording in self.training]
+
+    @cached_property
+    def thin_holdout(self) -> Sequence[Recording]:
+        """The held-out ones."""
+        return [thinned(recording) for recording in self.holdout]
+
     def whole(self, effects: Effects, start: Values | None = None) -> Trial:
         """A trial on the whole recordings."""
         return self._one(Task(effects, self.training, self.holdout, start, loss=self.loss))
@@ -80,8 +91,7 @@ class Attempts:
         return sorted((made[i] for i in range(len(tasks))), key=lambda trial: trial.nrmse)
 
     def _thin_task(self, effects: Effects, start: Values | None, precision: Precision) -> Task:
-        training, holdout = ([thinned(r) for r in given] for given in (self.training, self.holdout))
-        return Task(effects, training, holdout, start, precision, self.loss)
+        return Task(effects, self.thin_training, self.thin_holdout, start, precision, self.loss)
 
     def _one(self, task: Task) -> Trial:
         trial = self._recall(task)

@@ -13,6 +13,13 @@ from identification.reading.recordings import Recording
 Array = NDArray[np.float64]
 BLOCK = 1.0
 """Length of the blocks in which residuals are taken as independent [s]."""
+LEAST_GAIN = 0.02
+"""Something has to lower the judged error by this share to be worth it [1]."""
+RESOLUTION = 5e-4
+"""It has to explain more than this of the range, the accuracy of the discretised patch [1]."""
+EARNED, CLEAR = 1.0, 2.0
+"""Standard errors on the judged data by which it has to help, and by which two have to differ to be told
+apart."""
 
 
 def rmse_of(residual: Array) -> float:
@@ -144,6 +151,12 @@ def advantage(better: Judgement, worse: Judgement) -> tuple[float, float]:
     """
     difference = worse.squares() - better.squares()
     return float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(difference.size))
+
+
+def falls_clearly(after: Judgement, before: Judgement) -> bool:
+    """Whether the judged error falls by enough to be worth it, and by more than chance."""
+    mean, error = advantage(after, before)
+    return after.nrmse < (1 - LEAST_GAIN) * before.nrmse and mean > EARNED * error
 
 
 def delta_bic(richer: Fit, poorer: Fit, recordings: Sequence[Recording]) -> float:

@@ -13,22 +13,22 @@ from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
 from identification.selecting.attempts import Attempts, precision_for
 from identification.selecting.journal import Journal
-from identification.selecting.scoring import advantage, delta_bic
-from identification.selecting.trials import Trial, thinned
+from identification.selecting.scoring import (
+    CLEAR,
+    LEAST_GAIN,
+    RESOLUTION,
+    advantage,
+    delta_bic,
+    falls_clearly,
+)
+from identification.selecting.trials import Trial
 from identification.selecting.workers import workers
 from symbolic import EFFECTS
 
-LEAST_GAIN = 0.02
-"""An effect has to lower the judged error by this share to be named."""
-RESOLUTION = 5e-4
-"""It has to explain more than this of the range, the accuracy of the discretised patch."""
 EXCHANGES = 3
 """Candidates that may take the place of another effect when nothing more can be added."""
 IDLE_STEPS = 2
 """Steps in which a candidate may do next to nothing before it is left out."""
-EARNED, CLEAR = 1.0, 2.0
-"""Standard errors on the judged data by which an effect has to help, and two have to differ to be told
-apart."""
 
 Progress = Callable[[str, int, int], None]
 
@@ -104,7 +104,6 @@ def walk(made: Attempts, report: Progress, candidates: Sequence[str] = tuple(EFF
     report("fitting the declared structure", 0, 1)
     current = made.whole(())
     steps: list[Step] = []
-    training = [thinned(r) for r in made.training]
     while True:
         precision = precision_for(current)
         ranked = made.ranked(current.effects, current.fitted.values, precision)
@@ -112,7 +111,7 @@ def walk(made: Attempts, report: Progress, candidates: Sequence[str] = tuple(EFF
         def try_all(sets: Sequence[tuple[str, ...]], label: str) -> list[Trial]:
             return made.all(ranked, sets, precision, lambda done: report(label, done, len(sets)))  # noqa: B023
 
-        for move in _moves(ranked, _waves(candidates, steps), training, try_all):
+        for move in _moves(ranked, _waves(candidates, steps), made.thin_training, try_all):
             # What was ranked on thinned recordings has to hold on the whole ones.
             leader = move.leader
             after = made.whole(leader.effects, leader.fitted.values) if leader else None
@@ -245,22 +244,16 @@ def silent(message: str, done: int, total: int) -> None:
 
 def _earns_its_place(trial: Trial, current: Trial, training: Sequence[Recording]) -> bool:
     """Lower judged error by a clear margin, and by the information criterion on the training data."""
-    if not trial.nrmse < (1 - LEAST_GAIN) * current.nrmse:
+    if not falls_clearly(trial.judgement, current.judgement):
         return False
     if not current.nrmse**2 - trial.nrmse**2 > RESOLUTION**2:
-        return False
-    mean, error = advantage(trial.judgement, current.judgement)
-    if not mean > EARNED * error:
         return False
     return delta_bic(trial.fitted, current.fitted, training) < 0
 
 
 def _is_better(trial: Trial, current: Trial, training: Sequence[Recording]) -> bool:
     """Lower judged error by a clear margin; more parameters have to be paid for on the training data."""
-    if not trial.nrmse < (1 - LEAST_GAIN) * current.nrmse:
-        return False
-    mean, error = advantage(trial.judgement, current.judgement)
-    if not mean > EARNED * error:
+    if not falls_clearly(trial.judgement, current.judgement):
         return False
     if len(trial.fitted.labels) <= len(current.fitted.labels):
         return True
