@@ -15,7 +15,7 @@ from identification.results import Diagnosis
 from identification.selecting.attempts import Attempts, Effects
 from identification.selecting.journal import Journal
 from identification.selecting.selection import Progress, Step, silent, walk
-from identification.selecting.trials import RANKING, Trial, thinned
+from identification.selecting.trials import RANKING, Trial
 from identification.selecting.workers import Submit, workers
 from identification.stages import left_out_errors
 from identification.verdict import verdict
@@ -104,12 +104,11 @@ def _left_out(
 def _proposals(steps: Sequence[Step], made: Attempts, report: Progress) -> dict[Effects, Proposal]:
     """For each set of effects that was chosen, the experiment that tells it from its nearest rival."""
     waiting = {}
-    thin = [thinned(r) for r in made.training]
     for step in steps:
         if step.chosen is None or not step.indistinguishable:
             continue
         report("looking for an experiment that separates rivals", 0, 1)
         effects, nearest = step.chosen.effects, (*step.before.effects, step.nearest_rival)
         pair = [made.ranked(e, step.start_of(e), RANKING).fitted for e in (effects, nearest)]
-        waiting[effects] = made.submit(propose, *pair, thin)
+        waiting[effects] = made.submit(propose, *pair, made.thin_training)
     return {effects: future.result() for effects, future in waiting.items()}

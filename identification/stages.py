@@ -66,8 +66,9 @@ def left_out_errors(trial: Trial, recordings: Sequence[Recording], submit: Submi
     """
     if len(recordings) < 2:
         return {}
+    thin = {recording.name: thinned(recording) for recording in recordings}
     futures = {
-        left.name: submit(_left_out, trial, [thinned(r) for r in recordings if r is not left], left)
+        left.name: submit(_left_out, trial, [r for n, r in thin.items() if n != left.name], left)
         for left in recordings
     }
     return {name: future.result() for name, future in futures.items()}
