@@ -17,9 +17,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from identification import Decay, identify_free_decay
-from symbolic import Rig, Tyre
-from tests.rig.impact import B_T, TYRE, ImpactRecording, make_impacts
+from identification import identify_free_decay
+from tests.identification.made import as_decay
+from tests.rig.impact import B_T, TYRE, make_impacts
 from tests.rig.record import FOURTEEN_BIT_STEP
 
 TRUE = np.array([TYRE.k, B_T])
@@ -48,24 +48,10 @@ class Run:
         )
 
 
-def decays(recordings: list[ImpactRecording]) -> list[Decay]:
-    """The recordings as the tool reads them."""
-    return [
-        Decay(
-            name=made.name,
-            t=made.t,
-            psi=made.psi,
-            rig=Rig(a=made.tyre.a, e=made.tyre.e, J_A=made.wheel.J_A),
-            tyre=Tyre(k=2e6),
-        )
-        for made in recordings
-    ]
-
-
 def run(seed: int, noise: float, swing: float, impacts: int) -> Run:
     """One campaign."""
     recordings = make_impacts(seed, noise=noise * FOURTEEN_BIT_STEP, swing=swing, impacts=impacts)
-    given = decays(recordings)
+    given = [as_decay(made) for made in recordings]
     begin = time.perf_counter()
     made = identify_free_decay(given)
     seconds = time.perf_counter() - begin

@@ -16,30 +16,14 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from brushgrip.pictures import draw_free_decay
-from identification import Decay, identify_free_decay
-from symbolic import Rig, Tyre
+from identification import identify_free_decay
+from tests.identification.made import as_decay
 from tests.rig.impact import B_T, TYRE, load_at, make_impacts
-
-FIRST_GUESS = Tyre(k=2e6)
-
-
-def recordings() -> list[Decay]:
-    """What the encoder showed, with the contact length of each recording."""
-    return [
-        Decay(
-            name=made.name,
-            t=made.t,
-            psi=made.psi,
-            rig=Rig(a=made.tyre.a, e=made.tyre.e, J_A=made.wheel.J_A),
-            tyre=FIRST_GUESS,
-        )
-        for made in make_impacts(11, impacts=2)
-    ]
 
 
 def main() -> None:
     """Print k and b_t by every way beside what was planted."""
-    decays = recordings()
+    decays = [as_decay(made) for made in make_impacts(11, impacts=2)]
     made, sticking = identify_free_decay(decays), identify_free_decay(decays, sliding=False)
     print(f"planted: k = {TYRE.k:.4g} N/m^2, b_t = {B_T} N m s/rad, mu = {TYRE.mu}")
     for way, k, b_t in (

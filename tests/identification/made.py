@@ -4,9 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from identification import Recording, smoothed_rate
+from identification import Decay, Recording, smoothed_rate
 from symbolic import Rig, Tyre
 from tests.rig.campaign import Campaign, campaign
+from tests.rig.impact import ImpactRecording
 from tests.rig.patch import RigTyre
 from tests.rig.record import RigRecording
 
@@ -22,6 +23,12 @@ def as_read(made: RigRecording, nominal: RigTyre) -> Recording:
         rig=Rig(a=nominal.a, e=nominal.e),
         tyre=Tyre(k=nominal.k, mu=nominal.mu),
     )
+
+
+def as_decay(made: ImpactRecording) -> Decay:
+    """The angle after an impact as the tool reads it; k is a first guess."""
+    rig = Rig(a=made.tyre.a, e=made.tyre.e, J_A=made.wheel.J_A)
+    return Decay(name=made.name, t=made.t, psi=made.psi, rig=rig, tyre=Tyre(k=2e6))
 
 
 def read_campaign(

@@ -13,7 +13,8 @@ from identification.free_decay.freedecay import identify_free_decay
 from identification.free_decay.narrowing import solve
 from identification.free_decay.programme import Programme
 from identification.free_decay.release import release
-from symbolic import Rig, Tyre
+from symbolic import Rig
+from tests.identification.made import as_decay
 from tests.rig.impact import TYRE, make_impacts
 
 LENGTHS = (0.030, 0.042, 0.054)
@@ -22,16 +23,7 @@ RNG = np.random.default_rng(6)
 
 @pytest.fixture(scope="module")
 def decays() -> list[Decay]:
-    return [
-        Decay(
-            name=m.name,
-            t=m.t,
-            psi=m.psi,
-            rig=Rig(a=m.tyre.a, e=m.tyre.e, J_A=m.wheel.J_A),
-            tyre=Tyre(k=2e6),
-        )
-        for m in make_impacts(9, lengths=LENGTHS, impacts=2)
-    ]
+    return [as_decay(made) for made in make_impacts(9, lengths=LENGTHS, impacts=2)]
 
 
 def alone(k: float, std: float = 1.0, freedom: int = 20) -> Alone:

@@ -11,19 +11,15 @@ from identification import Decay, FreeDecay, identify_free_decay
 from identification.free_decay import freedecay, narrowing
 from identification.free_decay.release import release
 from symbolic import InvalidInputError, Rig, Tyre
+from tests.identification.made import as_decay
 from tests.rig.impact import B_T, LENGTHS, TYRE, ImpactRecording, load_at, make_impacts
 from tests.rig.record import FOURTEEN_BIT_STEP
 
 FEW = (0.036, 0.045, 0.054)
 
 
-def as_read(made: ImpactRecording) -> Decay:
-    rig = Rig(a=made.tyre.a, e=made.tyre.e, J_A=made.wheel.J_A)
-    return Decay(name=made.name, t=made.t, psi=made.psi, rig=rig, tyre=Tyre(k=2e6))
-
-
 def read(recordings: list[ImpactRecording]) -> list[Decay]:
-    return [as_read(made) for made in recordings]
+    return [as_decay(made) for made in recordings]
 
 
 def errors(made: FreeDecay) -> tuple[float, float]:

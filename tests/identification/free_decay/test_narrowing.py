@@ -4,19 +4,16 @@ import numpy as np
 import pytest
 
 from identification.free_decay import narrowing
-from identification.free_decay.decays import Decay
 from identification.free_decay.narrowing import solve
 from identification.free_decay.programme import Programme
 from identification.free_decay.release import release
-from symbolic import Rig, Tyre
+from tests.identification.made import as_decay
 from tests.rig.impact import make_impact
 from tests.rig.record import FOURTEEN_BIT_STEP
 
 
 def programme(noise: float = 0.0) -> Programme:
-    made = make_impact(5, noise=noise * FOURTEEN_BIT_STEP)
-    rig = Rig(a=made.tyre.a, e=made.tyre.e, J_A=made.wheel.J_A)
-    return Programme([release(Decay(name="run", t=made.t, psi=made.psi, rig=rig, tyre=Tyre(k=2e6)))])
+    return Programme([release(as_decay(make_impact(5, noise=noise * FOURTEEN_BIT_STEP)))])
 
 
 @pytest.mark.parametrize("noise", [0.0, 0.5])

@@ -5,10 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.free_decay.decays import Decay
 from identification.free_decay.programme import Programme
 from identification.free_decay.release import release
-from symbolic import Rig, Tyre
+from tests.identification.made import as_decay
 from tests.rig.impact import make_impacts
 from tests.rig.record import FOURTEEN_BIT_STEP
 
@@ -17,20 +16,7 @@ from tests.rig.record import FOURTEEN_BIT_STEP
 def programme() -> Programme:
     """Two contacts, of which the first has two recordings."""
     made = make_impacts(4, lengths=(0.036, 0.050), impacts=2)[:3]
-    return Programme(
-        [
-            release(
-                Decay(
-                    name=m.name,
-                    t=m.t,
-                    psi=m.psi,
-                    rig=Rig(a=m.tyre.a, e=m.tyre.e, J_A=m.wheel.J_A),
-                    tyre=Tyre(k=2e6),
-                )
-            )
-            for m in made
-        ]
-    )
+    return Programme([release(as_decay(recording)) for recording in made])
 
 
 def test_who_depends_on_what(programme: Programme) -> None:
