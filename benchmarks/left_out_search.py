@@ -8,7 +8,6 @@ line for each recording as it is done, and the mean. A search a recording: a qua
 on two cores for the measured ones.
 """
 
-import os
 import sys
 from pathlib import Path
 
@@ -16,6 +15,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from examples.published import measured_folder
 from identification import Recording, diagnose, read_recording
 from identification.fits.fitting import Values, fit, torque_range
 from identification.selecting.scoring import rmse_of
@@ -32,8 +32,7 @@ def judged(effects: tuple[str, ...], others: list[Recording], left: Recording, s
 
 def main() -> None:
     """Leave out, search, judge."""
-    default = os.environ.get("BRUSHGRIP_DATA", "../shared/measured")
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else default)
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else measured_folder()
     recordings = [read_recording(path) for path in sorted(folder.glob("*.mat"))]
     if len(recordings) < 3:
         sys.exit(f"{folder} holds {len(recordings)} recordings; three are needed")

@@ -2,13 +2,12 @@
 
     python examples/author_comparison.py [DIR]
 
-DIR holds the recordings (`brushgrip fetch`); default: BRUSHGRIP_DATA, else ../shared/measured. All run
+DIR holds the recordings (`brushgrip fetch`); default: see published.py. All run
 causally with k as published, EKF and MHE from their default prior, mu = 1.0 +- 0.5; the declared mu only
 serves to take the error. The root solve is the author's method in our hands, without his filters. His
 files begin where the wheel begins to turn, so they are aligned by angle.
 """
 
-import os
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -21,6 +20,7 @@ from brushgrip.comparison.subjects import SETTLED, Subject, subject_of
 from identification import Recording, read_recording
 from identification.reading.authorfile import author_file
 from observers import Ekf, Mhe, Observer, Root, run
+from published import measured_folder
 from symbolic import Model
 
 Array = NDArray[np.float64]
@@ -115,8 +115,7 @@ def last_table(made: list[Scores]) -> None:
 
 def main() -> None:
     """Print the error, the spread and the last value of every method."""
-    default = os.environ.get("BRUSHGRIP_DATA", "../shared/measured")
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else default)
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else measured_folder()
     made = list(scores(folder))
     if not made:
         sys.exit(

@@ -4,13 +4,12 @@
 
 Without an argument it takes an embedded recording, on the declared model and on the one that
 `find_the_missing_effect.py` finds on others of the same rig, and a measured one where those are at hand
-(BRUSHGRIP_DATA, else ../shared/measured). A recording that is named has to know its rig, as the
+(see published.py). A recording that is named has to know its rig, as the
 published MAT files do. Both sides get the same numbers, angle, torque and load of a sample and its time,
 and take the yaw rate from the past of the angle; Python steps by `observers.Loop`, as a controller does.
 """
 
 import ctypes
-import os
 import subprocess
 import sys
 import tempfile
@@ -25,6 +24,7 @@ from numpy.typing import NDArray
 from identification import Recording, read_recording, read_rig
 from observers import Ekf, Loop, Mhe, Sample
 from observers.embedded import DOUBLE, SINGLE, Real, generate
+from published import measured_folder
 from symbolic import Model, effects_named
 from symbolic.compiled import compiler
 
@@ -64,7 +64,7 @@ def chosen() -> Iterator[tuple[Recording, Observer]]:
         for kind in (Ekf, Mhe):
             yield embedded, kind(model=Model(), values={"k": VALUES["k"]}, rig=embedded.rig)
         yield embedded, Ekf(model=FOUND, values=VALUES, rig=embedded.rig)
-        measured = Path(os.environ.get("BRUSHGRIP_DATA", "../shared/measured")) / MEASURED
+        measured = measured_folder() / MEASURED
         paths = [measured] if measured.exists() else []
     for path in paths:
         recording = read_recording(path)

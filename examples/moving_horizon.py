@@ -3,12 +3,11 @@
     python examples/moving_horizon.py [REC...]
 
 Without an argument it takes an embedded recording, on the model that `find_the_missing_effect.py` finds
-on others of the same rig, and a measured one where those are at hand (BRUSHGRIP_DATA, else
-../shared/measured), on the declared model. A recording that is named has to know its rig, as the
+on others of the same rig, and a measured one where those are at hand (see
+published.py), on the declared model. A recording that is named has to know its rig, as the
 published MAT files do.
 """
 
-import os
 import sys
 import time
 from collections.abc import Iterator
@@ -18,6 +17,7 @@ import numpy as np
 
 from identification import Recording, read_recording, read_rig
 from observers import Mhe, Sample, causal_rate
+from published import measured_folder
 from symbolic import Model, effects_named
 
 RECORDINGS = Path(__file__).resolve().parent / "recordings"
@@ -32,7 +32,7 @@ def chosen() -> Iterator[tuple[Recording, Mhe]]:
     if not paths:
         embedded = read_recording(RECORDINGS / "holdout_c.csv", read_rig(RECORDINGS / "rig.toml"))
         yield embedded, Mhe(model=FOUND, values=VALUES, rig=embedded.rig)
-        measured = Path(os.environ.get("BRUSHGRIP_DATA", "../shared/measured")) / MEASURED
+        measured = measured_folder() / MEASURED
         paths = [measured] if measured.exists() else []
     for path in paths:
         recording = read_recording(path)

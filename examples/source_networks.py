@@ -4,13 +4,12 @@
 
 Same inputs and split as the source: trained on mu = 0.5 and 1.8, tested on mu = 1, on the profile of the
 training and on one with more than five zones; and on recordings, trained on red emery, tested on steel,
-where DIR holds them (`brushgrip fetch`; default: BRUSHGRIP_DATA, else ../shared/measured). --full takes
+where DIR holds them (`brushgrip fetch`; default: see published.py). --full takes
 the source's layers, which train for minutes. A guess that measures nothing, the mean of the training
 labels, is what a method has to beat. Needs scikit-learn: pip install 'brushgrip[networks]'.
 """
 
 import argparse
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
@@ -24,6 +23,7 @@ from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, pict
 from identification import Recording, read_recording
 from identification.learned.friction import Design, FrictionNetwork, LabelMean, label_mean
 from observers import Ekf, Root
+from published import measured_folder
 from source_analytic import late
 from source_profile import NESTED, steered
 from source_table import estimated, ours, root
@@ -149,8 +149,7 @@ def draw(path: Path, tests: Sequence[Recording], tracks: Sequence[dict[str, Arra
 def main() -> None:
     """Print the tables, and draw the simulated one if asked."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    default = Path(os.environ.get("BRUSHGRIP_DATA", "../shared/measured"))
-    parser.add_argument("--data", type=Path, default=default)
+    parser.add_argument("--data", type=Path, default=measured_folder())
     parser.add_argument("--full", action="store_true")
     parser.add_argument("--epochs", type=int, default=Design().epochs)
     parser.add_argument("--seeds", type=int, default=3)

@@ -12,7 +12,6 @@ are held against them. Their steering torque is not published either: it is what
 (2.14), which is linear between four corners at round numbers. Their M_z is written one sample late.
 """
 
-import os
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -24,6 +23,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from benchmarks.fixed_step import first_order, second_order
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, legend_above, picture
+from published import simulation_folder
 from symbolic import (
     Motion,
     Rig,
@@ -142,8 +142,7 @@ def main() -> None:
     for name, rule in (("Euler", first_order), ("second order", second_order)):
         _, M_z = rule(RIG, TYRE, LOAD, motion.M, 1 / RATE, BRISTLES)
         print(f"{BRISTLES} bristles, {name}, {motion.t.size - 1} steps: {share(M_z, exact.M_z):.0e}")
-    data = Path(os.environ.get("BRUSHGRIP_DATA", "../shared/measured"))
-    for line in published(data.parent / "thesis_simulation"):
+    for line in published(simulation_folder()):
         print(line)
     if sys.argv[1:]:
         draw(Path(sys.argv[1]), motion)

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, picture
 from identification import Recording
 from observers import Ekf, Mhe, Observer, Root, Tuning, run
+from published import simulation_folder
 from source_profile import DT, FACTORS, NESTED, RIG, K, steered, zones
 from symbolic import Model, Tyre, effects_named
 
@@ -146,7 +147,7 @@ def draw(path: Path, tracks: dict[str, Array]) -> None:
 def main() -> None:
     """Print both tables, and draw the second if asked."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--data", type=Path, default=Path("../shared/thesis_simulation"))
+    parser.add_argument("--data", type=Path, default=simulation_folder())
     parser.add_argument("picture", type=Path, nargs="?")
     given = parser.parse_args()
     if any(given.data.glob("sim_mu_*.csv")):

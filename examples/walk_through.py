@@ -2,13 +2,12 @@
 
     python examples/walk_through.py [DATA] --out docs/measured.md
 
-DATA holds the recordings (`brushgrip fetch`); default: BRUSHGRIP_DATA, else ../shared/measured. The text
+DATA holds the recordings (`brushgrip fetch`); default: see published.py. The text
 of the page is walk_through.in.md beside this script; every number and picture in it is made here. Some
 minutes on two cores.
 """
 
 import argparse
-import os
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -18,11 +17,12 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.pictures import draw_loops, draw_residuals, draw_signatures
-from brushgrip.wording import listed, percent, plain, quantity, sentence
+from brushgrip.wording import error_columns, error_figures, listed, percent, plain, quantity, sentence
 from identification import Diagnosis, Recording, Values, diagnose, read_recording
 from identification.fits.fitting import Fit, fit, torque_range
 from identification.selecting.scoring import rmse_of
 from identification.selecting.trials import RANKING, freeze, model_of, thinned
+from published import measured_folder
 from symbolic import EFFECTS
 
 TRAINING = ("fem1", "fem4_ident", "piros2_ident", "piros4")
@@ -33,28 +33,15 @@ TEMPLATE = Path(__file__).with_name("walk_through.in.md")
 
 def errors_table(found: Diagnosis) -> str:
     """Errors of the three stages."""
-    places = [("training", "torque_rmse", "torque_nrmse")]
-    if found.holdout:
-        places.append(("held out", "holdout_torque_rmse", "holdout_torque_nrmse"))
-    heads = [f"{name} [N m] | of range" for name, _, _ in places]
-    keys = [key for _, *pair in places for key in pair]
-    if found.after.left_out:
-        heads.append("left out in turn, of range")
-        keys.append("left_out_torque_nrmse")
-    lines = [f"| model | {' | '.join(heads)} |", "|---|" + "---:|" * len(keys)]
+    heads = error_columns(found).values()
+    lines = [f"| model | {' | '.join(heads)} |", "|---|" + "---:|" * len(heads)]
     for name, errors in (
         ("declared", found.declared),
         ("before: k and μ fitted", found.before),
         ("after: with the effects found", found.after),
     ):
-        summary = errors.summary()
-        cells = [percent(summary[k]) if "nrmse" in k else _torque(summary[k]) for k in keys]
-        lines.append(f"| {name} | {' | '.join(cells)} |")
+        lines.append(f"| {name} | {' | '.join(error_figures(found, errors))} |")
     return "\n".join(lines)
-
-
-def _torque(value: float | None) -> str:
-    return "–" if value is None else f"{value:.3f}"
 
 
 def effects_table(found: Diagnosis) -> str:
@@ -179,9 +166,8 @@ def _said(began: float) -> Callable[[str, int, int], None]:
 
 def main() -> None:
     """Diagnose twice and write the page."""
-    default = os.environ.get("BRUSHGRIP_DATA", "../shared/measured")
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("data", nargs="?", type=Path, default=Path(default))
+    parser.add_argument("data", nargs="?", type=Path, default=measured_folder())
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--jobs", type=int)
     options = parser.parse_args()

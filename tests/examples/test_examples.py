@@ -29,7 +29,7 @@ def printed_by(
         leaves: the file that it may leave.
     """
     elsewhere = {key: value for key, value in os.environ.items() if key != "BRUSHGRIP_DATA"}
-    own = {"PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "utf-8"}
+    own = {"PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "utf-8", "XDG_DATA_HOME": str(tmp_path / "none")}
     result = subprocess.run(
         [sys.executable, "-W", "error", ROOT / "examples" / example, *arguments],
         cwd=tmp_path,
