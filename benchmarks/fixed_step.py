@@ -1,14 +1,11 @@
 """The source's simulation as its section 2.2 describes it: rows of bristles, a fixed step, in NumPy."""
 
-from collections.abc import Callable
-
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic import Rig, TorqueProfile, Tyre
+from symbolic import Rig, Tyre
 
 Array = NDArray[np.float64]
-Scheme = Callable[[TorqueProfile, float, float, int], tuple[Array, Array, Array]]
 
 
 class Bristles:

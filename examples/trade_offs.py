@@ -17,11 +17,13 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from brushgrip.pictures.profile import draw_profile
-from identification import Recording, first_values, fit, smoothed_rate
+from identification import Recording, first_values, fit
 from identification.fits.along import HALF_LENGTH, ModelParameter
 from identification.fits.deviations import correlation, deviations
 from identification.fits.profile import Profile, profile
-from symbolic import Model, Rig, Tyre, effects_named
+from symbolic import Model, effects_named
+from tests.identification.made import as_read
+from tests.rig.patch import RigTyre
 from tests.rig.record import make_recording
 
 A, K, MU, K_T = 0.045, 2.4e6, 1.3, 400.0
@@ -38,18 +40,7 @@ def recorded(seed: int, e: float, k_t: float | None) -> list[Recording]:
     """A recording of the rig, with its carcass twisting or not."""
     effects = {"carcass_torsion": {"k_t": k_t}} if k_t else {}
     made = make_recording(seed, effects, a=A, e=e, k=K, mu=MU, noise=NOISE)
-    return [
-        Recording(
-            name=made.name,
-            t=made.t,
-            psi=made.psi,
-            psi_dot=smoothed_rate(made.t, made.psi),
-            M_z=made.M_z,
-            F_N=made.F_N,
-            rig=Rig(a=A, e=e),
-            tyre=Tyre(k=K),
-        )
-    ]
+    return [as_read(made, RigTyre(a=A, e=e, k=K))]
 
 
 def friction_or_length(e: float) -> Profile:

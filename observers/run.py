@@ -65,6 +65,11 @@ def run(
     said = np.full((len(SAID), t.size), np.nan)
     said[:2, :begins] = [[prior.mu], [prior.mu_std]]
     said[:, begins:] = _said(observer, samples[:, begins:], one_by_one)
+    return as_estimates(t, said)
+
+
+def as_estimates(t: Array, said: Array) -> Estimates:
+    """Rows as in `SAID`, shape (5, n), by name; before anything is known they hold NaN."""
     mu, mu_std, predicted, informed, status = said
     return Estimates(
         t=t,

@@ -15,8 +15,6 @@ from typing import NamedTuple
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
-from scipy.integrate import RK45
-from scipy.optimize import brentq
 
 from symbolic.compiled import compiled
 from symbolic.deformation import full_slide_torque, unit_moment
@@ -87,6 +85,9 @@ class Stepper:
 @cache
 def _step_function() -> ca.Function:
     """One step of Dormand and Prince as a compiled Function."""
+    # Here, not above: scipy takes as long to load as all the rest, and few who load this move a wheel.
+    from scipy.integrate import RK45
+
     given, held = ca.SX.sym("given", 8), ca.SX.sym("held", len(CONSTANTS) + 2)
     state, branch, M, M_dot, h = given[:2], given[2:5], given[5], given[6], given[7]
     *patch, J_A, b_t, psi_scale, rate_scale = ca.vertsplit(held)
@@ -168,6 +169,8 @@ def _until_event(stepper: Stepper, state: State, h: float, end: list[float]) -> 
 
 def _turning_time(stepper: Stepper, state: State, end: list[float], h: float) -> float | None:
     """When the wheel turns back within a step [s]; None where it does not, 0 where it never set out."""
+    from scipy.optimize import brentq
+
     way, late = state.way, h
     if way * end[1] >= 0:
         if way * end[2] <= 0 or way * stepper.take(0.0)[2] >= 0:

@@ -18,6 +18,7 @@ from observers.embedded.generating import generate
 from observers.embedded.reals import SINGLE, Real
 from observers.mhe import Mhe
 from observers.protocol import Estimates
+from observers.run import as_estimates
 from symbolic import InvalidInputError
 from symbolic.compiled import compiler
 
@@ -62,15 +63,7 @@ class Hosted:
         said = np.empty_like(samples)
         pointers = (ctypes.c_void_p(array.ctypes.data) for array in (samples, said))
         self.library.along(ctypes.c_int64(t.size), *pointers)
-        mu, mu_std, predicted, informed, status = said.T.astype(float)
-        return Estimates(
-            t=t,
-            mu=mu,
-            mu_std=mu_std,
-            M_z_predicted=predicted,
-            informed=informed == 1,
-            status=status.astype(int),
-        )
+        return as_estimates(t, said.T.astype(float))
 
 
 def host(observer: Ekf | Mhe, real: Real = SINGLE) -> Hosted:

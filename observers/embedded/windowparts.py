@@ -24,8 +24,6 @@ from symbolic import full_slide_torque
 
 ROW = ("F_N", "dt", "M_z", "believed", "jump")
 """What is kept of a sample: all that its terms depend on where the angle is known."""
-MADE = ("x", "spread", "K", "score", "H")
-"""What the filter leaves at a sample for the way back, one after the other."""
 
 
 def window_functions(observer: Mhe) -> list[ca.Function]:
