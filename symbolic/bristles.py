@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from symbolic.errors import InvalidInputError
 from symbolic.patch import Expression, PatchInputs
 from symbolic.quadrature import gauss_legendre
+from symbolic.slip import RateLaw, clipped, slip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,13 +33,16 @@ class BristleTraits:
 
     Attributes:
         shape: factors on the pressure parabola at u = x / a, keeping the total load.
-        limits: factors on the friction limit at the local sliding speed [m/s].
+        limits: factors on the friction limit at the speed |x - e| |psi_dot| [m/s] at which the wheel
+            drives a bristle.
+        law: friction over each bristle's own sliding speed, None where it is the same at all speeds.
         half_width: half-width of the patch [m], None for a line.
         relaxation: the Maxwell branch, None for none.
     """
 
     shape: tuple[Callable[[Expression], Expression], ...] = ()
     limits: tuple[Callable[[Expression], Expression], ...] = ()
+    law: RateLaw | None = None
     half_width: Expression | None = None
     relaxation: Relaxation | None = None
 
@@ -85,8 +89,8 @@ class BristlePatch:
 
     @property
     def drive_size(self) -> int:
-        """Lever / a, limit and torque weight of every bristle, and two numbers for relaxation."""
-        return 3 * self.bristles + 2
+        """Lever / a, limit, torque weight of every bristle; two numbers for relaxation, two for slip."""
+        return 3 * self.bristles + 4
 
     def drive(self, inputs: PatchInputs) -> Expression:
         """Lever arms, limits at this sample and torque weights; see `Patch.drive`."""
@@ -100,21 +104,26 @@ class BristlePatch:
             # What is left at the end of a sample of a strain that grew evenly over it.
             held = relaxation.gain * (1 - decay) / steps
         moments = inputs.k * inputs.a * weight * lever
-        return ca.vertcat(lever / inputs.a, limit, moments, decay, held)
+        reach = inputs.dt / inputs.a
+        c = 0 if self.traits.law is None else self.traits.law.c
+        return ca.vertcat(lever / inputs.a, limit, moments, decay, held, reach, c)
 
     def advance(self, memory: Expression, turn: Expression, drive: Expression) -> Expression:
         """One sample of every bristle, in q / a; see `Patch.advance`."""
         n = self.bristles
         lever, limit = drive[:n], drive[n : 2 * n]
         moved = -lever * turn
+        # What does not know theta any more: the law as the drive has it.
+        law = None if self.traits.law is None else RateLaw(c=drive[3 * n + 3])
+        reach = drive[3 * n + 2]
         if self.traits.relaxation is None:
-            return _clip(memory + moved, limit)
+            q = memory + moved
+            return clipped(q, limit) if law is None else q - slip(q, limit, 0, reach, law)
         # The stop with a Maxwell branch: sliding relieves spring and branch together.
         decay, held = drive[3 * n], drive[3 * n + 1]
-        q, m = memory[:n], memory[n:]
-        q, m = q + moved, m * decay + held * moved
-        slip = (q + m - _clip(q + m, limit)) / (1 + held)
-        return ca.vertcat(q - slip, m - held * slip)
+        q, m = memory[:n] + moved, memory[n:] * decay + held * moved
+        slipped = slip(q + m, limit, held, reach, law)
+        return ca.vertcat(q - slipped, m - held * slipped)
 
     def torque(self, memory: Expression, drive: Expression) -> Expression:
         """The moment of the bristles and their branches; see `Patch.torque`."""
@@ -147,8 +156,3 @@ class BristlePatch:
         u = np.repeat(2 * along - 1, len(across))
         v = np.tile(across, len(along))
         return ca.DM(u), ca.DM(v), ca.DM(np.outer(2 * share, part).ravel())
-
-
-def _clip(value: Expression, limit: Expression) -> Expression:
-    """The elastoplastic stop (2.16)."""
-    return ca.fmax(-limit, ca.fmin(limit, value))

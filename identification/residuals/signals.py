@@ -146,7 +146,7 @@ SIGNALS: tuple[Signal, ...] = (
         of=lambda motion: motion.psi_dot,
         along=Reading(
             meaning="viscous damping, or friction that grows with speed",
-            effects=("contact_damping", "rate_friction"),
+            effects=("contact_damping", "rate_friction", "frictional_creep"),
         ),
         against=Reading(
             meaning="friction that falls with speed, or a late torque channel",
@@ -172,7 +172,9 @@ SIGNALS: tuple[Signal, ...] = (
         name="the direction of friction times log speed",
         unit="N m",
         of=lambda motion: -motion.M_z * motion.log_speed,
-        along=Reading(meaning="friction grows with sliding speed", effects=("rate_friction",)),
+        along=Reading(
+            meaning="friction grows with sliding speed", effects=("rate_friction", "frictional_creep")
+        ),
         against=Reading(meaning="friction falls with sliding speed", effects=("stribeck",)),
     ),
     Signal(name="the load", unit="N", of=lambda motion: motion.F_N, along=_LEAKING, against=_LEAKING),

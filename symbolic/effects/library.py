@@ -8,6 +8,7 @@ from symbolic.effects.bearing_friction import BearingFriction
 from symbolic.effects.carcass_torsion import CarcassTorsion
 from symbolic.effects.contact_damping import ContactDamping
 from symbolic.effects.friction_drift import FrictionDrift
+from symbolic.effects.frictional_creep import FrictionalCreep
 from symbolic.effects.load_dependent_friction import LoadDependentFriction
 from symbolic.effects.patch_width import PatchWidth
 from symbolic.effects.pressure_shape import PressureShape
@@ -25,6 +26,7 @@ EFFECTS: dict[str, Effect] = {
     effect.name: effect
     for effect in (
         RateFriction(),
+        FrictionalCreep(),
         Stribeck(),
         LoadDependentFriction(),
         AsymmetricFriction(),

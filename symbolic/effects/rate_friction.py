@@ -10,18 +10,18 @@ import casadi as ca
 
 from symbolic.bristles import BristleTraits
 from symbolic.effects.base import Effect, Expression, Parameter, Values, with_limit
+from symbolic.slip import REFERENCE_SPEED, REST_SPEED
 
-REFERENCE_SPEED = 1e-3
-"""Sliding speed at which the factor is one [m/s]."""
-REST_SPEED = 1e-4
-"""Below this the law levels off: a bristle at rest creeps [m/s]."""
 LEAST_FACTOR = 0.05
 """The logarithm is not followed below this factor [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RateFriction(Effect):
-    """Limit times 1 + c ln(sqrt(v^2 + v_0^2) / v_ref), v the local sliding speed."""
+    """Limit times 1 + c ln(sqrt(v^2 + v_0^2) / v_ref), v = |x - e| |psi_dot|.
+
+    That is the speed at which a bristle slides if all of it is slip; `frictional_creep` takes its own.
+    """
 
     name: str = "rate_friction"
     summary: str = "friction changes with log sliding speed"
@@ -31,7 +31,7 @@ class RateFriction(Effect):
     discrete: bool = True
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
-        """The limit of each bristle follows its own sliding speed, |x - e| |psi_dot|."""
+        """The limit of each bristle follows the speed at which the wheel drives it."""
 
         def factor(speed: Expression) -> Expression:
             regular = ca.sqrt(speed**2 + REST_SPEED**2)

@@ -5,10 +5,9 @@ from math import exp, inf
 
 import numpy as np
 
+from tests.rig.creep import REFERENCE_SPEED, REST_SPEED
 from tests.rig.hooks import Array, Drive, Effect, History, Relaxation, Sample
 
-REFERENCE_SPEED = 1e-3
-REST_SPEED = 1e-4
 LEAST_RATE_FACTOR = 0.05
 REFERENCE_LOAD = 400.0
 BEARING_RATE = 0.01
@@ -24,6 +23,17 @@ class RateFriction(Effect):
         """Factor of each bristle."""
         regular = np.sqrt(sample.speed**2 + REST_SPEED**2)
         return np.maximum(LEAST_RATE_FACTOR, 1 + self.c * np.log(regular / REFERENCE_SPEED))
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionalCreep(Effect):
+    """Limit times 1 + c ln(v/v_ref), v the bristle's own speed."""
+
+    c: float = 0.0
+
+    def rate(self) -> float:
+        """What grows."""
+        return self.c
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -203,6 +213,7 @@ class SteeringReturn(Effect):
 
 LIBRARY: dict[str, type[Effect]] = {
     "rate_friction": RateFriction,
+    "frictional_creep": FrictionalCreep,
     "stribeck": Stribeck,
     "carcass_torsion": CarcassTorsion,
     "patch_width": PatchWidth,

@@ -42,7 +42,7 @@ class Sample:
 
     @cached_property
     def speed(self) -> Array:
-        """Local sliding speed [m/s], shape (bristles,)."""
+        """Speed at which the wheel drives each bristle [m/s], shape (bristles,)."""
         return self.lever * abs(self.psi_dot)
 
 
@@ -98,6 +98,10 @@ class Effect:
         """Factor on the friction limit during one step [1]."""
         del sample
         return 1.0
+
+    def rate(self) -> float:
+        """Growth c >= 0 of the friction limit with the logarithm of a bristle's own speed [1]."""
+        return 0.0
 
     def drive(self, drive: Drive) -> Drive:
         """What reaches the tyre of what the sensor sees."""

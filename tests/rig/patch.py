@@ -6,6 +6,7 @@ from math import exp, expm1, prod
 
 import numpy as np
 
+from tests.rig.creep import borne
 from tests.rig.hooks import Array, Drive, Effect, History, Relaxation, Sample
 
 ROWS = 12
@@ -37,6 +38,8 @@ class Bristles:
     """Stretch at which a bristle slides, for one newton of vertical load [m/N]."""
     relaxation: Relaxation
     """Maxwell branch beside each spring."""
+    rate: float
+    """Growth of the limit with the logarithm of a bristle's own speed."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -70,7 +73,8 @@ def simulate(
     grid = lay_out(tyre, effects, bristles)
     compliance = sum(effect.compliance() for effect in effects)
     travel = np.cumsum(np.abs(np.diff(drive.psi, prepend=drive.psi[0])))
-    dt = np.diff(drive.t, prepend=drive.t[0])
+    dt = np.diff(drive.t)
+    dt = np.concatenate([dt[:1], dt])
     state = State(
         spring=np.zeros_like(grid.lever),
         branch=np.zeros_like(grid.lever),
@@ -108,6 +112,7 @@ def lay_out(tyre: RigTyre, effects: Sequence[Effect], bristles: int) -> Bristles
         share=(tyre.k * 2 * tyre.a / lever.size) * lever.ravel(),
         limit=np.repeat(limit, rows),
         relaxation=_one_relaxation(effects),
+        rate=sum(effect.rate() for effect in effects),
     )
 
 
@@ -127,15 +132,16 @@ class Step:
         self._grid, self._state, self._limit = grid, state, limit
         self._fade = exp(-dt / relaxation.time)
         # A branch that is stretched at a steady rate keeps this share of the stretch.
-        kept = -relaxation.time * expm1(-dt / relaxation.time) / dt if dt > 0 else 1.0
+        kept = -relaxation.time * expm1(-dt / relaxation.time) / dt
         self._stretch = 1 + relaxation.gain * kept
         self._at_rest = state.spring + self._fade * state.branch
+        self._relief = (1 + relaxation.gain) * dt
 
     def solve(self, psi: float, compliance: float) -> float:
         """Angle p of the patch with p = psi + compliance · M_z(p) [rad].
 
-        M_z falls with p, so the residual rises with slope >= 1 and has one root. M_z is piecewise
-        linear: Newton's method ends in a few steps, and a bracket holds it.
+        M_z falls with p, so the residual rises with slope >= 1 and has one root. Newton's method ends
+        in a few steps, and a bracket holds it.
         """
         if compliance == 0:
             return psi
@@ -160,7 +166,8 @@ class Step:
         spring = state.spring - turned
         branch = self._fade * state.branch - (self._stretch - 1) * turned
         stress = spring + branch
-        held = np.minimum(np.maximum(stress, -self._limit), self._limit)
+        size, _ = borne(np.abs(stress), self._limit, grid.rate, self._relief)
+        held = np.copysign(size, stress)
         # Slip relieves spring and branch together, in the ratio of their stiffnesses.
         slip = (stress - held) / (1 + gain)
         after = State(spring=spring - slip, branch=branch - gain * slip, psi=psi)
@@ -170,7 +177,6 @@ class Step:
         """Torque at psi [N m] and its slope [N m/rad]."""
         grid = self._grid
         stress = self._at_rest - (self._stretch * (psi - self._state.psi)) * grid.lever
-        sticking = np.abs(stress) < self._limit
-        held = np.where(sticking, stress, np.copysign(self._limit, stress))
-        slope = -self._stretch * float(grid.share @ (grid.lever * sticking))
-        return float(grid.share @ held), slope
+        size, give = borne(np.abs(stress), self._limit, grid.rate, self._relief)
+        slope = -self._stretch * float(grid.share @ (grid.lever * give))
+        return float(grid.share @ np.copysign(size, stress)), slope

@@ -66,6 +66,7 @@ def _gust(strength: float, rng: Random) -> Parameters:
 
 PLANTINGS: Mapping[str, Planting] = {
     "rate_friction": Planting(parameters=_one("c"), least=2e-3, largest=0.15),
+    "frictional_creep": Planting(parameters=_one("c"), least=2e-3, largest=0.2),
     "stribeck": Planting(parameters=_with("ratio", 1.0, "v_s", 1e-3, 6e-3), least=0.01, largest=1.5),
     "carcass_torsion": Planting(
         parameters=lambda strength, _: {"k_t": 1 / strength}, least=1e-4, largest=0.05

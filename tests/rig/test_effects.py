@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.rig.creep import REFERENCE_SPEED, REST_SPEED
 from tests.rig.hooks import Array, Drive, History
 from tests.rig.patch import RigTyre, simulate
 from tests.rig.path import hand_path
@@ -62,6 +63,33 @@ def test_rate_friction_has_a_floor() -> None:
     assert last_torque(slid(0.0), CENTRED, rate_friction={"c": 0.5}) == pytest.approx(
         -0.05 * SLIDE, rel=1e-5
     )
+
+
+def steady(psi_dot: float, angle: float = 6.0) -> Drive:
+    """Turn at a steady rate until everything slides."""
+    return turn(np.arange(0, angle, psi_dot * 0.01), psi_dot)
+
+
+def test_frictional_creep_adds_the_same_for_every_decade() -> None:
+    slow, fast = (last_torque(steady(w), CENTRED, frictional_creep={"c": 0.04}) for w in (2.0, 20.0))
+
+    assert fast - slow == pytest.approx(-0.04 * np.log(10) * SLIDE, rel=2e-3)
+
+
+def test_a_bristle_that_is_no_longer_driven_creeps() -> None:
+    """Stress falls by c per e-fold of time while friction holds it: creep is logarithmic."""
+    c, rest = 0.15, 4000
+    moving = steady(0.5)
+    psi = np.concatenate([moving.psi, np.full(rest, moving.psi[-1])])
+    drive = replace(turn(psi), psi_dot=np.zeros(len(psi)))
+    M_z = -run(drive, CENTRED, {"frictional_creep": {"c": c}}).M_z[len(moving.psi) :]
+    later = M_z[[20, 40, 80]]
+
+    assert np.all(np.diff(M_z) <= 1e-12)
+    # Twice the time, half the speed; bristles at the ends rest before the others do.
+    np.testing.assert_allclose(np.diff(later), -c * np.log(2) * SLIDE, rtol=0.15)
+    at_rest = 1 + c * np.log(REST_SPEED / REFERENCE_SPEED)
+    assert M_z[-1] == pytest.approx(at_rest * SLIDE, rel=1e-3)
 
 
 def test_stribeck_is_static_at_rest_and_kinetic_in_a_rush() -> None:

@@ -19,6 +19,7 @@ DRIVE = hand_path(3, 10.0, hand=Hand(nesting=0.6), load=480.0, rate=100.0)
 GEOMETRY = np.array([TYRE.a, TYRE.e])
 VALUES: dict[str, dict[str, float]] = {
     "rate_friction": {"c": 0.04},
+    "frictional_creep": {"c": 0.06},
     "stribeck": {"ratio": 1.3, "v_s": 3e-3},
     "load_dependent_friction": {"n": 0.4},
     "asymmetric_friction": {"ratio": 1.2},
@@ -69,7 +70,7 @@ def neutral(effect: Effect) -> dict[str, float]:
 
 def test_the_table_of_values_covers_the_vocabulary() -> None:
     assert list(VALUES) == list(EFFECTS)
-    assert len(EFFECTS) == 16
+    assert len(EFFECTS) == 17
     for name, values in VALUES.items():
         assert list(values) == [p.name for p in EFFECTS[name].parameters]
 

@@ -1,0 +1,32 @@
+"""Friction that grows with the logarithm of each bristle's own sliding speed, so that it creeps.
+
+`rate_friction` takes the speed |x - e| |psi_dot| at which the wheel drives a bristle; here it is the
+speed at which the bristle slides (`symbolic.slip`). One that the turning wheel still loads does not
+slide yet, and one that is no longer driven creeps on, ever slower, in place of losing stress at once.
+
+Source: Rice, Lapusta, Ranjith, Rate and state dependent friction and the stability of sliding between
+elastically deformable solids, J. Mech. Phys. Solids 49 (2001) 1865: the direct effect, linear in log
+speed; for rubber Grosch, Proc. R. Soc. A 274 (1963) 21.
+"""
+
+from dataclasses import dataclass, replace
+
+from symbolic.bristles import BristleTraits
+from symbolic.effects.base import Effect, Parameter, Values
+from symbolic.slip import RateLaw
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionalCreep(Effect):
+    """Limit times 1 + c ln(v / v_ref), v each bristle's own sliding speed, not below v_0."""
+
+    name: str = "frictional_creep"
+    summary: str = "friction grows with the log speed at which bristles slide, and they creep"
+    parameters: tuple[Parameter, ...] = (
+        Parameter(name="c", unit="1", neutral=0.0, start=0.02, lower=0.0, upper=0.3, scale=0.05),
+    )
+    discrete: bool = True
+
+    def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
+        """Every bristle slips as far as its own speed lets friction bear."""
+        return replace(traits, law=RateLaw(c=values["c"]))
