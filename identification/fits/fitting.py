@@ -97,12 +97,19 @@ def first_values(model: Model, recordings: Sequence[Recording]) -> Values:
         largest = float(np.nanquantile(np.abs(recording.M_z), 0.98))
         own[recording.name] = {"mu": float(np.clip(largest / slide, 0.05, 5.0))}
     k = float(np.exp(np.mean([np.log(recording.tyre.k) for recording in recordings])))
-    return with_effects(model, Values(shared={"k": k}, own=own))
+    return with_effects(model, Values(shared={"k": k}, own=own), recordings)
 
 
-def with_effects(model: Model, values: Values) -> Values:
-    """The values, with the starting values of every parameter of the model that they lack."""
+def with_effects(model: Model, values: Values, recordings: Sequence[Recording]) -> Values:
+    """The values, with those of every parameter of the model that they lack.
+
+    A parameter that is never fitted is what the recordings give, any other one begins at its start.
+    """
     shared, own = dict(values.shared), {name: dict(v) for name, v in values.own.items()}
+    lengths, loads = [r.rig.a for r in recordings], [float(r.F_N.mean()) for r in recordings]
+    for added in model.effects:
+        for name, value in added.given(lengths, loads).items():
+            shared.setdefault(f"{added.name}.{name}", value)
     for effect, parameter in model.parameters:
         name = parameter_name(effect, parameter)
         for place in [shared] if parameter.scope == "shared" else own.values():
@@ -135,7 +142,7 @@ def fit(
     Raises:
         InvalidInputError: a torque is constant, or no parameter is free.
     """
-    problem = _Problem(model, recordings, with_effects(model, start), free_shared, held)
+    problem = _Problem(model, recordings, with_effects(model, start, recordings), free_shared, held)
     low, high = problem.bounds()
     origin = np.clip(problem.origin(), low, high)
     solution = least_squares(
@@ -179,7 +186,9 @@ class _Problem:
         self.model, self.recordings, self.start = model, recordings, start
         self.parameters = [(parameter_name(e, p), p) for e, p in model.parameters]
         shared: list[Label] = [
-            (None, name) for name, p in self.parameters if p.scope == "shared" and free_shared
+            (None, name)
+            for name, p in self.parameters
+            if p.scope == "shared" and free_shared and not p.given
         ]
         own: list[Label] = [
             (recording.name, name)

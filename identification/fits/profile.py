@@ -88,7 +88,7 @@ def profile(
             be held is not there.
     """
     name, unit = along.described(model)
-    start = with_effects(model, start)
+    start = with_effects(model, start, recordings)
     values = _grid(name, grid)
 
     def fitted_at(value: float, near: Values) -> Fit:

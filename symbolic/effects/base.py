@@ -1,7 +1,7 @@
 """What an effect is: a frozen value that declares its parameters and where it enters the model."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
@@ -28,6 +28,7 @@ class Parameter:
         scope: "shared" by all recordings of a rig, or belonging to one "recording".
         scale: size of a plain change, by which a solver scales it.
         inverse: fit one over the value, for compliances whose neutral value is an infinite stiffness.
+        given: never fitted; what the recordings declare says it, see `Effect.given`.
     """
 
     name: str
@@ -39,6 +40,7 @@ class Parameter:
     scale: float
     scope: Scope = "shared"
     inverse: bool = False
+    given: bool = False
 
     @property
     def coordinate(self) -> str:
@@ -101,6 +103,16 @@ class Effect:
     discrete: bool = False
     sensor: bool = False
 
+    def given(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:
+        """Values of the parameters that are never fitted, by name.
+
+        Args:
+            a: declared half-lengths of the patch [m], one a recording.
+            F_N: mean vertical loads [N], one a recording.
+        """
+        del a, F_N
+        return {}
+
     def initial(self, signals: Signals) -> Expression:
         """What it remembers before the first sample, shape (memory,)."""
         raise NotImplementedError(f"{self.name} has memory but no initial value")
@@ -118,6 +130,11 @@ class Effect:
     def friction(self, signals: Signals, memory: Expression, values: Values) -> Expression:
         """Factor on the friction limit, the same for every bristle [1]."""
         del signals, memory, values
+        return 1
+
+    def half_length(self, signals: Signals, a: Expression, values: Values) -> Expression:
+        """Factor on the declared half-length a of the patch [1]."""
+        del signals, a, values
         return 1
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:

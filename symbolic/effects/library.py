@@ -7,6 +7,7 @@ from symbolic.effects.base import Effect
 from symbolic.effects.bearing_friction import BearingFriction
 from symbolic.effects.carcass_torsion import CarcassTorsion
 from symbolic.effects.contact_damping import ContactDamping
+from symbolic.effects.contact_length import ContactLength
 from symbolic.effects.friction_drift import FrictionDrift
 from symbolic.effects.frictional_creep import FrictionalCreep
 from symbolic.effects.load_dependent_friction import LoadDependentFriction
@@ -32,6 +33,7 @@ EFFECTS: dict[str, Effect] = {
         AsymmetricFriction(),
         FrictionDrift(),
         CarcassTorsion(),
+        ContactLength(),
         PatchWidth(),
         PressureShape(),
         PressureSkew(),

@@ -160,7 +160,8 @@ def _parameters_for(
     planting = PLANTINGS[name]
 
     def parameters(strength: float) -> Parameters:
-        return planting.parameters(strength, np.random.default_rng([seed, 5]))
+        drawn = planting.parameters(strength, np.random.default_rng([seed, 5]))
+        return drawn | planting.given(tyre.a, load)
 
     low, high = np.log(planting.least), np.log(planting.largest)
     if _share(name, seed, tyre, load, duration, parameters(planting.largest)) < wanted:

@@ -60,6 +60,18 @@ class CarcassTorsion(Effect):
 
 
 @dataclass(frozen=True, kw_only=True)
+class ContactLength(Effect):
+    """The half-length is a (F_N / (F_0 (a / 45 mm)^3))^n, F_0 in N."""
+
+    n: float = 0.0
+    F_0: float = 400.0
+
+    def half_length(self, F_N: float, a: float) -> float:
+        """The factor."""
+        return (F_N / (self.F_0 * (a / 0.045) ** 3)) ** self.n
+
+
+@dataclass(frozen=True, kw_only=True)
 class PatchWidth(Effect):
     """Bristles fill |y| <= half_width [m]."""
 
@@ -216,6 +228,7 @@ LIBRARY: dict[str, type[Effect]] = {
     "frictional_creep": FrictionalCreep,
     "stribeck": Stribeck,
     "carcass_torsion": CarcassTorsion,
+    "contact_length": ContactLength,
     "patch_width": PatchWidth,
     "pressure_shape": PressureShape,
     "viscoelastic_relaxation": ViscoelasticRelaxation,

@@ -81,6 +81,11 @@ class Effect:
         """Half-width of the patch [m]; zero is a line of bristles."""
         return 0.0
 
+    def half_length(self, F_N: float, a: float) -> float:
+        """Factor on the half-length a [m] of the patch under the load [1]."""
+        del F_N, a
+        return 1.0
+
     def pressure(self, xi: Array) -> Array | float:
         """Factor on the parabolic pressure at xi = x/a [1]."""
         del xi

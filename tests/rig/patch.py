@@ -50,6 +50,10 @@ class State:
     branch: Array
     psi: float
 
+    def stretched(self, factor: float) -> "State":
+        """The patch as it grows: every bristle keeps its place and stretch as shares of the length."""
+        return replace(self, spring=factor * self.spring, branch=factor * self.branch)
+
 
 def simulate(
     drive: Drive, tyre: RigTyre, effects: Sequence[Effect] = (), *, bristles: int = 2000
@@ -70,6 +74,7 @@ def simulate(
     for effect in effects:
         drive = effect.drive(drive)
     n = len(drive.t)
+    length = tyre.a
     grid = lay_out(tyre, effects, bristles)
     compliance = sum(effect.compliance() for effect in effects)
     travel = np.cumsum(np.abs(np.diff(drive.psi, prepend=drive.psi[0])))
@@ -82,6 +87,11 @@ def simulate(
     )
     psi_patch, M_z, sliding = np.empty(n), np.empty(n), np.empty(n)
     for i in range(n):
+        grown = tyre.a * prod(e.half_length(float(drive.F_N[i]), tyre.a) for e in effects)
+        if grown != length:
+            grid = lay_out(replace(tyre, a=grown), effects, bristles)
+            state = state.stretched(grown / length if i else 1.0)
+            length = grown
         sample = Sample(
             psi_dot=float(drive.psi_dot[i]),
             F_N=float(drive.F_N[i]),

@@ -16,6 +16,11 @@ def _unchanged(parameters: Parameters, rng: Random) -> Parameters:
     return parameters
 
 
+def _nothing(a: float, load: float) -> Parameters:
+    del a, load
+    return {}
+
+
 def _another_value(parameters: Parameters, rng: Random) -> Parameters:
     factor = float(rng.choice([-1.0, 1.0]) * rng.uniform(0.6, 1.2))
     return {name: factor * value for name, value in parameters.items()}
@@ -39,6 +44,8 @@ class Planting:
     least: float
     largest: float
     hand: Hand = USUAL
+    given: Callable[[float, float], Parameters] = _nothing
+    """Further parameters from half-length [m] and mean load [N] of the first recording."""
     another_day: Callable[[Parameters, Random], Parameters] = _unchanged
     """Parameters of the next recording from those of the first."""
 
@@ -70,6 +77,12 @@ PLANTINGS: Mapping[str, Planting] = {
     "stribeck": Planting(parameters=_with("ratio", 1.0, "v_s", 1e-3, 6e-3), least=0.01, largest=1.5),
     "carcass_torsion": Planting(
         parameters=lambda strength, _: {"k_t": 1 / strength}, least=1e-4, largest=0.05
+    ),
+    "contact_length": Planting(
+        parameters=_one("n"),
+        least=0.05,
+        largest=1.0,
+        given=lambda a, load: {"F_0": load * (0.045 / a) ** 3},
     ),
     "patch_width": Planting(parameters=_one("half_width"), least=2e-3, largest=0.06),
     "pressure_shape": Planting(parameters=_one("exponent", 2.0), least=0.1, largest=8.0),

@@ -25,6 +25,7 @@ VALUES: dict[str, dict[str, float]] = {
     "asymmetric_friction": {"ratio": 1.2},
     "friction_drift": {"gain": 0.3, "scale": 0.6},
     "carcass_torsion": {"k_t": 150.0},
+    "contact_length": {"n": 0.4, "F_0": 450.0},
     "patch_width": {"half_width": 0.03},
     "pressure_shape": {"exponent": 4.0},
     "pressure_skew": {"skew": 0.4},
@@ -37,7 +38,7 @@ VALUES: dict[str, dict[str, float]] = {
     "pretwist": {"psi_0": -0.06},
 }
 EACH = pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
-UNITS = {"1", "m", "s", "rad", "m/s", "N m", "N m/rad", "N m s/rad"}
+UNITS = {"1", "m", "N", "s", "rad", "m/s", "N m", "N m/rad", "N m s/rad"}
 
 
 def model_torque(planted: Mapping[str, Mapping[str, float]], **realisation: Any) -> Array:
@@ -70,7 +71,7 @@ def neutral(effect: Effect) -> dict[str, float]:
 
 def test_the_table_of_values_covers_the_vocabulary() -> None:
     assert list(VALUES) == list(EFFECTS)
-    assert len(EFFECTS) == 17
+    assert len(EFFECTS) == 18
     for name, values in VALUES.items():
         assert list(values) == [p.name for p in EFFECTS[name].parameters]
 
