@@ -9,7 +9,7 @@ import casadi as ca
 
 from symbolic.patch import Expression, Patch
 
-SEARCH_STEPS = 6
+SEARCH_STEPS = 5
 """Bracketed Newton steps, not differentiated, before the one that is."""
 
 

@@ -100,7 +100,7 @@ def _check_shapes(
 @cache
 def _functions(model: Model, d: int) -> tuple[ca.Function, ca.Function]:
     """The start and one stretch, each with sensitivities in d directions."""
-    return _start_with_sensitivities(model, d), compiled(_stretch(model, d))
+    return _start_with_sensitivities(model, d), compiled(_stretch(model, d), vectorised=True)
 
 
 def _start_with_sensitivities(model: Model, d: int) -> ca.Function:
