@@ -21,8 +21,8 @@ FLAGS = (
     "-shared",
 )
 VECTORISED = ("-fvect-cost-model=dynamic", "-D__FAST_MATH__", "-lmvec")
-"""With these, glibc's exp and log take several numbers at a time, right to 4 units in the last place. The
-macro only shows the compiler that they exist."""
+"""With these, glibc's exp and log take several numbers at a time, right to four units in the last place.
+The macro does no more than show the compiler that they exist."""
 
 
 def cache_directory() -> Path:

@@ -73,16 +73,9 @@ def _gust(strength: float, rng: Random) -> Parameters:
 
 PLANTINGS: Mapping[str, Planting] = {
     "rate_friction": Planting(parameters=_one("c"), least=2e-3, largest=0.15),
-    "frictional_creep": Planting(parameters=_one("c"), least=2e-3, largest=0.2),
     "stribeck": Planting(parameters=_with("ratio", 1.0, "v_s", 1e-3, 6e-3), least=0.01, largest=1.5),
     "carcass_torsion": Planting(
         parameters=lambda strength, _: {"k_t": 1 / strength}, least=1e-4, largest=0.05
-    ),
-    "contact_length": Planting(
-        parameters=_one("n"),
-        least=0.05,
-        largest=1.0,
-        given=lambda a, load: {"F_0": load * (0.045 / a) ** 3},
     ),
     "patch_width": Planting(parameters=_one("half_width"), least=2e-3, largest=0.06),
     "pressure_shape": Planting(parameters=_one("exponent", 2.0), least=0.1, largest=8.0),
@@ -114,4 +107,11 @@ PLANTINGS: Mapping[str, Planting] = {
         parameters=_with("amplitude", 0.0, "frequency", 3.0, 8.0), least=0.05, largest=5.0
     ),
     "gust": Planting(parameters=_gust, least=0.05, largest=5.0, another_day=_another_gust),
+    "frictional_creep": Planting(parameters=_one("c"), least=2e-3, largest=0.2),
+    "contact_length": Planting(
+        parameters=_one("n"),
+        least=0.05,
+        largest=1.0,
+        given=lambda a, load: {"F_0": load * (0.045 / a) ** 3},
+    ),
 }
