@@ -23,8 +23,9 @@ REFERENCE_SPEED = 1e-3
 REST_SPEED = 1e-4
 """Below this the law levels off: a bristle at rest creeps [m/s]."""
 _LEAST, _REFERENCE = float(np.log(REST_SPEED)), float(np.log(REFERENCE_SPEED))
-_STEPS = 4
-"""Newton steps, not differentiated, before the one that is: then right to 1e-7 of the limit."""
+_STEPS = 5
+"""Newton steps, not differentiated, before the one that is: the slip is then right to 1e-7 of the limit,
+its derivatives to 1e-6."""
 
 
 @dataclass(frozen=True, kw_only=True)

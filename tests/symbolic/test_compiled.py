@@ -1,6 +1,7 @@
 """Machine code against the interpreter, and every way in which there may be no machine code."""
 
 import subprocess
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -128,6 +129,29 @@ def test_function_is_interpreted_where_the_library_is_broken(tmp_path: Path) -> 
     function = small(5.0)
 
     np.testing.assert_allclose(np.asarray(compiled(function)([1, 2, 3])[1]), 6.0)
+
+
+@needs_compiler
+def test_many_exponentials_at_a_time(tmp_path: Path) -> None:
+    x = ca.MX.sym("x", 64)
+    function = ca.Function("many", [x], [ca.exp(x) + ca.log(1 + x**2)])
+    at = np.linspace(-30, 30, 64)
+
+    quick = compiled(function, vectorised=True)
+
+    assert quick is not function
+    assert len(libraries(tmp_path)) == 1
+    np.testing.assert_allclose(np.asarray(quick(at)), np.asarray(function(at)), rtol=1e-14)
+
+
+@needs_compiler
+def test_without_such_a_library_one_at_a_time(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    # The package has a function of the module's name.
+    monkeypatch.setattr(sys.modules["symbolic.compiled"], "VECTORISED", ("-lno-such-library",))
+    function = small(7.0)
+
+    assert compiled(function, vectorised=True) is not function
+    assert len(libraries(tmp_path)) == 1
 
 
 def test_cache_folder_is_the_users(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

@@ -44,6 +44,33 @@ def test_first_values(declared: Given) -> None:
         assert set(everything) == {"k", "mu", "contact_damping.c", "torque_offset.M_0"}
 
 
+def test_what_recordings_give_is_never_fitted() -> None:
+    """F_0 is the mean of the loads, brought to one length; another one is another mu and k."""
+    made, recordings = read_campaign("contact_length", 3)
+    model = model_of("contact_length")
+    fitted = fit_from_scratch(model, recordings)
+
+    F_0 = fitted.values.shared["contact_length.F_0"]
+    loads = [recording.F_N.mean() * (0.045 / recording.rig.a) ** 3 for recording in recordings]
+    np.testing.assert_allclose(F_0, np.prod(loads) ** (1 / len(loads)))
+    assert (None, "contact_length.F_0") not in fitted.labels
+    assert (None, "contact_length.n") in fitted.labels
+    n = made.recordings[0].effects["contact_length"]["n"]
+    assert fitted.values.shared["contact_length.n"] == pytest.approx(n, rel=0.05)
+
+    left_out = freeze(fitted, recordings[:1])
+    assert left_out.values.shared["contact_length.F_0"] == F_0, "the one of the training recordings"
+
+    shared = fitted.values.shared | {"contact_length.F_0": 1.1 * F_0}
+    elsewhere = fit(model, recordings, Values(shared=shared, own=fitted.values.own))
+    grown = 1.1 ** -fitted.values.shared["contact_length.n"]
+    assert elsewhere.values.shared["k"] == pytest.approx(fitted.values.shared["k"] / grown**3, rel=0.05)
+    for recording in recordings:
+        name, span = recording.name, torque_range(recording)
+        off = elsewhere.residuals[name] - fitted.residuals[name]
+        assert np.sqrt(np.mean(off**2)) < 2e-3 * span
+
+
 def test_recovers_stiffness_and_friction_as_well_as_it_says() -> None:
     apart = []
     for seed in range(6):

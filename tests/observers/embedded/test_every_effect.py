@@ -1,0 +1,33 @@
+"""Every effect runs in generated C as it does in Python."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from observers import AligningTorque, Ekf
+from observers.embedded import DOUBLE
+from symbolic import EFFECTS, Effect, Model
+from symbolic.compiled import compiler
+from symbolic.description import parameter_name
+from tests.observers.conftest import K
+from tests.observers.embedded.building import NO_COMPILER, Interpreted, build, observer_of, said_by
+from tests.observers.made import columns_of, samples_of
+from tests.rig.record import RigRecording
+
+SAMPLES = 250
+
+
+@pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
+@pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
+def test_every_effect(effect: Effect, recording: RigRecording, tmp_path: Path) -> None:
+    model = Model(effects=(effect,), lengthways=20)
+    starts = {parameter_name(e, p): p.start for e, p in model.parameters if e is not None}
+    observer = observer_of(Ekf, {"model": model, "values": {"k": K, **starts}}, AligningTorque())
+    samples = samples_of(columns_of(recording))[:SAMPLES]
+    rows = np.array([(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in samples])
+
+    said = build(observer, DOUBLE, tmp_path).follow(rows)
+
+    np.testing.assert_array_equal(said, said_by(Interpreted(observer), rows, turns=False))
+    assert np.ptp(said[:, 0]) > 0.005, "the comparison saw no correction"
