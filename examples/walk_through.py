@@ -26,8 +26,12 @@ from published import measured_folder
 from symbolic import EFFECTS
 
 TRAINING = ("fem1", "fem4_ident", "piros2_ident", "piros4")
-FACTORS = np.linspace(0.84, 1.16, 17)
-"""Factors on the declared half-length that are tried on each recording [1]."""
+GROUNDS = {"fem": "steel", "piros": "red emery"}
+"""What lay under the tyre, by the beginning of a recording's name."""
+FACTORS = np.linspace(0.7, 1.4, 15)
+"""Factors on the stiffness that are tried on each recording [1]."""
+PUBLISHED_K = 2.438e6
+"""The source's k, from free vibration [N/m^2]."""
 TEMPLATE = Path(__file__).with_name("walk_through.in.md")
 
 
@@ -68,54 +72,65 @@ def recordings_table(found: Diagnosis) -> str:
     return "\n".join(lines)
 
 
-def lengths_table(found: Diagnosis, recordings: Sequence[Recording]) -> tuple[str, str]:
-    """Declared half-length and the one at which each recording fits best, and the power of the load.
+def grounds_table(found: Diagnosis, recordings: Sequence[Recording]) -> tuple[str, str]:
+    """The stiffness at which each recording fits best over the shared one, and emery's over steel's.
 
-    All shared parameters stay as they are, mu is fitted anew for every half-length.
+    All other shared parameters stay as they are, fitted to all recordings; mu is fitted anew.
     """
     model = model_of([effect.name for effect in found.effects], RANKING)
     start = Values(shared=found.values.shared, own=found.values.own)
     thin = [thinned(recording) for recording in recordings]
     fitted = fit(model, thin, start, tolerance=1e-4)
     lines = [
-        "| recording | load [N] | a declared [mm] | a that fits best [mm] | error, declared a | best a |"
+        "| recording | ground | load [N] | best k over the shared one | error, shared k | best k |",
+        "|---|---|---:|---:|---:|---:|",
     ]
-    lines.append("|---|---:|---:|---:|---:|---:|")
-    loads, best = [], []
-    for recording in sorted(thin, key=lambda r: float(np.median(r.F_N))):
-        errors = [_error_at(fitted, recording, factor) for factor in FACTORS]
-        at, least = _vertex(np.array(errors))
-        load = float(np.median(recording.F_N))
-        loads.append(load)
-        best.append(at * recording.rig.a)
-        as_declared = errors[int(np.argmin(np.abs(FACTORS - 1)))]
+    best: dict[str, list[float]] = {ground: [] for ground in GROUNDS.values()}
+    for recording in sorted(thin, key=lambda r: r.name):
+        ground = next(ground for name, ground in GROUNDS.items() if recording.name.startswith(name))
+        errors = np.array([_error_at(fitted, recording, factor) for factor in FACTORS])
+        at, least = _vertex(errors)
+        best[ground].append(at)
+        shared = errors[int(np.argmin(np.abs(FACTORS - 1)))]
         lines.append(
-            f"| {recording.name} | {load:.0f} | {1000 * recording.rig.a:.0f} | {1000 * best[-1]:.1f}"
-            f" | {percent(as_declared)} | {percent(least)} |"
+            f"| {recording.name} | {ground} | {np.median(recording.F_N):.0f} | {at:.2f}"
+            f" | {percent(shared)} | {percent(least)} |"
         )
-    power = float(np.polyfit(np.log(loads), np.log(best), 1)[0])
-    return "\n".join(lines), f"{power:.2f}"
+    steel, emery = (float(np.exp(np.mean(np.log(factors)))) for factors in best.values())
+    return "\n".join(lines), f"{emery / steel:.2f}"
 
 
 def _error_at(fitted: Fit, recording: Recording, factor: float) -> float:
-    moved = replace(recording, rig=replace(recording.rig, a=recording.rig.a * factor))
-    frozen = freeze(fitted, [moved], 1e-4)
-    return rmse_of(frozen.residuals[recording.name]) / torque_range(recording)
+    shared = {**fitted.values.shared, "k": factor * fitted.values.shared["k"]}
+    moved = replace(fitted, values=replace(fitted.values, shared=shared))
+    return rmse_of(freeze(moved, [recording], 1e-4).residuals[recording.name]) / torque_range(recording)
 
 
 def _vertex(errors: np.ndarray) -> tuple[float, float]:
     """The factor of the least error, by the parabola through its neighbours, and that error."""
     i = int(np.clip(np.argmin(errors), 1, errors.size - 2))
+    step = float(FACTORS[1] - FACTORS[0])
     curve = np.polyfit(FACTORS[i - 1 : i + 2] - FACTORS[i], errors[i - 1 : i + 2], 2)
-    shift = float(np.clip(-curve[1] / (2 * curve[0]), -0.02, 0.02))
+    shift = float(np.clip(-curve[1] / (2 * curve[0]), -step, step))
     return float(FACTORS[i]) + shift, float(np.polyval(curve, shift))
+
+
+def vibration(found: Diagnosis) -> tuple[str, str]:
+    """Stiffness about the kingpin at 45 mm [N m/rad]: of the published k, and of what was found."""
+    a, e = 0.045, 0.009
+    per_k = 2 * (a**3 / 3 + a * e**2)
+    compliance = 1 / (per_k * found.values.shared["k"])
+    if "carcass_torsion.k_t" in found.values.shared:
+        compliance += 1 / found.values.shared["carcass_torsion.k_t"]
+    return f"{per_k * PUBLISHED_K:.0f}", f"{1 / compliance:.0f}"
 
 
 def figures(
     split: Diagnosis, seconds: float, whole: Diagnosis, recordings: Sequence[Recording]
 ) -> Mapping[str, str]:
     """Everything that the template asks for."""
-    lengths, power = lengths_table(whole, recordings)
+    grounds, emery = grounds_table(split, recordings)
+    published, series = vibration(split)
     held = [errors.summary()["holdout_torque_nrmse"] or np.nan for errors in (split.before, split.after)]
     left = [
         errors.summary()["left_out_torque_nrmse"] or np.nan for errors in (whole.before, whole.after)
@@ -142,8 +157,10 @@ def figures(
             f"- {sentence(e.experiment.sentence)}" for e in split.effects if e.experiment
         ),
         "notes": "\n".join(f"- {note}" for note in (*split.notes, *whole.notes)) or "- none",
-        "lengths": lengths,
-        "power": power,
+        "grounds": grounds,
+        "emery": emery,
+        "published": published,
+        "series": series,
         "count": str(len(EFFECTS)),
     }
 

@@ -106,12 +106,18 @@ _LOOP = Reading(
 _DIRECTION = Reading(
     meaning="friction differs by direction of turning", effects=("asymmetric_friction",)
 )
-_LOAD = Reading(meaning="friction depends on the load", effects=("load_dependent_friction",))
+_LOAD = Reading(
+    meaning="friction, or the length of the patch, depends on the load",
+    effects=("load_dependent_friction", "contact_length"),
+)
 _DRIFT = Reading(meaning="friction changes as the patch beds in", effects=("friction_drift",))
-_LEAKING = Reading(meaning="the load enters the torque channel, or changes the length of the patch")
+_LEAKING = Reading(
+    meaning="the load enters the torque channel, or changes the length of the patch",
+    effects=("contact_length",),
+)
 _SINCE_REVERSAL = Reading(
     meaning="friction builds up as the wheel turns on",
-    effects=("rate_friction", "asymmetric_friction", "friction_drift"),
+    effects=("rate_friction", "frictional_creep", "asymmetric_friction", "friction_drift"),
 )
 _FADING = Reading(
     meaning="friction is less the longer the wheel turns on", effects=("stribeck", "sensor_delay")
