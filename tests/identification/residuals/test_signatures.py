@@ -215,7 +215,7 @@ def test_speed_is_among_the_strongest_where_friction_grows_with_it() -> None:
 
     assert speed.stands_out
     assert speed.correlation > 0
-    assert speed.effects == ("rate_friction",)
+    assert speed.effects == ("rate_friction", "frictional_creep")
     # The yaw rate, direction and way since a reversal go with it closely.
     assert sum(abs(s.correlation) > abs(speed.correlation) for s in found.signatures) <= 3
 
