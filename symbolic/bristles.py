@@ -18,6 +18,9 @@ from symbolic.patch import Expression, PatchInputs
 from symbolic.quadrature import gauss_legendre
 from symbolic.slip import RateLaw, clipped, slip
 
+INSIDE = 1 - 1e-9
+"""Pressures are not asked for beyond this share of the half-length: the limit is zero there [1]."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Relaxation:
@@ -38,6 +41,7 @@ class BristleTraits:
         law: friction over each bristle's own sliding speed, None where it is the same at all speeds.
         half_width: half-width of the patch [m], None for a line.
         relaxation: the Maxwell branch, None for none.
+        span: over how many half-lengths there are bristles; beyond 1 where the patch may grow [1].
     """
 
     shape: tuple[Callable[[Expression], Expression], ...] = ()
@@ -45,6 +49,7 @@ class BristleTraits:
     law: RateLaw | None = None
     half_width: Expression | None = None
     relaxation: Relaxation | None = None
+    span: float = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -134,19 +139,23 @@ class BristlePatch:
     def _geometry(self, inputs: PatchInputs) -> tuple[Expression, Expression, Expression]:
         """Lever arm [m], limit of stress / (k a) [1] and weight [m] of every bristle."""
         u, v, weight = self._nodes()
+        u = self.traits.span * u
         lever = inputs.a * u - inputs.e
         if self.traits.half_width is not None:
             # A bristle at (x, y) moves along its circle about A: one direction, one scalar stop.
             lever = ca.sqrt(lever**2 + (v * self.traits.half_width) ** 2)
-        pressure = 0.75 * (1 - u**2)
+        # Bristles are where the material is: a patch that grows takes up new ones, undeformed.
+        place = u / inputs.growth
+        pressure = 0.75 * ca.fmax(0, 1 - place**2)
         for shape in self.traits.shape:
-            pressure = pressure * shape(u)
-        # The density of load per length is F_N / a times this pressure, which integrates to 1 over u.
+            pressure = pressure * shape(ca.fmax(-INSIDE, ca.fmin(INSIDE, place)))
+        # The density of load per length is F_N / a times this, which integrates to 1 over u.
+        pressure = pressure / inputs.growth
         limit = inputs.mu * inputs.factor * inputs.F_N / (inputs.k * inputs.a**2) * pressure
         speed = ca.fabs(lever * inputs.speed)
         for factor in self.traits.limits:
             limit = limit * factor(speed)
-        return lever, limit, weight * inputs.a
+        return lever, limit, weight * self.traits.span * inputs.a
 
     def _nodes(self) -> tuple[ca.DM, ca.DM, ca.DM]:
         """Places x / a, y / half_width and weights over u of every bristle."""

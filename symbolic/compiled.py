@@ -55,12 +55,25 @@ def compiled(function: ca.Function, *, vectorised: bool = False) -> ca.Function:
     command = compiler()
     if command is None:
         return function
-    for flags in ((*FLAGS, *VECTORISED), FLAGS) if vectorised else (FLAGS,):
+    flags = (*FLAGS, *VECTORISED) if vectorised and _takes(command, VECTORISED) else FLAGS
+    try:
+        return ca.external(function.name(), str(_library(function, command, flags)))
+    except (OSError, subprocess.SubprocessError, RuntimeError):
+        return function
+
+
+@cache
+def _takes(command: str, flags: tuple[str, ...]) -> bool:
+    """Whether the compiler takes these flags beside the usual ones, tried on a program of one line."""
+    with tempfile.TemporaryDirectory() as scratch:
+        source = Path(scratch) / "try.c"
+        source.write_text("int one(void) { return 1; }\n")
+        line = [command, str(source), *FLAGS, *flags, "-o", str(source.with_suffix(".so"))]
         try:
-            return ca.external(function.name(), str(_library(function, command, flags)))
-        except (OSError, subprocess.SubprocessError, RuntimeError):
-            continue
-    return function
+            subprocess.run(line, check=True, capture_output=True, timeout=60)
+        except (OSError, subprocess.SubprocessError):
+            return False
+    return True
 
 
 @cache

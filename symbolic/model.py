@@ -246,12 +246,12 @@ def _signals(vector: ca.MX) -> Signals:
 def _inputs(
     model: Model, seen: Signals, factor: Expression, theta: Expression, geometry: Expression
 ) -> PatchInputs:
-    a = geometry[0]
+    growth: Expression = 1
     for effect, values in model.values(theta):
-        a = a * effect.half_length(seen, geometry[0], values)
+        growth = growth * effect.growth(seen, geometry[0], values)
     return PatchInputs(
         speed=seen.psi_dot, dt=seen.dt, F_N=seen.F_N, factor=factor,
-        mu=theta[0], k=theta[1], a=a, e=geometry[1],
+        mu=theta[0], k=theta[1], a=geometry[0], e=geometry[1], growth=growth,
     )  # fmt: skip
 
 

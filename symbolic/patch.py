@@ -23,6 +23,7 @@ class PatchInputs:
         k: distributed lateral stiffness [N/m^2].
         a: half-length of the contact patch [m].
         e: caster length [m].
+        growth: half-length of the patch now over a [1].
     """
 
     speed: Expression
@@ -33,6 +34,7 @@ class PatchInputs:
     k: Expression
     a: Expression
     e: Expression
+    growth: Expression = 1
 
 
 class Patch(Protocol):

@@ -6,8 +6,8 @@ With it, s = v dt is the slip at which stress and friction balance,
     |stress| - (1 + held) s = limit (1 + c ln(max(v, v_0) / v_ref)),
 
 held being the share of a Maxwell branch. So a bristle that is no longer driven does not lose stress in
-an instant when the wheel stops; it creeps on, ever slower, as rubber does. In w = ln v the balance is a
-convex, rising function, and Newton's method comes to its root from above.
+an instant when the wheel stops; it creeps on, ever slower, until it comes to rest at v_0. In w = ln v
+the balance is a convex, rising function, and Newton's method comes to its root from above.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from symbolic.patch import Expression
 REFERENCE_SPEED = 1e-3
 """Sliding speed at which the factor on the limit is one [m/s]."""
 REST_SPEED = 1e-4
-"""Below this the law levels off: a bristle at rest creeps [m/s]."""
+"""Below this the limit stays what it is here, so that creep ends [m/s]."""
 _LEAST, _REFERENCE = float(np.log(REST_SPEED)), float(np.log(REFERENCE_SPEED))
 _STEPS = 5
 """Newton steps, not differentiated, before the one that is: the slip is then right to 1e-7 of the limit,

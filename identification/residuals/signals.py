@@ -142,7 +142,7 @@ SIGNALS: tuple[Signal, ...] = (
         of=lambda motion: motion.psi,
         along=Reading(
             meaning="a return torque, stress that relaxes, or a pressure centre off the middle",
-            effects=("steering_return", "viscoelastic_relaxation", "pressure_skew"),
+            effects=("steering_return", "viscoelastic_relaxation", "frictional_creep", "pressure_skew"),
         ),
         against=_LOOP,
     ),
@@ -237,7 +237,7 @@ SIGNALS: tuple[Signal, ...] = (
         ),
         against=Reading(
             meaning="stress that relaxes, or damping",
-            effects=("viscoelastic_relaxation", "contact_damping"),
+            effects=("viscoelastic_relaxation", "frictional_creep", "contact_damping"),
         ),
     ),
     _own(

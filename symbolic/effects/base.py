@@ -60,6 +60,8 @@ class Parameter:
                 f"parameter {self.name}: start must lie in"
                 f" [{self.lower}, {self.upper}], got {self.start}"
             )
+        if self.given and self.scope != "shared":
+            raise InvalidInputError(f"parameter {self.name}: what is given is shared by all recordings")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,8 +134,8 @@ class Effect:
         del signals, memory, values
         return 1
 
-    def half_length(self, signals: Signals, a: Expression, values: Values) -> Expression:
-        """Factor on the declared half-length a of the patch [1]."""
+    def growth(self, signals: Signals, a: Expression, values: Values) -> Expression:
+        """Half-length of the patch over the declared one, a [1]; needs the trait `span`."""
         del signals, a, values
         return 1
 

@@ -1,55 +1,70 @@
-"""A patch that grows with the load it carries.
+"""A patch whose length follows the load.
 
-Source: Hertz's law for a sphere, a ~ F_N^(1/3) (Johnson, Contact Mechanics, Cambridge 1985, sec. 4.2);
-a tyre's half-length lies between that and the square root of the load (Pacejka, Tire and Vehicle
-Dynamics, 3rd ed. 2012). A declared half-length holds at one load, to as many millimetres as were read.
+Declared half-lengths are measured at some load, to as many millimetres as were read; a recording, and a
+sample of it, at another load has another one. Source: Besselink, Schmeitz, Pacejka, An improved Magic
+Formula/Swift tyre model that can handle inflation pressure changes, Vehicle System Dynamics 48 (2010)
+sup. 1, 337: half the contact length is a sum of terms in F_N and its square root.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+import casadi as ca
 import numpy as np
 
+from symbolic.bristles import BristleTraits
 from symbolic.effects.base import Effect, Expression, Parameter, Signals, Values
 
 REFERENCE_LENGTH = 0.045
 """The a_0 that goes with the load F_0 [m]."""
+MOST = 1.25
+"""A patch is not followed beyond this many declared half-lengths [1]."""
+USUAL_POWER = 2.0
+"""Power of the load over declared half-lengths where these are all the same: no matter then [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ContactLength(Effect):
-    """Half-length a (F_N / F(a))^n, with F(a) = F_0 (a / a_0)^3 the load that goes with a declared a.
+    """Half-length a (F_N / F(a))^n, with F(a) = F_0 (a / a_0)^m the load that goes with a declared a.
 
-    n = 0 is the declared half-length at any load, n = 1/3 Hertz's at any declared one. As the patch
-    grows, every bristle keeps its place and its deformation as shares of the length.
+    n = 0 is the declared half-length at any load, n = 1 / m one that depends on the load alone. As the
+    patch grows bristles keep their place and deformation; what newly touches the ground is undeformed.
 
-    F_0 is never fitted: with another one the same torque comes from another mu and k. It is such that
-    the declared half-lengths hold on the average of the recordings.
+    F_0 and m are never fitted: they are the line of logarithms through the declared half-lengths and
+    mean loads of the recordings, so that the declared lengths hold on the average. Another F_0 is nearly
+    another mu and k, exactly so for e = 0.
     """
 
     name: str = "contact_length"
-    summary: str = "the contact patch grows with the load"
+    summary: str = "the length of the contact patch follows the load"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="n", unit="1", neutral=0.0, start=0.1, lower=0.0, upper=1.0, scale=0.2),
         Parameter(
-            name="F_0",
-            unit="N",
-            neutral=None,
-            start=400.0,
-            lower=1e-3,
-            upper=1e9,
-            scale=100.0,
+            name="F_0", unit="N", neutral=None, start=400.0, lower=1e-3, upper=1e9, scale=100.0,
             given=True,
         ),
-    )
+        Parameter(
+            name="m", unit="1", neutral=None, start=USUAL_POWER, lower=1.0, upper=5.0, scale=1.0,
+            given=True,
+        ),
+    )  # fmt: skip
     discrete: bool = True
 
     def given(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:
-        """F_0, the geometric mean of the loads, each brought to the length a_0."""
-        loads = np.log(F_N) - 3 * np.log(np.divide(a, REFERENCE_LENGTH))
-        return {"F_0": float(np.exp(loads.mean()))}
+        """F_0 and m, see above; m within its bounds."""
+        lengths, loads = np.log(np.divide(a, REFERENCE_LENGTH)), np.log(F_N)
+        spread = lengths - lengths.mean()
+        m = USUAL_POWER
+        if np.ptp(lengths) > 1e-6:
+            m = float(np.clip(spread @ loads / (spread @ spread), 1.0, 5.0))
+        return {"F_0": float(np.exp(loads.mean() - m * lengths.mean())), "m": m}
 
-    def half_length(self, signals: Signals, a: Expression, values: Values) -> Expression:
-        """Factor on the declared half-length [1]."""
-        expected = values["F_0"] * (a / REFERENCE_LENGTH) ** 3
-        return (signals.F_N / expected) ** values["n"]
+    def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
+        """Bristles also where the patch is still to grow."""
+        del values
+        return replace(traits, span=MOST)
+
+    def growth(self, signals: Signals, a: Expression, values: Values) -> Expression:
+        """Half-length over the declared one [1]."""
+        expected = values["F_0"] * (a / REFERENCE_LENGTH) ** values["m"]
+        return ca.fmin(MOST, (signals.F_N / expected) ** values["n"])

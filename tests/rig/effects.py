@@ -61,14 +61,19 @@ class CarcassTorsion(Effect):
 
 @dataclass(frozen=True, kw_only=True)
 class ContactLength(Effect):
-    """The half-length is a (F_N / (F_0 (a / 45 mm)^3))^n, F_0 in N."""
+    """The half-length is a (F_N / (F_0 (a / 45 mm)^m))^n, F_0 in N."""
 
     n: float = 0.0
     F_0: float = 400.0
+    m: float = 2.0
 
-    def half_length(self, F_N: float, a: float) -> float:
+    def span(self) -> float:
+        """Room to grow, none where it does not."""
+        return 1.6 if self.n else 1.0
+
+    def growth(self, F_N: float, a: float) -> float:
         """The factor."""
-        return (F_N / (self.F_0 * (a / 0.045) ** 3)) ** self.n
+        return (F_N / (self.F_0 * (a / 0.045) ** self.m)) ** self.n
 
 
 @dataclass(frozen=True, kw_only=True)

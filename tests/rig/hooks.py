@@ -81,8 +81,12 @@ class Effect:
         """Half-width of the patch [m]; zero is a line of bristles."""
         return 0.0
 
-    def half_length(self, F_N: float, a: float) -> float:
-        """Factor on the half-length a [m] of the patch under the load [1]."""
+    def span(self) -> float:
+        """Half-lengths over which there are bristles [1]."""
+        return 1.0
+
+    def growth(self, F_N: float, a: float) -> float:
+        """Half-length of the patch under the load over the declared one, a [m] [1]."""
         del F_N, a
         return 1.0
 

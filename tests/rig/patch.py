@@ -1,7 +1,8 @@
 """Fine-bristle patch: every bristle is an elastoplastic stop on a uniform midpoint grid."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from math import exp, expm1, prod
 
 import numpy as np
@@ -9,6 +10,8 @@ import numpy as np
 from tests.rig.creep import borne
 from tests.rig.hooks import Array, Drive, Effect, History, Relaxation, Sample
 
+NOTHING = 1e-12
+"""Pressure where a bristle does not touch the ground; not zero, as creep divides by it [1]."""
 ROWS = 12
 """Rows of bristles across half the width; the other half is its mirror image."""
 TURN_TOLERANCE = 1e-13
@@ -34,12 +37,17 @@ class Bristles:
     """Distance from the kingpin [m]; a bristle moves along its own tangent about it."""
     share: Array
     """Stiffness times lever, so that torque = share · stretch [N]."""
-    limit: Array
-    """Stretch at which a bristle slides, for one newton of vertical load [m/N]."""
+    limit_of: Callable[[float], Array]
+    """How much the patch grew [1] -> stretch at which a bristle slides, for one newton of load [m/N]."""
     relaxation: Relaxation
     """Maxwell branch beside each spring."""
     rate: float
     """Growth of the limit with the logarithm of a bristle's own speed."""
+
+    @property
+    def limit(self) -> Array:
+        """The stretch while the patch has its declared length [m/N]."""
+        return self.limit_of(1.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,10 +57,6 @@ class State:
     spring: Array
     branch: Array
     psi: float
-
-    def stretched(self, factor: float) -> "State":
-        """The patch as it grows: every bristle keeps its place and stretch as shares of the length."""
-        return replace(self, spring=factor * self.spring, branch=factor * self.branch)
 
 
 def simulate(
@@ -74,7 +78,6 @@ def simulate(
     for effect in effects:
         drive = effect.drive(drive)
     n = len(drive.t)
-    length = tyre.a
     grid = lay_out(tyre, effects, bristles)
     compliance = sum(effect.compliance() for effect in effects)
     travel = np.cumsum(np.abs(np.diff(drive.psi, prepend=drive.psi[0])))
@@ -87,19 +90,15 @@ def simulate(
     )
     psi_patch, M_z, sliding = np.empty(n), np.empty(n), np.empty(n)
     for i in range(n):
-        grown = tyre.a * prod(e.half_length(float(drive.F_N[i]), tyre.a) for e in effects)
-        if grown != length:
-            grid = lay_out(replace(tyre, a=grown), effects, bristles)
-            state = state.stretched(grown / length if i else 1.0)
-            length = grown
         sample = Sample(
             psi_dot=float(drive.psi_dot[i]),
             F_N=float(drive.F_N[i]),
             travel=float(travel[i]),
             lever=grid.lever,
         )
+        growth = prod(effect.growth(sample.F_N, tyre.a) for effect in effects)
         factor = sample.F_N * prod(effect.friction(sample) for effect in effects)
-        step = Step(grid, state, grid.limit * factor, float(dt[i]))
+        step = Step(grid, state, grid.limit_of(growth) * factor, float(dt[i]))
         psi_patch[i] = step.solve(float(drive.psi[i]), compliance)
         state, M_z[i], sliding[i] = step.take(psi_patch[i])
     history = History(drive=seen, psi_patch=psi_patch, M_z=M_z, sliding=sliding)
@@ -112,15 +111,24 @@ def lay_out(tyre: RigTyre, effects: Sequence[Effect], bristles: int) -> Bristles
     """The grid of bristles and what each of them can bear."""
     half_width = max((effect.width() for effect in effects), default=0.0)
     columns, rows = (bristles // 5, ROWS) if half_width > 0 else (bristles, 1)
-    xi = (2 * np.arange(columns) + 1) / columns - 1
+    span = max((effect.span() for effect in effects), default=1.0)
+    xi = span * ((2 * np.arange(columns) + 1) / columns - 1)
     y = half_width * (np.arange(rows) + 0.5) / rows
     lever = np.hypot(tyre.a * xi[:, None] - tyre.e, y[None, :])
-    pressure = 0.75 * (1 - xi**2) * prod(effect.pressure(xi) for effect in effects)
-    limit = tyre.mu * pressure / (tyre.a * tyre.k)
+
+    @lru_cache(maxsize=1)
+    def limit_of(growth: float) -> Array:
+        place = xi / growth
+        touching = np.abs(place) < 1
+        pressure = np.full(columns, NOTHING)
+        factor = prod(effect.pressure(place[touching]) for effect in effects)
+        pressure[touching] = 0.75 * (1 - place[touching] ** 2) * factor
+        return np.repeat(tyre.mu * pressure / (growth * tyre.a * tyre.k), rows)
+
     return Bristles(
         lever=lever.ravel(),
-        share=(tyre.k * 2 * tyre.a / lever.size) * lever.ravel(),
-        limit=np.repeat(limit, rows),
+        share=(tyre.k * 2 * span * tyre.a / lever.size) * lever.ravel(),
+        limit_of=limit_of,
         relaxation=_one_relaxation(effects),
         rate=sum(effect.rate() for effect in effects),
     )

@@ -112,6 +112,6 @@ PLANTINGS: Mapping[str, Planting] = {
         parameters=_one("n"),
         least=0.05,
         largest=1.0,
-        given=lambda a, load: {"F_0": load * (0.045 / a) ** 3},
+        given=lambda a, load: {"F_0": load * (0.045 / a) ** 2, "m": 2.0},
     ),
 }
