@@ -32,6 +32,11 @@ FACTORS = np.linspace(0.7, 1.4, 15)
 """Factors on the stiffness that are tried on each recording [1]."""
 PUBLISHED_K = 2.438e6
 """The source's k, from free vibration [N/m^2]."""
+SPOKEN_OF = (
+    {"frictional_creep", "carcass_torsion", "asymmetric_friction"},
+    {"frictional_creep", "carcass_torsion", "asymmetric_friction", "contact_length", "rate_friction"},
+)
+"""Effects that the text of the page explains: of the search with four held out, and with none."""
 TEMPLATE = Path(__file__).with_name("walk_through.in.md")
 
 
@@ -197,6 +202,11 @@ def main() -> None:
     split = diagnose(training, holdout, jobs=options.jobs, progress=_said(began))
     seconds = time.perf_counter() - began
     whole = diagnose(recordings, jobs=options.jobs, progress=_said(began))
+    for found, names in zip((split, whole), SPOKEN_OF, strict=True):
+        if {effect.name for effect in found.effects} != names:
+            print(
+                f"section 5 of {TEMPLATE.name} speaks of other effects: write it anew", file=sys.stderr
+            )
     draw(options.out.with_suffix(""), split)
     page = TEMPLATE.read_text("utf-8").format_map(figures(split, seconds, whole, recordings))
     options.out.write_text(page, encoding="utf-8", newline="\n")

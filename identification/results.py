@@ -64,7 +64,8 @@ class FoundEffect:
     Attributes:
         name: the effect.
         summary: it in plain words.
-        parameters: its parameters; a parameter that belongs to recordings stands as "M_0 [fem1]".
+        parameters: its parameters; a parameter that belongs to recordings stands as "M_0 [fem1]", one
+            that is given and never fitted has no deviation.
         holdout_nrmse_after: judged error once it was added [1].
         delta_bic: change of the Bayesian information criterion as it was added; negative is better.
         indistinguishable_from: effects that the judged data cannot tell from it.

@@ -99,6 +99,20 @@ def test_its_model_file_reads_back(found: Diagnosis, tmp_path: Path) -> None:
     assert read.own == found.values.own
 
 
+def test_what_is_given_stands_beside_what_was_fitted() -> None:
+    made, recordings = read_campaign("contact_length", 0)
+    (effect,) = diagnose(recordings, jobs=1).effects
+
+    planted = made.recordings[0].effects["contact_length"]
+    assert effect.name == "contact_length"
+    assert list(effect.parameters) == ["n", "F_0", "m"]
+    n, F_0, m = effect.parameters.values()
+    assert n.std is not None
+    assert abs(n.value - planted["n"]) < 4 * n.std
+    assert (F_0.std, m.std) == (None, None)
+    assert F_0.value == pytest.approx(planted["F_0"], rel=0.05)
+
+
 def test_a_control_has_nothing_missing() -> None:
     found = diagnose(read_campaign(None, 1, duration=14.0)[1], jobs=1)
 
