@@ -1,6 +1,7 @@
 """Nothing is told but the nominal parameters; what is missing has to be named."""
 
 import json
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ from identification import (
     read_model,
     smoothed_rate,
 )
+from identification.selecting.selection import walk
 from symbolic import EFFECTS, InvalidInputError, Rig, Tyre
 from tests.identification.made import read_campaign, with_torque
 from tests.rig.campaign import Campaign
@@ -99,7 +101,9 @@ def test_its_model_file_reads_back(found: Diagnosis, tmp_path: Path) -> None:
     assert read.own == found.values.own
 
 
-def test_what_is_given_stands_beside_what_was_fitted() -> None:
+def test_what_is_given_stands_beside_what_was_fitted(monkeypatch: pytest.MonkeyPatch) -> None:
+    few = partial(walk, candidates=("contact_length", "load_dependent_friction"))
+    monkeypatch.setattr("identification.diagnosis.walk", few)
     made, recordings = read_campaign("contact_length", 0)
     (effect,) = diagnose(recordings, jobs=1).effects
 
