@@ -80,7 +80,9 @@ def test_derivatives_are_finite_differences_at_every_kink(name: str) -> None:
     assert np.all(np.isfinite(exact))
     for j, coordinate in enumerate(model.coordinates):
         expected = central_difference(model, samples, theta, j)
-        error = np.max(np.abs(exact[:, j] - expected)) / np.max(np.abs(expected))
+        # A parameter that does not act on this patch has no derivative to be a share of.
+        size = np.max(np.abs(expected)) or 1.0
+        error = np.max(np.abs(exact[:, j] - expected)) / size
         print(f"d M_z / d {coordinate}: {error:.1e} off")
         assert error <= 2e-5, coordinate
 
