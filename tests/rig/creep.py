@@ -23,11 +23,11 @@ def borne(size: Array, limit: Array, c: float, relief: float) -> tuple[Array, Ar
         c: growth of the bound with ln v; 0 for one that stays the same [1].
         relief: stress that a slip at 1 m/s takes off in the step [m].
     """
+    if c == 0:
+        return np.minimum(size, limit), (size <= limit).astype(float)
     least = limit * (1 + c * np.log(REST_SPEED / REFERENCE_SPEED))
     sticking = size <= least
     held, slope = np.where(sticking, size, least), sticking.astype(float)
-    if c == 0:
-        return held, slope
     growth = limit * c
     speed = (
         growth
