@@ -16,8 +16,10 @@ from numpy.typing import NDArray
 from symbolic.errors import InvalidInputError
 from symbolic.patch import Expression, PatchInputs
 from symbolic.quadrature import gauss_legendre
-from symbolic.slip import RateLaw, clipped, slip
+from symbolic.slip import clipped, slip
 
+SPAN = 1.25
+"""A patch that grows has bristles over so many half-lengths, and is not followed beyond them [1]."""
 INSIDE = 1 - 1e-9
 """Pressures are not asked for beyond this share of the half-length: the limit is zero there [1]."""
 
@@ -38,18 +40,19 @@ class BristleTraits:
         shape: factors on the pressure parabola at u = x / a, keeping the total load.
         limits: factors on the friction limit at the speed |x - e| |psi_dot| [m/s] at which the wheel
             drives a bristle.
-        law: friction over each bristle's own sliding speed, None where it is the same at all speeds.
+        creep: how much the limit grows with the log of each bristle's own sliding speed, see
+            `symbolic.slip` [1]; None where it does not.
+        growth: (load [N], a [m]) -> half-length of the patch over a [1], None where it stays a.
         half_width: half-width of the patch [m], None for a line.
         relaxation: the Maxwell branch, None for none.
-        span: over how many half-lengths there are bristles; beyond 1 where the patch may grow [1].
     """
 
     shape: tuple[Callable[[Expression], Expression], ...] = ()
     limits: tuple[Callable[[Expression], Expression], ...] = ()
-    law: RateLaw | None = None
+    creep: Expression | None = None
+    growth: Callable[[Expression, Expression], Expression] | None = None
     half_width: Expression | None = None
     relaxation: Relaxation | None = None
-    span: float = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -110,24 +113,24 @@ class BristlePatch:
             held = relaxation.gain * (1 - decay) / steps
         moments = inputs.k * inputs.a * weight * lever
         reach = inputs.dt / inputs.a
-        c = 0 if self.traits.law is None else self.traits.law.c
-        return ca.vertcat(lever / inputs.a, limit, moments, decay, held, reach, c)
+        creep = 0 if self.traits.creep is None else self.traits.creep
+        return ca.vertcat(lever / inputs.a, limit, moments, decay, held, reach, creep)
 
     def advance(self, memory: Expression, turn: Expression, drive: Expression) -> Expression:
         """One sample of every bristle, in q / a; see `Patch.advance`."""
         n = self.bristles
         lever, limit = drive[:n], drive[n : 2 * n]
         moved = -lever * turn
-        # What does not know theta any more: the law as the drive has it.
-        law = None if self.traits.law is None else RateLaw(c=drive[3 * n + 3])
         reach = drive[3 * n + 2]
+        # As the drive has it: nothing else of theta is known here.
+        creep = None if self.traits.creep is None else drive[3 * n + 3]
         if self.traits.relaxation is None:
             q = memory + moved
-            return clipped(q, limit) if law is None else q - slip(q, limit, 0, reach, law)
+            return clipped(q, limit) if creep is None else q - slip(q, limit, 0, reach, creep)
         # The stop with a Maxwell branch: sliding relieves spring and branch together.
         decay, held = drive[3 * n], drive[3 * n + 1]
         q, m = memory[:n] + moved, memory[n:] * decay + held * moved
-        slipped = slip(q + m, limit, held, reach, law)
+        slipped = slip(q + m, limit, held, reach, creep)
         return ca.vertcat(q - slipped, m - held * slipped)
 
     def torque(self, memory: Expression, drive: Expression) -> Expression:
@@ -139,23 +142,25 @@ class BristlePatch:
     def _geometry(self, inputs: PatchInputs) -> tuple[Expression, Expression, Expression]:
         """Lever arm [m], limit of stress / (k a) [1] and weight [m] of every bristle."""
         u, v, weight = self._nodes()
-        u = self.traits.span * u
+        growth: Expression = 1
+        if self.traits.growth is not None:
+            # Bristles are where the material is: a patch that grows takes up new ones, undeformed.
+            growth = ca.fmin(SPAN, self.traits.growth(inputs.F_N, inputs.a))
+            u, weight = SPAN * u, SPAN * weight
         lever = inputs.a * u - inputs.e
         if self.traits.half_width is not None:
             # A bristle at (x, y) moves along its circle about A: one direction, one scalar stop.
             lever = ca.sqrt(lever**2 + (v * self.traits.half_width) ** 2)
-        # Bristles are where the material is: a patch that grows takes up new ones, undeformed.
-        place = u / inputs.growth
+        place = u / growth
         pressure = 0.75 * ca.fmax(0, 1 - place**2)
         for shape in self.traits.shape:
             pressure = pressure * shape(ca.fmax(-INSIDE, ca.fmin(INSIDE, place)))
-        # The density of load per length is F_N / a times this, which integrates to 1 over u.
-        pressure = pressure / inputs.growth
-        limit = inputs.mu * inputs.factor * inputs.F_N / (inputs.k * inputs.a**2) * pressure
+        # The load per length is F_N / (a growth) times pressure, whose integral over place is 1.
+        limit = inputs.mu * inputs.factor * inputs.F_N / (inputs.k * inputs.a**2) * (pressure / growth)
         speed = ca.fabs(lever * inputs.speed)
         for factor in self.traits.limits:
             limit = limit * factor(speed)
-        return lever, limit, weight * self.traits.span * inputs.a
+        return lever, limit, weight * inputs.a
 
     def _nodes(self) -> tuple[ca.DM, ca.DM, ca.DM]:
         """Places x / a, y / half_width and weights over u of every bristle."""

@@ -227,7 +227,7 @@ def _build_halves(model: Model) -> tuple[ca.Function, ca.Function]:
         {"cse": True},
     )
     seen = _signals(signals)
-    drive = model.patch(theta).drive(_inputs(model, seen, ca.MX(1), theta, geometry))
+    drive = model.patch(theta).drive(_inputs(seen, ca.MX(1), theta, geometry))
     torque = ca.Function(
         "torque",
         [memory, signals, theta, geometry],
@@ -243,15 +243,10 @@ def _signals(vector: ca.MX) -> Signals:
     return Signals(**dict(zip(SIGNALS, ca.vertsplit(vector), strict=True)))
 
 
-def _inputs(
-    model: Model, seen: Signals, factor: Expression, theta: Expression, geometry: Expression
-) -> PatchInputs:
-    growth: Expression = 1
-    for effect, values in model.values(theta):
-        growth = growth * effect.growth(seen, geometry[0], values)
+def _inputs(seen: Signals, factor: Expression, theta: Expression, geometry: Expression) -> PatchInputs:
     return PatchInputs(
         speed=seen.psi_dot, dt=seen.dt, F_N=seen.F_N, factor=factor,
-        mu=theta[0], k=theta[1], a=geometry[0], e=geometry[1], growth=growth,
+        mu=theta[0], k=theta[1], a=geometry[0], e=geometry[1],
     )  # fmt: skip
 
 
@@ -273,7 +268,7 @@ def _advance(
         if added is not None:
             compliance = added if compliance is None else compliance + added
     patch = model.patch(theta)
-    drive = patch.drive(_inputs(model, seen, factor, theta, geometry))
+    drive = patch.drive(_inputs(seen, factor, theta, geometry))
     turn = seen.psi - angle
     if compliance is not None:
         turn = solve_turn(patch, before, turn, drive, compliance)

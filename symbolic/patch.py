@@ -23,7 +23,6 @@ class PatchInputs:
         k: distributed lateral stiffness [N/m^2].
         a: half-length of the contact patch [m].
         e: caster length [m].
-        growth: half-length of the patch now over a [1].
     """
 
     speed: Expression
@@ -34,7 +33,6 @@ class PatchInputs:
     k: Expression
     a: Expression
     e: Expression
-    growth: Expression = 1
 
 
 class Patch(Protocol):

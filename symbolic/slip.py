@@ -10,7 +10,6 @@ an instant when the wheel stops; it creeps on, ever slower, until it comes to re
 the balance is a convex, rising function, and Newton's method comes to its root from above.
 """
 
-from dataclasses import dataclass
 from functools import cache
 
 import casadi as ca
@@ -28,33 +27,26 @@ _STEPS = 5
 its derivatives to 1e-6."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class RateLaw:
-    """Limit times 1 + c ln(v / v_ref), v each bristle's own sliding speed, c >= 0 [1]."""
-
-    c: Expression
-
-
 def slip(
-    stress: Expression, limit: Expression, held: Expression, reach: Expression, law: RateLaw | None
+    stress: Expression, limit: Expression, held: Expression, reach: Expression, c: Expression | None
 ) -> Expression:
     """Slip of every bristle that brings it back to what friction bears.
 
     Args:
         stress: of every bristle before it slips, shape (n,), in the unit of the limit.
-        limit: friction bound, at the reference speed where there is a law, shape (n,).
+        limit: friction bound, at the reference speed where it depends on speed, shape (n,).
         held: stiffness of a Maxwell branch that slips along, as a share of the spring's; 0 for none.
         reach: slip of one sample at 1 m/s, in the same unit.
-        law: friction over sliding speed, None for one that is the same at all speeds.
+        c: growth of the limit with the log of the sliding speed, >= 0 [1]; None for the plain stop.
     """
-    if law is None:
+    if c is None:
         return (stress - clipped(stress, limit)) / (1 + held)
     size = ca.fabs(stress)
-    found = _search(int(stress.numel()))(size, limit, held, reach, law.c)
-    driven, slope = _balance(found, size, limit, held, reach, law.c)
-    creeping = ca.fmax(0, size - limit * (1 + law.c * (_LEAST - _REFERENCE))) / (1 + held)
-    moving = reach * ca.exp(found - driven / slope)
-    return ca.sign(stress) * ca.if_else(creeping > reach * REST_SPEED, moving, creeping)
+    at_rest = ca.fmax(0, size - limit * (1 + c * (_LEAST - _REFERENCE))) / (1 + held)
+    found = _search(int(stress.numel()))(at_rest, size, limit, held, reach, c)
+    beyond, slope = _balance(found, size, limit, held, reach, c)
+    moving = reach * ca.exp(found - beyond / slope)
+    return ca.sign(stress) * ca.if_else(at_rest > reach * REST_SPEED, moving, at_rest)
 
 
 def clipped(value: Expression, limit: Expression) -> Expression:
@@ -77,19 +69,21 @@ def _balance(
 
 @cache
 def _search(n: int) -> ca.Function:
-    """(size, limit, held, reach, c) -> ln v of n bristles, at least that of the speed at rest."""
-    size, limit = ca.MX.sym("size", n), ca.MX.sym("limit", n)
+    """(at_rest, size, limit, held, reach, c) -> ln v of n bristles, at least that of v_0.
+
+    at_rest is the slip that would bring a bristle back to what friction bears at v_0.
+    """
+    at_rest, size, limit = (ca.MX.sym(name, n) for name in ("at_rest", "size", "limit"))
     held, reach, c = (ca.MX.sym(name) for name in ("held", "reach", "c"))
-    over = ca.fmax(0, size - limit * (1 + c * (_LEAST - _REFERENCE))) / (1 + held)
-    w = ca.log(ca.fmax(over / reach, REST_SPEED))
+    w = ca.log(ca.fmax(at_rest / reach, REST_SPEED))
     for _ in range(_STEPS):
         beyond, slope = _balance(w, size, limit, held, reach, c)
         w = w - beyond / slope
     return ca.Function(
         "slip_search",
-        [size, limit, held, reach, c],
+        [at_rest, size, limit, held, reach, c],
         [ca.fmax(w, _LEAST)],
-        ["size", "limit", "held", "reach", "c"],
+        ["at_rest", "size", "limit", "held", "reach", "c"],
         ["w"],
         {"is_diff_out": [False]},
     )

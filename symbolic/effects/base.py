@@ -134,11 +134,6 @@ class Effect:
         del signals, memory, values
         return 1
 
-    def growth(self, signals: Signals, a: Expression, values: Values) -> Expression:
-        """Half-length of the patch over the declared one, a [1]; needs the trait `span`."""
-        del signals, a, values
-        return 1
-
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
         """How the bristles differ; add to what is there."""
         del values

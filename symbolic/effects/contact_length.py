@@ -9,16 +9,13 @@ sup. 1, 337: half the contact length is a sum of terms in F_N and its square roo
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-import casadi as ca
 import numpy as np
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.base import Effect, Expression, Parameter, Signals, Values
+from symbolic.effects.base import Effect, Expression, Parameter, Values
 
 REFERENCE_LENGTH = 0.045
 """The a_0 that goes with the load F_0 [m]."""
-MOST = 1.25
-"""A patch is not followed beyond this many declared half-lengths [1]."""
 USUAL_POWER = 2.0
 """Power of the load over declared half-lengths where these are all the same: no matter then [1]."""
 
@@ -60,11 +57,9 @@ class ContactLength(Effect):
         return {"F_0": float(np.exp(loads.mean() - m * lengths.mean())), "m": m}
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
-        """Bristles also where the patch is still to grow."""
-        del values
-        return replace(traits, span=MOST)
+        """Let the patch grow."""
 
-    def growth(self, signals: Signals, a: Expression, values: Values) -> Expression:
-        """Half-length over the declared one [1]."""
-        expected = values["F_0"] * (a / REFERENCE_LENGTH) ** values["m"]
-        return ca.fmin(MOST, (signals.F_N / expected) ** values["n"])
+        def growth(F_N: Expression, a: Expression) -> Expression:
+            return (F_N / (values["F_0"] * (a / REFERENCE_LENGTH) ** values["m"])) ** values["n"]
+
+        return replace(traits, growth=growth)

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 
 from symbolic.bristles import BristleTraits
 from symbolic.effects.base import Effect, Parameter, Values
-from symbolic.slip import RateLaw
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,4 +29,4 @@ class FrictionalCreep(Effect):
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
         """Every bristle slips as far as its own speed lets friction bear."""
-        return replace(traits, law=RateLaw(c=values["c"]))
+        return replace(traits, creep=values["c"])
