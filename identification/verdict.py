@@ -106,10 +106,10 @@ def _estimates(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Estima
         std = float(deviation) if np.isfinite(deviation) else None
         label = name if recording is None else f"{name} [{recording}]"
         estimates[label] = Estimate(value=value, std=std, unit=parameter.unit)
-    given = [(name, parameter) for name, parameter in parameters.items() if parameter.given]
     return estimates | {
         name: Estimate(value=fitted.values.shared[name], std=None, unit=parameter.unit)
-        for name, parameter in given
+        for name, parameter in parameters.items()
+        if parameter.given
     }
 
 

@@ -107,13 +107,15 @@ def with_effects(model: Model, values: Values, recordings: Sequence[Recording]) 
     """
     shared, own = dict(values.shared), {name: dict(v) for name, v in values.own.items()}
     lengths, loads = [r.rig.a for r in recordings], [float(r.F_N.mean()) for r in recordings]
-    for added in model.effects:
-        for name, value in added.given(lengths, loads).items():
-            shared.setdefault(f"{added.name}.{name}", value)
+    given = {
+        f"{effect.name}.{name}": value
+        for effect in model.effects
+        for name, value in effect.given(lengths, loads).items()
+    }
     for effect, parameter in model.parameters:
         name = parameter_name(effect, parameter)
         for place in [shared] if parameter.scope == "shared" else own.values():
-            place.setdefault(name, parameter.start)
+            place.setdefault(name, given.get(name, parameter.start))
     return Values(shared=shared, own=own)
 
 
