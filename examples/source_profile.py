@@ -9,7 +9,7 @@ peaks of angle and torque that the source names for mu = 1: they are those of mu
 
 The second profile, with turns inside turns, is ours; the source does not describe its own. The other
 examples take their recordings from here; DIR holds the published simulations, default
-../shared/thesis_simulation.
+see published.py.
 """
 
 import sys
@@ -21,6 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification import Recording
+from published import simulation_folder
 from symbolic import Model, Rig, Tyre, compiled
 
 Array = NDArray[np.float64]
@@ -93,7 +94,7 @@ def zones(psi: Array) -> NDArray[np.int_]:
 
 def main() -> None:
     """Print the peaks of both profiles, and how close the first comes to what is published."""
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "../shared/thesis_simulation")
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else simulation_folder()
     for mu in FACTORS:
         for knots in (KNOTS, NESTED):
             made = steered(mu, knots)

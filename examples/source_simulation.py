@@ -7,7 +7,7 @@ linear between four corners, chosen so that the wheel turns back at the source's
 patch has the source's zones: three, five, seven, and three again once the inner loop has closed. Beside
 it stands the source's own scheme (`benchmarks/fixed_step.py`): 201 bristles and a fixed step.
 
-Where the published simulations are at hand (beside BRUSHGRIP_DATA, else beside ../shared/measured), both
+Where the published simulations are at hand (see published.py), both
 are held against them. Their steering torque is not published either: it is what psi and M_z leave of
 (2.14), which is linear between four corners at round numbers. Their M_z is written one sample late.
 """

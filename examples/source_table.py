@@ -2,7 +2,7 @@
 
     python examples/source_table.py [--data DIR] [PICTURE.png]
 
-DIR holds the published simulations, default ../shared/thesis_simulation; without them that table stays
+DIR holds the published simulations, default see published.py; without them that table stays
 out. Their torque is one sample late against the angle. Who does not know pays for it; who does either
 shifts it or declares it, as the effect `sensor_delay`. EKF and MHE are also told that torque and model
 are clean: the default tuning, made for measured torques, hardly learns in five seconds of such files.
