@@ -7,7 +7,8 @@ With it, s = v dt is the slip at which stress and friction balance,
 
 held being the share of a Maxwell branch. So a bristle that is no longer driven does not lose stress in
 an instant when the wheel stops; it creeps on, ever slower, until it comes to rest at v_0. In w = ln v
-the balance is a convex, rising function, and Newton's method comes to its root from above.
+the balance is a convex, rising function, and Halley's method comes to its root from above: from the
+lesser of two bounds, one without the logarithm and one without the slip.
 """
 
 from functools import cache
@@ -22,9 +23,10 @@ REFERENCE_SPEED = 1e-3
 REST_SPEED = 1e-4
 """Below this the limit stays what it is here, so that creep ends [m/s]."""
 _LEAST, _REFERENCE = float(np.log(REST_SPEED)), float(np.log(REFERENCE_SPEED))
-_STEPS = 5
-"""Newton steps, not differentiated, before the one that is: the slip is then right to 1e-7 of the limit,
-its derivatives to 1e-6."""
+_STEPS = 3
+"""Halley's steps: with the one of Newton that is differentiated, the slip is right to rounding."""
+_TINY = 1e-30
+"""Keeps a bound finite where friction does not depend on speed [1]."""
 
 
 def slip(
@@ -42,11 +44,12 @@ def slip(
     if c is None:
         return (stress - clipped(stress, limit)) / (1 + held)
     size = ca.fabs(stress)
-    at_rest = ca.fmax(0, size - limit * (1 + c * (_LEAST - _REFERENCE))) / (1 + held)
-    found = _search(int(stress.numel()))(at_rest, size, limit, held, reach, c)
-    beyond, slope = _balance(found, size, limit, held, reach, c)
-    moving = reach * ca.exp(found - beyond / slope)
-    return ca.sign(stress) * ca.if_else(at_rest > reach * REST_SPEED, moving, at_rest)
+    slid, level, moving, yielding = _search(int(stress.numel()))(size, limit, held, reach, c)
+    # What is searched for is not differentiated. This vanishes, and its derivative brings in that of the
+    # implicit function theorem.
+    log_speed = level - moving * ca.log(reach)
+    beyond = (1 + held) * slid + limit * (1 + c * (log_speed - _REFERENCE)) - size
+    return ca.sign(stress) * (slid - yielding * beyond)
 
 
 def clipped(value: Expression, limit: Expression) -> Expression:
@@ -54,36 +57,37 @@ def clipped(value: Expression, limit: Expression) -> Expression:
     return ca.fmax(-limit, ca.fmin(limit, value))
 
 
-def _balance(
-    w: Expression,
-    size: Expression,
-    limit: Expression,
-    held: Expression,
-    reach: Expression,
-    c: Expression,
-) -> tuple[Expression, Expression]:
-    """What friction and slip bear beyond the stress at ln v = w, and its slope by w."""
-    relieved = (1 + held) * reach * ca.exp(w)
-    return relieved + limit * (1 + c * (w - _REFERENCE)) - size, relieved + limit * c
-
-
 @cache
 def _search(n: int) -> ca.Function:
-    """(at_rest, size, limit, held, reach, c) -> ln v of n bristles, at least that of v_0.
+    """(size, limit, held, reach, c) -> (slip, level, moving, yielding) of n bristles.
 
-    at_rest is the slip that would bring a bristle back to what friction bears at v_0.
+    level is ln(slip) where a bristle is moving (1) and ln v_0 where it is not (0); yielding is the
+    slip by stress beyond friction, zero where the bristle sticks.
     """
-    at_rest, size, limit = (ca.MX.sym(name, n) for name in ("at_rest", "size", "limit"))
+    size, limit = ca.MX.sym("size", n), ca.MX.sym("limit", n)
     held, reach, c = (ca.MX.sym(name) for name in ("held", "reach", "c"))
-    w = ca.log(ca.fmax(at_rest / reach, REST_SPEED))
+    growth, at_rest = limit * c, ca.fmax(0, size - limit * (1 + c * (_LEAST - _REFERENCE))) / (1 + held)
+    asked = size - limit + growth * _REFERENCE
+    w = ca.fmin(ca.log(ca.fmax(at_rest / reach, REST_SPEED)), asked / ca.fmax(growth, _TINY))
     for _ in range(_STEPS):
-        beyond, slope = _balance(w, size, limit, held, reach, c)
-        w = w - beyond / slope
+        w = ca.fmax(w, _LEAST)
+        relieved = (1 + held) * reach * ca.exp(w)
+        beyond, slope = relieved + growth * w - asked, relieved + growth
+        # Above the root beyond is at most what slip relieves; below, where it does not matter, no pole.
+        w = w - 2 * beyond * slope / (2 * slope**2 - ca.fmin(beyond, relieved) * relieved)
+    moving = at_rest > reach * REST_SPEED
+    slid = reach * ca.exp(ca.fmax(w, _LEAST))
+    found = {
+        "slip": ca.if_else(moving, slid, at_rest),
+        "level": ca.if_else(moving, w + ca.log(reach), _LEAST),
+        "moving": moving,
+        "yielding": ca.if_else(moving, slid / ((1 + held) * slid + growth), (at_rest > 0) / (1 + held)),
+    }
     return ca.Function(
         "slip_search",
-        [at_rest, size, limit, held, reach, c],
-        [ca.fmax(w, _LEAST)],
-        ["at_rest", "size", "limit", "held", "reach", "c"],
-        ["w"],
-        {"is_diff_out": [False]},
+        [size, limit, held, reach, c],
+        list(found.values()),
+        ["size", "limit", "held", "reach", "c"],
+        list(found),
+        {"is_diff_out": [False] * len(found)},
     )
