@@ -13,16 +13,16 @@ SEARCH_STEPS = 5
 """Bracketed Newton steps, not differentiated, before the one that is."""
 
 
-def solve_turn(
+def advance_in_series(
     patch: Patch,
     memory: Expression,
     asked: Expression,
     drive: Expression,
     compliance: Expression,
-) -> Expression:
-    """The turn t with t = asked + C M_z(t) [rad].
+) -> tuple[Expression, Expression]:
+    """The turn t with t = asked + C M_z(t) [rad], and the patch memory after it.
 
-    The search itself is not differentiated. One more Newton step from its end is, with the slope held
+    The search itself is not differentiated. One more Newton step from its end is, with the slopes held
     fixed; that derivative is the one of the implicit function theorem.
 
     Args:
@@ -32,36 +32,39 @@ def solve_turn(
         drive: what `patch.drive` made of the sample.
         compliance: C >= 0 [rad/(N m)].
     """
+    turn, slope, follows = _search(patch)(memory, drive, asked, compliance)
+    near = patch.advance(memory, turn, drive)
+    further = (asked + compliance * patch.torque(near, drive) - turn) / slope
+    return turn + further, near + follows * further
+
+
+def _search(patch: Patch) -> ca.Function:
+    """(memory, drive, asked, compliance) -> (turn, slope of what is left by the turn, of the memory)."""
     before, rest = ca.MX.sym("memory", patch.size), ca.MX.sym("drive", patch.drive_size)
     turn, goal, give = (ca.MX.sym(name) for name in ("turn", "asked", "compliance"))
-    M_z = patch.torque(patch.advance(before, turn, rest), rest)
+    after = patch.advance(before, turn, rest)
+    M_z = patch.torque(after, rest)
+    follows = ca.jtimes(after, turn, ca.MX(1))
     slope = 1 - give * ca.jtimes(M_z, turn, ca.MX(1))
-    newton = ca.Function(
-        "newton",
-        [before, turn, rest, goal, give],
-        [turn - goal - give * M_z, slope],
-        ["memory", "turn", "drive", "asked", "compliance"],
-        ["residual", "slope"],
-        {"is_diff_out": [True, False]},
-    )
-    # The residual rises with the turn by at least one to one, so its value at rest brackets the root.
+    inputs, names = [before, turn, rest, goal, give], ["memory", "turn", "drive", "asked", "compliance"]
+    newton = ca.Function("newton", inputs, [turn - goal - give * M_z, slope], names, ["left", "slope"])
+    slopes = ca.Function("slopes", inputs, [slope, ca.densify(follows)], names, ["slope", "follows"])
+    # What is left rises with the turn by at least one to one, so its value at rest brackets the root.
     found: Expression = ca.MX(0)
-    off, steep = newton(before, found, rest, goal, give)
-    low, high = ca.fmin(0, -off), ca.fmax(0, -off)
-    for _ in range(SEARCH_STEPS):
-        step = found - off / steep
+    left, steep = newton(before, found, rest, goal, give)
+    low, high = ca.fmin(0, -left), ca.fmax(0, -left)
+    for i in range(SEARCH_STEPS):
+        step = found - left / steep
         inside = ca.logic_and(step >= low, step <= high)
         found = ca.if_else(inside, step, (low + high) / 2)
-        off, steep = newton(before, found, rest, goal, give)
-        low, high = ca.if_else(off < 0, found, low), ca.if_else(off < 0, high, found)
-    search = ca.Function(
+        if i + 1 < SEARCH_STEPS:
+            left, steep = newton(before, found, rest, goal, give)
+            low, high = ca.if_else(left < 0, found, low), ca.if_else(left < 0, high, found)
+    return ca.Function(
         "search",
         [before, rest, goal, give],
-        [found],
+        [found, *slopes(before, found, rest, goal, give)],
         ["memory", "drive", "asked", "compliance"],
-        ["turn"],
-        {"is_diff_out": [False]},
+        ["turn", "slope", "follows"],
+        {"is_diff_out": [False] * 3},
     )
-    start = search(memory, drive, asked, compliance)
-    residual, steepness = newton(memory, start, drive, asked, compliance)
-    return start - residual / steepness

@@ -11,7 +11,7 @@ from functools import cache
 import casadi as ca
 
 from symbolic.bristles import BristlePatch, BristleTraits
-from symbolic.compliance import solve_turn
+from symbolic.compliance import advance_in_series
 from symbolic.deformation import full_slide_torque
 from symbolic.effects.base import Effect, Parameter, Signals
 from symbolic.effects.made import Made
@@ -270,9 +270,10 @@ def _advance(
     patch = model.patch(theta)
     drive = patch.drive(_inputs(seen, factor, theta, geometry))
     turn = seen.psi - angle
-    if compliance is not None:
-        turn = solve_turn(patch, before, turn, drive, compliance)
-    after = patch.advance(before, turn, drive)
+    if compliance is None:
+        after = patch.advance(before, turn, drive)
+    else:
+        turn, after = advance_in_series(patch, before, turn, drive, compliance)
     return ca.vertcat(angle + turn, after, *remembered), seen, drive
 
 

@@ -1,5 +1,7 @@
 """The turn that balances patch and carcass: residual of its equation, and the grid at that turn."""
 
+from dataclasses import replace
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -77,6 +79,19 @@ def test_residual_vanishes_in_fast_turns_of_a_soft_carcass(model: Model, steps: 
 
     print(f"residual of the compliant turn, {steps} samples a turn, 40 N m/rad: {worst:.1e} rad")
     assert worst < 1e-9
+
+
+@REALISATIONS
+@pytest.mark.parametrize("steps", [1, 4, 100])
+@pytest.mark.parametrize("k_t", [1000.0, 163.0, 40.0])
+def test_rigid_patch_at_the_solved_angle_makes_the_same_torque(
+    model: Model, k_t: float, steps: int
+) -> None:
+    path = random_turns(0, steps)
+    angle, torque = solve(model, path, k_t)
+
+    rigid = run(Model(discretised=not model.exact), replace(path, psi=angle)).M_z
+    np.testing.assert_allclose(torque, rigid, rtol=0, atol=1e-9 * np.ptp(rigid))
 
 
 @pytest.mark.parametrize("k_t", STIFFNESSES)
