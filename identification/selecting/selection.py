@@ -13,14 +13,8 @@ from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
 from identification.selecting.attempts import Attempts, precision_for
 from identification.selecting.journal import Journal
-from identification.selecting.scoring import (
-    CLEAR,
-    LEAST_GAIN,
-    RESOLUTION,
-    advantage,
-    delta_bic,
-    falls_clearly,
-)
+from identification.selecting.rules import earns_its_place, is_better, tells_apart
+from identification.selecting.scoring import LEAST_GAIN
 from identification.selecting.trials import Trial
 from identification.selecting.workers import workers
 from symbolic import EFFECTS
@@ -193,17 +187,17 @@ def _forward(
             tried += try_all([(*ranked.effects, name) for name in names], label)
             tried.sort(key=lambda trial: trial.nrmse)
             leader, others = _leader(ranked, tried, training)
-    return _Move(tried=tried, leader=leader, others=others, holds=_earns_its_place, forward=True)
+    return _Move(tried=tried, leader=leader, others=others, holds=earns_its_place, forward=True)
 
 
 def _backward(ranked: Trial, training: Sequence[Recording], try_all: Try) -> _Move:
     """The present model without one effect each; the last one has just earned its place."""
     sets = [tuple(e for e in ranked.effects if e != gone) for gone in ranked.effects[:-1]]
     tried = try_all(sets, f"trying to do without one of {', '.join(ranked.effects)}") if sets else []
-    spared = [trial for trial in tried if not _earns_its_place(ranked, trial, training)]
+    spared = [trial for trial in tried if not earns_its_place(ranked, trial, training)]
 
     def holds(after: Trial, current: Trial, training: Sequence[Recording]) -> bool:
-        return not _earns_its_place(current, after, training)
+        return not earns_its_place(current, after, training)
 
     return _Move(tried=tried, leader=spared[0] if spared else None, holds=holds)
 
@@ -217,8 +211,8 @@ def _exchange(
         (*(e for e in ranked.effects if e != gone), name) for name in helpful for gone in ranked.effects
     ]
     swapped = try_all(sets, f"exchanging one of {', '.join(ranked.effects)}") if sets else []
-    better = [trial for trial in swapped if _is_better(trial, ranked, training)]
-    return _Move(tried=swapped, leader=better[0] if better else None, holds=_is_better)
+    better = [trial for trial in swapped if is_better(trial, ranked, training)]
+    return _Move(tried=swapped, leader=better[0] if better else None, holds=is_better)
 
 
 def _leader(
@@ -229,10 +223,10 @@ def _leader(
     The best that earns its place, or the one with the fewest parameters among those that cannot be told
     from it.
     """
-    worthy = [trial for trial in tried if _earns_its_place(trial, ranked, training)]
+    worthy = [trial for trial in tried if earns_its_place(trial, ranked, training)]
     if not worthy:
         return None, ()
-    equals = [trial for trial in worthy if not _tells_apart(worthy[0], trial)]
+    equals = [trial for trial in worthy if not tells_apart(worthy[0], trial)]
     leader = min(equals, key=lambda trial: (len(trial.fitted.labels), trial.nrmse))
     return leader, tuple(trial.effects[-1] for trial in equals if trial is not leader)
 
@@ -240,26 +234,3 @@ def _leader(
 def silent(message: str, done: int, total: int) -> None:
     """Progress that nobody sees."""
     del message, done, total
-
-
-def _earns_its_place(trial: Trial, current: Trial, training: Sequence[Recording]) -> bool:
-    """Lower judged error by a clear margin, and by the information criterion on the training data."""
-    if not falls_clearly(trial.judgement, current.judgement):
-        return False
-    if not current.nrmse**2 - trial.nrmse**2 > RESOLUTION**2:
-        return False
-    return delta_bic(trial.fitted, current.fitted, training) < 0
-
-
-def _is_better(trial: Trial, current: Trial, training: Sequence[Recording]) -> bool:
-    """Lower judged error by a clear margin; more parameters have to be paid for on the training data."""
-    if not falls_clearly(trial.judgement, current.judgement):
-        return False
-    if len(trial.fitted.labels) <= len(current.fitted.labels):
-        return True
-    return delta_bic(trial.fitted, current.fitted, training) < 0
-
-
-def _tells_apart(best: Trial, other: Trial) -> bool:
-    mean, error = advantage(best.judgement, other.judgement)
-    return mean > CLEAR * error and other.nrmse - best.nrmse > LEAST_GAIN * best.nrmse
