@@ -105,6 +105,13 @@ def without(columns: Array, directions: Array) -> Array:
     return np.asarray(columns - directions @ (directions.T @ columns))
 
 
+def added(columns: Array, directions: Array) -> Array:
+    """Orthonormal directions that these columns have beyond those; none where they hardly leave them."""
+    left = without(columns, directions)
+    new = np.linalg.norm(left, axis=0) > LEAST_LEFT * np.linalg.norm(columns, axis=0)
+    return directions_of(left[:, new])
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Noise:
     """A process with the autocorrelation of the residuals.

@@ -14,6 +14,7 @@ from identification.residuals.correlation import (
     CONFIDENCE,
     Noise,
     Rows,
+    added,
     correlation,
     directions_of,
     noise_of,
@@ -197,7 +198,7 @@ class _Absorbed:
 
     def and_also(self, columns: Array) -> "_Absorbed":
         parts = (self.adjusted, self.centred)
-        adjusted, centred = (np.hstack([p, directions_of(without(columns, p))]) for p in parts)
+        adjusted, centred = (np.hstack([p, added(columns, p)]) for p in parts)
         return _Absorbed(adjusted=adjusted, centred=centred)
 
 
