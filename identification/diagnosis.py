@@ -103,12 +103,18 @@ def _left_out(
 
 def _proposals(steps: Sequence[Step], made: Attempts, report: Progress) -> dict[Effects, Proposal]:
     """For each set of effects that was chosen, the experiment that tells it from its nearest rival."""
-    waiting = {}
+    wanted = []
     for step in steps:
-        if step.chosen is None or not step.indistinguishable:
-            continue
-        report("looking for an experiment that separates rivals", 0, 1)
-        effects, nearest = step.chosen.effects, (*step.before.effects, step.nearest_rival)
-        pair = [made.ranked(e, step.start_of(e), RANKING).fitted for e in (effects, nearest)]
-        waiting[effects] = made.submit(propose, *pair, made.thin_training)
+        if step.chosen and step.indistinguishable:
+            nearest = (*step.before.effects, step.nearest_rival)
+            wanted += [(effects, step.start_of(effects)) for effects in (step.chosen.effects, nearest)]
+    if not wanted:
+        return {}
+    label = "looking for an experiment that separates rivals"
+    pairs = made.together(wanted, RANKING, lambda done: report(label, done, len(wanted)))
+    fits = [trial.fitted for trial in pairs]
+    waiting = {
+        effects: made.submit(propose, found, rival, made.thin_training)
+        for (effects, _), found, rival in zip(wanted[::2], fits[::2], fits[1::2], strict=True)
+    }
     return {effects: future.result() for effects, future in waiting.items()}

@@ -76,10 +76,20 @@ class Attempts:
             precision: how finely.
             report: called with the number of trials done.
         """
-        report(0)
         # The heaviest first, so that no core waits for one of them at the end.
         ordered = sorted(sets, key=lambda effects: -model_of(effects, precision).memory_size)
-        tasks = [self._thin_task(e, _values_for(present, e), precision) for e in ordered]
+        wanted = [(effects, _values_for(present, effects)) for effects in ordered]
+        return sorted(self.together(wanted, precision, report), key=lambda trial: trial.nrmse)
+
+    def together(
+        self,
+        wanted: Sequence[tuple[Effects, Values]],
+        precision: Precision,
+        report: Callable[[int], None],
+    ) -> list[Trial]:
+        """Effects ranked on thinned recordings, each from its own values; in the order given."""
+        report(0)
+        tasks = [self._thin_task(effects, start, precision) for effects, start in wanted]
         made = {i: kept for i, task in enumerate(tasks) if (kept := self._recall(task))}
         waiting = {self.submit(attempt, tasks[i]): i for i in range(len(tasks)) if i not in made}
         report(len(made))
@@ -88,7 +98,7 @@ class Attempts:
             made[i] = future.result()
             self._note(tasks[i], made[i])
             report(len(made))
-        return sorted((made[i] for i in range(len(tasks))), key=lambda trial: trial.nrmse)
+        return [made[i] for i in range(len(tasks))]
 
     def _thin_task(self, effects: Effects, start: Values | None, precision: Precision) -> Task:
         return Task(effects, self.thin_training, self.thin_holdout, start, precision, self.loss)
