@@ -56,6 +56,7 @@ class Fit:
             samples left out; the loss does not enter it.
         labels: whose parameter each Jacobian column is.
         scales: size of a unit step of each column, in the parameter's coordinate.
+        room: unit steps that each may go down (<= 0) and up (>= 0) before its range ends, shape (2, p).
         status: the solver's word on how it ended.
         converged: False where the solver stopped for another reason than its tolerances.
         loss: what was minimised.
@@ -67,6 +68,7 @@ class Fit:
     jacobian: Array
     labels: tuple[Label, ...]
     scales: Array
+    room: Array
     status: str
     converged: bool
     loss: Loss = LEAST_SQUARES
@@ -168,6 +170,7 @@ def fit(
         jacobian=problem.jacobian(solution.x),
         labels=tuple(problem.labels),
         scales=problem.scales,
+        room=np.array([low, high]) - solution.x,
         status=str(solution.message),
         converged=solution.status > 0,
         loss=loss,

@@ -21,7 +21,7 @@ from identification.fits.fitting import Fit, Values
 from identification.reading.recordings import Recording
 from identification.selecting.trials import Task, Trial, judged_trial, model_of
 
-FORMAT = 1
+FORMAT = 2
 """Changes with whatever makes a kept trial differ from one made anew."""
 
 
@@ -53,7 +53,7 @@ class Journal:
         arrays: dict[str, Any] = {"texts": json.dumps([_text(fitted) for fitted in fits])}
         for i, fitted in enumerate(fits):
             arrays |= {f"{i}/residual/{name}": r for name, r in fitted.residuals.items()}
-            arrays |= {f"{i}/jacobian": fitted.jacobian, f"{i}/scales": fitted.scales}
+            arrays |= {f"{i}/{name}": getattr(fitted, name) for name in ("jacobian", "scales", "room")}
         path = self._path(task)
         stage = path.with_name(f"{secrets.token_hex(4)}.part")
         with suppress(OSError):
@@ -103,6 +103,7 @@ def _fit(task: Task, text: Mapping[str, Any], arrays: Mapping[str, Any], i: int)
         jacobian=arrays[f"{i}/jacobian"],
         labels=tuple((owner, name) for owner, name in labels),
         scales=arrays[f"{i}/scales"],
+        room=arrays[f"{i}/room"],
         status=text["status"],
         converged=text["converged"],
         loss=task.loss,

@@ -18,14 +18,15 @@ from identification.selecting.trials import Trial
 def earns_its_place(trial: Trial, current: Trial, training: Sequence[Recording]) -> bool:
     """Lower judged error by a clear margin, and by the information criterion on the training data.
 
-    That may speak against it, though not strongly, where what was held out speaks for it clearly.
+    That may speak against it, though not strongly, where recordings that were held out speak for it
+    clearly. Leaving training recordings out in turn is no evidence beyond the criterion's own.
     """
     if not falls_clearly(trial.judgement, current.judgement):
         return False
     if not current.nrmse**2 - trial.nrmse**2 > RESOLUTION**2:
         return False
     mean, error = advantage(trial.judgement, current.judgement)
-    allowed = STRONG if mean > CLEAR * error else 0.0
+    allowed = STRONG if trial.held_out and mean > CLEAR * error else 0.0
     return delta_bic(trial.fitted, current.fitted, training) < allowed
 
 

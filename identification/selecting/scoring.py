@@ -103,8 +103,8 @@ def judged(
 def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Array]:
     """Residuals of every recording had it not been fitted, to first order of the parameters [N m].
 
-    The shared parameters move by the Gauss-Newton step of the other recordings alone; then what belongs
-    to the recording is refitted. A single recording keeps its residuals.
+    The shared parameters move by the Gauss-Newton step of the other recordings alone, as far as their
+    ranges allow; then what belongs to the recording is refitted. A single recording keeps its residuals.
     """
     if len(recordings) < 2:
         return dict(fitted.residuals)
@@ -128,13 +128,29 @@ def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Arr
         rest = np.ones(stacked.size, dtype=bool)
         rest[rows] = False
         step = np.zeros(owners.size)
-        step[others] = _least_squares(jacobian[np.ix_(rest, others)], -(weight * stacked)[rest])
+        step[others] = _within(
+            fitted.room[:, others], jacobian[np.ix_(rest, others)], -(weight * stacked)[rest]
+        )
         moved = stacked[rows] + fitted.jacobian[rows][:, shared] @ step[shared]
-        again = _least_squares(jacobian[rows][:, mine], -weight[rows] * moved)
+        again = _within(fitted.room[:, mine], jacobian[rows][:, mine], -weight[rows] * moved)
         left = np.full(present.size, np.nan)
         left[present] = (moved + fitted.jacobian[rows][:, mine] @ again) * span
         residuals[name] = left
     return residuals
+
+
+def _within(room: Array, matrix: Array, target: Array) -> Array:
+    """Least squares that stops where the room ends, one after the other (active set)."""
+    step = np.zeros(matrix.shape[1])
+    free = np.ones(step.size, dtype=bool)
+    while free.any():
+        step[free] = _least_squares(matrix[:, free], target - matrix[:, ~free] @ step[~free])
+        kept = np.clip(step, *room)
+        free &= kept == step
+        if np.array_equal(kept, step):
+            break
+        step = kept
+    return step
 
 
 def _least_squares(matrix: Array, target: Array) -> Array:

@@ -78,6 +78,12 @@ def test_what_was_held_out_outweighs_a_weak_objection(
     assert earns_its_place(after, before, training) == earned
 
 
+def test_without_held_out_recordings_an_objection_stands(pair: tuple[Trial, list[Recording]]) -> None:
+    after, before = (replace(trial, held_out=None) for trial in trials(pair, 1.0, 2.5))
+
+    assert not earns_its_place(after, before, pair[1][:1])
+
+
 def test_an_exchange_pays_for_its_parameters(pair: tuple[Trial, list[Recording]]) -> None:
     training = pair[1][:1]
     dearer, before = trials(pair, 1.0, 2.5)

@@ -5,6 +5,7 @@ import pytest
 
 from identification import Fit, Recording, fit
 from identification.fits.deviations import deviations
+from identification.fits.fitting import first_values
 from identification.selecting.scoring import (
     Judgement,
     advantage,
@@ -15,7 +16,7 @@ from identification.selecting.scoring import (
     leave_one_out,
     rmse_of,
 )
-from identification.selecting.trials import Task, attempt, freeze
+from identification.selecting.trials import RANKING, Task, attempt, freeze, model_of
 from symbolic import Model
 from tests.identification.made import read_campaign, with_torque
 
@@ -69,6 +70,29 @@ def test_leaving_out_to_first_order_is_like_refitting(three: list[Recording]) ->
         moved = rmse_of(exact - trial.fitted.residuals[left_out.name])
         assert rmse_of(predicted[left_out.name] - exact) < 0.15 * moved
         assert rmse_of(predicted[left_out.name]) == pytest.approx(rmse_of(exact), rel=2e-3)
+
+
+def test_leaving_out_keeps_to_the_ranges_of_the_parameters() -> None:
+    """Contact damping cannot be negative, however much the torque asks for it."""
+    undamped = read_campaign(None, 2, recordings=3)[1]
+    model = model_of(("contact_damping",), RANKING)
+    inwards = [
+        with_torque(r, r.M_z + gain * r.psi_dot)
+        for r, gain in zip(undamped, (0.2, 0.5, 1.0), strict=True)
+    ]
+    fitted = fit(model, inwards, first_values(model, inwards))
+    column = fitted.labels.index((None, "contact_damping.c"))
+    assert fitted.room[0, column] == pytest.approx(0, abs=1e-2)
+
+    left = leave_one_out(fitted, inwards)
+    beyond = leave_one_out(replace(fitted, room=np.sign(fitted.room) * np.inf), inwards)
+
+    for recording in inwards:
+        others = [r for r in inwards if r is not recording]
+        refitted = fit(model, others, fitted.values)
+        exact = freeze(refitted, [recording]).residuals[recording.name]
+        near, far = (rmse_of(made[recording.name] - exact) for made in (left, beyond))
+        assert near < 0.3 * far
 
 
 def test_leaving_out_with_missing_samples(three: list[Recording]) -> None:
