@@ -1,6 +1,7 @@
 """The experiment that would tell two effects apart: what to steer, and what both models make of it."""
 
 from pathlib import Path
+from textwrap import fill
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -8,6 +9,9 @@ from matplotlib.axes import Axes
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
 from brushgrip.wording import percent, plain
 from identification.experiments.separation import Proposal
+
+WIDTH = 100
+"""Letters of a title that fit above the picture."""
 
 
 def draw_experiment(path: Path, proposal: Proposal) -> None:
@@ -18,7 +22,7 @@ def draw_experiment(path: Path, proposal: Proposal) -> None:
         angle, load, torques, difference = rows
         angle.plot(manoeuvre.t, manoeuvre.psi, color=MEASURED)
         angle.set_ylabel("yaw angle ψ\n[rad]")
-        angle.set_title(manoeuvre.instruction)
+        angle.set_title(fill(manoeuvre.instruction, WIDTH))
         load.plot(manoeuvre.t, manoeuvre.F_N, color=MEASURED)
         load.set_ylabel("load $F_N$\n[N]")
         _widen(load)

@@ -21,7 +21,9 @@ class FrictionalCreep(Effect):
     """Limit times 1 + c ln(v / v_ref), v each bristle's own sliding speed, not below v_0."""
 
     name: str = "frictional_creep"
-    summary: str = "friction grows with the log speed at which bristles slide, and they creep"
+    summary: str = (
+        "friction grows with the log speed at which bristles slide, and they creep; mu is that at 1 mm/s"
+    )
     parameters: tuple[Parameter, ...] = (
         Parameter(name="c", unit="1", neutral=0.0, start=0.02, lower=0.0, upper=0.3, scale=0.05),
     )
