@@ -38,7 +38,7 @@ def from_files(
     found = FoundModel(model=Model(), shared={"k": tyre.k}, own={})
     if model is not None:
         found = read_model_file(model)
-    return kind(model=found.model, values=found.coming_values(), rig=geometry, **settings)
+    return kind(model=found.coming_model(), values=found.coming_values(), rig=geometry, **settings)
 
 
 def read_rig_file(path: str | Path) -> tuple[Rig, Tyre]:

@@ -2,7 +2,7 @@
 
 Multiple shooting: the states at every sample are unknowns of their own; the motion between two of them
 costs what its disturbances cost, and a state that nothing disturbs is held by an equality. IPOPT
-minimises the cost of `observers.window` with exact derivatives: the same arrival, the same patch as
+minimises the cost of `observers.window` with exact gradients: the same arrival, the same patch as
 recalled, the same loss. It takes tenths of a second, and is meant for tests and doubt, not for a loop.
 
 Sources: Bock and Plitt, A multiple shooting algorithm for direct solution of optimal control problems,

@@ -23,7 +23,7 @@ def advance_in_series(
     """The turn t with t = asked + C M_z(t) [rad], and the patch memory after it.
 
     The search itself is not differentiated. One more Newton step from its end is, with the slopes held
-    fixed; that derivative is the one of the implicit function theorem.
+    fixed; that first derivative is the one of the implicit function theorem, second ones are not right.
 
     Args:
         patch: the patch in series.
@@ -32,10 +32,11 @@ def advance_in_series(
         drive: what `patch.drive` made of the sample.
         compliance: C >= 0 [rad/(N m)].
     """
-    turn, slope, follows = _search(patch)(memory, drive, asked, compliance)
-    near = patch.advance(memory, turn, drive)
-    further = (asked + compliance * patch.torque(near, drive) - turn) / slope
-    return turn + further, near + follows * further
+    found, slope, follows = _search(patch)(memory, drive, asked, compliance)
+    near = patch.advance(memory, found, drive)
+    further = (asked + compliance * patch.torque(near, drive) - found) / slope
+    turn = found + further
+    return turn, near + follows * further if patch.smooth else patch.advance(memory, turn, drive)
 
 
 def _search(patch: Patch) -> ca.Function:

@@ -6,7 +6,7 @@ puts its name before, see `symbolic.text.naming`.
 
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from symbolic.effects.base import Effect, Parameter
@@ -117,6 +117,15 @@ class FoundModel:
                 " add mu under [tyre] of the rig file"
             )
         return {**self.coming_values(), **own}
+
+    def coming_model(self) -> Model:
+        """The model as an observer takes it: on bristles where something gives way in series.
+
+        What the exact patch remembers follows a moving mu badly behind a compliance.
+        """
+        _, theta, _ = self.model.symbols()
+        gives_way = any(effect.compliance(own) is not None for effect, own in self.model.values(theta))
+        return replace(self.model, discretised=True) if gives_way else self.model
 
     def coming_values(self) -> dict[str, float]:
         """All parameter values but mu for what is yet to be measured, as an observer takes them.

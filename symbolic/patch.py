@@ -43,6 +43,10 @@ class Patch(Protocol):
         """Length of the memory vector."""
 
     @property
+    def smooth(self) -> bool:
+        """Whether the memory may be moved along its slope by the turn, as far as rounding goes."""
+
+    @property
     def drive_size(self) -> int:
         """Length of what `drive` makes."""
 

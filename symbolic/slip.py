@@ -40,6 +40,8 @@ def slip(
         held: stiffness of a Maxwell branch that slips along, as a share of the spring's; 0 for none.
         reach: slip of one sample at 1 m/s, in the same unit.
         c: growth of the limit with the log of the sliding speed, >= 0 [1]; None for the plain stop.
+
+    With c, first derivatives are exact and second ones are not right.
     """
     if c is None:
         return (stress - clipped(stress, limit)) / (1 + held)

@@ -53,6 +53,11 @@ class ZonePatch:
         return np.zeros(self.size)
 
     @property
+    def smooth(self) -> bool:
+        """A corner of a small turn runs to infinity, and its slope faster."""
+        return False
+
+    @property
     def drive_size(self) -> int:
         """Limit of r k / mu [N/m^3], mu / k [m^2/N], k [N/m^2], a and e [m]."""
         return 5

@@ -11,8 +11,9 @@ from identification.fits.loss import LEAST_SQUARES, Loss, cost, influence
 from identification.reading.recordings import Recording
 
 Array = NDArray[np.float64]
-BLOCK = 1.0
-"""Length of the blocks in which residuals are taken as independent [s]."""
+BLOCK, LONG_BLOCK = 1.0, 4.0
+"""Length of the blocks in which residuals are taken as independent [s]; the long one outlasts what the
+residual of a real tyre remembers."""
 LEAST_GAIN = 0.02
 """Something has to lower the judged error by this share to be worth it [1]."""
 RESOLUTION = 5e-4
@@ -74,12 +75,12 @@ class Judgement:
         """Root mean square error over range, averaged over recordings."""
         return float(np.mean([rmse_of(self.residuals[n]) / self.ranges[n] for n in self.ranges]))
 
-    def squares(self) -> Array:
-        """Mean squared error over range in blocks of one second, all recordings in one row."""
+    def squares(self, block: float = BLOCK) -> Array:
+        """Mean squared error over range in blocks of so many seconds, all recordings in one row."""
         blocks = []
         for name, residual in self.residuals.items():
             time = self.times[name]
-            index = ((time - time[0]) // BLOCK).astype(int)
+            index = ((time - time[0]) // block).astype(int)
             squared = (residual / self.ranges[name]) ** 2
             present = np.isfinite(squared)
             sums = np.bincount(index[present], squared[present], minlength=index[-1] + 1)
@@ -163,12 +164,12 @@ def _least_squares(matrix: Array, target: Array) -> Array:
     return solution
 
 
-def advantage(better: Judgement, worse: Judgement) -> tuple[float, float]:
+def advantage(better: Judgement, worse: Judgement, block: float = BLOCK) -> tuple[float, float]:
     """How much lower the mean squared error over range is, and the standard error of that.
 
-    Paired over blocks of one second of the same recordings.
+    Paired over blocks of so many seconds of the same recordings.
     """
-    difference = worse.squares() - better.squares()
+    difference = worse.squares(block) - better.squares(block)
     return float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(difference.size))
 
 

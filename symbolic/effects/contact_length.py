@@ -60,6 +60,7 @@ class ContactLength(Effect):
         """Let the patch grow."""
 
         def growth(F_N: Expression, a: Expression) -> Expression:
-            return (F_N / (values["F_0"] * (a / REFERENCE_LENGTH) ** values["m"])) ** values["n"]
+            more = (F_N / (values["F_0"] * (a / REFERENCE_LENGTH) ** values["m"])) ** values["n"]
+            return more if traits.growth is None else more * traits.growth(F_N, a)
 
         return replace(traits, growth=growth)

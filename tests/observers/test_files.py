@@ -56,7 +56,7 @@ def test_a_model_that_was_found(rig: Path, tmp_path: Path) -> None:
     observer = from_files(Mhe, str(rig), str(write_model(tmp_path)), window=7)
     effects = effects_named(["carcass_torsion", "torque_offset"])
 
-    assert observer.model == Model(effects=effects)
+    assert observer.model == Model(effects=effects, discretised=True)
     # The k of the model goes before that of the rig; nothing fitted to one recording is believed.
     assert observer.values == {"k": 2.4e6, "carcass_torsion.k_t": 390.0, "torque_offset.M_0": 0.0}
     assert (observer.window, observer.sensing) == (7, AligningTorque())
@@ -66,7 +66,7 @@ def test_it_runs(rig: Path, tmp_path: Path, recording: RigRecording) -> None:
     columns = [a[:300] for a in (recording.t, recording.psi, recording.F_N, recording.M_z)]
     made = run(from_files(Ekf, rig, write_model(tmp_path)), *columns)
     by_hand = Ekf(
-        model=Model(effects=effects_named(FOUND["effects"])),
+        model=Model(effects=effects_named(FOUND["effects"]), discretised=True),
         values={"k": 2.4e6, "carcass_torsion.k_t": 390.0, "torque_offset.M_0": 0.0},
         rig=WHOLE,
     )

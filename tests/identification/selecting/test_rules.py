@@ -7,11 +7,18 @@ import pytest
 
 from identification import Recording
 from identification.selecting.rules import earns_its_place, is_better, tells_apart
-from identification.selecting.scoring import RESOLUTION, Judgement, delta_bic, effective_samples
+from identification.selecting.scoring import (
+    BLOCK,
+    LONG_BLOCK,
+    RESOLUTION,
+    Judgement,
+    delta_bic,
+    effective_samples,
+)
 from identification.selecting.trials import Task, Trial, attempt
 from tests.identification.made import read_campaign
 
-SECONDS, PER_SECOND = 40, 100
+SECONDS, PER_SECOND = 80, 50
 
 
 @pytest.fixture(scope="module")
@@ -29,11 +36,13 @@ def judgement(sizes: np.ndarray) -> Judgement:
     )
 
 
-def trials(pair: tuple[Trial, list[Recording]], bic: float, error: float) -> tuple[Trial, Trial]:
+def trials(
+    pair: tuple[Trial, list[Recording]], bic: float, error: float, block: float = BLOCK
+) -> tuple[Trial, Trial]:
     """A model with one more parameter, and one without.
 
     With it the information criterion rises by `bic`, and the held-out mean square falls by `error` times
-    its standard error.
+    its standard error, from blocks of so many seconds.
     """
     trial, (training, _) = pair
     white = np.random.default_rng(3).standard_normal(training.t.size)
@@ -47,8 +56,9 @@ def trials(pair: tuple[Trial, list[Recording]], bic: float, error: float) -> tup
             labels=(*trial.fitted.labels, (None, "more")),
         ),
     }
-    gains = np.where(np.arange(SECONDS) % 2, 1.0, -1.0)
-    gains = 0.2 * (1 + gains * np.sqrt(SECONDS - 1) / error)
+    blocks = SECONDS // int(block)
+    gains = np.repeat(np.where(np.arange(blocks) % 2, 1.0, -1.0), int(block))
+    gains = 0.2 * (1 + gains * np.sqrt(blocks - 1) / error)
     held = {"before": np.ones(SECONDS) * 4, "after": 4 - gains}
     after, before = (
         replace(trial, fitted=fits[name], judgement=judgement(0.05 * np.sqrt(held[name])))
@@ -58,20 +68,20 @@ def trials(pair: tuple[Trial, list[Recording]], bic: float, error: float) -> tup
 
 
 @pytest.mark.parametrize(
-    ("bic", "error", "earned"),
+    ("bic", "error", "block", "earned"),
     [
-        (-1.0, 1.5, True),
-        (-1.0, 0.5, False),
-        (1.0, 1.5, False),
-        (1.0, 2.5, True),
-        (5.5, 2.5, True),
-        (6.5, 2.5, False),
+        (-1.0, 1.5, BLOCK, True),
+        (-1.0, 0.5, BLOCK, False),
+        (1.0, 1.5, LONG_BLOCK, False),
+        (1.0, 2.5, LONG_BLOCK, True),
+        (5.5, 2.5, LONG_BLOCK, True),
+        (6.5, 2.5, LONG_BLOCK, False),
     ],
 )
 def test_what_was_held_out_outweighs_a_weak_objection(
-    pair: tuple[Trial, list[Recording]], bic: float, error: float, earned: bool
+    pair: tuple[Trial, list[Recording]], bic: float, error: float, block: float, earned: bool
 ) -> None:
-    after, before = trials(pair, bic, error)
+    after, before = trials(pair, bic, error, block)
     training = pair[1][:1]
 
     assert delta_bic(after.fitted, before.fitted, training) == pytest.approx(bic, abs=1e-6)
@@ -79,7 +89,15 @@ def test_what_was_held_out_outweighs_a_weak_objection(
 
 
 def test_without_held_out_recordings_an_objection_stands(pair: tuple[Trial, list[Recording]]) -> None:
-    after, before = (replace(trial, held_out=None) for trial in trials(pair, 1.0, 2.5))
+    after, before = (replace(t, held_out=None) for t in trials(pair, 1.0, 2.5, LONG_BLOCK))
+
+    assert not earns_its_place(after, before, pair[1][:1])
+
+
+def test_what_is_fitted_to_each_recording_is_not_foreseen(pair: tuple[Trial, list[Recording]]) -> None:
+    after, before = trials(pair, 1.0, 2.5, LONG_BLOCK)
+    labels = (*before.fitted.labels, (pair[1][0].name, "more"))
+    after = replace(after, fitted=replace(after.fitted, labels=labels))
 
     assert not earns_its_place(after, before, pair[1][:1])
 
