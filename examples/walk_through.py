@@ -19,6 +19,7 @@ import numpy as np
 from brushgrip.pictures import draw_loops, draw_residuals, draw_signatures
 from brushgrip.wording import error_columns, error_figures, listed, percent, plain, quantity, sentence
 from identification import Diagnosis, Recording, Values, diagnose, read_recording
+from identification.fits.deviations import covariance
 from identification.fits.fitting import Fit, fit, torque_range
 from identification.selecting.scoring import rmse_of
 from identification.selecting.trials import RANKING, freeze, model_of, thinned
@@ -33,8 +34,8 @@ FACTORS = np.linspace(0.7, 1.4, 15)
 PUBLISHED_K = 2.438e6
 """The source's k, from free vibration [N/m^2]."""
 SPOKEN_OF = (
-    {"frictional_creep", "carcass_torsion", "asymmetric_friction"},
-    {"frictional_creep", "carcass_torsion", "asymmetric_friction", "contact_length", "rate_friction"},
+    {"frictional_creep", "carcass_torsion", "asymmetric_friction", "rate_friction"},
+    {"frictional_creep", "patch_width", "asymmetric_friction", "rate_friction", "contact_length"},
 )
 """Effects that the text of the page explains: of the search with four held out, and with none."""
 TEMPLATE = Path(__file__).with_name("walk_through.in.md")
@@ -120,14 +121,24 @@ def _vertex(errors: np.ndarray) -> tuple[float, float]:
     return float(FACTORS[i]) + shift, float(np.polyval(curve, shift))
 
 
-def vibration(found: Diagnosis) -> tuple[str, str]:
-    """Stiffness about the kingpin at 45 mm [N m/rad]: of the published k, and of what was found."""
+def vibration(found: Diagnosis, training: Sequence[Recording]) -> tuple[str, str]:
+    """Stiffness about the kingpin at 45 mm [N m/rad]: of the published k, and of what was found.
+
+    The latter with its deviation, for which k and k_t have to be taken together.
+    """
     a, e = 0.045, 0.009
     per_k = 2 * (a**3 / 3 + a * e**2)
-    compliance = 1 / (per_k * found.values.shared["k"])
-    if "carcass_torsion.k_t" in found.values.shared:
-        compliance += 1 / found.values.shared["carcass_torsion.k_t"]
-    return f"{per_k * PUBLISHED_K:.0f}", f"{1 / compliance:.0f}"
+    start = Values(shared=found.values.shared, own=found.values.own)
+    thin = [thinned(recording) for recording in training]
+    fitted = fit(model_of([effect.name for effect in found.effects], RANKING), thin, start)
+    k = fitted.values.shared["k"]
+    compliance = 1 / (per_k * k) + 1 / fitted.values.shared["carcass_torsion.k_t"]
+    slope = np.zeros(len(fitted.labels))
+    slope[fitted.labels.index((None, "k"))] = -1 / (per_k * k**2)
+    # Its coordinate is the compliance.
+    slope[fitted.labels.index((None, "carcass_torsion.k_t"))] = 1
+    spread = np.sqrt(slope @ covariance(fitted, thin) @ slope) / compliance**2
+    return f"{per_k * PUBLISHED_K:.0f}", f"{1 / compliance:.0f} ± {spread:.0f}"
 
 
 def figures(
@@ -135,7 +146,7 @@ def figures(
 ) -> Mapping[str, str]:
     """Everything that the template asks for."""
     grounds, emery = grounds_table(split, recordings)
-    published, series = vibration(split)
+    published, series = vibration(split, [r for r in recordings if r.name in TRAINING])
     held = [errors.summary()["holdout_torque_nrmse"] or np.nan for errors in (split.before, split.after)]
     left = [
         errors.summary()["left_out_torque_nrmse"] or np.nan for errors in (whole.before, whole.after)
