@@ -40,16 +40,19 @@ def advance_in_series(
 
 
 def _search(patch: Patch) -> ca.Function:
-    """(memory, drive, asked, compliance) -> (turn, slope of what is left by the turn, of the memory)."""
+    """(memory, drive, asked, compliance) -> (turn, slope of what is left by the turn, of the memory).
+
+    The latter is zero where the memory may not be moved along it.
+    """
     before, rest = ca.MX.sym("memory", patch.size), ca.MX.sym("drive", patch.drive_size)
     turn, goal, give = (ca.MX.sym(name) for name in ("turn", "asked", "compliance"))
     after = patch.advance(before, turn, rest)
     M_z = patch.torque(after, rest)
-    follows = ca.jtimes(after, turn, ca.MX(1))
+    follows = ca.densify(ca.jtimes(after, turn, ca.MX(1))) if patch.smooth else ca.MX(0)
     slope = 1 - give * ca.jtimes(M_z, turn, ca.MX(1))
     inputs, names = [before, turn, rest, goal, give], ["memory", "turn", "drive", "asked", "compliance"]
     newton = ca.Function("newton", inputs, [turn - goal - give * M_z, slope], names, ["left", "slope"])
-    slopes = ca.Function("slopes", inputs, [slope, ca.densify(follows)], names, ["slope", "follows"])
+    slopes = ca.Function("slopes", inputs, [slope, follows], names, ["slope", "follows"])
     # What is left rises with the turn by at least one to one, so its value at rest brackets the root.
     found: Expression = ca.MX(0)
     left, steep = newton(before, found, rest, goal, give)
