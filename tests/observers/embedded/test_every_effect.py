@@ -15,13 +15,13 @@ from tests.observers.embedded.building import NO_COMPILER, Interpreted, build, o
 from tests.observers.made import columns_of, samples_of
 from tests.rig.record import RigRecording
 
-SAMPLES = 120
+SAMPLES = 250
 
 
 @pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
 def test_every_effect(effect: Effect, recording: RigRecording, tmp_path: Path) -> None:
-    model = Model(effects=(effect,), lengthways=10)
+    model = Model(effects=(effect,), lengthways=20)
     starts = {parameter_name(e, p): p.start for e, p in model.parameters if e is not None}
     observer = observer_of(Ekf, {"model": model, "values": {"k": K, **starts}}, AligningTorque())
     samples = samples_of(columns_of(recording))[:SAMPLES]
@@ -30,4 +30,4 @@ def test_every_effect(effect: Effect, recording: RigRecording, tmp_path: Path) -
     said = build(observer, DOUBLE, tmp_path).follow(rows)
 
     np.testing.assert_array_equal(said, said_by(Interpreted(observer), rows, turns=False))
-    assert np.ptp(said[:, 0]) > 0.001, "the comparison saw no correction"
+    assert np.ptp(said[:, 0]) > 0.005, "the comparison saw no correction"
