@@ -9,7 +9,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from symbolic import EFFECTS, Model, compiled, step_along
+from symbolic import EFFECTS, Model, compiled, effects_named, step_along
 from symbolic.compiled import cache_directory, compiler
 from tests.symbolic.oracles import random_path, signals
 
@@ -36,25 +36,27 @@ def libraries(folder: Path) -> list[Path]:
 
 @needs_compiler
 @pytest.mark.parametrize(
-    "model",
+    ("model", "own"),
     [
-        Model(corners=8),
-        Model(discretised=True, lengthways=20),
-        Model(effects=(EFFECTS["viscoelastic_relaxation"],), lengthways=20),
-        Model(effects=(EFFECTS["frictional_creep"], EFFECTS["carcass_torsion"]), lengthways=20),
+        (Model(corners=8), ()),
+        (Model(discretised=True, lengthways=20), ()),
+        (Model(effects=(EFFECTS["viscoelastic_relaxation"],), lengthways=20), (0.5, 0.6)),
+        (
+            Model(effects=effects_named(["frictional_creep", "carcass_torsion"]), lengthways=20),
+            (0.15, 1 / 350),
+        ),
     ],
     ids=["zones", "bristles", "relaxing bristles", "creep behind a carcass"],
 )
 @pytest.mark.parametrize("vectorised", [False, True], ids=["plain", "vectorised"])
-def test_machine_code_gives_the_interpreters_numbers(model: Model, vectorised: bool) -> None:
+def test_machine_code_gives_the_interpreters_numbers(
+    model: Model, own: tuple[float, ...], vectorised: bool
+) -> None:
     step = step_along(model, 2)
     fast = compiled(step, vectorised=vectorised)
     path = random_path(3, depth=4, samples=150)
     samples, geometry = signals(path.psi, path.F_N), np.array([path.tyre.a, path.tyre.e])
-    own = (
-        (0.15, 1 / 350) if model.effects and model.effects[0].name == "frictional_creep" else (0.5, 0.6)
-    )
-    theta = np.array([path.tyre.mu, path.tyre.k, *own])[: len(model.parameters)]
+    theta = np.array([path.tyre.mu, path.tyre.k, *own])
     seeds = np.eye(len(theta), 2) @ np.diag([path.tyre.mu, path.tyre.k])
     state = [np.asarray(model.start(samples[:, 0], theta, geometry)), np.zeros((model.memory_size, 2))]
     scale, error = [1e-300] * 4, [0.0] * 4
