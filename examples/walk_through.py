@@ -21,7 +21,7 @@ from brushgrip.wording import error_columns, error_figures, listed, percent, pla
 from identification import Diagnosis, Recording, Values, diagnose, read_recording
 from identification.fits.deviations import covariance
 from identification.fits.fitting import Fit, fit, torque_range
-from identification.selecting.scoring import rmse_of
+from identification.selecting.scoring import CLEAR, LONG_BLOCK, STRONG, rmse_of
 from identification.selecting.trials import RANKING, freeze, model_of, thinned
 from published import measured_folder
 from symbolic import EFFECTS
@@ -132,11 +132,14 @@ def vibration(found: Diagnosis, training: Sequence[Recording]) -> tuple[str, str
     thin = [thinned(recording) for recording in training]
     fitted = fit(model_of([effect.name for effect in found.effects], RANKING), thin, start)
     k = fitted.values.shared["k"]
-    compliance = 1 / (per_k * k) + 1 / fitted.values.shared["carcass_torsion.k_t"]
+    compliance = 1 / (per_k * k)
     slope = np.zeros(len(fitted.labels))
-    slope[fitted.labels.index((None, "k"))] = -1 / (per_k * k**2)
-    # Its coordinate is the compliance.
-    slope[fitted.labels.index((None, "carcass_torsion.k_t"))] = 1
+    slope[fitted.labels.index((None, "k"))] = -compliance / k
+    carcass = "carcass_torsion.k_t"
+    if carcass in fitted.values.shared:
+        # Its coordinate is the compliance.
+        compliance += 1 / fitted.values.shared[carcass]
+        slope[fitted.labels.index((None, carcass))] = 1
     spread = np.sqrt(slope @ covariance(fitted, thin) @ slope) / compliance**2
     return f"{per_k * PUBLISHED_K:.0f}", f"{1 / compliance:.0f} ± {spread:.0f}"
 
@@ -178,6 +181,9 @@ def figures(
         "published": published,
         "series": series,
         "count": str(len(EFFECTS)),
+        "clear": f"{CLEAR:g}",
+        "strong": f"{STRONG:g}",
+        "block": f"{LONG_BLOCK:g}",
     }
 
 
