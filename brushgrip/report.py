@@ -26,6 +26,7 @@ from brushgrip.report_tables import (
 from brushgrip.report_tables import notes as notes_list
 from brushgrip.wording import doubts, headline, plain, remainder, sentence
 from identification.results import Diagnosis
+from identification.selecting.scoring import CLEAR, STRONG
 
 PAGE = "report.html"
 
@@ -171,8 +172,9 @@ def _candidates(folder: Path, diagnosis: Diagnosis) -> str:
             path,
             "Torque error with each candidate effect alone, best on top.",
             "First step of the search: each effect alone on top of the declared structure, "
-            "everything refitted. ΔBIC below zero speaks for the effect; up to 6 is allowed where the "
-            "error of held-out recordings falls by more than two standard errors.",
+            "everything refitted. ΔBIC below zero speaks for the effect; up to "
+            f"{STRONG:g} is allowed where the error of held-out recordings falls by more than {CLEAR:g} "
+            "standard errors.",
         ),
         candidates_table(diagnosis),
     )
