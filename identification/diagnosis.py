@@ -111,8 +111,8 @@ def _proposals(steps: Sequence[Step], made: Attempts, report: Progress) -> dict[
     if not wanted:
         return {}
     label = "looking for an experiment that separates rivals"
-    pairs = made.together(wanted, RANKING, lambda done: report(label, done, len(wanted)))
-    fits = [trial.fitted for trial in pairs]
+    trials = made.together(wanted, RANKING, lambda done: report(label, done, len(wanted)))
+    fits = [trial.fitted for trial in trials]
     waiting = {
         effects: made.submit(propose, found, rival, made.thin_training)
         for (effects, _), found, rival in zip(wanted[::2], fits[::2], fits[1::2], strict=True)
