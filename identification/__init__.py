@@ -9,7 +9,7 @@ from identification.fits.profile import Profile, profile
 from identification.free_decay.decayresults import FreeDecay
 from identification.free_decay.decays import Decay, read_decay
 from identification.free_decay.freedecay import identify_free_decay
-from identification.learned.learning import Learned, learn
+from identification.learned.learning import learn
 from identification.modelfile import FoundModel, model_text, read_model
 from identification.reading.conditioning import (
     Channel,
@@ -31,6 +31,7 @@ from identification.results import (
     Errors,
     Estimate,
     FoundEffect,
+    Learned,
     Series,
     Unexplained,
 )

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,10 +10,7 @@ from numpy.typing import NDArray
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import Values
 from identification.residuals.signatures import Signatures
-from symbolic import Model
-
-if TYPE_CHECKING:
-    from identification.learned.learning import Learned
+from symbolic import LearnedTorque, Model
 
 Array = NDArray[np.float64]
 
@@ -125,6 +122,47 @@ class Series:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Learned:
+    """A torque that was learned, not physics, and whether it is kept.
+
+    Attributes:
+        effect: the learned torque, kept or not.
+        model: the model to go on with: with the learned torque last if it is kept, else without.
+        before: errors of the physics alone.
+        after: errors with the learned torque, parameters of the physics unchanged.
+        left_out: errors over range before and after on training recordings, each left out of the
+            learning in turn [1].
+        residuals: simulated minus measured torque with the learned torque, by recording [N m].
+        decay: weight decay chosen.
+        kept: True where it lowers the error of recordings that it was not trained on.
+        note: what came of it, in plain words.
+    """
+
+    effect: LearnedTorque
+    model: Model
+    before: Errors
+    after: Errors
+    left_out: tuple[float, float]
+    residuals: Mapping[str, Array]
+    decay: float
+    kept: bool
+    note: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """What `diagnosis.json` holds of it."""
+        return {
+            "kept": self.kept,
+            "physics": False,
+            "before": self.before.summary(),
+            "after": self.after.summary(),
+            "left_out_nrmse": {"before": self.left_out[0], "after": self.left_out[1]},
+            "units": self.effect.units,
+            "weight_decay": self.decay,
+            "note": self.note,
+        }
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Diagnosis:
     """The whole result of `diagnose`.
 
@@ -163,7 +201,7 @@ class Diagnosis:
     values: Values
     series: tuple[Series, ...]
     notes: tuple[str, ...] = ()
-    learned: "Learned | None" = None
+    learned: Learned | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `diagnosis.json`."""

@@ -7,14 +7,13 @@ judge the result alone.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from identification.fits.fitting import Fit
 from identification.learned.network import SAMPLES, Array, Lesson, Material, material_of, torque_of
 from identification.reading.recordings import Recording
-from identification.results import Errors
+from identification.results import Learned
 from identification.selecting.scoring import (
     LEAST_GAIN,
     Judgement,
@@ -24,7 +23,7 @@ from identification.selecting.scoring import (
     rmse_of,
 )
 from identification.stages import errors_of
-from symbolic import LearnedTorque, Model, full_slide_torque
+from symbolic import LearnedTorque, full_slide_torque
 from symbolic.effects.learned import weights_needed
 
 UNITS = (4, 8)
@@ -37,47 +36,6 @@ LEAST_BOUND = 1e-3
 """Where less is missing, the learned torque may still go this far [1]."""
 STRETCHES = 4
 """Stretches of time into which a recording is cut that has no other beside it."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Learned:
-    """A torque that was learned, not physics, and whether it is kept.
-
-    Attributes:
-        effect: the learned torque, kept or not.
-        model: the model to go on with: with the learned torque last if it is kept, else without.
-        before: errors of the physics alone.
-        after: errors with the learned torque, parameters of the physics unchanged.
-        left_out: errors over range before and after on training recordings, each left out of the
-            learning in turn [1].
-        residuals: simulated minus measured torque with the learned torque, by recording [N m].
-        decay: weight decay chosen.
-        kept: True where it lowers the error of recordings that it was not trained on.
-        note: what came of it, in plain words.
-    """
-
-    effect: LearnedTorque
-    model: Model
-    before: Errors
-    after: Errors
-    left_out: tuple[float, float]
-    residuals: Mapping[str, Array]
-    decay: float
-    kept: bool
-    note: str
-
-    def to_dict(self) -> dict[str, Any]:
-        """What `diagnosis.json` holds of it."""
-        return {
-            "kept": self.kept,
-            "physics": False,
-            "before": self.before.summary(),
-            "after": self.after.summary(),
-            "left_out_nrmse": {"before": self.left_out[0], "after": self.left_out[1]},
-            "units": self.effect.units,
-            "weight_decay": self.decay,
-            "note": self.note,
-        }
 
 
 def learn(

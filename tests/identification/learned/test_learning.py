@@ -7,8 +7,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from identification import Fit, Recording, Values, first_values, fit, model_text, read_model, signals_of
-from identification.learned.learning import Learned, learn
+from identification import (
+    Fit,
+    Learned,
+    Recording,
+    Values,
+    first_values,
+    fit,
+    model_text,
+    read_model,
+    signals_of,
+)
+from identification.learned.learning import learn
 from identification.learned.network import Lesson, Material
 from symbolic import Model, effects_named, full_slide_torque, simulate
 from symbolic.effects.learned import INPUTS, weights_needed
