@@ -1,5 +1,6 @@
 """The experiment that would tell two effects apart: what to steer, and what both models make of it."""
 
+import re
 from pathlib import Path
 from textwrap import fill
 
@@ -10,7 +11,7 @@ from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, pict
 from brushgrip.wording import percent, plain
 from identification.experiments.separation import Proposal
 
-WIDTH = 100
+WIDTH = 130
 """Letters of a title that fit above the picture."""
 
 
@@ -22,7 +23,7 @@ def draw_experiment(path: Path, proposal: Proposal) -> None:
         angle, load, torques, difference = rows
         angle.plot(manoeuvre.t, manoeuvre.psi, color=MEASURED)
         angle.set_ylabel("yaw angle ψ\n[rad]")
-        angle.set_title(fill(manoeuvre.instruction, WIDTH))
+        angle.set_title(_title(manoeuvre.instruction))
         load.plot(manoeuvre.t, manoeuvre.F_N, color=MEASURED)
         load.set_ylabel("load $F_N$\n[N]")
         _widen(load)
@@ -42,6 +43,11 @@ def draw_experiment(path: Path, proposal: Proposal) -> None:
         )
         figure.align_ylabels(rows)
         legend_above(figure, artists)
+
+
+def _title(instruction: str) -> str:
+    """In lines that fit, a unit on the line of its number."""
+    return fill(re.sub(r"(?<=\d) (?=(?:rad|s|N)\b)", "\N{NO-BREAK SPACE}", instruction), WIDTH)
 
 
 def _widen(axes: Axes) -> None:

@@ -12,7 +12,8 @@ from identification.experiments.steering import Manoeuvre
 def test_draws_an_experiment(tmp_path: Path, load: float) -> None:
     t = np.arange(500) * 0.02
     manoeuvre = Manoeuvre(
-        instruction="sweep, 10 s",
+        instruction="sweep between -0.52 and 0.89 rad at 0.24 rad/s and, while the patch slides, slow "
+        "down to 0.02 rad/s for 0.11 rad twice in each sweep, load 308 N, 36 s",
         t=t,
         psi=np.sin(t),
         psi_dot=np.cos(t),
