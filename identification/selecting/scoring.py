@@ -76,16 +76,20 @@ class Judgement:
         return float(np.mean([rmse_of(self.residuals[n]) / self.ranges[n] for n in self.ranges]))
 
     def squares(self, block: float = BLOCK) -> Array:
-        """Mean squared error over range in blocks of so many seconds, all recordings in one row."""
+        """Mean squared error over range, all recordings in one row.
+
+        Every recording is cut into blocks of equal length, as near to so many seconds as its own allows.
+        """
         blocks = []
         for name, residual in self.residuals.items():
-            time = self.times[name]
-            index = ((time - time[0]) // block).astype(int)
+            since = self.times[name] - self.times[name][0]
+            count = max(1, round(float(since[-1]) / block))
+            index = np.minimum((since / since[-1] * count).astype(int), count - 1)
             squared = (residual / self.ranges[name]) ** 2
             present = np.isfinite(squared)
-            sums = np.bincount(index[present], squared[present], minlength=index[-1] + 1)
-            counts = np.bincount(index[present], minlength=index[-1] + 1)
-            blocks.append(np.where(counts > 0, sums / np.maximum(counts, 1), 0))
+            sums = np.bincount(index[present], squared[present], minlength=count)
+            counts = np.bincount(index[present], minlength=count)
+            blocks.append(sums[counts > 0] / counts[counts > 0])
         return np.concatenate(blocks)
 
 
