@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from identification.reading.recordings import Recording
 from identification.selecting.scoring import (
     CLEAR,
@@ -11,9 +13,18 @@ from identification.selecting.scoring import (
     STRONG,
     advantage,
     delta_bic,
+    effective_samples,
     falls_clearly,
 )
 from identification.selecting.trials import Trial
+
+WHITE = 0.5
+"""Share of samples that count as independent where nothing but noise is left [1]."""
+HINT = 1.0
+"""Difference in the information criterion on thinned recordings that may still be strong evidence on all
+samples, which are twice as many or more [1]."""
+FINEST_RESOLUTION = 1e-4
+"""What the finest patch explains falsely, over range [1]."""
 
 
 def earns_its_place(trial: Trial, current: Trial, training: Sequence[Recording]) -> bool:
@@ -51,3 +62,26 @@ def tells_apart(best: Trial, other: Trial) -> bool:
     """Whether the judged data can tell the best from another one."""
     mean, error = advantage(best.judgement, other.judgement)
     return mean > CLEAR * error and other.nrmse - best.nrmse > LEAST_GAIN * best.nrmse
+
+
+def is_promising(trial: Trial, current: Trial, training: Sequence[Recording]) -> bool:
+    """Whether the effect leaves nothing but noise and may turn out to be evident on all samples.
+
+    Only in noise may the information criterion be trusted by itself: its samples are independent.
+    """
+    residuals = trial.fitted.residuals
+    samples = sum(int(np.isfinite(residual).sum()) for residual in residuals.values())
+    noise = effective_samples(residuals) > WHITE * samples
+    return noise and delta_bic(trial.fitted, current.fitted, training) < HINT
+
+
+def is_evident(trial: Trial, current: Trial, training: Sequence[Recording]) -> bool:
+    """Whether the criterion speaks for it strongly, and the judged error does not object.
+
+    Recordings that were really held out have to speak for it as well, and clearly.
+    """
+    mean, error = advantage(trial.judgement, current.judgement)
+    least = CLEAR * error if trial.held_out else 0.0
+    if not mean > max(least, FINEST_RESOLUTION**2):
+        return False
+    return delta_bic(trial.fitted, current.fitted, training) < -STRONG
