@@ -140,7 +140,7 @@ def _evident(ranked: Trial, tried: Sequence[Trial], made: Attempts) -> Move:
         with_it, without = (made.finest(t.effects, t.fitted.values) for t in (after, current))
         return is_evident(with_it, without, training)
 
-    return Move(tried=tried, ways=_ways(promising), holds=holds, proves=True)
+    return Move(tried=tried, ways=_ways(promising)[:1], holds=holds, proves=True)
 
 
 def _ways(worthy: Sequence[Trial]) -> list[Way]:

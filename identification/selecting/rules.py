@@ -76,12 +76,8 @@ def is_promising(trial: Trial, current: Trial, training: Sequence[Recording]) ->
 
 
 def is_evident(trial: Trial, current: Trial, training: Sequence[Recording]) -> bool:
-    """Whether the criterion speaks for it strongly, and the judged error does not object.
-
-    Recordings that were really held out have to speak for it as well, and clearly.
-    """
+    """Whether the criterion speaks for it strongly, and the judged error falls beyond doubt."""
     mean, error = advantage(trial.judgement, current.judgement)
-    least = CLEAR * error if trial.held_out else 0.0
-    if not mean > max(least, FINEST_RESOLUTION**2):
+    if not mean > max(CLEAR * error, FINEST_RESOLUTION**2):
         return False
     return delta_bic(trial.fitted, current.fitted, training) < -STRONG
