@@ -89,7 +89,7 @@ def _forward(
         if names and not ways:
             tried += try_all([(*ranked.effects, name) for name in names], label)
             tried.sort(key=lambda trial: trial.nrmse)
-            ways = _ways([trial for trial in tried if earns_its_place(trial, ranked, training)])
+            ways = ways_of([trial for trial in tried if earns_its_place(trial, ranked, training)])
     return Move(tried=tried, ways=ways, holds=earns_its_place, forward=True)
 
 
@@ -140,10 +140,10 @@ def _evident(ranked: Trial, tried: Sequence[Trial], made: Attempts) -> Move:
         with_it, without = (made.finest(t.effects, t.fitted.values) for t in (after, current))
         return is_evident(with_it, without, training)
 
-    return Move(tried=tried, ways=_ways(promising)[:1], holds=holds, proves=True)
+    return Move(tried=tried, ways=ways_of(promising)[:1], holds=holds, proves=True)
 
 
-def _ways(worthy: Sequence[Trial]) -> list[Way]:
+def ways_of(worthy: Sequence[Trial]) -> list[Way]:
     """The candidates in the order in which they should go on, each with those that would do as well.
 
     The best comes first, or the one with the fewest parameters among those that cannot be told from it.

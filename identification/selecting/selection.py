@@ -108,9 +108,9 @@ def walk(made: Attempts, report: Progress, candidates: Sequence[str] = tuple(EFF
             return made.all(ranked, sets, precision, lambda done: report(label, done, len(sets)))  # noqa: B023
 
         for move in moves(ranked, _waves(candidates, steps), proven, made, try_all):
-            held = _held(move, current, made)
-            if held:
-                way, after = held
+            found = held(move, current, made)
+            if found:
+                way, after = found
                 steps.append(_step(current, ranked, move, after, way.others))
                 proven |= {after.effects[-1]} if move.proves else set()
                 current = after
@@ -121,7 +121,7 @@ def walk(made: Attempts, report: Progress, candidates: Sequence[str] = tuple(EFF
             return [*steps, last]
 
 
-def _held(move: Move, current: Trial, made: Attempts) -> tuple[Way, Trial] | None:
+def held(move: Move, current: Trial, made: Attempts) -> tuple[Way, Trial] | None:
     """The first way that holds on the whole recordings as well, and the trial there."""
     for way in move.ways[: 1 + RUNNERS_UP]:
         after = made.whole(way.trial.effects, way.trial.fitted.values)

@@ -6,65 +6,17 @@ import numpy as np
 import pytest
 
 from identification import Recording
-from identification.selecting.rules import earns_its_place, is_better, tells_apart
-from identification.selecting.scoring import (
-    BLOCK,
-    LONG_BLOCK,
-    RESOLUTION,
-    Judgement,
-    delta_bic,
-    effective_samples,
+from identification.selecting.rules import (
+    FINEST_RESOLUTION,
+    earns_its_place,
+    is_better,
+    is_evident,
+    is_promising,
+    tells_apart,
 )
-from identification.selecting.trials import Task, Trial, attempt
-from tests.identification.made import read_campaign
-
-SECONDS, PER_SECOND = 80, 50
-
-
-@pytest.fixture(scope="module")
-def pair() -> tuple[Trial, list[Recording]]:
-    recordings = read_campaign(None, 1)[1][:2]
-    return attempt(Task((), recordings[:1], recordings[1:])), recordings
-
-
-def judgement(sizes: np.ndarray) -> Judgement:
-    """A held-out error of that size in each second, range 1."""
-    t = np.arange(SECONDS * PER_SECOND) / PER_SECOND
-    alternating = np.where(np.arange(t.size) % 2, 1.0, -1.0)
-    return Judgement(
-        residuals={"a": alternating * np.repeat(sizes, PER_SECOND)}, ranges={"a": 1.0}, times={"a": t}
-    )
-
-
-def trials(
-    pair: tuple[Trial, list[Recording]], bic: float, error: float, block: float = BLOCK
-) -> tuple[Trial, Trial]:
-    """A model with one more parameter, and one without.
-
-    With it the information criterion rises by `bic`, and the held-out mean square falls by `error` times
-    its standard error, from blocks of so many seconds.
-    """
-    trial, (training, _) = pair
-    white = np.random.default_rng(3).standard_normal(training.t.size)
-    n = effective_samples({training.name: white})
-    ratio = np.exp((np.log(n) - bic) / (2 * n))
-    fits = {
-        "before": replace(trial.fitted, residuals={training.name: ratio * white}),
-        "after": replace(
-            trial.fitted,
-            residuals={training.name: white},
-            labels=(*trial.fitted.labels, (None, "more")),
-        ),
-    }
-    blocks = SECONDS // int(block)
-    gains = np.repeat(np.where(np.arange(blocks) % 2, 1.0, -1.0), int(block))
-    gains = 0.2 * (1 + gains * np.sqrt(blocks - 1) / error)
-    held = {"before": np.ones(SECONDS) * 4, "after": 4 - gains}
-    after, before = (
-        replace(trial, fitted=fits[name], judgement=judgement(0.05 * np.sqrt(held[name])))
-        for name in ("after", "before")
-    )
-    return after, before
+from identification.selecting.scoring import BLOCK, LONG_BLOCK, RESOLUTION, delta_bic
+from identification.selecting.trials import Trial
+from tests.identification.selecting.compared import SECONDS, judgement, trials
 
 
 @pytest.mark.parametrize(
@@ -126,3 +78,42 @@ def test_too_little_for_the_discretised_patch_is_nothing(pair: tuple[Trial, list
     ]
 
     assert not earns_its_place(*small, pair[1][:1])
+
+
+@pytest.mark.parametrize(
+    ("bic", "error", "evident"), [(-6.5, 2.5, True), (-5.5, 2.5, False), (-20.0, 1.5, False)]
+)
+def test_a_small_effect_needs_strong_evidence_from_both(
+    pair: tuple[Trial, list[Recording]], bic: float, error: float, evident: bool
+) -> None:
+    assert is_evident(*trials(pair, bic, error), pair[1][:1]) == evident
+
+
+def test_too_little_for_the_finest_patch_is_nothing(pair: tuple[Trial, list[Recording]]) -> None:
+    after, before = trials(pair, -100.0, 2.5)
+    small = [
+        replace(trial, judgement=judgement(np.full(SECONDS, size)))
+        for trial, size in ((after, 0.5 * FINEST_RESOLUTION), (before, FINEST_RESOLUTION))
+    ]
+
+    assert not is_evident(*small, pair[1][:1])
+
+
+@pytest.mark.parametrize(("bic", "promising"), [(0.5, True), (1.5, False)])
+def test_half_of_strong_evidence_is_promising(
+    pair: tuple[Trial, list[Recording]], bic: float, promising: bool
+) -> None:
+    assert is_promising(*trials(pair, bic, 2.5), pair[1][:1]) == promising
+
+
+def test_nothing_is_promising_where_structure_is_left(pair: tuple[Trial, list[Recording]]) -> None:
+    training = pair[1][:1]
+    after, before = trials(pair, -100.0, 2.5)
+    slow = {training[0].name: np.sin(training[0].t)}
+    after = replace(after, fitted=replace(after.fitted, residuals=slow))
+    before = replace(
+        before, fitted=replace(before.fitted, residuals={n: 9 * r for n, r in slow.items()})
+    )
+
+    assert delta_bic(after.fitted, before.fitted, training) < 0
+    assert not is_promising(after, before, training)

@@ -162,6 +162,27 @@ def test_advantage_is_paired_over_seconds() -> None:
     assert advantage(better, better) == (0, 0)
 
 
+def test_the_last_sample_is_no_block_of_its_own() -> None:
+    """14.01 s are fourteen seconds, however large the error at the very end."""
+    t = np.arange(1402) / 100
+    residual = np.ones(t.size)
+    residual[-1] = 10.0
+    squares = Judgement(residuals={"a": residual}, ranges={"a": 1.0}, times={"a": t}).squares()
+
+    assert squares.size == 14
+    np.testing.assert_allclose(squares[:-1], 1)
+    assert squares[-1] == pytest.approx(1 + 99 / 101, rel=0.01)
+
+
+def test_a_second_without_a_torque_is_left_out() -> None:
+    t = np.arange(401) / 100
+    residual = np.where((t >= 1) & (t < 2), np.nan, 2.0)
+    judgement = Judgement(residuals={"a": residual}, ranges={"a": 1.0}, times={"a": t})
+
+    np.testing.assert_array_equal(judgement.squares(), [4, 4, 4])
+    np.testing.assert_array_equal(judgement.squares(60.0), [4])
+
+
 def test_judged_error_is_averaged_over_recordings(three: list[Recording]) -> None:
     residuals = {r.name: np.full(r.t.size, size) for r, size in zip(three, (0.1, 0.2, 0.3), strict=True)}
     spans = [np.ptp(r.M_z) for r in three]

@@ -1,0 +1,65 @@
+"""Which candidate goes on, and which next where it does not hold."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
+
+import pytest
+
+from identification import Recording
+from identification.selecting.attempts import Attempts
+from identification.selecting.moves import Move, Way, ways_of
+from identification.selecting.selection import RUNNERS_UP, held
+from identification.selecting.trials import Trial
+from tests.identification.selecting.compared import trials
+
+Pair = tuple[Trial, list[Recording]]
+
+
+def named(trial: Trial, name: str) -> Trial:
+    return replace(trial, effects=(name,))
+
+
+def test_the_best_goes_on_where_it_can_be_told_from_the_rest(pair: Pair) -> None:
+    best, other = (named(t, n) for t, n in zip(trials(pair, 0.0, 2.5), "ab", strict=True))
+    ways = ways_of([best, other])
+
+    assert [way.trial for way in ways] == [best, other]
+    assert [way.others for way in ways] == [(), ()]
+
+
+def test_of_equals_the_one_with_the_fewest_parameters_goes_on(pair: Pair) -> None:
+    dearer, other = (named(t, n) for t, n in zip(trials(pair, 0.0, 1.5), "ab", strict=True))
+    ways = ways_of([dearer, other])
+
+    assert [way.trial for way in ways] == [other, dearer]
+    assert [way.others for way in ways] == [("a",), ()]
+
+
+@pytest.mark.parametrize(
+    ("first", "expected"), [(0, 0), (1, 1), (RUNNERS_UP, RUNNERS_UP), (RUNNERS_UP + 1, None)]
+)
+def test_the_next_best_is_tried_where_the_best_does_not_hold(
+    pair: Pair, first: int, expected: int | None
+) -> None:
+    """What was ranked coarsely is fitted on everything, a few of them at most."""
+    coarse = [named(pair[0], name) for name in "abcde"]
+    fitted: list[str] = []
+
+    def whole(effects: tuple[str, ...], start: object) -> Trial:
+        del start
+        fitted.extend(effects)
+        return named(pair[0], effects[0])
+
+    def holds(after: Trial, current: Trial, training: Sequence[Recording]) -> bool:
+        assert current is pair[0]
+        assert training == pair[1]
+        return after.effects[0] >= coarse[first].effects[0]
+
+    move = Move(tried=coarse, ways=[Way(trial=trial) for trial in coarse], holds=holds)
+    made = cast(Attempts, SimpleNamespace(whole=whole, training=pair[1]))
+    found = held(move, pair[0], made)
+
+    assert fitted == list("abcde"[: min(first, RUNNERS_UP) + 1])
+    assert (found and found[0].trial) is (None if expected is None else coarse[expected])
