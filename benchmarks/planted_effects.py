@@ -5,8 +5,10 @@
 `alone`: every effect of the library by itself; `pairs`: rate friction together with every other one;
 `outside`: effects that no library knows, which have to be reported as unexplained. It prints a line for
 each run and a table: runs in which everything planted is named, or stands in `indistinguishable_from` of
-what is named (outright: exactly what was planted is named); error after over the noise. `--out F.json`
-keeps the outcomes. An hour and more on two cores for all of it.
+what is named (outright: exactly what was planted is named); error after over the noise. A run that is
+wrong says what the information criterion makes of what was planted against what was named: above zero the
+recordings do not ask for it. `--out F.json` keeps the outcomes. An hour and more on two cores for all of
+it.
 """
 
 import argparse
@@ -22,7 +24,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from identification.diagnosis import diagnose
+from identification import Diagnosis, Recording, diagnose
+from identification.selecting import trials
+from identification.selecting.scoring import delta_bic
 from symbolic import EFFECTS
 from tests.identification.made import as_read
 from tests.rig.campaign import campaign
@@ -61,6 +65,8 @@ class Outcome:
     unexplained: bool
     seconds: float
     right: bool
+    objection: float | None = None
+    """Delta BIC of what was planted against what was named, where that is wrong."""
 
 
 def run(task: Task) -> Outcome:
@@ -69,7 +75,8 @@ def run(task: Task) -> Outcome:
     also = {PARTNER: {"c": rng.uniform(WEAKEST, STRONGEST)}} if len(task.planted) > 1 else {}
     made = campaign(task.planted[-1] if task.planted else None, task.seed, also=also)
     began = time.perf_counter()
-    found = diagnose([as_read(recording, made.nominal) for recording in made.recordings], jobs=1)
+    recordings = [as_read(recording, made.nominal) for recording in made.recordings]
+    found = diagnose(recordings, jobs=1)
     named = tuple(effect.name for effect in found.effects)
     ambiguous = tuple({rival for e in found.effects for rival in e.indistinguishable_from})
     if task.outside:
@@ -88,7 +95,16 @@ def run(task: Task) -> Outcome:
         unexplained=found.unexplained.present,
         seconds=time.perf_counter() - began,
         right=right,
+        objection=None if right or task.outside else _objection(task.planted, found, recordings),
     )
+
+
+def _objection(planted: tuple[str, ...], found: Diagnosis, recordings: list[Recording]) -> float:
+    """Delta BIC of what was planted against what was named."""
+    named = attempt(
+        Trying(tuple(effect.name for effect in found.effects), recordings, start=found.values)
+    )
+    return delta_bic(attempt(Trying(planted, recordings)).fitted, named.fitted, recordings)
 
 
 def tasks_of(options: argparse.Namespace) -> list[Task]:
@@ -128,11 +144,12 @@ def main() -> None:
 
 
 def _line(outcome: Outcome) -> str:
+    objection = "" if outcome.objection is None else f", planted: {outcome.objection:+.1f} BIC"
     return (
         f"{'ok ' if outcome.right else 'OFF'} planted {' + '.join(outcome.planted) or '-':40}"
         f" seed {outcome.seed:3} named {', '.join(outcome.named) or '-'}"
         f" (or {', '.join(outcome.ambiguous) or '-'}) {outcome.before:.2%} -> {outcome.after:.2%}"
-        f" {outcome.seconds:.0f} s{' UNEXPLAINED' if outcome.unexplained else ''}"
+        f" {outcome.seconds:.0f} s{' UNEXPLAINED' if outcome.unexplained else ''}{objection}"
     )
 
 
