@@ -6,9 +6,9 @@
 `outside`: effects that no library knows, which have to be reported as unexplained. It prints a line for
 each run and a table: runs in which everything planted is named, or stands in `indistinguishable_from` of
 what is named (outright: exactly what was planted is named); error after over the noise. A run that is
-wrong says what the information criterion makes of what was planted against what was named: above zero the
-recordings do not ask for it. `--out F.json` keeps the outcomes. An hour and more on two cores for all of
-it.
+wrong says what the information criterion makes of what was planted against what was named; above zero
+the recordings do not ask for it. `--out F.json` keeps the outcomes. An hour and more on two cores for
+all.
 """
 
 import argparse
@@ -101,10 +101,9 @@ def run(task: Task) -> Outcome:
 
 def _objection(planted: tuple[str, ...], found: Diagnosis, recordings: list[Recording]) -> float:
     """Delta BIC of what was planted against what was named."""
-    named = attempt(
-        Trying(tuple(effect.name for effect in found.effects), recordings, start=found.values)
-    )
-    return delta_bic(attempt(Trying(planted, recordings)).fitted, named.fitted, recordings)
+    effects = tuple(effect.name for effect in found.effects)
+    named = trials.attempt(trials.Task(effects, recordings, start=found.values)).fitted
+    return delta_bic(trials.attempt(trials.Task(planted, recordings)).fitted, named, recordings)
 
 
 def tasks_of(options: argparse.Namespace) -> list[Task]:
