@@ -18,6 +18,8 @@ from tests.observers.textbook import Beliefs, Filter
 from tests.rig.record import RigRecording
 from tests.rig.steering import SteeringRecording
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 Array = NDArray[np.float64]
 Make = Callable[..., Ekf]
 GEOMETRY = np.array([RIG.a, RIG.e])

@@ -14,6 +14,8 @@ from symbolic import Model
 from tests.observers.conftest import make
 from tests.observers.made import full_slide, slide, states_of
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 Array = NDArray[np.float64]
 KINDS = [pytest.param(Ekf, {}, id="ekf"), pytest.param(Mhe, {"window": 20}, id="mhe")]
 SHARP: dict[str, Any] = {

@@ -12,6 +12,8 @@ from symbolic import InvalidInputError, Model
 from tests.observers.conftest import RIG, K
 from tests.rig.record import RigRecording
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 COUNT = 120
 WHEEL = replace(RIG, J_A=0.15, b_t=1.0)
 OBSERVERS: dict[str, Callable[[], Observer]] = {

@@ -27,6 +27,8 @@ from tests.observers.oracles import WindowOracle
 from tests.rig.record import RigRecording, make_recording
 from tests.rig.steering import SteeringRecording
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 Array = NDArray[np.float64]
 Make = Callable[..., Mhe]
 WINDOWS = [(1, 1), (2, 1), (20, 1), (7, 3)]

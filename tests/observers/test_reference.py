@@ -14,6 +14,8 @@ from tests.observers.made import CLEAN_RIG, columns_of, samples_of, sparse, stat
 from tests.rig.record import RigRecording
 from tests.rig.steering import SteeringRecording
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 Make = Callable[..., Mhe]
 SETTLED: dict[str, Any] = {"window": 20, "iterations": 15}
 WALKING = {**CLEAN_RIG, "mu_walk": 0.01}

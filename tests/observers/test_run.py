@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Mhe, Root, Status, SteeringTorque, Tuning, run
 from symbolic import InvalidInputError, Model
-from tests.observers.conftest import RIG, K, make
+from tests.observers.conftest import RIG, K, make, without_machine_code
 from tests.observers.made import (
     CLEAN_RIG,
     FIELDS,
@@ -66,6 +66,18 @@ def test_one_by_one_is_the_same(observer: Any, columns: dict[str, Array]) -> Non
 
     for name in FIELDS:
         np.testing.assert_allclose(getattr(one_by_one, name), getattr(at_once, name), rtol=1e-9)
+
+
+def test_machine_code_says_what_the_interpreter_says(
+    observer: Any, columns: dict[str, Array], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    machine = run(observer, **columns), run(observer, **columns, one_by_one=True)
+    without_machine_code(monkeypatch)
+    interpreter = run(observer, **columns), run(observer, **columns, one_by_one=True)
+
+    for one, other in zip(machine, interpreter, strict=True):
+        for name in FIELDS:
+            np.testing.assert_allclose(getattr(one, name), getattr(other, name), rtol=1e-9)
 
 
 @pytest.mark.parametrize("count", [2, 100, 101, 250])

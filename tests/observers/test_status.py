@@ -14,6 +14,8 @@ from tests.observers.made import CLEAN_RIG, columns_of, full_slide, samples_of, 
 from tests.rig.record import RigRecording
 from tests.rig.steering import SteeringRecording
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 KINDS = [
     pytest.param(Ekf, {}, id="ekf"),
     pytest.param(Mhe, {"window": 20}, id="mhe"),

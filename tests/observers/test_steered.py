@@ -14,6 +14,8 @@ from tests.observers.made import CLEAN_RIG, columns_of, samples_of, slide, state
 from tests.rig.patch import RigTyre
 from tests.rig.steering import SteeringRecording, make_steering_recording
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 Array = NDArray[np.float64]
 KINDS = [pytest.param(Ekf, {}, id="ekf"), pytest.param(Mhe, {"window": 20}, id="mhe")]
 SENSINGS = [SteeringTorque(), SteeringTorque(zero=True), SteeringTorque(stiffness=True)]
