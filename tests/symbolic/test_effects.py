@@ -26,6 +26,8 @@ from tests.rig.path import Hand, hand_path
 from tests.rig.record import build_effects
 from tests.symbolic.oracles import Array, worst
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 TYRE = RigTyre()
 DRIVE = hand_path(3, 10.0, hand=Hand(nesting=0.6), load=480.0, rate=100.0)
 GEOMETRY = np.array([TYRE.a, TYRE.e])

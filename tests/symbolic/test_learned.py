@@ -24,6 +24,8 @@ from symbolic.effects.learned import INPUTS, WAYS, weights_needed
 from tests.rig.path import hand_path
 from tests.symbolic.oracles import Array
 
+pytestmark = pytest.mark.usefixtures("interpreted")
+
 RIG = Rig(a=0.045, e=0.009)
 GEOMETRY = np.array([RIG.a, RIG.e])
 DRIVE = hand_path(3, 6.0, load=480.0, rate=100.0)
