@@ -9,8 +9,8 @@ from identification.selecting.rules import (
     earns_its_place,
     is_better,
     is_evident,
-    is_promising,
     tells_apart,
+    the_only_promising,
 )
 from identification.selecting.scoring import LEAST_GAIN
 from identification.selecting.trials import Trial
@@ -132,15 +132,16 @@ def _exchange(
 def _evident(ranked: Trial, tried: Sequence[Trial], made: Attempts) -> Move:
     """A candidate that leaves nothing but noise and changes the torque little, but beyond doubt.
 
-    The patch of the other moves is too coarse to tell; both models are fitted with a finer one.
+    What several explain nearly as well may be an error of the patch. That of the other moves is too
+    coarse to tell; both models are fitted with a finer one.
     """
-    promising = [trial for trial in tried if is_promising(trial, ranked, made.thin_training)]
+    ways = [Way(trial=trial) for trial in the_only_promising(tried, ranked, made.thin_training)]
 
     def holds(after: Trial, current: Trial, training: Sequence[Recording]) -> bool:
         with_it, without = (made.finest(t.effects, t.fitted.values) for t in (after, current))
         return is_evident(with_it, without, training)
 
-    return Move(tried=tried, ways=ways_of(promising)[:1], holds=holds, proves=True)
+    return Move(tried=tried, ways=ways, holds=holds, proves=True)
 
 
 def ways_of(worthy: Sequence[Trial]) -> list[Way]:

@@ -11,6 +11,7 @@ from identification.selecting.scoring import (
     LONG_BLOCK,
     RESOLUTION,
     STRONG,
+    VERY_STRONG,
     advantage,
     delta_bic,
     effective_samples,
@@ -20,9 +21,6 @@ from identification.selecting.trials import Trial
 
 WHITE = 0.5
 """Share of samples that count as independent where nothing but noise is left [1]."""
-HINT = 1.0
-"""Difference in the information criterion on thinned recordings that may still be strong evidence on all
-samples, which are twice as many or more [1]."""
 FINEST_RESOLUTION = 1e-4
 """What the finest patch explains falsely, over range [1]."""
 
@@ -64,20 +62,34 @@ def tells_apart(best: Trial, other: Trial) -> bool:
     return mean > CLEAR * error and other.nrmse - best.nrmse > LEAST_GAIN * best.nrmse
 
 
-def is_promising(trial: Trial, current: Trial, training: Sequence[Recording]) -> bool:
-    """Whether the effect leaves nothing but noise and may turn out to be evident on all samples.
+def the_only_promising(
+    tried: Sequence[Trial], current: Trial, training: Sequence[Recording]
+) -> list[Trial]:
+    """The candidate that leaves nothing but noise and may turn out to be evident; none if others come near.
 
     Only in noise may the information criterion be trusted by itself: its samples are independent.
+    Thinned recordings give half of the evidence or less.
     """
+    if not tried or not _is_noise(tried[0]):
+        return []
+    ranked = sorted(
+        (delta_bic(trial.fitted, current.fitted, training), i) for i, trial in enumerate(tried)
+    )
+    (best, first), *others = ranked
+    if best > 0 or (others and others[0][0] - best < STRONG / 2):
+        return []
+    return [tried[first]]
+
+
+def _is_noise(trial: Trial) -> bool:
     residuals = trial.fitted.residuals
     samples = sum(int(np.isfinite(residual).sum()) for residual in residuals.values())
-    noise = effective_samples(residuals) > WHITE * samples
-    return noise and delta_bic(trial.fitted, current.fitted, training) < HINT
+    return effective_samples(residuals) > WHITE * samples
 
 
 def is_evident(trial: Trial, current: Trial, training: Sequence[Recording]) -> bool:
-    """Whether the criterion speaks for it strongly, and the judged error falls beyond doubt."""
+    """Whether the criterion speaks for it very strongly, and the judged error falls beyond doubt."""
     mean, error = advantage(trial.judgement, current.judgement)
     if not mean > max(CLEAR * error, FINEST_RESOLUTION**2):
         return False
-    return delta_bic(trial.fitted, current.fitted, training) < -STRONG
+    return delta_bic(trial.fitted, current.fitted, training) < -VERY_STRONG

@@ -21,9 +21,9 @@ RESOLUTION = 5e-4
 EARNED, CLEAR = 1.0, 2.0
 """Standard errors on the judged data by which it has to help, and by which two have to differ to be told
 apart."""
-STRONG = 6.0
-"""Difference in the information criterion from which evidence is strong (Kass and Raftery, JASA 90
-(1995) 773) [1]."""
+STRONG, VERY_STRONG = 6.0, 10.0
+"""Differences in the information criterion from which evidence is so (Kass and Raftery, JASA 90 (1995)
+773) [1]."""
 
 
 def rmse_of(residual: Array) -> float:

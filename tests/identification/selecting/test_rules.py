@@ -11,10 +11,11 @@ from identification.selecting.rules import (
     earns_its_place,
     is_better,
     is_evident,
-    is_promising,
     tells_apart,
+    the_only_promising,
 )
 from identification.selecting.scoring import BLOCK, LONG_BLOCK, RESOLUTION, delta_bic
+from identification.selecting.scoring import rmse_of as rms
 from identification.selecting.trials import Trial
 from tests.identification.selecting.compared import SECONDS, judgement, trials
 
@@ -81,9 +82,9 @@ def test_too_little_for_the_discretised_patch_is_nothing(pair: tuple[Trial, list
 
 
 @pytest.mark.parametrize(
-    ("bic", "error", "evident"), [(-6.5, 2.5, True), (-5.5, 2.5, False), (-20.0, 1.5, False)]
+    ("bic", "error", "evident"), [(-10.5, 2.5, True), (-9.5, 2.5, False), (-20.0, 1.5, False)]
 )
-def test_a_small_effect_needs_strong_evidence_from_both(
+def test_a_small_effect_needs_very_strong_evidence(
     pair: tuple[Trial, list[Recording]], bic: float, error: float, evident: bool
 ) -> None:
     assert is_evident(*trials(pair, bic, error), pair[1][:1]) == evident
@@ -99,11 +100,28 @@ def test_too_little_for_the_finest_patch_is_nothing(pair: tuple[Trial, list[Reco
     assert not is_evident(*small, pair[1][:1])
 
 
-@pytest.mark.parametrize(("bic", "promising"), [(0.5, True), (1.5, False)])
-def test_half_of_strong_evidence_is_promising(
-    pair: tuple[Trial, list[Recording]], bic: float, promising: bool
+@pytest.mark.parametrize(
+    ("bics", "chosen"),
+    [([-0.5], 0), ([0.5], None), ([-1.0, -4.5], 1), ([-4.5, -2.0], None), ([], None)],
+    ids=["alone", "unwanted", "by far", "one of two", "none"],
+)
+def test_promising_is_what_no_other_comes_near(
+    pair: tuple[Trial, list[Recording]], bics: list[float], chosen: int | None
 ) -> None:
-    assert is_promising(*trials(pair, bic, 2.5), pair[1][:1]) == promising
+    # All against the first one's model before; the noise that they leave is the same.
+    made = [trials(pair, bic, 2.5) for bic in bics]
+    before = made[0][1] if made else pair[0]
+    name = pair[1][0].name
+    scale = [(rms(m[1].fitted.residuals[name]) / rms(before.fitted.residuals[name])) ** -1 for m in made]
+    tried = [
+        replace(after, fitted=replace(after.fitted, residuals={name: s * after.fitted.residuals[name]}))
+        for (after, _), s in zip(made, scale, strict=True)
+    ]
+
+    for trial, bic in zip(tried, bics, strict=True):
+        assert delta_bic(trial.fitted, before.fitted, pair[1][:1]) == pytest.approx(bic, abs=1e-6)
+    expected = [] if chosen is None else [tried[chosen]]
+    assert the_only_promising(tried, before, pair[1][:1]) == expected
 
 
 def test_nothing_is_promising_where_structure_is_left(pair: tuple[Trial, list[Recording]]) -> None:
@@ -116,4 +134,4 @@ def test_nothing_is_promising_where_structure_is_left(pair: tuple[Trial, list[Re
     )
 
     assert delta_bic(after.fitted, before.fitted, training) < 0
-    assert not is_promising(after, before, training)
+    assert the_only_promising([after], before, training) == []
