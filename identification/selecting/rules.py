@@ -65,7 +65,7 @@ def tells_apart(best: Trial, other: Trial) -> bool:
 def the_only_promising(
     tried: Sequence[Trial], current: Trial, training: Sequence[Recording]
 ) -> list[Trial]:
-    """The candidate that leaves nothing but noise and may turn out to be evident; none if others come near.
+    """The candidate that may be evident on all samples; none if others are near, or structure is left.
 
     Only in noise may the information criterion be trusted by itself: its samples are independent.
     Thinned recordings give half of the evidence or less.
