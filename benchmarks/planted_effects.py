@@ -24,7 +24,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from identification import Diagnosis, Recording, diagnose
+from identification import Diagnosis, Recording, Values, diagnose
 from identification.selecting import trials
 from identification.selecting.scoring import delta_bic
 from symbolic import EFFECTS
@@ -103,7 +103,9 @@ def _objection(planted: tuple[str, ...], found: Diagnosis, recordings: list[Reco
     """Delta BIC of what was planted against what was named."""
     effects = tuple(effect.name for effect in found.effects)
     named = trials.attempt(trials.Task(effects, recordings, start=found.values)).fitted
-    return delta_bic(trials.attempt(trials.Task(planted, recordings)).fitted, named, recordings)
+    starts = (None, Values(shared={"k": found.values.shared["k"]}, own=found.values.own))
+    fits = [trials.attempt(trials.Task(planted, recordings, start=start)).fitted for start in starts]
+    return min(delta_bic(fit, named, recordings) for fit in fits)
 
 
 def tasks_of(options: argparse.Namespace) -> list[Task]:

@@ -10,7 +10,6 @@ from identification.fits.loss import Loss
 from identification.reading.recordings import Recording
 from identification.selecting.journal import Journal
 from identification.selecting.trials import (
-    FINEST,
     RANKING,
     ROUGH,
     ROUGH_ABOVE,
@@ -57,10 +56,6 @@ class Attempts:
     def whole(self, effects: Effects, start: Values | None = None) -> Trial:
         """A trial on the whole recordings."""
         return self._one(Task(effects, self.training, self.holdout, start, loss=self.loss))
-
-    def finest(self, effects: Effects, start: Values) -> Trial:
-        """The same with the finest patch."""
-        return self._one(Task(effects, self.training, self.holdout, start, FINEST, self.loss))
 
     def ranked(self, effects: Effects, start: Values | None, precision: Precision) -> Trial:
         """A trial as candidates are compared, on thinned recordings."""

@@ -2,8 +2,6 @@
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from identification.reading.recordings import Recording
 from identification.selecting.scoring import (
     CLEAR,
@@ -11,18 +9,11 @@ from identification.selecting.scoring import (
     LONG_BLOCK,
     RESOLUTION,
     STRONG,
-    VERY_STRONG,
     advantage,
     delta_bic,
-    effective_samples,
     falls_clearly,
 )
 from identification.selecting.trials import Trial
-
-WHITE = 0.5
-"""Share of samples that count as independent where nothing but noise is left [1]."""
-FINEST_RESOLUTION = 1e-4
-"""What the finest patch explains falsely, over range [1]."""
 
 
 def earns_its_place(trial: Trial, current: Trial, training: Sequence[Recording]) -> bool:
@@ -60,36 +51,3 @@ def tells_apart(best: Trial, other: Trial) -> bool:
     """Whether the judged data can tell the best from another one."""
     mean, error = advantage(best.judgement, other.judgement)
     return mean > CLEAR * error and other.nrmse - best.nrmse > LEAST_GAIN * best.nrmse
-
-
-def the_only_promising(
-    tried: Sequence[Trial], current: Trial, training: Sequence[Recording]
-) -> list[Trial]:
-    """The candidate that may be evident on all samples; none if others are near, or structure is left.
-
-    Only in noise may the information criterion be trusted by itself: its samples are independent.
-    Thinned recordings give half of the evidence or less.
-    """
-    if not tried or not _is_noise(tried[0]):
-        return []
-    ranked = sorted(
-        (delta_bic(trial.fitted, current.fitted, training), i) for i, trial in enumerate(tried)
-    )
-    (best, first), *others = ranked
-    if best > 0 or (others and others[0][0] - best < STRONG / 2):
-        return []
-    return [tried[first]]
-
-
-def _is_noise(trial: Trial) -> bool:
-    residuals = trial.fitted.residuals
-    samples = sum(int(np.isfinite(residual).sum()) for residual in residuals.values())
-    return effective_samples(residuals) > WHITE * samples
-
-
-def is_evident(trial: Trial, current: Trial, training: Sequence[Recording]) -> bool:
-    """Whether the criterion speaks for it very strongly, and the judged error falls beyond doubt."""
-    mean, error = advantage(trial.judgement, current.judgement)
-    if not mean > max(CLEAR * error, FINEST_RESOLUTION**2):
-        return False
-    return delta_bic(trial.fitted, current.fitted, training) < -VERY_STRONG

@@ -21,9 +21,9 @@ RESOLUTION = 5e-4
 EARNED, CLEAR = 1.0, 2.0
 """Standard errors on the judged data by which it has to help, and by which two have to differ to be told
 apart."""
-STRONG, VERY_STRONG = 6.0, 10.0
-"""Differences in the information criterion from which evidence is so (Kass and Raftery, JASA 90 (1995)
-773) [1]."""
+STRONG = 6.0
+"""Difference in the information criterion from which evidence is strong (Kass and Raftery, JASA 90
+(1995) 773) [1]."""
 
 
 def rmse_of(residual: Array) -> float:
@@ -76,9 +76,10 @@ class Judgement:
         return float(np.mean([rmse_of(self.residuals[n]) / self.ranges[n] for n in self.ranges]))
 
     def squares(self, block: float = BLOCK) -> Array:
-        """Mean squared error over range, all recordings in one row.
+        """Mean squared error over range in blocks, all recordings in one row.
 
-        Every recording is cut into blocks of equal length, as near to so many seconds as its own allows.
+        Every recording is cut into equal blocks of about so many seconds; those of which less than half
+        is there are left out.
         """
         blocks = []
         for name, residual in self.residuals.items():
@@ -89,7 +90,8 @@ class Judgement:
             present = np.isfinite(squared)
             sums = np.bincount(index[present], squared[present], minlength=count)
             counts = np.bincount(index[present], minlength=count)
-            blocks.append(sums[counts > 0] / counts[counts > 0])
+            there = 2 * counts >= counts.max()
+            blocks.append(sums[there] / counts[there])
         return np.concatenate(blocks)
 
 
@@ -171,10 +173,11 @@ def _least_squares(matrix: Array, target: Array) -> Array:
 def advantage(better: Judgement, worse: Judgement, block: float = BLOCK) -> tuple[float, float]:
     """How much lower the mean squared error over range is, and the standard error of that.
 
-    Paired over blocks of so many seconds of the same recordings.
+    Paired over blocks of so many seconds of the same recordings; infinite for a single block.
     """
     difference = worse.squares(block) - better.squares(block)
-    return float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(difference.size))
+    n = difference.size
+    return float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(n)) if n > 1 else np.inf
 
 
 def falls_clearly(after: Judgement, before: Judgement) -> bool:

@@ -2,8 +2,7 @@
 
 Forward, one effect at a time; when nothing more earns its place, backward: an effect without which the
 others do as well is dropped; and sideways: an effect is exchanged for another. What was dropped does not
-come back, so the search ends. At last, where nothing but noise is left, forward once more: to effects
-that change the torque by less than a coarse patch can show, and are evident nevertheless.
+come back, so the search ends.
 """
 
 from collections.abc import Callable, Sequence
@@ -99,7 +98,6 @@ def walk(made: Attempts, report: Progress, candidates: Sequence[str] = tuple(EFF
     report("fitting the declared structure", 0, 1)
     current = made.whole(())
     steps: list[Step] = []
-    proven: set[str] = set()
     while True:
         precision = precision_for(current)
         ranked = made.ranked(current.effects, current.fitted.values, precision)
@@ -107,12 +105,11 @@ def walk(made: Attempts, report: Progress, candidates: Sequence[str] = tuple(EFF
         def try_all(sets: Sequence[tuple[str, ...]], label: str) -> list[Trial]:
             return made.all(ranked, sets, precision, lambda done: report(label, done, len(sets)))  # noqa: B023
 
-        for move in moves(ranked, _waves(candidates, steps), proven, made, try_all):
+        for move in moves(ranked, _waves(candidates, steps), made.thin_training, try_all):
             found = held(move, current, made)
             if found:
                 way, after = found
                 steps.append(_step(current, ranked, move, after, way.others))
-                proven |= {after.effects[-1]} if move.proves else set()
                 current = after
                 break
             if move.forward:

@@ -34,8 +34,6 @@ class Precision:
 
 FINE = Precision()
 """For whatever is reported."""
-FINEST = Precision(bristles=240)
-"""For effects that are as small as the error of the patch."""
 RANKING = Precision(discretised=True, tolerance=COARSE)
 """For candidates that are only compared; the patch is right to 4e-4 of range."""
 ROUGH = Precision(bristles=40, discretised=True, tolerance=COARSE)

@@ -9,7 +9,7 @@ import pytest
 
 from identification import Recording
 from identification.selecting.attempts import Attempts
-from identification.selecting.moves import Move, Way, ways_of
+from identification.selecting.moves import Move, Way, moves, ways_of
 from identification.selecting.selection import RUNNERS_UP, held
 from identification.selecting.trials import Trial
 from tests.identification.selecting.compared import trials
@@ -63,3 +63,21 @@ def test_the_next_best_is_tried_where_the_best_does_not_hold(
 
     assert fitted == list("abcde"[: min(first, RUNNERS_UP) + 1])
     assert (found and found[0].trial) is (None if expected is None else coarse[expected])
+
+
+def test_idle_candidates_are_tried_where_the_others_do_not_hold(pair: Pair) -> None:
+    """The model before is as good as they are, so none of them earns its place."""
+    asked: list[list[tuple[str, ...]]] = []
+
+    def try_all(sets: Sequence[tuple[str, ...]], label: str) -> list[Trial]:
+        asked.append(list(sets))
+        return [replace(pair[0], effects=effects) for effects in sets]
+
+    first, second, backward, exchange = moves(pair[0], (["a", "b"], ["c"]), pair[1][:1], try_all)
+
+    assert asked == [[("a",), ("b",)], [("c",)]]
+    assert [trial.effects for trial in first.tried] == [("a",), ("b",)]
+    assert [trial.effects for trial in second.tried] == [("a",), ("b",), ("c",)]
+    assert (first.forward, second.forward) == (True, True)
+    assert (backward.forward, exchange.forward) == (False, False)
+    assert not any(move.ways for move in (first, second, backward, exchange))

@@ -183,6 +183,25 @@ def test_a_second_without_a_torque_is_left_out() -> None:
     np.testing.assert_array_equal(judgement.squares(60.0), [4])
 
 
+def test_a_block_of_which_little_is_there_is_left_out() -> None:
+    t = np.arange(1401) / 100
+    residual = np.where(t > 13.02, np.nan, 1.0)
+    residual[-1] = 10.0
+    judgement = Judgement(residuals={"a": residual}, ranges={"a": 1.0}, times={"a": t})
+
+    np.testing.assert_array_equal(judgement.squares(), np.ones(13))
+
+
+def test_a_single_block_tells_nothing() -> None:
+    t = np.arange(140) / 100
+    better, worse = (
+        Judgement(residuals={"a": np.full(t.size, size)}, ranges={"a": 1.0}, times={"a": t})
+        for size in (1.0, 2.0)
+    )
+
+    assert advantage(better, worse) == (3, np.inf)
+
+
 def test_judged_error_is_averaged_over_recordings(three: list[Recording]) -> None:
     residuals = {r.name: np.full(r.t.size, size) for r, size in zip(three, (0.1, 0.2, 0.3), strict=True)}
     spans = [np.ptp(r.M_z) for r in three]

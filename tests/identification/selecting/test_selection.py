@@ -2,10 +2,8 @@ import numpy as np
 import pytest
 
 from identification import Recording, search
-from identification.selecting.scoring import falls_clearly
 from identification.selecting.selection import Step
-from tests.identification.made import as_read, read_campaign
-from tests.rig.campaign import campaign
+from tests.identification.made import read_campaign
 
 CANDIDATES = ("contact_damping", "steering_return", "torque_offset")
 
@@ -83,18 +81,3 @@ def test_finds_a_compliant_carcass() -> None:
     assert [step.chosen for step in others] == [None]
     k_t = made.recordings[0].effects["carcass_torsion"]["k_t"]
     assert others[0].before.fitted.values.shared["carcass_torsion.k_t"] == pytest.approx(k_t, rel=0.05)
-
-
-def test_a_small_effect_is_found_where_it_is_evident() -> None:
-    """Friction that grows with speed, nearly hidden by friction that falls with it."""
-    made = campaign("stribeck", 5, also={"rate_friction": {"c": 0.05}})
-    recordings = [as_read(recording, made.nominal) for recording in made.recordings]
-    first, second, last = search(recordings, (), jobs=1, candidates=("stribeck", "rate_friction"))
-
-    assert first.chosen is not None
-    assert first.chosen.effects == ("stribeck",)
-    assert second.chosen is not None
-    assert second.chosen.effects == ("stribeck", "rate_friction")
-    assert not falls_clearly(second.chosen.judgement, first.chosen.judgement)
-    assert second.chosen.fitted.values.shared["rate_friction.c"] == pytest.approx(0.05, rel=0.15)
-    assert last.chosen is None
