@@ -70,6 +70,7 @@ def test_idle_candidates_are_tried_where_the_others_do_not_hold(pair: Pair) -> N
     asked: list[list[tuple[str, ...]]] = []
 
     def try_all(sets: Sequence[tuple[str, ...]], label: str) -> list[Trial]:
+        del label
         asked.append(list(sets))
         return [replace(pair[0], effects=effects) for effects in sets]
 
