@@ -24,8 +24,9 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from identification import Diagnosis, Recording, Values, diagnose
+from identification import Diagnosis, Recording, diagnose
 from identification.selecting import trials
+from identification.selecting.attempts import values_for
 from identification.selecting.scoring import delta_bic
 from symbolic import EFFECTS
 from tests.identification.made import as_read
@@ -102,10 +103,10 @@ def run(task: Task) -> Outcome:
 def _objection(planted: tuple[str, ...], found: Diagnosis, recordings: list[Recording]) -> float:
     """Delta BIC of what was planted against what was named."""
     effects = tuple(effect.name for effect in found.effects)
-    named = trials.attempt(trials.Task(effects, recordings, start=found.values)).fitted
-    starts = (None, Values(shared={"k": found.values.shared["k"]}, own=found.values.own))
+    named = trials.attempt(trials.Task(effects, recordings, start=found.values))
+    starts = (None, values_for(named, planted))
     fits = [trials.attempt(trials.Task(planted, recordings, start=start)).fitted for start in starts]
-    return min(delta_bic(fit, named, recordings) for fit in fits)
+    return min(delta_bic(fit, named.fitted, recordings) for fit in fits)
 
 
 def tasks_of(options: argparse.Namespace) -> list[Task]:

@@ -78,7 +78,7 @@ class Attempts:
         """
         # The heaviest first, so that no core waits for one of them at the end.
         ordered = sorted(sets, key=lambda effects: -model_of(effects, precision).memory_size)
-        wanted = [(effects, _values_for(present, effects)) for effects in ordered]
+        wanted = [(effects, values_for(present, effects)) for effects in ordered]
         return sorted(self.together(wanted, precision, report), key=lambda trial: trial.nrmse)
 
     def together(
@@ -123,7 +123,7 @@ def precision_for(trial: Trial) -> Precision:
     return ROUGH if trial.nrmse > ROUGH_ABOVE else RANKING
 
 
-def _values_for(present: Trial, effects: Sequence[str]) -> Values:
+def values_for(present: Trial, effects: Sequence[str]) -> Values:
     """The present values without those of effects that are not in the set."""
     values = present.fitted.values
 
