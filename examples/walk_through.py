@@ -18,7 +18,7 @@ import numpy as np
 
 from brushgrip.pictures import draw_loops, draw_residuals, draw_signatures
 from brushgrip.wording import error_columns, error_figures, listed, percent, plain, quantity, sentence
-from identification import Diagnosis, Recording, Values, diagnose, read_recording
+from identification import Diagnosis, Recording, diagnose, read_recording
 from identification.fits.deviations import covariance
 from identification.fits.fitting import Fit, fit, torque_range
 from identification.selecting.scoring import CLEAR, LONG_BLOCK, STRONG, rmse_of
@@ -84,9 +84,8 @@ def grounds_table(found: Diagnosis, recordings: Sequence[Recording]) -> tuple[st
     All other shared parameters stay as they are, fitted to all recordings; mu is fitted anew.
     """
     model = model_of([effect.name for effect in found.effects], RANKING)
-    start = Values(shared=found.values.shared, own=found.values.own)
     thin = [thinned(recording) for recording in recordings]
-    fitted = fit(model, thin, start, tolerance=1e-4)
+    fitted = fit(model, thin, found.values, tolerance=1e-4)
     lines = [
         "| recording | ground | load [N] | best k over the shared one | error, shared k | best k |",
         "|---|---|---:|---:|---:|---:|",
@@ -128,9 +127,8 @@ def vibration(found: Diagnosis, training: Sequence[Recording]) -> tuple[str, str
     """
     a, e = 0.045, 0.009
     per_k = 2 * (a**3 / 3 + a * e**2)
-    start = Values(shared=found.values.shared, own=found.values.own)
     thin = [thinned(recording) for recording in training]
-    fitted = fit(model_of([effect.name for effect in found.effects], RANKING), thin, start)
+    fitted = fit(model_of([effect.name for effect in found.effects], RANKING), thin, found.values)
     k = fitted.values.shared["k"]
     compliance = 1 / (per_k * k)
     slope = np.zeros(len(fitted.labels))
