@@ -4,11 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 from identification.reading.recordings import Recording
-from identification.selecting.rules import (
-    earns_its_place,
-    is_better,
-    tells_apart,
-)
+from identification.selecting.rules import earns_its_place, is_better, tells_apart
 from identification.selecting.scoring import LEAST_GAIN
 from identification.selecting.trials import Trial
 
@@ -50,10 +46,7 @@ class Move:
 
 
 def moves(
-    ranked: Trial,
-    waves: Sequence[Sequence[str]],
-    training: Sequence[Recording],
-    try_all: Try,
+    ranked: Trial, waves: Sequence[Sequence[str]], training: Sequence[Recording], try_all: Try
 ) -> Iterator[Move]:
     """Forward, else backward, else an exchange of one effect for another.
 
@@ -95,10 +88,7 @@ def _backward(ranked: Trial, training: Sequence[Recording], try_all: Try) -> Mov
 
 
 def _exchange(
-    ranked: Trial,
-    tried: Sequence[Trial],
-    training: Sequence[Recording],
-    try_all: Try,
+    ranked: Trial, tried: Sequence[Trial], training: Sequence[Recording], try_all: Try
 ) -> Move:
     """The candidates that helped most, though not enough, each in the place of one that is there."""
     helpful = [t.effects[-1] for t in tried if t.nrmse < (1 - LEAST_GAIN) * ranked.nrmse][:EXCHANGES]
