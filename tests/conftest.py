@@ -5,14 +5,25 @@ leave that as it is, so that neither the next run nor a parallel worker compiles
 """
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+from tests.interpreting import without_machine_code
 
 # No test needs a display. Set before matplotlib is imported; commands that tests start inherit it.
 os.environ["MPLBACKEND"] = "Agg"
 
 ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="module")
+def interpreted() -> Iterator[None]:
+    """Nothing is compiled in the modules that ask for this."""
+    with pytest.MonkeyPatch.context() as patch:
+        without_machine_code(patch)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -1,11 +1,8 @@
-from collections.abc import Callable, Iterator
-from functools import cache
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
-import observers.ekf
-import observers.mhe
 from observers import Ekf, Mhe, Tuning
 from symbolic import Model, Rig
 from tests.rig.record import RigRecording, make_recording
@@ -25,22 +22,6 @@ def recording() -> RigRecording:
 @pytest.fixture(scope="session")
 def steered() -> SteeringRecording:
     return make_steering_recording(5, duration=4.0, rate=500.0)
-
-
-@pytest.fixture(scope="module")
-def interpreted() -> Iterator[None]:
-    """Observers without machine code: a few samples of each take less time than its compiler does."""
-    with pytest.MonkeyPatch.context() as patch:
-        without_machine_code(patch)
-        yield
-
-
-def without_machine_code(patch: pytest.MonkeyPatch) -> None:
-    """Has every observer interpreted, and forgets that when the patch ends."""
-    for module in (observers.ekf, observers.mhe):
-        patch.setattr(module, "compiled", lambda function: function)
-        for name in ("_compiled_step", "_compiled_stretch"):
-            patch.setattr(module, name, cache(getattr(module, name).__wrapped__))
 
 
 def make(kind: Callable[..., Any], **settings: Any) -> Any:

@@ -9,7 +9,8 @@ from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Mhe, Root, Status, SteeringTorque, Tuning, run
 from symbolic import InvalidInputError, Model
-from tests.observers.conftest import RIG, K, make, without_machine_code
+from tests.interpreting import without_machine_code
+from tests.observers.conftest import RIG, K, make
 from tests.observers.made import (
     CLEAN_RIG,
     FIELDS,

@@ -1,0 +1,24 @@
+"""Observers and models without machine code: a few samples of each take less time than a compiler."""
+
+from functools import cache
+
+import pytest
+
+import observers.ekf
+import observers.mhe
+from symbolic import trajectory
+
+COMPILING = {
+    observers.ekf: ("_compiled_step", "_compiled_stretch"),
+    observers.mhe: ("_compiled_step", "_compiled_stretch"),
+    trajectory: ("_functions",),
+}
+"""Modules that compile, and what they keep of it."""
+
+
+def without_machine_code(patch: pytest.MonkeyPatch) -> None:
+    """Has everything interpreted, and forgets that when the patch ends."""
+    for module, kept in COMPILING.items():
+        patch.setattr(module, "compiled", lambda function, **_: function)
+        for name in kept:
+            patch.setattr(module, name, cache(getattr(module, name).__wrapped__))
