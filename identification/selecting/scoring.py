@@ -34,18 +34,25 @@ def rmse_of(residual: Array) -> float:
 def autocorrelation_time(residual: Array) -> float:
     """How many samples of a residual count as one: 1 + 2 sum of its autocorrelation, >= 1.
 
-    The sum ends where the autocorrelation first falls below 0.05 (missing samples count as zero).
+    The sum ends where the autocorrelation first falls below 0.05. Missing samples have no part in it, so
+    of a residual that is seen half as often only half as many count as one.
     """
-    centred = np.nan_to_num(residual - np.nanmean(residual))
-    n = centred.size
-    spectrum = np.abs(np.fft.rfft(centred, 2 * n)) ** 2
-    correlation = np.fft.irfft(spectrum)[:n]
-    if not correlation[0] > 0:
+    present = np.isfinite(residual)
+    products = _lagged(np.where(present, residual - np.nanmean(residual), 0.0))
+    if not products[0] > 0:
         return 1.0
-    correlation = correlation / correlation[0]
-    low = np.flatnonzero(correlation < 0.05)
+    n = residual.size
+    share = _lagged(present.astype(float)) / present.sum() * n / np.arange(n, 0, -1)
+    correlation = products / products[0]
+    low = np.flatnonzero((correlation < 0.05 * share) & (share > 0.5 / n))
     end = int(low[0]) if low.size else n
     return float(max(1.0, 1 + 2 * correlation[1:end].sum()))
+
+
+def _lagged(signal: Array) -> Array:
+    """Sum of the products of a signal with itself, some samples later: by 0, 1, 2 ..."""
+    n = signal.size
+    return np.fft.irfft(np.abs(np.fft.rfft(signal, 2 * n)) ** 2)[:n]
 
 
 def effective_samples(residuals: Mapping[str, Array]) -> float:

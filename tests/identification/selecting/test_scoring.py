@@ -41,6 +41,12 @@ def test_autocorrelation_time_of_a_first_order_process(phi: float) -> None:
     assert autocorrelation_time(autoregressive(phi, 100_000)) == pytest.approx(expected, rel=0.1)
 
 
+def test_autocorrelation_time_counts_the_samples_that_are_there() -> None:
+    residual = autoregressive(0.9, 100_000)
+    residual[1::2] = np.nan
+    assert autocorrelation_time(residual) == pytest.approx((1 + 0.9**2) / (1 - 0.9**2), rel=0.1)
+
+
 def test_autocorrelation_time_is_never_below_one() -> None:
     assert autocorrelation_time(np.array([1.0, -1.0] * 50)) == 1
     assert autocorrelation_time(np.full(50, 3.0)) == 1
