@@ -20,6 +20,7 @@ from symbolic import (
     simulate,
 )
 from symbolic.effects.base import Values
+from symbolic.trajectory import Torque
 from tests.rig.patch import RigTyre
 from tests.rig.patch import simulate as on_the_rig
 from tests.rig.path import Hand, hand_path
@@ -62,12 +63,19 @@ def model_torque(planted: Mapping[str, Mapping[str, float]], **realisation: Any)
 
 
 def torque_of(model: Model, planted: Mapping[str, Mapping[str, float]]) -> Array:
+    return simulated(model, planted, samples()).M_z
+
+
+def samples() -> Array:
+    dt = np.diff(DRIVE.t, prepend=DRIVE.t[0] - 0.01)
+    return np.vstack([DRIVE.psi, DRIVE.psi_dot, DRIVE.F_N, dt])
+
+
+def simulated(model: Model, planted: Mapping[str, Mapping[str, float]], signals: Array) -> Torque:
     values = {f"{name}.{p}": v for name, parameters in planted.items() for p, v in parameters.items()}
     theta = np.asarray(model.theta({"mu": TYRE.mu, "k": TYRE.k} | values)).ravel()
-    dt = np.diff(DRIVE.t, prepend=DRIVE.t[0] - 0.01)
-    samples = np.vstack([DRIVE.psi, DRIVE.psi_dot, DRIVE.F_N, dt])
-    # The derivatives are not looked at; with them the Functions are the ones that fits run.
-    return simulate(model, samples, theta, GEOMETRY, np.eye(len(theta))).M_z
+    # Derivatives are made where nobody looks at them, too: these Functions are the ones that fits run.
+    return simulate(model, signals, theta, GEOMETRY, np.eye(len(theta)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -170,6 +178,22 @@ def test_weak_effect_is_in_proportion_to_the_rigs(effect: Effect) -> None:
     share = float(ours @ theirs / (theirs @ theirs))
     assert share == pytest.approx(1.0, abs=0.03)
     assert np.linalg.norm(ours - theirs) <= 0.15 * np.linalg.norm(theirs)
+
+
+@EACH
+def test_sample_that_takes_no_time_changes_nothing(effect: Effect) -> None:
+    """As where a logger writes the same sample twice."""
+    planted = {effect.name: VALUES[effect.name]}
+    model, once = Model(effects=(effect,)), samples()[:, :300]
+    twice = np.insert(once, 150, once[:, 149], axis=1)
+    twice[3, 150] = 0.0
+
+    made, expected = (simulated(model, planted, signals) for signals in (twice, once))
+
+    span = np.ptp(expected.M_z)
+    np.testing.assert_allclose(np.delete(made.M_z, 150), expected.M_z, rtol=0, atol=1e-6 * span)
+    assert np.isfinite(made.M_z).all()
+    assert np.isfinite(made.sensitivities).all()
 
 
 @pytest.mark.parametrize(
