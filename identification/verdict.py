@@ -7,19 +7,17 @@ import numpy as np
 from identification.experiments.proposals import Proposal
 from identification.fits.deviations import deviations
 from identification.fits.fitting import Fit, Values
+from identification.notes import notes_on
 from identification.reading.recordings import Recording
 from identification.residuals.leftover import unexplained
 from identification.residuals.signatures import Signatures, signatures
-from identification.results import Candidate, Diagnosis, Errors, Estimate, FoundEffect, Series
+from identification.results import Candidate, Diagnosis, Estimate, FoundEffect, Series
 from identification.selecting.attempts import Effects
 from identification.selecting.scoring import Array, delta_bic
 from identification.selecting.selection import Step
 from identification.selecting.trials import Trial
 from identification.stages import declared_residuals, errors_of, trial_residuals
 from symbolic.description import parameter_name
-
-AT_BOUND = 1e-3
-"""A parameter is at a bound within this share of its scale [1]."""
 
 
 def verdict(
@@ -65,7 +63,7 @@ def verdict(
         model=after.fitted.model,
         values=_all_values(after.fitted, after.held_out),
         series=_series(everything, holdout, residuals[1], residuals[2]),
-        notes=_notes(stages[1], stages[2], after.fitted),
+        notes=notes_on(stages[1], stages[2], after.fitted),
     )
 
 
@@ -163,39 +161,3 @@ def _series(
         )
         for r in everything
     )
-
-
-def _notes(before: Errors, after: Errors, fitted: Fit) -> tuple[str, ...]:
-    """What got worse, and where the solver did not finish."""
-    notes = [
-        f"{name} got worse: {before.nrmse[name]:.2%} of range before, {after.nrmse[name]:.2%} after"
-        for name in before.nrmse
-        if after.nrmse[name] > before.nrmse[name]
-    ]
-    notes += [
-        f"{name} got worse when left out: {before.left_out[name]:.2%} of range before,"
-        f" {after.left_out[name]:.2%} after"
-        for name in before.left_out
-        if after.left_out[name] > before.left_out[name]
-    ]
-    notes += _at_their_bounds(fitted)
-    if not fitted.converged:
-        notes.append(f"the final fit stopped early ({fitted.status}); more samples or bounds may help")
-    return tuple(notes)
-
-
-def _at_their_bounds(fitted: Fit) -> list[str]:
-    """Effects whose parameter ends where its range does; such an effect may stand in for another."""
-    notes = []
-    for effect, parameter in fitted.model.parameters:
-        value = fitted.values.shared.get(parameter_name(effect, parameter))
-        if effect is None or value is None:
-            continue
-        ends = [end for end in (parameter.lower, parameter.upper) if end != parameter.neutral]
-        near = [end for end in ends if abs(value - end) <= AT_BOUND * parameter.scale]
-        notes += [
-            f"{effect.name}: {parameter.name} is at the end of its range, {end:g} {parameter.unit};"
-            " the effect may stand in for one that is not in the library"
-            for end in near
-        ]
-    return notes

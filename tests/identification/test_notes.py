@@ -1,0 +1,77 @@
+"""What is said beside the figures: every recording that got worse, every parameter at its bound."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identification.fits.fitting import Fit, Values
+from identification.notes import notes_on
+from identification.results import Errors
+from symbolic import Model, effects_named
+
+
+def errors(left_out: dict[str, float] | None = None, **nrmse: float) -> Errors:
+    return Errors(rmse=nrmse, nrmse=nrmse, training=tuple(nrmse), holdout=(), left_out=left_out or {})
+
+
+@pytest.fixture
+def fitted() -> Fit:
+    return Fit(
+        model=Model(effects=effects_named(("contact_length", "sensor_delay"))),
+        values=Values(
+            shared={"k": 2e6, "contact_length.n": 0.4, "sensor_delay.delay": 0.02},
+            own={"a": {"mu": 1.0}},
+        ),
+        residuals={},
+        jacobian=np.zeros((0, 0)),
+        labels=(),
+        scales=np.zeros(0),
+        room=np.zeros((2, 0)),
+        status="converged",
+        converged=True,
+    )
+
+
+def test_nothing_to_say(fitted: Fit) -> None:
+    assert notes_on(errors(a=0.04, b=0.03), errors(a=0.02, b=0.03), fitted) == ()
+
+
+def test_every_recording_that_got_worse(fitted: Fit) -> None:
+    before = errors({"a": 0.04, "b": 0.03}, a=0.04, b=0.03, c=0.01)
+    after = errors({"a": 0.041, "b": 0.02}, a=0.02, b=0.031, c=0.012)
+
+    assert notes_on(before, after, fitted) == (
+        "b got worse: 3.00% of range before, 3.10% after",
+        "c got worse: 1.00% of range before, 1.20% after",
+        "a got worse when left out: 4.00% of range before, 4.10% after",
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("contact_length.n", 1.0, "contact_length: n is at the end of its range, 1;"),
+        ("sensor_delay.delay", 0.15, "sensor_delay: delay is at the end of its range, 0.15 s;"),
+    ],
+)
+def test_parameter_at_its_bound(fitted: Fit, name: str, value: float, said: str) -> None:
+    values = replace(fitted.values, shared={**fitted.values.shared, name: value})
+
+    (note,) = notes_on(errors(a=0.04), errors(a=0.02), replace(fitted, values=values))
+
+    assert note.startswith(said)
+
+
+def test_neutral_is_no_end_of_a_range(fitted: Fit) -> None:
+    values = replace(fitted.values, shared={**fitted.values.shared, "sensor_delay.delay": 0.0})
+
+    assert notes_on(errors(a=0.04), errors(a=0.02), replace(fitted, values=values)) == ()
+
+
+def test_fit_that_stopped_early(fitted: Fit) -> None:
+    stopped = replace(fitted, converged=False, status="Maximum_Iterations_Exceeded")
+
+    (note,) = notes_on(errors(a=0.04), errors(a=0.02), stopped)
+
+    assert "stopped early (Maximum_Iterations_Exceeded)" in note
