@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
-from tests.rig.hooks import Drive
+from tests.rig.hooks import Array, Drive
 from tests.rig.patch import RigTyre, simulate
 from tests.rig.path import Hand, hand_path
 from tests.rig.plantings import PLANTINGS, USUAL, Parameters, Random
@@ -182,7 +183,18 @@ def _share(
     parameters: Mapping[str, float],
 ) -> float:
     """Change of the torque, rms over the range without the effect [1]; nothing is refitted."""
-    fine = hand_path(seed, duration, hand=PLANTINGS[name].hand, load=load, rate=SAMPLE_RATE * SUBSTEPS)
+    drive, without = _without(seed, tyre, load, duration, PLANTINGS[name].hand)
+    effects = build_effects({name: parameters})
+    with_it = simulate(drive, tyre, effects, bristles=SEARCH_BRISTLES).M_z
+    return float(np.sqrt(np.mean((with_it - without) ** 2)) / np.ptp(without))
+
+
+@lru_cache
+def _without(
+    seed: int, tyre: RigTyre, load: float, duration: float, hand: Hand
+) -> tuple[Drive, Array]:
+    """The path, and the torque without any effect."""
+    fine = hand_path(seed, duration, hand=hand, load=load, rate=SAMPLE_RATE * SUBSTEPS)
     drive = Drive(
         t=fine.t[::SUBSTEPS],
         psi=fine.psi[::SUBSTEPS],
@@ -190,7 +202,4 @@ def _share(
         F_N=fine.F_N[::SUBSTEPS],
         psi_virgin=fine.psi_virgin,
     )
-    without = simulate(drive, tyre, bristles=SEARCH_BRISTLES).M_z
-    effects = build_effects({name: parameters})
-    with_it = simulate(drive, tyre, effects, bristles=SEARCH_BRISTLES).M_z
-    return float(np.sqrt(np.mean((with_it - without) ** 2)) / np.ptp(without))
+    return drive, simulate(drive, tyre, bristles=SEARCH_BRISTLES).M_z

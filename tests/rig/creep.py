@@ -28,14 +28,15 @@ def borne(size: Array, limit: Array, c: float, relief: float) -> tuple[Array, Ar
     least = limit * (1 + c * np.log(REST_SPEED / REFERENCE_SPEED))
     sticking = size <= least
     held, slope = np.where(sticking, size, least), sticking.astype(float)
-    growth = limit * c
+    over = np.flatnonzero(~sticking)
+    growth, size = c * limit[over], size[over]
     speed = (
         growth
         / relief
-        * wrightomega((size - limit) / growth + np.log(REFERENCE_SPEED * relief / growth))
+        * wrightomega((size - limit[over]) / growth + np.log(REFERENCE_SPEED * relief / growth))
     )
     sliding = speed > REST_SPEED
-    safe = np.where(sliding, speed, 1.0)
-    held = np.where(sliding, limit * (1 + c * np.log(safe / REFERENCE_SPEED)), held)
-    slope = np.where(sliding, growth / (growth + relief * safe), slope)
+    over, growth, speed = over[sliding], growth[sliding], speed[sliding]
+    held[over] = limit[over] * (1 + c * np.log(speed / REFERENCE_SPEED))
+    slope[over] = growth / (growth + relief * speed)
     return held, slope

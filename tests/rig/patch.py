@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from math import exp, expm1, prod
 
 import numpy as np
@@ -152,8 +152,12 @@ class Step:
         # A branch that is stretched at a steady rate keeps this share of the stretch.
         kept = -relaxation.time * expm1(-dt / relaxation.time) / dt
         self._stretch = 1 + relaxation.gain * kept
-        self._at_rest = state.spring + self._fade * state.branch
         self._relief = (1 + relaxation.gain) * dt
+
+    @cached_property
+    def _at_rest(self) -> Array:
+        """Stress if the patch did not turn."""
+        return self._state.spring + self._fade * self._state.branch
 
     def solve(self, psi: float, compliance: float) -> float:
         """Angle p of the patch with p = psi + compliance · M_z(p) [rad].
@@ -182,6 +186,12 @@ class Step:
         grid, state, gain = self._grid, self._state, self._grid.relaxation.gain
         turned = grid.lever * (psi - state.psi)
         spring = state.spring - turned
+        if gain == 0 and grid.rate == 0:
+            # The stop alone: what follows does the same, in twice the time.
+            held = np.copysign(np.minimum(np.abs(spring), self._limit), spring)
+            slip = spring - held
+            after = State(spring=spring - slip, branch=state.branch, psi=psi)
+            return after, float(grid.share @ held), np.count_nonzero(slip) / slip.size
         branch = self._fade * state.branch - (self._stretch - 1) * turned
         stress = spring + branch
         size, _ = borne(np.abs(stress), self._limit, grid.rate, self._relief)
