@@ -16,7 +16,7 @@ demo: $(STAMP)
 	$(BIN)/brushgrip demo --out demo_output
 
 test: $(STAMP)
-	$(BIN)/python -m pytest -n $(WORKERS) --cov
+	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --cov
 
 gate: $(STAMP)
 	$(BIN)/ruff format --check .

@@ -8,6 +8,7 @@ import pytest
 from tests.rig.ground import make_ground_recording
 from tests.rig.steering import make_steering_recording
 
+pytestmark = pytest.mark.usefixtures("interpreted")
 Run = Callable[..., Any]
 Write = Callable[..., Path]
 HEADER = "t,mu,mu_std,M_z_predicted,informed"

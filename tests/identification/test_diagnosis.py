@@ -20,6 +20,7 @@ from symbolic import EFFECTS, InvalidInputError, Rig, Tyre
 from tests.identification.made import read_campaign, with_torque
 from tests.rig.campaign import Campaign
 
+pytestmark = pytest.mark.usefixtures("interpreted")
 FIGURES = {
     *("torque_rmse", "torque_nrmse", "holdout_torque_rmse", "holdout_torque_nrmse"),
     "left_out_torque_nrmse",

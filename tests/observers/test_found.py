@@ -13,6 +13,7 @@ from tests.observers.conftest import RIG, K, make
 from tests.observers.made import CLEAN_RIG, FIELDS, columns_of, first_full_slide, samples_of, states_of
 from tests.rig.record import RigRecording, make_recording
 
+pytestmark = pytest.mark.usefixtures("interpreted")
 Array = NDArray[np.float64]
 KINDS = [pytest.param(Ekf, {}, id="ekf"), pytest.param(Mhe, {}, id="mhe")]
 NOISES = [pytest.param({}, id="as it stands"), pytest.param(CLEAN_RIG, id="clean rig")]

@@ -20,6 +20,7 @@ from tests.observers.conftest import RIG, K
 from tests.rig.record import RigRecording
 
 Array = NDArray[np.float64]
+pytestmark = pytest.mark.usefixtures("interpreted")
 COUNT = 200
 WHEEL = replace(RIG, J_A=0.15, b_t=1.0)
 OBSERVERS: dict[str, Callable[[], ModelObserver]] = {

@@ -20,6 +20,7 @@ from symbolic import (
 )
 from tests.symbolic.oracles import Path, Tyre, random_path, run, straight
 
+pytestmark = pytest.mark.usefixtures("interpreted")
 LOAD = 400.0
 TYRE = Tyre()
 GO = TYRE.slope(LOAD) * TYRE.a

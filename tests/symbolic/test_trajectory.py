@@ -17,6 +17,7 @@ LOAD = 400.0
 TYRE = Tyre()
 GEOMETRY = np.array([TYRE.a, TYRE.e])
 GO = TYRE.slope(LOAD) * TYRE.a
+pytestmark = pytest.mark.usefixtures("interpreted")
 # Turning points, closings that meet them to the bit, rests, and a load that drops by half and returns.
 CORNERS = GO * np.array([0.0, 3.0, -2.0, 1.0, 1.0, -0.5, 1.0, 1.5, -2.0, -3.0, 4.0, 3.9, 4.0])
 TIE = pytest.mark.xfail(

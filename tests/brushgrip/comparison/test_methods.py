@@ -13,6 +13,7 @@ from symbolic.compiled import compiler
 from tests.rig.hooks import Drive
 from tests.rig.patch import RigTyre, simulate
 
+pytestmark = pytest.mark.usefixtures("interpreted")
 MU = 1.2
 RATE = 100.0
 NESTED_FROM = 7

@@ -16,9 +16,12 @@ from tests.observers.made import columns_of, samples_of
 from tests.rig.record import RigRecording
 
 SAMPLES = 250
+pytestmark = [
+    pytest.mark.skipif(compiler() is None, reason=NO_COMPILER),
+    pytest.mark.usefixtures("interpreted"),
+]
 
 
-@pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
 def test_every_effect(effect: Effect, recording: RigRecording, tmp_path: Path) -> None:
     model = Model(effects=(effect,), lengthways=20)
