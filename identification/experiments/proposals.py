@@ -107,9 +107,9 @@ def proposal(
 
 
 def seen_step(fitted: Fit, recording: Recording) -> float:
-    """Time between the samples of a recording that a fit has seen [s]."""
+    """Time between the samples of a recording that a fit has seen, on average [s]."""
     lasts = float(recording.t[-1] - recording.t[0])
-    return lasts / (fitted.residuals[recording.name].size - 1)
+    return lasts / (np.count_nonzero(np.isfinite(fitted.residuals[recording.name])) - 1)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -35,16 +35,17 @@ def autocorrelation_time(residual: Array) -> float:
     """How many samples of a residual count as one: 1 + 2 sum of its autocorrelation, >= 1.
 
     The sum ends where the autocorrelation first falls below 0.05. Missing samples have no part in it, so
-    of a residual that is seen half as often only half as many count as one.
+    of a residual that is seen half as often only half as many count as one. Lags at which hardly any two
+    samples are there do not end it.
     """
-    present = np.isfinite(residual)
-    products = _lagged(np.where(present, residual - np.nanmean(residual), 0.0))
-    if not products[0] > 0:
+    present, n = np.isfinite(residual), residual.size
+    if np.unique(residual[present]).size < 2:
         return 1.0
-    n = residual.size
+    products = _lagged(np.where(present, residual - residual[present].mean(), 0.0))
+    # Of the present samples, those that have another one so much later.
     share = _lagged(present.astype(float)) / present.sum() * n / np.arange(n, 0, -1)
     correlation = products / products[0]
-    low = np.flatnonzero((correlation < 0.05 * share) & (share > 0.5 / n))
+    low = np.flatnonzero((correlation < 0.05 * share) & (share > 0.5 * present.mean()))
     end = int(low[0]) if low.size else n
     return float(max(1.0, 1 + 2 * correlation[1:end].sum()))
 

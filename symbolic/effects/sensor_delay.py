@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 
+from symbolic.bristles import SHORTEST
 from symbolic.effects.base import Effect, Expression, Parameter, Signals, Values
 
 DEPTH = 17
@@ -18,8 +19,6 @@ DEPTH = 17
 SPACING = 9.5e-3
 """Samples closer than this to the last one kept are not kept [s]; they reach 150 ms back at least."""
 CHANNELS = ("psi", "psi_dot", "F_N")
-SHORTEST = 1e-9
-"""Guard against samples of equal time [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)

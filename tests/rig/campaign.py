@@ -190,9 +190,7 @@ def _share(
 
 
 @lru_cache
-def _without(
-    seed: int, tyre: RigTyre, load: float, duration: float, hand: Hand
-) -> tuple[Drive, Array]:
+def _without(seed: int, tyre: RigTyre, load: float, duration: float, hand: Hand) -> tuple[Drive, Array]:
     """The path, and the torque without any effect."""
     fine = hand_path(seed, duration, hand=hand, load=load, rate=SAMPLE_RATE * SUBSTEPS)
     drive = Drive(

@@ -12,7 +12,12 @@ import pytest
 from symbolic import EFFECTS, Model, compiled, effects_named, step_along
 from symbolic.compiled import cache_directory, compiler
 from tests.symbolic.oracles import random_path, signals
+from tests.symbolic.test_effects import VALUES
 
+OTHERS = [
+    n for n in EFFECTS if n not in ("viscoelastic_relaxation", "frictional_creep", "carcass_torsion")
+]
+OTHER_VALUES = tuple(value for name in OTHERS for value in VALUES[name].values())
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
 
 
@@ -45,8 +50,9 @@ def libraries(folder: Path) -> list[Path]:
             Model(effects=effects_named(["frictional_creep", "carcass_torsion"]), lengthways=20),
             (0.15, 1 / 350),
         ),
+        (Model(effects=effects_named(OTHERS), lengthways=8), OTHER_VALUES),
     ],
-    ids=["zones", "bristles", "relaxing bristles", "creep behind a carcass"],
+    ids=["zones", "bristles", "relaxing bristles", "creep behind a carcass", "every other effect"],
 )
 @pytest.mark.parametrize("vectorised", [False, True], ids=["plain", "vectorised"])
 def test_machine_code_gives_the_interpreters_numbers(

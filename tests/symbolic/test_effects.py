@@ -182,7 +182,7 @@ def test_weak_effect_is_in_proportion_to_the_rigs(effect: Effect) -> None:
 
 @EACH
 def test_sample_that_takes_no_time_changes_nothing(effect: Effect) -> None:
-    """As where a logger writes the same sample twice."""
+    """Recordings and observers refuse it; whoever calls `simulate` may ask for it."""
     planted = {effect.name: VALUES[effect.name]}
     model, once = Model(effects=(effect,)), samples()[:, :300]
     twice = np.insert(once, 150, once[:, 149], axis=1)

@@ -6,11 +6,17 @@ import numpy as np
 import pytest
 
 from identification import Fit, Recording, Values, fit, smoothed_rate
-from identification.experiments.proposals import CLEAR, _Present, _standard_errors
+from identification.experiments.proposals import CLEAR, _Present, _standard_errors, seen_step
 from identification.experiments.separation import Proposal, propose
 from identification.experiments.steering import STEP, Manoeuvre
 from identification.fits.fitting import COARSE, first_values, torque_range
-from identification.selecting.scoring import Judgement, advantage, judged, leave_one_out
+from identification.selecting.scoring import (
+    Judgement,
+    advantage,
+    autocorrelation_time,
+    judged,
+    leave_one_out,
+)
 from identification.selecting.trials import thinned
 from symbolic import Model, effects_named
 from tests.identification.made import read_campaign
@@ -143,6 +149,23 @@ def test_the_rival_is_refitted_to_everything(ambiguous: Ambiguous, proposed: Pro
     np.testing.assert_allclose(
         difference, proposed.rival_torque - proposed.torque, atol=0.15 * np.abs(difference).max()
     )
+
+
+def test_seconds_that_a_residual_remembers_are_the_same_where_torques_are_missing(
+    ambiguous: Ambiguous,
+) -> None:
+    recording = ambiguous.recordings[0]
+    noise = np.random.default_rng(1).standard_normal(recording.t.size)
+    residual = np.convolve(noise, np.ones(20), "same")
+    full = replace(ambiguous.true, residuals={recording.name: residual})
+    gaps = np.where(np.arange(residual.size) % 2, np.nan, residual)
+    half = replace(full, residuals={recording.name: gaps})
+
+    seconds, with_gaps = (
+        autocorrelation_time(found.residuals[recording.name]) * seen_step(found, recording)
+        for found in (full, half)
+    )
+    assert with_gaps == pytest.approx(seconds, rel=0.15)
 
 
 def test_a_model_cannot_be_told_from_itself(ambiguous: Ambiguous) -> None:

@@ -47,9 +47,24 @@ def test_autocorrelation_time_counts_the_samples_that_are_there() -> None:
     assert autocorrelation_time(residual) == pytest.approx((1 + 0.9**2) / (1 - 0.9**2), rel=0.1)
 
 
-def test_autocorrelation_time_is_never_below_one() -> None:
-    assert autocorrelation_time(np.array([1.0, -1.0] * 50)) == 1
-    assert autocorrelation_time(np.full(50, 3.0)) == 1
+def test_lags_that_hardly_any_two_samples_show_do_not_end_the_sum() -> None:
+    # At lag 1 there are two samples, where the first half goes over into the second.
+    found = []
+    for seed in range(5):
+        residual = autoregressive(0.9, 20_000, seed)
+        residual[1:10_000:2] = np.nan
+        residual[10_000::2] = np.nan
+        found.append(autocorrelation_time(residual))
+    np.testing.assert_allclose(found, (1 + 0.9**2) / (1 - 0.9**2), rtol=0.2)
+
+
+@pytest.mark.parametrize(
+    "residual",
+    [[1.0, -1.0] * 50, [3.0] * 50, [0.1] * 50, [0.1, np.nan] * 50, [2.0], [np.nan] * 5],
+    ids=["alternating", "constant", "rounded", "with gaps", "one sample", "nothing"],
+)
+def test_autocorrelation_time_is_never_below_one(residual: list[float]) -> None:
+    assert autocorrelation_time(np.array(residual)) == 1
 
 
 def test_missing_samples_do_not_count() -> None:
