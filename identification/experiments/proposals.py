@@ -8,15 +8,9 @@ from numpy.typing import NDArray
 
 from identification.experiments.steering import STEP, Manoeuvre
 from identification.fits.fitting import Fit, torque_range
+from identification.fits.memory import autocorrelation_time
 from identification.reading.recordings import Recording
-from identification.selecting.scoring import (
-    BLOCK,
-    CLEAR,
-    LEAST_GAIN,
-    RESOLUTION,
-    autocorrelation_time,
-    rmse_of,
-)
+from identification.selecting.scoring import BLOCK, CLEAR, LEAST_GAIN, RESOLUTION, rmse_of
 
 Array = NDArray[np.float64]
 PATIENCE = 600.0

@@ -20,6 +20,7 @@ from scipy.signal import fftconvolve
 from scipy.stats import f
 
 from identification.fits.fitting import Fit, torque_range
+from identification.fits.memory import lagged_products
 from identification.reading.recordings import Recording
 
 Array = NDArray[np.float64]
@@ -155,9 +156,9 @@ def noise_of(rows: Rows) -> Noise:
     for place, step in zip(rows.places.values(), rows.steps, strict=True):
         n = place.stop - place.start
         # A product counts as if none of the pairs of samples of its lag were missing.
-        pairs = np.round(_lagged(rows.present[place].astype(np.float64)))
+        pairs = np.round(lagged_products(rows.present[place].astype(np.float64)))
         mean = _of_the_mean(centred[place], pairs[0])
-        products = (_lagged(centred[place]) / np.maximum(pairs, 1) + mean) * (n - np.arange(n))
+        products = (lagged_products(centred[place]) / np.maximum(pairs, 1) + mean) * (n - np.arange(n))
         total += np.interp(lags, step * np.arange(n), products * pairs[0] / n, right=0.0)
         energies.append(float(np.sum(centred[place] ** 2) + mean * pairs[0]))
         counts.append(int(pairs[0]))
@@ -213,9 +214,3 @@ def _of_the_mean(centred: Array, count: float) -> float:
     """Variance of the mean of so many samples, from the lowest frequencies above zero."""
     power = np.abs(np.fft.rfft(centred)[1 : NEIGHBOURS + 1]) ** 2
     return float(np.mean(power) / count**2)
-
-
-def _lagged(values: Array) -> Array:
-    """Sums of products of values so many samples apart."""
-    n = values.size
-    return np.asarray(np.fft.irfft(np.abs(np.fft.rfft(values, 2 * n)) ** 2, 2 * n)[:n])

@@ -7,10 +7,11 @@ from numpy.typing import NDArray
 
 from identification.fits.fitting import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss, influence
+from identification.fits.memory import autocorrelation_time
 from identification.reading.recordings import Recording
 from identification.residuals.signatures import LEAST_SIZE, Signatures
 from identification.results import Unexplained
-from identification.selecting.scoring import autocorrelation_time, rmse_of
+from identification.selecting.scoring import rmse_of
 
 Array = NDArray[np.float64]
 LEAST_RATIO = 1.15

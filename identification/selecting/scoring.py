@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from identification.fits.fitting import Fit, torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss, cost, influence
+from identification.fits.memory import autocorrelation_time
 from identification.reading.recordings import Recording
 
 Array = NDArray[np.float64]
@@ -29,31 +30,6 @@ STRONG = 6.0
 def rmse_of(residual: Array) -> float:
     """Root mean square, missing samples left out."""
     return float(np.sqrt(np.nanmean(residual**2)))
-
-
-def autocorrelation_time(residual: Array) -> float:
-    """How many samples of a residual count as one: 1 + 2 sum of its autocorrelation, >= 1.
-
-    The sum ends where the autocorrelation first falls below 0.05. Missing samples have no part in it, so
-    of a residual that is seen half as often only half as many count as one. Lags at which hardly any two
-    samples are there do not end it.
-    """
-    present, n = np.isfinite(residual), residual.size
-    if np.unique(residual[present]).size < 2:
-        return 1.0
-    products = _lagged(np.where(present, residual - residual[present].mean(), 0.0))
-    # Of the present samples, those that have another one so much later.
-    share = _lagged(present.astype(float)) / present.sum() * n / np.arange(n, 0, -1)
-    correlation = products / products[0]
-    low = np.flatnonzero((correlation < 0.05 * share) & (share > 0.5 * present.mean()))
-    end = int(low[0]) if low.size else n
-    return float(max(1.0, 1 + 2 * correlation[1:end].sum()))
-
-
-def _lagged(signal: Array) -> Array:
-    """Sum of the products of a signal with itself, some samples later: by 0, 1, 2 ..."""
-    n = signal.size
-    return np.fft.irfft(np.abs(np.fft.rfft(signal, 2 * n)) ** 2)[:n]
 
 
 def effective_samples(residuals: Mapping[str, Array]) -> float:

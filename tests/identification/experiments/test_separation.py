@@ -10,10 +10,10 @@ from identification.experiments.proposals import CLEAR, _Present, _standard_erro
 from identification.experiments.separation import Proposal, propose
 from identification.experiments.steering import STEP, Manoeuvre
 from identification.fits.fitting import COARSE, first_values, torque_range
+from identification.fits.memory import autocorrelation_time
 from identification.selecting.scoring import (
     Judgement,
     advantage,
-    autocorrelation_time,
     judged,
     leave_one_out,
 )
