@@ -23,9 +23,6 @@ SPAN = 1.25
 INSIDE = 1 - 1e-9
 """Pressures are not asked for beyond this share of the half-length: the limit is zero there [1]."""
 
-SHORTEST = 1e-9
-"""A sample that takes less is taken to last so long [s]."""
-
 
 @dataclass(frozen=True, kw_only=True)
 class Relaxation:
@@ -114,14 +111,13 @@ class BristlePatch:
         relaxation = self.traits.relaxation
         decay: Expression = 0
         held: Expression = 0
-        dt = ca.fmax(inputs.dt, SHORTEST)
         if relaxation is not None:
-            steps = dt / relaxation.time
+            steps = inputs.dt / relaxation.time
             decay = ca.exp(-steps)
             # What is left at the end of a sample of a strain that grew evenly over it.
             held = relaxation.gain * (1 - decay) / steps
         moments = inputs.k * inputs.a * weight * lever
-        reach = dt / inputs.a
+        reach = inputs.dt / inputs.a
         creep = 0 if self.traits.creep is None else self.traits.creep
         return ca.vertcat(lever / inputs.a, limit, moments, decay, held, reach, creep)
 

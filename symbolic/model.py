@@ -5,7 +5,7 @@ say where they enter, and nothing here knows any of them by name.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import casadi as ca
@@ -22,6 +22,8 @@ from symbolic.zones import ZonePatch
 
 SIGNALS = ("psi", "psi_dot", "F_N", "dt")
 """Order of one sample's inputs: [rad], [rad/s], [N], [s]."""
+SHORTEST = 1e-9
+"""A sample that takes less is taken to last so long [s]: patch and effects divide by the time."""
 GEOMETRY = ("a", "e")
 """Order of the geometry: contact patch half-length [m], caster length [m]."""
 DECLARED = (
@@ -240,7 +242,8 @@ def _build_halves(model: Model) -> tuple[ca.Function, ca.Function]:
 
 
 def _signals(vector: ca.MX) -> Signals:
-    return Signals(**dict(zip(SIGNALS, ca.vertsplit(vector), strict=True)))
+    signals = Signals(**dict(zip(SIGNALS, ca.vertsplit(vector), strict=True)))
+    return replace(signals, dt=ca.fmax(signals.dt, SHORTEST))
 
 
 def _inputs(seen: Signals, factor: Expression, theta: Expression, geometry: Expression) -> PatchInputs:

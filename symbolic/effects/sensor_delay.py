@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 
-from symbolic.bristles import SHORTEST
 from symbolic.effects.base import Effect, Expression, Parameter, Signals, Values
 
 DEPTH = 17
@@ -45,7 +44,7 @@ class SensorDelay(Effect):
         # The newest sample always stands first; the one before it stays if it is far from the next.
         keeps = ages[1] - ages[0] >= SPACING
         ages = _pushed(ages, 0, keeps)
-        span = ca.fmax(ages[1:] - ages[:-1], SHORTEST)
+        span = ages[1:] - ages[:-1]
         into = ca.fmax(0, ca.fmin(1, (values["delay"] - ages[:-1]) / span))
         late, remembered = {}, [ages]
         for number, channel in enumerate(CHANNELS, start=1):
