@@ -26,7 +26,7 @@ from tests.rig.record import RigRecording
 from tests.rig.steering import SteeringRecording
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
-STEPS = 40_000
+STEPS = 100_000
 Made = Callable[[Ekf], Single]
 
 
