@@ -1,0 +1,96 @@
+"""The whole search repeated without each recording in turn, which then judges what came out.
+
+    python examples/left_out_search.py [DATA] [--out FILE.md]
+
+Prints one row of a table for each recording as it is done, in Markdown; `--out` writes the table to a
+file. A search a recording: a quarter of an hour and more on two cores for the measured ones.
+"""
+
+import argparse
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from brushgrip.wording import percent, plain
+from identification import Recording, diagnose, read_recording
+from identification.fits.fitting import Values, fit, torque_range
+from identification.selecting.scoring import rmse_of
+from identification.selecting.trials import freeze, model_of
+from published import measured_folder
+
+TOLERANCE = 1e-4
+OPENING = """# The search without the recording that judges
+
+Written by `python examples/left_out_search.py --out docs/left_out_search.md`. Neither the effects nor
+the shared parameters have seen the recording on which the error is taken; only its own μ is fitted to it
+(torque zero and starting twist too, where such effects were found). Errors are root mean squares of the
+torque over its range, of the declared structure and with the effects that were named."""
+HEADER = "| left out | before | after | named without it |\n|---|---:|---:|---|"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judged:
+    """What one search came to: its effects, and the errors over range on the recording left out [1]."""
+
+    name: str
+    before: float
+    after: float
+    effects: tuple[str, ...]
+
+    def row(self) -> str:
+        """Its row of the table."""
+        named = ", ".join(plain(effect) for effect in self.effects) or "nothing"
+        return f"| {self.name} | {percent(self.before)} | {percent(self.after)} | {named} |"
+
+
+def searched(recordings: list[Recording], left: Recording) -> Judged:
+    """Search in all the others, judge on this one."""
+    others = [r for r in recordings if r is not left]
+    found = diagnose(others)
+    effects = tuple(effect.name for effect in found.model.effects)
+    declared = Values(shared={"k": left.tyre.k}, own={r.name: {"mu": 1.0} for r in others})
+    return Judged(
+        name=left.name,
+        before=error_on(left, (), others, declared),
+        after=error_on(left, effects, others, found.values),
+        effects=effects,
+    )
+
+
+def error_on(left: Recording, effects: tuple[str, ...], others: list[Recording], start: Values) -> float:
+    """Error over range on the recording that was left out, shared parameters from the others [1]."""
+    fitted = fit(model_of(effects), others, start, tolerance=TOLERANCE)
+    return rmse_of(freeze(fitted, [left]).residuals[left.name]) / torque_range(left)
+
+
+def summary(judged: list[Judged]) -> str:
+    """The last row of the table, and what remains of the error."""
+    before, after = (float(np.mean([getattr(j, kind) for j in judged])) for kind in ("before", "after"))
+    row = f"| mean | {percent(before)} | {percent(after)} | |"
+    return f"{row}\n\nWhat remains of the error: {after / before:.2f}."
+
+
+def main() -> None:
+    """Leave out, search, judge."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("data", nargs="?", type=Path)
+    parser.add_argument("--out", type=Path)
+    options = parser.parse_args()
+    folder = options.data or measured_folder()
+    recordings = [read_recording(path) for path in sorted(folder.glob("*.mat"))]
+    if len(recordings) < 3:
+        parser.error(f"{folder} holds {len(recordings)} recordings; three are needed")
+    print(HEADER)
+    judged: list[Judged] = []
+    for left in recordings:
+        judged.append(searched(recordings, left))
+        print(judged[-1].row(), flush=True)
+    print(summary(judged))
+    if options.out:
+        rows = [j.row() for j in judged]
+        options.out.write_text("\n".join([f"{OPENING}\n", HEADER, *rows, summary(judged), ""]), "utf-8")
+
+
+if __name__ == "__main__":
+    main()
