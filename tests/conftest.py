@@ -18,6 +18,12 @@ os.environ["MPLBACKEND"] = "Agg"
 ROOT = Path(__file__).resolve().parent.parent
 
 
+def pytest_itemcollected(item: pytest.Item) -> None:
+    """Coverage is taken of quick tests alone: tracing costs Python half as much time again."""
+    if item.get_closest_marker("slow"):
+        item.add_marker("no_cover")
+
+
 @pytest.fixture(scope="module")
 def interpreted() -> Iterator[None]:
     """Nothing is compiled in the modules that ask for this."""

@@ -13,7 +13,8 @@ from brushgrip.comparison.subjects import Subject
 Array = NDArray[np.float64]
 Report = Callable[[str, int, int], None]
 ROUNDS, LONG_ENOUGH = 3, 0.2
-"""A calculation is timed at least so often, and until so much time has gone [s]; the least counts."""
+"""A calculation is timed at least so often, and until so much time has gone after the first [s]; the
+least counts."""
 AUTHOR = "author's estimate"
 
 
@@ -112,25 +113,25 @@ def compare(
             scores.append(_score(subject, AUTHOR, mu, None))
         for j, method in enumerate(methods):
             progress(f"{subject.recording.name}, {method.name}", i * len(methods) + j, total)
-            mu = method.estimate(subject.recording)
-            scores.append(_score(subject, method.name, mu, theta(method, subject)))
+            mu, theta = timed(method, subject)
+            scores.append(_score(subject, method.name, mu, theta))
         made.append(Compared(subject=subject, scores=tuple(scores)))
     return made
 
 
-def theta(method: Method, subject: Subject) -> float:
-    """Calculation time over measurement time, source (5.10) [1]: the least of some rounds.
+def timed(method: Method, subject: Subject) -> tuple[Array, float]:
+    """The estimate, and calculation time over measurement time, source (5.10) [1].
 
-    It is time of the processor, all threads together, so that other programs do not count. The method
-    has to have run before, so that what it makes once is made.
+    The time is the least of some rounds, so that what a method makes in the first does not count; it is
+    time of the processor, all threads together, so that other programs do not.
     """
     t = subject.recording.t
     times: list[float] = []
-    while len(times) < ROUNDS or sum(times) < LONG_ENOUGH:
+    while len(times) < ROUNDS or sum(times[1:]) < LONG_ENOUGH:
         begin = process_time()
-        method.estimate(subject.recording)
+        mu = method.estimate(subject.recording)
         times.append(process_time() - begin)
-    return min(times) / float(t[-1] - t[0])
+    return mu, min(times) / float(t[-1] - t[0])
 
 
 def rows(compared: Sequence[Compared], methods: Sequence[Method]) -> list[Row]:
