@@ -24,8 +24,9 @@ OPENING = """# The search without the recording that judges
 
 Written by `python examples/left_out_search.py --out docs/left_out_search.md`. Neither the effects nor
 the shared parameters have seen the recording on which the error is taken; only its own μ is fitted to it
-(torque zero and starting twist too, where such effects were found). Errors are root mean squares of the
-torque over its range, of the declared structure and with the effects that were named."""
+(torque zero and starting twist too, where such effects were found). The library of effects and the rules
+of the search were made with all of them in sight. Errors are root mean squares of the torque over its
+range, of the declared structure and with the effects that were named."""
 HEADER = "| left out | before | after | named without it |\n|---|---:|---:|---|"
 
 
@@ -79,6 +80,8 @@ def main() -> None:
     options = parser.parse_args()
     folder = options.data or measured_folder()
     recordings = [read_recording(path) for path in sorted(folder.glob("*.mat"))]
+    if options.out and not options.out.parent.is_dir():
+        parser.error(f"there is no folder {options.out.parent}; make it first")
     if len(recordings) < 3:
         parser.error(f"{folder} holds {len(recordings)} recordings; three are needed")
     print(HEADER)

@@ -3,8 +3,8 @@
     python examples/walk_through.py [DATA] --out docs/measured.md
 
 DATA holds the recordings (`brushgrip fetch`); default: see published.py. The text
-of the page is walk_through.in.md beside this script; every number and picture in it is made here. Some
-minutes on two cores.
+of the page is walk_through.in.md beside this script; every number and picture in it is made here, and
+only what it tells of left_out_search.md is written by hand. Some minutes on two cores.
 """
 
 import argparse

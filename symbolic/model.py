@@ -133,7 +133,8 @@ class Model:
     def advance(self) -> ca.Function:
         """The first half of `step`: (memory, signals, theta, geometry) -> (memory_next, seen).
 
-        seen are the signals that reach the patch, which differ where an effect sits in a sensor.
+        seen are the signals that reach the patch: another angle, rate or load where an effect sits in a
+        sensor, and dt at least `SHORTEST`.
         """
         return _build_halves(self)[0]
 

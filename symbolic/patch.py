@@ -16,7 +16,7 @@ class PatchInputs:
 
     Attributes:
         speed: yaw rate, for sliding speeds [rad/s].
-        dt: time since the last sample [s].
+        dt: time since the last sample, greater than 0 [s].
         F_N: vertical load [N].
         factor: factor on the friction limit that is the same for every bristle [1].
         mu: coefficient of friction [1].

@@ -120,18 +120,19 @@ def compare(
 
 
 def timed(method: Method, subject: Subject) -> tuple[Array, float]:
-    """The estimate, and calculation time over measurement time, source (5.10) [1].
+    """The first estimate, and calculation time over measurement time, source (5.10) [1].
 
     The time is the least of some rounds, so that what a method makes in the first does not count; it is
     time of the processor, all threads together, so that other programs do not.
     """
     t = subject.recording.t
+    estimates: list[Array] = []
     times: list[float] = []
     while len(times) < ROUNDS or sum(times[1:]) < LONG_ENOUGH:
         begin = process_time()
-        mu = method.estimate(subject.recording)
+        estimates.append(method.estimate(subject.recording))
         times.append(process_time() - begin)
-    return mu, min(times) / float(t[-1] - t[0])
+    return estimates[0], min(times) / float(t[-1] - t[0])
 
 
 def rows(compared: Sequence[Compared], methods: Sequence[Method]) -> list[Row]:

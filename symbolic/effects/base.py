@@ -72,7 +72,7 @@ class Signals:
         psi: yaw angle [rad].
         psi_dot: yaw rate [rad/s].
         F_N: vertical load [N].
-        dt: time since the last sample [s].
+        dt: time since the last sample, greater than 0: `Model` sees to that [s].
     """
 
     psi: Expression

@@ -42,6 +42,7 @@ class SensorDelay(Effect):
         """Angle, rate and load of `delay` ago; older than the memory holds, the oldest."""
         ages = memory[:DEPTH] + signals.dt
         # The newest sample always stands first; the one before it stays if it is far from the next.
+        # Ages differ, as no sample takes less than `symbolic.model.SHORTEST`.
         keeps = ages[1] - ages[0] >= SPACING
         ages = _pushed(ages, 0, keeps)
         span = ages[1:] - ages[:-1]

@@ -136,6 +136,25 @@ def test_find_the_missing_effect(tmp_path: Path) -> None:
     assert after < 0.45
 
 
+def test_left_out_search_says_what_it_needs_before_it_searches(tmp_path: Path) -> None:
+    command = [sys.executable, ROOT / "examples" / "left_out_search.py", tmp_path]
+    lost = tmp_path / "nowhere" / "page.md"
+    said = [
+        subprocess.run(
+            [*command, *more],
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        for more in ((), ("--out", lost))
+    ]
+
+    assert [result.returncode for result in said] == [2, 2]
+    assert f"{tmp_path} holds 0 recordings; three are needed" in said[0].stderr
+    assert f"there is no folder {lost.parent}; make it first" in said[1].stderr
+
+
 def test_free_decay(tmp_path: Path) -> None:
     text = printed_by("free_decay.py", tmp_path, "decay.png", leaves="decay.png")
     off = [

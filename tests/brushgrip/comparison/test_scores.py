@@ -67,6 +67,30 @@ def test_a_method_from_elsewhere_gets_its_row(subject: Subject) -> None:
     assert made["recordings"][0]["scores"][0]["quantiles"] == pytest.approx([1.3 + OFF] * 5)
 
 
+@dataclass
+class Remembering:
+    """Takes long once, and has learned the answer when it is asked again."""
+
+    name: str = "remembering"
+    works_beyond_five_zones: bool = True
+    gives_deviation: bool = False
+    asked: int = 0
+
+    def estimate(self, recording: Recording) -> Array:
+        self.asked += 1
+        begin = process_time()
+        while process_time() < begin + (10 * BUSY if self.asked == 1 else BUSY):
+            pass
+        return np.full(recording.t.size, 1.3 + (OFF if self.asked == 1 else 0))
+
+
+def test_the_first_estimate_counts_and_the_least_time(subject: Subject) -> None:
+    ((score,),) = (one.scores for one in compare([subject], [Remembering()]))
+
+    assert score.rmse == pytest.approx(OFF)
+    assert score.theta == pytest.approx(BUSY / 10, rel=0.1)
+
+
 def test_errors_count_from_when_the_wheel_has_turned_for_a_while(subject: Subject) -> None:
     first = int(np.argmax(np.abs(subject.recording.psi) >= 0.02))
     mu = np.full(subject.recording.t.size, 1.3)
