@@ -19,7 +19,7 @@ ROOT = Path(__file__).resolve().parent.parent
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:
-    """The body of a slow test is not traced for coverage, which would cost half as much time again."""
+    """The body of a slow test is not traced for coverage, which slows Python down."""
     if item.get_closest_marker("slow"):
         item.add_marker("no_cover")
 
