@@ -18,12 +18,6 @@ os.environ["MPLBACKEND"] = "Agg"
 ROOT = Path(__file__).resolve().parent.parent
 
 
-def pytest_itemcollected(item: pytest.Item) -> None:
-    """The body of a slow test is not traced for coverage, which slows Python down."""
-    if item.get_closest_marker("slow"):
-        item.add_marker("no_cover")
-
-
 @pytest.fixture(scope="module")
 def interpreted() -> Iterator[None]:
     """Nothing is compiled in the modules that ask for this."""

@@ -82,7 +82,6 @@ def test_unknown_errors_propagate(monkeypatch: pytest.MonkeyPatch) -> None:
         main(["fetch"])
 
 
-@pytest.mark.slow
 def test_as_a_process(tmp_path: Path, repository_root: Path) -> None:
     made = subprocess.run(
         [sys.executable, "-m", "brushgrip", "diagnose", "nowhere", "--out", str(tmp_path / "out")],

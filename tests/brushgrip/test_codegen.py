@@ -23,7 +23,6 @@ def codegen(run: Run, rig: Path, out: Path, *options: object) -> Any:
     return run("codegen", "--rig", rig, "--observer", "ekf", "--out", out, "--name", "grip", *options)
 
 
-@pytest.mark.slow
 def test_writes_all_that_a_target_needs(run: Run, rig: Path, tmp_path: Path) -> None:
     outcome = codegen(run, rig, tmp_path / "c", "--real", "double", "--target", "c")
     made = json.loads((tmp_path / "c" / "grip.json").read_text())
@@ -60,7 +59,6 @@ def test_an_fmu_needs_a_compiler(
     assert not (tmp_path / "made").exists()
 
 
-@pytest.mark.slow
 @NEEDS_COMPILER
 @pytest.mark.parametrize("torque", ["M_z", "M"])
 def test_builds_and_agrees_with_python(run: Run, tmp_path: Path, torque: str) -> None:
@@ -82,7 +80,6 @@ def test_builds_and_agrees_with_python(run: Run, tmp_path: Path, torque: str) ->
     assert subprocess.run([tmp_path / "b" / "check", tmp_path / "wrong.csv"]).returncode == 1
 
 
-@pytest.mark.slow
 @NEEDS_COMPILER
 def test_example_says_what_estimate_says(run: Run, repository_root: Path, tmp_path: Path) -> None:
     folder = repository_root / "examples" / "recordings"

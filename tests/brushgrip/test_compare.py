@@ -65,7 +65,6 @@ def assert_one_line(outcome: Any, *words: str) -> None:
         assert word in outcome.err
 
 
-@pytest.mark.slow
 def test_json_table_and_pictures(run: Run, rig: Path, recording: Path, tmp_path: Path) -> None:
     out, table, picture = (tmp_path / "out" / name for name in ("c.json", "c.md", "c.png"))
     outcome = compare(run, rig, recording, out, "--declared", MU, "--table", table, "--picture", picture)
@@ -144,7 +143,6 @@ def test_the_author_may_lie_elsewhere(run: Run, rig: Path, recording: Path, tmp_
     assert one["scores"][0]["rmse"] == pytest.approx(0.2)
 
 
-@pytest.mark.slow
 def test_published_names_tell_the_surface(run: Run, rig: Path, recording: Path, tmp_path: Path) -> None:
     for name, mu in (("fem9", 1.674), ("piros9", 1.9003)):
         compare(run, rig, recording.rename(tmp_path / f"{name}.csv"), tmp_path / "c.json")
@@ -227,7 +225,6 @@ def test_does_not_write_over_what_it_reads(run: Run, rig: Path, recording: Path)
     assert recording.read_text() == before
 
 
-@pytest.mark.slow
 @pytest.mark.measured
 def test_shared_steel_recordings(run: Run, measured_dir: Path, tmp_path: Path) -> None:
     names = [measured_dir / f"{name}.mat" for name in ("fem1", "fem3", "fem4_ident", "fem5")]
@@ -245,7 +242,6 @@ def test_shared_steel_recordings(run: Run, measured_dir: Path, tmp_path: Path) -
         assert rows["EKF in C"]["rmse"] == pytest.approx(rows["EKF"]["rmse"], abs=1e-4)
 
 
-@pytest.mark.slow
 def test_networks_stand_in_the_table_where_there_is_something_to_learn_from(
     run: Run, rig: Path, recording: Path, tmp_path: Path
 ) -> None:

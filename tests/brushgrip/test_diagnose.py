@@ -53,7 +53,6 @@ def paths(write_csv: Write) -> list[Path]:
     ]
 
 
-@pytest.mark.slow
 def test_writes_everything(
     run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path
 ) -> None:
@@ -71,7 +70,6 @@ def test_writes_everything(
     assert json.loads((out / "model.json").read_text())["effects"][0] == "carcass_torsion"
 
 
-@pytest.mark.slow
 def test_says_what_was_found(
     run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path
 ) -> None:
@@ -91,7 +89,6 @@ def test_says_what_was_found(
         assert words in outcome.out
 
 
-@pytest.mark.slow
 def test_repeated_flags(
     run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path
 ) -> None:
@@ -101,7 +98,6 @@ def test_repeated_flags(
     assert asked == [(("a",), ("b", "c", "d"), None)]
 
 
-@pytest.mark.slow
 def test_no_holdout(run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path) -> None:
     outcome = run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
 
@@ -131,7 +127,6 @@ def test_options_reach_the_search(
     assert "threshold must be a finite number greater than 0" in outcome.err
 
 
-@pytest.mark.slow
 def test_an_interrupted_search_keeps_its_trials(
     run: Run,
     monkeypatch: pytest.MonkeyPatch,
@@ -197,7 +192,6 @@ def test_constant_torque_takes_one_line(run: Run, write_csv: Write, rig: Path, t
 
 
 class TestDemo:
-    @pytest.mark.slow
     def test_runs_on_the_embedded_recordings(
         self, run: Run, asked: list[Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     ) -> None:
@@ -210,7 +204,6 @@ class TestDemo:
         assert len(held_out) >= 1
         assert sorted(path.name for path in (tmp_path / "out").iterdir()) == FILES
 
-    @pytest.mark.slow
     def test_friction_by_both_models_and_every_observer(
         self, make_diagnosis: Callable[..., Diagnosis], write_csv: Write, rig: Path
     ) -> None:

@@ -119,7 +119,6 @@ def steering_rig(rig: Path) -> Path:
     return rig
 
 
-@pytest.mark.slow
 @each_observer
 def test_from_the_steering_torque(
     run: Run, steered: Path, steering_rig: Path, tmp_path: Path, observer: str

@@ -47,7 +47,6 @@ def assert_refused(outcome: Any, *words: str, status: int = 2) -> None:
         assert word in outcome.err
 
 
-@pytest.mark.slow
 def test_identifies(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> None:
     out = tmp_path / "new" / "id.json"
     outcome = run("identify", "--rig", rig, "--free-decay", *struck, "--out", out)
@@ -70,7 +69,6 @@ def test_identifies(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> 
     assert outcome.out.endswith(f"wrote {out} and {out.with_suffix('.png')}\n")
 
 
-@pytest.mark.slow
 def test_order_of_options_and_flags_does_not_matter(
     run: Run, rig: Path, struck: list[Path], tmp_path: Path
 ) -> None:

@@ -99,7 +99,6 @@ def test_page_says_everything_in_order(full: Path) -> None:
     assert "Follows psi_dot <by> 0.4 & F_N." in page.text
 
 
-@pytest.mark.slow
 def test_a_recording_that_got_worse_is_marked_and_tracks_may_be_absent(
     tmp_path: Path, make_diagnosis: Make
 ) -> None:
@@ -113,7 +112,6 @@ def test_a_recording_that_got_worse_is_marked_and_tracks_may_be_absent(
     assert "friction.png" not in written(tmp_path)
 
 
-@pytest.mark.slow
 def test_names_are_escaped(tmp_path: Path, make_diagnosis: Make) -> None:
     diagnosis = make_diagnosis(training=(r"<b>$x_1\frac$</b>",), holdout=())
     page = Page(write_report(tmp_path, diagnosis).read_text("utf-8"))
@@ -121,7 +119,6 @@ def test_names_are_escaped(tmp_path: Path, make_diagnosis: Make) -> None:
     assert r"<b>$x_1\frac$</b>" in page.text
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("training", "holdout"), [(1, 0), (2, 0), (1, 1), (9, 4)])
 def test_any_number_of_recordings(
     tmp_path: Path, make_diagnosis: Make, training: int, holdout: int
@@ -138,7 +135,6 @@ def test_any_number_of_recordings(
         assert name in page.text
 
 
-@pytest.mark.slow
 def test_same_diagnosis_same_page_and_no_global_state(
     full: Path, tmp_path: Path, make_diagnosis: Make, tracks: list[FrictionTrack]
 ) -> None:

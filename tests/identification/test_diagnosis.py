@@ -118,7 +118,6 @@ def test_what_is_given_stands_beside_what_was_fitted(monkeypatch: pytest.MonkeyP
     assert F_0.value == pytest.approx(planted["F_0"], rel=0.05)
 
 
-@pytest.mark.slow
 def test_a_control_has_nothing_missing() -> None:
     found = diagnose(read_campaign(None, 1, duration=14.0)[1], jobs=1)
 
@@ -128,7 +127,6 @@ def test_a_control_has_nothing_missing() -> None:
     assert found.model.effects == ()
 
 
-@pytest.mark.slow
 def test_published_simulations_are_one_sample_late(simulation_dir: Path) -> None:
     # Errata: in these files the torque is 10 ms late against the angle. They hold no noise.
     recordings = [_published(simulation_dir / f"{name}.csv") for name in ("sim_mu_05", "sim_mu_18")]

@@ -33,7 +33,6 @@ def predicted(fitted: Fit, left: Recording) -> float:
     return rmse_of(alone.residuals[left.name]) / torque_range(left)
 
 
-@pytest.mark.slow
 def test_left_out_in_turn(trial: Trial, recordings: list[Recording]) -> None:
     model = Model(effects=effects_named(EFFECTS))
     with workers(1) as submit:

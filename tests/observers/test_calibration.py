@@ -66,7 +66,6 @@ def test_hardly_a_run_goes_far_astray_before_full_slide(found: Figures) -> None:
     assert found.farthest < 5
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "scale"), [(Ekf, WRONG), (Ekf, 1 / WRONG), (Mhe, 1 / WRONG)])
 def test_wrong_standard_deviations_would_be_noticed(kind: Any, scale: float) -> None:
     off = constant(kind, FEWER, scale=scale * ALLOWANCE)
@@ -107,7 +106,6 @@ def test_ground_that_walks_needs_bristles() -> None:
     assert bristles.rmse < 0.7 * exact.rmse
 
 
-@pytest.mark.slow
 def test_steering_torque() -> None:
     # An encoder at rest errs by a constant, so a whole step is believed of it, not 0.29 steps.
     made = [steered_by_hand(seed, 6.0) for seed in range(8)]

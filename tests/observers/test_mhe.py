@@ -86,7 +86,6 @@ ORACLES = [
 ]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("settings", ORACLES)
 @pytest.mark.parametrize(("window", "iterations"), [(1, 1), (7, 1), (20, 2)])
 def test_moving_window_equals_dense_equations_by_the_book(
@@ -110,7 +109,6 @@ def test_moving_window_equals_dense_equations_by_the_book(
     assert moved > 0.1, "the comparison saw no correction"
 
 
-@pytest.mark.slow
 def test_converged_window_is_the_minimum_that_a_general_optimiser_finds(
     recording: RigRecording,
 ) -> None:

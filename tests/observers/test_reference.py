@@ -51,7 +51,6 @@ def test_settled_equals_ipopt(mhe: Make, recording: RigRecording, settings: dict
     compare(mhe(**SETTLED, **settings), recording, count=300, every=75)
 
 
-@pytest.mark.slow
 def test_settled_equals_ipopt_with_the_steering_torque(mhe: Make, steered: SteeringRecording) -> None:
     sensing = SteeringTorque(zero=True, stiffness=True)
     settings = {"noise": 0.005, "error": inf, "gate": inf, "mu_walk": 0.01}

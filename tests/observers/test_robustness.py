@@ -32,7 +32,6 @@ def clean(kind: Any, made: Made, seeds: range, **settings: Any) -> float:
     return rmse(kind, made, seeds, **settings)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("fault", FAULTS)
 @pytest.mark.parametrize("kind", KINDS)
 def test_faults_cost_no_more_than_a_factor_of_two(kind: Any, fault: str) -> None:
@@ -60,7 +59,6 @@ def test_no_fault_is_taken_for_another_ground(fault: str) -> None:
     assert rejected > 50
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("fault", STEERED_FAULTS)
 @pytest.mark.parametrize("kind", KINDS)
 def test_steering_torque_bears_faults_of_the_angle(kind: Any, fault: str) -> None:
@@ -91,7 +89,6 @@ def test_a_ground_that_falls_is_known_within_a_tenth_of_a_radian(place: float) -
         assert 0 < by_window <= by_filter < 0.06
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("place", PLACES)
 def test_a_ground_that_rises_takes_more_iterations(place: float) -> None:
     # The torque does not jump but grows with the turn, and one linearisation overshoots.

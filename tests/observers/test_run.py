@@ -58,7 +58,6 @@ def torque_of(columns: dict[str, Array]) -> str:
     return "M_z" if "M_z" in columns else "M"
 
 
-@pytest.mark.slow
 def test_sample_by_sample_is_the_same(observer: Any, columns: dict[str, Array]) -> None:
     assert_steps_are_the_run(observer, columns)
 

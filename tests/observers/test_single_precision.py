@@ -56,7 +56,6 @@ def told(outcome: Outcome, observer: Ekf) -> str:
     return "\n".join([where, f"sample: {outcome.sample.tolist()}", *changes])
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("trial", [PLAIN, HARSH], ids=["plain", "harsh"])
 @pytest.mark.parametrize("case", CASES)
 def test_covariance_stays_positive_definite(case: str, trial: Trial, single: Made) -> None:

@@ -180,7 +180,6 @@ def test_campaign_files(tmp_path: Path) -> None:
     assert (tmp_path / "rig.toml").is_file()
 
 
-@pytest.mark.slow
 def test_embedded_recordings_are_made_by_the_rig(repository_root: Path) -> None:
     folder = repository_root / "examples" / "recordings"
     made = runpy.run_path(str(folder.parent / "make_recordings.py"))["files"]()

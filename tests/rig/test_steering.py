@@ -115,7 +115,6 @@ def test_work_is_motion_damping_and_friction() -> None:
     assert into_patch[-1] > 1.0
 
 
-@pytest.mark.slow
 def test_order_of_the_integration() -> None:
     finest, *others = (
         clean(duration=4.0, rate=100.0, step=step) for step in (1.25e-5, 1e-4, 2e-4, 4e-4)
@@ -127,7 +126,6 @@ def test_order_of_the_integration() -> None:
     assert errors[2] > 9 * errors[0]
 
 
-@pytest.mark.slow
 def test_bristles_are_enough() -> None:
     coarse, fine = clean(), clean(bristles=4000)
 

@@ -185,7 +185,6 @@ def test_what_cannot_be_told_apart_has_no_deviation(noiseless) -> None:
     assert np.isfinite(spread[1:3]).all()
 
 
-@pytest.mark.slow
 def test_bristles_and_carcass_are_correlated() -> None:
     recordings = read_campaign("carcass_torsion", 1, duration=8.0)[1]
     model = Model(effects=effects_named(["carcass_torsion"]), corners=16)

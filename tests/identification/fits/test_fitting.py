@@ -47,7 +47,6 @@ def test_first_values(declared: Given) -> None:
         assert set(everything) == {"k", "mu", "contact_damping.c", "torque_offset.M_0"}
 
 
-@pytest.mark.slow
 def test_what_recordings_give_is_never_fitted() -> None:
     """F_0 is the mean of the loads, brought to one length; another one is nearly another mu and k."""
     made, recordings = read_campaign("contact_length", 3)
@@ -76,7 +75,6 @@ def test_what_recordings_give_is_never_fitted() -> None:
         assert np.sqrt(np.mean(off**2)) < 2e-3 * span
 
 
-@pytest.mark.slow
 def test_finds_how_the_patch_grows_where_its_length_was_rounded() -> None:
     """Of 45 mm (F_N / 400 N)^0.5, declared to 5 mm, the power is found, and the rounding made good."""
     planted = {"contact_length": {"n": 0.5, "F_0": 400.0, "m": 2.0}}
@@ -101,7 +99,6 @@ def test_finds_how_the_patch_grows_where_its_length_was_rounded() -> None:
     assert fitted.values.shared["k"] == pytest.approx(made[0].tyre.k, rel=0.05)
 
 
-@pytest.mark.slow
 def test_recovers_stiffness_and_friction_as_well_as_it_says() -> None:
     apart = []
     for seed in range(6):
@@ -138,7 +135,6 @@ def standing(
     return np.array(found), deviations(fitted, recordings), np.array(truth)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     "effect", ["contact_damping", "torque_offset", "sensor_delay", "asymmetric_friction"]
 )
@@ -151,7 +147,6 @@ def test_recovers_an_effect(effect: str) -> None:
     assert (spread < 0.02 * np.abs(truth)).all()
 
 
-@pytest.mark.slow
 def test_recovers_a_compliance() -> None:
     made, recordings = read_campaign("carcass_torsion", 1, duration=8.0)
     fitted = fit_from_scratch(model_of("carcass_torsion"), recordings)
@@ -247,7 +242,6 @@ def test_a_constant_torque_is_a_fault(declared: Given, M_z: float) -> None:
     assert "\n" not in str(caught.value)
 
 
-@pytest.mark.slow
 def test_jacobian_is_the_slope_of_the_residuals(offset: Given) -> None:
     _, recordings = offset
     model = model_of("torque_offset", "contact_damping", "carcass_torsion")

@@ -95,7 +95,6 @@ def test_a_profile_is_open_where_the_grid_ends_too_soon(fitted) -> None:
     assert made.best == made.grid[-1]
 
 
-@pytest.mark.slow
 def test_a_softer_carcass_makes_up_for_stiffer_bristles() -> None:
     recordings = read_campaign("carcass_torsion", 1, recordings=1, duration=8.0)[1]
     model = Model(effects=effects_named(["carcass_torsion"]), corners=16)

@@ -95,7 +95,6 @@ def test_a_half_swing_that_carries_everything(sticking: tuple[Programme, Solutio
     assert np.isfinite(spread.covariance).all()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.0, 0.7])
 def test_is_the_scatter_of_the_estimates(noise: float) -> None:
     t, rng = np.arange(1100) / 1000, np.random.default_rng(3)

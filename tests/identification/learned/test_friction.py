@@ -92,7 +92,6 @@ def test_on_top_of_an_estimate_it_learns_the_error(training: list[Recording]) ->
     assert not network.works_beyond_five_zones
 
 
-@pytest.mark.slow
 def test_the_same_seed_gives_the_same_network(training: list[Recording]) -> None:
     same = [train(training, telling, Design(seed=seed)).estimate(training[0]) for seed in (1, 1, 2)]
 

@@ -142,7 +142,6 @@ def test_play_in_the_sensor_is_learned_too() -> None:
     assert before > 2 * after
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("quick")
 @pytest.mark.parametrize("name", [None, "gust", "slide_oscillation"])
 def test_what_does_not_repeat_is_not_kept(name: str | None) -> None:
@@ -155,7 +154,6 @@ def test_what_does_not_repeat_is_not_kept(name: str | None) -> None:
     assert "not kept" in learned.note
 
 
-@pytest.mark.slow
 @pytest.mark.usefixtures("quick")
 def test_one_recording_alone_judges_nothing(recordings: list[Recording]) -> None:
     alone = recordings[:1]

@@ -61,7 +61,6 @@ def named(found: Signatures, signal: str) -> Signature:
     return next(s for s in found.signatures if s.signal == signal)
 
 
-@pytest.mark.slow
 def test_white_noise_keeps_within_its_bands(recordings: list[Recording]) -> None:
     outside, quiet, within = np.zeros(len(SIGNALS)), 0, []
     for seed in range(100):
@@ -186,7 +185,6 @@ def test_slope_and_size_are_those_planted(recordings: list[Recording]) -> None:
     assert (found.unit, found.effects[0]) == ("rad", "steering_return")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("effect", "signal", "sign"),
     [

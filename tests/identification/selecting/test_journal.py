@@ -77,7 +77,6 @@ def test_what_cannot_be_read_is_made_anew(damped: list[Recording], journal: Jour
         assert journal.recall(task) is None
 
 
-@pytest.mark.slow
 def test_goes_on_after_an_interruption(
     damped: list[Recording], journal: Journal, monkeypatch: pytest.MonkeyPatch
 ) -> None:

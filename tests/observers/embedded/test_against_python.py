@@ -59,7 +59,6 @@ def rows(sensing: Any, recording: RigRecording, steered: SteeringRecording) -> A
     return rows_of(steered if sensing.turns else recording)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("sensing", SENSINGS)
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("kind", KINDS)
@@ -79,7 +78,6 @@ def test_double_is_the_same(built: Build, kind: Any, model: Any, sensing: Any, r
     assert np.ptp(said[:, 0]) > 0.005, "the comparison saw no correction"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("sensing", SENSINGS)
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("kind", KINDS)
@@ -137,7 +135,6 @@ def compare_recording(built: Build, path: Path, observer: Any) -> None:
     assert off[100:].max() < 5e-6
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("window", [2, 7, 50])
 @pytest.mark.parametrize("kind", KINDS)
 def test_outliers_and_changes_of_the_ground(built: Build, kind: Any, window: int) -> None:

@@ -22,7 +22,6 @@ pytestmark = [
 ]
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
 def test_every_effect(effect: Effect, recording: RigRecording, tmp_path: Path) -> None:
     model = Model(effects=(effect,), lengthways=20)

@@ -41,7 +41,6 @@ def test_it_begins_anew_with_every_recording(recording: RigRecording) -> None:
     np.testing.assert_array_equal(code.along(*channels).mu, code.along(*channels).mu)
 
 
-@pytest.mark.slow
 @needs_compiler
 def test_the_steering_torque_too(steered: SteeringRecording) -> None:
     observer = observer_of(Ekf, DECLARED, SteeringTorque())

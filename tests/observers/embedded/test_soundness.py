@@ -46,7 +46,6 @@ CASES = [
 each_case = pytest.mark.parametrize(("kind", "model", "sensing"), CASES)
 
 
-@pytest.mark.slow
 @each_case
 @pytest.mark.parametrize("real", [SINGLE, DOUBLE], ids=["float", "double"])
 def test_random_bytes_leave_an_estimate(
@@ -143,7 +142,6 @@ def test_core_needs_nothing_but_mathematics(built: Build) -> None:
         assert not {mark for mark, _ in symbols} & set("DdBbC"), "data that can be written to"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("kind", "model", "sensing", "count"), WATCHED)
 def test_sanitisers_find_nothing(
     built: Build, repository_root: Path, kind: Any, model: Any, sensing: Any, count: int
