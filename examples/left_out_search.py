@@ -14,12 +14,9 @@ import numpy as np
 
 from brushgrip.wording import percent, plain
 from identification import Recording, diagnose, read_recording
-from identification.fits.fitting import Values, fit, torque_range
-from identification.selecting.scoring import rmse_of
-from identification.selecting.trials import freeze, model_of
+from identification.selecting.trials import Task, attempt
 from published import measured_folder
 
-TOLERANCE = 1e-4
 OPENING = """# The search without the recording that judges
 
 Written by `python examples/left_out_search.py --out docs/left_out_search.md`. Neither the effects nor
@@ -50,19 +47,9 @@ def searched(recordings: list[Recording], left: Recording) -> Judged:
     others = [r for r in recordings if r is not left]
     found = diagnose(others)
     effects = tuple(effect.name for effect in found.model.effects)
-    declared = Values(shared={"k": left.tyre.k}, own={r.name: {"mu": 1.0} for r in others})
-    return Judged(
-        name=left.name,
-        before=error_on(left, (), others, declared),
-        after=error_on(left, effects, others, found.values),
-        effects=effects,
-    )
-
-
-def error_on(left: Recording, effects: tuple[str, ...], others: list[Recording], start: Values) -> float:
-    """Error over range on the recording that was left out, shared parameters from the others [1]."""
-    fitted = fit(model_of(effects), others, start, tolerance=TOLERANCE)
-    return rmse_of(freeze(fitted, [left]).residuals[left.name]) / torque_range(left)
+    declared = attempt(Task((), others, [left]))
+    named = attempt(Task(effects, others, [left], start=found.values))
+    return Judged(name=left.name, before=declared.nrmse, after=named.nrmse, effects=effects)
 
 
 def summary(judged: list[Judged]) -> str:
@@ -84,15 +71,17 @@ def main() -> None:
         parser.error(f"there is no folder {options.out.parent}; make it first")
     if len(recordings) < 3:
         parser.error(f"{folder} holds {len(recordings)} recordings; three are needed")
+    lines = [HEADER]
     print(HEADER)
     judged: list[Judged] = []
     for left in recordings:
         judged.append(searched(recordings, left))
-        print(judged[-1].row(), flush=True)
-    print(summary(judged))
+        lines.append(judged[-1].row())
+        print(lines[-1], flush=True)
+    lines.append(summary(judged))
+    print(lines[-1])
     if options.out:
-        rows = [j.row() for j in judged]
-        options.out.write_text("\n".join([f"{OPENING}\n", HEADER, *rows, summary(judged), ""]), "utf-8")
+        options.out.write_text("\n".join([f"{OPENING}\n", *lines, ""]), "utf-8")
 
 
 if __name__ == "__main__":
