@@ -18,6 +18,13 @@ BUSY = 0.02
 OFF = 0.25
 
 
+def busy(seconds: float) -> None:
+    """Keeps the processor so long."""
+    begin = process_time()
+    while process_time() < begin + seconds:
+        pass
+
+
 @dataclass(frozen=True)
 class Learned:
     """Takes its time and is always off by so much."""
@@ -27,9 +34,7 @@ class Learned:
     gives_deviation: bool = False
 
     def estimate(self, recording: Recording) -> Array:
-        begin = process_time()
-        while process_time() < begin + BUSY:
-            pass
+        busy(BUSY)
         return np.full(recording.t.size, 1.3 + OFF)
 
 
@@ -78,9 +83,7 @@ class Remembering:
 
     def estimate(self, recording: Recording) -> Array:
         self.asked += 1
-        begin = process_time()
-        while process_time() < begin + (10 * BUSY if self.asked == 1 else BUSY):
-            pass
+        busy(10 * BUSY if self.asked == 1 else BUSY)
         return np.full(recording.t.size, 1.3 + (OFF if self.asked == 1 else 0))
 
 
