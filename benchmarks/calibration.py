@@ -24,8 +24,11 @@ from scipy.stats import chi2
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from observers import Ekf, Mhe
+from reference_rig.record import FOURTEEN_BIT_STEP
+from reference_rig.steering import SteeringRecording
 from symbolic import Model
-from tests.observers.campaigns import (
+from tests.observers.grid_posterior import posterior
+from tests.observers.monte_carlo import (
     Errors,
     Figures,
     Recording,
@@ -35,11 +38,8 @@ from tests.observers.campaigns import (
     steered_by_hand,
     turned_by_hand,
 )
-from tests.observers.exact import posterior
-from tests.rig.record import FOURTEEN_BIT_STEP
-from tests.rig.steering import SteeringRecording
 
-Made = Callable[[int], Recording]
+RecordingFactory = Callable[[int], Recording]
 EXACT, BRISTLES = Model(), Model(discretised=True)
 WALKS = (0.001, 0.005, 0.01, 0.02)
 """Random walks of mu as a share of itself [1/sqrt(s)]."""
@@ -49,7 +49,7 @@ WHITE = 1e-5
 """Angle noise that stands for none [rad]."""
 
 
-def campaign(kind: Any, made: Made, seeds: Sequence[int], **settings: Any) -> Figures:
+def campaign(kind: Any, made: RecordingFactory, seeds: Sequence[int], **settings: Any) -> Figures:
     """The figures of an observer's runs."""
     return figures([errors(r, estimated(kind, r, **settings)) for r in map(made, seeds)])
 

@@ -18,11 +18,11 @@ from pathlib import Path
 os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from identification import Recording, first_values
+from identification import Recording, initial_guess
 from identification.fits.fitting import fit
-from identification.selecting.trials import RANKING, Precision, model_of, thinned
-from tests.identification.made import as_read
-from tests.rig.campaign import campaign
+from identification.selection.trials import RANKING, Precision, model_of, thinned
+from reference_rig.campaign import campaign
+from tests.identification.factories import as_read
 
 EFFECTS = (
     "contact_damping",
@@ -37,7 +37,7 @@ REPEATS = 3
 def seconds(effects: Sequence[str], recordings: Sequence[Recording], precision: Precision) -> float:
     """Least processor time of one simulation of everything with its derivatives [s]."""
     model = model_of(effects, precision)
-    start = first_values(model, recordings)
+    start = initial_guess(model, recordings)
     fit(model, recordings[:1], start, tolerance=1e9)
     best = float("inf")
     for _ in range(REPEATS):

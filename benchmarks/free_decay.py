@@ -18,9 +18,9 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from identification import identify_free_decay
-from tests.identification.made import as_decay
-from tests.rig.impact import B_T, TYRE, make_impacts
-from tests.rig.record import FOURTEEN_BIT_STEP
+from reference_rig.impact import B_T, TYRE, make_impacts
+from reference_rig.record import FOURTEEN_BIT_STEP
+from tests.identification.factories import as_decay
 
 TRUE = np.array([TYRE.k, B_T])
 NAMES = ("k", "b_t")

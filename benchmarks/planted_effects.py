@@ -25,13 +25,13 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from identification import Diagnosis, Recording, diagnose
-from identification.selecting import trials
-from identification.selecting.attempts import values_for
-from identification.selecting.scoring import delta_bic
+from identification.selection import trials
+from identification.selection.scoring import delta_bic
+from identification.selection.trial_runner import values_for
+from reference_rig.campaign import campaign
+from reference_rig.unmodelled import OUTSIDE
 from symbolic import EFFECTS
-from tests.identification.made import as_read
-from tests.rig.campaign import campaign
-from tests.rig.outside import OUTSIDE
+from tests.identification.factories import as_read
 
 NOISE = 0.004
 """White noise that the rig puts on the torque, over its range."""

@@ -19,21 +19,21 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from observers import Ekf, Mhe
+from reference_rig import faults
 from symbolic import Model
-from tests.observers.campaigns import errors, estimated, turned_by_hand
-from tests.observers.crossings import BRISTLES, HIGH, LOW, PLACES, crossing, turn_until_known
-from tests.observers.faulty import (
+from tests.observers.monte_carlo import errors, estimated, turned_by_hand
+from tests.observers.sensor_faults import (
     CLEAN_WITH_FAULTS,
     FAULTS,
     STEERED_FAULTS,
-    Made,
+    RecordingFactory,
     steered,
     without_torque,
 )
-from tests.rig import faults
+from tests.observers.surface_changes import BRISTLES, HIGH, LOW, PLACES, crossing, turn_until_known
 
 KINDS: dict[str, Any] = {"EKF": Ekf, "MHE": Mhe}
-NOT_BORNE: dict[str, Made] = {
+NOT_BORNE: dict[str, RecordingFactory] = {
     "outliers of angle, 0.01 rad": lambda seed: replace(
         turned_by_hand(seed), psi=faults.outliers(seed, turned_by_hand(seed).psi, size=0.01)
     ),
@@ -45,20 +45,24 @@ NOT_BORNE: dict[str, Made] = {
     ),
 }
 """What is taken as known is not judged: such samples must come as missing."""
-STEERED_NOT_BORNE: dict[str, Made] = {
+STEERED_NOT_BORNE: dict[str, RecordingFactory] = {
     "lost torque": without_torque,
     "outliers of torque": lambda seed: replace(steered(seed), M=faults.outliers(seed, steered(seed).M)),
 }
 """The same where the steering torque is measured: there it is what is taken as known."""
 
 
-def late_errors(kind: Any, made: Made, seeds: Sequence[int], **settings: Any) -> np.ndarray:
+def late_errors(kind: Any, made: RecordingFactory, seeds: Sequence[int], **settings: Any) -> np.ndarray:
     """Root mean square error of mu after the first full slide, run by run; NaN where there is none."""
     return np.array([errors(r, estimated(kind, r, **settings)).late_rmse for r in map(made, seeds)])
 
 
 def table(
-    title: str, clean: Made, faulty: Mapping[str, Made], seeds: Sequence[int], **settings: Any
+    title: str,
+    clean: RecordingFactory,
+    faulty: Mapping[str, RecordingFactory],
+    seeds: Sequence[int],
+    **settings: Any,
 ) -> None:
     """Factors by fault: of all runs together, and the largest of one run."""
     print(f"\n{title}")

@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.timing import seconds
 from symbolic.compiled import compiler
-from tests.observers.single import CASES, HARSH, NO_COMPILER, PLAIN, Outcome, Single, Trial, build
+from tests.observers.float32 import CASES, HARSH, NO_COMPILER, PLAIN, Outcome, Single, Trial, build
 
 SAMPLES = 10_000_000
 SEED = 2026

@@ -3,8 +3,8 @@
 from rich.console import Console
 from rich.table import Table
 
-from brushgrip.wording import quantity
-from identification.free_decay.decayresults import FreeDecay
+from brushgrip.formatting import quantity
+from identification.free_decay.results import FreeDecay
 from identification.results import Estimate
 
 

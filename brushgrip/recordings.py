@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.fetch import LOCAL_COPY
-from identification.free_decay.decays import Decay, read_decay
+from identification.free_decay.recording import Decay, read_decay
 from identification.reading.recordings import Recording, read_recording, read_rig
 from symbolic.errors import InvalidInputError
 

@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from brushgrip.formatting import doubts, headline, plain, remainder, sentence
 from brushgrip.friction import FrictionTrack
-from brushgrip.page import figure, heading, page, paragraph, section
+from brushgrip.html import figure, heading, page, paragraph, section
 from brushgrip.pictures import (
     draw_candidates,
     draw_experiment,
@@ -24,9 +25,8 @@ from brushgrip.report_tables import (
     signatures_table,
 )
 from brushgrip.report_tables import notes as notes_list
-from brushgrip.wording import doubts, headline, plain, remainder, sentence
 from identification.results import Diagnosis
-from identification.selecting.scoring import CLEAR, STRONG
+from identification.selection.scoring import CLEAR, STRONG
 
 PAGE = "report.html"
 

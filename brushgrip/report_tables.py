@@ -4,9 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from brushgrip.friction import FrictionTrack
-from brushgrip.page import Cell, bullets, paragraph, table
-from brushgrip.wording import (
+from brushgrip.formatting import (
     error_columns,
     error_figures,
     fate,
@@ -18,6 +16,8 @@ from brushgrip.wording import (
     torque,
     worse,
 )
+from brushgrip.friction import FrictionTrack
+from brushgrip.html import Cell, bullets, paragraph, table
 from identification.residuals.signatures import Signature
 from identification.results import Diagnosis, Estimate
 

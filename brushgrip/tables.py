@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from rich.console import Console
 from rich.table import Table
 
-from brushgrip.wording import (
+from brushgrip.formatting import (
     error_columns,
     error_figures,
     headline,

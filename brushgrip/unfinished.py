@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from brushgrip.console import warn
-from identification.selecting.journal import Journal
+from identification.selection.journal import Journal
 from symbolic.errors import BrushgripError
 
 

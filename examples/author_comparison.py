@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.comparison.subjects import SETTLED, Subject, subject_of
+from brushgrip.comparison.cases import SETTLED, Subject, subject_of
 from identification import Recording, read_recording
-from identification.reading.authorfile import author_file
-from observers import Ekf, Mhe, Observer, Root, run
+from identification.thesis.author_estimate import author_file
+from observers import Ekf, Mhe, Observer, ZoneRootSolver, run
 from published import measured_folder
 from symbolic import Model
 
@@ -55,8 +55,8 @@ def observers(recording: Recording) -> list[Observer]:
     return [
         Ekf(model=model, values=values, rig=recording.rig),
         Mhe(model=model, values=values, rig=recording.rig),
-        Root(k=recording.tyre.k, rig=recording.rig, smoothing=0.99),
-        Root(k=recording.tyre.k, rig=recording.rig),
+        ZoneRootSolver(k=recording.tyre.k, rig=recording.rig, smoothing=0.99),
+        ZoneRootSolver(k=recording.tyre.k, rig=recording.rig),
     ]
 
 

@@ -12,9 +12,9 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.wording import percent, plain
+from brushgrip.formatting import percent, plain
 from identification import Recording, diagnose, read_recording
-from identification.selecting.trials import Task, attempt
+from identification.selection.trials import Task, attempt
 from published import measured_folder
 
 OPENING = """# The search without the recording that judges

@@ -9,8 +9,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from tests.rig.patch import RigTyre
-from tests.rig.record import RigRecording, csv_text, make_recording, rig_text
+from reference_rig.patch import RigTyre
+from reference_rig.record import RigRecording, csv_text, make_recording, rig_text
 
 HERE = Path(__file__).resolve().parent / "recordings"
 EFFECTS = {"carcass_torsion": {"k_t": 400.0}, "rate_friction": {"c": 0.04}}

@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgrip.comparison.cases import Subject, subject_of
 from brushgrip.comparison.methods import methods
 from brushgrip.comparison.scores import compare, rows
-from brushgrip.comparison.subjects import Subject, subject_of
 from brushgrip.comparison.tables import markdown_text
 from brushgrip.pictures import draw_boxes, draw_zones
 from identification import (
@@ -27,12 +27,12 @@ from identification import (
     Pipeline,
     Recording,
     Scaled,
+    default_pipeline,
     read_recording,
     read_rig,
     recording_from_raw,
-    usual_pipeline,
 )
-from observers import Ekf, Root, course, run
+from observers import Ekf, ZoneRootSolver, course, run
 from symbolic import Model, Rig, Tyre, simulate
 
 Array = NDArray[np.float64]
@@ -85,7 +85,7 @@ def preprocessing() -> None:
     t, truth = true_channels()
     raw = raw_channels(t, truth)
     level = {"psi": 0.0, "M_z": 0.0, "F_N": LOAD}
-    with_filter = {n: usual_pipeline(VOLTS[n], QUIET, level=level[n], rate=RATE) for n in VOLTS}
+    with_filter = {n: default_pipeline(VOLTS[n], QUIET, level=level[n], rate=RATE) for n in VOLTS}
     nothing = {n: Pipeline(()) for n in VOLTS}
     bare = {n: undersampled(raw[n], VOLTS[n], level[n]) for n in VOLTS}
     every = round(RAW_RATE / RATE)
@@ -105,7 +105,9 @@ def preprocessing() -> None:
 def friction_error(recording: Recording, kind: str) -> float:
     """RMSE of mu over the second half."""
     k = recording.tyre.k
-    observer = Ekf(model=Model(), values={"k": k}, rig=RIG) if kind == "ekf" else Root(rig=RIG, k=k)
+    observer = (
+        Ekf(model=Model(), values={"k": k}, rig=RIG) if kind == "ekf" else ZoneRootSolver(rig=RIG, k=k)
+    )
     mu = run(observer, recording.t, recording.psi, recording.F_N, recording.M_z).mu
     return rms(mu[mu.size // 2 :] - TYRE.mu)
 

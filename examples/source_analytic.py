@@ -19,8 +19,8 @@ from scipy.optimize import brentq
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, TRACKS, legend_above, picture
 from identification import Recording
-from observers import Root, RootState, Sample
-from observers.fragmentation import Curve, Fragmentation, branch, curve, turned
+from observers import Sample, ZoneRootSolver, ZoneRootState
+from observers.thesis.zone_state_machine import Curve, Fragmentation, branch, curve, turned
 from source_profile import DT, FACTORS, LOAD, RIG, K, steered
 from symbolic import full_slide_level, full_slide_torque
 
@@ -72,9 +72,9 @@ def stepped(recording: Recording, at: int, x: Array) -> Array:
     return q
 
 
-def states_of(recording: Recording, smoothing: float = 0.0) -> list[RootState]:
+def states_of(recording: Recording, smoothing: float = 0.0) -> list[ZoneRootState]:
     """The method's state after every sample."""
-    root = Root(rig=RIG, k=K, smoothing=smoothing, least_turn=LEAST_TURN)
+    root = ZoneRootSolver(rig=RIG, k=K, smoothing=smoothing, least_turn=LEAST_TURN)
     state, states = None, []
     for psi, psi_dot, F_N, M_z in zip(
         recording.psi, recording.psi_dot, recording.F_N, recording.M_z, strict=True
@@ -85,7 +85,7 @@ def states_of(recording: Recording, smoothing: float = 0.0) -> list[RootState]:
     return states
 
 
-def mu_of(states: list[RootState]) -> Array:
+def mu_of(states: list[ZoneRootState]) -> Array:
     """The estimates [1]."""
     return np.array([state.mu for state in states])
 

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from brushgrip.comparison.networks import corrected_root, neural_network
 from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, picture
 from identification import Recording, read_recording
-from identification.learned.friction import Design, FrictionNetwork, LabelMean, label_mean
-from observers import Ekf, Root
+from identification.thesis.friction_network import Design, FrictionNetwork, LabelMean, label_mean
+from observers import Ekf, ZoneRootSolver
 from published import measured_folder
 from source_analytic import late
 from source_profile import NESTED, steered
@@ -67,7 +67,7 @@ def simulation_methods(recording: Recording, *, delayed: bool) -> dict[str, Arra
 def measured_methods(recording: Recording) -> dict[str, Array]:
     """The methods that learn nothing, on a recording: declared model, default beliefs."""
     k, rig = recording.tyre.k, recording.rig
-    made = {"root": Root(rig=rig, k=k), "EKF": Ekf(model=Model(), values={"k": k}, rig=rig)}
+    made = {"root": ZoneRootSolver(rig=rig, k=k), "EKF": Ekf(model=Model(), values={"k": k}, rig=rig)}
     return {name: estimated(observer, recording) for name, observer in made.items()}
 
 

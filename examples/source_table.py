@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, picture
 from identification import Recording
-from observers import Ekf, Mhe, Observer, Root, Tuning, run
+from observers import Ekf, Mhe, Observer, Tuning, ZoneRootSolver, run
 from published import simulation_folder
 from source_profile import DT, FACTORS, NESTED, RIG, K, steered, zones
 from symbolic import Model, Tyre, effects_named
@@ -43,9 +43,9 @@ def estimated(observer: Observer, recording: Recording) -> Array:
     return run(observer, *channels).mu
 
 
-def root() -> Root:
+def root() -> ZoneRootSolver:
     """The source's method."""
-    return Root(rig=RIG, k=K)
+    return ZoneRootSolver(rig=RIG, k=K)
 
 
 def ours(kind: type[Ekf] | type[Mhe], *, delayed: bool = False, tuning: Tuning = CLEAN) -> Observer:

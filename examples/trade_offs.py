@@ -17,14 +17,14 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from brushgrip.pictures.profile import draw_profile
-from identification import Recording, first_values, fit
-from identification.fits.along import HALF_LENGTH, ModelParameter
-from identification.fits.deviations import correlation, deviations
+from identification import Recording, fit, initial_guess
+from identification.fits.covariance import correlation, deviations
 from identification.fits.profile import Profile, profile
+from identification.fits.profile_axis import HALF_LENGTH, ModelParameter
+from reference_rig.patch import RigTyre
+from reference_rig.record import make_recording
 from symbolic import Model, effects_named
-from tests.identification.made import as_read
-from tests.rig.patch import RigTyre
-from tests.rig.record import make_recording
+from tests.identification.factories import as_read
 
 A, K, MU, K_T = 0.045, 2.4e6, 1.3, 400.0
 CASTER = 0.009
@@ -46,14 +46,14 @@ def recorded(seed: int, e: float, k_t: float | None) -> list[Recording]:
 def friction_or_length(e: float) -> Profile:
     """The profile along the contact length, as factors on the true one."""
     recordings, model = recorded(5, e, None), Model(corners=16)
-    return profile(model, recordings, first_values(model, recordings), HALF_LENGTH, FACTORS)
+    return profile(model, recordings, initial_guess(model, recordings), HALF_LENGTH, FACTORS)
 
 
 def bristles_or_carcass() -> tuple[Profile, float, float]:
     """The profile along k; the deviation of k by the fit alone, and its correlation with 1/k_t."""
     recordings = recorded(5, CASTER, K_T)
     model = Model(effects=effects_named(["carcass_torsion"]), corners=16)
-    fitted = fit(model, recordings, first_values(model, recordings))
+    fitted = fit(model, recordings, initial_guess(model, recordings))
     k, k_t = (fitted.labels.index((None, name)) for name in ("k", "carcass_torsion.k_t"))
     made = profile(model, recordings, fitted.values, ModelParameter(name="k"), STIFFNESSES)
     spread, correlated = deviations(fitted, recordings), correlation(fitted, recordings)

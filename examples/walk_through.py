@@ -16,13 +16,13 @@ from pathlib import Path
 
 import numpy as np
 
+from brushgrip.formatting import error_columns, error_figures, listed, percent, plain, quantity, sentence
 from brushgrip.pictures import draw_loops, draw_residuals, draw_signatures
-from brushgrip.wording import error_columns, error_figures, listed, percent, plain, quantity, sentence
 from identification import Diagnosis, Recording, diagnose, read_recording
-from identification.fits.deviations import covariance
+from identification.fits.covariance import covariance
 from identification.fits.fitting import Fit, fit, torque_range
-from identification.selecting.scoring import CLEAR, LONG_BLOCK, STRONG, rmse_of
-from identification.selecting.trials import RANKING, freeze, model_of, thinned
+from identification.selection.scoring import CLEAR, LONG_BLOCK, STRONG, rmse_of
+from identification.selection.trials import RANKING, freeze, model_of, thinned
 from published import measured_folder
 from symbolic import EFFECTS
 

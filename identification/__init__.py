@@ -1,14 +1,14 @@
 """Identification: recordings, parameters by a nonlinear programme, and the missing effect."""
 
 from identification.diagnosis import diagnose
+from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
-from identification.experiments.separation import propose
-from identification.fits.fitting import Fit, Values, first_values, fit, signals_of
+from identification.fits.fitting import Fit, Values, fit, initial_guess, signals_of
 from identification.fits.loss import LEAST_SQUARES, Huber, Loss, Squares
 from identification.fits.profile import Profile, profile
-from identification.free_decay.decayresults import FreeDecay
-from identification.free_decay.decays import Decay, read_decay
-from identification.free_decay.freedecay import identify_free_decay
+from identification.free_decay.estimator import identify_free_decay
+from identification.free_decay.recording import Decay, read_decay
+from identification.free_decay.results import FreeDecay
 from identification.learned.learning import learn
 from identification.modelfile import FoundModel, model_text, read_model
 from identification.reading.conditioning import (
@@ -18,7 +18,7 @@ from identification.reading.conditioning import (
     Pipeline,
     Resampled,
     Scaled,
-    usual_pipeline,
+    default_pipeline,
 )
 from identification.reading.preprocessing import recording_from_raw
 from identification.reading.recordings import Recording, read_recording
@@ -35,9 +35,9 @@ from identification.results import (
     Series,
     Unexplained,
 )
-from identification.selecting.journal import Journal
-from identification.selecting.selection import search
-from identification.towing import Tow, TowedFriction, friction_by_towing
+from identification.selection.journal import Journal
+from identification.selection.stepwise_search import search
+from identification.thesis.towing import Tow, TowedFriction, friction_by_towing
 
 __all__ = [
     "LEAST_SQUARES",
@@ -71,11 +71,12 @@ __all__ = [
     "TowedFriction",
     "Unexplained",
     "Values",
+    "default_pipeline",
     "diagnose",
-    "first_values",
     "fit",
     "friction_by_towing",
     "identify_free_decay",
+    "initial_guess",
     "learn",
     "model_text",
     "profile",
@@ -89,5 +90,4 @@ __all__ = [
     "signals_of",
     "signatures",
     "smoothed_rate",
-    "usual_pipeline",
 ]

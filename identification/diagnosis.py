@@ -5,20 +5,20 @@ from dataclasses import replace
 
 import numpy as np
 
+from identification.build_diagnosis import verdict
+from identification.error_stages import left_out_errors
+from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
-from identification.experiments.separation import propose
 from identification.fits.fitting import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.learned.learning import learn
 from identification.reading.recordings import Recording
 from identification.results import Diagnosis
-from identification.selecting.attempts import Attempts, Effects
-from identification.selecting.journal import Journal
-from identification.selecting.selection import Progress, Step, silent, walk
-from identification.selecting.trials import RANKING, Trial
-from identification.selecting.workers import Submit, workers
-from identification.stages import left_out_errors
-from identification.verdict import verdict
+from identification.selection.journal import Journal
+from identification.selection.stepwise_search import Progress, Step, silent, walk
+from identification.selection.trial_runner import Attempts, Effects
+from identification.selection.trials import RANKING, Trial
+from identification.selection.workers import Submit, workers
 from symbolic import InvalidInputError
 
 LEAST_TRAVEL = 0.01

@@ -7,8 +7,8 @@ from pathlib import Path
 
 from identification.reading.files import read_bytes
 from identification.results import Diagnosis
-from symbolic.description import MODEL_VERSION, FoundModel, effects_tables, model_described, units_of
-from symbolic.text import json_of, naming
+from symbolic.parsing import json_of, naming
+from symbolic.serialisation import MODEL_VERSION, FoundModel, effects_tables, model_described, units_of
 
 __all__ = ["FoundModel", "model_text", "read_model"]
 

@@ -1,19 +1,19 @@
 """Observers of the friction coefficient for controllers."""
 
-from observers.course import Course, course
+from observers.angle_derivative import causal_rate, next_rate
 from observers.ekf import Ekf
-from observers.factor import covariance_of
-from observers.files import from_files
+from observers.factory import from_files
 from observers.layout import Layout, State
 from observers.loop import Loop
+from observers.measurement_model import AligningTorque, Sensing
 from observers.mhe import Mhe
 from observers.protocol import SAMPLE, BatchObserver, Estimate, Estimates, Observer, Sample, Status
-from observers.rate import causal_rate, next_rate
-from observers.root import Root, RootState
 from observers.run import run
-from observers.sensing import AligningTorque, Sensing
-from observers.steering import SteeringTorque
+from observers.steering_torque import SteeringTorque
+from observers.thesis.zone_history import Course, course
+from observers.thesis.zone_root_solver import ZoneRootSolver, ZoneRootState
 from observers.tuning import STATES, Tuning
+from observers.udu import covariance_of
 
 __all__ = [
     "SAMPLE",
@@ -28,14 +28,14 @@ __all__ = [
     "Loop",
     "Mhe",
     "Observer",
-    "Root",
-    "RootState",
     "Sample",
     "Sensing",
     "State",
     "Status",
     "SteeringTorque",
     "Tuning",
+    "ZoneRootSolver",
+    "ZoneRootState",
     "causal_rate",
     "course",
     "covariance_of",

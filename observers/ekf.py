@@ -1,10 +1,10 @@
 """Extended Kalman filter for ln mu and, as the sensing has it, torque zero, stiffness, angle and rate.
 
-The memory of the patch is not filtered: `observers.meeting` says how it follows the states. The filter
-knows nothing of tyres: M_z and its derivatives are the model's.
+The memory of the patch is not filtered: `observers.patch_update` says how it follows the states. The
+filter knows nothing of tyres: M_z and its derivatives are the model's.
 
 Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), section 8.3, iterated filter
-theorem 8.2; the covariance is kept as a factor, see `observers.factor`.
+theorem 8.2; the covariance is kept as a factor, see `observers.udu`.
 """
 
 from dataclasses import dataclass
@@ -12,29 +12,7 @@ from functools import cache, partial
 
 import casadi as ca
 
-from observers.factor import covariance
-from observers.gate import COUNTS, build_gate, huber_share
-from observers.layout import Layout, State
-from observers.linear import (
-    build_clean,
-    build_measured,
-    build_motion,
-    build_moved,
-    build_reading,
-    directions,
-)
-from observers.meeting import (
-    build_meeting,
-    by_states,
-    carries,
-    history_fields,
-    kept_share,
-    signals_of,
-    tyre_of,
-)
-from observers.protocol import SAMPLE, Sample
-from observers.sensing import CLEAN, Sensing
-from observers.settings import (
+from observers.base import (
     SAID,
     ModelObserver,
     constants_size,
@@ -45,7 +23,29 @@ from observers.settings import (
     says,
     split_constants,
 )
-from observers.stepping import build_stretch
+from observers.compiled_step import build_stretch
+from observers.innovation_gate import COUNTS, build_gate, huber_share
+from observers.layout import Layout, State
+from observers.linearisation import (
+    build_clean,
+    build_measured,
+    build_motion,
+    build_moved,
+    build_reading,
+    directions,
+)
+from observers.measurement_model import CLEAN, Sensing
+from observers.patch_update import (
+    build_meeting,
+    by_states,
+    carries,
+    history_fields,
+    kept_share,
+    signals_of,
+    tyre_of,
+)
+from observers.protocol import SAMPLE, Sample
+from observers.udu import covariance
 from symbolic import InvalidInputError, Model, compiled
 
 

@@ -6,9 +6,9 @@ from math import isfinite, nan
 from numbers import Integral
 from typing import Any
 
+from observers.angle_derivative import next_rate
+from observers.measurement_model import SENSIBLE
 from observers.protocol import Estimate, Observer, Sample, Status
-from observers.rate import next_rate
-from observers.sensing import SENSIBLE
 from symbolic import InvalidInputError
 
 

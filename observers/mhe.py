@@ -6,7 +6,7 @@ once; and samples that were not believed count again when the ground turns out t
 older than the window are summed up in its arrival, mean and covariance, which a filter takes along
 behind the window, linearised at what the window made of them. On a linear problem with Gaussian noise
 every window gives the Kalman filter. Huber's loss differs: here a residual is what the fitted states
-leave, there what the filter had expected, less what it could not yet know. `observers.window` has the
+leave, there what the filter had expected, less what it could not yet know. `observers.mhe_step` has the
 cost and its sources.
 """
 
@@ -16,13 +16,13 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
-from observers.horizon import ROWS
+from observers.base import ModelObserver
+from observers.compiled_step import build_stretch
 from observers.layout import Layout, State
+from observers.measurement_model import CLEAN, Sensing
+from observers.mhe_step import build_window_step, layout
+from observers.mhe_terms import ROWS
 from observers.protocol import Sample
-from observers.sensing import CLEAN, Sensing
-from observers.settings import ModelObserver
-from observers.stepping import build_stretch
-from observers.window import build_window_step, layout
 from symbolic import SIGNALS, InvalidInputError, Model, compiled
 
 
@@ -34,7 +34,7 @@ class Mhe(ModelObserver):
         window: samples fitted at once, N.
         iterations: Gauss-Newton steps a sample; the window begins where the last sample left it.
 
-    Parts of its state: what the patch remembers, see `observers.recall`; `samples` (9, N), oldest
+    Parts of its state: what the patch remembers, see `observers.patch_history`; `samples` (9, N), oldest
     first, dt = 0 in empty places; `x` (n, N), the states at each in the order of `states`; `mean` (n,)
     and `factor` (n, n), the arrival; `P_newest` (n, n), covariance of the newest x; `counts`; `said`.
     """

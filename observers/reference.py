@@ -2,7 +2,7 @@
 
 Multiple shooting: the states at every sample are unknowns of their own; the motion between two of them
 costs what its disturbances cost, and a state that nothing disturbs is held by an equality. IPOPT
-minimises the cost of `observers.window` with exact gradients: the same arrival, the same patch as
+minimises the cost of `observers.mhe_step` with exact gradients: the same arrival, the same patch as
 recalled, the same loss. It takes tenths of a second, and is meant for tests and doubt, not for a loop.
 
 Sources: Bock and Plitt, A multiple shooting algorithm for direct solution of optimal control problems,
@@ -17,15 +17,15 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.factor import covariance_of
-from observers.horizon import ROWS, Horizon
+from observers.base import STIFFNESS_SHARE, constants_size, split_constants
 from observers.layout import State
-from observers.linear import build_motion, build_reading
+from observers.linearisation import build_motion, build_reading
+from observers.measurement_model import CLEAN, Sensing
 from observers.mhe import Mhe
-from observers.recall import Recall
-from observers.sensing import CLEAN, Sensing
-from observers.settings import STIFFNESS_SHARE, constants_size, split_constants
-from observers.window import layout
+from observers.mhe_step import layout
+from observers.mhe_terms import ROWS, Horizon
+from observers.patch_history import Recall
+from observers.udu import covariance_of
 from symbolic import Model
 
 Array = NDArray[np.float64]

@@ -5,9 +5,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from observers.angle_derivative import causal_rate
+from observers.compiled_step import first_sample
 from observers.protocol import BatchObserver, Estimates, Observer, Sample, Status
-from observers.rate import causal_rate
-from observers.stepping import first_sample
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]

@@ -12,14 +12,9 @@ from symbolic.deformation import (
 from symbolic.effects.base import Effect, Parameter, Signals, with_limit, with_shape
 from symbolic.effects.learned import LearnedTorque
 from symbolic.effects.library import EFFECTS, effects_named
-from symbolic.effects.made import Made
+from symbolic.effects.patch_output import PatchOutput
 from symbolic.errors import BrushgripError, InvalidInputError
-from symbolic.model import DECLARED, GEOMETRY, SIGNALS, Model
-from symbolic.motion import Motion, TorqueProfile, simulate_motion
-from symbolic.parameters import Rig, Tyre
-from symbolic.patch import Patch, PatchInputs
-from symbolic.trajectory import Torque, simulate, step_along
-from symbolic.turning import (
+from symbolic.masing import (
     TurningPoints,
     branch_torque,
     deformation_limit,
@@ -27,6 +22,11 @@ from symbolic.turning import (
     virgin_torque,
     zone_boundaries,
 )
+from symbolic.model import DECLARED, GEOMETRY, SIGNALS, Model
+from symbolic.motion import Motion, TorqueProfile, simulate_motion
+from symbolic.parameters import Rig, Tyre
+from symbolic.patch import Patch, PatchInputs
+from symbolic.trajectory import Torque, simulate, step_along
 from symbolic.zones import ZonePatch
 
 __all__ = [
@@ -40,12 +40,12 @@ __all__ = [
     "Effect",
     "InvalidInputError",
     "LearnedTorque",
-    "Made",
     "Model",
     "Motion",
     "Parameter",
     "Patch",
     "PatchInputs",
+    "PatchOutput",
     "Relaxation",
     "Rig",
     "Signals",

@@ -14,7 +14,7 @@ from symbolic.bristles import BristlePatch, BristleTraits
 from symbolic.compliance import advance_in_series
 from symbolic.deformation import full_slide_torque
 from symbolic.effects.base import Effect, Parameter, Signals
-from symbolic.effects.made import Made
+from symbolic.effects.patch_output import PatchOutput
 from symbolic.errors import InvalidInputError
 from symbolic.parameters import FRICTION, STIFFNESS
 from symbolic.patch import Expression, Patch, PatchInputs
@@ -289,7 +289,7 @@ def _torque(
     M_z = model.patch(theta).torque(patch, drive)
     for effect, values in model.values(theta):
         M_z = M_z + effect.torque(seen, values)
-    made = Made(M_z=M_z, slide=full_slide_torque(seen.F_N, geometry[0]), mu=theta[0])
+    made = PatchOutput(M_z=M_z, slide=full_slide_torque(seen.F_N, geometry[0]), mu=theta[0])
     for effect, remembered in zip(model.effects, own, strict=True):
         M_z = M_z + effect.leftover(seen, remembered, made)
     return M_z

@@ -1,7 +1,7 @@
 """The wheel with its inertia under a steering torque: J_A psi'' = -b_t psi' + M_z + M.
 
 Source (2.14), with the sign that its (2.3) gives M_z. The patch is exact, and so are the instants at
-which the wheel turns back (`symbolic.motionsteps`).
+which the wheel turns back (`symbolic.wheel_integrator`).
 """
 
 from dataclasses import dataclass
@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symbolic.errors import InvalidInputError
-from symbolic.motionsteps import CONSTANTS, State, Stepper, integrate, torques
+from symbolic.masing import TurningPoints, declared_friction
 from symbolic.parameters import Rig, Tyre
-from symbolic.turning import TurningPoints, declared_friction
+from symbolic.wheel_integrator import CONSTANTS, State, Stepper, integrate, torques
 
 Array = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.interpreting import without_machine_code
+from tests.interpreted import without_machine_code
 
 # No test needs a display. Set before matplotlib is imported; commands that tests start inherit it.
 os.environ["MPLBACKEND"] = "Agg"

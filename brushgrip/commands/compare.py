@@ -10,18 +10,18 @@ import typer
 
 from brushgrip.atomic import staged_file
 from brushgrip.commands.options import ModelFile, RecordingNames, RigFile
+from brushgrip.comparison.cases import Subject, subject_of
 from brushgrip.comparison.methods import Method, methods
 from brushgrip.comparison.networks import corrected_root, neural_network
 from brushgrip.comparison.scores import compare as compare_methods
 from brushgrip.comparison.scores import rows
-from brushgrip.comparison.subjects import Subject, subject_of
 from brushgrip.comparison.tables import comparison_dict, markdown_text, print_comparison
 from brushgrip.console import progress, say
 from brushgrip.pictures import draw_boxes
 from brushgrip.recordings import keep_inputs, locate, read_all
 from brushgrip.tables import json_text
-from identification.learned.friction import label_mean
 from identification.modelfile import read_model
+from identification.thesis.friction_network import label_mean
 from symbolic.errors import InvalidInputError
 
 AuthorFolder = Annotated[

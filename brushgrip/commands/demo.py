@@ -11,8 +11,8 @@ import brushgrip
 from brushgrip.atomic import staged_directory
 from brushgrip.commands.diagnose import write_diagnosis
 from brushgrip.console import progress, say
+from brushgrip.estimation import ObserverName, observe, track
 from brushgrip.friction import FrictionTrack
-from brushgrip.observing import ObserverName, observe, track
 from brushgrip.recordings import read_all
 from brushgrip.report import PAGE
 from brushgrip.tables import print_summary

@@ -8,7 +8,7 @@ import typer
 from brushgrip.atomic import staged_file
 from brushgrip.commands.options import ModelFile, OutFile, RigFile
 from brushgrip.console import say
-from brushgrip.observing import ObserverName, hears_ground, hears_hand, observe, track
+from brushgrip.estimation import ObserverName, hears_ground, hears_hand, observe, track
 from brushgrip.pictures import draw_friction
 from brushgrip.recordings import keep_inputs, read_all
 from brushgrip.summary import summary

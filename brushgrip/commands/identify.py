@@ -12,7 +12,7 @@ from brushgrip.identified import print_identified
 from brushgrip.pictures import draw_free_decay
 from brushgrip.recordings import keep_inputs, read_decays
 from brushgrip.tables import json_text
-from identification.free_decay.freedecay import identify_free_decay
+from identification.free_decay.estimator import identify_free_decay
 from symbolic.errors import BrushgripError, InvalidInputError
 
 

@@ -8,7 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.observing import (
+from brushgrip.estimation import (
     ObserverName,
     angle_heard,
     observer_for,
@@ -17,14 +17,14 @@ from brushgrip.observing import (
 )
 from identification.modelfile import FoundModel
 from identification.reading.recordings import Recording
-from observers import Ekf, Observer, Root
+from observers import Ekf, Observer, ZoneRootSolver
 from observers.embedded import Hosted, host
 from symbolic import Model, Rig
 from symbolic.compiled import compiler
 
 Array = NDArray[np.float64]
 SMOOTHING = 0.99
-"""Share of the last value in the source's exponential filter (5.9) [1]; see `observers.Root`."""
+"""Share of the last value in the exponential filter of [Györök 2022], (5.9) [1]."""
 
 
 class Method(Protocol):
@@ -131,8 +131,8 @@ def methods(found: FoundModel | None = None) -> list[Method]:
     return made
 
 
-def _filtered(recording: Recording) -> Root:
-    return Root(rig=recording.rig, k=recording.tyre.k, smoothing=SMOOTHING)
+def _filtered(recording: Recording) -> ZoneRootSolver:
+    return ZoneRootSolver(rig=recording.rig, k=recording.tyre.k, smoothing=SMOOTHING)
 
 
 @cache

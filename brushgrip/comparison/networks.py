@@ -6,16 +6,16 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.learned.friction import Activation, Design, FrictionNetwork, train
 from identification.reading.recordings import Recording
-from observers import Root, run
-from observers.fragmentation import Fragmentation, turned
+from identification.thesis.friction_network import Activation, Design, FrictionNetwork, train
+from observers import ZoneRootSolver, run
+from observers.thesis.zone_state_machine import Fragmentation, turned
 
 Array = NDArray[np.float64]
 ANALYTIC = 9
 """Column of `all_inputs` that holds the analytic estimate of mu."""
 LEAST_TURN = 5e-4
-"""Turn back by which a reversal counts [rad], as in `observers.Root`."""
+"""Turn back by which a reversal counts [rad], as in `observers.ZoneRootSolver`."""
 
 
 def plain_inputs(recording: Recording) -> Array:
@@ -36,7 +36,7 @@ def all_inputs(recording: Recording) -> Array:
     """
     rig, k, memories = recording.rig, recording.tyre.k, _memories(recording)
     # The analytic estimate hears a missing torque itself.
-    found = run(Root(rig=rig, k=k), recording.t, recording.psi, recording.F_N, recording.M_z)
+    found = run(ZoneRootSolver(rig=rig, k=k), recording.t, recording.psi, recording.F_N, recording.M_z)
     constant = [np.full(recording.t.size, value) for value in (rig.e, rig.a, k)]
     return np.column_stack([
         plain_inputs(recording),

@@ -7,8 +7,8 @@ from time import process_time
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgrip.comparison.cases import Subject
 from brushgrip.comparison.methods import Method
-from brushgrip.comparison.subjects import Subject
 
 Array = NDArray[np.float64]
 Report = Callable[[str, int, int], None]

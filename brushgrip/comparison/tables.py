@@ -10,8 +10,8 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from brushgrip.comparison.cases import SETTLED
 from brushgrip.comparison.scores import PUBLISHED, Compared, Row
-from brushgrip.comparison.subjects import SETTLED
 
 NOTE = (
     "RMSE of μ against the declared μ, from {settled} s after the wheel began to turn; spread: standard"

@@ -6,8 +6,8 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
+from brushgrip.formatting import fate, plain
 from brushgrip.pictures.style import AFTER, BEFORE, QUIET, legend_above, picture
-from brushgrip.wording import fate, plain
 from identification.results import Candidate, Diagnosis
 
 _ALIKE = "#9cc3e0"

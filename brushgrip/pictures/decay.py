@@ -8,7 +8,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, literal, picture
-from identification.free_decay.decayresults import FreeDecay, Vibration
+from identification.free_decay.results import FreeDecay, Vibration
 
 MOST_VIBRATIONS = 3
 """Recordings shown: from the shortest contact to the longest."""

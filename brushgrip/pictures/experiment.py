@@ -7,9 +7,9 @@ from textwrap import fill
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
+from brushgrip.formatting import percent, plain
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
-from brushgrip.wording import percent, plain
-from identification.experiments.separation import Proposal
+from identification.experiments.discriminating_experiment import Proposal
 
 WIDTH = 130
 """Letters of a title that fit above the picture."""

@@ -6,6 +6,7 @@ from pathlib import Path
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
+from brushgrip.formatting import percent
 from brushgrip.pictures.style import (
     AFTER,
     BEFORE,
@@ -16,7 +17,6 @@ from brushgrip.pictures.style import (
     ordered,
     picture,
 )
-from brushgrip.wording import percent
 from identification.results import Diagnosis, Series
 
 _MOST_COLUMNS = 4

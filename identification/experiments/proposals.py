@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.experiments.steering import STEP, Manoeuvre
+from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.fitting import Fit, torque_range
-from identification.fits.memory import autocorrelation_time
 from identification.reading.recordings import Recording
-from identification.selecting.scoring import BLOCK, CLEAR, LEAST_GAIN, RESOLUTION, rmse_of
+from identification.selection.scoring import BLOCK, CLEAR, LEAST_GAIN, RESOLUTION, rmse_of
 
 Array = NDArray[np.float64]
 PATIENCE = 600.0

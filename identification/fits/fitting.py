@@ -16,7 +16,7 @@ from scipy.optimize import least_squares
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
 from symbolic import InvalidInputError, Model, Parameter, full_slide_torque, simulate
-from symbolic.description import parameter_name
+from symbolic.serialisation import parameter_name
 
 Array = NDArray[np.float64]
 Label = tuple[str | None, str]
@@ -91,7 +91,7 @@ def torque_range(recording: Recording) -> float:
     return spread
 
 
-def first_values(model: Model, recordings: Sequence[Recording]) -> Values:
+def initial_guess(model: Model, recordings: Sequence[Recording]) -> Values:
     """Where a fit begins: k as declared, mu from the largest torque, (3/8) mu F_N a."""
     own = {}
     for recording in recordings:

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import f as fishers_f
 
-from identification.free_decay.narrowing import solve
-from identification.free_decay.programme import Contact, Programme, contact_of
-from identification.free_decay.spread import spread_of
+from identification.free_decay.jackknife import spread_of
+from identification.free_decay.likelihood import Contact, Programme, contact_of
+from identification.free_decay.noise_continuation import solve
 
 _CHANCE = 1e-3
 """How often contacts that agree are said not to."""

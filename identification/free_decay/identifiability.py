@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import casadi as ca
 import numpy as np
 
-from identification.free_decay.decayresults import ContactFound, Identified
-from identification.free_decay.programme import Programme
-from identification.free_decay.release import LEAST_STEPS, Release, without_spikes
+from identification.free_decay.likelihood import Programme
+from identification.free_decay.onset import LEAST_STEPS, Release, without_spikes
+from identification.free_decay.results import ContactFound, Identified
 from identification.free_decay.vibration import stiffness
 
 GOOD = (0.003, 0.02)

@@ -10,11 +10,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from identification.error_stages import errors_of
 from identification.fits.fitting import Fit
-from identification.learned.network import SAMPLES, Array, Lesson, Material, material_of, torque_of
+from identification.learned.network import (
+    SAMPLES,
+    Array,
+    NetworkFit,
+    TrainingData,
+    material_of,
+    torque_of,
+)
 from identification.reading.recordings import Recording
 from identification.results import Learned
-from identification.selecting.scoring import (
+from identification.selection.scoring import (
     LEAST_GAIN,
     Judgement,
     falls_clearly,
@@ -22,7 +30,6 @@ from identification.selecting.scoring import (
     leave_one_out,
     rmse_of,
 )
-from identification.stages import errors_of
 from symbolic import LearnedTorque, full_slide_torque
 from symbolic.effects.learned import weights_needed
 
@@ -88,7 +95,7 @@ def learn(
 class _Part:
     """What is left out in turn: its material, and its residual had the physics not seen it [N m]."""
 
-    material: Material
+    material: TrainingData
     unseen: Array
 
 
@@ -117,7 +124,7 @@ def _blank(fitted: Fit, training: Sequence[Recording]) -> LearnedTorque:
     )
 
 
-def _parts(lessons: Sequence[Material], unseen: Mapping[str, Array]) -> list[_Part]:
+def _parts(lessons: Sequence[TrainingData], unseen: Mapping[str, Array]) -> list[_Part]:
     if len(lessons) > 1:
         return [_Part(material=m, unseen=unseen[m.name]) for m in lessons]
     (only,) = lessons
@@ -142,13 +149,13 @@ def _chosen(blank: LearnedTorque, parts: Sequence[_Part]) -> _Choice:
     return min(choices, key=lambda choice: choice.after)
 
 
-def _mean(left: Sequence[tuple[Array, Material]]) -> float:
+def _mean(left: Sequence[tuple[Array, TrainingData]]) -> float:
     return float(np.mean([rmse_of(residual) / material.span for residual, material in left]))
 
 
-def _trained(blank: LearnedTorque, material: Sequence[Material], choice: _Choice) -> LearnedTorque:
+def _trained(blank: LearnedTorque, material: Sequence[TrainingData], choice: _Choice) -> LearnedTorque:
     stride = max(1, sum(m.slide.size for m in material) // SAMPLES)
-    lesson = Lesson([m.every(stride) for m in material], choice.units, blank.bound)
+    lesson = NetworkFit([m.every(stride) for m in material], choice.units, blank.bound)
     weights = tuple(lesson.learned(choice.decay).tolist())
     return replace(blank, units=choice.units, weights=weights)
 

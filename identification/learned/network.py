@@ -15,9 +15,9 @@ from scipy.optimize import least_squares
 
 from identification.fits.fitting import Fit, signals_of, torque_range
 from identification.reading.recordings import Recording
-from symbolic import SIGNALS, Made, Model, Signals, full_slide_torque
-from symbolic.description import units_of
+from symbolic import SIGNALS, Model, PatchOutput, Signals, full_slide_torque
 from symbolic.effects.learned import INPUTS, LearnedTorque, network_share, weights_needed
+from symbolic.serialisation import units_of
 
 Array = NDArray[np.float64]
 SAMPLES = 1000
@@ -29,7 +29,7 @@ TOLERANCE, MOST_EVALUATIONS = 1e-4, 60
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Material:
+class TrainingData:
     """What a recording has to teach.
 
     Attributes:
@@ -46,7 +46,7 @@ class Material:
     target: Array
     span: float
 
-    def at(self, chosen: NDArray[np.int_]) -> "Material":
+    def at(self, chosen: NDArray[np.int_]) -> "TrainingData":
         """The material at these samples."""
         return replace(
             self,
@@ -55,12 +55,12 @@ class Material:
             target=self.target[chosen],
         )
 
-    def every(self, stride: int) -> "Material":
+    def every(self, stride: int) -> "TrainingData":
         """Every so many samples that have a torque."""
         return self.at(np.flatnonzero(np.isfinite(self.target))[::stride])
 
 
-def material_of(fitted: Fit, recording: Recording, blank: LearnedTorque) -> Material:
+def material_of(fitted: Fit, recording: Recording, blank: LearnedTorque) -> TrainingData:
     """The signals that a learned torque sees in the free run of a fitted model, and what it should make.
 
     Args:
@@ -80,7 +80,7 @@ def material_of(fitted: Fit, recording: Recording, blank: LearnedTorque) -> Mate
     residual = fitted.residuals[recording.name]
     M_z = np.nan_to_num(recording.M_z + residual)
     inputs = _inputs(blank).map(n)(seen, memory[-blank.memory :, :], M_z[None], values["mu"], rig.a)
-    return Material(
+    return TrainingData(
         name=recording.name,
         inputs=inputs.full(),
         slide=full_slide_torque(seen.full()[SIGNALS.index("F_N")], rig.a),
@@ -89,7 +89,7 @@ def material_of(fitted: Fit, recording: Recording, blank: LearnedTorque) -> Mate
     )
 
 
-def torque_of(effect: LearnedTorque, material: Material) -> Array:
+def torque_of(effect: LearnedTorque, material: TrainingData) -> Array:
     """What a learned torque adds to the free run, shape (n,) [N m]."""
     share, _ = _over_samples(effect.units, material.slide.size)
     made = share(material.inputs, effect.weights, effect.bound)
@@ -100,18 +100,18 @@ def _inputs(blank: LearnedTorque) -> ca.Function:
     seen, memory = ca.SX.sym("seen", len(SIGNALS)), ca.SX.sym("memory", blank.memory)
     M_z, mu, a = (ca.SX.sym(name) for name in ("M_z", "mu", "a"))
     signals = Signals(**dict(zip(SIGNALS, ca.vertsplit(seen), strict=True)))
-    made = Made(M_z=M_z, slide=full_slide_torque(signals.F_N, a), mu=mu)
+    made = PatchOutput(M_z=M_z, slide=full_slide_torque(signals.F_N, a), mu=mu)
     return ca.Function("inputs", [seen, memory, M_z, mu, a], [blank.inputs(signals, memory, made)])
 
 
-class Lesson:
+class NetworkFit:
     """Residuals and exact Jacobian of a network of so many units on material, over its weights.
 
     A residual is the torque error over the recording's range, in units in which a learned torque that is
     zero everywhere leaves a sum of squares of one.
     """
 
-    def __init__(self, material: Sequence[Material], units: int, bound: float) -> None:
+    def __init__(self, material: Sequence[TrainingData], units: int, bound: float) -> None:
         """Build the Functions over all samples."""
         self.units, self.inputs = units, ca.DM(np.hstack([m.inputs for m in material]))
         gain = np.concatenate([m.slide / m.span for m in material])

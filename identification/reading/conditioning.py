@@ -186,7 +186,7 @@ class Pipeline:
         return channel
 
 
-def usual_pipeline(
+def default_pipeline(
     factor: float,
     quiet: tuple[float, float],
     *,

@@ -11,7 +11,7 @@ from identification.reading.files import read_text
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.table import OPTIONAL_COLUMNS, REQUIRED_COLUMNS, Fault, Table
 from symbolic.errors import InvalidInputError
-from symbolic.text import excerpt
+from symbolic.parsing import excerpt
 
 _DECLARATION = re.compile(rf"#\s*({'|'.join(DECLARABLE)})\s*=(.*)")
 _LINE_END = re.compile(r"\r\n|\n|\r")

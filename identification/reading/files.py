@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from symbolic.errors import InvalidInputError
-from symbolic.text import naming, text_of
+from symbolic.parsing import naming, text_of
 
 
 def read_bytes(path: Path) -> bytes:

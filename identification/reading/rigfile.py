@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from identification.reading.files import read_bytes
-from symbolic.description import REQUIRED_KEYS, RIG_KEYS, rig_described, rig_of
 from symbolic.errors import InvalidInputError
 from symbolic.parameters import Rig, Tyre
-from symbolic.text import naming, toml_of
+from symbolic.parsing import naming, toml_of
+from symbolic.serialisation import REQUIRED_KEYS, RIG_KEYS, rig_described, rig_of
 
 DECLARABLE = (*RIG_KEYS["rig"], *RIG_KEYS["tyre"])
 """Parameters that a recording may give for itself."""

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from scipy.signal import fftconvolve
 from scipy.stats import f
 
+from identification.fits.autocorrelation import lagged_products
 from identification.fits.fitting import Fit, torque_range
-from identification.fits.memory import lagged_products
 from identification.reading.recordings import Recording
 
 Array = NDArray[np.float64]

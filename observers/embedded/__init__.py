@@ -1,8 +1,8 @@
 """Observers as C99 for embedded targets, and as FMUs around the same C."""
 
+from observers.embedded.codegen import generate
 from observers.embedded.fmu import generate_fmu
-from observers.embedded.generating import generate
-from observers.embedded.hosting import Hosted, host
-from observers.embedded.reals import DOUBLE, SINGLE, Real
+from observers.embedded.native import Hosted, host
+from observers.embedded.scalar_type import DOUBLE, SINGLE, Real
 
 __all__ = ["DOUBLE", "SINGLE", "Hosted", "Real", "generate", "generate_fmu", "host"]

@@ -15,13 +15,13 @@ from collections.abc import Mapping
 from pathlib import Path
 from xml.sax.saxutils import escape
 
+from observers.base import ModelObserver
 from observers.ekf import Ekf
-from observers.embedded.filling import filled
-from observers.embedded.generating import checked, terms_of, texts_of
-from observers.embedded.reals import SINGLE, Real
-from observers.embedded.variables import variables_of
+from observers.embedded.codegen import checked, terms_of, texts_of
+from observers.embedded.fmi_variables import variables_of
+from observers.embedded.scalar_type import SINGLE, Real
+from observers.embedded.templating import filled
 from observers.mhe import Mhe
-from observers.settings import ModelObserver
 from symbolic import InvalidInputError
 from symbolic.compiled import compiler
 

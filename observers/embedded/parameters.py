@@ -4,9 +4,9 @@ import json
 from dataclasses import asdict
 from typing import Any
 
-from observers.embedded.reals import Real
-from observers.settings import ModelObserver
-from symbolic.description import units_of
+from observers.base import ModelObserver
+from observers.embedded.scalar_type import Real
+from symbolic.serialisation import units_of
 
 
 def parameters_text(observer: ModelObserver, real: Real, version: str) -> str:

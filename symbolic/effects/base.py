@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.made import Made
+from symbolic.effects.patch_output import PatchOutput
 from symbolic.errors import InvalidInputError
 
 Expression = Any
@@ -149,7 +149,7 @@ class Effect:
         del signals, values
         return 0
 
-    def leftover(self, signals: Signals, memory: Expression, made: Made) -> Expression:
+    def leftover(self, signals: Signals, memory: Expression, made: PatchOutput) -> Expression:
         """Torque added last, to what patch and effects have made [N m]."""
         del signals, memory, made
         return 0

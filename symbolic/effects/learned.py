@@ -20,7 +20,7 @@ import casadi as ca
 
 from symbolic.deformation import Expression
 from symbolic.effects.base import Effect, Parameter, Signals, Values
-from symbolic.effects.made import Made
+from symbolic.effects.patch_output import PatchOutput
 from symbolic.errors import InvalidInputError
 
 TURNING = 0.01
@@ -85,7 +85,7 @@ class LearnedTorque(Effect):
         moved = memory[1:] + (signals.psi - memory[0]) / (self.angle * ca.DM(WAYS))
         return signals, ca.vertcat(signals.psi, ca.fmax(-1, ca.fmin(1, moved)))
 
-    def inputs(self, signals: Signals, memory: Expression, made: Made) -> Expression:
+    def inputs(self, signals: Signals, memory: Expression, made: PatchOutput) -> Expression:
         """What the units see, all dimensionless, shape (INPUTS,)."""
         rate = signals.psi_dot / TURNING
         return ca.vertcat(
@@ -96,7 +96,7 @@ class LearnedTorque(Effect):
             memory[1:],
         )
 
-    def leftover(self, signals: Signals, memory: Expression, made: Made) -> Expression:
+    def leftover(self, signals: Signals, memory: Expression, made: PatchOutput) -> Expression:
         """The learned torque [N m]."""
         seen = self.inputs(signals, memory, made)
         return made.slide * network_share(seen, ca.DM(self.weights), self.units, self.bound)

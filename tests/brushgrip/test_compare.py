@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from brushgrip.comparison import scores
+from reference_rig.record import RigRecording, make_recording, write_csv
 from symbolic.compiled import compiler
-from tests.rig.record import RigRecording, make_recording, write_csv
 
 Run = Callable[..., Any]
 MU, BEGINS = 1.3, 150

@@ -11,7 +11,7 @@ from brushgrip.recordings import read_all
 from identification.fits.loss import Huber
 from identification.reading.recordings import Recording
 from identification.results import Diagnosis
-from identification.selecting.journal import Journal
+from identification.selection.journal import Journal
 from symbolic import InvalidInputError
 
 Run = Callable[..., Any]

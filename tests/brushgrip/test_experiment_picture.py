@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from brushgrip.pictures.experiment import draw_experiment
-from identification.experiments.separation import Proposal
+from identification.experiments.discriminating_experiment import Proposal
 from identification.experiments.steering import Manoeuvre
 
 

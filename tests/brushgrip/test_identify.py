@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from brushgrip.commands import identify as identifying
-from identification.free_decay.freedecay import identify_free_decay
-from tests.rig.impact import B_T, TYRE, make_impacts, rig_text, write_impacts
+from identification.free_decay.estimator import identify_free_decay
+from reference_rig.impact import B_T, TYRE, make_impacts, rig_text, write_impacts
 
 Run = Callable[..., Any]
 LENGTHS = (0.036, 0.050)

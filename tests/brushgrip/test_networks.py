@@ -7,10 +7,10 @@ import pytest
 
 from brushgrip.comparison.networks import ANALYTIC, all_inputs, plain_inputs
 from identification import Recording
-from observers import Root, run
-from tests.identification.made import as_read
-from tests.rig.patch import RigTyre
-from tests.rig.record import make_recording
+from observers import ZoneRootSolver, run
+from reference_rig.patch import RigTyre
+from reference_rig.record import make_recording
+from tests.identification.factories import as_read
 
 
 @pytest.fixture(scope="module")
@@ -37,7 +37,7 @@ def test_the_plain_network_sees_angle_last_reversal_and_torque(recording: Record
 def test_the_other_sees_all_and_the_analytic_estimate(recording: Recording) -> None:
     rows = all_inputs(recording)
     mu = run(
-        Root(rig=recording.rig, k=recording.tyre.k),
+        ZoneRootSolver(rig=recording.rig, k=recording.tyre.k),
         *(recording.t, recording.psi, recording.F_N, recording.M_z),
     ).mu
 

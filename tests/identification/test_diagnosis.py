@@ -15,10 +15,10 @@ from identification import (
     read_model,
     smoothed_rate,
 )
-from identification.selecting.selection import walk
+from identification.selection.stepwise_search import walk
+from reference_rig.campaign import Campaign
 from symbolic import EFFECTS, InvalidInputError, Rig, Tyre
-from tests.identification.made import read_campaign, with_torque
-from tests.rig.campaign import Campaign
+from tests.identification.factories import read_campaign, with_torque
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 FIGURES = {

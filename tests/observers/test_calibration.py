@@ -8,7 +8,8 @@ from scipy.stats import chi2
 
 from observers import Ekf, Mhe
 from symbolic import Model
-from tests.observers.campaigns import (
+from tests.observers.grid_posterior import posterior
+from tests.observers.monte_carlo import (
     ALLOWANCE,
     Figures,
     errors,
@@ -17,7 +18,6 @@ from tests.observers.campaigns import (
     steered_by_hand,
     turned_by_hand,
 )
-from tests.observers.exact import posterior
 
 FEWER = range(40)
 RUNS = {Ekf: range(200), Mhe: FEWER}

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from observers import AligningTorque, Ekf, Sample, SteeringTorque, covariance_of
+from reference_rig.record import RigRecording
+from reference_rig.steering import SteeringRecording
 from symbolic import Model, effects_named, simulate
 from tests.observers.conftest import RIG, K
-from tests.observers.made import CLEAN_RIG, columns_of, samples_of, slide, sparse, states_of
+from tests.observers.factories import CLEAN_RIG, columns_of, samples_of, slide, sparse, states_of
 from tests.observers.textbook import Beliefs, Filter
-from tests.rig.record import RigRecording
-from tests.rig.steering import SteeringRecording
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 

@@ -8,10 +8,17 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Mhe, run
+from reference_rig.record import RigRecording, make_recording
 from symbolic import Model, effects_named, simulate
 from tests.observers.conftest import RIG, K, make
-from tests.observers.made import CLEAN_RIG, FIELDS, columns_of, first_full_slide, samples_of, states_of
-from tests.rig.record import RigRecording, make_recording
+from tests.observers.factories import (
+    CLEAN_RIG,
+    FIELDS,
+    columns_of,
+    first_full_slide,
+    samples_of,
+    states_of,
+)
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 Array = NDArray[np.float64]

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from observers import Ekf, Loop, Mhe, Observer, Root, Sample, Status, SteeringTorque, run
+from observers import Ekf, Loop, Mhe, Observer, Sample, Status, SteeringTorque, ZoneRootSolver, run
+from reference_rig.record import RigRecording
 from symbolic import InvalidInputError, Model
 from tests.observers.conftest import RIG, K
-from tests.rig.record import RigRecording
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -19,7 +19,7 @@ WHEEL = replace(RIG, J_A=0.15, b_t=1.0)
 OBSERVERS: dict[str, Callable[[], Observer]] = {
     "ekf": lambda: Ekf(model=Model(), values={"k": K}, rig=RIG),
     "mhe": lambda: Mhe(model=Model(), values={"k": K}, rig=RIG, window=10),
-    "root": lambda: Root(rig=RIG, k=K),
+    "root": lambda: ZoneRootSolver(rig=RIG, k=K),
     "steering": lambda: Ekf(model=Model(), values={"k": K}, rig=WHEEL, sensing=SteeringTorque()),
 }
 
@@ -184,7 +184,7 @@ def test_no_state_is_shared_with_the_observer(recording: RigRecording) -> None:
 
 @pytest.mark.parametrize("nonsense", [float("nan"), float("inf"), 1e30])
 def test_nonsense_is_no_angle(observer: Observer, nonsense: float) -> None:
-    if isinstance(observer, Root):
+    if isinstance(observer, ZoneRootSolver):
         pytest.skip("the root solve takes what it is given")
     sound = [
         Sample(psi=0.01 * i, psi_dot=float("nan"), F_N=400.0, dt=0.01, M_z=-1.0, M=1.0) for i in range(5)

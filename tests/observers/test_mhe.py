@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque, run
+from reference_rig.record import RigRecording, make_recording
+from reference_rig.steering import SteeringRecording
 from symbolic import Model, effects_named, simulate
 from tests.observers.conftest import RIG, K, make
-from tests.observers.made import (
+from tests.observers.factories import (
     CLEAN_RIG,
     FIELDS,
     change_of_ground,
@@ -24,8 +26,6 @@ from tests.observers.made import (
     states_of,
 )
 from tests.observers.oracles import WindowOracle
-from tests.rig.record import RigRecording, make_recording
-from tests.rig.steering import SteeringRecording
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from observers import Ekf, Mhe, Observer, Root, Tuning, run
+from observers import Ekf, Mhe, Observer, Tuning, ZoneRootSolver, run
+from reference_rig.patch import RigTyre
+from reference_rig.steering import STEP, Motion, Wheel, move
 from symbolic import Model, Rig
-from tests.rig.patch import RigTyre
-from tests.rig.steering import STEP, Motion, Wheel, move
 
 RIG, K, LOAD, SECONDS = Rig(a=0.04, e=0.01), 6e4, 180.0, 5.11
 KNOTS = ((0.0, 0.4), (1.4, 0.8), (2.4, -0.4), (3.4, 0.5), (4.3, -0.2), (6.0, 0.8))
@@ -40,7 +40,7 @@ def errors(observer: Observer, motion: Motion) -> tuple[float, float]:
 
 
 def test_the_root_solve_is_lost_beyond_five_zones(motion: Motion) -> None:
-    five, beyond = errors(Root(rig=RIG, k=K), motion)
+    five, beyond = errors(ZoneRootSolver(rig=RIG, k=K), motion)
 
     print(f"root: off by {five:.1%} in five zones, by {beyond:.0%} beyond")
     assert five < 0.05

@@ -9,10 +9,10 @@ import pytest
 
 from observers import AligningTorque, Mhe, SteeringTorque
 from observers.reference import solve_window
+from reference_rig.record import RigRecording
+from reference_rig.steering import SteeringRecording
 from symbolic import Model
-from tests.observers.made import CLEAN_RIG, columns_of, samples_of, sparse, states_of
-from tests.rig.record import RigRecording
-from tests.rig.steering import SteeringRecording
+from tests.observers.factories import CLEAN_RIG, columns_of, samples_of, sparse, states_of
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 

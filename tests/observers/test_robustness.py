@@ -7,17 +7,17 @@ import numpy as np
 import pytest
 
 from observers import Ekf, Mhe, Status
-from tests.observers.campaigns import errors, estimated, turned_by_hand
-from tests.observers.crossings import HIGH, LOW, crossing, turn_until_known
-from tests.observers.faulty import (
+from tests.observers.monte_carlo import errors, estimated, turned_by_hand
+from tests.observers.sensor_faults import (
     CLEAN_WITH_FAULTS,
     FAULTS,
     STEERED_FAULTS,
-    Made,
+    RecordingFactory,
     rmse,
     steered,
     without_torque,
 )
+from tests.observers.surface_changes import HIGH, LOW, crossing, turn_until_known
 
 KINDS = [pytest.param(Ekf, id="ekf"), pytest.param(Mhe, id="mhe")]
 RUNS = {Ekf: range(20), Mhe: range(10)}
@@ -27,7 +27,7 @@ NOISES = range(3)
 
 
 @cache
-def clean(kind: Any, made: Made, seeds: range, **settings: Any) -> float:
+def clean(kind: Any, made: RecordingFactory, seeds: range, **settings: Any) -> float:
     """The error without a fault."""
     return rmse(kind, made, seeds, **settings)
 

@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from observers import AligningTorque, Ekf, Mhe, Root, Status, SteeringTorque, Tuning, run
+from observers import AligningTorque, Ekf, Mhe, Status, SteeringTorque, Tuning, ZoneRootSolver, run
+from reference_rig.record import RigRecording
+from reference_rig.steering import SteeringRecording
 from symbolic import InvalidInputError, Model
-from tests.interpreting import without_machine_code
+from tests.interpreted import without_machine_code
 from tests.observers.conftest import RIG, K, make
-from tests.observers.made import (
+from tests.observers.factories import (
     CLEAN_RIG,
     FIELDS,
     assert_steps_are_the_run,
@@ -19,8 +21,6 @@ from tests.observers.made import (
     samples_of,
     states_of,
 )
-from tests.rig.record import RigRecording
-from tests.rig.steering import SteeringRecording
 
 Array = NDArray[np.float64]
 OBSERVERS: dict[str, Any] = {
@@ -31,7 +31,7 @@ OBSERVERS: dict[str, Any] = {
     "mhe": make(Mhe, window=20),
     "mhe, stiffness": make(Mhe, window=20, sensing=AligningTorque(stiffness=True)),
     "mhe, steering": make(Mhe, window=20, sensing=SteeringTorque()),
-    "root": Root(rig=RIG, k=K),
+    "root": ZoneRootSolver(rig=RIG, k=K),
 }
 
 

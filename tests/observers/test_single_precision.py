@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from observers import Ekf, run
+from reference_rig.record import RigRecording
+from reference_rig.steering import SteeringRecording
 from symbolic.compiled import compiler
-from tests.observers.made import columns_of, samples_of
-from tests.observers.single import (
+from tests.observers.factories import columns_of, samples_of
+from tests.observers.float32 import (
     CASES,
     HARSH,
     NO_COMPILER,
@@ -22,16 +24,14 @@ from tests.observers.single import (
     build,
     in_single,
 )
-from tests.rig.record import RigRecording
-from tests.rig.steering import SteeringRecording
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 STEPS = 100_000
-Made = Callable[[Ekf], Single]
+FilterFactory = Callable[[Ekf], Single]
 
 
 @pytest.fixture(scope="module")
-def single(tmp_path_factory: pytest.TempPathFactory) -> Made:
+def single(tmp_path_factory: pytest.TempPathFactory) -> FilterFactory:
     """Makes a filter in single precision, compiling each kind once."""
     built: dict[Any, Path] = {}
 
@@ -58,7 +58,7 @@ def told(outcome: Outcome, observer: Ekf) -> str:
 
 @pytest.mark.parametrize("trial", [PLAIN, HARSH], ids=["plain", "harsh"])
 @pytest.mark.parametrize("case", CASES)
-def test_covariance_stays_positive_definite(case: str, trial: Trial, single: Made) -> None:
+def test_covariance_stays_positive_definite(case: str, trial: Trial, single: FilterFactory) -> None:
     observer = CASES[case].observer
     outcome = single(observer).drive(STEPS, 1, trial)
     report = outcome.report
@@ -76,7 +76,7 @@ def test_covariance_stays_positive_definite(case: str, trial: Trial, single: Mad
     ("part", "at", "value", "fault"),
     [("factor", 4, 0.0, "not positive"), ("x", 1, np.nan, "not finite")],
 )
-def test_faults_are_noticed(part: str, at: int, value: float, fault: str, single: Made) -> None:
+def test_faults_are_noticed(part: str, at: int, value: float, fault: str, single: FilterFactory) -> None:
     # Without walks a variance of 0 stays one.
     filtered = single(CASES["3 states, huge prior, no walk"].observer)
     state = filtered.drive(10, 1).state
@@ -88,7 +88,7 @@ def test_faults_are_noticed(part: str, at: int, value: float, fault: str, single
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_samples_are_the_seeds(seed: int, single: Made) -> None:
+def test_samples_are_the_seeds(seed: int, single: FilterFactory) -> None:
     filtered = single(CASES["as it comes"].observer)
     first, second = (filtered.drive(1000, seed) for _ in range(2))
     other = filtered.drive(1000, seed + 1)
@@ -106,11 +106,15 @@ def test_generated_c_holds_no_double() -> None:
     assert "5.0000000000000000e-01f" in text
 
 
-def test_aligning_torque_is_filtered_as_in_double(recording: RigRecording, single: Made) -> None:
+def test_aligning_torque_is_filtered_as_in_double(
+    recording: RigRecording, single: FilterFactory
+) -> None:
     compare(single(CASES["as it comes"].observer), recording)
 
 
-def test_steering_torque_is_filtered_as_in_double(steered: SteeringRecording, single: Made) -> None:
+def test_steering_torque_is_filtered_as_in_double(
+    steered: SteeringRecording, single: FilterFactory
+) -> None:
     compare(single(CASES["steering"].observer), steered)
 
 

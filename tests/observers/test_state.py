@@ -11,10 +11,10 @@ import pytest
 
 from observers import AligningTorque, Ekf, Mhe, Sample, State, SteeringTorque, run
 from observers.layout import Layout
+from reference_rig.record import RigRecording
+from reference_rig.steering import SteeringRecording
 from tests.observers.conftest import make
-from tests.observers.made import columns_of, samples_of, states_of
-from tests.rig.record import RigRecording
-from tests.rig.steering import SteeringRecording
+from tests.observers.factories import columns_of, samples_of, states_of
 
 KINDS = [
     pytest.param(Ekf, {}, id="ekf"),

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from observers import AligningTorque, Ekf, Mhe, Sample, Status, SteeringTorque
+from reference_rig.record import RigRecording
+from reference_rig.steering import SteeringRecording
 from tests.observers.conftest import make
-from tests.observers.made import CLEAN_RIG, columns_of, full_slide, samples_of, states_of
-from tests.rig.record import RigRecording
-from tests.rig.steering import SteeringRecording
+from tests.observers.factories import CLEAN_RIG, columns_of, full_slide, samples_of, states_of
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 

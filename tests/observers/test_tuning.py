@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from observers import Ekf, Mhe, Tuning
-from observers.gate import huber_share
+from observers.innovation_gate import huber_share
 from observers.tuning import BELIEFS
 from symbolic import InvalidInputError, Model
 from tests.observers.conftest import K, make

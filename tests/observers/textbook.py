@@ -12,7 +12,7 @@ from filterpy.kalman import ExtendedKalmanFilter
 from numpy.typing import NDArray
 
 from observers import Sample
-from tests.observers.made import slide
+from tests.observers.factories import slide
 
 Array = NDArray[np.float64]
 

@@ -6,8 +6,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
+from reference_rig.path import hand_path
 from symbolic import EFFECTS, Model
-from tests.rig.path import hand_path
 from tests.symbolic.oracles import Array, Path, Tyre, grid_torque, run, signals, straight, wandering_load
 
 LOAD = 400.0

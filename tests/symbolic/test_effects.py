@@ -8,6 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from reference_rig.patch import RigTyre
+from reference_rig.patch import simulate as on_the_rig
+from reference_rig.path import Hand, hand_path
+from reference_rig.record import build_effects
 from symbolic import (
     EFFECTS,
     BristlePatch,
@@ -21,10 +25,6 @@ from symbolic import (
 )
 from symbolic.effects.base import Values
 from symbolic.trajectory import Torque
-from tests.rig.patch import RigTyre
-from tests.rig.patch import simulate as on_the_rig
-from tests.rig.path import Hand, hand_path
-from tests.rig.record import build_effects
 from tests.symbolic.oracles import Array, worst
 
 pytestmark = pytest.mark.usefixtures("interpreted")

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from observers import Ekf, run
+from reference_rig.path import hand_path
 from symbolic import (
     EFFECTS,
     InvalidInputError,
@@ -19,9 +20,8 @@ from symbolic import (
     effects_named,
     simulate,
 )
-from symbolic.description import effects_tables, model_described
 from symbolic.effects.learned import INPUTS, WAYS, weights_needed
-from tests.rig.path import hand_path
+from symbolic.serialisation import effects_tables, model_described
 from tests.symbolic.oracles import Array
 
 pytestmark = pytest.mark.usefixtures("interpreted")

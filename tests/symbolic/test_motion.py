@@ -4,6 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from reference_rig import steering
+from reference_rig.patch import RigTyre
 from symbolic import (
     InvalidInputError,
     Model,
@@ -16,8 +18,6 @@ from symbolic import (
     simulate_motion,
     zone_boundaries,
 )
-from tests.rig import steering
-from tests.rig.patch import RigTyre
 
 LOAD = 180.0
 RIG, TYRE = Rig(a=0.02, e=0.01, J_A=0.1, b_t=0.4827), Tyre(k=6e4, mu=0.5)

@@ -8,10 +8,10 @@ import pytest
 from brushgrip.comparison.methods import Method, Observed, methods
 from identification import Recording
 from observers import Sample, course
+from reference_rig.hooks import Drive
+from reference_rig.patch import RigTyre, simulate
 from symbolic import Rig, Tyre
 from symbolic.compiled import compiler
-from tests.rig.hooks import Drive
-from tests.rig.patch import RigTyre, simulate
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 MU = 1.2

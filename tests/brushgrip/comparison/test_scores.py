@@ -6,12 +6,12 @@ from time import process_time
 import numpy as np
 import pytest
 
+from brushgrip.comparison.cases import SETTLED, Subject, subject_of
 from brushgrip.comparison.scores import PUBLISHED, compare, rows
-from brushgrip.comparison.subjects import SETTLED, Subject, subject_of
 from brushgrip.comparison.tables import comparison_dict, markdown_text
 from identification import Recording
+from reference_rig.hooks import Array
 from symbolic import Rig, Tyre
-from tests.rig.hooks import Array
 
 BUSY = 0.02
 """What the made-up method takes [s]."""

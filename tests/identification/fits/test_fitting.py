@@ -3,15 +3,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification import Fit, Recording, Values, first_values, fit, signals_of
-from identification.fits.deviations import deviations
+from identification import Fit, Recording, Values, fit, initial_guess, signals_of
+from identification.fits.covariance import deviations
 from identification.fits.fitting import torque_range
-from identification.selecting.trials import freeze
+from identification.selection.trials import freeze
+from reference_rig.campaign import Campaign
+from reference_rig.record import make_recording
 from symbolic import DECLARED, EFFECTS, InvalidInputError, Model, Parameter, effects_named, simulate
-from symbolic.description import parameter_name
-from tests.identification.made import as_read, read_campaign, with_torque
-from tests.rig.campaign import Campaign
-from tests.rig.record import make_recording
+from symbolic.serialisation import parameter_name
+from tests.identification.factories import as_read, read_campaign, with_torque
 
 Given = tuple[Campaign, list[Recording]]
 
@@ -21,7 +21,7 @@ def model_of(*effects: str, discretised: bool = False) -> Model:
 
 
 def fit_from_scratch(model: Model, recordings: list[Recording]) -> Fit:
-    return fit(model, recordings, first_values(model, recordings))
+    return fit(model, recordings, initial_guess(model, recordings))
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +36,7 @@ def offset() -> Given:
 
 def test_first_values(declared: Given) -> None:
     made, recordings = declared
-    values = first_values(model_of("torque_offset", "contact_damping"), recordings)
+    values = initial_guess(model_of("torque_offset", "contact_damping"), recordings)
 
     assert values.shared["k"] == pytest.approx(made.nominal.k)
     assert values.shared["contact_damping.c"] == EFFECTS["contact_damping"].parameters[0].start
@@ -211,7 +211,7 @@ def test_what_is_held_stays(offset: Given) -> None:
 
 def test_with_everything_held_nothing_is_left_to_fit(declared: Given) -> None:
     _, recordings = declared
-    start = first_values(model_of(), recordings)
+    start = initial_guess(model_of(), recordings)
     own = [(r.name, "mu") for r in recordings]
     with pytest.raises(InvalidInputError, match="every parameter is held"):
         fit(model_of(), recordings, start, free_shared=False, held=own)
@@ -245,7 +245,7 @@ def test_a_constant_torque_is_a_fault(declared: Given, M_z: float) -> None:
 def test_jacobian_is_the_slope_of_the_residuals(offset: Given) -> None:
     _, recordings = offset
     model = model_of("torque_offset", "contact_damping", "carcass_torsion")
-    fitted = fit(model, recordings, first_values(model, recordings), tolerance=1e-2)
+    fitted = fit(model, recordings, initial_guess(model, recordings), tolerance=1e-2)
     assert fitted.labels == (
         (None, "k"),
         (None, "contact_damping.c"),

@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from identification import Fit, Recording, first_values, fit
-from identification.fits.deviations import deviations
+from identification import Fit, Recording, fit, initial_guess
+from identification.fits.covariance import deviations
 from identification.fits.fitting import torque_range
 from identification.fits.loss import LEAST_SQUARES, Huber, Loss, cost, curvature, influence
 from symbolic import InvalidInputError, Model
-from tests.identification.made import read_campaign, with_torque
+from tests.identification.factories import read_campaign, with_torque
 
 NOISE = 0.004
 HUBER = Huber(threshold=1.5 * NOISE)
@@ -74,7 +74,7 @@ def positions(fitted: Fit) -> np.ndarray:
 
 def test_outliers_do_not_move_a_robust_fit(clean: list[Recording]) -> None:
     model = Model(corners=16)
-    reference = fit(model, clean, first_values(model, clean))
+    reference = fit(model, clean, initial_guess(model, clean))
     spread = deviations(reference, clean)
     moved: dict[Loss, list[np.ndarray]] = {LEAST_SQUARES: [], HUBER: []}
     for seed in range(5):
@@ -91,7 +91,7 @@ def test_outliers_do_not_move_a_robust_fit(clean: list[Recording]) -> None:
 
 def test_deviations_of_a_robust_fit_are_those_of_repeated_noise(clean: list[Recording]) -> None:
     model = Model(corners=16)
-    reference = fit(model, clean, first_values(model, clean))
+    reference = fit(model, clean, initial_guess(model, clean))
     noiseless = [with_torque(r, r.M_z + reference.residuals[r.name]) for r in clean]
     rng = np.random.default_rng(5)
     found, said = [], []

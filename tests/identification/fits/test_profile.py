@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from identification import Fit, Recording, Values, first_values, fit
-from identification.fits.along import CASTER, HALF_LENGTH, Along, ModelParameter
-from identification.fits.deviations import deviations
+from identification import Fit, Recording, Values, fit, initial_guess
+from identification.fits.covariance import deviations
 from identification.fits.loss import Huber
 from identification.fits.profile import LIMIT, profile
+from identification.fits.profile_axis import CASTER, HALF_LENGTH, Along, ModelParameter
+from reference_rig.patch import RigTyre
+from reference_rig.record import make_recording
 from symbolic import InvalidInputError, Model, Rig, effects_named
-from tests.identification.made import as_read, read_campaign
-from tests.rig.patch import RigTyre
-from tests.rig.record import make_recording
+from tests.identification.factories import as_read, read_campaign
 
 MODEL = Model(corners=16)
 
@@ -20,7 +20,7 @@ MODEL = Model(corners=16)
 @pytest.fixture(scope="module")
 def fitted() -> tuple[Fit, list[Recording]]:
     recordings = read_campaign(None, 1)[1]
-    return fit(MODEL, recordings, first_values(MODEL, recordings)), recordings
+    return fit(MODEL, recordings, initial_guess(MODEL, recordings)), recordings
 
 
 def test_limit_is_the_quantile() -> None:
@@ -60,7 +60,7 @@ def test_one_recordings_friction(fitted) -> None:
 def test_without_caster_only_mu_a_is_told() -> None:
     # M_z = mu F_N a f(psi k a^2 / (mu F_N)) where e = 0.
     recordings = [as_read(make_recording(3, e=0.0, duration=8.0), RigTyre(e=0.0))]
-    start = first_values(MODEL, recordings)
+    start = initial_guess(MODEL, recordings)
     made = profile(MODEL, recordings, start, HALF_LENGTH, [0.8, 1.0, 1.3], tolerance=1e-8)
 
     np.testing.assert_allclose(made.deviance, 0, atol=0.01)
@@ -98,7 +98,7 @@ def test_a_profile_is_open_where_the_grid_ends_too_soon(fitted) -> None:
 def test_a_softer_carcass_makes_up_for_stiffer_bristles() -> None:
     recordings = read_campaign("carcass_torsion", 1, recordings=1, duration=8.0)[1]
     model = Model(effects=effects_named(["carcass_torsion"]), corners=16)
-    best = fit(model, recordings, first_values(model, recordings))
+    best = fit(model, recordings, initial_guess(model, recordings))
     k = best.values.shared["k"]
     grid = k * np.array([0.98, 1.0, 1.02])
     made = profile(model, recordings, best.values, ModelParameter(name="k"), grid, tolerance=1e-3)
@@ -128,7 +128,7 @@ def test_what_cannot_be_profiled(fitted, along: Along, grid: list[float], match:
 
 def test_values_that_are_missing_begin_at_their_own_start(fitted) -> None:
     _, recordings = fitted
-    start = first_values(MODEL, recordings)
+    start = initial_guess(MODEL, recordings)
     model = Model(effects=effects_named(["contact_damping"]), corners=16)
     bare = Values(shared=start.shared, own=start.own)
     along = ModelParameter(name="contact_damping.c")

@@ -8,14 +8,14 @@ import pytest
 
 from identification.free_decay import consistency
 from identification.free_decay.consistency import Alone, agree, each_alone
-from identification.free_decay.decays import Decay
-from identification.free_decay.freedecay import identify_free_decay
-from identification.free_decay.narrowing import solve
-from identification.free_decay.programme import Programme
-from identification.free_decay.release import release
+from identification.free_decay.estimator import identify_free_decay
+from identification.free_decay.likelihood import Programme
+from identification.free_decay.noise_continuation import solve
+from identification.free_decay.onset import release
+from identification.free_decay.recording import Decay
+from reference_rig.impact import TYRE, make_impacts
 from symbolic import Rig
-from tests.identification.made import as_decay
-from tests.rig.impact import TYRE, make_impacts
+from tests.identification.factories import as_decay
 
 LENGTHS = (0.030, 0.042, 0.054)
 RNG = np.random.default_rng(6)

@@ -5,8 +5,8 @@ import numpy as np
 import pytest
 
 from identification.free_decay.vibration import UNKNOWNS, slip_torque, stiffness, swing
+from reference_rig.impact import TYRE, inertia, make_impact
 from symbolic import Model, simulate
-from tests.rig.impact import TYRE, inertia, make_impact
 
 GEOMETRY = np.array([TYRE.a, TYRE.e, inertia(TYRE.e)])
 SLIP = 1 / (TYRE.mu * 400.0)

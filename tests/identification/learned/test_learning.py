@@ -12,17 +12,17 @@ from identification import (
     Learned,
     Recording,
     Values,
-    first_values,
     fit,
+    initial_guess,
     model_text,
     read_model,
     signals_of,
 )
 from identification.learned.learning import learn
-from identification.learned.network import Lesson, Material
+from identification.learned.network import NetworkFit, TrainingData
 from symbolic import Model, effects_named, full_slide_torque, simulate
 from symbolic.effects.learned import INPUTS, weights_needed
-from tests.identification.made import read_campaign, with_torque
+from tests.identification.factories import read_campaign, with_torque
 
 Fits = tuple[Fit, Fit]
 
@@ -31,8 +31,8 @@ def fits(effects: Sequence[str], recordings: Sequence[Recording]) -> Fits:
     """A model fitted to the first two recordings, and on the others with its shared parameters."""
     model = Model(effects=effects_named(effects), corners=16)
     training, holdout = recordings[:2], recordings[2:]
-    fitted = fit(model, training, first_values(model, training))
-    start = Values(shared=fitted.values.shared, own=first_values(model, holdout).own)
+    fitted = fit(model, training, initial_guess(model, training))
+    start = Values(shared=fitted.values.shared, own=initial_guess(model, holdout).own)
     return fitted, fit(model, holdout, start, free_shared=False)
 
 
@@ -157,7 +157,7 @@ def test_what_does_not_repeat_is_not_kept(name: str | None) -> None:
 @pytest.mark.usefixtures("quick")
 def test_one_recording_alone_judges_nothing(recordings: list[Recording]) -> None:
     alone = recordings[:1]
-    learned = learn(fit(Model(), alone, first_values(Model(), alone)), None, alone)
+    learned = learn(fit(Model(), alone, initial_guess(Model(), alone)), None, alone)
 
     assert not learned.kept
     assert "a single recording alone cannot judge it" in learned.note
@@ -168,7 +168,7 @@ def test_missing_torques_teach_nothing(recordings: list[Recording]) -> None:
     first = recordings[0]
     gone = np.arange(first.t.size) % 5 == 0
     holed = [with_torque(first, np.where(gone, np.nan, first.M_z))]
-    learned = learn(fit(Model(), holed, first_values(Model(), holed)), None, holed)
+    learned = learn(fit(Model(), holed, initial_guess(Model(), holed)), None, holed)
 
     assert np.isfinite(learned.effect.weights).all()
     assert np.array_equal(np.isnan(learned.residuals[first.name]), gone)
@@ -176,14 +176,14 @@ def test_missing_torques_teach_nothing(recordings: list[Recording]) -> None:
 
 def test_jacobian_is_the_slope() -> None:
     rng = np.random.default_rng(3)
-    material = Material(
+    material = TrainingData(
         name="any",
         inputs=rng.standard_normal((INPUTS, 40)),
         slide=rng.uniform(5, 9, 40),
         target=rng.standard_normal(40),
         span=12.0,
     )
-    lesson = Lesson([material], 3, 0.2)
+    lesson = NetworkFit([material], 3, 0.2)
     weights, h = rng.standard_normal(weights_needed(3)), 1e-6
     steps = h * np.eye(weights.size)
     slopes = [(lesson.residuals(weights + s) - lesson.residuals(weights - s)) / (2 * h) for s in steps]

@@ -15,13 +15,13 @@ from identification import (
     Recording,
     Resampled,
     Scaled,
+    default_pipeline,
     recording_from_raw,
-    usual_pipeline,
 )
+from reference_rig.hooks import Array
+from reference_rig.patch import RigTyre, simulate
+from reference_rig.path import Hand, hand_path
 from symbolic import InvalidInputError, Rig, Tyre
-from tests.rig.hooks import Array
-from tests.rig.patch import RigTyre, simulate
-from tests.rig.path import Hand, hand_path
 
 RATE, EVERY = 4000.0, 40
 LOAD = 400.0
@@ -33,7 +33,7 @@ HUM, NOISE = 0.05, 0.02
 QUIET = (0.0, 0.4)
 
 
-class Made(NamedTuple):
+class RawChannels(NamedTuple):
     """What the amplifiers gave, and the truth at 100 Hz."""
 
     raw: dict[str, Channel]
@@ -41,7 +41,7 @@ class Made(NamedTuple):
 
 
 @cache
-def made() -> Made:
+def made() -> RawChannels:
     drive = hand_path(5, 5.0, hand=Hand(quiet=0.5), load=LOAD, rate=RATE)
     M_z = simulate(drive, RigTyre(), bristles=400).M_z
     rng = np.random.default_rng(5)
@@ -50,13 +50,14 @@ def made() -> Made:
         hum = HUM * np.sin(2 * np.pi * 50 * drive.t + rng.uniform(0, 2 * np.pi))
         noise = NOISE * rng.standard_normal(values.size)
         raw[name] = Channel(values=values / VOLTS[name] + OFFSETS[name] + hum + noise, rate=RATE)
-    return Made(raw, {name: values[::EVERY] for name, values in truth.items()})
+    return RawChannels(raw, {name: values[::EVERY] for name, values in truth.items()})
 
 
 def usual() -> dict[str, Pipeline]:
     levels = {"F_N": float(made().truth["F_N"][:40].mean())}
     return {
-        name: usual_pipeline(volts, QUIET, level=levels.get(name, 0.0)) for name, volts in VOLTS.items()
+        name: default_pipeline(volts, QUIET, level=levels.get(name, 0.0))
+        for name, volts in VOLTS.items()
     }
 
 

@@ -9,16 +9,16 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from identification import Fit, Recording, first_values, fit, read_recording
+from identification import Fit, Recording, fit, initial_guess, read_recording
 from identification.fits.fitting import torque_range
 from identification.residuals.correlation import correlation, directions_of, noise_of, rows_of
 from identification.residuals.signals import SIGNALS, motion_of
 from identification.residuals.signatures import Signature, Signatures, signatures
-from identification.selecting.trials import model_of
+from identification.selection.trials import model_of
+from reference_rig.patch import RigTyre
+from reference_rig.record import make_recording
 from symbolic import EFFECTS
-from tests.identification.made import as_read, read_campaign, with_torque
-from tests.rig.patch import RigTyre
-from tests.rig.record import make_recording
+from tests.identification.factories import as_read, read_campaign, with_torque
 
 CONSTANT, ANGLE, RATE = "a constant of each recording", "the angle", "the yaw rate"
 DIRECTION = "the direction of turning"
@@ -53,7 +53,7 @@ def looked(name: str | None, seed: int) -> tuple[Signatures, Fit]:
     """The rig's residual after a fit of the declared structure."""
     _, made = read_campaign(name, seed, recordings=2)
     model = model_of(())
-    fitted = fit(model, made, first_values(model, made))
+    fitted = fit(model, made, initial_guess(model, made))
     return signatures(fitted.residuals, made, [fitted]), fitted
 
 
@@ -238,7 +238,7 @@ def test_a_missing_effect_that_no_signal_shows() -> None:
 def test_the_fit_hides_what_it_has_absorbed() -> None:
     _, made = read_campaign("steering_return", 4, recordings=2)
     model = model_of(())
-    fitted = fit(model, made, first_values(model, made))
+    fitted = fit(model, made, initial_guess(model, made))
     with_it = named(signatures(fitted.residuals, made, [fitted]), ANGLE)
     without_it = named(signatures(fitted.residuals, made), ANGLE)
 
@@ -249,7 +249,7 @@ def test_the_fit_hides_what_it_has_absorbed() -> None:
 def test_a_direction_that_was_fitted_tells_nothing() -> None:
     _, made = read_campaign("torque_offset", 4, recordings=2)
     model = model_of(("torque_offset",))
-    fitted = fit(model, made, first_values(model, made))
+    fitted = fit(model, made, initial_guess(model, made))
     found = named(signatures(fitted.residuals, made, [fitted]), CONSTANT)
 
     assert (found.correlation, found.band) == (0.0, 1.0)
@@ -304,7 +304,7 @@ def test_reversals_are_those_of_the_angle(recordings: list[Recording]) -> None:
 def test_the_measured_recordings_follow_speed(measured_dir: Path) -> None:
     made = [read_recording(path) for path in sorted(measured_dir.glob("fem*.mat"))]
     model = model_of(())
-    fitted = fit(model, made, first_values(model, made))
+    fitted = fit(model, made, initial_guess(model, made))
     found = signatures(fitted.residuals, made, [fitted])
 
     assert found.autocorrelation.memory > 0.5

@@ -12,9 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observers import Ekf, Estimate, Loop, Mhe, Sample, State, Tuning
+from observers.compiled_step import Stepper
 from observers.embedded import Real, generate
-from observers.embedded.generating import step_of
-from observers.stepping import Stepper
+from observers.embedded.codegen import step_of
 from symbolic import Model, effects_named
 from symbolic.compiled import compiler
 from tests.observers.conftest import RIG, K

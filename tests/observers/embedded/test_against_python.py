@@ -10,8 +10,10 @@ from numpy.typing import NDArray
 from identification import read_recording
 from observers import AligningTorque, Ekf, Mhe, Status, SteeringTorque, Tuning, run
 from observers.embedded import DOUBLE, SINGLE
-from observers.embedded.quick import is_quick
-from observers.embedded.quickwindow import is_quick_window
+from observers.embedded.compact_ekf import is_quick
+from observers.embedded.compact_mhe import is_quick_window
+from reference_rig.record import RigRecording
+from reference_rig.steering import SteeringRecording
 from symbolic import Tyre
 from symbolic.compiled import compiler
 from tests.observers.conftest import RIG, K
@@ -24,9 +26,7 @@ from tests.observers.embedded.building import (
     said_by,
 )
 from tests.observers.embedded.conftest import Build
-from tests.observers.made import change_of_ground, columns_of, samples_of
-from tests.rig.record import RigRecording
-from tests.rig.steering import SteeringRecording
+from tests.observers.factories import change_of_ground, columns_of, samples_of
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 Array = NDArray[np.float64]

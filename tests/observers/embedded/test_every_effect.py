@@ -7,13 +7,13 @@ import pytest
 
 from observers import AligningTorque, Ekf
 from observers.embedded import DOUBLE
+from reference_rig.record import RigRecording
 from symbolic import EFFECTS, Effect, Model
 from symbolic.compiled import compiler
-from symbolic.description import parameter_name
+from symbolic.serialisation import parameter_name
 from tests.observers.conftest import K
 from tests.observers.embedded.building import NO_COMPILER, Interpreted, build, observer_of, said_by
-from tests.observers.made import columns_of, samples_of
-from tests.rig.record import RigRecording
+from tests.observers.factories import columns_of, samples_of
 
 SAMPLES = 250
 pytestmark = [

@@ -11,15 +11,15 @@ from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real
-from observers.embedded.patchcode import DEPTH
-from observers.embedded.quickwindow import KEPT
+from observers.embedded.compact_mhe import KEPT
+from observers.embedded.compact_patch import DEPTH
+from reference_rig.patch import RigTyre
+from reference_rig.patch import simulate as simulate_bristles
+from reference_rig.path import hand_path
 from symbolic import Model, full_slide_level, simulate
 from symbolic.compiled import compiler
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.building import DECLARED, NO_COMPILER, build, observer_of, said_by
-from tests.rig.patch import RigTyre
-from tests.rig.patch import simulate as simulate_bristles
-from tests.rig.path import hand_path
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 Array = NDArray[np.float64]

@@ -5,12 +5,12 @@ import pytest
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import SINGLE
+from reference_rig.record import RigRecording
+from reference_rig.steering import SteeringRecording
 from tests.observers.embedded.building import DECLARED, observer_of, said_by
 from tests.observers.embedded.conftest import Build
 from tests.observers.embedded.cortex.target import M4F, M7, NEEDED, Board, Cost, at_hand, run_on
-from tests.observers.made import columns_of, samples_of
-from tests.rig.record import RigRecording
-from tests.rig.steering import SteeringRecording
+from tests.observers.factories import columns_of, samples_of
 
 pytestmark = pytest.mark.skipif(not at_hand(), reason=NEEDED)
 

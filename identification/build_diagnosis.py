@@ -1,0 +1,163 @@
+"""What a search comes to: errors, effects with their parameters, what is left, in one result."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from identification.error_stages import declared_residuals, errors_of, trial_residuals
+from identification.experiments.proposals import Proposal
+from identification.fits.covariance import deviations
+from identification.fits.fitting import Fit, Values
+from identification.notes import notes_on
+from identification.reading.recordings import Recording
+from identification.residuals.signatures import Signatures, signatures
+from identification.residuals.unexplained import unexplained
+from identification.results import Candidate, Diagnosis, Estimate, FoundEffect, Series
+from identification.selection.scoring import Array, delta_bic
+from identification.selection.stepwise_search import Step
+from identification.selection.trial_runner import Effects
+from identification.selection.trials import Trial
+from symbolic.serialisation import parameter_name
+
+
+def verdict(
+    steps: Sequence[Step],
+    training: Sequence[Recording],
+    holdout: Sequence[Recording],
+    left_out: Sequence[Mapping[str, float]],
+    proposals: Mapping[Effects, Proposal],
+) -> Diagnosis:
+    """The result of a search.
+
+    Args:
+        steps: of the search, the last one with nothing chosen.
+        training: recordings that the shared parameters were fitted to.
+        holdout: recordings that judged, may be empty.
+        left_out: errors before and after of each training recording left out in turn, or empty.
+        proposals: for a set of effects that was chosen, the experiment to tell it from its rival.
+    """
+    everything = [*training, *holdout]
+    before, after = steps[0].before, steps[-1].before
+    loss = after.fitted.loss
+    residuals = [declared_residuals(everything, loss), trial_residuals(before), trial_residuals(after)]
+    stages = [
+        errors_of(one, training, holdout, left)
+        for one, left in zip(residuals, ({}, *left_out), strict=True)
+    ]
+    followed = [_followed(trial, everything) for trial in (before, after)]
+    estimates = _estimates(after.fitted, training)
+    if after.held_out is not None:
+        estimates |= _estimates(after.held_out, holdout)
+    return Diagnosis(
+        recordings=tuple(r.name for r in training),
+        holdout=tuple(r.name for r in holdout),
+        declared=stages[0],
+        before=stages[1],
+        after=stages[2],
+        effects=_found(steps, estimates, training, proposals),
+        candidates=_candidates(steps[0], training),
+        unexplained=unexplained(residuals[2], everything, followed[1], loss),
+        parameters=estimates,
+        signatures_before=followed[0],
+        signatures_after=followed[1],
+        model=after.fitted.model,
+        values=_all_values(after.fitted, after.held_out),
+        series=_series(everything, holdout, residuals[1], residuals[2]),
+        notes=notes_on(stages[1], stages[2], after.fitted),
+    )
+
+
+def _followed(trial: Trial, recordings: Sequence[Recording]) -> Signatures:
+    """What the residuals of a trial follow."""
+    fits = [trial.fitted, *([trial.held_out] if trial.held_out else [])]
+    return signatures(trial_residuals(trial), recordings, fits)
+
+
+def _candidates(first: Step, recordings: Sequence[Recording]) -> tuple[Candidate, ...]:
+    return tuple(
+        Candidate(
+            name=trial.effects[-1],
+            summary=trial.fitted.model.effects[-1].summary,
+            holdout_nrmse=trial.nrmse,
+            delta_bic=delta_bic(trial.fitted, first.ranked_before.fitted, recordings),
+        )
+        for trial in first.tried
+    )
+
+
+def _all_values(fitted: Fit, held_out: Fit | None) -> Values:
+    own = {**fitted.values.own, **(held_out.values.own if held_out else {})}
+    return Values(shared=fitted.values.shared, own=own)
+
+
+def _estimates(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Estimate]:
+    """Every fitted parameter with its deviation, in physical units."""
+    parameters = {parameter_name(e, p): p for e, p in fitted.model.parameters}
+    estimates = {}
+    spread = deviations(fitted, recordings)
+    for (recording, name), deviation in zip(fitted.labels, spread, strict=True):
+        parameter = parameters[name]
+        place = fitted.values.shared if recording is None else fitted.values.own[recording]
+        value = place[name]
+        if parameter.inverse:
+            deviation = deviation * value**2
+        std = float(deviation) if np.isfinite(deviation) else None
+        label = name if recording is None else f"{name} [{recording}]"
+        estimates[label] = Estimate(value=value, std=std, unit=parameter.unit)
+    return estimates | {
+        name: Estimate(value=fitted.values.shared[name], std=None, unit=parameter.unit)
+        for name, parameter in parameters.items()
+        if parameter.given
+    }
+
+
+def _found(
+    steps: Sequence[Step],
+    estimates: Mapping[str, Estimate],
+    recordings: Sequence[Recording],
+    proposals: Mapping[Effects, Proposal],
+) -> tuple[FoundEffect, ...]:
+    found = []
+    for step in steps:
+        # Effects that were dropped later are not among the estimates of the final model.
+        if step.chosen is None or step.chosen.effects[-1] not in steps[-1].before.effects:
+            continue
+        effect = step.chosen.fitted.model.effects[-1]
+        if effect.name in step.before.effects:
+            continue
+        prefix = f"{effect.name}."
+        own = {k.removeprefix(prefix): e for k, e in estimates.items() if k.startswith(prefix)}
+        found.append(
+            FoundEffect(
+                name=effect.name,
+                summary=effect.summary,
+                parameters=own,
+                holdout_nrmse_after=step.chosen.nrmse,
+                delta_bic=delta_bic(step.chosen.fitted, step.before.fitted, recordings),
+                indistinguishable_from=step.indistinguishable,
+                experiment=proposals.get(step.chosen.effects),
+            )
+        )
+    return tuple(found)
+
+
+def _series(
+    everything: Sequence[Recording],
+    holdout: Sequence[Recording],
+    before: Mapping[str, Array],
+    after: Mapping[str, Array],
+) -> tuple[Series, ...]:
+    held = {r.name for r in holdout}
+    return tuple(
+        Series(
+            name=r.name,
+            held_out=r.name in held,
+            t=r.t,
+            psi=r.psi,
+            F_N=r.F_N,
+            measured=r.M_z,
+            before=r.M_z + before[r.name],
+            after=r.M_z + after[r.name],
+        )
+        for r in everything
+    )

@@ -1,0 +1,81 @@
+"""The errors of a model at each stage of a diagnosis: as declared, refitted, with the effects found."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from identification.fits.fitting import Fit, Values, fit, initial_guess, signals_of, torque_range
+from identification.fits.loss import Loss
+from identification.reading.recordings import Recording
+from identification.results import Errors
+from identification.selection.scoring import Array, rmse_of
+from identification.selection.trials import RANKING, Trial, freeze, model_of, thinned
+from identification.selection.workers import Submit
+from symbolic import simulate
+
+TOLERANCE = 1e-4
+"""Relative tolerance of a fit that leaves one recording out; it begins at the fit of all."""
+
+
+def declared_residuals(recordings: Sequence[Recording], loss: Loss) -> dict[str, Array]:
+    """Residuals of the declared model with k as given; mu as given, or fitted where none is [N m]."""
+    residuals: dict[str, Array] = {}
+    for recording in recordings:
+        model = model_of(())
+        if recording.tyre.mu is None:
+            own = initial_guess(model, [recording]).own
+            start = Values(shared={"k": recording.tyre.k}, own=own)
+            residuals |= fit(model, [recording], start, free_shared=False, loss=loss).residuals
+        else:
+            values = {"mu": recording.tyre.mu, "k": recording.tyre.k}
+            theta = np.asarray(model.theta(values)).ravel()
+            geometry = np.array([recording.rig.a, recording.rig.e])
+            made = simulate(model, signals_of(recording), theta, geometry, np.eye(theta.size))
+            residuals[recording.name] = made.M_z - recording.M_z
+    return residuals
+
+
+def trial_residuals(trial: Trial) -> dict[str, Array]:
+    """Residuals of training and held-out recordings [N m]."""
+    return {**trial.fitted.residuals, **(trial.held_out.residuals if trial.held_out else {})}
+
+
+def errors_of(
+    residuals: Mapping[str, Array],
+    training: Sequence[Recording],
+    holdout: Sequence[Recording],
+    left_out: Mapping[str, float] | None = None,
+) -> Errors:
+    """The errors that these residuals are."""
+    everything = [*training, *holdout]
+    rmse = {r.name: rmse_of(residuals[r.name]) for r in everything}
+    return Errors(
+        rmse=rmse,
+        nrmse={r.name: rmse[r.name] / torque_range(r) for r in everything},
+        training=tuple(r.name for r in training),
+        holdout=tuple(r.name for r in holdout),
+        left_out=left_out or {},
+    )
+
+
+def left_out_errors(trial: Trial, recordings: Sequence[Recording], submit: Submit) -> dict[str, float]:
+    """Error over range of each recording by the shared parameters of all others [1].
+
+    The others are fitted anew without it, thinned; then what belongs to the recording is fitted to the
+    whole of it, as on held-out data. Empty for fewer than two recordings.
+    """
+    if len(recordings) < 2:
+        return {}
+    thin = {recording.name: thinned(recording) for recording in recordings}
+    futures = {
+        left.name: submit(_left_out, trial, [r for n, r in thin.items() if n != left.name], left)
+        for left in recordings
+    }
+    return {name: future.result() for name, future in futures.items()}
+
+
+def _left_out(trial: Trial, others: Sequence[Recording], left: Recording) -> float:
+    model, loss = model_of(trial.effects, RANKING), trial.fitted.loss
+    fitted = fit(model, others, trial.fitted.values, tolerance=TOLERANCE, loss=loss)
+    judged: Fit = freeze(fitted, [left], TOLERANCE)
+    return rmse_of(judged.residuals[left.name]) / torque_range(left)

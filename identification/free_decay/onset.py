@@ -1,0 +1,164 @@
+"""Where in a recording the wheel swings freely, and a first guess of how."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+from identification.free_decay.quantisation import encoder_step
+from identification.free_decay.recording import Decay
+from symbolic.errors import InvalidInputError
+
+Array = NDArray[np.float64]
+
+LEAST_STEPS = 3.0
+"""Steps of the encoder that the first swing has to reach."""
+MOST_SWING = 0.2
+"""Largest first swing [rad]; angles are small in all that is computed."""
+LEAST_PERIODS = 1.5
+"""Periods that the recording has to hold after the first turning point."""
+_QUIET, _MOST = 0.25, 6.0
+"""The vibration ends at this share of a step, at the latest after so many of its time constants."""
+_LOUD = 0.05
+"""Deflections below this share of the first one are no vibration."""
+_PADDING, _FILTER = 8, 5
+_SLOWEST, _FASTEST = 0.005, 0.5
+"""Bounds of the guessed relative damping [1]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Release:
+    """The free vibration within a recording.
+
+    Attributes:
+        decay: the recording.
+        first: index of the sample at the first turning point: the largest deflection, after which no
+            impact acts any more.
+        last: index after the last sample of the vibration, where it has sunk into the encoder's step.
+        step: of the encoder [rad].
+        peak: reading at the first turning point [rad].
+        centre: reading about which the wheel swings, a guess [rad].
+        omega: angular frequency, a guess [rad/s].
+        damping: decay rate, a guess [1/s].
+    """
+
+    decay: Decay
+    first: int
+    last: int
+    step: float
+    peak: float
+    centre: float
+    omega: float
+    damping: float
+
+    @property
+    def t(self) -> Array:
+        """Times of the vibration [s], shape (n,)."""
+        return self.decay.t[self.first : self.last]
+
+    @property
+    def psi(self) -> Array:
+        """Readings of the vibration [rad], shape (n,)."""
+        return self.decay.psi[self.first : self.last]
+
+    @property
+    def reach(self) -> float:
+        """First deflection from the centre [rad]."""
+        return self.peak - self.centre
+
+
+def release(decay: Decay) -> Release:
+    """Finds the free vibration.
+
+    Raises:
+        InvalidInputError: the wheel stands still, or swings by too little, too far, or too short a time.
+    """
+    if np.ptp(decay.psi) == 0:
+        raise InvalidInputError(f"{decay.name}: psi is constant; the wheel has to be struck")
+    step = encoder_step(decay.psi)
+    centre = float(np.median(decay.psi))
+    seen = without_spikes(decay.psi)
+    first = _middle_of_top(seen, int(np.argmax(np.abs(seen - centre))), step)
+    t, swing = decay.t[first:], seen[first:] - centre
+    reach = abs(float(swing[0]))
+    if reach < LEAST_STEPS * step:
+        raise InvalidInputError(
+            f"{decay.name}: the wheel swings by {1000 * reach:.2g} mrad, {reach / step:.2g} steps of the"
+            f" encoder; at least {LEAST_STEPS:g} steps are needed: strike it harder"
+        )
+    if reach > MOST_SWING:
+        raise InvalidInputError(
+            f"{decay.name}: the wheel swings by {reach:.3g} rad; allowed: up to {MOST_SWING:g} rad, as"
+            " all angles are taken for small; is psi in rad?"
+        )
+    if t.size < 4:
+        raise _too_short(decay, t)
+    omega = _frequency(t, swing)
+    if not (t[-1] - t[0]) * omega > LEAST_PERIODS * 2 * np.pi:
+        raise _too_short(decay, t)
+    loud = max(1.5 * step, _LOUD * reach)
+    calm, end = _calm(t, np.abs(swing), loud, 2 * np.pi / omega)
+    damping = _damping(t[:calm], swing[:calm], loud, omega)
+    length = min(np.log(reach / (_QUIET * step)), _MOST) / damping
+    length = max(length, LEAST_PERIODS * 2 * np.pi / omega)
+    return Release(
+        decay=decay,
+        first=first,
+        last=first + min(end, int(np.searchsorted(t - t[0], length))),
+        step=step,
+        peak=float(seen[first]),
+        centre=centre,
+        omega=omega,
+        damping=damping,
+    )
+
+
+def without_spikes(psi: Array) -> Array:
+    """Readings in which one or two wrong ones in a row are replaced by their neighbours [rad]."""
+    seen: Array = median_filter(psi, _FILTER, mode="reflect")
+    return seen
+
+
+def _too_short(decay: Decay, t: Array) -> InvalidInputError:
+    return InvalidInputError(
+        f"{decay.name}: holds {t[-1] - t[0]:.3g} s after its largest deflection, in which psi does not"
+        f" swing {LEAST_PERIODS:g} times; record the vibration until it has died away"
+    )
+
+
+def _middle_of_top(psi: Array, top: int, step: float) -> int:
+    """Middle of the run of samples around the top that are within half a step of it."""
+    other = np.flatnonzero(np.abs(psi - psi[top]) > step / 2)
+    at = int(np.searchsorted(other, top))
+    before = int(other[at - 1]) if at > 0 else -1
+    after = int(other[at]) if at < other.size else psi.size
+    return (before + after) // 2
+
+
+def _frequency(t: Array, swing: Array) -> float:
+    """Place of the peak of the spectrum [rad/s]."""
+    even = np.linspace(t[0], t[-1], t.size)
+    seen = np.interp(even, t, swing)
+    seen = seen - seen.mean()
+    count = _PADDING * t.size
+    spectrum = np.abs(np.fft.rfft(seen, count))
+    # Below one period in the whole recording there is drift, no vibration.
+    spectrum[:_PADDING] = 0
+    return 2 * np.pi * float(np.argmax(spectrum)) / (count * float(even[1] - even[0]))
+
+
+def _calm(t: Array, away: Array, loud: float, period: float) -> tuple[int, int]:
+    """Where a whole period begins in which nothing is loud, and where it is loud again; else the end."""
+    is_loud = np.flatnonzero(away > loud)
+    pauses = np.flatnonzero(np.diff(t[is_loud]) > period)
+    if pauses.size:
+        return int(is_loud[pauses[0]]) + 1, int(is_loud[pauses[0] + 1])
+    return int(is_loud[-1]) + 1, t.size
+
+
+def _damping(t: Array, swing: Array, least: float, omega: float) -> float:
+    """Decay rate from the centre of gravity of the energy, which lies at half a time constant [1/s]."""
+    energy = np.where(np.abs(swing) > least, swing**2, 0) * np.gradient(t)
+    delay = float(((t - t[0]) * energy).sum() / energy.sum())
+    return float(np.clip(1 / (2 * delay), _SLOWEST * omega, _FASTEST * omega))

@@ -1,0 +1,110 @@
+"""Trials kept on disk, so that an interrupted search goes on where it was.
+
+A search is deterministic: asked again for a trial that it has made, it takes it from here. A trial is
+one file, named by a digest of the effects, the start, the precision, the recordings and the format. What
+cannot be read counts as not there.
+"""
+
+import hashlib
+import json
+import secrets
+import zipfile
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from identification.fits.fitting import Fit, Values
+from identification.reading.recordings import Recording
+from identification.selection.trials import Task, Trial, judged_trial, model_of
+
+FORMAT = 2
+"""Changes with whatever makes a kept trial differ from one made anew."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Journal:
+    """A folder of trials.
+
+    Attributes:
+        folder: where they are kept; made when the first is.
+    """
+
+    folder: Path
+
+    def recall(self, task: Task) -> Trial | None:
+        """The trial of this task, None if it was not made yet."""
+        path = self._path(task)
+        try:
+            with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
+                arrays = {name: kept[name] for name in kept.files}
+            texts = json.loads(str(arrays.pop("texts")))
+            fits = [_fit(task, text, arrays, i) for i, text in enumerate(texts)]
+        except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile):
+            return None
+        return judged_trial(task, fits[0], fits[1] if len(fits) > 1 else None)
+
+    def note(self, task: Task, trial: Trial) -> None:
+        """Keep the trial of this task, whole or not at all; where nothing can be written, not at all."""
+        fits = [trial.fitted, *([trial.held_out] if trial.held_out else [])]
+        arrays: dict[str, Any] = {"texts": json.dumps([_text(fitted) for fitted in fits])}
+        for i, fitted in enumerate(fits):
+            arrays |= {f"{i}/residual/{name}": r for name, r in fitted.residuals.items()}
+            arrays |= {f"{i}/{name}": getattr(fitted, name) for name in ("jacobian", "scales", "room")}
+        path = self._path(task)
+        stage = path.with_name(f"{secrets.token_hex(4)}.part")
+        with suppress(OSError):
+            self.folder.mkdir(exist_ok=True)
+            with stage.open("wb") as file:
+                np.savez(file, **arrays)
+            stage.replace(path)
+
+    def _path(self, task: Task) -> Path:
+        start = asdict(task.start) if task.start else None
+        # What an effect is belongs to the key: with other bounds a trial comes out otherwise.
+        model = repr(model_of(task.effects, task.precision).parameters)
+        plain = [FORMAT, task.effects, model, start, asdict(task.precision), repr(task.loss)]
+        digest = hashlib.sha256(json.dumps(plain, sort_keys=True).encode())
+        for place in (task.training, task.holdout):
+            digest.update(b"|")
+            for recording in place:
+                digest.update(_digest(recording))
+        return self.folder / f"{digest.hexdigest()[:32]}.npz"
+
+
+def _digest(recording: Recording) -> bytes:
+    digest = hashlib.sha256(repr((recording.name, recording.rig, recording.tyre)).encode())
+    for values in (recording.t, recording.psi, recording.psi_dot, recording.M_z, recording.F_N):
+        digest.update(values.tobytes())
+    return digest.digest()
+
+
+def _text(fitted: Fit) -> dict[str, Any]:
+    """What of a fit is not an array."""
+    return {
+        "shared": dict(fitted.values.shared),
+        "own": {name: dict(own) for name, own in fitted.values.own.items()},
+        "labels": fitted.labels,
+        "status": fitted.status,
+        "converged": fitted.converged,
+    }
+
+
+def _fit(task: Task, text: Mapping[str, Any], arrays: Mapping[str, Any], i: int) -> Fit:
+    prefix = f"{i}/residual/"
+    labels: Sequence[Sequence[Any]] = text["labels"]
+    return Fit(
+        model=model_of(task.effects, task.precision),
+        values=Values(shared=text["shared"], own=text["own"]),
+        residuals={n.removeprefix(prefix): r for n, r in arrays.items() if n.startswith(prefix)},
+        jacobian=arrays[f"{i}/jacobian"],
+        labels=tuple((owner, name) for owner, name in labels),
+        scales=arrays[f"{i}/scales"],
+        room=arrays[f"{i}/room"],
+        status=text["status"],
+        converged=text["converged"],
+        loss=task.loss,
+    )

@@ -1,0 +1,1 @@
+"""What [Györök 2022] did with recordings, kept for comparison: FFT and decrement, networks, towing."""

@@ -1,0 +1,89 @@
+"""Direction and zones of the patch along a recording: as the source counts them, and as they are.
+
+The source knows three and five zones (section 3.1); figures 5.6 and 5.7 show them over time. Every
+reversal within them makes two more, until the angle passes the turning point before it and both are
+forgotten, as Madelung's rules have it.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from observers.thesis.zone_state_machine import Fragmentation, turned
+from symbolic import InvalidInputError
+
+Array = NDArray[np.float64]
+Counts = NDArray[np.int64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Course:
+    """What becomes of the patch; arrays of shape (n,).
+
+    Attributes:
+        direction: of turning, 1 or -1, as the source counts; 0 at rest.
+        psi_max: angle of the last reversal by the source's state machine, 0 before the first [rad].
+        zones: 3 or 5, as the source counts.
+        true_zones: 3, 5, 7 and so on: every reversal that is not yet forgotten.
+    """
+
+    direction: Counts
+    psi_max: Array
+    zones: Counts
+    true_zones: Counts
+
+
+def course(psi: Array, least_turn: float = 5e-4) -> Course:
+    """Direction and zones at every sample, causally.
+
+    Args:
+        psi: yaw angle, shape (n,), without gaps; the patch stands at rest at its first sample [rad].
+        least_turn: turn back by which a reversal counts [rad], as of `ZoneRootSolver`.
+
+    Raises:
+        InvalidInputError: psi is no such array, or least_turn is out of range.
+    """
+    if psi.ndim != 1 or psi.size == 0 or not np.isfinite(psi).all():
+        raise InvalidInputError("psi must be finite and of shape (n,) with n >= 1")
+    if not 0 <= least_turn < np.inf:
+        raise InvalidInputError(f"least_turn must be finite and at least 0 rad, got {least_turn}")
+    angles = (psi - psi[0]).tolist()
+    state, states = Fragmentation(), []
+    for angle in angles:
+        state = turned(state, angle, least_turn)
+        states.append(state)
+    reversed_once = np.array([state.psi_max for state in states])
+    return Course(
+        direction=np.array([state.direction for state in states]),
+        psi_max=np.where(reversed_once != 0, reversed_once + psi[0], 0.0),
+        zones=np.array([state.zones for state in states]),
+        true_zones=3 + 2 * np.array(_depths(angles, least_turn)),
+    )
+
+
+def _depths(angles: Iterable[float], least_turn: float) -> list[int]:
+    """Turning points in memory at every sample; angles from rest."""
+    turns: list[float] = []
+    farthest, depths = 0.0, []
+    for angle in angles:
+        side = farthest - (turns[-1] if turns else 0.0)
+        if side * (angle - farthest) >= 0:
+            farthest = angle
+        elif abs(angle - farthest) > least_turn:
+            turns.append(farthest)
+            farthest = angle
+        while turns and _passed(turns, farthest):
+            # The curve goes on as if the last loop, or the first reversal, had never been.
+            del turns[-2:]
+        depths.append(len(turns))
+    return depths
+
+
+def _passed(turns: list[float], farthest: float) -> bool:
+    """True where the angle has gone on beyond the last turning point on its side."""
+    if len(turns) == 1:
+        return abs(farthest) > abs(turns[0])
+    before, last = turns[-2:]
+    return (farthest - before) * (before - last) > 0

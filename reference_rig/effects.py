@@ -1,0 +1,251 @@
+"""The effects of the library as the rig plants them, each at its own hook."""
+
+from dataclasses import dataclass, replace
+from math import exp, inf
+
+import numpy as np
+
+from reference_rig.creep import REFERENCE_SPEED, REST_SPEED
+from reference_rig.hooks import Array, Drive, Effect, History, Relaxation, Sample
+
+LEAST_RATE_FACTOR = 0.05
+REFERENCE_LOAD = 400.0
+BEARING_RATE = 0.01
+
+
+@dataclass(frozen=True, kw_only=True)
+class RateFriction(Effect):
+    """Limit times 1 + c ln(sqrt(v² + v_0²)/v_ref)."""
+
+    c: float = 0.0
+
+    def friction(self, sample: Sample) -> Array:
+        """Factor of each bristle."""
+        regular = np.sqrt(sample.speed**2 + REST_SPEED**2)
+        return np.maximum(LEAST_RATE_FACTOR, 1 + self.c * np.log(regular / REFERENCE_SPEED))
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionalCreep(Effect):
+    """Limit times 1 + c ln(v/v_ref), v the bristle's own speed."""
+
+    c: float = 0.0
+
+    def rate(self) -> float:
+        """What grows."""
+        return self.c
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stribeck(Effect):
+    """Limit times 1 + (ratio - 1) exp(-v/v_s)."""
+
+    ratio: float = 1.0
+    v_s: float = 3e-3
+
+    def friction(self, sample: Sample) -> Array:
+        """Factor of each bristle."""
+        return 1 + (self.ratio - 1) * np.exp(-sample.speed / self.v_s)
+
+
+@dataclass(frozen=True, kw_only=True)
+class CarcassTorsion(Effect):
+    """The patch is turned by psi + M_z/k_t, k_t in N m/rad."""
+
+    k_t: float = inf
+
+    def compliance(self) -> float:
+        """One over k_t."""
+        return 1 / self.k_t
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactLength(Effect):
+    """The half-length is a (F_N / (F_0 (a / 45 mm)^m))^n, F_0 in N."""
+
+    n: float = 0.0
+    F_0: float = 400.0
+    m: float = 2.0
+
+    def span(self) -> float:
+        """Room to grow, none where it does not."""
+        return 1.6 if self.n else 1.0
+
+    def growth(self, F_N: float, a: float) -> float:
+        """The factor."""
+        return (F_N / (self.F_0 * (a / 0.045) ** self.m)) ** self.n
+
+
+@dataclass(frozen=True, kw_only=True)
+class PatchWidth(Effect):
+    """Bristles fill |y| <= half_width [m]."""
+
+    half_width: float = 0.0
+
+    def width(self) -> float:
+        """The half-width itself."""
+        return self.half_width
+
+
+@dataclass(frozen=True, kw_only=True)
+class PressureShape(Effect):
+    """Pressure ~ 1 - |x/a|^exponent with the load unchanged."""
+
+    exponent: float = 2.0
+
+    def pressure(self, xi: Array) -> Array:
+        """Ratio of the two normalised shapes."""
+        n = self.exponent
+        return (n + 1) / (2 * n) * (1 - np.abs(xi) ** n) / (0.75 * (1 - xi**2))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ViscoelasticRelaxation(Effect):
+    """Maxwell branch of stiffness gain k and relaxation time [s]."""
+
+    gain: float = 0.0
+    time: float = 0.5
+
+    def relaxation(self) -> Relaxation:
+        """The branch."""
+        return Relaxation(gain=self.gain, time=self.time)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ContactDamping(Effect):
+    """M_z -= c psi_dot, c in N m s/rad."""
+
+    c: float = 0.0
+
+    def torque(self, history: History) -> Array:
+        """Torque with the damping."""
+        return history.M_z - self.c * history.drive.psi_dot
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorDelay(Effect):
+    """The torque channel shows what was made `delay` [s] ago; at first, the first sample."""
+
+    delay: float = 0.0
+
+    @property
+    def rank(self) -> int:
+        """Last: the channel delays whatever makes the torque."""
+        return 1
+
+    def torque(self, history: History) -> Array:
+        """Late torque, linear between samples."""
+        t = history.drive.t
+        return np.interp(t - self.delay, t, history.M_z)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TorqueOffset(Effect):
+    """M_z += M_0 [N m]."""
+
+    M_0: float = 0.0
+
+    def torque(self, history: History) -> Array:
+        """Shifted torque."""
+        return history.M_z + self.M_0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Pretwist(Effect):
+    """A virgin patch was turned by psi_0 [rad] before the first sample."""
+
+    psi_0: float = 0.0
+
+    def drive(self, drive: Drive) -> Drive:
+        """The first step of the patch turns it by psi_0."""
+        return replace(drive, psi_virgin=drive.psi_virgin - self.psi_0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadDependentFriction(Effect):
+    """Limit times (F_N/F_ref)^(-n)."""
+
+    n: float = 0.0
+
+    def friction(self, sample: Sample) -> float:
+        """Factor of all bristles."""
+        return (sample.F_N / REFERENCE_LOAD) ** -self.n
+
+
+@dataclass(frozen=True, kw_only=True)
+class AsymmetricFriction(Effect):
+    """Limit times ratio while psi_dot > 0."""
+
+    ratio: float = 1.0
+
+    def friction(self, sample: Sample) -> float:
+        """Factor of all bristles."""
+        return self.ratio if sample.psi_dot > 0 else 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionDrift(Effect):
+    """Limit times 1 + gain (1 - exp(-s/scale)), s the angle turned so far, scale in rad."""
+
+    gain: float = 0.0
+    scale: float = 0.5
+
+    def friction(self, sample: Sample) -> float:
+        """Factor of all bristles."""
+        return 1 + self.gain * (1 - exp(-sample.travel / self.scale))
+
+
+@dataclass(frozen=True, kw_only=True)
+class PressureSkew(Effect):
+    """Pressure times 1 + skew x/a."""
+
+    skew: float = 0.0
+
+    def pressure(self, xi: Array) -> Array:
+        """Factor at each bristle."""
+        return 1 + self.skew * xi
+
+
+@dataclass(frozen=True, kw_only=True)
+class BearingFriction(Effect):
+    """M_z -= M_c tanh(psi_dot/omega_0), M_c in N m."""
+
+    M_c: float = 0.0
+
+    def torque(self, history: History) -> Array:
+        """Torque with the dry friction."""
+        return history.M_z - self.M_c * np.tanh(history.drive.psi_dot / BEARING_RATE)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SteeringReturn(Effect):
+    """M_z -= stiffness psi, stiffness in N m/rad."""
+
+    stiffness: float = 0.0
+
+    def torque(self, history: History) -> Array:
+        """Torque with the return."""
+        return history.M_z - self.stiffness * history.drive.psi
+
+
+LIBRARY: dict[str, type[Effect]] = {
+    "rate_friction": RateFriction,
+    "frictional_creep": FrictionalCreep,
+    "stribeck": Stribeck,
+    "carcass_torsion": CarcassTorsion,
+    "contact_length": ContactLength,
+    "patch_width": PatchWidth,
+    "pressure_shape": PressureShape,
+    "viscoelastic_relaxation": ViscoelasticRelaxation,
+    "contact_damping": ContactDamping,
+    "sensor_delay": SensorDelay,
+    "torque_offset": TorqueOffset,
+    "pretwist": Pretwist,
+    "load_dependent_friction": LoadDependentFriction,
+    "asymmetric_friction": AsymmetricFriction,
+    "friction_drift": FrictionDrift,
+    "pressure_skew": PressureSkew,
+    "bearing_friction": BearingFriction,
+    "steering_return": SteeringReturn,
+}
+"""Name of the effect -> its class; the class's fields are the parameters, neutral by default."""

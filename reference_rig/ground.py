@@ -1,0 +1,230 @@
+"""Ground whose friction changes with time under an imposed angle, quick enough for hundreds of runs."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from reference_rig.hooks import Array, Drive
+from reference_rig.patch import RigTyre, lay_out
+from reference_rig.path import Hand, hand_path
+from reference_rig.record import ENCODER_STEP, LOAD_NOISE, SAMPLE_RATE, SUBSTEPS, RigRecording
+
+Friction = Callable[[Array], Array]
+"""Friction coefficient [1] at times [s]; same shape."""
+
+BRISTLES = 400
+STEP_RATE = float(SAMPLE_RATE * SUBSTEPS)
+"""Steps of the patch a second [Hz]."""
+WALK_KNOT = 1e-3
+"""A random walk is linear between knots this far apart [s], whatever the sampling."""
+ROUNDING = 1e-9
+"""So much may an instant lie outside the time [s]."""
+LEAST_MU, LARGEST_MU = 0.1, 2.5
+
+
+class Patch:
+    """Bristles as elastoplastic stops, turned in place: a few microseconds a step."""
+
+    def __init__(self, tyre: RigTyre, bristles: int = BRISTLES) -> None:
+        """Lay the bristles out free of deformation; the tyre's own mu is not used."""
+        grid = lay_out(replace(tyre, mu=1.0), (), bristles)
+        # Each bristle counts its stretch in stretches that one newton of mu F_N holds: its state
+        # is then the friction force at which it would just slide, and one scalar clips them all.
+        self._rate = grid.lever / grid.limit
+        self._share = grid.share * grid.limit
+        self._state = np.zeros_like(grid.lever)
+        self._turned = np.empty_like(grid.lever)
+
+    def turn(self, angle: float, friction_force: float) -> float:
+        """Turn the patch on a ground that can hold what it can hold at the end of the turn.
+
+        Where the limit has fallen, the deformation is cut to it; where it has risen, it stays.
+
+        Args:
+            angle: how far to turn [rad].
+            friction_force: mu F_N [N].
+
+        Returns:
+            M_z, the moment of the ground on the wheel about the kingpin [N m].
+        """
+        np.multiply(self._rate, angle, out=self._turned)
+        np.subtract(self._state, self._turned, out=self._state)
+        np.minimum(self._state, friction_force, out=self._state)
+        np.maximum(self._state, -friction_force, out=self._state)
+        return float(self._share @ self._state)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GroundRecording(RigRecording):
+    """A recording on changing ground; `tyre.mu` is the friction at the first sample."""
+
+    mu_true: Array
+    """Friction coefficient [1], shape (n,)."""
+
+
+def constant(mu: float) -> Friction:
+    """The same friction throughout."""
+    return lambda t: np.full_like(t, mu)
+
+
+def step_change(when: float, before: float, after: float) -> Friction:
+    """Friction that is `before` until the time `when` [s] and `after` from it on."""
+    return lambda t: np.where(t < when, before, after)
+
+
+def between(t: Array, mu: Array) -> Friction:
+    """Friction given at times of one's own choice, linear between them."""
+    return lambda at: np.interp(at, t, mu)
+
+
+def random_walk(seed: int, start: float, intensity: float, duration: float) -> Friction:
+    """Random walk of friction, thrown back at 0.1 and at 2.5.
+
+    Args:
+        seed: of the walk.
+        start: friction at time zero [1].
+        intensity: standard deviation of the change in one second [1/sqrt(s)].
+        duration: up to which it walks [s]; constant afterwards.
+    """
+    t = np.arange(round(duration / WALK_KNOT) + 1) * WALK_KNOT
+    steps = np.random.default_rng([seed, 6]).standard_normal(len(t) - 1)
+    free = start + intensity * np.sqrt(WALK_KNOT) * np.concatenate([[0.0], np.cumsum(steps)])
+    # Folding the free walk like a strip of paper keeps its increments' size.
+    width = LARGEST_MU - LEAST_MU
+    folded = np.abs((free - LARGEST_MU) % (2 * width) - width)
+    return between(t, LEAST_MU + folded)
+
+
+def free_path(t: Array, psi: Array, *, load: float | Array = 400.0, rate: float = STEP_RATE) -> Drive:
+    """Path through given angles, linear between them; virgin at the first.
+
+    Args:
+        t: times [s], increasing, shape (n,).
+        psi: yaw angles [rad], shape (n,).
+        load: vertical load [N], one for all or of shape (n,).
+        rate: steps of the patch a second [Hz].
+    """
+    fine = t[0] + np.arange(round((t[-1] - t[0]) * rate) + 1) / rate
+    angle = np.interp(fine, t, psi)
+    return Drive(
+        t=fine,
+        psi=angle,
+        psi_dot=np.gradient(angle, fine),
+        F_N=np.interp(fine, t, np.broadcast_to(load, np.shape(t))),
+        psi_virgin=float(psi[0]),
+    )
+
+
+def constant_turn(psi_dot: float, duration: float, *, load: float = 400.0) -> Drive:
+    """Turn at a constant rate [rad/s] for a duration [s]."""
+    ends = np.array([0.0, duration])
+    return free_path(ends, psi_dot * ends, load=load)
+
+
+def sample_instants(end: float, rate: float) -> Array:
+    """Instants of an even sampling from zero to the end [s]."""
+    return np.arange(int(end * rate * (1 + 1e-12)) + 1) / rate
+
+
+def require_instants(times: Array, t: Array) -> None:
+    """Instants have to increase and, but for rounding, to lie within the time."""
+    if np.any(np.diff(times) <= 0) or times[0] < t[0] - ROUNDING or times[-1] > t[-1] + ROUNDING:
+        raise ValueError(f"instants must increase within {t[0]} s to {t[-1]} s")
+
+
+def quantise(psi: Array, step: float) -> Array:
+    """Angles as an encoder of this step shows them [rad]; a step of 0 for none."""
+    return np.round(psi / step) * step if step > 0 else psi
+
+
+def simulate_ground(drive: Drive, mu: Array, tyre: RigTyre, *, bristles: int = BRISTLES) -> Array:
+    """Turn the tyre through a drive on changing ground.
+
+    Args:
+        drive: what is done to the tyre, shape (n,); one step of the patch a sample.
+        mu: friction coefficient at the drive's samples [1], shape (n,).
+        tyre: the tyre; its own mu is not used.
+        bristles: number of bristles.
+
+    Returns:
+        Aligning torque [N m], shape (n,).
+    """
+    patch = Patch(tyre, bristles)
+    angles = np.diff(drive.psi, prepend=drive.psi_virgin).tolist()
+    forces = (mu * drive.F_N).tolist()
+    return np.array([patch.turn(*step) for step in zip(angles, forces, strict=True)])
+
+
+def make_ground_recording(
+    seed: int,
+    friction: Friction,
+    *,
+    drive: Drive | None = None,
+    tyre: RigTyre | None = None,
+    load: float = 400.0,
+    duration: float = 10.0,
+    hand: Hand | None = None,
+    rate: float = SAMPLE_RATE,
+    times: Array | None = None,
+    noise: float = 0.004,
+    encoder_step: float = ENCODER_STEP,
+    bristles: int = BRISTLES,
+    name: str = "ground",
+) -> GroundRecording:
+    """Steer the rig on changing ground and record it.
+
+    Args:
+        seed: of the path and of the noise; equal arguments give equal recordings.
+        friction: friction over time.
+        drive: what is done, in steps fine enough for the friction; None for a hand's path.
+        tyre: a, e and k; None for the rig's usual ones.
+        load: mean vertical load of the hand's path [N].
+        duration: of the hand's path [s].
+        hand: how the wheel is turned; None for the usual way.
+        rate: samples a second [Hz].
+        times: sampling instants within the drive [s], increasing, in place of the rate.
+        noise: standard deviation of the torque channel in shares of the torque's range [1];
+            0 also silences the load.
+        encoder_step: angle step of the encoder [rad]; 0 for none.
+        bristles: number of bristles.
+        name: of the recording.
+    """
+    drive = drive or hand_path(seed, duration, hand=hand, load=load, rate=STEP_RATE)
+    if times is None:
+        times = drive.t[0] + sample_instants(drive.t[-1] - drive.t[0], rate)
+    drive = _with_instants(drive, times)
+    mu = friction(drive.t)
+    seen = np.searchsorted(drive.t, times)
+    M_z = simulate_ground(drive, mu, tyre or RigTyre(), bristles=bristles)[seen]
+    psi, F_N = drive.psi[seen], drive.F_N[seen]
+    rng = np.random.default_rng([seed, 2])
+    load_sigma = LOAD_NOISE * float(np.mean(F_N)) if noise > 0 else 0.0
+    return GroundRecording(
+        name=name,
+        t=times,
+        psi=quantise(psi, encoder_step),
+        M_z=M_z + noise * np.ptp(M_z) * rng.standard_normal(len(times)),
+        F_N=F_N + load_sigma * rng.standard_normal(len(times)),
+        psi_true=psi,
+        psi_dot_true=drive.psi_dot[seen],
+        psi_patch=psi,
+        M_z_true=M_z,
+        F_N_true=F_N,
+        mu_true=mu[seen],
+        tyre=replace(tyre or RigTyre(), mu=float(mu[seen[0]])),
+        effects={},
+    )
+
+
+def _with_instants(drive: Drive, times: Array) -> Drive:
+    """The drive with the sampling instants among its steps, so that samples are exact."""
+    require_instants(times, drive.t)
+    t = np.union1d(drive.t, times)
+    return Drive(
+        t=t,
+        psi=np.interp(t, drive.t, drive.psi),
+        psi_dot=np.interp(t, drive.t, drive.psi_dot),
+        F_N=np.interp(t, drive.t, drive.F_N),
+        psi_virgin=drive.psi_virgin,
+    )

@@ -1,0 +1,217 @@
+"""Free vibration after an impact: the source's rig, its contact lengths, its encoder (5.2.2)."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+from reference_rig.ground import quantise, sample_instants
+from reference_rig.hooks import Array
+from reference_rig.patch import RigTyre
+from reference_rig.record import FOURTEEN_BIT_STEP
+from reference_rig.steering import Wheel
+
+TYRE = RigTyre(a=0.045, e=0.009, k=2.438e6, mu=1.674)
+"""The source's tyre on steel (tables 5.1 and 5.2)."""
+B_T = 1.04
+"""Torsional damping [N m s/rad]."""
+LENGTHS = (0.030, 0.034, 0.038, 0.042, 0.046, 0.050, 0.054)
+"""Seven contact half-lengths [m]."""
+IMPACTS = 5
+"""Impacts at each of them."""
+BRISTLES = 400
+STEP = 2e-4
+"""Step of the wheel's motion [s]."""
+PULSE = 0.006
+"""Duration of an impact [s], half a sine."""
+QUIET = (0.05, 0.15)
+"""How long the wheel stands before the impact, at least and at most [s]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class ImpactRecording:
+    """What the encoder showed, and the truth behind it; arrays of shape (n,)."""
+
+    name: str
+    t: Array
+    """Time [s]."""
+    psi: Array
+    """Yaw angle in steps of the encoder, from its own zero [rad]."""
+    psi_true: Array
+    """Yaw angle since rest [rad]."""
+    zero: float
+    """What the encoder shows at rest, before it counts in steps [rad]."""
+    F_N: float
+    """Vertical load [N]."""
+    tyre: RigTyre
+    """The true tyre."""
+    wheel: Wheel
+    """The true wheel."""
+
+
+def inertia(e: float) -> float:
+    """J_A of the author's rig at caster length e [kg m²]; e and all other lengths in metres."""
+    return 0.145228 + 2.513 * (0.042 + e) ** 2
+
+
+def load_at(a: float) -> float:
+    """Vertical load that makes a contact of half-length a, as in the author's recordings [N]."""
+    return 400.0 * (a / 0.045) ** 2
+
+
+def strike(
+    tyre: RigTyre,
+    wheel: Wheel,
+    impulse: float,
+    *,
+    load: float,
+    at: float = 0.1,
+    duration: float = 1.5,
+    step: float = STEP,
+    bristles: int = BRISTLES,
+) -> tuple[Array, Array]:
+    """Strike the resting wheel on a virgin patch and let it swing.
+
+    Only the ends of the patch slide, and little of them, so the bristles stand at Gauss-Legendre nodes,
+    which crowd there. Velocity Verlet, as in `steering.move`.
+
+    Args:
+        tyre: the tyre.
+        wheel: inertia and damping.
+        impulse: time integral of the torque of the impact, half a sine [N m s].
+        load: vertical load [N]; infinite for a patch that sticks.
+        at: when the impact begins [s].
+        duration: of it all [s].
+        step: of the motion [s].
+        bristles: number of bristles.
+
+    Returns:
+        Time [s] and yaw angle [rad], shape (n,).
+    """
+    t = np.arange(round(duration / step) + 1) * step
+    struck = (t >= at) & (t < at + PULSE)
+    shape = np.where(struck, np.sin(np.pi * (t - at) / PULSE), 0.0)
+    impact = (impulse * shape / (step * shape.sum())).tolist()
+    nodes, weights = _nodes(bristles)
+    lever = tyre.a * nodes - tyre.e
+    share = tyre.k * tyre.a * weights * lever
+    limit = 0.75 * load * tyre.mu / (tyre.a * tyre.k) * (1 - nodes**2)
+    q, psi = np.zeros(bristles), np.zeros(len(t))
+    half = 0.5 * step / wheel.J_A
+    angle, rate, torque = 0.0, 0.0, impact[0]
+    for i in range(1, len(t)):
+        middle = rate + half * (torque - wheel.b_t * rate)
+        q -= lever * (step * middle)
+        np.minimum(q, limit, out=q)
+        np.maximum(q, -limit, out=q)
+        angle += step * middle
+        torque = impact[i] + float(share @ q)
+        rate = (middle + half * torque) / (1 + half * wheel.b_t)
+        psi[i] = angle
+    return t, psi
+
+
+@cache
+def _nodes(bristles: int) -> tuple[Array, Array]:
+    return np.polynomial.legendre.leggauss(bristles)
+
+
+def make_impact(
+    seed: int,
+    *,
+    tyre: RigTyre = TYRE,
+    wheel: Wheel | None = None,
+    swing: float = 0.008,
+    load: float | None = None,
+    duration: float = 1.5,
+    rate: float = 1000.0,
+    noise: float = 0.0,
+    encoder_step: float = FOURTEEN_BIT_STEP,
+    step: float = STEP,
+    bristles: int = BRISTLES,
+    name: str = "impact",
+) -> ImpactRecording:
+    """Record one impact.
+
+    Args:
+        seed: of the strength and the side of the impact, the encoder's zero and the noise; equal
+            arguments give equal recordings.
+        tyre: the tyre.
+        wheel: inertia and damping; None for the author's.
+        swing: angle to which the impact would throw the wheel without friction and damping [rad]; it
+            is between 0.7 and 1.3 of that.
+        load: vertical load [N]; None for that of the contact length.
+        duration: length [s].
+        rate: samples a second [Hz].
+        noise: standard deviation of the angle before the encoder counts it [rad].
+        encoder_step: angle step of the encoder [rad]; 0 for none.
+        step: of the motion [s].
+        bristles: number of bristles.
+        name: of the recording.
+    """
+    rng = np.random.default_rng([seed, 21])
+    wheel = wheel or Wheel(J_A=inertia(tyre.e), b_t=B_T)
+    load = load_at(tyre.a) if load is None else load
+    stiffness = 2 * tyre.a * tyre.k * (tyre.e**2 + tyre.a**2 / 3)
+    impulse = rng.choice([-1.0, 1.0]) * rng.uniform(0.7, 1.3) * swing * np.sqrt(stiffness * wheel.J_A)
+    at, zero = rng.uniform(*QUIET), rng.uniform(-0.01, 0.01)
+    t, psi = strike(
+        tyre, wheel, impulse, load=load, at=at, duration=duration, step=step, bristles=bristles
+    )
+    instants = sample_instants(duration, rate)
+    true = np.interp(instants, t, psi)
+    seen = true + zero + noise * rng.standard_normal(len(true))
+    return ImpactRecording(
+        name=name,
+        t=instants,
+        psi=quantise(seen, encoder_step),
+        psi_true=true,
+        zero=zero,
+        F_N=load,
+        tyre=tyre,
+        wheel=wheel,
+    )
+
+
+def make_impacts(
+    seed: int, *, lengths: Sequence[float] = LENGTHS, impacts: int = IMPACTS, **settings: object
+) -> list[ImpactRecording]:
+    """Impacts at several contact lengths, as the source measured them; settings as of `make_impact`."""
+    return [
+        make_impact(
+            seed * 1000 + 10 * i + j,
+            tyre=replace(TYRE, a=a),
+            name=f"a{1000 * a:.0f}_{j + 1}",
+            **settings,  # type: ignore[arg-type]
+        )
+        for i, a in enumerate(lengths)
+        for j in range(impacts)
+    ]
+
+
+def csv_text(recording: ImpactRecording, *, with_load: bool = False) -> str:
+    """The recording as the tool reads it: its contact length, then t and psi, no torque."""
+    names = ("t", "psi", "F_N") if with_load else ("t", "psi")
+    rows = (
+        f"{t:.6g},{psi + 0.0:.8g}" + (f",{recording.F_N:.6g}" if with_load else "")
+        for t, psi in zip(recording.t, recording.psi, strict=True)
+    )
+    return "\n".join([f"# a = {recording.tyre.a:.6g}", ",".join(names), *rows]) + "\n"
+
+
+def write_impacts(folder: Path, recordings: Sequence[ImpactRecording]) -> list[Path]:
+    """Write a file for every recording."""
+    paths = [folder / f"{recording.name}.csv" for recording in recordings]
+    for path, recording in zip(paths, recordings, strict=True):
+        path.write_text(csv_text(recording), encoding="utf-8", newline="\n")
+    return paths
+
+
+def rig_text(k: float = 2e6) -> str:
+    """The rig file for the tool, with a first guess of k."""
+    return (
+        f"[rig]\na = {TYRE.a:g}  # m; every recording has its own\ne = {TYRE.e:g}  # m\n"
+        f"J_A = {inertia(TYRE.e):.7g}  # kg m^2\n\n[tyre]\nk = {k:g}  # a first guess, N/m^2\n"
+    )

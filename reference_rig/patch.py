@@ -1,0 +1,210 @@
+"""Fine-bristle patch: every bristle is an elastoplastic stop on a uniform midpoint grid."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+from math import exp, expm1, prod
+
+import numpy as np
+
+from reference_rig.creep import borne
+from reference_rig.hooks import Array, Drive, Effect, History, Relaxation, Sample
+
+NOTHING = 1e-12
+"""Pressure where a bristle does not touch the ground; not zero, as creep divides by it [1]."""
+ROWS = 12
+"""Rows of bristles across half the width; the other half is its mirror image."""
+TURN_TOLERANCE = 1e-13
+"""Residual of the turn of a compliant carcass [rad]; the turn's error is not larger."""
+TURN_ITERATIONS = 60
+
+
+@dataclass(frozen=True, kw_only=True)
+class RigTyre:
+    """Patch half-length a [m], caster e [m], lateral stiffness k [N/m²], friction mu [1]."""
+
+    a: float = 0.045
+    e: float = 0.009
+    k: float = 2.4e6
+    mu: float = 1.3
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Bristles:
+    """The grid, arrays of shape (bristles,). The shares sum to one."""
+
+    lever: Array
+    """Distance from the kingpin [m]; a bristle moves along its own tangent about it."""
+    share: Array
+    """Stiffness times lever, so that torque = share · stretch [N]."""
+    limit_of: Callable[[float], Array]
+    """How much the patch grew [1] -> stretch at which a bristle slides, for one newton of load [m/N]."""
+    relaxation: Relaxation
+    """Maxwell branch beside each spring."""
+    rate: float
+    """Growth of the limit with the logarithm of a bristle's own speed."""
+
+    @property
+    def limit(self) -> Array:
+        """The stretch while the patch has its declared length [m/N]."""
+        return self.limit_of(1.0)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class State:
+    """Stretch of the springs and of their branches [m], and the angle of the patch [rad]."""
+
+    spring: Array
+    branch: Array
+    psi: float
+
+
+def simulate(
+    drive: Drive, tyre: RigTyre, effects: Sequence[Effect] = (), *, bristles: int = 2000
+) -> History:
+    """Turn the tyre through a drive, one step a sample.
+
+    Args:
+        drive: what the sensors see. The limit during a step is that of the sample at its end.
+        tyre: the brush model's parameters.
+        effects: effects to plant; each acts at its own hooks.
+        bristles: number of bristles; a patch with width has a fifth as many columns.
+
+    Returns:
+        Angle of the patch, aligning torque (moment of the ground on the wheel: negative for a
+        positive turn from rest) and share of sliding bristles, all of shape (n,).
+    """
+    seen = drive
+    for effect in effects:
+        drive = effect.drive(drive)
+    n = len(drive.t)
+    grid = lay_out(tyre, effects, bristles)
+    compliance = sum(effect.compliance() for effect in effects)
+    travel = np.cumsum(np.abs(np.diff(drive.psi, prepend=drive.psi[0])))
+    dt = np.diff(drive.t)
+    dt = np.concatenate([dt[:1], dt])
+    state = State(
+        spring=np.zeros_like(grid.lever),
+        branch=np.zeros_like(grid.lever),
+        psi=drive.psi_virgin,
+    )
+    psi_patch, M_z, sliding = np.empty(n), np.empty(n), np.empty(n)
+    for i in range(n):
+        sample = Sample(
+            psi_dot=float(drive.psi_dot[i]),
+            F_N=float(drive.F_N[i]),
+            travel=float(travel[i]),
+            lever=grid.lever,
+        )
+        growth = prod(effect.growth(sample.F_N, tyre.a) for effect in effects)
+        factor = sample.F_N * prod(effect.friction(sample) for effect in effects)
+        step = Step(grid, state, grid.limit_of(growth) * factor, float(dt[i]))
+        psi_patch[i] = step.solve(float(drive.psi[i]), compliance)
+        state, M_z[i], sliding[i] = step.take(psi_patch[i])
+    history = History(drive=seen, psi_patch=psi_patch, M_z=M_z, sliding=sliding)
+    for effect in sorted(effects, key=lambda effect: effect.rank):
+        history = replace(history, M_z=effect.torque(history))
+    return history
+
+
+def lay_out(tyre: RigTyre, effects: Sequence[Effect], bristles: int) -> Bristles:
+    """The grid of bristles and what each of them can bear."""
+    half_width = max((effect.width() for effect in effects), default=0.0)
+    columns, rows = (bristles // 5, ROWS) if half_width > 0 else (bristles, 1)
+    span = max((effect.span() for effect in effects), default=1.0)
+    xi = span * ((2 * np.arange(columns) + 1) / columns - 1)
+    y = half_width * (np.arange(rows) + 0.5) / rows
+    lever = np.hypot(tyre.a * xi[:, None] - tyre.e, y[None, :])
+
+    @lru_cache(maxsize=1)
+    def limit_of(growth: float) -> Array:
+        place = xi / growth
+        touching = np.abs(place) < 1
+        pressure = np.full(columns, NOTHING)
+        factor = prod(effect.pressure(place[touching]) for effect in effects)
+        pressure[touching] = 0.75 * (1 - place[touching] ** 2) * factor
+        return np.repeat(tyre.mu * pressure / (growth * tyre.a * tyre.k), rows)
+
+    return Bristles(
+        lever=lever.ravel(),
+        share=(tyre.k * 2 * span * tyre.a / lever.size) * lever.ravel(),
+        limit_of=limit_of,
+        relaxation=_one_relaxation(effects),
+        rate=sum(effect.rate() for effect in effects),
+    )
+
+
+def _one_relaxation(effects: Sequence[Effect]) -> Relaxation:
+    branches = [branch for effect in effects if (branch := effect.relaxation()).gain]
+    if len(branches) > 1:
+        raise ValueError("the rig has one Maxwell branch beside each bristle spring")
+    return branches[0] if branches else Relaxation()
+
+
+class Step:
+    """One step of the patch: a trial for any angle, and the step itself."""
+
+    def __init__(self, grid: Bristles, state: State, limit: Array, dt: float) -> None:
+        """Prepare the step from the state at its beginning, for the limit at its end."""
+        relaxation = grid.relaxation
+        self._grid, self._state, self._limit = grid, state, limit
+        self._fade = exp(-dt / relaxation.time)
+        # A branch that is stretched at a steady rate keeps this share of the stretch.
+        kept = -relaxation.time * expm1(-dt / relaxation.time) / dt
+        self._stretch = 1 + relaxation.gain * kept
+        self._relief = (1 + relaxation.gain) * dt
+
+    @cached_property
+    def _at_rest(self) -> Array:
+        """Stress if the patch did not turn."""
+        return self._state.spring + self._fade * self._state.branch
+
+    def solve(self, psi: float, compliance: float) -> float:
+        """Angle p of the patch with p = psi + compliance · M_z(p) [rad].
+
+        M_z falls with p, so the residual rises with slope >= 1 and has one root. Newton's method ends
+        in a few steps, and a bracket holds it.
+        """
+        if compliance == 0:
+            return psi
+        M_z, _ = self._trial(psi)
+        low, high = sorted((psi, psi + compliance * M_z))
+        p = low if abs(low - self._state.psi) < abs(high - self._state.psi) else high
+        for _ in range(TURN_ITERATIONS):
+            M_z, slope = self._trial(p)
+            residual = p - psi - compliance * M_z
+            if abs(residual) <= TURN_TOLERANCE:
+                return p
+            low, high = (low, p) if residual > 0 else (p, high)
+            p -= residual / (1 - compliance * slope)
+            if not low < p < high:
+                p = 0.5 * (low + high)
+        raise RuntimeError(f"no turn of the patch found at {psi} rad, residual {residual} rad")
+
+    def take(self, psi: float) -> tuple[State, float, float]:
+        """Turn the patch to psi; state, torque [N m] and share of sliding bristles."""
+        grid, state, gain = self._grid, self._state, self._grid.relaxation.gain
+        turned = grid.lever * (psi - state.psi)
+        spring = state.spring - turned
+        if gain == 0 and grid.rate == 0:
+            # The stop alone: what follows does the same, in twice the time.
+            held = np.copysign(np.minimum(np.abs(spring), self._limit), spring)
+            slip = spring - held
+            after = State(spring=spring - slip, branch=state.branch, psi=psi)
+            return after, float(grid.share @ held), np.count_nonzero(slip) / slip.size
+        branch = self._fade * state.branch - (self._stretch - 1) * turned
+        stress = spring + branch
+        size, _ = borne(np.abs(stress), self._limit, grid.rate, self._relief)
+        held = np.copysign(size, stress)
+        # Slip relieves spring and branch together, in the ratio of their stiffnesses.
+        slip = (stress - held) / (1 + gain)
+        after = State(spring=spring - slip, branch=branch - gain * slip, psi=psi)
+        return after, float(grid.share @ held), np.count_nonzero(slip) / slip.size
+
+    def _trial(self, psi: float) -> tuple[float, float]:
+        """Torque at psi [N m] and its slope [N m/rad]."""
+        grid = self._grid
+        stress = self._at_rest - (self._stretch * (psi - self._state.psi)) * grid.lever
+        size, give = borne(np.abs(stress), self._limit, grid.rate, self._relief)
+        slope = -self._stretch * float(grid.share @ (grid.lever * give))
+        return float(grid.share @ np.copysign(size, stress)), slope

@@ -1,0 +1,292 @@
+"""The wheel with its inertia, turned by a steering torque: J_A psi'' = -b_t psi' + M_z + M."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from reference_rig.ground import (
+    BRISTLES,
+    STEP_RATE,
+    Friction,
+    Patch,
+    constant,
+    quantise,
+    require_instants,
+    sample_instants,
+)
+from reference_rig.hooks import Array, Drive
+from reference_rig.patch import RigTyre
+from reference_rig.path import Hand, hand_path
+from reference_rig.record import FOURTEEN_BIT_STEP, LOAD_NOISE
+
+STEP = 1e-4
+"""Step of the wheel's motion [s]; it swings at about 5 Hz."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wheel:
+    """Inertia about the kingpin J_A [kg m²] and torsional damping b_t [N m s]."""
+
+    J_A: float = 0.15
+    b_t: float = 1.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Grip:
+    """The arms behind the hands: M = stiffness (psi_ref - psi) + damping (psi_ref' - psi').
+
+    Its lag is about M/stiffness. No grip at all leaves an imposed torque.
+    """
+
+    stiffness: float = 200.0
+    """[N m/rad]."""
+    damping: float = 8.0
+    """[N m s/rad]."""
+
+
+LOOSE = Grip(stiffness=0.0, damping=0.0)
+WIDE = Hand(amplitude=0.6, first=0.5)
+TEMPO = 2.0
+"""The hand's path is run through this much faster than where the angle is imposed [1]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Motion:
+    """What the wheel did, at every step; arrays of shape (n,)."""
+
+    t: Array
+    """Time [s]."""
+    psi: Array
+    """Yaw angle [rad]."""
+    psi_dot: Array
+    """Yaw rate [rad/s]."""
+    M: Array
+    """Steering torque [N m]."""
+    M_z: Array
+    """Moment of the ground on the wheel [N m]."""
+    F_N: Array
+    """Vertical load [N]."""
+    mu: Array
+    """Friction coefficient [1]."""
+
+    def at(self, times: Array) -> "Motion":
+        """The motion at other times [s], linear between the steps."""
+        require_instants(times, self.t)
+        names = ("psi", "psi_dot", "M", "M_z", "F_N", "mu")
+        return Motion(t=times, **{name: np.interp(times, self.t, getattr(self, name)) for name in names})
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SteeringRecording:
+    """What the sensors showed, and the truth behind it; arrays of shape (n,)."""
+
+    name: str
+    t: Array
+    """Time [s]."""
+    psi: Array
+    """Yaw angle in steps of the encoder [rad]."""
+    M: Array
+    """Steering torque with noise [N m]."""
+    F_N: Array
+    """Vertical load with noise [N]."""
+    psi_true: Array
+    """Yaw angle [rad]."""
+    psi_dot_true: Array
+    """Yaw rate [rad/s]."""
+    M_true: Array
+    """Steering torque [N m]."""
+    F_N_true: Array
+    """Vertical load [N]."""
+    M_z_true: Array
+    """Moment of the ground on the wheel [N m]."""
+    mu_true: Array
+    """Friction coefficient [1]."""
+    tyre: RigTyre
+    """The true tyre; `mu` is the friction at the first sample."""
+    wheel: Wheel
+    """The true wheel."""
+
+
+def full_slide_torque(tyre: RigTyre, friction_force: float) -> float:
+    """Size of M_z when all bristles slide, for |e| <= a and mu F_N [N].
+
+    The mean of |x - e| over the parabola: a (3/8) (1 + 2 (e/a)² - (e/a)⁴/3).
+    """
+    share = (tyre.e / tyre.a) ** 2
+    return 3 / 8 * friction_force * tyre.a * (1 + 2 * share - share**2 / 3)
+
+
+def move(
+    command: Array,
+    F_N: Array,
+    mu: Array,
+    *,
+    step: float = STEP,
+    tyre: RigTyre | None = None,
+    wheel: Wheel | None = None,
+    grip: Grip = LOOSE,
+    bristles: int = BRISTLES,
+) -> Motion:
+    """Move a wheel from rest on a virgin patch with the torque M = command - K_p psi - K_d psi'.
+
+    Velocity Verlet; the damping is taken with the velocity at both ends of the step in turn, which
+    keeps the second order and is solved in closed form.
+
+    Args:
+        command: torque at angle and rate zero [N m], shape (n,).
+        F_N: vertical load [N], shape (n,).
+        mu: friction coefficient [1], shape (n,).
+        step: between two entries of these [s].
+        tyre: a, e and k; None for the rig's usual ones.
+        wheel: inertia and damping; None for the usual ones.
+        grip: K_p and K_d; by default none, so that the command is the torque.
+        bristles: number of bristles.
+    """
+    wheel, patch, n = wheel or Wheel(), Patch(tyre or RigTyre(), bristles), len(command)
+    damping, half = wheel.b_t + grip.damping, 0.5 * step / wheel.J_A
+    divisor = 1 + half * damping
+    psi, psi_dot, M_z = np.zeros(n), np.zeros(n), np.zeros(n)
+    commands, forces = command.tolist(), (mu * F_N).tolist()
+    angle, rate, torque = 0.0, 0.0, commands[0]
+    for i in range(1, n):
+        middle = rate + half * (torque - damping * rate)
+        moment = patch.turn(step * middle, forces[i])
+        angle += step * middle
+        torque = commands[i] - grip.stiffness * angle + moment
+        rate = (middle + half * torque) / divisor
+        psi[i], psi_dot[i], M_z[i] = angle, rate, moment
+    M = command - grip.stiffness * psi - grip.damping * psi_dot
+    return Motion(t=np.arange(n) * step, psi=psi, psi_dot=psi_dot, M=M, M_z=M_z, F_N=F_N, mu=mu)
+
+
+def torque_profile(seed: int, t: Array, level: float) -> Array:
+    """Torque of a motor without feedback: ramps between random heights, with holds, rounded off.
+
+    Above the full-slide torque the wheel runs away until the torque falls again.
+
+    Args:
+        seed: of the profile.
+        t: even times [s], shape (n,).
+        level: largest torque [N m].
+
+    Returns:
+        Torque [N m], shape (n,); zero at first.
+    """
+    rng = np.random.default_rng([seed, 7])
+    knots, heights, side = [t[0], t[0] + 0.2], [0.0, 0.0], rng.choice([-1.0, 1.0])
+    while knots[-1] < t[-1]:
+        target = side * level * rng.uniform(0.5, 1.0)
+        nested = rng.random() < 0.35
+        if nested:
+            target = heights[-1] + rng.uniform(0.2, 0.6) * (target - heights[-1])
+        knots.append(knots[-1] + rng.uniform(0.25, 1.0))
+        heights.append(target)
+        if rng.random() < 0.4:
+            knots.append(knots[-1] + rng.uniform(0.1, 0.5))
+            heights.append(target)
+        side = rng.choice([-1.0, 1.0]) if nested else -side
+    width = max(round(0.08 / (t[1] - t[0])), 1)
+    window = np.hanning(width + 2)[1:-1]
+    ramps = np.pad(np.interp(t, knots, heights), (width // 2, width - 1 - width // 2), mode="edge")
+    return np.convolve(ramps, window / window.sum(), mode="valid")
+
+
+def make_steering_recording(
+    seed: int,
+    friction: Friction | None = None,
+    *,
+    tyre: RigTyre | None = None,
+    wheel: Wheel | None = None,
+    torque: Array | Callable[[Array], Array] | None = None,
+    hand: Hand | None = None,
+    grip: Grip | None = None,
+    load: float = 400.0,
+    duration: float = 10.0,
+    rate: float = 1000.0,
+    times: Array | None = None,
+    noise: float = 0.004,
+    encoder_step: float = FOURTEEN_BIT_STEP,
+    step: float = STEP,
+    bristles: int = BRISTLES,
+    name: str = "steering",
+) -> SteeringRecording:
+    """Steer the wheel and record it.
+
+    Args:
+        seed: of the hand's path, the load and the noise; equal arguments give equal recordings.
+        friction: friction over time; None for the tyre's.
+        tyre: the tyre; None for the rig's usual one.
+        wheel: inertia and damping; None for the usual ones.
+        torque: imposed torque [N m]: samples at the rate, linear between, or a function of time
+            [s]; None for a hand that follows a path.
+        hand: how that path runs, at double tempo; None for turns into full slide.
+        grip: how hard the hand follows it; None for the usual way.
+        load: mean vertical load [N]; it wanders by 5 % at most.
+        duration: length [s].
+        rate: samples a second [Hz].
+        times: sampling instants [s], increasing, in place of the rate.
+        noise: standard deviation of the torque channel in shares of the torque's range [1];
+            0 also silences the load.
+        encoder_step: angle step of the encoder [rad]; 0 for none.
+        step: of the motion [s].
+        bristles: number of bristles.
+        name: of the recording.
+    """
+    tyre = tyre or RigTyre()
+    path = _quick_path(seed, duration, hand or WIDE, load)
+    t = np.arange(round(duration / step) + 1) * step
+    instants = sample_instants(duration, rate)
+    if torque is None:
+        grip = grip or Grip()
+        command = _hand_command(path, t, grip)
+    else:
+        grip = LOOSE
+        command = torque(t) if callable(torque) else _linear(t, instants, torque)
+    mu = (friction or constant(tyre.mu))(t)
+    F_N = np.interp(t, path.t, path.F_N)
+    motion = move(command, F_N, mu, step=step, tyre=tyre, wheel=wheel, grip=grip, bristles=bristles)
+    seen = motion.at(instants if times is None else times)
+    return _recorded(seed, seen, tyre, wheel or Wheel(), noise, encoder_step, name)
+
+
+def _recorded(
+    seed: int, seen: Motion, tyre: RigTyre, wheel: Wheel, noise: float, encoder_step: float, name: str
+) -> SteeringRecording:
+    """Put the sensors' faults on what is to be seen."""
+    rng = np.random.default_rng([seed, 2])
+    n = len(seen.t)
+    load_sigma = LOAD_NOISE * float(np.mean(seen.F_N)) if noise > 0 else 0.0
+    return SteeringRecording(
+        name=name,
+        t=seen.t,
+        psi=quantise(seen.psi, encoder_step),
+        M=seen.M + noise * np.ptp(seen.M) * rng.standard_normal(n),
+        F_N=seen.F_N + load_sigma * rng.standard_normal(n),
+        psi_true=seen.psi,
+        psi_dot_true=seen.psi_dot,
+        M_true=seen.M,
+        F_N_true=seen.F_N,
+        M_z_true=seen.M_z,
+        mu_true=seen.mu,
+        tyre=replace(tyre, mu=float(seen.mu[0])),
+        wheel=wheel,
+    )
+
+
+def _quick_path(seed: int, duration: float, hand: Hand, load: float) -> Drive:
+    path = hand_path(seed, duration * TEMPO, hand=hand, load=load, rate=STEP_RATE)
+    return replace(path, t=path.t / TEMPO, psi_dot=path.psi_dot * TEMPO)
+
+
+def _hand_command(path: Drive, t: Array, grip: Grip) -> Array:
+    """What the grip's torque would be at angle and rate zero [N m]."""
+    psi = np.interp(t, path.t, path.psi)
+    psi_dot = np.interp(t, path.t, path.psi_dot)
+    return grip.stiffness * psi + grip.damping * psi_dot
+
+
+def _linear(t: Array, instants: Array, torque: Array) -> Array:
+    if np.shape(torque) != instants.shape:
+        raise ValueError(f"the torque needs {len(instants)} samples, not shape {np.shape(torque)}")
+    return np.interp(t, instants, torque)

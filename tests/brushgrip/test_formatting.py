@@ -1,0 +1,108 @@
+import math
+from collections.abc import Callable
+
+import pytest
+
+from brushgrip.formatting import (
+    doubts,
+    fate,
+    headline,
+    listed,
+    percent,
+    quantity,
+    remainder,
+    torque,
+    worse,
+)
+from identification.results import Diagnosis, Estimate
+
+Make = Callable[..., Diagnosis]
+
+
+@pytest.mark.parametrize(
+    ("value", "std", "unit", "text"),
+    [
+        (391.234, 4.2, "N m/rad", "391.2 ± 4.2 N m/rad"),
+        (391.234, 42.0, "N m/rad", "391 ± 42 N m/rad"),
+        (391.234, 420.0, "N m/rad", "391 ± 420 N m/rad"),
+        (0.0403, 0.00017, "1", "0.04030 ± 0.00017"),
+        (-0.25, 0.1, "N m", "−0.25 ± 0.10 N m"),
+        (2.4312e6, 1.2e4, "N/m^2", "(2.431 ± 0.012)·10⁶ N/m²"),
+        (2.5e-5, 1e-6, "s", "(2.50 ± 0.10)·10⁻⁵ s"),
+        (0.0, 0.02, "rad", "0.000 ± 0.020 rad"),
+        (1.2345, None, "1", "1.234"),
+        (2.4e6, None, "N/m^2", "2.4·10⁶ N/m²"),
+        (1.5, math.inf, "s", "1.5 s"),
+        (0.0, None, "s", "0 s"),
+        (math.inf, None, "N m/rad", "∞ N m/rad"),
+        (math.nan, None, "1", "–"),
+    ],
+)
+def test_quantity(value: float, std: float | None, unit: str, text: str) -> None:
+    assert quantity(Estimate(value=value, std=std, unit=unit)) == text
+
+
+def test_figures() -> None:
+    assert percent(0.04371) == "4.37 %"
+    assert percent(None) == "–"
+    assert percent(math.nan) == "–"
+    assert torque(0.35345) == "0.353"
+    assert torque(1.0) == "1.00"
+    assert torque(None) == "–"
+
+
+def test_listed() -> None:
+    assert listed([]) == ""
+    assert listed(["a"]) == "a"
+    assert listed(["a", "b"]) == "a and b"
+    assert listed(["a", "b", "c"], "or") == "a, b or c"
+
+
+def test_headline_names_effects_and_held_out_errors(make_diagnosis: Make) -> None:
+    assert headline(make_diagnosis()) == (
+        "The declared model misses carcass torsion and torque offset: "
+        "held-out error 4.30 % → 2.37 % of range."
+    )
+
+
+def test_headline_without_held_out_recordings(make_diagnosis: Make) -> None:
+    assert "left-out error 4.05 %" in headline(make_diagnosis(holdout=()))
+    assert "training error 4.00 %" in headline(make_diagnosis(training=("train_a",), holdout=()))
+
+
+def test_headline_when_nothing_is_missing(make_diagnosis: Make) -> None:
+    text = headline(make_diagnosis(found=False, unexplained=False))
+
+    assert "misses nothing" in text
+    assert "held-out error 4.30 %" in text
+
+
+def test_headline_when_nothing_known_explains_the_residual(make_diagnosis: Make) -> None:
+    text = headline(make_diagnosis(found=False, unexplained=True))
+
+    assert text.startswith("No known effect explains what the declared model misses: held-out")
+
+
+def test_doubts(make_diagnosis: Make) -> None:
+    assert doubts(make_diagnosis()) == ("These recordings cannot tell carcass torsion from patch width.")
+    assert doubts(make_diagnosis(found=False)) == ""
+
+
+def test_remainder(make_diagnosis: Make) -> None:
+    assert "Structure is left" in remainder(make_diagnosis(unexplained=True))
+    assert "Nothing" in remainder(make_diagnosis(unexplained=False))
+
+
+def test_fate_of_candidates(make_diagnosis: Make) -> None:
+    diagnosis = make_diagnosis()
+
+    assert fate(diagnosis, "carcass_torsion") == "added, no. 1"
+    assert fate(diagnosis, "torque_offset") == "added, no. 2"
+    assert fate(diagnosis, "patch_width") == "not told from carcass torsion"
+    assert fate(diagnosis, "stribeck") == ""
+
+
+def test_worse(make_diagnosis: Make) -> None:
+    diagnosis = make_diagnosis(worse=("held_d",))
+
+    assert [name for name in diagnosis.after.nrmse if worse(diagnosis, name)] == ["held_d"]

@@ -1,0 +1,207 @@
+"""Proposals, and whether the independent rig bears them out."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from identification import Fit, Recording, Values, fit, smoothed_rate
+from identification.experiments.discriminating_experiment import Proposal, propose
+from identification.experiments.proposals import CLEAR, _Present, _standard_errors, seen_step
+from identification.experiments.steering import STEP, Manoeuvre
+from identification.fits.autocorrelation import autocorrelation_time
+from identification.fits.fitting import COARSE, initial_guess, torque_range
+from identification.selection.scoring import (
+    Judgement,
+    advantage,
+    judged,
+    leave_one_out,
+)
+from identification.selection.trials import thinned
+from reference_rig.campaign import Campaign
+from reference_rig.hooks import Drive
+from reference_rig.patch import simulate
+from reference_rig.record import SUBSTEPS, build_effects
+from symbolic import Model, effects_named
+from tests.identification.factories import read_campaign
+
+NOISE = 0.004
+
+
+def fitted(effect: str, recordings: list[Recording], start: Values | None = None) -> Fit:
+    model = Model(effects=effects_named([effect]), corners=16, discretised=True)
+    return fit(model, recordings, start or initial_guess(model, recordings), tolerance=COARSE)
+
+
+def steered(manoeuvre: Manoeuvre, made: Campaign, like: Recording) -> Recording:
+    """The manoeuvre on the rig, with the tyre, the effect and the noise of the campaign."""
+    truth = made.recordings[0]
+    t = np.arange(round(manoeuvre.seconds * 100 * SUBSTEPS) + 1) / (100 * SUBSTEPS)
+    # Between the manoeuvre's points the wheel turns smoothly.
+    psi = np.convolve(
+        np.pad(np.interp(t, manoeuvre.t, manoeuvre.psi), 10, mode="edge"), np.full(21, 1 / 21), "valid"
+    )
+    drive = Drive(
+        t=t,
+        psi=psi,
+        psi_dot=np.gradient(psi, t),
+        F_N=np.interp(t, manoeuvre.t, manoeuvre.F_N),
+        psi_virgin=float(psi[0]),
+    )
+    torque = simulate(drive, truth.tyre, build_effects(truth.effects), bristles=400).M_z[::SUBSTEPS]
+    noise = np.random.default_rng(7).standard_normal(torque.size) * NOISE * torque_range(like)
+    return replace(
+        like,
+        name="experiment",
+        t=t[::SUBSTEPS],
+        psi=psi[::SUBSTEPS],
+        psi_dot=smoothed_rate(t[::SUBSTEPS], psi[::SUBSTEPS]),
+        psi_recorded=None,
+        M_z=torque + noise,
+        F_N=drive.F_N[::SUBSTEPS],
+    )
+
+
+def judgement(found: Fit, recordings: list[Recording]) -> Judgement:
+    return judged(leave_one_out(found, recordings), recordings)
+
+
+def standard_errors(better: Fit, worse: Fit, recordings: list[Recording]) -> float:
+    mean, error = advantage(judgement(better, recordings), judgement(worse, recordings))
+    return mean / error
+
+
+@dataclass(frozen=True)
+class Ambiguous:
+    made: Campaign
+    recordings: list[Recording]
+    true: Fit
+    rival: Fit
+
+
+@pytest.fixture(scope="module")
+def ambiguous() -> Ambiguous:
+    made, whole = read_campaign("stribeck", 2, duration=6.0)
+    recordings = [thinned(recording) for recording in whole]
+    true, rival = (fitted(name, recordings) for name in ("stribeck", "rate_friction"))
+    return Ambiguous(made=made, recordings=recordings, true=true, rival=rival)
+
+
+@pytest.fixture(scope="module")
+def proposed(ambiguous: Ambiguous) -> Proposal:
+    return propose(ambiguous.true, ambiguous.rival, ambiguous.recordings)
+
+
+def with_experiment(pair: Ambiguous, proposal: Proposal) -> tuple[list[Recording], Fit, Fit]:
+    new = thinned(steered(proposal.manoeuvre, pair.made, pair.recordings[0]))
+    recordings = [*pair.recordings, new]
+    again = []
+    for before in (pair.true, pair.rival):
+        own = before.values.own[pair.recordings[0].name]
+        start = Values(shared=before.values.shared, own={**before.values.own, new.name: own})
+        again.append(fitted(before.model.effects[0].name, recordings, start))
+    return recordings, again[0], again[1]
+
+
+def test_the_experiment_tells_apart_what_the_recordings_cannot(
+    ambiguous: Ambiguous, proposed: Proposal
+) -> None:
+    before = standard_errors(ambiguous.true, ambiguous.rival, ambiguous.recordings)
+    recordings, true, rival = with_experiment(ambiguous, proposed)
+    after = standard_errors(true, rival, recordings)
+
+    assert before < CLEAR < after
+    assert after == pytest.approx(proposed.standard_errors, rel=0.3)
+    gain = judgement(rival, recordings).nrmse / judgement(true, recordings).nrmse - 1
+    assert gain > 0.05
+
+
+def test_it_does_so_where_the_rival_was_named(ambiguous: Ambiguous) -> None:
+    proposal = propose(ambiguous.rival, ambiguous.true, ambiguous.recordings)
+    recordings, true, rival = with_experiment(ambiguous, proposal)
+
+    assert proposal.found == "rate_friction"
+    assert standard_errors(true, rival, recordings) > CLEAR
+
+
+def test_says_what_to_do(proposed: Proposal) -> None:
+    assert (proposed.found, proposed.rival, proposed.times) == ("stribeck", "rate_friction", 1)
+    assert proposed.now < proposed.separation
+    assert proposed.sentence.startswith(proposed.manoeuvre.instruction)
+    assert "stribeck and rate friction then differ by" in proposed.sentence
+    assert f"{proposed.separation:.2%} of range (now {proposed.now:.2%})" in proposed.sentence
+
+
+def test_the_rival_is_refitted_to_everything(ambiguous: Ambiguous, proposed: Proposal) -> None:
+    # The recordings as the rival has them, so that what it gives up counts from there, and the
+    # experiment as the true model has it: the proposal refits to that, to first order in the recordings.
+    seen = [replace(r, M_z=r.M_z + ambiguous.rival.residuals[r.name]) for r in ambiguous.recordings]
+    m = proposed.manoeuvre
+    new = replace(
+        seen[0], name="new", t=m.t, psi=m.psi, psi_dot=m.psi_dot, psi_recorded=None, F_N=m.F_N,
+        M_z=proposed.torque,
+    )  # fmt: skip
+    values = ambiguous.rival.values
+    start = Values(shared=values.shared, own={**values.own, "new": values.own[seen[0].name]})
+    refitted = fit(ambiguous.rival.model, [*seen, new], start)
+    difference = refitted.residuals["new"]
+
+    np.testing.assert_allclose(
+        difference, proposed.rival_torque - proposed.torque, atol=0.15 * np.abs(difference).max()
+    )
+
+
+def test_seconds_that_a_residual_remembers_are_the_same_where_torques_are_missing(
+    ambiguous: Ambiguous,
+) -> None:
+    recording = ambiguous.recordings[0]
+    noise = np.random.default_rng(1).standard_normal(recording.t.size)
+    residual = np.convolve(noise, np.ones(20), "same")
+    full = replace(ambiguous.true, residuals={recording.name: residual})
+    gaps = np.where(np.arange(residual.size) % 2, np.nan, residual)
+    half = replace(full, residuals={recording.name: gaps})
+
+    seconds, with_gaps = (
+        autocorrelation_time(found.residuals[recording.name]) * seen_step(found, recording)
+        for found in (full, half)
+    )
+    assert with_gaps == pytest.approx(seconds, rel=0.15)
+
+
+def test_a_model_cannot_be_told_from_itself(ambiguous: Ambiguous) -> None:
+    proposal = propose(ambiguous.true, ambiguous.true, ambiguous.recordings)
+
+    assert proposal.times is None
+    assert proposal.separation < 1e-6
+    assert "cannot be told apart by standard steering on this rig" in proposal.sentence
+
+
+def test_carcass_and_pressure_are_alike_in_every_manoeuvre() -> None:
+    recordings = [thinned(r) for r in read_campaign("carcass_torsion", 1)[1]]
+    carcass, pressure = (fitted(name, recordings) for name in ("carcass_torsion", "pressure_shape"))
+    proposal = propose(carcass, pressure, recordings)
+
+    assert proposal.times is None
+    assert proposal.separation < 1e-3
+
+
+@pytest.mark.parametrize("times", [1, 3])
+@pytest.mark.parametrize("size", [0.001, 0.01])
+def test_foretells_the_paired_test(size: float, times: int) -> None:
+    rng = np.random.default_rng(5)
+    t = np.arange(2000) * STEP
+    difference = size * (1 + np.sin(0.7 * t)) * np.sin(9 * t)
+    old, now, memory = 1000, 0.5 * size, 5
+    present = _Present(count=2, seconds=old * STEP, now=now, noise=NOISE, memory=memory * STEP)
+    whole = np.concatenate([np.full(old, now), *times * [difference]])
+    clock = np.arange(whole.size) * STEP
+    found = []
+    for _ in range(200):
+        noise = NOISE * np.repeat(rng.standard_normal(whole.size // memory), memory)
+        pair = [
+            Judgement(residuals={"r": left}, ranges={"r": 1.0}, times={"r": clock})
+            for left in (noise, noise + whole)
+        ]
+        found.append(np.divide(*advantage(*pair)))
+
+    assert _standard_errors(difference, present, times) == pytest.approx(np.median(found), rel=0.15)

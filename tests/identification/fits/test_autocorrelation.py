@@ -1,0 +1,61 @@
+"""How long a series remembers, against what is known of first-order processes."""
+
+import numpy as np
+import pytest
+
+from identification.fits.autocorrelation import autocorrelation_time, lagged_products
+
+
+def autoregressive(phi: float, n: int, seed: int = 1) -> np.ndarray:
+    noise = np.random.default_rng(seed).standard_normal(n)
+    for i in range(1, n):
+        noise[i] += phi * noise[i - 1]
+    return noise
+
+
+def test_white_noise_counts_every_sample() -> None:
+    assert autocorrelation_time(autoregressive(0.0, 5000)) == pytest.approx(1, abs=0.1)
+
+
+@pytest.mark.parametrize("phi", [0.5, 0.8, 0.95])
+def test_autocorrelation_time_of_a_first_order_process(phi: float) -> None:
+    # The sum of phi^n over the lags where phi^n > 0.05.
+    last = int(np.log(0.05) / np.log(phi))
+    expected = 1 + 2 * phi * (1 - phi**last) / (1 - phi)
+
+    assert autocorrelation_time(autoregressive(phi, 100_000)) == pytest.approx(expected, rel=0.1)
+
+
+def test_autocorrelation_time_counts_the_samples_that_are_there() -> None:
+    residual = autoregressive(0.9, 100_000)
+    residual[1::2] = np.nan
+    assert autocorrelation_time(residual) == pytest.approx((1 + 0.9**2) / (1 - 0.9**2), rel=0.1)
+
+
+def test_lags_that_hardly_any_two_samples_show_do_not_end_the_sum() -> None:
+    # At lag 1 there are two samples, where the first half goes over into the second.
+    found = []
+    for seed in range(5):
+        residual = autoregressive(0.9, 20_000, seed)
+        residual[1:10_000:2] = np.nan
+        residual[10_000::2] = np.nan
+        found.append(autocorrelation_time(residual))
+    np.testing.assert_allclose(found, (1 + 0.9**2) / (1 - 0.9**2), rtol=0.2)
+
+
+@pytest.mark.parametrize(
+    "residual",
+    [[1.0, -1.0] * 50, [3.0] * 50, [0.1] * 50, [0.1, np.nan] * 50, [2.0], [np.nan] * 5],
+    ids=["alternating", "constant", "rounded", "with gaps", "one sample", "nothing"],
+)
+def test_autocorrelation_time_is_never_below_one(residual: list[float]) -> None:
+    assert autocorrelation_time(np.array(residual)) == 1
+
+
+def test_products_are_those_of_the_definition() -> None:
+    values = np.random.default_rng(2).standard_normal(37)
+
+    made = lagged_products(values)
+
+    expected = [values[: 37 - lag] @ values[lag:] for lag in range(37)]
+    np.testing.assert_allclose(made, expected, rtol=0, atol=1e-12)

@@ -1,0 +1,198 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.signal import lfilter
+
+from identification import Fit, Recording, fit, initial_guess
+from identification.fits.covariance import (
+    autoregression,
+    correlation,
+    covariance,
+    deviations,
+    scores_variance,
+)
+from identification.fits.fitting import torque_range
+from symbolic import Model, effects_named
+from tests.identification.factories import read_campaign, with_torque
+
+NOISE = 0.004
+
+
+def autoregressive(weights: list[float], n: int, rng: np.random.Generator) -> np.ndarray:
+    return lfilter([1.0], weights, rng.standard_normal(n + 2000))[2000:]
+
+
+@pytest.fixture(scope="module")
+def noiseless() -> tuple[Fit, list[Recording]]:
+    model = Model(corners=16)
+    recordings = read_campaign(None, 1)[1]
+    fitted = fit(model, recordings, initial_guess(model, recordings))
+    return fitted, [with_torque(r, r.M_z + fitted.residuals[r.name]) for r in recordings]
+
+
+def noisy(
+    recordings: list[Recording], phi: float, seed: int, sizes: tuple[float, float] = (1, 1)
+) -> list[Recording]:
+    """The recordings with first-order noise of standard deviation `NOISE` times size times range."""
+    rng = np.random.default_rng(seed)
+    scale = NOISE * np.sqrt(1 - phi**2)
+    return [
+        with_torque(r, r.M_z + scale * s * torque_range(r) * autoregressive([1, -phi], r.t.size, rng))
+        for r, s in zip(recordings, sizes, strict=True)
+    ]
+
+
+def positions(fitted: Fit) -> np.ndarray:
+    values = fitted.values
+    return np.array([(values.own[o] if o else values.shared)[name] for o, name in fitted.labels])
+
+
+def test_white_noise_of_one_size_has_the_textbooks_covariance(noiseless) -> None:
+    start, recordings = noiseless
+    given = noisy(recordings, 0.0, 3)
+    fitted = fit(start.model, given, start.values)
+    expected = np.linalg.inv(fitted.jacobian.T @ fitted.jacobian) * NOISE**2
+    expected = expected * np.outer(fitted.scales, fitted.scales)
+    size = np.sqrt(np.diag(expected))
+
+    np.testing.assert_allclose(deviations(fitted, given), size, rtol=0.15)
+    np.testing.assert_allclose(correlation(fitted, given), expected / np.outer(size, size), atol=0.1)
+
+
+@pytest.mark.parametrize(("phi", "sizes"), [(0.0, (1, 1)), (0.9, (1, 1)), (0.97, (1, 1)), (0.9, (1, 4))])
+def test_intervals_hold_the_truth(noiseless, phi: float, sizes: tuple[float, float]) -> None:
+    start, recordings = noiseless
+    truth, apart = positions(start), []
+    for seed in range(40):
+        given = noisy(recordings, phi, seed, sizes)
+        fitted = fit(start.model, given, start.values)
+        apart.append((positions(fitted) - truth) / deviations(fitted, given))
+    apart = np.array(apart)
+
+    assert 0.9 <= np.mean(np.abs(apart) < 1.96) <= 0.99
+    assert (np.mean(np.abs(apart) < 1.96, axis=0) > 0.82).all()
+
+
+def test_a_louder_recording_has_the_wider_friction(noiseless) -> None:
+    start, recordings = noiseless
+    evenly, unevenly = (
+        deviations(fit(start.model, given, start.values), given)
+        for given in (noisy(recordings, 0.9, 2), noisy(recordings, 0.9, 2, (1, 4)))
+    )
+    # The friction of the quiet recording bears what the loud one does to k, and no more.
+    assert unevenly[2] / evenly[2] == pytest.approx(4, rel=0.25)
+    assert unevenly[1] / evenly[1] < 2
+
+
+def test_about_as_a_block_bootstrap_says(noiseless) -> None:
+    # Kuensch's moving blocks: blocks of 100 samples of each recording's scores, drawn again. They cut
+    # off what is correlated across their ends, and so say rather too little.
+    start, recordings = noiseless
+    given = noisy(recordings, 0.8, 11)
+    fitted = fit(start.model, given, start.values)
+    rng, length = np.random.default_rng(1), 100
+    inverse = np.linalg.inv(fitted.jacobian.T @ fitted.jacobian)
+    moved, at = np.zeros((2000, 3)), 0
+    for r in given:
+        n = r.t.size
+        residual = fitted.residuals[r.name] / torque_range(r)
+        scores = fitted.jacobian[at : at + n] * residual[:, None]
+        scores = scores - scores.mean(axis=0)
+        sums = np.cumsum(np.vstack([np.zeros(3), scores]), axis=0)
+        blocks = sums[length:] - sums[:-length]
+        drawn = rng.integers(0, len(blocks), (2000, n // length))
+        moved += blocks[drawn].sum(axis=1) @ inverse
+        at += n
+
+    bootstrap = moved.std(axis=0) * fitted.scales
+    ratio = deviations(fitted, given) / bootstrap
+    assert (ratio > 0.85).all()
+    assert (ratio < 1.7).all()
+
+
+@pytest.mark.parametrize("weights", [[1.0], [1, -0.9], [1, -1.6, 0.8], [1, 0.5]])
+def test_variance_of_a_sum_is_the_spectrum_at_zero(weights: list[float]) -> None:
+    # The sum of n samples has variance n sigma^2 / A(1)^2.
+    n, rng = 4000, np.random.default_rng(6)
+    made = [
+        scores_variance(np.ones((n, 1)), autoregressive(weights, n, rng), 0.0)[0, 0] for _ in range(10)
+    ]
+
+    assert np.mean(made) == pytest.approx(n / np.sum(weights) ** 2, rel=0.15)
+
+
+def test_variance_of_a_sum_with_gaps() -> None:
+    rng, n = np.random.default_rng(6), 4000
+    whole, holed = [], []
+    for _ in range(10):
+        series = autoregressive([1, -0.9], n, rng)
+        whole.append(scores_variance(np.ones((n, 1)), series, 0.0)[0, 0])
+        series[rng.random(n) < 0.2] = np.nan
+        series[1000:1300] = np.nan
+        present = int(np.isfinite(series).sum())
+        holed.append(scores_variance(np.ones((present, 1)), series, 0.0)[0, 0])
+    kept = 0.8 * (n - 300) / n
+
+    # Isolated gaps thin out a correlated series; what is left is still the same slow sum.
+    lags = 0.9 ** np.arange(1, 200)
+    expected = (1 + 2 * 0.8 * lags.sum()) / (1 + 2 * lags.sum())
+    assert np.mean(holed) / np.mean(whole) == pytest.approx(kept * expected, rel=0.2)
+
+
+def test_autoregression_finds_what_made_the_series() -> None:
+    made = [1.0, -1.5, 0.7]
+    series = autoregressive(made, 20_000, np.random.default_rng(2))
+    holed = series.copy()
+    holed[::50] = np.nan
+    for given in (series, holed):
+        found = autoregression(given)
+        np.testing.assert_allclose(found[:3], made, atol=0.05)
+        assert np.abs(found[3:]).max(initial=0) < 0.05
+
+
+@pytest.mark.parametrize("series", [np.zeros(50), np.full(50, np.nan), np.ones(3)])
+def test_autoregression_of_next_to_nothing(series: np.ndarray) -> None:
+    assert np.isfinite(autoregression(series)).all()
+
+
+def test_what_the_data_say_nothing_about_has_no_deviation(noiseless) -> None:
+    start, recordings = noiseless
+    given = noisy(recordings, 0.5, 1)
+    fitted = fit(start.model, given, start.values)
+    blind = replace(fitted, jacobian=fitted.jacobian * np.array([0.0, 1, 1]))
+    spread = covariance(blind, given)
+
+    assert np.isinf(deviations(replace(fitted, jacobian=0 * fitted.jacobian), given)).all()
+    assert np.isinf(spread[0, 0])
+    assert np.isnan(spread[0, 1:]).all()
+    assert np.isfinite(spread[1:, 1:]).all()
+
+
+def test_what_cannot_be_told_apart_has_no_deviation(noiseless) -> None:
+    start, recordings = noiseless
+    given = noisy(recordings, 0.5, 1)
+    fitted = fit(start.model, given, start.values)
+    twice = replace(
+        fitted,
+        jacobian=np.hstack([fitted.jacobian, 3 * fitted.jacobian[:, :1]]),
+        labels=(*fitted.labels, (None, "again")),
+        scales=np.append(fitted.scales, 1.0),
+    )
+    spread = deviations(twice, given)
+
+    assert np.isinf(spread[[0, 3]]).all()
+    assert np.isfinite(spread[1:3]).all()
+
+
+def test_bristles_and_carcass_are_correlated() -> None:
+    recordings = read_campaign("carcass_torsion", 1, duration=8.0)[1]
+    model = Model(effects=effects_named(["carcass_torsion"]), corners=16)
+    fitted = fit(model, recordings, initial_guess(model, recordings))
+    told = correlation(fitted, recordings)
+    k, k_t = fitted.labels.index((None, "k")), fitted.labels.index((None, "carcass_torsion.k_t"))
+
+    np.testing.assert_allclose(np.diag(told), 1)
+    np.testing.assert_allclose(told, told.T)
+    # Stiffer bristles are made up for by a more compliant carcass.
+    assert 0.8 < told[k, k_t] < 1

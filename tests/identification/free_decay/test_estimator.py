@@ -1,0 +1,271 @@
+"""k and b_t from free vibrations of the independent rig."""
+
+import json
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identification import Decay, FreeDecay, identify_free_decay
+from identification.free_decay import estimator, noise_continuation
+from identification.free_decay.onset import release
+from reference_rig.impact import B_T, LENGTHS, TYRE, ImpactRecording, load_at, make_impacts
+from reference_rig.record import FOURTEEN_BIT_STEP
+from symbolic import InvalidInputError, Rig, Tyre
+from tests.identification.factories import as_decay
+
+FEW = (0.036, 0.045, 0.054)
+
+
+def read(recordings: list[ImpactRecording]) -> list[Decay]:
+    return [as_decay(made) for made in recordings]
+
+
+def errors(made: FreeDecay) -> tuple[float, float]:
+    return made.k.value / TYRE.k - 1, made.b_t.value / B_T - 1
+
+
+@pytest.fixture(scope="module")
+def campaign() -> list[Decay]:
+    """Seven contact lengths, five impacts each, 14 bits, 1 kHz."""
+    return read(make_impacts(3))
+
+
+@pytest.fixture(scope="module")
+def whole(campaign: list[Decay]) -> FreeDecay:
+    return identify_free_decay(campaign)
+
+
+@pytest.fixture(scope="module")
+def few() -> list[Decay]:
+    return read(make_impacts(4, lengths=FEW, impacts=1))
+
+
+def test_campaign(whole: FreeDecay) -> None:
+    k, b_t = errors(whole)
+
+    assert whole.converged
+    assert whole.remedy == ""
+    assert abs(k) < 0.0005
+    assert abs(b_t) < 0.002
+    for parameter, true in ((whole.k, TYRE.k), (whole.b_t, B_T)):
+        assert abs(parameter.value - true) < 3.5 * parameter.std
+        assert parameter.interval[0] < parameter.value < parameter.interval[1]
+    assert whole.k.std < 0.0003 * TYRE.k
+    assert whole.b_t.std < 0.001 * B_T
+    assert whole.encoder_step == pytest.approx(FOURTEEN_BIT_STEP)
+
+
+def test_friction_force_comes_with_it(whole: FreeDecay) -> None:
+    for contact, a in zip(whole.contacts, LENGTHS, strict=True):
+        true = TYRE.mu * load_at(a)
+        assert (contact.a, contact.e) == (a, TYRE.e)
+        assert contact.force is not None
+        assert contact.force.std is not None
+        assert abs(contact.force.value - true) < 4 * contact.force.std
+        assert contact.force.std < 0.03 * true
+        assert contact.k is not None
+        assert abs(contact.k.value - TYRE.k) < 0.002 * TYRE.k
+    assert whole.contacts_agree is True
+
+
+def test_source_way_beside_it(whole: FreeDecay) -> None:
+    source = whole.source
+
+    assert 0.0005 < abs(source.k / TYRE.k - 1) < 0.02
+    assert 0.04 < source.b_t / B_T - 1 < 0.15
+    # (5.8) as printed lacks J_A; all recordings have the same.
+    assert source.b_t_printed == pytest.approx(source.b_t / 0.151764, rel=1e-4)
+    assert [swing.a for swing in source.swings] == sorted(LENGTHS * 5)
+
+
+def test_readings_are_met(whole: FreeDecay) -> None:
+    for vibration in whole.vibrations:
+        assert vibration.rounded > 0.97
+        # The error of rounding is even within the step.
+        assert vibration.rms == pytest.approx(FOURTEEN_BIT_STEP / np.sqrt(12), rel=0.15)
+        assert 0.003 < vibration.amplitude < 0.011
+
+
+def test_result_is_a_file(whole: FreeDecay) -> None:
+    content = json.loads(json.dumps(whole.to_dict(), allow_nan=False))
+
+    assert content["k"]["value"] == whole.k.value
+    assert content["k"]["unit"] == "N/m^2"
+    assert content["b_t"]["interval_95"] == list(whole.b_t.interval)
+    covariance = np.array(content["covariance"]["values"])
+    assert np.sqrt(covariance[0, 0]) == pytest.approx(whole.k.std)
+    assert whole.correlation == pytest.approx(covariance[0, 1] / (whole.k.std * whole.b_t.std))
+    assert whole.correlation < -0.5
+    assert 1 < whole.condition < 1e4
+    assert len(content["recordings"]) == 35
+    assert content["source"]["b_t_printed"]["unit"] == "1/s"
+
+
+def test_says_what_it_rests_on(whole: FreeDecay, few: list[Decay]) -> None:
+    known, given = whole.identifiability
+
+    assert known.startswith("35 recordings at 7 contact lengths tell k to 0.0")
+    # d ln K / d ln a of (5.7), averaged over the lengths.
+    assert (
+        "1 % more J_A is 1 % more k and b_t, which no free vibration shows, 1 % more a is 2.7 % less k"
+        in given
+    )
+    assert "All recordings have one contact length" in identify_free_decay(few[:1]).identifiability[2]
+
+
+def test_a_patch_that_sticks_would_be_off_by_percents(few: list[Decay]) -> None:
+    k, b_t = errors(identify_free_decay(few, sliding=False))
+    k_sliding, b_t_sliding = errors(identify_free_decay(few))
+
+    assert k < -0.01
+    assert b_t > 0.04
+    assert abs(k_sliding) < 0.001
+    assert abs(b_t_sliding) < 0.005
+
+
+def test_a_patch_that_does_stick() -> None:
+    made = identify_free_decay(read(make_impacts(4, lengths=FEW, impacts=1, load=np.inf)))
+    k, b_t = errors(made)
+
+    assert abs(k) < 0.002
+    assert abs(b_t) < 0.01
+    assert all(contact.force is None or contact.force.value > 5000 for contact in made.contacts)
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"noise": 0.5 * FOURTEEN_BIT_STEP},
+        {"encoder_step": 0.0},
+        {"rate": 200.0},
+        {"swing": 0.04},
+        {"swing": 0.003},
+        {"duration": 0.9},
+    ],
+    ids=lambda settings: next(iter(settings)),
+)
+def test_other_recordings(settings: dict[str, float]) -> None:
+    made = identify_free_decay(read(make_impacts(6, lengths=FEW, impacts=1, **settings)))
+
+    assert made.converged
+    for parameter, true in ((made.k, TYRE.k), (made.b_t, B_T)):
+        # 5e-5 is what the rig's bristles and steps are worth.
+        assert abs(parameter.value - true) < 4 * parameter.std + 5e-5 * true
+    assert made.k.std < 0.01 * TYRE.k
+
+
+def test_wrong_and_missing_readings(few: list[Decay]) -> None:
+    rng = np.random.default_rng(8)
+    spoiled = []
+    for decay in few:
+        psi, kept = decay.psi.copy(), rng.random(decay.psi.size) > 0.2
+        psi[rng.choice(psi.size, 10, replace=False)] += 0.01
+        spoiled.append(replace(decay, t=decay.t[kept], psi=psi[kept]))
+
+    k, b_t = errors(identify_free_decay(spoiled))
+
+    assert abs(k) < 0.005
+    assert abs(b_t) < 0.02
+
+
+def test_past_and_impact_do_not_matter(few: list[Decay]) -> None:
+    # From the first turning point on: neither what struck it nor what the patch was before is seen.
+    cut = [replace(d, t=d.t[r.first :], psi=d.psi[r.first :]) for d, r in ((d, release(d)) for d in few)]
+
+    whole, part = identify_free_decay(few), identify_free_decay(cut)
+
+    assert part.k.value == pytest.approx(whole.k.value, abs=3 * whole.k.std)
+    assert part.b_t.value == pytest.approx(whole.b_t.value, abs=3 * whole.b_t.std)
+
+
+def test_another_impact_is_named(few: list[Decay]) -> None:
+    decay, step = few[1], FOURTEEN_BIT_STEP
+    half = decay.psi[-1] + step * np.round((decay.psi - decay.psi[-1]) / (2 * step))
+    twice = replace(
+        decay,
+        t=np.concatenate([decay.t, decay.t[-1] + 0.001 + decay.t]),
+        psi=np.concatenate([decay.psi, half]),
+    )
+
+    made = identify_free_decay([twice])
+
+    assert "goes on with another deflection at t = 1." in made.identifiability[-1]
+    assert abs(errors(made)[0]) < 0.005
+
+
+def test_needs_a_recording() -> None:
+    with pytest.raises(InvalidInputError, match="at least one"):
+        identify_free_decay([])
+
+
+@pytest.mark.parametrize("singular", ["solve", "spread_of"])
+def test_recordings_that_tell_nothing(
+    singular: str, few: list[Decay], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise np.linalg.LinAlgError("singular matrix")
+
+    monkeypatch.setattr(estimator, singular, fail)
+
+    with pytest.raises(InvalidInputError, match="do not tell k and b_t at all: check that"):
+        identify_free_decay(few)
+
+
+def test_says_when_it_was_not_solved(few: list[Decay], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(noise_continuation, "_MOST_STAGES", 2)
+
+    made = identify_free_decay(few)
+
+    assert not made.converged
+    assert made.status.startswith("not solved")
+    assert "one impact" in made.remedy
+    assert made.contacts_agree is None
+
+
+def test_a_dozen_readings() -> None:
+    t = np.arange(12) * 0.1
+    psi = 0.01 * np.exp(-t) * np.cos(20 * t)
+    rough = Decay(name="run", t=t, psi=psi, rig=Rig(a=0.045, e=0.009, J_A=0.15), tyre=Tyre(k=2e6))
+
+    made = identify_free_decay([rough])
+
+    # A linear vibration: no slip, and omega^2 + decay^2 = K / J_A.
+    spring = 2 * 0.045 * made.k.value * (0.009**2 + 0.045**2 / 3)
+    assert spring / 0.15 == pytest.approx(20**2 + 1, rel=1e-5)
+    assert made.b_t.value / (2 * 0.15) == pytest.approx(1, rel=1e-4)
+
+
+def test_one_length_said_of_all(few: list[Decay]) -> None:
+    # As without '# a = ...' in the files: the rig file's a holds for every recording.
+    same = [replace(decay, rig=replace(decay.rig, a=0.045)) for decay in few]
+
+    with pytest.raises(InvalidInputError, match=r"^a54_1: psi swings at .* a, e and J_A with the k"):
+        identify_free_decay(same)
+
+
+def test_noise_is_no_vibration(few: list[Decay]) -> None:
+    rng, step = np.random.default_rng(0), FOURTEEN_BIT_STEP
+    noise = replace(few[0], psi=step * np.round(rng.normal(0, 10, few[0].t.size)))
+
+    with pytest.raises(
+        InvalidInputError, match=r"^a36_1: psi (swings at|does not follow) .*: check that"
+    ):
+        identify_free_decay([noise])
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda d: replace(d, t=1000 * d.t),
+        lambda d: replace(d, rig=replace(d.rig, J_A=1e4 * d.inertia)),
+    ],
+    ids=["milliseconds", "kg cm^2"],
+)
+def test_wrong_units_are_named(few: list[Decay], wrong: Callable[[Decay], Decay]) -> None:
+    usual, strange = identify_free_decay(few[:1]), identify_free_decay([wrong(few[0])])
+
+    assert not any("declared" in sentence for sentence in usual.identifiability)
+    assert "times the 2e+06 N/m^2 declared" in strange.identifiability[-1]
+    assert "check J_A [kg m^2], a and e [m] and t [s]" in strange.identifiability[-1]

@@ -1,0 +1,84 @@
+"""Where the free vibration begins and ends, and what cannot be used."""
+
+import numpy as np
+import pytest
+
+from identification.free_decay.onset import release
+from identification.free_decay.recording import Decay
+from reference_rig.impact import make_impact
+from symbolic import InvalidInputError, Rig, Tyre
+
+RIG, TYRE = Rig(a=0.045, e=0.009, J_A=0.15), Tyre(k=2e6)
+T = np.arange(1500) / 1000
+STEP = 2 * np.pi / 2**14
+
+
+def decay(psi: np.ndarray, t: np.ndarray = T) -> Decay:
+    return Decay(name="run", t=t, psi=psi, rig=RIG, tyre=TYRE)
+
+
+def swinging(reach: float = 0.006, damping: float = 4.0, omega: float = 33.0) -> np.ndarray:
+    return np.round((0.1 + reach * np.exp(-damping * T) * np.cos(omega * T)) / STEP) * STEP
+
+
+def test_finds_the_turning_point_after_the_impact() -> None:
+    made = make_impact(6)
+    found = release(decay(made.psi, made.t))
+    true = int(np.argmax(np.abs(made.psi_true)))
+
+    assert abs(found.first - true) <= 3
+    assert abs(found.reach - made.psi_true[true]) < 1.5 * STEP
+    assert found.omega == pytest.approx(33, rel=0.05)
+    assert found.damping == pytest.approx(3.4, rel=0.4)
+    assert found.step == pytest.approx(STEP)
+    # What is left after the end is below half a step.
+    assert np.ptp(made.psi_true[found.last :]) < STEP
+
+
+def test_guesses() -> None:
+    found = release(decay(swinging()))
+
+    # The turning point is on the encoder's first plateau, which begins the recording.
+    assert found.first < 10
+    assert found.omega == pytest.approx(33, rel=0.02)
+    assert found.damping == pytest.approx(4, rel=0.1)
+    assert np.log(0.006 / STEP / 0.25) / found.damping == pytest.approx(
+        found.t[-1] - found.t[0], rel=0.05
+    )
+
+
+def test_wrong_readings_are_no_impact() -> None:
+    psi = swinging()
+    spoiled = psi.copy()
+    spoiled[[300, 301, -1]] += 0.02
+
+    assert release(decay(spoiled)).first == release(decay(psi)).first
+
+
+def test_ends_with_the_recording() -> None:
+    found = release(decay(swinging(damping=0.2)))
+
+    assert found.last == T.size
+
+
+@pytest.mark.parametrize(
+    ("psi", "fault"),
+    [
+        (np.full(T.size, 0.1), "run: psi is constant; the wheel has to be struck"),
+        (
+            swinging(reach=2 * STEP),
+            "run: the wheel swings by 0.77 mrad, 2 steps of the encoder; at least 3",
+        ),
+        (
+            np.degrees(swinging()),
+            "run: the wheel swings by 0.3[0-9]* rad; allowed: up to 0.2 rad, .* is psi in",
+        ),
+        (swinging(omega=4.0), "run: holds 1.49 s after its largest deflection, in which psi does not"),
+        (swinging()[::-1], "run: holds 0.00[0-9]* s after its largest deflection"),
+    ],
+    ids=["still", "faint", "degrees", "slow", "nothing after it"],
+)
+def test_faults(psi: np.ndarray, fault: str) -> None:
+    with pytest.raises(InvalidInputError, match=fault) as caught:
+        release(decay(psi))
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,113 @@
+import numpy as np
+import pytest
+
+from identification import Recording
+from identification.fits.fitting import torque_range
+from identification.fits.loss import Huber
+from identification.residuals.signatures import signatures
+from identification.residuals.unexplained import unexplained, white_noise
+from identification.results import Unexplained
+from reference_rig.patch import RigTyre
+from reference_rig.record import make_recording
+from tests.identification.factories import as_read, with_torque
+
+
+@pytest.fixture(scope="module")
+def recording() -> Recording:
+    return as_read(make_recording(41, bristles=500), RigTyre())
+
+
+def noise_of(recording: Recording, seed: int = 1) -> np.ndarray:
+    level = 0.004 * torque_range(recording)
+    return level * np.random.default_rng(seed).standard_normal(recording.t.size)
+
+
+def rest(recording: Recording, residual: np.ndarray) -> Unexplained:
+    """What is said of a residual left by a model that was right but for it."""
+    shown = with_torque(recording, recording.M_z - residual + noise_of(recording))
+    residuals = {recording.name: residual}
+    return unexplained(residuals, [shown], signatures(residuals, [shown]))
+
+
+@pytest.mark.parametrize("level", [0.01, 0.2])
+def test_white_noise_on_a_smooth_torque(level: float) -> None:
+    t = np.arange(3000) / 100
+    noise = level * np.random.default_rng(1).standard_normal(t.size)
+    torque = 5 * np.sin(t) + noise
+
+    assert white_noise(torque) == pytest.approx(level, rel=0.1)
+    torque[::50] = np.nan
+    assert white_noise(torque) == pytest.approx(level, rel=0.1)
+
+
+def test_white_noise_of_the_rig(recording: Recording) -> None:
+    assert white_noise(recording.M_z) / torque_range(recording) == pytest.approx(0.004, rel=0.15)
+
+
+def test_no_noise_at_all() -> None:
+    assert white_noise(np.linspace(0, 1, 50)) == pytest.approx(0, abs=1e-12)
+    assert white_noise(np.full(50, np.nan)) == 0
+
+
+def test_noise_is_not_structure(recording: Recording) -> None:
+    said = rest(recording, noise_of(recording))
+
+    assert not said.present
+    assert "nothing beyond noise" in said.evidence
+
+
+@pytest.mark.parametrize(
+    ("planted", "word"),
+    [
+        (lambda r: r.t - r.t.mean(), "time"),
+        (lambda r: r.psi, "the angle"),
+        (lambda r: np.tanh(r.psi_dot / 0.01), "the direction of turning"),
+        (lambda r: r.F_N - r.F_N.mean(), "the load"),
+    ],
+    ids=["time", "angle", "direction", "load"],
+)
+def test_structure_is_reported_with_what_it_follows(recording: Recording, planted, word: str) -> None:
+    shape = planted(recording)
+    slow = 0.01 * torque_range(recording) * shape / np.std(shape)
+    said = rest(recording, slow + noise_of(recording))
+
+    assert said.present
+    assert f"{word} (+" in said.evidence
+    assert "\n" not in said.evidence
+
+
+def test_a_slow_wave_is_reported(recording: Recording) -> None:
+    wave = 0.006 * torque_range(recording) * np.sin(2 * np.pi * 0.7 * recording.t)
+
+    assert rest(recording, wave + noise_of(recording)).present
+
+
+def test_structure_finer_than_the_model_is_not_reported(recording: Recording) -> None:
+    wave = 1e-3 * torque_range(recording) * np.sin(2 * np.pi * 0.7 * recording.t)
+
+    assert not rest(recording, wave).present
+
+
+def test_missing_samples(recording: Recording) -> None:
+    gone = np.arange(recording.t.size) % 5 == 0
+    holed = with_torque(recording, np.where(gone, np.nan, recording.M_z))
+    slow = 0.01 * torque_range(recording) * np.sin(2 * np.pi * 0.3 * recording.t)
+    noise = noise_of(recording)
+    for residual, present in ((noise, False), (slow + noise, True)):
+        said = rest(holed, np.where(gone, np.nan, residual))
+        assert said.present is present
+
+
+def test_outliers_hide_no_structure_from_a_robust_loss(recording: Recording) -> None:
+    slow = 0.02 * torque_range(recording) * np.sin(2 * np.pi * 0.3 * recording.t)
+    spiked = slow + noise_of(recording)
+    spiked[::100] += torque_range(recording)
+    shown = with_torque(recording, recording.M_z - spiked + noise_of(recording))
+    residuals = {recording.name: spiked}
+    found = signatures(residuals, [shown])
+
+    assert unexplained(residuals, [shown], found, Huber(threshold=0.01)).present
+    quiet = noise_of(recording)
+    quiet[::100] += torque_range(recording)
+    residuals = {recording.name: quiet}
+    assert not unexplained(residuals, [recording], found, Huber(threshold=1e-3)).present

@@ -1,0 +1,51 @@
+"""Two models made up such that each figure by which they are compared is known beforehand."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from identification import Recording
+from identification.selection.scoring import BLOCK, Judgement, effective_samples
+from identification.selection.trials import Trial
+
+SECONDS, PER_SECOND = 80, 50
+
+
+def judgement(sizes: np.ndarray) -> Judgement:
+    """A held-out error of that size in each second, range 1."""
+    t = np.arange(SECONDS * PER_SECOND) / PER_SECOND
+    alternating = np.where(np.arange(t.size) % 2, 1.0, -1.0)
+    return Judgement(
+        residuals={"a": alternating * np.repeat(sizes, PER_SECOND)}, ranges={"a": 1.0}, times={"a": t}
+    )
+
+
+def trials(
+    pair: tuple[Trial, list[Recording]], bic: float, error: float, block: float = BLOCK
+) -> tuple[Trial, Trial]:
+    """A model with one more parameter, and one without.
+
+    With it the information criterion rises by `bic`, and the held-out mean square falls by `error` times
+    its standard error, from blocks of so many seconds.
+    """
+    trial, (training, _) = pair
+    white = np.random.default_rng(3).standard_normal(training.t.size)
+    n = effective_samples({training.name: white})
+    ratio = np.exp((np.log(n) - bic) / (2 * n))
+    fits = {
+        "before": replace(trial.fitted, residuals={training.name: ratio * white}),
+        "after": replace(
+            trial.fitted,
+            residuals={training.name: white},
+            labels=(*trial.fitted.labels, (None, "more")),
+        ),
+    }
+    blocks = SECONDS // int(block)
+    gains = np.repeat(np.where(np.arange(blocks) % 2, 1.0, -1.0), int(block))
+    gains = 0.2 * (1 + gains * np.sqrt(blocks - 1) / error)
+    held = {"before": np.ones(SECONDS) * 4, "after": 4 - gains}
+    after, before = (
+        replace(trial, fitted=fits[name], judgement=judgement(0.05 * np.sqrt(held[name])))
+        for name in ("after", "before")
+    )
+    return after, before

@@ -1,0 +1,110 @@
+"""An interrupted search goes on where it was, and comes to the same."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identification import Journal, Recording, search
+from identification.fits.loss import Huber
+from identification.selection.trials import RANKING, Task, Trial, attempt
+from tests.identification.factories import read_campaign, with_torque
+
+CANDIDATES = ("contact_damping", "steering_return", "torque_offset")
+
+
+@pytest.fixture(scope="module")
+def damped() -> list[Recording]:
+    return read_campaign("contact_damping", 3, duration=6.0)[1]
+
+
+@pytest.fixture
+def journal(tmp_path: Path) -> Journal:
+    return Journal(folder=tmp_path / "kept")
+
+
+def same(one: Trial, other: Trial) -> bool:
+    fits = [(one.fitted, other.fitted)]
+    if one.held_out and other.held_out:
+        fits.append((one.held_out, other.held_out))
+    return (one.effects, one.nrmse) == (other.effects, other.nrmse) and all(
+        a.values == b.values
+        and (a.model, a.labels, a.status, a.converged) == (b.model, b.labels, b.status, b.converged)
+        and np.array_equal(a.jacobian, b.jacobian)
+        and all(np.array_equal(a.residuals[n], b.residuals[n], equal_nan=True) for n in b.residuals)
+        for a, b in fits
+    )
+
+
+@pytest.mark.parametrize("held_out", [False, True])
+def test_a_trial_comes_back_as_it_was(damped: list[Recording], journal: Journal, held_out: bool) -> None:
+    training, holdout = (damped[:1], damped[1:]) if held_out else (damped, [])
+    task = Task(("torque_offset",), training, holdout, None, RANKING)
+    made = attempt(task)
+    assert journal.recall(task) is None
+    journal.note(task, made)
+    kept = journal.recall(task)
+
+    assert kept is not None
+    assert same(kept, made)
+
+
+def test_another_task_is_another_trial(damped: list[Recording], journal: Journal) -> None:
+    task = Task(("torque_offset",), damped)
+    made = attempt(task)
+    journal.note(task, made)
+
+    nudged = [with_torque(damped[0], damped[0].M_z + 1e-9), damped[1]]
+    for other in (
+        replace(task, effects=("contact_damping",)),
+        replace(task, training=nudged),
+        replace(task, training=damped[:1], holdout=damped[1:]),
+        replace(task, start=made.fitted.values),
+        replace(task, precision=RANKING),
+        replace(task, loss=Huber(threshold=0.01)),
+    ):
+        assert journal.recall(other) is None
+    assert journal.recall(task) is not None
+
+
+def test_what_cannot_be_read_is_made_anew(damped: list[Recording], journal: Journal) -> None:
+    task = Task((), damped)
+    journal.note(task, attempt(task))
+    (path,) = journal.folder.iterdir()
+    for content in (b"", path.read_bytes()[:500], b"no archive"):
+        path.write_bytes(content)
+        assert journal.recall(task) is None
+
+
+def test_goes_on_after_an_interruption(
+    damped: list[Recording], journal: Journal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    whole = search(damped, (), jobs=1, candidates=CANDIDATES)
+    made: list[Task] = []
+
+    def counting(task: Task) -> Trial:
+        made.append(task)
+        return attempt(task)
+
+    def interrupt(message: str, done: int, total: int) -> None:
+        del message, total
+        if done == 2:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr("identification.selection.trial_runner.attempt", counting)
+    with pytest.raises(KeyboardInterrupt):
+        search(damped, (), jobs=1, candidates=CANDIDATES, journal=journal, progress=interrupt)
+    before = len(made)
+    resumed = search(damped, (), jobs=1, candidates=CANDIDATES, journal=journal)
+    in_all = len(made)
+    search(damped, (), jobs=1, candidates=CANDIDATES, journal=journal)
+
+    assert before > 2
+    assert len(made) == in_all
+    assert len({id(task) for task in made}) == in_all
+    assert len(resumed) == len(whole)
+    for one, other in zip(resumed, whole, strict=True):
+        assert [t.effects for t in one.tried] == [t.effects for t in other.tried]
+        assert all(same(a, b) for a, b in zip(one.tried, other.tried, strict=True))
+        assert same(one.before, other.before)

@@ -1,0 +1,63 @@
+"""Errors with each recording left out: against fits of the others, made here."""
+
+import numpy as np
+import pytest
+
+from identification import Fit, Recording, Values, fit, initial_guess
+from identification.error_stages import declared_residuals, left_out_errors
+from identification.fits.fitting import torque_range
+from identification.selection.scoring import leave_one_out, rmse_of
+from identification.selection.trials import Task, Trial, attempt
+from identification.selection.workers import workers
+from symbolic import Model, effects_named
+from tests.identification.factories import read_campaign
+
+EFFECTS = ("contact_damping",)
+
+
+@pytest.fixture(scope="module")
+def recordings() -> list[Recording]:
+    return read_campaign("contact_damping", 3, recordings=3, duration=6.0)[1]
+
+
+@pytest.fixture(scope="module")
+def trial(recordings: list[Recording]) -> Trial:
+    return attempt(Task(EFFECTS, recordings))
+
+
+def predicted(fitted: Fit, left: Recording) -> float:
+    """Error on a recording that the fit has not seen, mu alone fitted to it."""
+    own = initial_guess(fitted.model, [left]).own
+    start = Values(shared=fitted.values.shared, own=own)
+    alone = fit(fitted.model, [left], start, free_shared=False)
+    return rmse_of(alone.residuals[left.name]) / torque_range(left)
+
+
+def test_left_out_in_turn(trial: Trial, recordings: list[Recording]) -> None:
+    model = Model(effects=effects_named(EFFECTS))
+    with workers(1) as submit:
+        errors = left_out_errors(trial, recordings, submit)
+
+    assert list(errors) == [r.name for r in recordings]
+    first_order = leave_one_out(trial.fitted, recordings)
+    for left in recordings:
+        others = [r for r in recordings if r is not left]
+        fitted = fit(model, others, initial_guess(model, others))
+        assert errors[left.name] == pytest.approx(predicted(fitted, left), rel=2e-3)
+        near = rmse_of(first_order[left.name]) / torque_range(left)
+        assert errors[left.name] == pytest.approx(near, rel=0.02)
+
+
+def test_one_recording_cannot_be_left_out(trial: Trial, recordings: list[Recording]) -> None:
+    with workers(1) as submit:
+        assert left_out_errors(trial, recordings[:1], submit) == {}
+
+
+def test_declared_residuals(recordings: list[Recording], trial: Trial) -> None:
+    residuals = declared_residuals(recordings, trial.fitted.loss)
+
+    assert set(residuals) == {r.name for r in recordings}
+    for recording in recordings:
+        assert np.isfinite(residuals[recording.name]).all()
+        fitted = rmse_of(trial.fitted.residuals[recording.name])
+        assert rmse_of(residuals[recording.name]) > fitted

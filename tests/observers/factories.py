@@ -1,0 +1,107 @@
+"""Recordings and samples made for observers, and where in them friction shows."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+from math import inf, nan
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from observers import Observer, Sample, causal_rate, run
+from reference_rig.patch import RigTyre
+from reference_rig.patch import simulate as simulate_bristles
+from reference_rig.path import hand_path
+from reference_rig.record import RigRecording
+from reference_rig.steering import SteeringRecording
+from symbolic import Model, simulate
+from tests.observers.conftest import RIG, K
+
+Array = NDArray[np.float64]
+Recording = RigRecording | SteeringRecording
+FIELDS = ("mu", "mu_std", "M_z_predicted", "informed", "status")
+CLEAN_RIG: dict[str, Any] = {"noise": 0.01, "error": inf, "gate": inf}
+"""Tuning for white torque noise of 0.4 % of range, about 1 % of the full-slide torque at mu = 1."""
+
+
+def slide(F_N: float = 400.0) -> float:
+    """3/8 F_N a, in which a tuning counts torques [N m]."""
+    return 0.375 * F_N * RIG.a
+
+
+def columns_of(made: Recording, part: slice = slice(None)) -> dict[str, Array]:  # type: ignore[assignment]
+    """What `run` takes, from either recording, by name."""
+    torque = "M_z" if isinstance(made, RigRecording) else "M"
+    return {name: getattr(made, name)[part] for name in ("t", "psi", "F_N", torque)}
+
+
+def samples_of(columns: dict[str, Array]) -> list[Sample]:
+    """The samples that `run` makes of its columns where no angle is missing."""
+    t, psi, F_N = columns["t"], columns["psi"], columns["F_N"]
+    nothing = np.full(t.size, nan)
+    torques = (columns.get(name, nothing) for name in ("M_z", "M"))
+    rows = zip(psi, causal_rate(t, psi), F_N, np.diff(t, prepend=2 * t[0] - t[1]), *torques, strict=True)
+    return [Sample(psi=p, psi_dot=v, F_N=F, dt=dt, M_z=M_z, M=M) for p, v, F, dt, M_z, M in rows]
+
+
+def sparse(samples: list[Sample], every: int = 7) -> list[Sample]:
+    """The samples, each so many-th without what it measures of the tyre."""
+    gone = [replace(s, M_z=nan) if np.isfinite(s.M_z) else replace(s, psi=nan) for s in samples]
+    return [gone[i] if i % every == every - 1 else s for i, s in enumerate(samples)]
+
+
+def states_of(observer: Any, samples: list[Sample]) -> Iterator[Any]:
+    """The state after each sample."""
+    state = observer.init(samples[0])
+    for sample in samples:
+        state = observer.step(state, sample)
+        yield state
+
+
+def full_slide(mu: Array, *, turn: float = 1e3, every: int = 6, F_N: float = 400.0) -> list[Sample]:
+    """Samples in full slide to and fro at changing mu; M_z is linear in mu but for turn^-2.
+
+    The first stands at rest; after it the wheel turns through `turn` [rad] at once, and back.
+    """
+    side = np.where(np.arange(mu.size) // every % 2 == 0, 1.0, -1.0)
+    psi = np.concatenate([[0.0], turn * side[1:]])
+    level = virgin(turn, F_N)
+    M_z = np.concatenate([[0.0], -side[1:] * mu[1:] * level])
+    return [Sample(psi=p, psi_dot=0.0, F_N=F_N, dt=0.01, M_z=M) for p, M in zip(psi, M_z, strict=True)]
+
+
+def virgin(turn: float, F_N: float) -> float:
+    """Size of M_z at mu = 1 after a turn from rest [N m]."""
+    signals = np.array([[0.0, turn], [0.0, 0.0], [F_N, F_N], [0.01, 0.01]])
+    return -float(simulate(Model(), signals, np.array([1.0, K]), np.array([RIG.a, RIG.e])).M_z[1])
+
+
+def first_full_slide(made: RigRecording) -> int:
+    """First sample after the torque has been at 90 % of its full-slide level, never quite reached."""
+    x = np.linspace(-made.tyre.a, made.tyre.a, 4001)
+    share = np.mean((1 - (x / made.tyre.a) ** 2) * np.abs(x - made.tyre.e)) * 1.5
+    level = made.tyre.mu * made.F_N_true * share
+    return int(np.flatnonzero(np.abs(made.M_z_true) > 0.9 * level)[0]) + 1
+
+
+def change_of_ground() -> tuple[Array, Array, Array, Array]:
+    """t, psi, F_N and M_z while mu is 1.5 for 7 s and then 1.1, as if the wheel were lifted over."""
+    path = hand_path(31, 14.0, load=400.0, rate=100.0)
+    mu = np.where(path.t < 7, 1.5, 1.1)
+    M_z = simulate_bristles(replace(path, F_N=path.F_N * mu), RigTyre(k=K, mu=1.0), bristles=1000).M_z
+    M_z = M_z + 0.004 * np.ptp(M_z) * np.random.default_rng(31).standard_normal(M_z.size)
+    return path.t, path.psi, path.F_N, M_z
+
+
+def assert_steps_are_the_run(observer: Observer, columns: dict[str, Array]) -> None:
+    """Sample by sample, an observer says what it says of the whole recording."""
+    estimates = run(observer, **columns)
+    states = states_of(observer, samples_of(columns))
+    said = [observer.estimate(state) for state in states]
+    for name in FIELDS:
+        stepped = np.array([getattr(now, name) for now in said], dtype=float)
+        whole = np.asarray(getattr(estimates, name), dtype=float)
+        np.testing.assert_allclose(whole, stepped, rtol=0, atol=1e-12, err_msg=name)
+    assert np.ptp(estimates.mu) > 0.05, "the comparison saw no correction"
+    assert said[-1].mu == pytest.approx(estimates.mu[-1], abs=1e-12)

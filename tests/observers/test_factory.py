@@ -1,0 +1,133 @@
+"""Observers from files say what those built by hand say, and faults name their file."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from observers import AligningTorque, Ekf, Mhe, SteeringTorque, Tuning, from_files, run
+from observers.factory import read_model_file, read_rig_file
+from reference_rig.record import RigRecording
+from symbolic import InvalidInputError, Model, Rig, Tyre, effects_named
+
+TOML = "[rig]\na = 0.045\ne = 0.009\nJ_A = 0.15\nb_t = 1.0\n\n[tyre]\nk = 2.8e6\nmu = 1.1\n"
+FOUND = {
+    "version": 1,
+    "effects": ["carcass_torsion", "torque_offset"],
+    "shared": {"k": 2.4e6, "carcass_torsion.k_t": 390.0},
+    "recordings": {"rig": {"mu": 0.4, "torque_offset.M_0": 3.0}},
+    "units": {"k": "N/m^2", "carcass_torsion.k_t": "N m/rad"},
+}
+WHOLE = Rig(a=0.045, e=0.009, J_A=0.15, b_t=1.0)
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Path:
+    path = tmp_path / "rig.toml"
+    path.write_text(TOML, encoding="utf-8")
+    return path
+
+
+def write_model(folder: Path, **changes: Any) -> Path:
+    path = folder / "model.json"
+    path.write_text(json.dumps({**FOUND, **changes}), encoding="utf-8")
+    return path
+
+
+def message_of(*args: Any, **settings: Any) -> str:
+    with pytest.raises(InvalidInputError) as caught:
+        from_files(*args, **settings)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("kind", [Ekf, Mhe])
+def test_the_declared_model_has_the_k_of_the_rig(kind: Any, rig: Path) -> None:
+    tuning = Tuning(noise=0.1)
+
+    assert from_files(kind, rig, tuning=tuning) == kind(
+        model=Model(), values={"k": 2.8e6}, rig=WHOLE, tuning=tuning
+    )
+
+
+def test_a_model_that_was_found(rig: Path, tmp_path: Path) -> None:
+    observer = from_files(Mhe, str(rig), str(write_model(tmp_path)), window=7)
+    effects = effects_named(["carcass_torsion", "torque_offset"])
+
+    assert observer.model == Model(effects=effects, discretised=True)
+    # The k of the model goes before that of the rig; nothing fitted to one recording is believed.
+    assert observer.values == {"k": 2.4e6, "carcass_torsion.k_t": 390.0, "torque_offset.M_0": 0.0}
+    assert (observer.window, observer.sensing) == (7, AligningTorque())
+
+
+def test_it_runs(rig: Path, tmp_path: Path, recording: RigRecording) -> None:
+    columns = [a[:300] for a in (recording.t, recording.psi, recording.F_N, recording.M_z)]
+    made = run(from_files(Ekf, rig, write_model(tmp_path)), *columns)
+    by_hand = Ekf(
+        model=Model(effects=effects_named(FOUND["effects"]), discretised=True),
+        values={"k": 2.4e6, "carcass_torsion.k_t": 390.0, "torque_offset.M_0": 0.0},
+        rig=WHOLE,
+    )
+
+    np.testing.assert_array_equal(made.mu, run(by_hand, *columns).mu)
+
+
+def test_what_the_files_hold(rig: Path, tmp_path: Path) -> None:
+    assert read_rig_file(rig) == (WHOLE, Tyre(k=2.8e6, mu=1.1))
+    assert read_model_file(write_model(tmp_path)).own == FOUND["recordings"]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        ("a = 0.045", "a = 45", "a must be given in metres, at most 1 m in size, got 45"),
+        ("e = 0.009", "e = 9", "e must be given in metres, at most 1 m in size, got 9"),
+        ("k = 2.8e6", "k = 2.8", "k must lie between 1000 and 1e+09 N/m^2, got 2.8"),
+        ("[tyre]", "[tire]", "unknown section or key 'tire'"),
+        ("e = 0.009", "e = ", "is not valid TOML: "),
+        (TOML, "", "is empty"),
+    ],
+)
+def test_faults_of_the_rig_name_its_file(rig: Path, old: str, new: str, fault: str) -> None:
+    rig.write_text(TOML.replace(old, new), encoding="utf-8")
+
+    assert message_of(Ekf, rig).startswith(f"{rig}: {fault}")
+
+
+@pytest.mark.parametrize(
+    ("changes", "fault"),
+    [
+        ({"units": {"k": "N/mm^2"}}, "k has the unit 'N/mm^2', expected 'N/m^2'; convert the value"),
+        ({"units": {"carcass_torsion.k_t": "N m/deg"}}, "carcass_torsion.k_t has the unit 'N m/deg'"),
+        ({"shared": {"k": 2.4e6}}, "'shared' lacks carcass_torsion.k_t [N m/rad]"),
+        ({"version": 0}, "not a model file of version 1"),
+    ],
+)
+def test_faults_of_the_model_name_its_file(
+    rig: Path, tmp_path: Path, changes: dict[str, Any], fault: str
+) -> None:
+    path = write_model(tmp_path, **changes)
+
+    assert message_of(Ekf, rig, path).startswith(f"{path}: {fault}")
+
+
+def test_files_that_are_not_there(rig: Path, tmp_path: Path) -> None:
+    none = tmp_path / "none"
+
+    assert message_of(Ekf, none) == f"{none}: cannot be read: No such file or directory"
+    assert message_of(Ekf, rig, none) == f"{none}: cannot be read: No such file or directory"
+    assert message_of(Ekf, tmp_path).startswith(f"{tmp_path}: cannot be read: ")
+
+
+def test_the_steering_torque_needs_the_wheel(rig: Path) -> None:
+    assert from_files(Ekf, rig, sensing=SteeringTorque()).rig.J_A == 0.15
+    rig.write_text(TOML.replace("J_A = 0.15\n", ""), encoding="utf-8")
+
+    assert from_files(Ekf, rig).rig.J_A is None
+    assert message_of(Ekf, rig, sensing=SteeringTorque()).startswith(f"{rig}: the rig lacks J_A")
+
+
+def test_faults_of_settings_name_no_file(rig: Path) -> None:
+    assert message_of(Mhe, rig, window=0).startswith("window must be a whole number of at least 1")

@@ -1,0 +1,134 @@
+"""The wheel with its inertia, steering torque and angle measured: what is found on the rig."""
+
+from math import inf
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from observers import Ekf, Estimates, Mhe, SteeringTorque, run
+from reference_rig.patch import RigTyre
+from reference_rig.steering import SteeringRecording, make_steering_recording
+from symbolic import InvalidInputError, Model, effects_named
+from tests.observers.conftest import RIG, K, make
+from tests.observers.factories import CLEAN_RIG, columns_of, samples_of, slide, states_of
+
+pytestmark = pytest.mark.usefixtures("interpreted")
+
+Array = NDArray[np.float64]
+KINDS = [pytest.param(Ekf, {}, id="ekf"), pytest.param(Mhe, {"window": 20}, id="mhe")]
+SENSINGS = [SteeringTorque(), SteeringTorque(zero=True), SteeringTorque(stiffness=True)]
+
+
+@pytest.fixture(scope="module", params=[(5, 1.3), (6, 0.7), (8, 1.6)], ids=str)
+def made(request: pytest.FixtureRequest) -> SteeringRecording:
+    seed, mu = request.param
+    return make_steering_recording(seed, tyre=RigTyre(mu=mu), duration=4.0, rate=500.0)
+
+
+def slid(made: SteeringRecording) -> slice:
+    """From the first sample at 90 % of full slide on."""
+    full = 0.9 * 1.07 * made.mu_true[0] * slide()
+    return slice(int(np.flatnonzero(np.abs(made.M_z_true) > full)[0]) + 1, None)
+
+
+def estimated(kind: Any, made: SteeringRecording, **settings: Any) -> Estimates:
+    return run(make(kind, **settings), **columns_of(made))
+
+
+@pytest.mark.parametrize("sensing", SENSINGS, ids=repr)
+@pytest.mark.parametrize(("kind", "settings"), KINDS)
+def test_friction_is_found(
+    made: SteeringRecording, kind: Any, settings: Any, sensing: SteeringTorque
+) -> None:
+    estimates, late = estimated(kind, made, sensing=sensing, **CLEAN_RIG, **settings), slid(made)
+    error = np.abs(estimates.mu - made.mu_true)[late]
+
+    assert estimates.informed[late].all()
+    assert error.max() < 0.03
+    assert np.mean(error < 3 * estimates.mu_std[late]) > 0.95
+    assert not estimates.informed[:100].any(), "the wheel has hardly moved"
+
+
+@pytest.mark.parametrize(("kind", "settings"), KINDS)
+def test_friction_is_found_as_the_tuning_stands(
+    made: SteeringRecording, kind: Any, settings: Any
+) -> None:
+    estimates, late = estimated(kind, made, sensing=SteeringTorque(), **settings), slid(made)
+
+    assert np.abs(estimates.mu - made.mu_true)[late].max() < 0.1
+    np.testing.assert_array_equal(estimates.status & ~np.int64(32), 0)
+
+
+@pytest.mark.parametrize("sensing", SENSINGS, ids=repr)
+def test_window_and_filter_agree(made: SteeringRecording, sensing: SteeringTorque) -> None:
+    filtered, windowed = (
+        estimated(kind, made, sensing=sensing, **CLEAN_RIG, **settings)
+        for kind, settings in ((Ekf, {}), (Mhe, {"window": 20}))
+    )
+    late = slid(made)
+    apart = np.abs(windowed.mu - filtered.mu)[late] / filtered.mu_std[late]
+
+    assert apart.max() < 0.5
+    assert np.median(apart) < 0.1
+    np.testing.assert_allclose(windowed.mu_std[late], filtered.mu_std[late], rtol=0.05)
+
+
+@pytest.mark.parametrize(("kind", "settings"), KINDS)
+def test_angle_rate_and_aligning_torque_are_found_below_the_noise(
+    steered: SteeringRecording, kind: Any, settings: Any
+) -> None:
+    observer = make(kind, sensing=SteeringTorque(), **CLEAN_RIG, **settings)
+    states = list(states_of(observer, samples_of(columns_of(steered))))
+    x = np.array([state["x"].reshape(3, -1)[:, -1] for state in states])
+    late = slid(steered)
+
+    of_encoder = np.std((steered.psi - steered.psi_true)[late])
+    assert np.std((x[:, 1] - steered.psi_true)[late]) < 0.7 * of_encoder
+    # The rate is that in the middle between two samples.
+    middle = np.concatenate([[0.0], (steered.psi_dot_true[1:] + steered.psi_dot_true[:-1]) / 2])
+    differences = np.concatenate([[0.0], np.diff(steered.psi) * 500])
+    assert np.std((x[:, 2] - middle)[late]) < 0.1 * np.std((differences - middle)[late])
+    M_z = np.array([observer.estimate(state).M_z_predicted for state in states])
+    assert np.std((M_z - steered.M_z_true)[late]) < 0.01 * np.ptp(steered.M_z_true)
+
+
+def test_the_clock_may_be_uneven() -> None:
+    times = np.sort(np.random.default_rng(3).uniform(0.0, 4.0, 1500))
+    uneven = make_steering_recording(5, duration=4.0, times=times)
+    estimates = estimated(Ekf, uneven, sensing=SteeringTorque(), **CLEAN_RIG)
+
+    assert np.abs(estimates.mu - 1.3)[slid(uneven)].max() < 0.03
+    assert estimates.mu[-1] == pytest.approx(1.3, abs=3 * estimates.mu_std[-1])
+
+
+def test_a_zero_of_the_channel_is_told_from_friction(steered: SteeringRecording) -> None:
+    columns = columns_of(steered)
+    shifted = {**columns, "M": columns["M"] + 0.3}
+    observer = make(Ekf, sensing=SteeringTorque(zero=True), **CLEAN_RIG)
+    *_, state = states_of(observer, samples_of(shifted))
+    said = observer.estimate(state)
+
+    assert said.mu == pytest.approx(1.3, abs=3 * said.mu_std)
+    assert state["x"][1] == pytest.approx(-0.3, abs=0.03)
+
+
+@pytest.mark.parametrize(("kind", "settings"), KINDS)
+@pytest.mark.parametrize("rate", [1000.0, 100.0])
+def test_a_torque_lost_for_long_counts_alike_at_any_rate(kind: Any, settings: Any, rate: float) -> None:
+    # What is held errs to one side; ten times as many samples of it say no more.
+    made = make_steering_recording(11, duration=4.0, rate=rate)
+    M = np.where((made.t > 2.0) & (made.t < 3.0), np.nan, made.M)
+    observer = make(kind, sensing=SteeringTorque(), noise=0.03, error=inf, gate=inf, **settings)
+    said = run(observer, made.t, made.psi, made.F_N, M=M)
+    off = np.abs(said.mu - made.mu_true) / said.mu_std
+
+    assert off[made.t > 2.0].max() < 5
+
+
+def test_a_sensor_of_the_other_torque_is_refused() -> None:
+    model = Model(effects=effects_named(["sensor_delay"]))
+    values = {"k": K, "sensor_delay.delay": 0.01}
+    with pytest.raises(InvalidInputError, match="sensor_delay"):
+        Ekf(model=model, values=values, rig=RIG, sensing=SteeringTorque())

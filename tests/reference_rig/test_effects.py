@@ -1,0 +1,313 @@
+"""Every effect of the rig against its own law, worked out by hand where a closed form exists."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from reference_rig.creep import REFERENCE_SPEED, REST_SPEED
+from reference_rig.hooks import Array, Drive, History
+from reference_rig.patch import RigTyre, simulate
+from reference_rig.path import hand_path
+from reference_rig.record import EFFECTS, Planted, build_effects
+
+LOAD = 400.0
+CENTRED = RigTyre(e=0.0)
+TRAILED = RigTyre(e=0.009)
+SLIDE = 3 / 8 * CENTRED.mu * LOAD * CENTRED.a
+
+
+def turn(psi: Array | list[float], psi_dot: float = 0.1, load: float = LOAD) -> Drive:
+    """Turn to the angles at a stated rate; its sign follows the way."""
+    psi = np.asarray(psi, dtype=float)
+    way = np.sign(np.diff(psi, prepend=0.0))
+    return Drive(
+        t=np.arange(len(psi)) * 0.01,
+        psi=psi,
+        psi_dot=psi_dot * way,
+        F_N=np.full(len(psi), load),
+        psi_virgin=0.0,
+    )
+
+
+def run(drive: Drive, tyre: RigTyre, planted: Planted | None = None) -> History:
+    return simulate(drive, tyre, build_effects(planted or {}))
+
+
+def last_torque(drive: Drive, tyre: RigTyre, **planted: Mapping[str, float]) -> float:
+    return float(run(drive, tyre, planted).M_z[-1])
+
+
+def slid(psi_dot: float = 0.1, load: float = LOAD) -> Drive:
+    return turn([0.0, 500.0], psi_dot, load)
+
+
+@pytest.mark.parametrize("name", EFFECTS)
+def test_neutral_effect_changes_nothing(name: str) -> None:
+    drive = hand_path(1, 6.0, rate=100.0)
+
+    M_z = run(drive, TRAILED, {name: {}}).M_z
+
+    np.testing.assert_allclose(M_z, run(drive, TRAILED).M_z, rtol=0, atol=1e-12)
+
+
+def test_rate_friction_adds_the_same_for_every_decade() -> None:
+    slow = last_torque(slid(1.0), CENTRED, rate_friction={"c": 0.04})
+    fast = last_torque(slid(10.0), CENTRED, rate_friction={"c": 0.04})
+
+    assert fast - slow == pytest.approx(-0.04 * np.log(10) * SLIDE, rel=1e-3)
+
+
+def test_rate_friction_has_a_floor() -> None:
+    assert last_torque(slid(0.0), CENTRED, rate_friction={"c": 0.5}) == pytest.approx(
+        -0.05 * SLIDE, rel=1e-5
+    )
+
+
+def steady(psi_dot: float, angle: float = 6.0) -> Drive:
+    """Turn at a steady rate until everything slides."""
+    return turn(np.arange(0, angle, psi_dot * 0.01), psi_dot)
+
+
+def test_frictional_creep_adds_the_same_for_every_decade() -> None:
+    slow, fast = (last_torque(steady(w), CENTRED, frictional_creep={"c": 0.04}) for w in (2.0, 20.0))
+
+    assert fast - slow == pytest.approx(-0.04 * np.log(10) * SLIDE, rel=2e-3)
+
+
+def test_a_bristle_that_is_no_longer_driven_creeps() -> None:
+    """Stress falls by c per e-fold of time while friction holds it: creep is logarithmic."""
+    c, rest = 0.15, 4000
+    moving = steady(0.5)
+    psi = np.concatenate([moving.psi, np.full(rest, moving.psi[-1])])
+    drive = replace(turn(psi), psi_dot=np.zeros(len(psi)))
+    M_z = -run(drive, CENTRED, {"frictional_creep": {"c": c}}).M_z[len(moving.psi) :]
+    later = M_z[[20, 40, 80]]
+
+    assert np.all(np.diff(M_z) <= 1e-12)
+    # Twice the time, half the speed; bristles at the ends rest before the others do.
+    np.testing.assert_allclose(np.diff(later), -c * np.log(2) * SLIDE, rtol=0.15)
+    at_rest = 1 + c * np.log(REST_SPEED / REFERENCE_SPEED)
+    assert M_z[-1] == pytest.approx(at_rest * SLIDE, rel=1e-3)
+
+
+def test_stribeck_is_static_at_rest_and_kinetic_in_a_rush() -> None:
+    law = {"ratio": 1.3, "v_s": 3e-3}
+
+    assert last_torque(slid(1e-9), CENTRED, stribeck=law) == pytest.approx(-1.3 * SLIDE, rel=1e-5)
+    assert last_torque(slid(1e3), CENTRED, stribeck=law) == pytest.approx(-SLIDE, rel=1e-5)
+
+
+def test_carcass_twists_in_series() -> None:
+    drive = hand_path(2, 8.0, rate=100.0)
+
+    history = run(drive, TRAILED, {"carcass_torsion": {"k_t": 150.0}})
+
+    np.testing.assert_allclose(history.psi_patch, drive.psi + history.M_z / 150.0, atol=1e-12)
+    np.testing.assert_allclose(
+        run(replace(drive, psi=history.psi_patch), TRAILED).M_z, history.M_z, atol=1e-10
+    )
+
+
+def test_compliances_add_while_sticking() -> None:
+    small = 1e-9
+    patch = -last_torque(turn([0.0, small]), TRAILED) / small
+
+    both = -last_torque(turn([0.0, small]), TRAILED, carcass_torsion={"k_t": 200.0}) / small
+
+    assert 1 / both == pytest.approx(1 / patch + 1 / 200.0, rel=1e-3)
+
+
+def test_width_stiffens() -> None:
+    a, e, k, b, small = TRAILED.a, TRAILED.e, TRAILED.k, 0.03, 1e-7
+
+    M_z = last_torque(turn([0.0, small]), TRAILED, patch_width={"half_width": b})
+
+    assert -M_z / small == pytest.approx(2 * a * k * (a**2 / 3 + e**2 + b**2 / 3), rel=2e-3)
+
+
+def test_width_raises_the_slide_by_the_mean_lever() -> None:
+    b, x = 0.03, np.linspace(-1, 1, 2001) * CENTRED.a
+    y = np.linspace(-1, 1, 401) * b
+    lever = np.trapezoid(np.hypot(x[:, None], y[None, :]), y, axis=1) / (2 * b)
+    pressure = 3 * LOAD / (4 * CENTRED.a) * (1 - (x / CENTRED.a) ** 2)
+    expected = -CENTRED.mu * np.trapezoid(pressure * lever, x)
+
+    assert last_torque(slid(), CENTRED, patch_width={"half_width": b}) == pytest.approx(
+        expected, rel=1e-3
+    )
+
+
+@pytest.mark.parametrize("n", [1.0, 2.0, 5.0])
+def test_pressure_shape_moves_the_load_outward(n: float) -> None:
+    expected = -CENTRED.mu * LOAD * CENTRED.a * (n + 1) / (2 * (n + 2))
+
+    M_z = last_torque(slid(), CENTRED, pressure_shape={"exponent": n})
+
+    assert M_z == pytest.approx(expected, rel=1e-5)
+
+
+def test_pressure_skew_moves_the_load_along() -> None:
+    skew, a, e = 0.5, TRAILED.a, TRAILED.e
+    x = np.linspace(-a, a, 20001)
+    pressure = 3 * LOAD / (4 * a) * (1 - (x / a) ** 2) * (1 + skew * x / a)
+    expected = -TRAILED.mu * np.trapezoid(pressure * np.abs(x - e), x)
+
+    assert last_torque(slid(), TRAILED, pressure_skew={"skew": skew}) == pytest.approx(
+        expected, rel=1e-5
+    )
+    assert expected > last_torque(slid(), TRAILED)
+
+
+def test_relaxation_fades_at_rest() -> None:
+    law, small = {"gain": 0.6, "time": 0.5}, 1e-8
+    drive = turn(np.full(101, small))
+    drive = replace(drive, psi=np.concatenate([[0.0, small], np.full(99, small)]))
+    elastic = last_torque(turn([0.0, small]), TRAILED)
+
+    M_z = run(drive, TRAILED, {"viscoelastic_relaxation": law}).M_z
+
+    since = drive.t[1:] - drive.t[1]
+    kept = 0.5 * (1 - np.exp(-0.01 / 0.5)) / 0.01
+    np.testing.assert_allclose(
+        M_z[1:] / elastic, 1 + 0.6 * kept * np.exp(-since / 0.5), rtol=0, atol=2e-3
+    )
+
+
+def test_relaxation_does_not_change_the_slide() -> None:
+    M_z = last_torque(slid(), CENTRED, viscoelastic_relaxation={"gain": 0.6, "time": 0.5})
+
+    assert M_z == pytest.approx(-SLIDE, rel=1e-5)
+
+
+def test_slip_relieves_spring_and_branch_together() -> None:
+    # A slide too short to relax in, then a rest: the branch's part of the limit fades.
+    drive = replace(turn([0.0, 500.0, 500.0]), t=np.array([0.0, 1e-12, 50.0]))
+
+    M_z = run(drive, CENTRED, {"viscoelastic_relaxation": {"gain": 0.6, "time": 0.5}}).M_z
+
+    np.testing.assert_allclose(M_z[1:], [-SLIDE, -SLIDE / 1.6], rtol=1e-4)
+
+
+def test_branch_of_a_long_slide_is_empty() -> None:
+    # In a steady slide the branch fades over time (1 + gain); a rest then changes nothing.
+    t = np.append(np.arange(1001) * 0.01, 60.0)
+    drive = replace(turn(np.minimum(t, 10.0) * 5.0), t=t)
+
+    M_z = run(drive, CENTRED, {"viscoelastic_relaxation": {"gain": 0.6, "time": 0.5}}).M_z
+
+    np.testing.assert_allclose(M_z[-2:], -SLIDE, rtol=1e-5)
+
+
+def test_torques_beside_the_patch() -> None:
+    drive = hand_path(3, 6.0, rate=100.0)
+    M_z = run(drive, TRAILED).M_z
+    expected = {
+        "contact_damping": M_z - 2.0 * drive.psi_dot,
+        "bearing_friction": M_z - 2.0 * np.tanh(drive.psi_dot / 0.01),
+        "steering_return": M_z - 2.0 * drive.psi,
+        "torque_offset": M_z + 2.0,
+    }
+    parameter = {
+        "contact_damping": "c",
+        "bearing_friction": "M_c",
+        "steering_return": "stiffness",
+        "torque_offset": "M_0",
+    }
+
+    for name, torque in expected.items():
+        np.testing.assert_allclose(
+            run(drive, TRAILED, {name: {parameter[name]: 2.0}}).M_z, torque, atol=1e-12
+        )
+
+
+def test_delay_shifts_the_torque_with_all_that_made_it() -> None:
+    drive = hand_path(3, 6.0, rate=100.0)
+    damping = {"contact_damping": {"c": 2.0}}
+    M_z = run(drive, TRAILED, damping).M_z
+
+    late = run(drive, TRAILED, {"sensor_delay": {"delay": 0.03}} | damping).M_z
+
+    np.testing.assert_allclose(late[3:], M_z[:-3], atol=1e-9)
+    assert np.all(late[:3] == M_z[0])
+
+
+def test_pretwist_is_a_turn_before_the_first_sample() -> None:
+    turned = run(turn([0.0, 0.04, 0.06, 0.01]), TRAILED).M_z[1:]
+    drive = turn([0.0, 0.02, -0.03])
+
+    M_z = run(drive, TRAILED, {"pretwist": {"psi_0": 0.04}}).M_z
+
+    np.testing.assert_allclose(M_z, turned, atol=1e-11)
+
+
+def test_load_dependence_is_a_power() -> None:
+    M_z = last_torque(slid(load=500.0), CENTRED, load_dependent_friction={"n": 0.3})
+
+    assert M_z == pytest.approx(-SLIDE * 1.25**0.7, rel=1e-5)
+
+
+def test_friction_differs_by_direction() -> None:
+    M_z = run(turn([0.0, 500.0, -500.0]), CENTRED, {"asymmetric_friction": {"ratio": 1.2}}).M_z
+
+    np.testing.assert_allclose(M_z[1:], [-1.2 * SLIDE, SLIDE], rtol=1e-5)
+
+
+def test_friction_beds_in_with_the_way() -> None:
+    law = {"gain": 0.3, "scale": 400.0}
+
+    M_z = run(turn([0.0, 500.0, -500.0]), CENTRED, {"friction_drift": law}).M_z
+
+    grown = 1 + 0.3 * (1 - np.exp(-np.array([500.0, 1500.0]) / 400.0))
+    np.testing.assert_allclose(M_z[1:], SLIDE * grown * [-1, 1], rtol=1e-5)
+
+
+def test_backlash_is_a_lost_way() -> None:
+    psi = np.array([0.0, 0.005, 0.03, 0.025, 0.01])
+    taken_up = np.array([0.0, 0.0, 0.025, 0.025, 0.015])
+
+    np.testing.assert_allclose(
+        run(turn(psi), TRAILED, {"backlash": {"gap": 0.01}}).M_z,
+        run(turn(taken_up), TRAILED).M_z,
+        atol=1e-12,
+    )
+
+
+def test_torque_swings_only_while_sliding() -> None:
+    law = {"slide_oscillation": {"amplitude": 0.5, "frequency": 5.0}}
+    sticking, sliding = turn(np.linspace(0, 1e-6, 50)), turn(np.linspace(0, 5000, 50))
+
+    def swing(drive: Drive) -> float:
+        return float(np.max(np.abs(run(drive, CENTRED, law).M_z - run(drive, CENTRED).M_z)))
+
+    assert swing(sticking) < 0.01
+    assert swing(sliding) == pytest.approx(0.5, rel=0.02)
+
+
+def test_gust_is_slow_and_of_its_level() -> None:
+    drive = hand_path(3, 14.0, rate=100.0)
+
+    gust = run(drive, TRAILED, {"gust": {"level": 0.4, "seed": 2}}).M_z - run(drive, TRAILED).M_z
+
+    assert np.sqrt(np.mean(gust**2)) == pytest.approx(0.4)
+    assert np.max(np.abs(np.diff(gust))) < 0.05
+
+
+def test_effects_act_together() -> None:
+    drive = hand_path(4, 6.0, rate=100.0)
+    planted = {"carcass_torsion": {"k_t": 400.0}, "rate_friction": {"c": 0.04}}
+
+    history = run(drive, TRAILED, planted)
+
+    rated = {"rate_friction": {"c": 0.04}}
+    np.testing.assert_allclose(
+        history.M_z, run(replace(drive, psi=history.psi_patch), TRAILED, rated).M_z, atol=1e-10
+    )
+
+
+def test_one_branch_only() -> None:
+    branch = build_effects({"viscoelastic_relaxation": {"gain": 0.2}})
+
+    with pytest.raises(ValueError, match="one Maxwell branch"):
+        simulate(turn([0.0, 0.1]), TRAILED, [*branch, *branch])

@@ -1,0 +1,122 @@
+"""Faults strike as many samples as stated, the same ones for the same seed, and nothing else."""
+
+from collections.abc import Callable
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from reference_rig.faults import dropped, encoded, jittered, late, outliers
+from reference_rig.ground import constant, make_ground_recording
+from reference_rig.hooks import Array
+
+T = np.arange(1001) / 100
+SIGNAL = 3.0 * np.sin(T)
+SEEDED: dict[str, Callable[[int], Array]] = {
+    "outliers": lambda seed: outliers(seed, SIGNAL),
+    "dropped": lambda seed: dropped(seed, SIGNAL),
+    "jittered": lambda seed: jittered(seed, T, spread=0.03),
+}
+
+
+@pytest.mark.parametrize("fault", SEEDED)
+def test_seed_decides(fault: str) -> None:
+    make = SEEDED[fault]
+
+    np.testing.assert_array_equal(make(1), make(1))
+    assert not np.array_equal(make(1), make(2), equal_nan=True)
+
+
+def test_outliers_are_one_range_off() -> None:
+    faulty = outliers(3, SIGNAL)
+    off = faulty - SIGNAL
+    struck = off != 0
+
+    assert np.count_nonzero(struck) == 10
+    np.testing.assert_allclose(np.abs(off[struck]), np.ptp(SIGNAL), rtol=1e-12)
+    assert {-1.0, 1.0} == set(np.sign(off[struck]))
+
+
+def test_outliers_strike_finite_samples_only() -> None:
+    signal = dropped(1, SIGNAL, share=0.5)
+
+    faulty = outliers(2, signal, share=0.1, size=100.0)
+
+    np.testing.assert_array_equal(np.isnan(faulty), np.isnan(signal))
+    assert np.count_nonzero(np.abs(faulty) > 90) == 50
+
+
+def test_dropped_samples() -> None:
+    faulty = dropped(3, SIGNAL)
+    lost = np.isnan(faulty)
+
+    assert np.count_nonzero(lost) == 200
+    assert not lost[0]
+    np.testing.assert_array_equal(faulty[~lost], SIGNAL[~lost])
+    assert np.count_nonzero(np.isnan(dropped(3, SIGNAL, share=1.0))) == 1000
+
+
+def test_encoder() -> None:
+    step = 2 * np.pi / 16384
+
+    assert np.max(np.abs(encoded(SIGNAL) - SIGNAL)) <= 0.5 * step * (1 + 1e-9)
+    np.testing.assert_allclose(encoded(SIGNAL) / step, np.round(encoded(SIGNAL) / step), atol=1e-8)
+
+
+def test_late_samples() -> None:
+    np.testing.assert_array_equal(late(SIGNAL, 3), np.append([np.nan] * 3, SIGNAL[:-3]))
+    np.testing.assert_array_equal(late(SIGNAL, 0), SIGNAL)
+
+
+@pytest.mark.parametrize("spread", [0.0, 0.005, 0.03, 0.5])
+def test_jitter_keeps_increasing_within_the_time(spread: float) -> None:
+    moved = jittered(3, T, spread=spread)
+
+    assert len(moved) == len(T)
+    assert np.all(np.diff(moved) > 0.99e-4)
+    assert moved[0] >= 0
+    assert moved[-1] <= 10.0
+    assert np.max(np.abs(moved - T)) <= 0.5 * spread + 0.002
+
+
+def test_jitter_below_the_interval_is_uniform() -> None:
+    moved = jittered(3, T, spread=0.008)[1:-1] - T[1:-1]
+
+    assert np.std(moved) == pytest.approx(0.008 / np.sqrt(12), rel=0.05)
+
+
+def test_long_jitter_makes_uneven_intervals() -> None:
+    intervals = np.diff(jittered(3, T, spread=0.03))
+
+    assert intervals.min() < 0.002
+    assert intervals.max() > 0.025
+    assert np.mean(intervals) == pytest.approx(0.01, rel=0.01)
+
+
+def test_nothing_else_changes() -> None:
+    made = make_ground_recording(2, constant(1.1), duration=3.0)
+    before = {field.name: np.copy(getattr(made, field.name)) for field in fields(made)}
+
+    faulty = replace(made, M_z=outliers(1, dropped(1, made.M_z)), psi=dropped(2, encoded(made.psi_true)))
+
+    for name, value in before.items():
+        np.testing.assert_array_equal(getattr(made, name), value, err_msg=name)
+        if name not in {"M_z", "psi"}:
+            np.testing.assert_array_equal(getattr(faulty, name), value, err_msg=name)
+    assert not np.array_equal(np.isnan(faulty.M_z), np.isnan(faulty.psi))
+
+
+@pytest.mark.parametrize("share", [-0.1, 1.1, np.nan])
+def test_share_is_checked(share: float) -> None:
+    with pytest.raises(ValueError, match="share is between 0 and 1"):
+        dropped(1, SIGNAL, share=share)
+
+
+def test_lateness_is_checked() -> None:
+    with pytest.raises(ValueError, match="late by 0 to 1001"):
+        late(SIGNAL, -1)
+
+
+def test_jitter_needs_room() -> None:
+    with pytest.raises(ValueError, match="do not fit"):
+        jittered(1, T, spread=0.01, least=0.01)

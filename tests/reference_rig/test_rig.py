@@ -1,0 +1,189 @@
+"""The rig's patch, path and recordings against facts that are known without it."""
+
+import runpy
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from reference_rig.campaign import campaign, plant, write_campaign
+from reference_rig.hooks import Array, Drive
+from reference_rig.patch import RigTyre, simulate
+from reference_rig.path import hand_path
+from reference_rig.record import RigRecording, csv_text, make_recording
+
+LOAD = 400.0
+TYRE = RigTyre()
+
+
+def steady(psi: Array) -> Drive:
+    """A path of small steps at constant load."""
+    t = np.arange(len(psi)) * 0.01
+    rate = np.gradient(psi, t)
+    return Drive(t=t, psi=psi, psi_dot=rate, F_N=np.full_like(psi, LOAD), psi_virgin=0.0)
+
+
+def virgin_torque(psi: float, tyre: RigTyre, load: float = LOAD) -> float:
+    """The integral of k q (x - e) over the patch, piece by piece between the kinks of q."""
+    a, e, k = tyre.a, tyre.e, tyre.k
+    slope = 3 * load * tyre.mu / (4 * a**3 * k)
+
+    def excess(x: float, side: int) -> float:
+        return side * (x - e) * psi - slope * (a**2 - x**2)
+
+    def moment(x: float) -> float:
+        limit = slope * (a**2 - x**2)
+        return k * float(np.clip(-(x - e) * psi, -limit, limit)) * (x - e)
+
+    kinks = [-a, brentq(excess, -a, e, args=(-1,)), brentq(excess, e, a, args=(1,)), a]
+    return sum(quad(moment, *piece, epsabs=1e-13)[0] for piece in pairwise(kinks))
+
+
+@pytest.mark.parametrize("e", [0.0, 0.009, -0.02])
+def test_first_turn_follows_the_integral(e: float) -> None:
+    tyre = RigTyre(e=e)
+    psi = np.linspace(0, 0.5, 41)
+
+    M_z = simulate(steady(psi), tyre, bristles=4000).M_z
+
+    expected = [virgin_torque(angle, tyre) if angle else 0.0 for angle in psi]
+    np.testing.assert_allclose(M_z, expected, atol=3e-6 * np.ptp(expected))
+    assert np.all(M_z[1:] < 0)
+
+
+def test_torque_does_not_depend_on_the_step() -> None:
+    coarse, fine = np.linspace(0, 0.3, 4), np.linspace(0, 0.3, 301)
+
+    np.testing.assert_allclose(
+        simulate(steady(coarse), TYRE).M_z, simulate(steady(fine), TYRE).M_z[::100], atol=1e-11
+    )
+
+
+def test_grid_converges() -> None:
+    psi = np.array([0.0, 0.07])
+
+    errors = [
+        abs(simulate(steady(psi), TYRE, bristles=n).M_z[-1] - virgin_torque(0.07, TYRE))
+        for n in (100, 2000)
+    ]
+
+    assert errors[1] < errors[0] / 50
+
+
+def test_full_slide() -> None:
+    M_z = simulate(steady(np.array([0.0, 500.0])), RigTyre(e=0.0)).M_z[-1]
+
+    assert M_z == pytest.approx(-3 / 8 * TYRE.mu * LOAD * TYRE.a, rel=1e-5)
+
+
+def test_masing_and_madelung() -> None:
+    back = np.array([0.2, 0.15, 0.05, 0.12, 0.05, -0.1, 0.2, 0.3])
+
+    M_z = simulate(steady(np.concatenate([[0.0], back])), TYRE, bristles=4000).M_z[1:]
+
+    def virgin(psi: float) -> float:
+        return virgin_torque(psi, TYRE)
+
+    down = [virgin(0.2) - 2 * virgin((0.2 - psi) / 2) for psi in (0.15, 0.05, -0.1)]
+    nested = down[1] + 2 * virgin((0.12 - 0.05) / 2)
+    closed = down[2] + 2 * virgin((0.2 + 0.1) / 2)
+    expected = [virgin(0.2), down[0], down[1], nested, down[1], down[2], closed]
+    np.testing.assert_allclose(M_z[:-1], expected, atol=5e-5)
+    # The loop has closed and is forgotten: the patch goes on as if it had never turned back.
+    assert M_z[-1] == pytest.approx(virgin(0.3), abs=5e-5)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_hand_turns_like_a_hand(seed: int) -> None:
+    path = hand_path(seed)
+    speed = np.abs(path.psi_dot)
+    reversals = np.flatnonzero(np.diff(np.sign(path.psi_dot[path.psi_dot != 0])))
+
+    assert not np.any(path.psi[path.t < 0.49])
+    assert 0.15 < np.max(np.abs(path.psi)) < 0.6
+    assert len(reversals) >= 3
+    assert speed.max() < 0.45
+    assert np.mean((speed > 0.03) & (speed < 0.35)) > 0.6
+    assert np.all(np.abs(path.F_N / 400 - 1) < 0.07)
+    np.testing.assert_allclose(
+        np.diff(path.psi), 0.5 * (path.psi_dot[1:] + path.psi_dot[:-1]) / 400, atol=1e-15
+    )
+
+
+def test_sensors() -> None:
+    made = make_recording(3, noise=0.004)
+    noise = made.M_z - made.M_z_true
+
+    assert np.std(noise) == pytest.approx(0.004 * np.ptp(made.M_z_true), rel=0.1)
+    assert np.max(np.abs(made.psi - made.psi_true)) <= 2.1e-5 * (1 + 1e-9)
+    np.testing.assert_allclose(made.psi / 4.2e-5, np.round(made.psi / 4.2e-5), atol=1e-8)
+    assert np.all(np.diff(made.t) == pytest.approx(0.01))
+
+
+def test_silent_recording_is_the_truth() -> None:
+    made = make_recording(3, noise=0.0, encoder_step=0.0)
+
+    assert np.array_equal(made.M_z, made.M_z_true)
+    assert np.array_equal(made.psi, made.psi_true)
+    assert np.array_equal(made.F_N, made.F_N_true)
+
+
+def test_seed_decides() -> None:
+    def text(seed: int) -> str:
+        return csv_text(plant("rate_friction", seed, duration=3.0))
+
+    assert text(5) == text(5)
+    assert text(5) != text(6)
+
+
+def _share(made: RigRecording) -> float:
+    tyre = made.tyre
+    without = make_recording(12, mu=tyre.mu, k=tyre.k, a=tyre.a, noise=0.0).M_z
+    return float(np.sqrt(np.mean((made.M_z_true - without) ** 2)) / np.ptp(without))
+
+
+@pytest.mark.parametrize("name", ["carcass_torsion", "friction_drift", "gust"])
+def test_planted_effect_is_as_strong_as_asked(name: str) -> None:
+    assert _share(plant(name, 12, share=0.06)) == pytest.approx(0.06, rel=0.03)
+
+
+def test_campaign_shares_the_tyre_and_not_the_day() -> None:
+    made = campaign("torque_offset", 4, duration=6.0)
+    tyres = [recording.tyre for recording in made.recordings]
+
+    assert len({tyre.k for tyre in tyres}) == len({tyre.a for tyre in tyres}) == 1
+    assert len({tyre.mu for tyre in tyres}) == 3
+    assert len({recording.effects["torque_offset"]["M_0"] for recording in made.recordings}) == 3
+    assert made.nominal.a == tyres[0].a
+    assert 0.8 <= made.nominal.k / tyres[0].k <= 1.2
+
+
+def test_campaign_keeps_a_shared_effect() -> None:
+    made = campaign("bearing_friction", 4, 2, duration=3.0, also={"torque_offset": {"M_0": 0.2}})
+
+    assert made.recordings[0].effects == made.recordings[1].effects
+    assert set(made.recordings[0].effects) == {"bearing_friction", "torque_offset"}
+
+
+def test_campaign_files(tmp_path: Path) -> None:
+    made = campaign(None, 4, 2, duration=2.0)
+
+    paths = write_campaign(tmp_path, made)
+
+    assert [path.name for path in paths] == ["recording_a.csv", "recording_b.csv"]
+    table = np.genfromtxt(paths[0], delimiter=",", names=True)
+    assert table.dtype.names == ("t", "psi", "M_z", "F_N")
+    np.testing.assert_allclose(table["M_z"], made.recordings[0].M_z, rtol=1e-5, atol=1e-12)
+    assert (tmp_path / "rig.toml").is_file()
+
+
+def test_embedded_recordings_are_made_by_the_rig(repository_root: Path) -> None:
+    folder = repository_root / "examples" / "recordings"
+    made = runpy.run_path(str(folder.parent / "make_recordings.py"))["files"]()
+
+    assert {path.name for path in folder.iterdir()} == set(made)
+    for name, text in made.items():
+        assert (folder / name).read_text(encoding="utf-8") == text, name

@@ -1,0 +1,237 @@
+"""The steered wheel against mechanics: oscillation, decay, balance, energy, runaway, convergence."""
+
+import numpy as np
+import pytest
+
+from reference_rig.faults import jittered
+from reference_rig.ground import step_change
+from reference_rig.hooks import Array, Drive
+from reference_rig.patch import RigTyre, simulate
+from reference_rig.path import Hand, hand_path
+from reference_rig.steering import (
+    STEP,
+    Grip,
+    Motion,
+    SteeringRecording,
+    Wheel,
+    full_slide_torque,
+    make_steering_recording,
+    move,
+    torque_profile,
+)
+
+LOAD = 400.0
+TYRE = RigTyre()
+WHEEL = Wheel()
+STIFFNESS = 2 * TYRE.a * TYRE.k * (TYRE.e**2 + TYRE.a**2 / 3)
+"""Sticking, q = -(x - e) psi: M_z = -psi times the integral of k (x - e)² over the patch [N m/rad]."""
+FULL = full_slide_torque(TYRE, TYRE.mu * LOAD)
+
+
+def push(torque: Array, wheel: Wheel = WHEEL, step: float = STEP) -> Motion:
+    """Impose a torque at constant load and friction."""
+    n = len(torque)
+    return move(torque, np.full(n, LOAD), np.full(n, TYRE.mu), step=step, wheel=wheel)
+
+
+def plucked(wheel: Wheel) -> Motion:
+    """A push so short and weak that every bristle sticks in what follows."""
+    return push(np.where(np.arange(20001) < 10, 0.2, 0.0), wheel)
+
+
+def crossings(motion: Motion) -> Array:
+    """Instants at which the angle passes zero upwards [s], after the push."""
+    psi = motion.psi
+    up = np.flatnonzero((psi[:-1] < 0) & (psi[1:] >= 0))
+    return motion.t[up] - psi[up] * STEP / (psi[up + 1] - psi[up])
+
+
+def clean(seed: int = 3, **settings: object) -> SteeringRecording:
+    return make_steering_recording(seed, noise=0.0, encoder_step=0.0, **settings)  # type: ignore[arg-type]
+
+
+def test_undamped_wheel_swings_on_its_bristles() -> None:
+    motion = plucked(Wheel(b_t=0.0))
+    energy = 0.5 * WHEEL.J_A * motion.psi_dot**2 + 0.5 * STIFFNESS * motion.psi**2
+
+    period = np.diff(crossings(motion)).mean()
+
+    assert 2 * np.pi / period == pytest.approx(np.sqrt(STIFFNESS / WHEEL.J_A), rel=2e-5)
+    np.testing.assert_allclose(energy[20:], energy[20], rtol=2e-5)
+
+
+def test_damped_wheel_decays() -> None:
+    motion = plucked(WHEEL)
+    decay = WHEEL.b_t / (2 * WHEEL.J_A)
+    period = 2 * np.pi / np.sqrt(STIFFNESS / WHEEL.J_A - decay**2)
+
+    times = crossings(motion)
+    speeds = np.interp(times, motion.t, motion.psi_dot)
+
+    np.testing.assert_allclose(np.diff(times), period, rtol=1e-4)
+    np.testing.assert_allclose(np.diff(np.log(speeds)), -decay * period, rtol=1e-3)
+    assert len(times) > 8
+
+
+def test_rest_is_a_balance() -> None:
+    t = np.arange(60001) * STEP
+    motion = push(0.7 * FULL * np.minimum(t, 1.0))
+
+    assert abs(motion.psi_dot[-1]) < 1e-6
+    assert motion.M_z[-1] == pytest.approx(-motion.M[-1], abs=1e-6)
+    assert motion.psi[-1] > 0
+
+
+def test_wheel_runs_away_in_full_slide() -> None:
+    motion = push(np.full(40001, FULL + 2.0))
+
+    assert motion.M_z[-1] == pytest.approx(-FULL, rel=1e-4)
+    assert motion.M_z.min() >= -FULL * (1 + 1e-4)
+    assert motion.psi_dot[-1] == pytest.approx(2.0 / WHEEL.b_t, rel=1e-3)
+
+
+def test_patch_is_the_rigs() -> None:
+    motion = push(torque_profile(1, np.arange(10001) * STEP, 0.9 * FULL))
+    drive = Drive(t=motion.t, psi=motion.psi, psi_dot=motion.psi_dot, F_N=motion.F_N, psi_virgin=0.0)
+
+    M_z = simulate(drive, TYRE, bristles=400).M_z
+
+    np.testing.assert_allclose(motion.M_z, M_z, rtol=0, atol=1e-10)
+
+
+def test_work_is_motion_damping_and_friction() -> None:
+    motion = push(torque_profile(2, np.arange(50001) * STEP, 1.1 * FULL))
+
+    def work(torque: Array) -> Array:
+        power = torque * motion.psi_dot
+        return np.concatenate([[0.0], np.cumsum(0.5 * (power[1:] + power[:-1]) * STEP)])
+
+    kinetic = 0.5 * WHEEL.J_A * motion.psi_dot**2
+    into_patch = work(-motion.M_z)
+    spent = kinetic + WHEEL.b_t * work(motion.psi_dot) + into_patch
+    np.testing.assert_allclose(work(motion.M), spent, rtol=0, atol=1e-5 * spent[-1])
+    # A virgin patch has nothing to give.
+    assert into_patch.min() > -1e-12
+    assert into_patch[-1] > 1.0
+
+
+def test_order_of_the_integration() -> None:
+    finest, *others = (
+        clean(duration=4.0, rate=100.0, step=step) for step in (1.25e-5, 1e-4, 2e-4, 4e-4)
+    )
+
+    errors = [np.max(np.abs(other.M_z_true - finest.M_z_true)) for other in others]
+
+    assert errors[0] < 5e-7 * np.ptp(finest.M_z_true)
+    assert errors[2] > 9 * errors[0]
+
+
+def test_bristles_are_enough() -> None:
+    coarse, fine = clean(), clean(bristles=4000)
+
+    assert np.max(np.abs(coarse.M_z_true - fine.M_z_true)) < 1e-4 * np.ptp(fine.M_z_true)
+    assert np.max(np.abs(coarse.psi_true - fine.psi_true)) < 1e-5
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_hand_slides_fully_and_reverses(seed: int) -> None:
+    made = clean(seed)
+    used = made.M_z_true / full_slide_torque(TYRE, 1.0) / (TYRE.mu * made.F_N)
+    rate = made.psi_dot_true[np.abs(made.psi_dot_true) > 0.01]
+
+    assert used.min() < -0.95
+    assert used.max() > 0.95
+    assert np.count_nonzero(np.diff(np.sign(rate))) >= 3
+    assert np.max(np.abs(rate)) < 1.0
+    assert np.max(np.abs(made.psi_true)) < 0.7
+
+
+def test_hand_pulls_towards_its_path() -> None:
+    made = clean(4, grip=Grip(stiffness=150.0, damping=5.0), hand=Hand(), duration=6.0)
+    path = hand_path(4, 12.0)
+
+    # The path is run through at double tempo.
+    psi = np.interp(2 * made.t, path.t, path.psi)
+    psi_dot = 2 * np.interp(2 * made.t, path.t, path.psi_dot)
+    pull = 150.0 * (psi - made.psi_true) + 5.0 * (psi_dot - made.psi_dot_true)
+    np.testing.assert_allclose(made.M_true, pull, rtol=0, atol=1e-9)
+
+
+def test_recorded_torque_repeats_the_motion() -> None:
+    made = clean()
+
+    again = clean(torque=made.M_true)
+
+    np.testing.assert_allclose(again.M_true, made.M_true, atol=1e-12)
+    np.testing.assert_allclose(again.psi_true, made.psi_true, atol=2e-6)
+    np.testing.assert_allclose(again.M_z_true, made.M_z_true, atol=1e-4)
+
+
+def test_torque_may_be_a_function() -> None:
+    made = clean(torque=lambda t: np.sin(t), duration=3.0)
+
+    np.testing.assert_allclose(made.M_true, np.sin(made.t), atol=1e-12)
+
+
+def test_torque_needs_a_value_a_sample() -> None:
+    with pytest.raises(ValueError, match="needs 10001 samples"):
+        clean(torque=np.zeros(10))
+
+
+def test_friction_may_fall_while_turning() -> None:
+    made = clean(friction=step_change(5.0, 1.2, 0.5))
+    limit = full_slide_torque(TYRE, 1.0) * made.mu_true * made.F_N
+
+    assert set(made.mu_true) == {0.5, 1.2}
+    assert made.tyre.mu == 1.2
+    assert np.all(np.abs(made.M_z_true) <= limit * (1 + 1e-4))
+    assert np.max(np.abs(made.M_z_true[made.t < 5])) > 1.5 * limit[-1]
+
+
+def test_slower_sampling_shows_the_same_motion() -> None:
+    fast, slow = clean(duration=3.0), clean(duration=3.0, rate=100.0)
+
+    np.testing.assert_allclose(fast.psi_true[::10], slow.psi_true, atol=1e-14)
+    np.testing.assert_allclose(fast.M_true[::10], slow.M_true, atol=1e-10)
+
+
+def test_uneven_samples_lie_on_the_same_motion() -> None:
+    even = clean(duration=3.0)
+    times = jittered(1, np.arange(301) / 100, spread=0.03)
+
+    made = clean(duration=3.0, times=times)
+
+    np.testing.assert_array_equal(made.t, times)
+    np.testing.assert_allclose(made.psi_true, np.interp(times, even.t, even.psi_true), atol=1e-5)
+
+
+def test_sensors() -> None:
+    made = make_steering_recording(3)
+
+    step = 2 * np.pi / 2**14
+    assert np.std(made.M - made.M_true) == pytest.approx(0.004 * np.ptp(made.M_true), rel=0.05)
+    assert np.max(np.abs(made.psi - made.psi_true)) <= 0.5 * step * (1 + 1e-9)
+    np.testing.assert_allclose(made.psi / step, np.round(made.psi / step), atol=1e-8)
+    assert np.std(made.F_N - made.F_N_true) == pytest.approx(4e-4 * LOAD, rel=0.1)
+    np.testing.assert_allclose(np.diff(made.t), 0.001, rtol=1e-9)
+
+
+def test_seed_decides() -> None:
+    first, same, other = (make_steering_recording(seed, duration=2.0) for seed in (5, 5, 6))
+
+    np.testing.assert_array_equal(first.M, same.M)
+    assert not np.array_equal(first.M, other.M)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_motor_torque_stays_within_its_level(seed: int) -> None:
+    t = np.arange(100001) * STEP
+
+    M = torque_profile(seed, t, 10.0)
+
+    assert M.shape == t.shape
+    assert M[0] == 0.0
+    assert np.max(np.abs(M)) <= 10.0
+    assert min(M.max(), -M.min()) > 3.0
+    assert np.max(np.abs(np.diff(M))) < 100 * STEP
+    np.testing.assert_array_equal(M, torque_profile(seed, t, 10.0))
