@@ -321,8 +321,8 @@ def test_measured_evaluation_measured(tmp_path: Path, measured_dir: Path) -> Non
         assert float(theta["EKF in C"]) < 5e-5
 
 
-def test_source_simulation(tmp_path: Path) -> None:
-    text = printed_by("source_simulation.py", tmp_path, "sim.png", leaves="sim.png")
+def test_thesis_simulation(tmp_path: Path) -> None:
+    text = printed_by("thesis_simulation.py", tmp_path, "sim.png", leaves="sim.png")
     turns = re.search(rf"^turns back at {NUMBER} s, {NUMBER} s; ", text, re.MULTILINE)
     zones = re.findall(rf"^t = {NUMBER} s: (\d+) zones, ", text, re.MULTILINE)
     (exact,) = re.findall(rf"^error of M_z over its range: {NUMBER} in", text, re.MULTILINE)
@@ -336,8 +336,8 @@ def test_source_simulation(tmp_path: Path) -> None:
 
 
 @pytest.mark.measured
-def test_source_simulation_published(tmp_path: Path, measured_dir: Path, simulation_dir: Path) -> None:
-    text = printed_by("source_simulation.py", tmp_path, data=measured_dir)
+def test_thesis_simulation_published(tmp_path: Path, measured_dir: Path, simulation_dir: Path) -> None:
+    text = printed_by("thesis_simulation.py", tmp_path, data=measured_dir)
     pattern = rf"against (\w+)(?: bristles)?: psi {NUMBER}, M_z {NUMBER} of range$"
     off = {
         scheme: max(float(psi), float(M_z))
