@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 from brushgrip.pictures import draw_free_decay
 from identification import identify_free_decay
 from reference_rig.impact import B_T, TYRE, load_at, make_impacts
-from tests.identification.factories import as_decay
+from rig_recordings import as_decay
 
 
 def main() -> None:

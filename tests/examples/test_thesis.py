@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.examples.test_examples import NUMBER, printed_by
+from tests.examples.running import NUMBER, printed_by
 
 PUBLISHED = {"0.5": 0.009, "1.8": 0.077}
 """RMSE of the author's estimate on his simulations, from 0.5 s on."""
