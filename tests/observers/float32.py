@@ -1,7 +1,6 @@
 """The filter in single precision: its C generated, compiled and run on random but valid samples."""
 
 import ctypes
-import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -20,6 +19,7 @@ from observers.embedded.literals import in_type
 from observers.embedded.scalar_type import SINGLE
 from symbolic import Model, Rig, effects_named
 from symbolic.compiled import compiler
+from tests.compile_once import compile_once
 
 Floats = NDArray[np.float32]
 RIG, K = Rig(a=0.045, e=0.009, J_A=0.15, b_t=1.0), 2.4e6
@@ -236,12 +236,12 @@ def build(observer: Ekf, folder: Path) -> Single:
     command, library = compiler(), folder / "single.so"
     if command is None:
         raise RuntimeError(NO_COMPILER)
-    driver = str(Path(__file__).with_name("single.c"))
+    driver = str(Path(__file__).with_name("float32.c"))
     for arguments in (
         # No warning of this kind is the proof that nothing is computed in double precision.
         ("-Wdouble-promotion", "-c", "step.c", "-o", "step.o"),
         ("-c", driver, "-o", "driver.o"),
-        ("-shared", "step.o", "driver.o", "-o", str(library), "-lm"),
+        ("-shared", "step.o", "driver.o", "-lm", "-o", library.name),
     ):
-        subprocess.run([command, *FLAGS, *arguments], cwd=folder, check=True, timeout=300)
+        compile_once([command, *FLAGS, *arguments], folder, arguments[-1])
     return Single(observer, library)

@@ -51,10 +51,13 @@ def test_settled_equals_ipopt(mhe: Make, recording: RigRecording, settings: dict
     compare(mhe(**SETTLED, **settings), recording, count=300, every=75)
 
 
-def test_settled_equals_ipopt_with_the_steering_torque(mhe: Make, steered: SteeringRecording) -> None:
+@pytest.mark.parametrize("count", [400, pytest.param(800, marks=pytest.mark.long)])
+def test_settled_equals_ipopt_with_the_steering_torque(
+    mhe: Make, steered: SteeringRecording, count: int
+) -> None:
     sensing = SteeringTorque(zero=True, stiffness=True)
     settings = {"noise": 0.005, "error": inf, "gate": inf, "mu_walk": 0.01}
-    compare(mhe(**SETTLED, **settings, sensing=sensing), steered, count=800, every=200)
+    compare(mhe(**SETTLED, **settings, sensing=sensing), steered, count=count, every=200)
 
 
 def test_one_step_from_afar_is_not_the_minimum_yet(mhe: Make, recording: RigRecording) -> None:

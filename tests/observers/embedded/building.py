@@ -17,6 +17,7 @@ from observers.embedded import Real, generate
 from observers.embedded.codegen import step_of
 from symbolic import Model, effects_named
 from symbolic.compiled import compiler
+from tests.compile_once import OPTIMISATION, compile_once
 from tests.observers.conftest import RIG, K
 
 Array = NDArray[np.float64]
@@ -77,16 +78,19 @@ class Built:
         arguments = [command or str(compiler()), f"-DREAL={self.real.c_type}", f"-DTORQUE={torque}"]
         arguments += ["-ffp-contract=off", "-I.", *flags, *sources, "-o", out]
         arguments += [] if {"-c", "-fsyntax-only"} & set(flags) else ["-lm"]
-        subprocess.run(arguments, cwd=self.folder, check=True, timeout=300)
+        if "-fsyntax-only" in flags:
+            subprocess.run(arguments, cwd=self.folder, check=True, timeout=300)
+        else:
+            compile_once(arguments, self.folder, out)
         return self.folder / out
 
     @cached_property
     def library(self) -> ctypes.CDLL:
         """The code with the driver."""
-        self.compile(*STRICT, "-O1", "-fPIC", "-c", sources=("brushgrip.c",), out="core.o")
+        self.compile(*STRICT, OPTIMISATION, "-fPIC", "-c", sources=("brushgrip.c",), out="core.o")
         sources = ("core.o", str(Path(__file__).with_name("follow.c")))
         name = hashlib.sha256((self.folder / "brushgrip.c").read_bytes()).hexdigest()[:12]
-        made = self.compile("-O1", "-fPIC", "-shared", sources=sources, out=f"{name}.so")
+        made = self.compile(OPTIMISATION, "-fPIC", "-shared", sources=sources, out=f"{name}.so")
         return ctypes.CDLL(str(made))
 
 

@@ -30,6 +30,7 @@ from tests.observers.factories import change_of_ground, columns_of, samples_of
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 Array = NDArray[np.float64]
+LONG = pytest.mark.long
 MODELS = [pytest.param(DECLARED, id="declared"), pytest.param(FOUND, id="effects")]
 KINDS = [pytest.param(Ekf, id="ekf"), pytest.param(Mhe, id="mhe")]
 SENSINGS = [
@@ -101,7 +102,9 @@ def test_single_is_as_close_as_it_can_be(
 
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("name", ["train_a", "train_b", "holdout_c", "holdout_d"])
+@pytest.mark.parametrize(
+    "name", ["train_a", *(pytest.param(n, marks=LONG) for n in ("train_b", "holdout_c", "holdout_d"))]
+)
 def test_embedded_recordings(
     built: Build, repository_root: Path, kind: Any, model: Any, name: str
 ) -> None:
@@ -111,7 +114,7 @@ def test_embedded_recordings(
 
 @pytest.mark.measured
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("name", PUBLISHED)
+@pytest.mark.parametrize("name", ["fem1", *(pytest.param(name, marks=LONG) for name in PUBLISHED[1:])])
 def test_measured_recordings(built: Build, measured_dir: Path, kind: Any, name: str) -> None:
     path = measured_dir / f"{name}.mat"
     compare_recording(built, path, observer_of(kind, DECLARED, AligningTorque()))
@@ -135,7 +138,7 @@ def compare_recording(built: Build, path: Path, observer: Any) -> None:
     assert off[100:].max() < 5e-6
 
 
-@pytest.mark.parametrize("window", [2, 7, 50])
+@pytest.mark.parametrize("window", [2, 7, pytest.param(50, marks=LONG)])
 @pytest.mark.parametrize("kind", KINDS)
 def test_outliers_and_changes_of_the_ground(built: Build, kind: Any, window: int) -> None:
     t, psi, F_N, M_z = change_of_ground()
