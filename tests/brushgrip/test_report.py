@@ -119,7 +119,15 @@ def test_names_are_escaped(tmp_path: Path, make_diagnosis: Make) -> None:
     assert r"<b>$x_1\frac$</b>" in page.text
 
 
-@pytest.mark.parametrize(("training", "holdout"), [(1, 0), (2, 0), (1, 1), (9, 4)])
+@pytest.mark.parametrize(
+    ("training", "holdout"),
+    [
+        (1, 0),
+        (1, 1),
+        pytest.param(2, 0, marks=pytest.mark.long),
+        pytest.param(9, 4, marks=pytest.mark.long),
+    ],
+)
 def test_any_number_of_recordings(
     tmp_path: Path, make_diagnosis: Make, training: int, holdout: int
 ) -> None:
