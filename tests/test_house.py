@@ -131,3 +131,22 @@ def test_links_of_the_pages_lead_somewhere(repository_root: Path) -> None:
 
     assert len(pages) > 4
     assert broken + unfilled == []
+
+
+CITATION = re.compile(r"\[((?:[a-z]+ )?[A-ZÀ-Ž][\w'-]+(?: [A-ZÀ-Ž][\w'-]+)*[ \n]+(?:18|19|20)\d\d)\]")
+
+
+def test_every_citation_stands_among_the_references(repository_root: Path) -> None:
+    references = (repository_root / "docs" / "references.md").read_text("utf-8")
+    listed = re.findall(r"^\| \[([^]]+)\] \|", references, flags=re.MULTILINE)
+    unknown = [
+        f"{path.relative_to(repository_root)}: {key}"
+        for path in _project_files(repository_root)
+        if path.suffix in (".py", ".md", ".c", ".h", ".toml", ".html")
+        for key in CITATION.findall(path.read_text("utf-8"))
+        if " ".join(key.split()) not in listed
+    ]
+
+    assert len(listed) == len(set(listed)) > 20
+    assert all(CITATION.fullmatch(f"[{key}]") for key in listed)
+    assert unknown == []
