@@ -1,4 +1,4 @@
-"""The source's simulation as its section 2.2 describes it: rows of bristles, a fixed step, in NumPy."""
+"""The simulation of [Györök 2022], section 2.2: rows of bristles, a fixed step, in NumPy."""
 
 import numpy as np
 from numpy.typing import NDArray

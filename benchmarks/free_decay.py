@@ -4,7 +4,7 @@
 
 Every campaign is seven contact lengths with five impacts each, 1 kHz, a 14-bit encoder, k = 2.438e6 and
 b_t = 1.04 in SI units, steel under the tyre, the load that makes the contact length. Beside the
-programme stand the same one on a patch that sticks, as the source has it, and the source's own way.
+programme stand the same one on a patch that sticks, as in [Györök 2022], and the method of the thesis.
 """
 
 import argparse
@@ -60,7 +60,7 @@ def run(seed: int, noise: float, swing: float, impacts: int) -> Run:
     found = {
         "programme": (made.k.value, made.b_t.value),
         "sticking patch": (sticking.k.value, sticking.b_t.value),
-        "source's way": (made.source.k, made.source.b_t),
+        "thesis's way": (made.source.k, made.source.b_t),
     }
     both = (made.k, made.b_t)
     return Run(

@@ -29,7 +29,7 @@ def signals() -> np.ndarray:
 
 
 def numpy_grid(rows: np.ndarray, bristles: int) -> np.ndarray:
-    """The patch as the source simulates it, bristle by bristle, in NumPy."""
+    """The patch as [Györök 2022] simulates it, bristle by bristle, in NumPy."""
     x = A * (2 * (np.arange(bristles) + 0.5) / bristles - 1)
     q, last, torque = np.zeros(bristles), rows[0, 0], []
     for psi, _, load, _ in rows.T:

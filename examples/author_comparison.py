@@ -1,4 +1,4 @@
-"""EKF, MHE and the source's root solve beside the author's published estimate, on his recordings.
+"""EKF, MHE and the root solve of [Györök 2022] beside its author's estimate, on his recordings.
 
     python examples/author_comparison.py [DIR]
 
@@ -25,7 +25,7 @@ from symbolic import Model
 
 Array = NDArray[np.float64]
 METHODS = ("EKF", "MHE", "root.99", "root", "author")
-"""root.99 is root through the source's exponential filter (5.9) with 0.99."""
+"""root.99 is root through the exponential filter of [Györök 2022], (5.9), with 0.99."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,9 +1,9 @@
-"""The source's evaluation of measurements, section 5.3, done again: preprocessing, zones, Table 6.1.
+"""The evaluation of measurements of [Györök 2022], section 5.3, again: preprocessing, zones, Table 6.1.
 
     python examples/measured_evaluation.py [DIR] [--pictures FOLDER]
 
 First, raw channels at 4 kHz with offsets, noise and mains hum, made here so that the truth is known,
-become a recording at 100 Hz; beside it every fortieth sample, as in the source. Then direction and zones
+become a recording at 100 Hz; beside it every fortieth sample, as in the thesis. Then direction and zones
 over time (figures 5.6 and 5.7), and all methods (Table 6.1, figure 5.10): on the steel recordings in DIR
 (`brushgrip fetch`; default: BRUSHGRIP_DATA), else on embedded ones, where more than five zones occur.
 `--pictures` writes zones.png and boxes.png.

@@ -1,12 +1,12 @@
-"""The source's analytic method, its section 3: figures 3.4, 3.6 to 3.9 and the filter of figure 5.9.
+"""The analytic method of [Györök 2022], section 3: figures 3.4, 3.6 to 3.9 and the filter of figure 5.9.
 
     python examples/thesis_analytic.py [FOLDER]
 
-Three or five zones by the state machine, one root solve a sample, on our own simulations of the source's
+Three or five zones by the state machine, one root solve a sample, on our own simulations of the thesis's
 profile; FOLDER, by default thesis_analytic, takes the pictures. With the torque in time the method is
 right all along. One sample late, as in the published files, it errs, and most where the torque hardly
 tells mu: at first, and once more after a reversal, where the ends of the patch slide the new way while
-its middle still holds the old turn. The source puts these errors down to the numbers of its solver.
+its middle still holds the old turn. The thesis puts these errors down to the numbers of its solver.
 """
 
 import sys
@@ -26,7 +26,7 @@ from thesis_profile import DT, FACTORS, LOAD, RIG, K, steered
 
 Array = NDArray[np.float64]
 BRISTLES = 201
-"""As many as in the source's simulation."""
+"""As many as in the thesis's simulation."""
 SETTLED, LEAST_TURN = 0.5, 5e-4
 """From here on errors count [s]; turn back by which a reversal counts [rad]."""
 FIRST = 5
@@ -38,7 +38,7 @@ NOISE = 0.02
 BLIND = 0.03
 """Share of the full-slide slope of M_z by mu below which the torque hardly tells mu [1]."""
 ALPHAS = (0.01, 0.99)
-"""Of the filter (5.9): as the source prints it, and as its figure 5.9 looks [1]."""
+"""Of the filter (5.9): as the thesis prints it, and as its figure 5.9 looks [1]."""
 
 
 def limit(mu: float, x: Array) -> Array:

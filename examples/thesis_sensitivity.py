@@ -1,8 +1,8 @@
-"""What a method makes of a wrong angle or torque: the source's section 4.3, for every method.
+"""What a method makes of a wrong angle or torque: [Györök 2022], section 4.3, for every method.
 
     python examples/thesis_sensitivity.py [--mesh N] [PICTURE.png]
 
-The source takes the simulation with mu = 1 after its first reversal, at psi_max = 0.7126 rad, and lets
+The thesis takes the simulation with mu = 1 after its first reversal, at psi_max = 0.7126 rad, and lets
 angle and torque run over a mesh, everything else held. Most of the mesh cannot happen; what does lies on
 a line. For a method without memory of torques that is one evaluation a point. A filter has seen the
 samples before, so its sensitivity is one of two things, and both are drawn:

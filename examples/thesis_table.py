@@ -1,4 +1,4 @@
-"""The source's root solve beside EKF and MHE: on its published simulations, and beyond five zones.
+"""The root solve of [Györök 2022] beside EKF and MHE: on published simulations, and beyond five zones.
 
     python examples/thesis_table.py [--data DIR] [PICTURE.png]
 
@@ -8,7 +8,7 @@ shifts it or declares it, as the effect `sensor_delay`. EKF and MHE are also tol
 are clean: the default tuning, made for measured torques, hardly learns in five seconds of such files.
 
 The second table stands on our own simulation of a profile with turns inside turns. The picture is the
-right half of the source's figures 4.9 and 4.10, with the filter in the place of the networks.
+right half of the thesis's figures 4.9 and 4.10, with the filter in the place of the networks.
 """
 
 import argparse
@@ -27,12 +27,12 @@ from thesis_profile import DT, FACTORS, NESTED, RIG, K, steered, zones
 
 Array = NDArray[np.float64]
 SETTLED = 0.5
-"""From here on errors count: before, the source says, the angle is too small [s]."""
+"""From here on errors count: before, the thesis says, the angle is too small [s]."""
 CLEAN = Tuning(noise=1e-3, error=1e-3, mu_walk=1e-3, zero_std=1e-4, zero_walk=0.0)
 """Beliefs for a simulated torque: without noise, the model the one that made it."""
 DELAYED = Model(effects=effects_named(["sensor_delay"]))
 DRAWN = 0.5
-"""Friction of the picture; 1, the source's, is where our priors stand anyway [1]."""
+"""Friction of the picture; 1, the thesis's, is where our priors stand anyway [1]."""
 STEADY = 10
 """Samples after the zones have become more than five, until errors count."""
 
@@ -44,7 +44,7 @@ def estimated(observer: Observer, recording: Recording) -> Array:
 
 
 def root() -> ZoneRootSolver:
-    """The source's method."""
+    """The thesis's method."""
     return ZoneRootSolver(rig=RIG, k=K)
 
 

@@ -1,8 +1,8 @@
-"""The friction of three plates by towing a loaded block over them, as in the source's section 5.2.1.
+"""The friction of three plates by towing a loaded block over them, as in [Györök 2022], section 5.2.1.
 
     python examples/towing.py [PICTURE.png]
 
-The tows come from a seeded generator, planted with the source's values (table 5.1); its recordings are
+The tows come from a seeded generator, planted with the thesis's values (table 5.1); its recordings are
 not published. Each tow has its own place on the plate, its own zero of the sensor and its own slant.
 """
 
@@ -18,7 +18,7 @@ from identification import Tow, TowedFriction, friction_by_towing
 from reference_rig.towing import Towing, make_tows
 
 PLATES = {"steel plate": 1.674, "red emery paper": 1.9003, "black emery paper": 0.6757}
-"""The source's coefficients of friction, table 5.1 [1]."""
+"""The thesis's coefficients of friction, table 5.1 [1]."""
 RUNS = 400
 """Sets of tows that the interval is counted on, a plate."""
 
@@ -29,7 +29,7 @@ def towed(seed: int, towing: Towing) -> TowedFriction:
 
 
 def draw(path: Path, found: dict[str, TowedFriction]) -> None:
-    """Every tow and the fitted lines with their intervals, the source's figure 5.3."""
+    """Every tow and the fitted lines with their intervals, the thesis's figure 5.3."""
     with picture(path, 4.2) as figure:
         axes = figure.subplots()
         loads = np.array([0.0, 170.0])

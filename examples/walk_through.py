@@ -32,7 +32,7 @@ GROUNDS = {"fem": "steel", "piros": "red emery"}
 FACTORS = np.linspace(0.7, 1.4, 15)
 """Factors on the stiffness that are tried on each recording [1]."""
 PUBLISHED_K = 2.438e6
-"""The source's k, from free vibration [N/m^2]."""
+"""k of [Györök 2022], from free vibration [N/m^2]."""
 SPOKEN_OF = (
     {"frictional_creep", "carcass_torsion", "asymmetric_friction", "rate_friction"},
     {"frictional_creep", "patch_width", "asymmetric_friction", "rate_friction", "contact_length"},

@@ -366,7 +366,7 @@ def test_thesis_simulation_published(tmp_path: Path, measured_dir: Path, simulat
 
     assert simulation_dir.is_dir()
     assert off["exact"] < 3e-4
-    # The files are the source's 201 bristles to the last digits that matter.
+    # The files are the 201 bristles of [Györök 2022] to the last digits that matter.
     assert off["201"] < 3e-5
 
 

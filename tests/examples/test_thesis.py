@@ -1,4 +1,4 @@
-"""The examples that reproduce the source, held against what the source says of itself."""
+"""The examples that reproduce [Györök 2022], compared with the figures that the thesis gives."""
 
 import re
 from pathlib import Path
