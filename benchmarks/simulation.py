@@ -5,9 +5,9 @@
 The motion is that of the published files: a = 0.04 m, mu = 0.5, 5.11 s, sampled at 100 Hz. The rival is
 the scheme of [Györök 2022] in NumPy (`benchmarks/fixed_step.py`), with the semi-implicit Euler rule and
 with a second-order rule at the same cost a step. For each the cheapest setting is sought that keeps M_z
-within 1e-4 of its range. The thesis has 201 bristles; how far these come whatever the step is printed as well.
-RUNS of ours in a row are one timing, by default 10: a single one straight after a long one of NumPy's
-meets cold caches, and the machine's other work.
+within 1e-4 of its range. The thesis has 201 bristles; how far these come whatever the step is printed
+as well. RUNS of ours in a row are one timing, by default 10: a single one straight after a long one of
+NumPy's meets cold caches, and the machine's other work.
 """
 
 import sys

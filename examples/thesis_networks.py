@@ -1,4 +1,4 @@
-"""The learned methods of [Györök 2022], sections 4.1 and 4.2, beside a guess, the root solve and the EKF.
+"""The learned methods of [Györök 2022], sections 4.1 and 4.2, beside a guess, root solve and EKF.
 
     python examples/thesis_networks.py [--data DIR] [--full] [--epochs N] [--seeds N] [PICTURE.png]
 
