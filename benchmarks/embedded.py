@@ -39,10 +39,10 @@ TIMER = Path(__file__).with_name("embedded_timer.c")
 
 def samples() -> np.ndarray:
     """The recording as samples (n, 5)."""
-    made = read_recording(RECORDING, (RIG, Tyre(k=K, mu=1.2)))
-    step = np.diff(made.t, prepend=2 * made.t[0] - made.t[1])
-    nothing = np.full(made.t.size, np.nan)
-    return SINGLE.round(np.column_stack([made.psi, nothing, made.M_z, made.F_N, step]))
+    recording = read_recording(RECORDING, (RIG, Tyre(k=K, mu=1.2)))
+    step = np.diff(recording.t, prepend=2 * recording.t[0] - recording.t[1])
+    nothing = np.full(recording.t.size, np.nan)
+    return SINGLE.round(np.column_stack([recording.psi, nothing, recording.M_z, recording.F_N, step]))
 
 
 def microseconds(code: Built, rows: np.ndarray) -> float:
@@ -56,15 +56,15 @@ def microseconds(code: Built, rows: np.ndarray) -> float:
 
 def beside_python() -> None:
     """Print what a step takes in C and in Python, and by do-mpc, and the ratios."""
-    given = observers_step.samples(observers_step.PROBLEM)
-    rows = np.array([(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in given])
+    sequence = observers_step.samples(observers_step.PROBLEM)
+    rows = np.array([(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in sequence])
     for kind in (Ekf, Mhe):
         observer = observers_step.ours(kind)
         with tempfile.TemporaryDirectory() as folder:
             fast = microseconds(build(observer, SINGLE, Path(folder)), rows)
-        observers_step.steps(observer, given[:100])
-        rounds = [seconds(lambda one=observer: observers_step.steps(one, given)) for _ in range(5)]
-        others = {"Python": 1e6 * float(np.median(rounds)) / len(given)}
+        observers_step.steps(observer, sequence[:100])
+        rounds = [seconds(lambda one=observer: observers_step.steps(one, sequence)) for _ in range(5)]
+        others = {"Python": 1e6 * float(np.median(rounds)) / len(sequence)}
         if kind is Mhe and importlib.util.find_spec("do_mpc"):
             rival = Running(observers_step.PROBLEM, observers_step.WINDOW, WARM)
             rival.step()

@@ -86,10 +86,10 @@ class Problem:
     @property
     def torque(self) -> ca.Function:
         """(memory, seen, x) -> M_z + M_0 of a sample for x = (ln mu, M_0) [N m]."""
-        memory, seen = ca.MX.sym("memory", MODEL.memory_size), ca.MX.sym("seen", len(SIGNALS))
+        memory, inputs = ca.MX.sym("memory", MODEL.memory_size), ca.MX.sym("seen", len(SIGNALS))
         x = ca.MX.sym("x", 2)
-        M_z = MODEL.torque(memory, seen, ca.vertcat(ca.exp(x[0]), K), GEOMETRY)
-        return ca.Function("bench_torque", [memory, seen, x], [M_z + x[1]])
+        M_z = MODEL.torque(memory, inputs, ca.vertcat(ca.exp(x[0]), K), GEOMETRY)
+        return ca.Function("bench_torque", [memory, inputs, x], [M_z + x[1]])
 
     @property
     def slopes(self) -> ca.Function:
@@ -108,7 +108,7 @@ class Problem:
         """Memory and signals seen, one below the other, after every sample in its column."""
         advance, memory, made = self.advance, self.start, []
         for signals in self.signals.T:
-            after, seen = advance(memory, signals)
+            after, inputs = advance(memory, signals)
             memory = after.full().ravel()
-            made.append(np.concatenate([memory, seen.full().ravel()]))
+            made.append(np.concatenate([memory, inputs.full().ravel()]))
         return np.array(made).T

@@ -50,12 +50,12 @@ def filter_all(problem: Problem, wrap: Callable[[ca.Function], Call]) -> Array:
     ekf.R = np.array([[problem.noise**2]])
     memory, mu = problem.start, np.empty(problem.count)
     for i, (signals, M_z) in enumerate(zip(problem.signals.T, problem.M_z, strict=True)):
-        memory, seen = (part.copy() for part in advance(memory, signals))
+        memory, inputs = (part.copy() for part in advance(memory, signals))
         ekf.predict()
         ekf.update(
             M_z,
-            lambda x, at=(memory, seen): slopes(*at, x[:, 0])[0].reshape(1, 2),
-            lambda x, at=(memory, seen): torque(*at, x[:, 0])[0].reshape(1, 1),
+            lambda x, at=(memory, inputs): slopes(*at, x[:, 0])[0].reshape(1, 2),
+            lambda x, at=(memory, inputs): torque(*at, x[:, 0])[0].reshape(1, 1),
         )
         mu[i] = math.exp(ekf.x[0, 0])
     return mu

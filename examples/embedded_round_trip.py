@@ -56,7 +56,7 @@ void follow(int32_t count, const double *rows, double *mu) {
 """What a program on the target does, for a whole recording."""
 
 
-def chosen() -> Iterator[tuple[Recording, Observer]]:
+def cases() -> Iterator[tuple[Recording, Observer]]:
     """The recordings, each with observers for it."""
     paths = [Path(name) for name in sys.argv[1:]]
     if not paths:
@@ -110,7 +110,7 @@ def main() -> None:
     """Print how far C is from Python, and what a step takes in both."""
     if compiler() is None:
         sys.exit("needs a C compiler: install one, or name it in CC")
-    for recording, observer in chosen():
+    for recording, observer in cases():
         rows = rows_of(recording)
         second = np.cumsum(rows[:, 3]) > 1
         expected, slow = in_python(observer, rows)

@@ -151,16 +151,16 @@ def main() -> None:
     options = parser.parse_args()
     preprocessing()
     print()
-    chosen = subjects(None if options.folder is None else Path(options.folder))
-    for subject in chosen:
+    selection = subjects(None if options.folder is None else Path(options.folder))
+    for subject in selection:
         zones(subject)
     ways = methods()
-    compared = compare(chosen, ways)
+    compared = compare(selection, ways)
     summary = rows(compared, ways)
     print(f"\n{markdown_text(compared, summary)}")
     if options.pictures is not None:
         options.pictures.mkdir(parents=True, exist_ok=True)
-        shown = chosen[0].recording
+        shown = selection[0].recording
         draw_zones(options.pictures / "zones.png", shown, course(shown.psi))
         draw_boxes(options.pictures / "boxes.png", compared, [row.method for row in summary])
 

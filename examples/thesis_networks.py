@@ -60,15 +60,15 @@ def learners(training: Sequence[Recording], design: Design, full: bool) -> list[
 
 def simulation_methods(recording: Recording, *, delayed: bool) -> dict[str, Array]:
     """The methods that learn nothing, on a simulation; the EKF is told of a late torque."""
-    made = {"root": root(), "EKF": ours(Ekf, delayed=delayed)}
-    return {name: estimated(observer, recording) for name, observer in made.items()}
+    methods = {"root": root(), "EKF": ours(Ekf, delayed=delayed)}
+    return {name: estimated(observer, recording) for name, observer in methods.items()}
 
 
 def measured_methods(recording: Recording) -> dict[str, Array]:
     """The methods that learn nothing, on a recording: declared model, default beliefs."""
     k, rig = recording.tyre.k, recording.rig
-    made = {"root": ZoneRootSolver(rig=rig, k=k), "EKF": Ekf(model=Model(), values={"k": k}, rig=rig)}
-    return {name: estimated(observer, recording) for name, observer in made.items()}
+    methods = {"root": ZoneRootSolver(rig=rig, k=k), "EKF": Ekf(model=Model(), values={"k": k}, rig=rig)}
+    return {name: estimated(observer, recording) for name, observer in methods.items()}
 
 
 def labelled(path: Path, mu: float) -> Recording:
@@ -154,10 +154,10 @@ def main() -> None:
     parser.add_argument("--epochs", type=int, default=Design().epochs)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("picture", type=Path, nargs="?")
-    given = parser.parse_args()
-    designs = [Design(seed=seed, epochs=given.epochs) for seed in range(given.seeds)]
-    simulated(designs, given.full, given.picture)
-    measured(given.data, designs, given.full)
+    options = parser.parse_args()
+    designs = [Design(seed=seed, epochs=options.epochs) for seed in range(options.seeds)]
+    simulated(designs, options.full, options.picture)
+    measured(options.data, designs, options.full)
 
 
 if __name__ == "__main__":

@@ -61,16 +61,16 @@ def steered(mu: float, knots: tuple[tuple[float, float], ...] = KNOTS) -> Record
         memory, torque = step(memory, [psi[i], middle, LOAD, fine], theta, geometry)
         M_z[i] = float(torque)
         psi_dot[i] = (middle + half * (M[i] + M_z[i])) / (1 + half * damping)
-    seen = slice(None, None, FINE)
+    every = slice(None, None, FINE)
     return Recording(
         name=f"mu = {mu:g}{'' if knots is KNOTS else ', nested'}",
-        t=t[seen],
-        psi=psi[seen],
-        psi_dot=psi_dot[seen],
+        t=t[every],
+        psi=psi[every],
+        psi_dot=psi_dot[every],
         psi_dot_recorded=True,
-        M_z=M_z[seen],
-        F_N=np.full(t[seen].size, LOAD),
-        M=M[seen],
+        M_z=M_z[every],
+        F_N=np.full(t[every].size, LOAD),
+        M=M[every],
         rig=RIG,
         tyre=Tyre(k=K, mu=mu),
     )
@@ -97,10 +97,11 @@ def main() -> None:
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else simulation_folder()
     for mu in FACTORS:
         for knots in (KNOTS, NESTED):
-            made = steered(mu, knots)
+            recording = steered(mu, knots)
             print(
-                f"{made.name}: angle to {made.psi.max():.4f} rad, torque to {-made.M_z.min():.4f} N m,"
-                f" at most {zones(made.psi).max()} zones"
+                f"{recording.name}: angle to {recording.psi.max():.4f} rad,"
+                f" torque to {-recording.M_z.min():.4f} N m,"
+                f" at most {zones(recording.psi).max()} zones"
             )
     print(f"the thesis, mu = 1: angle to {PEAKS[0]} rad, torque to {PEAKS[1]} N m")
     for mu in FACTORS:

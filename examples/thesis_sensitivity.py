@@ -76,11 +76,11 @@ def always(mu: Array) -> Surface:
 def root(psi: Array, M: Array) -> Array:
     """The root solve in five zones, from the last estimate, which is right."""
     close, psi_max = CLOSE * full_slide_torque(LOAD, RIG.a), SIMULATION.psi[TURN]
-    found = []
+    roots = []
     for angle, torque in zip(psi, M, strict=True):
         of_mu = curve((psi_max, angle - psi_max), LOAD, K, RIG)
-        found.append(nearest(of_mu, -torque, 1.0, (0.02, 4.0), close)[0])
-    return np.array(found)
+        roots.append(nearest(of_mu, -torque, 1.0, (0.02, 4.0), close)[0])
+    return np.array(roots)
 
 
 def filtered(observer: Ekf | Mhe, psi: Array, M: Array, after: int, *, heard: bool) -> Surface:
@@ -101,12 +101,13 @@ def filtered(observer: Ekf | Mhe, psi: Array, M: Array, after: int, *, heard: bo
         sample = Sample(psi=angle, psi_dot=rate, F_N=LOAD, dt=DT, M_z=torque)
         state = observer.step(observer.init(sample) if state is None else state, sample)
     rate = float(SIMULATION.psi_dot[after])
-    said = []
+    estimates = []
     for angle, torque in zip(psi, M, strict=True):
         sample = Sample(psi=angle, psi_dot=rate, F_N=LOAD, dt=DT, M_z=-torque)
-        said.append(observer.estimate(observer.step(state, sample)))
+        estimates.append(observer.estimate(observer.step(state, sample)))
     return Surface(
-        mu=np.array([one.mu for one in said]), informed=np.array([one.informed for one in said])
+        mu=np.array([one.mu for one in estimates]),
+        informed=np.array([one.informed for one in estimates]),
     )
 
 
@@ -154,11 +155,11 @@ def tolerated(psi: Array, M: Array, right: NDArray[np.bool_]) -> float:
     return float(np.median(wide))
 
 
-def draw(path: Path, psi: Array, M: Array, made: dict[str, Surface]) -> None:
+def draw(path: Path, psi: Array, M: Array, results: dict[str, Surface]) -> None:
     """The estimate over the mesh, the right tenth outlined, what is not answered left white."""
     with picture(path, 6.6) as figure:
         panels: list[Axes] = list(figure.subplots(2, 3, sharex=True, sharey=True).ravel())
-        for axes, (name, surface) in zip(panels, made.items(), strict=True):
+        for axes, (name, surface) in zip(panels, results.items(), strict=True):
             mu, right = (
                 np.ma.masked_where(~shown, surface.mu).reshape(M.size, psi.size)
                 for shown in (surface.informed, surface.right)
@@ -187,20 +188,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--mesh", type=int, default=100)
     parser.add_argument("picture", type=Path, nargs="?")
-    given = parser.parse_args()
-    psi, M = (np.linspace(-reach, reach, given.mesh) for reach in REACH)
-    print(f"psi_max = {SIMULATION.psi[TURN]:.4f} rad; {given.mesh} x {given.mesh} points")
-    made = surfaces(*(axis.ravel() for axis in np.meshgrid(psi, M)))
+    options = parser.parse_args()
+    psi, M = (np.linspace(-reach, reach, options.mesh) for reach in REACH)
+    print(f"psi_max = {SIMULATION.psi[TURN]:.4f} rad; {options.mesh} x {options.mesh} points")
+    results = surfaces(*(axis.ravel() for axis in np.meshgrid(psi, M)))
     line = surfaces(SIMULATION.psi[BACK], -SIMULATION.M_z[BACK])
     print("\n| method | answers | right, mesh | answers, line | right, line | torque error tolerated |")
     print("|---|---:|---:|---:|---:|---:|")
-    for name, surface in made.items():
+    for name, surface in results.items():
         shares = [np.mean(part) for one in (surface, line[name]) for part in (one.informed, one.right)]
         most = tolerated(psi, M, surface.right.reshape(M.size, psi.size))
         limit = f"{most:.2f} N m" if most < np.ptp(M) else "any"
         print(f"| {name} | " + " | ".join(f"{share:.0%}" for share in shares) + f" | {limit} |")
-    if given.picture:
-        draw(given.picture, psi, M, made)
+    if options.picture:
+        draw(options.picture, psi, M, results)
 
 
 if __name__ == "__main__":

@@ -47,9 +47,9 @@ PUBLISHED = {"sim_mu_05": (0.5, 1.0), "sim_mu_18": (1.8, 3.0)}
 DRIVEN = TorqueProfile(t=(0.0, 1.99, 3.99, 4.99), M=(0.4, 0.8, -0.9, 0.2))
 
 
-def share(made: Array, exact: Array) -> float:
+def share(values: Array, exact: Array) -> float:
     """Largest difference over the exact range [1]."""
-    return float(np.max(np.abs(made - exact)) / np.ptp(exact))
+    return float(np.max(np.abs(values - exact)) / np.ptp(exact))
 
 
 def published(folder: Path) -> Iterator[str]:
@@ -67,12 +67,12 @@ def published(folder: Path) -> Iterator[str]:
         exact = simulate_motion(rig, tyre, profile, LOAD, duration=float(t[-1]), rate=100.0)
         fine = np.arange(10 * (t.size - 1) + 1) / RATE
         rows = second_order(rig, tyre, LOAD, profile.at(fine), 1 / RATE, BRISTLES)
-        angle, M_z = (made[::10] for made in rows)
-        for scheme, made, torque in (
+        angle, M_z = (values[::10] for values in rows)
+        for scheme, values, torque in (
             ("exact", exact.psi, exact.M_z),
             (f"{BRISTLES} bristles", angle, M_z),
         ):
-            errors = f"psi {share(made, psi):.1e}, M_z {share(torque[:-1], -late[1:]):.1e} of range"
+            errors = f"psi {share(values, psi):.1e}, M_z {share(torque[:-1], -late[1:]):.1e} of range"
             yield f"{name} against {scheme}: {errors}"
 
 

@@ -60,11 +60,11 @@ def published(file: Path, mu: float) -> tuple[Recording, Array]:
     """A published simulation as it stands, and the author's estimate beside it [1]."""
     columns = np.genfromtxt(file, delimiter=",", skip_header=1).T
     t, psi, torque, F_N, estimate = columns[[0, 1, 3, 5, 8]]
-    made = Recording(
+    simulation = Recording(
         name=file.stem, t=t, psi=psi, psi_dot=np.gradient(psi, t), M_z=-torque, F_N=F_N, rig=RIG,
         tyre=Tyre(k=K, mu=mu),
     )  # fmt: skip
-    return made, estimate
+    return simulation, estimate
 
 
 def in_time(late: Recording) -> Recording:
@@ -149,14 +149,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--data", type=Path, default=simulation_folder())
     parser.add_argument("picture", type=Path, nargs="?")
-    given = parser.parse_args()
-    if any(given.data.glob("sim_mu_*.csv")):
-        published_table(given.data)
+    options = parser.parse_args()
+    if any(options.data.glob("sim_mu_*.csv")):
+        published_table(options.data)
     else:
-        print(f"no published simulations in {given.data}")
+        print(f"no published simulations in {options.data}")
     tracks = nested_table()
-    if given.picture:
-        draw(given.picture, tracks)
+    if options.picture:
+        draw(options.picture, tracks)
 
 
 if __name__ == "__main__":
