@@ -78,7 +78,7 @@ class Problem:
 
     @property
     def advance(self) -> ca.Function:
-        """(memory, signals) -> (memory, seen): what the patch remembers after a sample."""
+        """(memory, signals) -> (memory, seen): the memory of the patch after a sample."""
         memory, signals = ca.MX.sym("memory", MODEL.memory_size), ca.MX.sym("signals", len(SIGNALS))
         after = MODEL.advance(memory, signals, ca.DM([MU, K]), GEOMETRY)
         return ca.Function("bench_advance", [memory, signals], list(after))
@@ -100,7 +100,7 @@ class Problem:
 
     @property
     def start(self) -> Array:
-        """What the patch remembers before the first sample."""
+        """The memory of the patch before the first sample."""
         return MODEL.start(self.signals[:, 0], ca.DM([MU, K]), GEOMETRY).full().ravel()
 
     @cached_property

@@ -3,8 +3,8 @@
     python examples/change_of_surface.py [PICTURE.png]
 
 The wheel turns out, back and out again; on the way back the friction drops. The torque is the model's,
-with white noise of 0.4 % of its range. The observers are told so: an innovation beyond five times its
-noise is not believed, and five in a row are a change of the ground. Under the default tuning, made for
+with white noise of 0.4 % of its range. The observers are tuned to that: an innovation beyond five times
+its noise is rejected, and five in a row are a change of the ground. Under the default tuning, made for
 models that are wrong by far more than that, the change is not noticed and mu follows it slowly.
 
 Two patches are compared. The exact one keeps its memory in units of mu, so it reads all of the past at

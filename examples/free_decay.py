@@ -33,7 +33,7 @@ def main() -> None:
     ):
         errors = f"off by {100 * (k / TYRE.k - 1):+.3f} % and {100 * (b_t / B_T - 1):+.3f} %"
         print(f"{way:22} k = {k:.5g}, b_t = {b_t:.4f}: {errors}")
-    print(f"its own word: k ± {result.k.std:.2g} N/m^2, b_t ± {result.b_t.std:.2g} N m s/rad")
+    print(f"standard deviations: k ± {result.k.std:.2g} N/m^2, b_t ± {result.b_t.std:.2g} N m s/rad")
     print(f"(5.8) as printed, without J_A: {result.source.b_t_printed:.3f}, which is b_t/J_A in 1/s")
     forces = [(contact.force, load_at(contact.a)) for contact in result.contacts if contact.force]
     mu = np.array([(force.value / load, (force.std or 0.0) / load) for force, load in forces])

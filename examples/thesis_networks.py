@@ -59,7 +59,7 @@ def learners(training: Sequence[Recording], design: Design, full: bool) -> list[
 
 
 def simulation_methods(recording: Recording, *, delayed: bool) -> dict[str, Array]:
-    """The methods that learn nothing, on a simulation; the EKF is told of a late torque."""
+    """The methods that learn nothing, on a simulation; the EKF has a late torque declared."""
     methods = {"root": root(), "EKF": ours(Ekf, delayed=delayed)}
     return {name: estimated(observer, recording) for name, observer in methods.items()}
 

@@ -3,13 +3,13 @@
     python examples/thesis_sensitivity.py [--mesh N] [PICTURE.png]
 
 The thesis takes the simulation with mu = 1 after its first reversal, at psi_max = 0.7126 rad, and lets
-angle and torque run over a mesh, everything else held. Most of the mesh cannot happen; what does lies on
-a line. For a method without memory of torques that is one evaluation a point. A filter has seen the
-samples before, so its sensitivity is one of two things, and both are drawn:
+angle and torque run over a mesh, everything else constant. Most of the mesh cannot happen; what does
+lies on a line. For a method without memory of torques that is one evaluation a point. A filter has seen
+the samples before, so its sensitivity is one of two things, and both are drawn:
 
-- one sample alone: the patch remembers the turn up to psi_max, but of mu the filter knows only its
-  prior, 0.6 +- 0.5. What it makes of one sample is what the sample tells; where it says that it is not
-  informed it does not answer, where the others do.
+- one sample alone: the memory of the patch holds the turn up to psi_max, but of mu the filter has only
+  its prior, 0.6 +- 0.5. Its estimate shows the information in one sample; where it is not informed it
+  does not answer, where the others do.
 - one false sample in a stream: the filter has followed the simulation half way back, and then one sample
   of the mesh comes in. This is how wrong one sample can make it. An error that lasts is another matter.
 

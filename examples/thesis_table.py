@@ -4,8 +4,8 @@
 
 DIR holds the published simulations, default see published.py; without them that table stays
 out. Their torque is one sample late against the angle. Who does not know pays for it; who does either
-shifts it or declares it, as the effect `sensor_delay`. EKF and MHE are also told that torque and model
-are clean: the default tuning, made for measured torques, hardly learns in five seconds of such files.
+shifts it or declares it, as the effect `sensor_delay`. EKF and MHE are also tuned to a clean torque and
+a good model: the default tuning, made for measured torques, hardly learns in five seconds of such files.
 
 The second table stands on our own simulation of a profile with turns inside turns. The picture is the
 right half of the thesis's figures 4.9 and 4.10, with the filter in the place of the networks.

@@ -70,7 +70,7 @@ def interval_sentence(result: Profile) -> str:
 
 
 def main() -> None:
-    """Print the intervals and what gives way along them."""
+    """Print the intervals, and the other parameters along them."""
     without, with_caster = friction_or_length(0.0), friction_or_length(CASTER)
     for e, result in ((0.0, without), (CASTER, with_caster)):
         print(f"e = {1000 * e:g} mm, {result.name}: {interval_sentence(result)}")

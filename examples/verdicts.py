@@ -21,7 +21,7 @@ others. What was planted in these cases, on a rig that is not ours, is not known
 was adjusted to them. Where something is left unexplained, the effects named may stand in for one that is
 not in the library."""
 HEADER = (
-    "| case | the declared model misses | cannot be told from | error before | after"
+    "| case | the declared model misses | indistinguishable from | error before | after"
     " | left out, before | after | unexplained |\n|---|---|---|---:|---:|---:|---:|---|"
 )
 

@@ -55,9 +55,9 @@ def errors_table(diagnosis: Diagnosis) -> str:
 
 
 def effects_table(diagnosis: Diagnosis) -> str:
-    """Effects in order, with parameters and what they cannot be told from."""
+    """Effects in order, with parameters and the effects from which they are indistinguishable."""
     lines = [
-        "| effect | parameters | judged error then | ΔBIC | cannot be told from |",
+        "| effect | parameters | judged error then | ΔBIC | indistinguishable from |",
         "|---|---|---:|---:|---|",
     ]
     for effect in diagnosis.effects:
@@ -225,9 +225,7 @@ def main() -> None:
     whole = diagnose(recordings, jobs=options.jobs, progress=_said(began))
     for diagnosis, names in zip((split, whole), SPOKEN_OF, strict=True):
         if {effect.name for effect in diagnosis.effects} != names:
-            print(
-                f"section 5 of {TEMPLATE.name} speaks of other effects: write it anew", file=sys.stderr
-            )
+            print(f"section 5 of {TEMPLATE.name} describes other effects: revise it", file=sys.stderr)
     draw(options.out.with_suffix(""), split)
     page = TEMPLATE.read_text("utf-8").format_map(figures(split, seconds, whole, recordings))
     options.out.write_text(page, encoding="utf-8", newline="\n")
