@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import platform
 import shutil
 import subprocess
 from collections.abc import Sequence
@@ -21,10 +22,10 @@ def compile_once(command: Sequence[str], folder: Path, out: str) -> None:
 
     Args:
         command: compiler, flags, sources and `-o out`.
-        folder: where it runs; the headers that the sources include stand in it.
+        folder: where it runs; what the sources include stands in it, or in a folder that -I names.
         out: the file that it makes, relative to the folder.
     """
-    kept = cache_directory() / "tests" / _digest(command, folder)
+    kept = cache_directory() / "tests" / _digest(command, folder, out)
     if not kept.exists():
         subprocess.run(command, cwd=folder, check=True, timeout=300)
         kept.parent.mkdir(parents=True, exist_ok=True)
@@ -35,12 +36,15 @@ def compile_once(command: Sequence[str], folder: Path, out: str) -> None:
         shutil.copy2(kept, folder / out)
 
 
-def _digest(command: Sequence[str], folder: Path) -> str:
-    digest = hashlib.sha256()
-    sources = [folder / part for part in command[1:] if part.endswith((".c", ".o"))]
-    for path in [*sorted(folder.glob("*.h")), *sources]:
-        # What is yet to be made is no source.
-        digest.update(path.read_bytes() if path.exists() else b"")
+def _digest(command: Sequence[str], folder: Path, out: str) -> str:
+    """Digest of the command and of all text that it can include, not of where the folder stands."""
+    include = [folder, *(folder / part[2:] for part in command if part.startswith("-I"))]
+    sources = [path for place in include for path in sorted(place.glob("*.[ch]"))]
+    sources += [folder / part for part in command[1:] if part.endswith((".c", ".o")) and part != out]
+    # A flag may ask for the code of this very machine.
+    digest = hashlib.sha256(platform.node().encode())
+    for path in sources:
+        digest.update(f"\0{path.name}\0".encode() + path.read_bytes())
     for part in command:
-        digest.update(f"\0{Path(part).name if part.endswith(('.c', '.o', '.so')) else part}".encode())
+        digest.update(f"\0{Path(part).name if part.endswith('.c') else part}".encode())
     return digest.hexdigest()[:24]
