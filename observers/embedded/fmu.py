@@ -18,6 +18,7 @@ from xml.sax.saxutils import escape
 from observers.ekf import Ekf
 from observers.embedded.filling import filled
 from observers.embedded.generating import checked, terms_of, texts_of
+from observers.embedded.origin import require_replaceable
 from observers.embedded.reals import SINGLE, Real
 from observers.embedded.variables import variables_of
 from observers.mhe import Mhe
@@ -68,6 +69,7 @@ def generate_fmu(
     }
     file = Path(folder) / f"{name}.fmu"
     file.parent.mkdir(parents=True, exist_ok=True)
+    require_replaceable([file])
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for path, content in files.items():
             entry = zipfile.ZipInfo(path, DATE)

@@ -159,7 +159,7 @@ def test_an_interrupted_search_keeps_its_trials(
 def test_a_fault_keeps_the_trials_too(
     run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
 ) -> None:
-    def faulty(*_: object, journal: Journal, **__: object) -> None:
+    def faulty(*_: object, **__: object) -> None:
         raise InvalidInputError("a: M_z is constant")
 
     kept = tmp_path / ".out.unfinished"
