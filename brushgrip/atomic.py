@@ -75,6 +75,16 @@ def staged_directory(final: str | Path) -> Iterator[Path]:
         shutil.rmtree(stage, ignore_errors=True)
 
 
+def is_same_file(one: Path, other: Path) -> bool:
+    """Whether what is written to one path would replace the file at the other.
+
+    Links and `..` are resolved as for writing, also behind folders that are not there yet; two hard
+    links are the same file.
+    """
+    one, other = one.resolve(), other.resolve()
+    return one == other or (one.exists() and other.exists() and one.samefile(other))
+
+
 def _beside(target: Path) -> Path:
     """A free hidden name in the nearest folder that exists: renaming from there is atomic."""
     folder = next(parent for parent in target.parents if parent.exists())

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from brushgrip.atomic import is_same_file
 from brushgrip.fetch import LOCAL_COPY
 from identification.free_decay.recording import Decay, read_decay
 from identification.reading.recordings import Recording, read_recording, read_rig
@@ -98,13 +99,18 @@ def read_decays(names: Sequence[str], rig: Path | None) -> list[Decay]:
 def keep_inputs(outputs: Sequence[Path], names: Sequence[str], *others: Path | None) -> None:
     """Refuses to write over what was read.
 
+    Args:
+        outputs: the files to write.
+        names: recordings as the user gave them.
+        others: rig, model and whatever else is read; None for what was not given.
+
     Raises:
-        InvalidInputError: an output is one of the recordings, or the rig or the model file.
+        InvalidInputError: an output is one of the inputs, whatever way its path is spelt.
     """
     inputs = [*(locate(name) for name in names), *(path for path in others if path is not None)]
     for output in outputs:
         for path in inputs:
-            if output.exists() and output.samefile(path):
+            if is_same_file(output, path):
                 raise InvalidInputError(f"{output}: would overwrite what is read; name another --out")
 
 

@@ -9,8 +9,10 @@ import typer
 from brushgrip.atomic import staged_directory
 from brushgrip.commands.options import ModelFile, OutFolder
 from brushgrip.console import say
+from brushgrip.recordings import keep_inputs
 from observers import AligningTorque, Ekf, Mhe, Sensing, SteeringTorque, from_files
 from observers.embedded import DOUBLE, SINGLE, generate, generate_fmu
+from observers.embedded.origin import require_replaceable
 
 
 class Kind(StrEnum):
@@ -69,6 +71,8 @@ def codegen(
     parameters it was made with; NAME_sfun.c is an S-function for Simulink. With --target fmu, NAME.fmu
     holds the same C with sources and a library for 64-bit Linux: FMI 2.0 co-simulation, a communication
     step is a sample.
+
+    Files that an earlier codegen wrote are replaced; any other file in the way is a fault.
     """
     made = from_files(KINDS[observer], rig, model, sensing=SENSINGS[torque])
     with staged_directory(out) as stage:
@@ -76,4 +80,7 @@ def codegen(
             files = [generate_fmu(made, stage, TYPES[real], name=name)]
         else:
             files = generate(made, stage, TYPES[real], name=name)
+        finals = [out.resolve() / path.name for path in files]
+        keep_inputs(finals, [], rig, model)
+        require_replaceable(finals)
     say(f"wrote {', '.join(path.name for path in files)} to {out}")

@@ -21,6 +21,7 @@ from brushgrip.pictures import draw_boxes
 from brushgrip.recordings import keep_inputs, locate, read_all
 from brushgrip.tables import json_text
 from identification.modelfile import read_model
+from identification.thesis.author_estimate import author_file
 from identification.thesis.friction_network import label_mean
 from symbolic.errors import InvalidInputError
 
@@ -85,7 +86,8 @@ def compare(
     finals = [path for path in (out, table, picture) if path is not None]
     _check_names(finals, picture)
     subjects = _subjects(recordings, rig, author, declared or [])
-    keep_inputs(finals, [*recordings, *(train or [])], rig, model)
+    read_names = [*recordings, *(train or [])]
+    keep_inputs(finals, read_names, rig, model, *_author_files(read_names, author))
     chosen = methods(None if model is None else read_model(model))
     if train:
         read_all([*recordings, *train], rig)
@@ -126,6 +128,12 @@ def _subjects(
         subject_of(recording, locate(name).parent if author is None else author, mu)
         for recording, name, mu in zip(read, names, references, strict=True)
     ]
+
+
+def _author_files(names: Sequence[str], author: Path | None) -> list[Path]:
+    """The author's estimates that may be read along with these recordings."""
+    folders = {locate(name).parent for name in names} if author is None else {author}
+    return [path for folder in folders for path in folder.glob(author_file(Path(), "*").name)]
 
 
 def _networks(lessons: Sequence[Subject]) -> list[Method]:

@@ -10,7 +10,7 @@ from brushgrip.atomic import staged_directory
 from brushgrip.commands.options import Jobs, OutFolder, RecordingNames, RigFile
 from brushgrip.console import progress, say
 from brushgrip.friction import FrictionTrack
-from brushgrip.recordings import read_all
+from brushgrip.recordings import keep_inputs, read_all
 from brushgrip.report import PAGE, write_report
 from brushgrip.tables import json_text, print_summary
 from brushgrip.unfinished import kept_trials
@@ -19,6 +19,8 @@ from identification.fits.loss import LEAST_SQUARES, Huber
 from identification.modelfile import model_text
 from identification.results import Diagnosis
 from symbolic.errors import InvalidInputError
+
+DIAGNOSIS, MODEL = "diagnosis.json", "model.json"
 
 
 def diagnose(
@@ -58,6 +60,8 @@ def diagnose(
         raise InvalidInputError("--learn takes outliers for torque; leave out --robust or --learn")
     held_out = holdout or []
     read = read_all([*recordings, *held_out], rig)
+    outputs = [out / DIAGNOSIS, out / MODEL, out / PAGE, *out.resolve().glob("*.png")]
+    keep_inputs(outputs, [*recordings, *held_out], rig)
     training = read[: len(recordings)]
     loss = LEAST_SQUARES if robust is None else Huber(threshold=robust)
     with kept_trials(out) as journal, staged_directory(out) as folder:
@@ -79,8 +83,8 @@ def diagnose(
 def write_diagnosis(folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack] = ()) -> None:
     """Writes diagnosis.json, model.json, report.html and the pictures into an existing folder."""
     for name, text in (
-        ("diagnosis.json", json_text(diagnosis.to_dict())),
-        ("model.json", model_text(diagnosis)),
+        (DIAGNOSIS, json_text(diagnosis.to_dict())),
+        (MODEL, model_text(diagnosis)),
     ):
         (folder / name).write_text(text, encoding="utf-8", newline="\n")
     write_report(folder, diagnosis, friction)

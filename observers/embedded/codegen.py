@@ -6,8 +6,6 @@ What is computed is written by casadi from the very Functions that run in Python
 """
 
 import hashlib
-import importlib.metadata
-import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -21,6 +19,8 @@ from observers.embedded.compact_ekf import is_quick, quick_body
 from observers.embedded.compact_mhe import is_quick_window, quick_window_body
 from observers.embedded.initial_state import build_start
 from observers.embedded.literals import in_type
+from observers.embedded.names import require_usable
+from observers.embedded.origin import mark, release, require_replaceable
 from observers.embedded.parameters import parameters_text
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import Body, filled
@@ -57,12 +57,13 @@ def generate(
         The files written.
 
     Raises:
-        InvalidInputError: the observer is no Ekf or Mhe, the name is none in C, or a constant is beyond
-            the type.
+        InvalidInputError: the observer is no Ekf or Mhe, the name is none in C or is taken, a constant
+            is beyond the type, or a file that was not generated is in the way.
     """
     texts = texts_of(checked(observer, name), real, name)
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
+    require_replaceable(folder / file for file in texts)
     for file, text in texts.items():
         (folder / file).write_text(text, encoding="utf-8", newline="\n")
     return [folder / file for file in texts]
@@ -72,10 +73,7 @@ def checked(observer: ModelObserver, name: str) -> Ekf | Mhe:
     """The observer, if it can be written out under this name; else `InvalidInputError`."""
     if not isinstance(observer, Ekf | Mhe):
         raise InvalidInputError(f"observer must be an Ekf or an Mhe, got {type(observer).__name__}")
-    if not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", name):
-        raise InvalidInputError(
-            f"name must be a name in C, small letters, digits and _, at most 31, got {name!r}"
-        )
+    require_usable(name)
     return observer
 
 
@@ -158,6 +156,7 @@ def terms_of(observer: Ekf | Mhe, real: Real, name: str) -> dict[str, str]:
         "M": "sample->M" if torque == "M" else f"({real.c_type})NAN",
         "described": described(observer, real),
         "brushgrip": release(),
+        "generated": mark(),
         "casadi": ca.CasadiMeta.version(),
         "flags": "\n".join(
             f"    {name.upper()}_{_flag(n)} = {n}, /* {r} */" for n, r in REMEDIES.items()
@@ -186,14 +185,6 @@ def described(observer: Ekf | Mhe, real: Real) -> str:
     torque = "steering" if observer.sensing.turns else "aligning"
     model = f"effects {effects}" if effects else "the declared model"
     return f"{kind}{window} on the {torque} torque, {model}; {real.c_type}."
-
-
-def release() -> str:
-    """The version of brushgrip; a checkout that is not installed has none."""
-    try:
-        return importlib.metadata.version("brushgrip")
-    except importlib.metadata.PackageNotFoundError:
-        return "(not installed)"
 
 
 def _flag(number: int) -> str:

@@ -5,6 +5,7 @@ from dataclasses import asdict
 from typing import Any
 
 from observers.base import ModelObserver
+from observers.embedded.origin import mark
 from observers.embedded.scalar_type import Real
 from symbolic.serialisation import units_of
 
@@ -13,6 +14,7 @@ def parameters_text(observer: ModelObserver, real: Real, version: str) -> str:
     """JSON of model, values, rig, beliefs and settings; infinity stands as text."""
     units = units_of(observer.model)
     document = {
+        "generated": mark(),
         "version": version,
         "observer": type(observer).__name__.lower(),
         "real": real.c_type,

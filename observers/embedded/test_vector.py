@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observers.base import ModelObserver
+from observers.embedded.origin import mark
 from observers.embedded.scalar_type import Real
 from observers.loop import Loop
 from observers.protocol import Sample
@@ -81,7 +82,7 @@ def vector_text(observer: ModelObserver, real: Real, torque: str) -> str:
     names = [name for name in COLUMNS if name not in {"M_z", "M"} - {torque}]
     rows = [made[COLUMNS.index(name)].tolist() for name in names]
     said = SAID.format(mu=vector_friction(observer), seed=SEED).splitlines()
-    lines = [*(f"# {line}" for line in said), ",".join(names)]
+    lines = [f"# {mark()}", *(f"# {line}" for line in said), ",".join(names)]
     lines += [",".join(_number(v, real) for v in row) for row in zip(*rows, strict=True)]
     return "\n".join(lines) + "\n"
 

@@ -156,6 +156,51 @@ def test_an_interrupted_search_keeps_its_trials(
     assert not (tmp_path / ".out.unfinished").exists()
 
 
+def test_a_fault_keeps_the_trials_too(
+    run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
+) -> None:
+    def faulty(*_: object, **__: object) -> None:
+        raise InvalidInputError("a: M_z is constant")
+
+    kept = tmp_path / ".out.unfinished"
+    kept.mkdir()
+    (kept / "trial").touch()
+    monkeypatch.setattr(diagnosing, "close_the_loop", faulty)
+    outcome = run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
+
+    assert outcome.status == 2
+    assert (kept / "trial").exists()
+    said, fault = outcome.err.splitlines()
+    assert f"kept in {kept}" in said
+    assert fault == "brushgrip: a: M_z is constant"
+
+
+@pytest.mark.usefixtures("asked")
+def test_a_folder_in_the_way_of_the_report_does_not_cost_the_search(
+    run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
+) -> None:
+    finish = diagnosing.close_the_loop
+
+    def searching(*given: Any, journal: Journal, **options: Any) -> Diagnosis:
+        journal.folder.mkdir(exist_ok=True)
+        (journal.folder / "trial").touch()
+        return finish(*given, journal=journal, **options)
+
+    (tmp_path / "out" / "report.html").mkdir(parents=True)
+    monkeypatch.setattr(diagnosing, "close_the_loop", searching)
+    command = ("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
+    outcome = run(*command)
+
+    assert outcome.status == 2
+    assert "report.html: is in the way" in outcome.err
+    assert "the same command goes on" in outcome.err
+    assert (tmp_path / ".out.unfinished" / "trial").exists()
+
+    (tmp_path / "out" / "report.html").rmdir()
+    assert run(*command).status == 0
+    assert not (tmp_path / ".out.unfinished").exists()
+
+
 def test_training_and_held_out_must_differ(
     run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path
 ) -> None:
