@@ -9,7 +9,7 @@ import typer
 from brushgrip.atomic import staged_directory
 from brushgrip.commands.options import ModelFile, OutFolder
 from brushgrip.console import say
-from observers import AligningTorque, Ekf, Mhe, Sensing, SteeringTorque, from_files
+from observers import AligningTorque, Ekf, MeasurementModel, Mhe, SteeringTorque, from_files
 from observers.embedded import DOUBLE, SINGLE, generate, generate_fmu
 
 
@@ -43,7 +43,10 @@ class Torque(StrEnum):
 
 KINDS = {Kind.EKF: Ekf, Kind.MHE: Mhe}
 TYPES = {Type.FLOAT: SINGLE, Type.DOUBLE: DOUBLE}
-SENSINGS: dict[Torque, Sensing] = {Torque.GROUND: AligningTorque(), Torque.HAND: SteeringTorque()}
+SENSINGS: dict[Torque, MeasurementModel] = {
+    Torque.GROUND: AligningTorque(),
+    Torque.HAND: SteeringTorque(),
+}
 
 
 def codegen(
@@ -70,7 +73,7 @@ def codegen(
     holds the same C with sources and a library for 64-bit Linux: FMI 2.0 co-simulation, a communication
     step is a sample.
     """
-    made = from_files(KINDS[observer], rig, model, sensing=SENSINGS[torque])
+    made = from_files(KINDS[observer], rig, model, measurement_model=SENSINGS[torque])
     with staged_directory(out) as stage:
         if target is Target.FMU:
             files = [generate_fmu(made, stage, TYPES[real], name=name)]
