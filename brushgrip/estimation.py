@@ -12,9 +12,9 @@ from observers import (
     AligningTorque,
     Ekf,
     Estimates,
+    MeasurementModel,
     Mhe,
     Observer,
-    Sensing,
     Status,
     SteeringTorque,
     Tuning,
@@ -102,9 +102,13 @@ def on_model(name: ObserverName, recording: Recording, found: FoundModel | None)
     else:
         # A causal observer cannot know what was fitted to a whole recording, as its torque zero.
         model, values = found.coming_model(), found.coming_values()
-    sensing: Sensing = AligningTorque() if hears_ground(recording) else SteeringTorque()
+    measurement_model: MeasurementModel = (
+        AligningTorque() if hears_ground(recording) else SteeringTorque()
+    )
     kind = Ekf if name is ObserverName.EKF else Mhe
-    return kind(model=model, values=values, rig=recording.rig, tuning=tuning, sensing=sensing)
+    return kind(
+        model=model, values=values, rig=recording.rig, tuning=tuning, measurement_model=measurement_model
+    )
 
 
 def track(name: ObserverName, recording: Recording, estimates: Estimates, model: str) -> FrictionTrack:

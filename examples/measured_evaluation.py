@@ -32,7 +32,7 @@ from identification import (
     read_rig,
     recording_from_raw,
 )
-from observers import Ekf, ZoneRootSolver, course, run
+from observers import Ekf, ZoneRootSolver, run, zone_history
 from symbolic import Model, Rig, Tyre, simulate
 
 Array = NDArray[np.float64]
@@ -131,7 +131,7 @@ def subjects(folder: Path | None) -> list[Subject]:
 def zones(subject: Subject) -> None:
     """Print how the zones are counted, beside the author's columns where he has some."""
     recording, author = subject.recording, subject.author
-    made = course(recording.psi)
+    made = zone_history(recording.psi)
     beyond = float((made.true_zones > 5).mean())
     line = (
         f"{recording.name}: up to {made.true_zones.max()} zones, more than five {beyond:.1%} of the time"
@@ -161,7 +161,7 @@ def main() -> None:
     if options.pictures is not None:
         options.pictures.mkdir(parents=True, exist_ok=True)
         shown = chosen[0].recording
-        draw_zones(options.pictures / "zones.png", shown, course(shown.psi))
+        draw_zones(options.pictures / "zones.png", shown, zone_history(shown.psi))
         draw_boxes(options.pictures / "boxes.png", compared, [row.method for row in summary])
 
 

@@ -25,16 +25,16 @@ def from_files(
             b_t are needed where the steering torque is measured, mu is not used.
         model: the model file that `brushgrip diagnose` writes, whose k goes before that of the rig; None
             for the declared model. What belongs to one recording alone, as a torque zero, stays neutral.
-        settings: further fields of the observer, such as `tuning` and `sensing`.
+        settings: further fields of the observer, such as `tuning` and `measurement_model`.
 
     Raises:
         InvalidInputError: a file cannot be read, or holds what it must not, such as a value out of range
             or in another unit; or a setting is out of range. One line says which.
     """
     geometry, tyre = read_rig_file(rig)
-    if "sensing" in settings:
+    if "measurement_model" in settings:
         with naming(rig):
-            settings["sensing"].check(geometry)
+            settings["measurement_model"].check(geometry)
     found = FoundModel(model=Model(), shared={"k": tyre.k}, own={})
     if model is not None:
         found = read_model_file(model)

@@ -10,7 +10,7 @@ from brushgrip.atomic import staged_directory
 from brushgrip.commands.options import ModelFile, OutFolder
 from brushgrip.console import say
 from brushgrip.recordings import keep_inputs
-from observers import AligningTorque, Ekf, Mhe, Sensing, SteeringTorque, from_files
+from observers import AligningTorque, Ekf, MeasurementModel, Mhe, SteeringTorque, from_files
 from observers.embedded import DOUBLE, SINGLE, generate, generate_fmu
 from observers.embedded.origin import require_replaceable
 
@@ -45,7 +45,10 @@ class Torque(StrEnum):
 
 KINDS = {Kind.EKF: Ekf, Kind.MHE: Mhe}
 TYPES = {Type.FLOAT: SINGLE, Type.DOUBLE: DOUBLE}
-SENSINGS: dict[Torque, Sensing] = {Torque.GROUND: AligningTorque(), Torque.HAND: SteeringTorque()}
+SENSINGS: dict[Torque, MeasurementModel] = {
+    Torque.GROUND: AligningTorque(),
+    Torque.HAND: SteeringTorque(),
+}
 
 
 def codegen(
@@ -74,7 +77,7 @@ def codegen(
 
     Files that an earlier codegen wrote are replaced; any other file in the way is a fault.
     """
-    made = from_files(KINDS[observer], rig, model, sensing=SENSINGS[torque])
+    made = from_files(KINDS[observer], rig, model, measurement_model=SENSINGS[torque])
     with staged_directory(out) as stage:
         if target is Target.FMU:
             files = [generate_fmu(made, stage, TYPES[real], name=name)]

@@ -128,15 +128,15 @@ def casadi_body(observer: Ekf | Mhe, real: Real, terms: Mapping[str, str]) -> Bo
 
 def step_of(observer: Ekf | Mhe) -> ca.Function:
     """One sample of the observer, as casadi has it: (state, sample, constants) -> (state_next, said)."""
-    model, sensing = observer.model, observer.sensing
+    model, measurement_model = observer.model, observer.measurement_model
     if isinstance(observer, Mhe):
-        return build_window_step(model, sensing, observer.window, observer.iterations)
-    return build_step(model, sensing, observer.iterations)
+        return build_window_step(model, measurement_model, observer.window, observer.iterations)
+    return build_step(model, measurement_model, observer.iterations)
 
 
 def terms_of(observer: Ekf | Mhe, real: Real, name: str) -> dict[str, str]:
     """What the templates are filled with."""
-    tuning, torque = observer.tuning, "M" if observer.sensing.turns else "M_z"
+    tuning, torque = observer.tuning, "M" if observer.measurement_model.turns else "M_z"
     said = {
         "M_z": "aligning torque, moment of the ground on the wheel [N m]",
         "M": "steering torque, of the hand or motor on the wheel [N m]",
@@ -150,7 +150,7 @@ def terms_of(observer: Ekf | Mhe, real: Real, name: str) -> dict[str, str]:
         "torque": torque,
         "torque_said": said[torque],
         "rate_said": "not used: the rate is estimated"
-        if observer.sensing.turns
+        if observer.measurement_model.turns
         else "yaw rate [rad/s]; where there is none it is taken from the past of psi",
         "M_z": "sample->M_z" if torque == "M_z" else f"({real.c_type})NAN",
         "M": "sample->M" if torque == "M" else f"({real.c_type})NAN",
@@ -182,7 +182,7 @@ def described(observer: Ekf | Mhe, real: Real) -> str:
     effects = ", ".join(effect.name for effect in observer.model.effects)
     kind = KINDS[type(observer).__name__]
     window = f" over {observer.window} samples" if isinstance(observer, Mhe) else ""
-    torque = "steering" if observer.sensing.turns else "aligning"
+    torque = "steering" if observer.measurement_model.turns else "aligning"
     model = f"effects {effects}" if effects else "the declared model"
     return f"{kind}{window} on the {torque} torque, {model}; {real.c_type}."
 

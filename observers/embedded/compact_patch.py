@@ -38,7 +38,7 @@ def patch_numbers(observer: ModelObserver) -> dict[str, str]:
         "level": repr(float(full_slide_level(1.0, a))),
         "still_moment": repr(float(unit_moment(0.0, a, e))),
         "depth": str(DEPTH),
-        "turns": str(int(observer.sensing.turns)),
+        "turns": str(int(observer.measurement_model.turns)),
     }
 
 

@@ -75,7 +75,7 @@ def host(observer: Ekf | Mhe, real: Real = SINGLE) -> Hosted:
     command = compiler()
     if command is None:
         raise InvalidInputError("no C compiler at hand; set CC, or put cc on the path")
-    torque = "M" if observer.sensing.turns else "M_z"
+    torque = "M" if observer.measurement_model.turns else "M_z"
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         generate(observer, folder, real, name=_NAME)

@@ -18,7 +18,7 @@ def parameters_text(observer: ModelObserver, real: Real, version: str) -> str:
         "version": version,
         "observer": type(observer).__name__.lower(),
         "real": real.c_type,
-        "sensing": type(observer.sensing).__name__,
+        "sensing": type(observer.measurement_model).__name__,
         "states": list(observer.states),
         "effects": [effect.name for effect in observer.model.effects],
         "parameters": {n: {"value": v, "unit": units[n]} for n, v in observer.values.items()},

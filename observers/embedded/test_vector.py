@@ -59,7 +59,7 @@ def made_samples(observer: ModelObserver) -> Array:
     ).ravel()
     M_z = simulate(observer.model, np.vstack([psi, rate, F_N, dt]), theta, np.array([rig.a, rig.e])).M_z
     M = -M_z
-    if observer.sensing.turns:
+    if observer.measurement_model.turns:
         M = M + (rig.b_t or 0.0) * rate + (rig.J_A or 0.0) * np.gradient(rate, STEP)
     noise = 0.004 * np.ptp(M_z) * rng.standard_normal((2, COUNT))
     samples = np.vstack([psi, rate, M_z + noise[0], M + noise[1], F_N, dt])

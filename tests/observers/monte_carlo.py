@@ -67,7 +67,7 @@ def steered_by_hand(
 
 
 def tuned(made: Recording, *, scale: float = ALLOWANCE, **beliefs: Any) -> dict[str, Any]:
-    """Sensing and tuning for a sensor whose white noise is known, without a zero, friction constant.
+    """Measurement model and tuning for known white sensor noise, no torque zero, constant friction.
 
     Args:
         made: the recording, whose torque range says how large the noise is.
@@ -82,8 +82,8 @@ def tuned(made: Recording, *, scale: float = ALLOWANCE, **beliefs: Any) -> dict[
         "noise": scale * NOISE * np.ptp(torque) / slide() * rate, "error": inf, "gate": inf, **PRIOR,
         "mu_walk": 0.0 if aligning else 1e-3, "psi_noise": FOURTEEN_BIT_STEP,
     }  # fmt: skip
-    sensing = AligningTorque(zero=False) if aligning else SteeringTorque()
-    return {"sensing": sensing, **usual, **beliefs}
+    measurement_model = AligningTorque(zero=False) if aligning else SteeringTorque()
+    return {"measurement_model": measurement_model, **usual, **beliefs}
 
 
 def estimated(kind: Any, made: Recording, **settings: Any) -> Estimates:

@@ -59,7 +59,7 @@ def test_a_model_that_was_found(rig: Path, tmp_path: Path) -> None:
     assert observer.model == Model(effects=effects, discretised=True)
     # The k of the model goes before that of the rig; nothing fitted to one recording is believed.
     assert observer.values == {"k": 2.4e6, "carcass_torsion.k_t": 390.0, "torque_offset.M_0": 0.0}
-    assert (observer.window, observer.sensing) == (7, AligningTorque())
+    assert (observer.window, observer.measurement_model) == (7, AligningTorque())
 
 
 def test_it_runs(rig: Path, tmp_path: Path, recording: RigRecording) -> None:
@@ -122,11 +122,13 @@ def test_files_that_are_not_there(rig: Path, tmp_path: Path) -> None:
 
 
 def test_the_steering_torque_needs_the_wheel(rig: Path) -> None:
-    assert from_files(Ekf, rig, sensing=SteeringTorque()).rig.J_A == 0.15
+    assert from_files(Ekf, rig, measurement_model=SteeringTorque()).rig.J_A == 0.15
     rig.write_text(TOML.replace("J_A = 0.15\n", ""), encoding="utf-8")
 
     assert from_files(Ekf, rig).rig.J_A is None
-    assert message_of(Ekf, rig, sensing=SteeringTorque()).startswith(f"{rig}: the rig lacks J_A")
+    assert message_of(Ekf, rig, measurement_model=SteeringTorque()).startswith(
+        f"{rig}: the rig lacks J_A"
+    )
 
 
 def test_faults_of_settings_name_no_file(rig: Path) -> None:

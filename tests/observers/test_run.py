@@ -25,12 +25,12 @@ from tests.observers.factories import (
 Array = NDArray[np.float64]
 OBSERVERS: dict[str, Any] = {
     "ekf": make(Ekf),
-    "ekf, stiffness": make(Ekf, sensing=AligningTorque(stiffness=True)),
+    "ekf, stiffness": make(Ekf, measurement_model=AligningTorque(stiffness=True)),
     "ekf, bristles": make(Ekf, model=Model(discretised=True)),
-    "ekf, steering": make(Ekf, sensing=SteeringTorque()),
+    "ekf, steering": make(Ekf, measurement_model=SteeringTorque()),
     "mhe": make(Mhe, window=20),
-    "mhe, stiffness": make(Mhe, window=20, sensing=AligningTorque(stiffness=True)),
-    "mhe, steering": make(Mhe, window=20, sensing=SteeringTorque()),
+    "mhe, stiffness": make(Mhe, window=20, measurement_model=AligningTorque(stiffness=True)),
+    "mhe, steering": make(Mhe, window=20, measurement_model=SteeringTorque()),
     "root": ZoneRootSolver(rig=RIG, k=K),
 }
 
@@ -43,7 +43,7 @@ def observer(request: pytest.FixtureRequest) -> Any:
 @pytest.fixture
 def columns(observer: Any, recording: RigRecording, steered: SteeringRecording) -> dict[str, Array]:
     """What suits the observer, of a length that is no multiple of a stretch."""
-    steers = isinstance(getattr(observer, "sensing", None), SteeringTorque)
+    steers = isinstance(getattr(observer, "measurement_model", None), SteeringTorque)
     made = steered if steers else recording
     return columns_of(made, slice(0, 777 if steers else 333))
 

@@ -36,7 +36,7 @@ def single(tmp_path_factory: pytest.TempPathFactory) -> FilterFactory:
     built: dict[Any, Path] = {}
 
     def made(observer: Ekf) -> Single:
-        kind = (observer.model, observer.sensing, observer.iterations)
+        kind = (observer.model, observer.measurement_model, observer.iterations)
         if kind not in built:
             built[kind] = build(observer, tmp_path_factory.mktemp("single")).library
         return Single(observer, built[kind])

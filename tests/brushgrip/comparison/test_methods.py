@@ -7,7 +7,7 @@ import pytest
 
 from brushgrip.comparison.methods import Method, Observed, methods
 from identification import Recording
-from observers import Sample, course
+from observers import Sample, zone_history
 from reference_rig.hooks import Drive
 from reference_rig.patch import RigTyre, simulate
 from symbolic import Rig, Tyre
@@ -50,7 +50,7 @@ def named(name: str) -> Method:
 @pytest.mark.parametrize("name", [method.name for method in methods()])
 def test_beyond_five_zones(nested: Recording, name: str) -> None:
     method = named(name)
-    beyond = course(nested.psi).true_zones >= NESTED_FROM
+    beyond = zone_history(nested.psi).true_zones >= NESTED_FROM
     error = np.abs(method.estimate(nested)[beyond] / MU - 1)
     print(f"{name}: off by up to {error.max():.2%} in {beyond.mean():.0%} of the samples")
 

@@ -146,7 +146,7 @@ def test_outliers_and_changes_of_the_ground(built: Build, kind: Any, window: int
     tuning = Tuning(noise=0.01, error=0.02, gate=4.0, reset_after=3, zero_time=20.0)
     settings = {"window": window} if kind is Mhe else {}
     observer = kind(
-        **DECLARED, rig=RIG, tuning=tuning, sensing=AligningTorque(stiffness=True), **settings
+        **DECLARED, rig=RIG, tuning=tuning, measurement_model=AligningTorque(stiffness=True), **settings
     )
     said, expected = built(observer, DOUBLE).follow(rows), said_by(observer, rows, turns=False)
 
