@@ -84,7 +84,7 @@ def friction_walk(seed: int, start: float, intensity: float, duration: float) ->
         intensity: standard deviation of the change in one second [1/sqrt(s)].
         duration: up to which it walks [s]; constant afterwards.
     """
-    t = np.arange(round(duration / WALK_KNOT) + 1) * WALK_KNOT
+    t = np.arange(round(duration / WALK_KNOT) + 1, dtype=np.float64) * WALK_KNOT
     steps = np.random.default_rng([seed, 6]).standard_normal(len(t) - 1)
     free = start + intensity * np.sqrt(WALK_KNOT) * np.concatenate([[0.0], np.cumsum(steps)])
     # Folding the free walk like a strip of paper keeps its increments' size.

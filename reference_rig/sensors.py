@@ -6,6 +6,7 @@ they strike the same samples.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from reference_rig.hooks import Array
 
@@ -103,7 +104,7 @@ def jitter_instants(seed: int, t: Array, *, spread: float, least: float = 1e-4) 
     return t[0] + np.clip(instants, 0.0, length)
 
 
-def _strike(rng: np.random.Generator, candidates: Array, share: float) -> Array:
+def _strike(rng: np.random.Generator, candidates: NDArray[np.intp], share: float) -> NDArray[np.intp]:
     if not 0 <= share <= 1:
         raise ValueError(f"a share is between 0 and 1, not {share}")
     return rng.choice(candidates, round(share * len(candidates)), replace=False)

@@ -156,7 +156,9 @@ def simulate_steering(
         rate = (middle + half * torque) / divisor
         psi[i], psi_dot[i], M_z[i] = angle, rate, moment
     M = command - grip.stiffness * psi - grip.damping * psi_dot
-    return SteeredMotion(t=np.arange(n) * step, psi=psi, psi_dot=psi_dot, M=M, M_z=M_z, F_N=F_N, mu=mu)
+    return SteeredMotion(
+        t=np.arange(n, dtype=np.float64) * step, psi=psi, psi_dot=psi_dot, M=M, M_z=M_z, F_N=F_N, mu=mu
+    )
 
 
 def torque_profile(seed: int, t: Array, level: float) -> Array:
@@ -234,7 +236,7 @@ def make_steering_recording(
     """
     tyre = tyre or RigTyre()
     path = _quick_path(seed, duration, hand or WIDE, load)
-    t = np.arange(round(duration / step) + 1) * step
+    t = np.arange(round(duration / step) + 1, dtype=np.float64) * step
     instants = sample_instants(duration, rate)
     if torque is None:
         grip = grip or Grip()

@@ -1,7 +1,7 @@
 """The two identification experiments of [Györök 2022], chapter 5.
 
-Free vibration after an impact, with the thesis's rig, contact lengths and encoder (section 5.2.2); a block
-towed over a plate, with the three forces of a dynamometer and their faults (table 5.1).
+Free vibration after an impact, with the thesis's rig, contact lengths and encoder (section 5.2.2); a
+block towed over a plate, with the three forces of a dynamometer and their faults (table 5.1).
 """
 
 from collections.abc import Sequence
@@ -93,7 +93,7 @@ def simulate_impact(
     Returns:
         Time [s] and yaw angle [rad], shape (n,).
     """
-    t = np.arange(round(duration / step) + 1) * step
+    t = np.arange(round(duration / step) + 1, dtype=np.float64) * step
     struck = (t >= at) & (t < at + IMPACT_PULSE)
     shape = np.where(struck, np.sin(np.pi * (t - at) / IMPACT_PULSE), 0.0)
     impact = (impulse * shape / (step * shape.sum())).tolist()
@@ -185,7 +185,7 @@ def make_impacts(
     impacts: int = IMPACTS,
     **settings: object,
 ) -> list[ImpactRecording]:
-    """Impacts at several contact lengths, as [Györök 2022] measured them; settings as of `make_impact`."""
+    """Impacts at several contact lengths, [Györök 2022], section 5.2.2; settings as of `make_impact`."""
     return [
         make_impact(
             seed * 1000 + 10 * i + j,
