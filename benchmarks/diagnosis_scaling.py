@@ -21,7 +21,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from identification import Recording, initial_guess
 from identification.fits.fitting import fit
 from identification.selection.trials import RANKING, Precision, model_of, thinned
-from reference_rig.campaign import campaign
+from reference_rig import make_campaign
 from tests.identification.factories import as_read
 
 EFFECTS = (
@@ -49,7 +49,7 @@ def seconds(effects: Sequence[str], recordings: Sequence[Recording], precision: 
 
 def main() -> None:
     """Print the ratios."""
-    made = campaign("contact_damping", 1, recordings=8)
+    made = make_campaign("contact_damping", 1, recordings=8)
     whole = [as_read(recording, made.nominal) for recording in made.recordings]
     thin = [thinned(recording) for recording in whole]
     base = seconds(EFFECTS[:1], thin[:4], RANKING)

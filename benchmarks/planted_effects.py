@@ -28,8 +28,7 @@ from identification import Diagnosis, Recording, diagnose
 from identification.selection import trials
 from identification.selection.scoring import delta_bic
 from identification.selection.trial_runner import values_for
-from reference_rig.campaign import campaign
-from reference_rig.unmodelled import OUTSIDE
+from reference_rig import UNMODELLED_EFFECTS, make_campaign
 from symbolic import EFFECTS
 from tests.identification.factories import as_read
 
@@ -50,7 +49,7 @@ class Task:
     @property
     def outside(self) -> bool:
         """Whether no library knows what is planted."""
-        return any(name in OUTSIDE for name in self.planted)
+        return any(name in UNMODELLED_EFFECTS for name in self.planted)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,7 +73,7 @@ def run(task: Task) -> Outcome:
     """One campaign of three recordings, diagnosed."""
     rng = np.random.default_rng([task.seed, 6])
     also = {PARTNER: {"c": rng.uniform(WEAKEST, STRONGEST)}} if len(task.planted) > 1 else {}
-    made = campaign(task.planted[-1] if task.planted else None, task.seed, also=also)
+    made = make_campaign(task.planted[-1] if task.planted else None, task.seed, also=also)
     began = time.perf_counter()
     recordings = [as_read(recording, made.nominal) for recording in made.recordings]
     found = diagnose(recordings, jobs=1)
@@ -117,7 +116,7 @@ def tasks_of(options: argparse.Namespace) -> list[Task]:
     if "pairs" in options.kinds:
         planted += [(PARTNER, name) for name in options.effects if name != PARTNER]
     if "outside" in options.kinds:
-        planted += [(name,) for name in OUTSIDE]
+        planted += [(name,) for name in UNMODELLED_EFFECTS]
     seeds = range(options.first, options.first + options.seeds)
     tasks = [Task(planted=names, seed=seed) for names in planted for seed in seeds]
     controls = range(options.first, options.first + options.controls)

@@ -17,7 +17,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from brushgrip.pictures import draw_free_decay
 from identification import identify_free_decay
-from reference_rig.impact import B_T, TYRE, load_at, make_impacts
+from reference_rig import THESIS_DAMPING as B_T
+from reference_rig import THESIS_TYRE as TYRE
+from reference_rig import load_at, make_impacts
 from tests.identification.factories import as_decay
 
 

@@ -21,8 +21,7 @@ from identification import Recording, fit, initial_guess
 from identification.fits.covariance import correlation, deviations
 from identification.fits.profile import Profile, profile
 from identification.fits.profile_axis import HALF_LENGTH, ModelParameter
-from reference_rig.patch import RigTyre
-from reference_rig.record import make_recording
+from reference_rig import RigTyre, make_recording
 from symbolic import Model, effects_named
 from tests.identification.factories import as_read
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from brushgrip.comparison import scores
-from reference_rig.record import RigRecording, make_recording, write_csv
+from reference_rig import RigRecording, make_recording, write_csv
 from symbolic.compiled import compiler
 
 Run = Callable[..., Any]

@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from reference_rig.ground import make_ground_recording
-from reference_rig.steering import make_steering_recording
+from reference_rig import make_ground_recording, make_steering_recording
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 Run = Callable[..., Any]

@@ -8,7 +8,9 @@ import pytest
 
 from brushgrip.commands import identify as identifying
 from identification.free_decay.estimator import identify_free_decay
-from reference_rig.impact import B_T, TYRE, make_impacts, rig_text, write_impacts
+from reference_rig import THESIS_DAMPING as B_T
+from reference_rig import THESIS_TYRE as TYRE
+from reference_rig import impact_rig_toml, make_impacts, write_impacts
 
 Run = Callable[..., Any]
 LENGTHS = (0.036, 0.050)
@@ -25,7 +27,7 @@ def struck(tmp_path: Path) -> list[Path]:
 @pytest.fixture
 def rig(tmp_path: Path) -> Path:
     path = tmp_path / "rig.toml"
-    path.write_text(rig_text())
+    path.write_text(impact_rig_toml())
     return path
 
 

@@ -8,8 +8,7 @@ import pytest
 from brushgrip.comparison.networks import ANALYTIC, all_inputs, plain_inputs
 from identification import Recording
 from observers import ZoneRootSolver, run
-from reference_rig.patch import RigTyre
-from reference_rig.record import make_recording
+from reference_rig import RigTyre, make_recording
 from tests.identification.factories import as_read
 
 

@@ -5,10 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from identification import Decay, Recording, smoothed_rate
-from reference_rig.campaign import Campaign, campaign
-from reference_rig.impact import ImpactRecording
-from reference_rig.patch import RigTyre
-from reference_rig.record import RigRecording
+from reference_rig import Campaign, ImpactRecording, RigRecording, RigTyre, make_campaign
 from symbolic import Rig, Tyre
 
 
@@ -34,7 +31,7 @@ def as_decay(made: ImpactRecording) -> Decay:
 def read_campaign(
     name: str | None, seed: int, recordings: int = 2, duration: float = 10.0
 ) -> tuple[Campaign, list[Recording]]:
-    made = campaign(name, seed, recordings, duration=duration)
+    made = make_campaign(name, seed, recordings, duration=duration)
     return made, [as_read(recording, made.nominal) for recording in made.recordings]
 
 

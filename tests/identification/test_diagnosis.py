@@ -16,7 +16,7 @@ from identification import (
     smoothed_rate,
 )
 from identification.selection.stepwise_search import walk
-from reference_rig.campaign import Campaign
+from reference_rig import Campaign
 from symbolic import EFFECTS, InvalidInputError, Rig, Tyre
 from tests.identification.factories import read_campaign, with_torque
 

@@ -25,7 +25,7 @@ from observers import (
 )
 from observers.base import ModelObserver
 from observers.control_system import OUTPUTS, as_system
-from reference_rig.record import RigRecording
+from reference_rig import RigRecording
 from symbolic import InvalidInputError, Model
 from tests.observers.conftest import RIG, K
 

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from observers import AligningTorque, Ekf, Sample, SteeringTorque, covariance_of
-from reference_rig.record import RigRecording
-from reference_rig.steering import SteeringRecording
+from reference_rig import RigRecording, SteeringRecording
 from symbolic import Model, effects_named, simulate
 from tests.observers.conftest import RIG, K
 from tests.observers.factories import CLEAN_RIG, columns_of, samples_of, slide, sparse, states_of

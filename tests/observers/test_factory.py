@@ -9,7 +9,7 @@ import pytest
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque, Tuning, from_files, run
 from observers.factory import read_model_file, read_rig_file
-from reference_rig.record import RigRecording
+from reference_rig import RigRecording
 from symbolic import InvalidInputError, Model, Rig, Tyre, effects_named
 
 TOML = "[rig]\na = 0.045\ne = 0.009\nJ_A = 0.15\nb_t = 1.0\n\n[tyre]\nk = 2.8e6\nmu = 1.1\n"

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Mhe, run
-from reference_rig.record import RigRecording, make_recording
+from reference_rig import RigRecording, make_recording
 from symbolic import Model, effects_named, simulate
 from tests.observers.conftest import RIG, K, make
 from tests.observers.factories import (

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from observers import Ekf, Loop, Mhe, Observer, Sample, Status, SteeringTorque, ZoneRootSolver, run
-from reference_rig.record import RigRecording
+from reference_rig import RigRecording
 from symbolic import InvalidInputError, Model
 from tests.observers.conftest import RIG, K
 

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque, run
-from reference_rig.record import RigRecording, make_recording
-from reference_rig.steering import SteeringRecording
+from reference_rig import RigRecording, SteeringRecording, make_recording
 from symbolic import Model, effects_named, simulate
 from tests.observers.conftest import RIG, K, make
 from tests.observers.factories import (

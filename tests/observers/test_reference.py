@@ -9,8 +9,7 @@ import pytest
 
 from observers import AligningTorque, Mhe, SteeringTorque
 from observers.reference import solve_window
-from reference_rig.record import RigRecording
-from reference_rig.steering import SteeringRecording
+from reference_rig import RigRecording, SteeringRecording
 from symbolic import Model
 from tests.observers.factories import CLEAN_RIG, columns_of, samples_of, sparse, states_of
 

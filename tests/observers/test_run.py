@@ -8,8 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Mhe, Status, SteeringTorque, Tuning, ZoneRootSolver, run
-from reference_rig.record import RigRecording
-from reference_rig.steering import SteeringRecording
+from reference_rig import RigRecording, SteeringRecording
 from symbolic import InvalidInputError, Model
 from tests.interpreted import without_machine_code
 from tests.observers.conftest import RIG, K, make

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from observers import Ekf, run
-from reference_rig.record import RigRecording
-from reference_rig.steering import SteeringRecording
+from reference_rig import RigRecording, SteeringRecording
 from symbolic.compiled import compiler
 from tests.observers.factories import columns_of, samples_of
 from tests.observers.float32 import (

@@ -11,8 +11,7 @@ import pytest
 
 from observers import AligningTorque, Ekf, Mhe, ObserverState, Sample, SteeringTorque, run
 from observers.layout import Layout
-from reference_rig.record import RigRecording
-from reference_rig.steering import SteeringRecording
+from reference_rig import RigRecording, SteeringRecording
 from tests.observers.conftest import make
 from tests.observers.factories import columns_of, samples_of, states_of
 

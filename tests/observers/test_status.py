@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from observers import AligningTorque, Ekf, Mhe, Sample, Status, SteeringTorque
-from reference_rig.record import RigRecording
-from reference_rig.steering import SteeringRecording
+from reference_rig import RigRecording, SteeringRecording
 from tests.observers.conftest import make
 from tests.observers.factories import CLEAN_RIG, columns_of, full_slide, samples_of, states_of
 

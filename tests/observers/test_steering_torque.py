@@ -8,8 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import Ekf, Estimates, Mhe, SteeringTorque, run
-from reference_rig.patch import RigTyre
-from reference_rig.steering import SteeringRecording, make_steering_recording
+from reference_rig import RigTyre, SteeringRecording, make_steering_recording
 from symbolic import InvalidInputError, Model, effects_named
 from tests.observers.conftest import RIG, K, make
 from tests.observers.factories import CLEAN_RIG, columns_of, samples_of, slide, states_of

@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from reference_rig.path import hand_path
+from reference_rig import hand_path
 from symbolic import EFFECTS, Model
 from tests.symbolic.oracles import Array, Path, Tyre, grid_torque, run, signals, straight, wandering_load
 

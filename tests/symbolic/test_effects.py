@@ -8,10 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from reference_rig.patch import RigTyre
-from reference_rig.patch import simulate as on_the_rig
-from reference_rig.path import Hand, hand_path
-from reference_rig.record import build_effects
+from reference_rig import Hand, RigTyre, build_effects, hand_path
+from reference_rig import simulate_bristles as on_the_rig
 from symbolic import (
     EFFECTS,
     BristlePatch,

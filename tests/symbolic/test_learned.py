@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from observers import Ekf, run
-from reference_rig.path import hand_path
+from reference_rig import hand_path
 from symbolic import (
     EFFECTS,
     InvalidInputError,

@@ -4,8 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reference_rig import steering
-from reference_rig.patch import RigTyre
+from reference_rig import RigTyre, steering
 from symbolic import (
     InvalidInputError,
     Model,

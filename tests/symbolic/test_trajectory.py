@@ -8,7 +8,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from reference_rig.path import hand_path
+from reference_rig import hand_path
 from symbolic import EFFECTS, InvalidInputError, Model, simulate, step_along
 from tests.symbolic.oracles import Array, Path, Tyre, random_path, run, signals, straight
 from tests.symbolic.test_effects import VALUES

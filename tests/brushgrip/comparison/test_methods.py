@@ -8,8 +8,7 @@ import pytest
 from brushgrip.comparison.methods import Method, Observed, methods
 from identification import Recording
 from observers import Sample, zone_history
-from reference_rig.hooks import Drive
-from reference_rig.patch import RigTyre, simulate
+from reference_rig import RigDrive, RigTyre, simulate_bristles
 from symbolic import Rig, Tyre
 from symbolic.compiled import compiler
 
@@ -28,14 +27,14 @@ def nested() -> Recording:
     psi = np.concatenate([[0.0], *legs])
     t = np.arange(psi.size) / RATE
     rate, load = np.gradient(psi, t), np.full(t.size, 400.0)
-    drive = Drive(t=t, psi=psi, psi_dot=rate, F_N=load, psi_virgin=0.0)
+    drive = RigDrive(t=t, psi=psi, psi_dot=rate, F_N=load, psi_virgin=0.0)
     tyre = RigTyre(mu=MU)
     return Recording(
         name="nested",
         t=t,
         psi=psi,
         psi_dot=rate,
-        M_z=simulate(drive, tyre, bristles=4000).M_z,
+        M_z=simulate_bristles(drive, tyre, bristles=4000).M_z,
         F_N=load,
         rig=Rig(a=tyre.a, e=tyre.e),
         tyre=Tyre(k=tyre.k),

@@ -10,7 +10,7 @@ from brushgrip.comparison.cases import SETTLED, Subject, subject_of
 from brushgrip.comparison.scores import PUBLISHED, compare, rows
 from brushgrip.comparison.tables import comparison_dict, markdown_text
 from identification import Recording
-from reference_rig.hooks import Array
+from reference_rig import Array
 from symbolic import Rig, Tyre
 
 BUSY = 0.02

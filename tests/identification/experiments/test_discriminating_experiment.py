@@ -18,10 +18,7 @@ from identification.selection.scoring import (
     leave_one_out,
 )
 from identification.selection.trials import thinned
-from reference_rig.campaign import Campaign
-from reference_rig.hooks import Drive
-from reference_rig.patch import simulate
-from reference_rig.record import SUBSTEPS, build_effects
+from reference_rig import SUBSTEPS, Campaign, RigDrive, build_effects, simulate_bristles
 from symbolic import Model, effects_named
 from tests.identification.factories import read_campaign
 
@@ -41,14 +38,16 @@ def steered(manoeuvre: Manoeuvre, made: Campaign, like: Recording) -> Recording:
     psi = np.convolve(
         np.pad(np.interp(t, manoeuvre.t, manoeuvre.psi), 10, mode="edge"), np.full(21, 1 / 21), "valid"
     )
-    drive = Drive(
+    drive = RigDrive(
         t=t,
         psi=psi,
         psi_dot=np.gradient(psi, t),
         F_N=np.interp(t, manoeuvre.t, manoeuvre.F_N),
         psi_virgin=float(psi[0]),
     )
-    torque = simulate(drive, truth.tyre, build_effects(truth.effects), bristles=400).M_z[::SUBSTEPS]
+    torque = simulate_bristles(drive, truth.tyre, build_effects(truth.effects), bristles=400).M_z[
+        ::SUBSTEPS
+    ]
     noise = np.random.default_rng(7).standard_normal(torque.size) * NOISE * torque_range(like)
     return replace(
         like,

@@ -7,8 +7,7 @@ from identification import Fit, Recording, Values, fit, initial_guess, signals_o
 from identification.fits.covariance import deviations
 from identification.fits.fitting import torque_range
 from identification.selection.trials import freeze
-from reference_rig.campaign import Campaign
-from reference_rig.record import make_recording
+from reference_rig import Campaign, make_recording
 from symbolic import DECLARED, EFFECTS, InvalidInputError, Model, Parameter, effects_named, simulate
 from symbolic.serialisation import parameter_name
 from tests.identification.factories import as_read, read_campaign, with_torque

@@ -9,8 +9,7 @@ from identification.fits.covariance import deviations
 from identification.fits.loss import Huber
 from identification.fits.profile import LIMIT, profile
 from identification.fits.profile_axis import CASTER, HALF_LENGTH, Along, ModelParameter
-from reference_rig.patch import RigTyre
-from reference_rig.record import make_recording
+from reference_rig import RigTyre, make_recording
 from symbolic import InvalidInputError, Model, Rig, effects_named
 from tests.identification.factories import as_read, read_campaign
 

@@ -13,7 +13,8 @@ from identification.free_decay.likelihood import Programme
 from identification.free_decay.noise_continuation import solve
 from identification.free_decay.onset import release
 from identification.free_decay.recording import Decay
-from reference_rig.impact import TYRE, make_impacts
+from reference_rig import THESIS_TYRE as TYRE
+from reference_rig import make_impacts
 from symbolic import Rig
 from tests.identification.factories import as_decay
 

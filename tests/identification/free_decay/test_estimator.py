@@ -10,8 +10,10 @@ import pytest
 from identification import Decay, FreeDecay, identify_free_decay
 from identification.free_decay import estimator, noise_continuation
 from identification.free_decay.onset import release
-from reference_rig.impact import B_T, LENGTHS, TYRE, ImpactRecording, load_at, make_impacts
-from reference_rig.record import FOURTEEN_BIT_STEP
+from reference_rig import CONTACT_HALF_LENGTHS as LENGTHS
+from reference_rig import FOURTEEN_BIT_STEP, ImpactRecording, load_at, make_impacts
+from reference_rig import THESIS_DAMPING as B_T
+from reference_rig import THESIS_TYRE as TYRE
 from symbolic import InvalidInputError, Rig, Tyre
 from tests.identification.factories import as_decay
 

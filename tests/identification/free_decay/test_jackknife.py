@@ -12,8 +12,9 @@ from identification.free_decay.onset import release
 from identification.free_decay.quantisation import misfit
 from identification.free_decay.recording import Decay
 from identification.free_decay.vibration import swing
-from reference_rig.impact import B_T, TYRE, inertia, make_impact
-from reference_rig.record import FOURTEEN_BIT_STEP
+from reference_rig import FOURTEEN_BIT_STEP, inertia, make_impact
+from reference_rig import THESIS_DAMPING as B_T
+from reference_rig import THESIS_TYRE as TYRE
 from symbolic import Rig, Tyre
 
 RIG = Rig(a=TYRE.a, e=TYRE.e, J_A=inertia(TYRE.e))

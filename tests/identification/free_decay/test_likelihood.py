@@ -7,8 +7,7 @@ import pytest
 
 from identification.free_decay.likelihood import Programme
 from identification.free_decay.onset import release
-from reference_rig.impact import make_impacts
-from reference_rig.record import FOURTEEN_BIT_STEP
+from reference_rig import FOURTEEN_BIT_STEP, make_impacts
 from tests.identification.factories import as_decay
 
 

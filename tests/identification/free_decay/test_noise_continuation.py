@@ -7,8 +7,7 @@ from identification.free_decay import noise_continuation
 from identification.free_decay.likelihood import Programme
 from identification.free_decay.noise_continuation import solve
 from identification.free_decay.onset import release
-from reference_rig.impact import make_impact
-from reference_rig.record import FOURTEEN_BIT_STEP
+from reference_rig import FOURTEEN_BIT_STEP, make_impact
 from tests.identification.factories import as_decay
 
 

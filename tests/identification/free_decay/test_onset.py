@@ -5,7 +5,7 @@ import pytest
 
 from identification.free_decay.onset import release
 from identification.free_decay.recording import Decay
-from reference_rig.impact import make_impact
+from reference_rig import make_impact
 from symbolic import InvalidInputError, Rig, Tyre
 
 RIG, TYRE = Rig(a=0.045, e=0.009, J_A=0.15), Tyre(k=2e6)

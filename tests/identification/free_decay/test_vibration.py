@@ -5,7 +5,8 @@ import numpy as np
 import pytest
 
 from identification.free_decay.vibration import UNKNOWNS, slip_torque, stiffness, swing
-from reference_rig.impact import TYRE, inertia, make_impact
+from reference_rig import THESIS_TYRE as TYRE
+from reference_rig import inertia, make_impact
 from symbolic import Model, simulate
 
 GEOMETRY = np.array([TYRE.a, TYRE.e, inertia(TYRE.e)])

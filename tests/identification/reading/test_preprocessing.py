@@ -18,9 +18,7 @@ from identification import (
     default_pipeline,
     recording_from_raw,
 )
-from reference_rig.hooks import Array
-from reference_rig.patch import RigTyre, simulate
-from reference_rig.path import Hand, hand_path
+from reference_rig import Array, Hand, RigTyre, hand_path, simulate_bristles
 from symbolic import InvalidInputError, Rig, Tyre
 
 RATE, EVERY = 4000.0, 40
@@ -43,7 +41,7 @@ class RawChannels(NamedTuple):
 @cache
 def made() -> RawChannels:
     drive = hand_path(5, 5.0, hand=Hand(quiet=0.5), load=LOAD, rate=RATE)
-    M_z = simulate(drive, RigTyre(), bristles=400).M_z
+    M_z = simulate_bristles(drive, RigTyre(), bristles=400).M_z
     rng = np.random.default_rng(5)
     raw, truth = {}, {"psi": drive.psi, "M_z": M_z, "F_N": drive.F_N}
     for name, values in truth.items():

@@ -15,8 +15,7 @@ from identification.residuals.correlation import correlation, directions_of, noi
 from identification.residuals.signals import SIGNALS, motion_of
 from identification.residuals.signatures import Signature, Signatures, signatures
 from identification.selection.trials import model_of
-from reference_rig.patch import RigTyre
-from reference_rig.record import make_recording
+from reference_rig import RigTyre, make_recording
 from symbolic import EFFECTS
 from tests.identification.factories import as_read, read_campaign, with_torque
 

@@ -7,8 +7,7 @@ from identification.fits.loss import Huber
 from identification.residuals.signatures import signatures
 from identification.residuals.unexplained import unexplained, white_noise
 from identification.results import Unexplained
-from reference_rig.patch import RigTyre
-from reference_rig.record import make_recording
+from reference_rig import RigTyre, make_recording
 from tests.identification.factories import as_read, with_torque
 
 

@@ -12,8 +12,7 @@ from observers import AligningTorque, Ekf, Mhe, Status, SteeringTorque, Tuning, 
 from observers.embedded import DOUBLE, SINGLE
 from observers.embedded.compact_ekf import is_quick
 from observers.embedded.compact_mhe import is_quick_window
-from reference_rig.record import RigRecording
-from reference_rig.steering import SteeringRecording
+from reference_rig import RigRecording, SteeringRecording
 from symbolic import Tyre
 from symbolic.compiled import compiler
 from tests.observers.conftest import RIG, K

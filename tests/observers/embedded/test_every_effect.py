@@ -7,7 +7,7 @@ import pytest
 
 from observers import AligningTorque, Ekf
 from observers.embedded import DOUBLE
-from reference_rig.record import RigRecording
+from reference_rig import RigRecording
 from symbolic import EFFECTS, Effect, Model
 from symbolic.compiled import compiler
 from symbolic.serialisation import parameter_name

@@ -5,8 +5,7 @@ import pytest
 
 from observers import Ekf, Mhe, SteeringTorque, run
 from observers.embedded import DOUBLE, SINGLE, native
-from reference_rig.record import RigRecording
-from reference_rig.steering import SteeringRecording
+from reference_rig import RigRecording, SteeringRecording
 from symbolic import InvalidInputError
 from symbolic.compiled import compiler
 from tests.observers.conftest import RIG

@@ -13,9 +13,7 @@ from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real
 from observers.embedded.compact_mhe import KEPT
 from observers.embedded.compact_patch import DEPTH
-from reference_rig.patch import RigTyre
-from reference_rig.patch import simulate as simulate_bristles
-from reference_rig.path import hand_path
+from reference_rig import RigTyre, hand_path, simulate_bristles
 from symbolic import Model, full_slide_level, simulate
 from symbolic.compiled import compiler
 from tests.observers.conftest import RIG, K

@@ -6,23 +6,16 @@ from pathlib import Path
 
 import numpy as np
 
-from reference_rig.effects import LIBRARY
-from reference_rig.hooks import Array, Effect
-from reference_rig.patch import RigTyre, simulate
-from reference_rig.path import Hand, hand_path
-from reference_rig.unmodelled import OUTSIDE
+from reference_rig.effects import LIBRARY_EFFECTS, UNMODELLED_EFFECTS
+from reference_rig.hooks import Array, PlantedEffect
+from reference_rig.patch import RigTyre, simulate_bristles
+from reference_rig.path import SAMPLE_RATE, SUBSTEPS, Hand, hand_path
+from reference_rig.sensors import ENCODER_STEP, LOAD_NOISE, quantise
 
-EFFECTS: dict[str, type[Effect]] = LIBRARY | OUTSIDE
+RIG_EFFECTS: dict[str, type[PlantedEffect]] = LIBRARY_EFFECTS | UNMODELLED_EFFECTS
 """Everything that can be planted, by name."""
-Planted = Mapping[str, Mapping[str, float]]
+EffectValues = Mapping[str, Mapping[str, float]]
 """Name of the effect -> its parameters."""
-
-SAMPLE_RATE = 100
-SUBSTEPS = 4
-"""Steps of the patch a sample: the wheel also turns, and turns back, between samples."""
-ENCODER_STEP = 4.2e-5
-FOURTEEN_BIT_STEP = 2 * np.pi / 2**14
-LOAD_NOISE = 4e-4
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -50,18 +43,18 @@ class RigRecording:
     """Vertical load [N]."""
     tyre: RigTyre
     """The true tyre."""
-    effects: Planted
+    effects: EffectValues
     """The true effects."""
 
 
-def build_effects(planted: Planted) -> tuple[Effect, ...]:
+def build_effects(planted: EffectValues) -> tuple[PlantedEffect, ...]:
     """Effects by name and parameters; parameters left out are neutral."""
-    return tuple(EFFECTS[name](**parameters) for name, parameters in planted.items())
+    return tuple(RIG_EFFECTS[name](**parameters) for name, parameters in planted.items())
 
 
 def make_recording(
     seed: int,
-    effects: Planted | None = None,
+    effects: EffectValues | None = None,
     *,
     a: float = 0.045,
     e: float = 0.009,
@@ -95,7 +88,7 @@ def make_recording(
     """
     tyre, planted = RigTyre(a=a, e=e, k=k, mu=mu), effects or {}
     drive = hand_path(seed, duration, hand=hand, load=load, rate=SAMPLE_RATE * SUBSTEPS)
-    history = simulate(drive, tyre, build_effects(planted), bristles=bristles)
+    history = simulate_bristles(drive, tyre, build_effects(planted), bristles=bristles)
     M_z, psi, F_N = history.M_z[::SUBSTEPS], drive.psi[::SUBSTEPS], drive.F_N[::SUBSTEPS]
     rng = np.random.default_rng([seed, 2])
     sigma = noise * np.ptp(M_z)
@@ -103,7 +96,7 @@ def make_recording(
     return RigRecording(
         name=name,
         t=np.arange(len(psi)) / SAMPLE_RATE,
-        psi=np.round(psi / encoder_step) * encoder_step if encoder_step > 0 else psi,
+        psi=quantise(psi, encoder_step),
         M_z=M_z + sigma * rng.standard_normal(len(psi)),
         F_N=F_N + load_sigma * rng.standard_normal(len(psi)),
         psi_true=psi,
@@ -116,7 +109,7 @@ def make_recording(
     )
 
 
-def csv_text(recording: RigRecording) -> str:
+def recording_csv(recording: RigRecording) -> str:
     """The recording as the tool reads it: six significant digits, lines end in LF."""
     columns: Sequence[Array] = (recording.t, recording.psi, recording.M_z, recording.F_N)
     # Adding zero turns -0.0 into 0.0.
@@ -126,10 +119,10 @@ def csv_text(recording: RigRecording) -> str:
 
 def write_csv(path: Path, recording: RigRecording) -> None:
     """Write the recording for the tool."""
-    path.write_text(csv_text(recording), encoding="utf-8", newline="\n")
+    path.write_text(recording_csv(recording), encoding="utf-8", newline="\n")
 
 
-def rig_text(nominal: RigTyre) -> str:
+def rig_toml(nominal: RigTyre) -> str:
     """The rig file for the tool, with first guesses of k and mu."""
     return (
         "# a and e were measured; k and mu are first guesses.\n"

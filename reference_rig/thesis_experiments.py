@@ -1,4 +1,8 @@
-"""Free vibration after an impact: the source's rig, its contact lengths, its encoder (5.2.2)."""
+"""The two identification experiments of [Györök 2022], chapter 5.
+
+Free vibration after an impact, with the thesis's rig, contact lengths and encoder (section 5.2.2); a
+block towed over a plate, with the three forces of a dynamometer and their faults (table 5.1).
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -7,24 +11,23 @@ from pathlib import Path
 
 import numpy as np
 
-from reference_rig.ground import quantise, sample_instants
 from reference_rig.hooks import Array
 from reference_rig.patch import RigTyre
-from reference_rig.record import FOURTEEN_BIT_STEP
+from reference_rig.sensors import FOURTEEN_BIT_STEP, quantise, sample_instants
 from reference_rig.steering import Wheel
 
-TYRE = RigTyre(a=0.045, e=0.009, k=2.438e6, mu=1.674)
-"""The source's tyre on steel (tables 5.1 and 5.2)."""
-B_T = 1.04
+THESIS_TYRE = RigTyre(a=0.045, e=0.009, k=2.438e6, mu=1.674)
+"""Tyre on steel, [Györök 2022], tables 5.1 and 5.2."""
+THESIS_DAMPING = 1.04
 """Torsional damping [N m s/rad]."""
-LENGTHS = (0.030, 0.034, 0.038, 0.042, 0.046, 0.050, 0.054)
+CONTACT_HALF_LENGTHS = (0.030, 0.034, 0.038, 0.042, 0.046, 0.050, 0.054)
 """Seven contact half-lengths [m]."""
 IMPACTS = 5
 """Impacts at each of them."""
 BRISTLES = 400
-STEP = 2e-4
+IMPACT_STEP = 2e-4
 """Step of the wheel's motion [s]."""
-PULSE = 0.006
+IMPACT_PULSE = 0.006
 """Duration of an impact [s], half a sine."""
 QUIET = (0.05, 0.15)
 """How long the wheel stands before the impact, at least and at most [s]."""
@@ -52,16 +55,16 @@ class ImpactRecording:
 
 
 def inertia(e: float) -> float:
-    """J_A of the author's rig at caster length e [kg m²]; e and all other lengths in metres."""
+    """J_A of the thesis's rig at caster length e [kg m²]; e and all other lengths in metres."""
     return 0.145228 + 2.513 * (0.042 + e) ** 2
 
 
 def load_at(a: float) -> float:
-    """Vertical load that makes a contact of half-length a, as in the author's recordings [N]."""
+    """Vertical load that makes a contact of half-length a, as in the published recordings [N]."""
     return 400.0 * (a / 0.045) ** 2
 
 
-def strike(
+def simulate_impact(
     tyre: RigTyre,
     wheel: Wheel,
     impulse: float,
@@ -69,13 +72,13 @@ def strike(
     load: float,
     at: float = 0.1,
     duration: float = 1.5,
-    step: float = STEP,
+    step: float = IMPACT_STEP,
     bristles: int = BRISTLES,
 ) -> tuple[Array, Array]:
     """Strike the resting wheel on a virgin patch and let it swing.
 
     Only the ends of the patch slide, and little of them, so the bristles stand at Gauss-Legendre nodes,
-    which crowd there. Velocity Verlet, as in `steering.move`.
+    which crowd there. Velocity Verlet, as in `simulate_steering`.
 
     Args:
         tyre: the tyre.
@@ -90,9 +93,9 @@ def strike(
     Returns:
         Time [s] and yaw angle [rad], shape (n,).
     """
-    t = np.arange(round(duration / step) + 1) * step
-    struck = (t >= at) & (t < at + PULSE)
-    shape = np.where(struck, np.sin(np.pi * (t - at) / PULSE), 0.0)
+    t = np.arange(round(duration / step) + 1, dtype=np.float64) * step
+    struck = (t >= at) & (t < at + IMPACT_PULSE)
+    shape = np.where(struck, np.sin(np.pi * (t - at) / IMPACT_PULSE), 0.0)
     impact = (impulse * shape / (step * shape.sum())).tolist()
     nodes, weights = _nodes(bristles)
     lever = tyre.a * nodes - tyre.e
@@ -121,7 +124,7 @@ def _nodes(bristles: int) -> tuple[Array, Array]:
 def make_impact(
     seed: int,
     *,
-    tyre: RigTyre = TYRE,
+    tyre: RigTyre = THESIS_TYRE,
     wheel: Wheel | None = None,
     swing: float = 0.008,
     load: float | None = None,
@@ -129,7 +132,7 @@ def make_impact(
     rate: float = 1000.0,
     noise: float = 0.0,
     encoder_step: float = FOURTEEN_BIT_STEP,
-    step: float = STEP,
+    step: float = IMPACT_STEP,
     bristles: int = BRISTLES,
     name: str = "impact",
 ) -> ImpactRecording:
@@ -139,7 +142,7 @@ def make_impact(
         seed: of the strength and the side of the impact, the encoder's zero and the noise; equal
             arguments give equal recordings.
         tyre: the tyre.
-        wheel: inertia and damping; None for the author's.
+        wheel: inertia and damping; None for those of the thesis.
         swing: angle to which the impact would throw the wheel without friction and damping [rad]; it
             is between 0.7 and 1.3 of that.
         load: vertical load [N]; None for that of the contact length.
@@ -152,12 +155,12 @@ def make_impact(
         name: of the recording.
     """
     rng = np.random.default_rng([seed, 21])
-    wheel = wheel or Wheel(J_A=inertia(tyre.e), b_t=B_T)
+    wheel = wheel or Wheel(J_A=inertia(tyre.e), b_t=THESIS_DAMPING)
     load = load_at(tyre.a) if load is None else load
     stiffness = 2 * tyre.a * tyre.k * (tyre.e**2 + tyre.a**2 / 3)
     impulse = rng.choice([-1.0, 1.0]) * rng.uniform(0.7, 1.3) * swing * np.sqrt(stiffness * wheel.J_A)
     at, zero = rng.uniform(*QUIET), rng.uniform(-0.01, 0.01)
-    t, psi = strike(
+    t, psi = simulate_impact(
         tyre, wheel, impulse, load=load, at=at, duration=duration, step=step, bristles=bristles
     )
     instants = sample_instants(duration, rate)
@@ -176,13 +179,17 @@ def make_impact(
 
 
 def make_impacts(
-    seed: int, *, lengths: Sequence[float] = LENGTHS, impacts: int = IMPACTS, **settings: object
+    seed: int,
+    *,
+    lengths: Sequence[float] = CONTACT_HALF_LENGTHS,
+    impacts: int = IMPACTS,
+    **settings: object,
 ) -> list[ImpactRecording]:
-    """Impacts at several contact lengths, as the source measured them; settings as of `make_impact`."""
+    """Impacts at several contact lengths, [Györök 2022], section 5.2.2; settings as of `make_impact`."""
     return [
         make_impact(
             seed * 1000 + 10 * i + j,
-            tyre=replace(TYRE, a=a),
+            tyre=replace(THESIS_TYRE, a=a),
             name=f"a{1000 * a:.0f}_{j + 1}",
             **settings,  # type: ignore[arg-type]
         )
@@ -191,7 +198,7 @@ def make_impacts(
     ]
 
 
-def csv_text(recording: ImpactRecording, *, with_load: bool = False) -> str:
+def impact_csv(recording: ImpactRecording, *, with_load: bool = False) -> str:
     """The recording as the tool reads it: its contact length, then t and psi, no torque."""
     names = ("t", "psi", "F_N") if with_load else ("t", "psi")
     rows = (
@@ -205,13 +212,60 @@ def write_impacts(folder: Path, recordings: Sequence[ImpactRecording]) -> list[P
     """Write a file for every recording."""
     paths = [folder / f"{recording.name}.csv" for recording in recordings]
     for path, recording in zip(paths, recordings, strict=True):
-        path.write_text(csv_text(recording), encoding="utf-8", newline="\n")
+        path.write_text(impact_csv(recording), encoding="utf-8", newline="\n")
     return paths
 
 
-def rig_text(k: float = 2e6) -> str:
+def impact_rig_toml(k: float = 2e6) -> str:
     """The rig file for the tool, with a first guess of k."""
     return (
-        f"[rig]\na = {TYRE.a:g}  # m; every recording has its own\ne = {TYRE.e:g}  # m\n"
-        f"J_A = {inertia(TYRE.e):.7g}  # kg m^2\n\n[tyre]\nk = {k:g}  # a first guess, N/m^2\n"
+        f"[rig]\na = {THESIS_TYRE.a:g}  # m; every recording has its own\ne = {THESIS_TYRE.e:g}  # m\n"
+        f"J_A = {inertia(THESIS_TYRE.e):.7g}  # kg m^2\n\n[tyre]\nk = {k:g}  # a first guess, N/m^2\n"
     )
+
+
+TOWING_RATE = 1000.0
+"""Samples a second [Hz]."""
+TOWING_LOADS = (20.0, 35.0, 50.0, 65.0, 80.0, 95.0, 110.0, 125.0, 140.0, 155.0)
+"""Normal forces of the tows [N]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Towing:
+    """How the block slides and what the sensor adds."""
+
+    mu: float = 0.6757
+    """Coefficient of friction; its mean over the plate [1]."""
+    scatter: float = 0.03
+    """Standard deviation of mu from tow to tow in shares of it [1]."""
+    adhesion: float = 0.0
+    """Force without load [N]."""
+    zero: float = 0.5
+    """Standard deviation of the sensor's zero from tow to tow, each channel [N]."""
+    judder: float = 0.05
+    """Swing of the friction force in shares of it, about 12 Hz [1]."""
+    noise: float = 1.0
+    """Standard deviation of every sample, each channel [N]."""
+    duration: float = 0.8
+    """Length of one tow [s]."""
+
+
+def make_tows(seed: int, towing: Towing, loads: tuple[float, ...] = TOWING_LOADS) -> list[Array]:
+    """Tow the block once at every load, each time at another slant to the sensor's axes.
+
+    Returns:
+        F_x, F_y, F_z of every tow as rows [N], shape (3, n) each.
+    """
+    rng = np.random.default_rng([seed, 11])
+    t = np.arange(round(towing.duration * TOWING_RATE)) / TOWING_RATE
+    tows = []
+    for load in loads:
+        force = towing.mu * (1 + towing.scatter * rng.standard_normal()) * load + towing.adhesion
+        swing = 1 + towing.judder * np.sin(2 * np.pi * (12.0 * t + rng.random()))
+        slant = rng.uniform(-0.2, 0.2)
+        clean = np.vstack(
+            [force * swing * np.cos(slant), force * swing * np.sin(slant), np.full_like(t, load)]
+        )
+        zeros = towing.zero * rng.standard_normal((3, 1))
+        tows.append(clean + zeros + towing.noise * rng.standard_normal(clean.shape))
+    return tows
