@@ -2,11 +2,12 @@
 
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from identification.reading.files import read_bytes
 from identification.results import Diagnosis
+from symbolic.effects.base import Effect
 from symbolic.parsing import json_of, naming
 from symbolic.serialisation import MODEL_VERSION, FoundModel, effects_tables, model_described, units_of
 
@@ -30,12 +31,16 @@ def _writable(values: Mapping[str, float]) -> dict[str, float]:
     return {name: min(value, sys.float_info.max) for name, value in values.items()}
 
 
-def read_model(path: Path) -> FoundModel:
+def read_model(path: Path, effects: Iterable[Effect] = ()) -> FoundModel:
     """Read a model file.
+
+    Args:
+        path: the model file.
+        effects: effects beside the library's that it may name.
 
     Raises:
         InvalidInputError: the file is missing, no JSON, or lacks something; one line says what.
     """
     content = read_bytes(path)
     with naming(path):
-        return model_described(json_of(content))
+        return model_described(json_of(content), effects)

@@ -1,10 +1,12 @@
 """An observer from the files that describe rig and model."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
 from observers.ekf import Ekf
 from observers.mhe import Mhe
+from symbolic.effects.base import Effect
 from symbolic.errors import InvalidInputError
 from symbolic.model import Model
 from symbolic.parameters import Rig, Tyre
@@ -15,7 +17,12 @@ Kind = TypeVar("Kind", Ekf, Mhe)
 
 
 def from_files(
-    kind: type[Kind], rig: str | Path, model: str | Path | None = None, **settings: Any
+    kind: type[Kind],
+    rig: str | Path,
+    model: str | Path | None = None,
+    *,
+    effects: Iterable[Effect] = (),
+    **settings: Any,
 ) -> Kind:
     """A ready observer: the rig of a rig file, the declared model with its k, or a model that was found.
 
@@ -25,6 +32,7 @@ def from_files(
             b_t are needed where the steering torque is measured, mu is not used.
         model: the model file that `brushgrip diagnose` writes, whose k goes before that of the rig; None
             for the declared model. What belongs to one recording alone, as a torque zero, stays neutral.
+        effects: effects beside the library's that the model file may name.
         settings: further fields of the observer, such as `tuning` and `measurement_model`.
 
     Raises:
@@ -37,7 +45,7 @@ def from_files(
             settings["measurement_model"].check(geometry)
     found = FoundModel(model=Model(), shared={"k": tyre.k}, own={})
     if model is not None:
-        found = read_model_file(model)
+        found = read_model_file(model, effects)
     return kind(model=found.coming_model(), values=found.coming_values(), rig=geometry, **settings)
 
 
@@ -51,14 +59,18 @@ def read_rig_file(path: str | Path) -> tuple[Rig, Tyre]:
         return rig_described(toml_of(_content(path)))
 
 
-def read_model_file(path: str | Path) -> FoundModel:
+def read_model_file(path: str | Path, effects: Iterable[Effect] = ()) -> FoundModel:
     """Model and values of a model file, see `symbolic.serialisation.model_described`.
+
+    Args:
+        path: the model file.
+        effects: effects beside the library's that it may name.
 
     Raises:
         InvalidInputError: the file cannot be read or is no model file; one line says what is wrong.
     """
     with naming(path):
-        return model_described(json_of(_content(path)))
+        return model_described(json_of(_content(path)), effects)
 
 
 def _content(path: str | Path) -> bytes:

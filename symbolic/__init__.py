@@ -9,9 +9,9 @@ from symbolic.deformation import (
     position,
     unit_moment,
 )
-from symbolic.effects.base import Effect, Parameter, Signals, with_limit, with_shape
+from symbolic.effects.base import Effect, Parameter, ResidualSignature, Signals, with_limit, with_shape
 from symbolic.effects.learned import LearnedTorque
-from symbolic.effects.library import EFFECTS, effects_named
+from symbolic.effects.library import EFFECTS, effects_in, effects_named
 from symbolic.effects.patch_output import PatchOutput
 from symbolic.errors import BrushgripError, InvalidInputError
 from symbolic.masing import (
@@ -47,6 +47,7 @@ __all__ = [
     "PatchInputs",
     "PatchOutput",
     "Relaxation",
+    "ResidualSignature",
     "Rig",
     "Signals",
     "Torque",
@@ -58,6 +59,7 @@ __all__ = [
     "compiled",
     "deformation_limit",
     "edge_distance",
+    "effects_in",
     "effects_named",
     "full_slide_level",
     "full_slide_torque",

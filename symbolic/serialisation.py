@@ -5,7 +5,7 @@ puts its name before, see `symbolic.parsing.naming`.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -150,19 +150,23 @@ def units_of(model: Model) -> dict[str, str]:
     return {parameter_name(effect, parameter): parameter.unit for effect, parameter in model.parameters}
 
 
-def model_described(document: object) -> FoundModel:
+def model_described(document: object, effects: Iterable[Effect] = ()) -> FoundModel:
     """The model and its values from the tables of a model file.
 
     It holds `version`, `effects` (names), `shared` (values by name), and may hold `recordings` (a table
     of values each) and `units` (by name), which must be those of the parameters: nothing is converted.
     Where "learned" is the last of the effects, a table of this name holds `LEARNED_KEYS`.
 
+    Args:
+        document: the tables.
+        effects: effects beside the library's that the document may name.
+
     Raises:
         InvalidInputError: something is missing, unknown, in another unit, or out of range.
     """
     if not isinstance(document, dict) or document.get("version") != MODEL_VERSION:
         raise InvalidInputError(f"not a model file of version {MODEL_VERSION}, as diagnose writes it")
-    model = Model(effects=_effects_described(document))
+    model = Model(effects=_effects_described(document, effects))
     _check_units(document.get("units", {}), units_of(model))
     recordings = document.get("recordings", {})
     if not isinstance(recordings, dict):
@@ -188,15 +192,15 @@ def effects_tables(model: Model) -> dict[str, Any]:
     return tables
 
 
-def _effects_described(document: Mapping[str, Any]) -> tuple[Effect, ...]:
+def _effects_described(document: Mapping[str, Any], own: Iterable[Effect]) -> tuple[Effect, ...]:
     names = document.get("effects")
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise InvalidInputError("'effects' must be a list of effect names")
     if names[-1:] != [LEARNED]:
         if LEARNED in document:
             raise InvalidInputError(f"{LEARNED!r} is there, but is not the last of 'effects'")
-        return effects_named(names)
-    return (*effects_named(names[:-1]), _learned_described(document.get(LEARNED)))
+        return effects_named(names, own)
+    return (*effects_named(names[:-1], own), _learned_described(document.get(LEARNED)))
 
 
 def _learned_described(table: object) -> LearnedTorque:

@@ -64,6 +64,22 @@ class Parameter:
             raise InvalidInputError(f"parameter {self.name}: what is given is shared by all recordings")
 
 
+@dataclass(frozen=True)
+class ResidualSignature:
+    """A signal that the residual follows where an effect is missing from the model.
+
+    Attributes:
+        signal: name of the signal, one of `identification.SIGNALS`.
+        sign: 1 or -1, the sign of the correlation of simulated minus measured torque with the signal;
+            0 where it may be either.
+        rank: place among the effects that leave the same signature, 0 for the likeliest.
+    """
+
+    signal: str
+    sign: Literal[-1, 0, 1] = 0
+    rank: int = 0
+
+
 @dataclass(frozen=True, kw_only=True)
 class Signals:
     """One sample as the model sees it, after effects on the sensors; casadi expressions.
@@ -96,6 +112,7 @@ class Effect:
         memory: how many numbers it remembers from sample to sample.
         discrete: True where it breaks the parabola and so needs the bristle patch.
         sensor: True where `sense` changes what everything else sees, so that it comes first.
+        signatures: what the residual follows where the effect is missing; empty if no signal shows it.
     """
 
     name: str
@@ -104,6 +121,7 @@ class Effect:
     memory: int = 0
     discrete: bool = False
     sensor: bool = False
+    signatures: tuple[ResidualSignature, ...] = ()
 
     def given(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:
         """Values of the parameters that are never fitted, by name.

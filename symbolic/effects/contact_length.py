@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.base import Effect, Expression, Parameter, Values
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values
 
 REFERENCE_LENGTH = 0.045
 """The a_0 that goes with the load F_0 [m]."""
@@ -45,6 +45,10 @@ class ContactLength(Effect):
             given=True,
         ),
     )  # fmt: skip
+    signatures: tuple[ResidualSignature, ...] = (
+        ResidualSignature("the load"),
+        ResidualSignature("the torque times the load"),
+    )
     discrete: bool = True
 
     def given(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:

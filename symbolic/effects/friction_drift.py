@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from symbolic.effects.base import Effect, Expression, Parameter, Signals, Values
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Signals, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -19,6 +19,11 @@ class FrictionDrift(Effect):
     parameters: tuple[Parameter, ...] = (
         Parameter(name="gain", unit="1", neutral=0.0, start=0.1, lower=-0.9, upper=3.0, scale=0.1),
         Parameter(name="scale", unit="rad", neutral=None, start=0.5, lower=0.05, upper=20.0, scale=0.5),
+    )
+    signatures: tuple[ResidualSignature, ...] = (
+        ResidualSignature("the torque times the time"),
+        ResidualSignature("the signed angle since the last reversal", sign=1),
+        ResidualSignature("the signed time since the last reversal", sign=1),
     )
     memory: int = 2
 

@@ -5,7 +5,7 @@ Source: section 3.1 of the source assumes zero deformation at t = 0; this takes 
 
 from dataclasses import dataclass
 
-from symbolic.effects.base import Effect, Expression, Parameter, Values
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,6 +25,11 @@ class Pretwist(Effect):
             scale=0.05,
             scope="recording",
         ),
+    )
+    signatures: tuple[ResidualSignature, ...] = (
+        ResidualSignature("a constant of each recording"),
+        ResidualSignature("time"),
+        ResidualSignature("the initial twist that remains"),
     )
 
     def start_angle(self, values: Values) -> Expression:

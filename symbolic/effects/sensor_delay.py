@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 
-from symbolic.effects.base import Effect, Expression, Parameter, Signals, Values
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Signals, Values
 
 DEPTH = 17
 """Samples remembered."""
@@ -28,6 +28,13 @@ class SensorDelay(Effect):
     summary: str = "the torque channel is late against the angle"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="delay", unit="s", neutral=0.0, start=0.004, lower=0.0, upper=0.15, scale=0.01),
+    )
+    signatures: tuple[ResidualSignature, ...] = (
+        ResidualSignature("the rate of the torque", sign=1),
+        ResidualSignature("the yaw rate", sign=-1),
+        ResidualSignature("the direction of turning", sign=-1),
+        ResidualSignature("the signed angle since the last reversal", sign=-1),
+        ResidualSignature("the signed time since the last reversal", sign=-1),
     )
     sensor: bool = True
     memory: int = (1 + len(CHANNELS)) * DEPTH

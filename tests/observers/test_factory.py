@@ -10,7 +10,7 @@ import pytest
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque, Tuning, from_files, run
 from observers.factory import read_model_file, read_rig_file
 from reference_rig import RigRecording
-from symbolic import InvalidInputError, Model, Rig, Tyre, effects_named
+from symbolic import Effect, InvalidInputError, Model, Rig, Tyre, effects_named
 
 TOML = "[rig]\na = 0.045\ne = 0.009\nJ_A = 0.15\nb_t = 1.0\n\n[tyre]\nk = 2.8e6\nmu = 1.1\n"
 FOUND = {
@@ -133,3 +133,11 @@ def test_the_steering_torque_needs_the_wheel(rig: Path) -> None:
 
 def test_faults_of_settings_name_no_file(rig: Path) -> None:
     assert message_of(Mhe, rig, window=0).startswith("window must be a whole number of at least 1")
+
+
+def test_a_model_with_an_effect_of_the_users_own(rig: Path, tmp_path: Path) -> None:
+    own = Effect(name="own", summary="the user's own", parameters=())
+    path = write_model(tmp_path, effects=[*FOUND["effects"], "own"])
+
+    assert own in from_files(Ekf, rig, path, effects=[own]).model.effects
+    assert "--effects MODULE" in message_of(Ekf, rig, path)
