@@ -17,12 +17,13 @@ from pathlib import Path
 # Threads of the linear algebra would count as work while they wait.
 os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
 
 from identification import Recording, initial_guess
 from identification.fits.fitting import fit
 from identification.selection.trials import RANKING, Precision, model_of, thinned
 from reference_rig import make_campaign
-from tests.identification.factories import as_read
+from rig_recordings import as_read
 
 EFFECTS = (
     "contact_damping",

@@ -16,12 +16,13 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
 
 from identification import identify_free_decay
 from reference_rig import FOURTEEN_BIT_STEP, make_impacts
 from reference_rig import THESIS_DAMPING as B_T
 from reference_rig import THESIS_TYRE as TYRE
-from tests.identification.factories import as_decay
+from rig_recordings import as_decay
 
 TRUE = np.array([TYRE.k, B_T])
 NAMES = ("k", "b_t")

@@ -23,14 +23,15 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
 
 from identification import Diagnosis, Recording, diagnose
 from identification.selection import trials
 from identification.selection.scoring import delta_bic
 from identification.selection.trial_runner import values_for
 from reference_rig import UNMODELLED_EFFECTS, make_campaign
+from rig_recordings import as_read
 from symbolic import EFFECTS
-from tests.identification.factories import as_read
 
 NOISE = 0.004
 """White noise that the rig puts on the torque, over its range."""

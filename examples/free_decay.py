@@ -20,7 +20,7 @@ from identification import identify_free_decay
 from reference_rig import THESIS_DAMPING as B_T
 from reference_rig import THESIS_TYRE as TYRE
 from reference_rig import load_at, make_impacts
-from tests.identification.factories import as_decay
+from rig_recordings import as_decay
 
 
 def main() -> None:

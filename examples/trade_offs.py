@@ -22,8 +22,8 @@ from identification.fits.covariance import correlation, deviations
 from identification.fits.profile import Profile, profile
 from identification.fits.profile_axis import HALF_LENGTH, ModelParameter
 from reference_rig import RigTyre, make_recording
+from rig_recordings import as_read
 from symbolic import Model, effects_named
-from tests.identification.factories import as_read
 
 A, K, MU, K_T = 0.045, 2.4e6, 1.3, 400.0
 CASTER = 0.009

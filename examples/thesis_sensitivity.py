@@ -1,6 +1,6 @@
 """What a method makes of a wrong angle or torque: the source's section 4.3, for every method.
 
-    python examples/source_sensitivity.py [--mesh N] [PICTURE.png]
+    python examples/thesis_sensitivity.py [--mesh N] [PICTURE.png]
 
 The source takes the simulation with mu = 1 after its first reversal, at psi_max = 0.7126 rad, and lets
 angle and torque run over a mesh, everything else held. Most of the mesh cannot happen; what does lies on
@@ -31,9 +31,9 @@ from brushgrip.pictures.style import BEFORE, MEASURED, picture
 from observers import Ekf, Mhe, Sample, Tuning
 from observers.thesis.zone_root_solver import CLOSE, nearest
 from observers.thesis.zone_state_machine import curve
-from source_profile import DT, LOAD, RIG, K, steered
-from source_table import CLEAN
 from symbolic import Model, full_slide_torque
+from thesis_profile import DT, LOAD, RIG, K, steered
+from thesis_table import CLEAN
 
 Array = NDArray[np.float64]
 REACH = (0.75, 1.5)

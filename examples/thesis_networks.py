@@ -1,6 +1,6 @@
 """The source's two learned methods, sections 4.1 and 4.2, beside a guess, the root solve and the EKF.
 
-    python examples/source_networks.py [--data DIR] [--full] [--epochs N] [--seeds N] [PICTURE.png]
+    python examples/thesis_networks.py [--data DIR] [--full] [--epochs N] [--seeds N] [PICTURE.png]
 
 Same inputs and split as the source: trained on mu = 0.5 and 1.8, tested on mu = 1, on the profile of the
 training and on one with more than five zones; and on recordings, trained on red emery, tested on steel,
@@ -24,10 +24,10 @@ from identification import Recording, read_recording
 from identification.thesis.friction_network import Design, FrictionNetwork, LabelMean, label_mean
 from observers import Ekf, ZoneRootSolver
 from published import measured_folder
-from source_analytic import late
-from source_profile import NESTED, steered
-from source_table import estimated, ours, root
 from symbolic import Model
+from thesis_analytic import late
+from thesis_profile import NESTED, steered
+from thesis_table import estimated, ours, root
 
 Array = NDArray[np.float64]
 PLAIN_LAYERS, CORRECTING_LAYERS = (1024, 512), (2048, 1024)

@@ -1,9 +1,9 @@
 """The source's analytic method, its section 3: figures 3.4, 3.6 to 3.9 and the filter of figure 5.9.
 
-    python examples/source_analytic.py [FOLDER]
+    python examples/thesis_analytic.py [FOLDER]
 
 Three or five zones by the state machine, one root solve a sample, on our own simulations of the source's
-profile; FOLDER, by default source_analytic, takes the pictures. With the torque in time the method is
+profile; FOLDER, by default thesis_analytic, takes the pictures. With the torque in time the method is
 right all along. One sample late, as in the published files, it errs, and most where the torque hardly
 tells mu: at first, and once more after a reversal, where the ends of the patch slide the new way while
 its middle still holds the old turn. The source puts these errors down to the numbers of its solver.
@@ -21,8 +21,8 @@ from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, TRACKS, leg
 from identification import Recording
 from observers import Sample, ZoneRootSolver, ZoneRootState
 from observers.thesis.zone_state_machine import Curve, Fragmentation, branch, curve, turned
-from source_profile import DT, FACTORS, LOAD, RIG, K, steered
 from symbolic import full_slide_level, full_slide_torque
+from thesis_profile import DT, FACTORS, LOAD, RIG, K, steered
 
 Array = NDArray[np.float64]
 BRISTLES = 201
@@ -246,7 +246,7 @@ def draw_filter(path: Path, recording: Recording) -> None:
 
 def main() -> None:
     """Print every figure's numbers; the pictures go into the folder, if one is named."""
-    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "source_analytic")
+    folder = Path(sys.argv[1] if len(sys.argv) > 1 else "thesis_analytic")
     folder.mkdir(parents=True, exist_ok=True)
     slow = steered(0.5)
     draw_deformation(folder / "figure_3_4.png", slow)

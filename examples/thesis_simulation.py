@@ -1,6 +1,6 @@
 """The source's simulation, figures 2.5 and 2.6: a wheel turned by a steering torque, and its patch.
 
-    python examples/source_simulation.py [PICTURE.png]
+    python examples/thesis_simulation.py [PICTURE.png]
 
 The parameters are those of table 2.1. The source does not print its steering torque; the one here is
 linear between four corners, chosen so that the wheel turns back at the source's 1.25 s and 2.4 s and the

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.examples.test_examples import NUMBER, printed_by
+from tests.examples.running import NUMBER, printed_by
 
 PUBLISHED = {"0.5": 0.009, "1.8": 0.077}
 """RMSE of the author's estimate on his simulations, from 0.5 s on."""
@@ -22,8 +22,8 @@ def rows(text: str, cell: str) -> dict[str, list[float]]:
     return {mu: [float(value) for value in re.findall(cell, row)] for mu, row in found}
 
 
-def test_source_profile(tmp_path: Path) -> None:
-    text = printed_by("source_profile.py", tmp_path)
+def test_thesis_profile(tmp_path: Path) -> None:
+    text = printed_by("thesis_profile.py", tmp_path)
     peaks = re.findall(rf"mu = 1: angle to {NUMBER} rad, torque to {NUMBER} N m", text)
     (ours, theirs) = [tuple(map(float, peak)) for peak in peaks]
 
@@ -31,16 +31,16 @@ def test_source_profile(tmp_path: Path) -> None:
     assert text.count("at most 5 zones") == text.count("at most 11 zones") == 3
 
 
-def test_source_profile_is_the_published_one(tmp_path: Path, simulation_dir: Path) -> None:
-    text = printed_by("source_profile.py", tmp_path, str(simulation_dir))
+def test_thesis_profile_is_the_published_one(tmp_path: Path, simulation_dir: Path) -> None:
+    text = printed_by("thesis_profile.py", tmp_path, str(simulation_dir))
     off = numbers(text, rf"angle within {NUMBER}% of the published range$")
 
     assert len(off) == 2
     assert max(off) < 1
 
 
-def test_source_analytic(tmp_path: Path) -> None:
-    text = printed_by("source_analytic.py", tmp_path, "pictures", leaves="pictures")
+def test_thesis_analytic(tmp_path: Path) -> None:
+    text = printed_by("thesis_analytic.py", tmp_path, "pictures", leaves="pictures")
     in_time = numbers(text, rf"torque in time: RMSE {NUMBER}$")
     late = numbers(text, rf"torque late: RMSE {NUMBER}$")
     (raw,) = numbers(text, rf"raw: RMSE {NUMBER}$")
@@ -56,8 +56,8 @@ def test_source_analytic(tmp_path: Path) -> None:
     assert pictures == [f"figure_{n}.png" for n in ("3_4", "3_6", "3_7", "3_8", "3_9", "5_9")]
 
 
-def test_source_table_beyond_five_zones(tmp_path: Path) -> None:
-    text = printed_by("source_table.py", tmp_path, *NOWHERE, "nested.png", leaves="nested.png")
+def test_thesis_table_beyond_five_zones(tmp_path: Path) -> None:
+    text = printed_by("thesis_table.py", tmp_path, *NOWHERE, "nested.png", leaves="nested.png")
     table = rows(text, rf"{NUMBER}%")
 
     assert "no published simulations" in text
@@ -68,8 +68,8 @@ def test_source_table_beyond_five_zones(tmp_path: Path) -> None:
     assert (tmp_path / "nested.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_source_table_on_the_published_simulations(tmp_path: Path, simulation_dir: Path) -> None:
-    text = printed_by("source_table.py", tmp_path, "--data", str(simulation_dir))
+def test_thesis_table_on_the_published_simulations(tmp_path: Path, simulation_dir: Path) -> None:
+    text = printed_by("thesis_table.py", tmp_path, "--data", str(simulation_dir))
     table = rows(text.split("more than five zones")[0], NUMBER)
 
     assert set(table) == set(PUBLISHED)
@@ -79,9 +79,9 @@ def test_source_table_on_the_published_simulations(tmp_path: Path, simulation_di
         assert max(filters) <= 0.002 < default
 
 
-def test_source_networks(tmp_path: Path) -> None:
+def test_thesis_networks(tmp_path: Path) -> None:
     pytest.importorskip("sklearn", reason="networks need scikit-learn: pip install -e '.[networks]'")
-    text = printed_by("source_networks.py", tmp_path, *NOWHERE, "--seeds", "1", "n.png", leaves="n.png")
+    text = printed_by("thesis_networks.py", tmp_path, *NOWHERE, "--seeds", "1", "n.png", leaves="n.png")
     in_time, late = text.split("torque late")
     tables = [
         {name: tuple(map(float, cells)) for name, *cells in re.findall(
@@ -106,9 +106,9 @@ def test_source_networks(tmp_path: Path) -> None:
     assert (tmp_path / "n.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_source_sensitivity(tmp_path: Path) -> None:
+def test_thesis_sensitivity(tmp_path: Path) -> None:
     pytest.importorskip("sklearn", reason="networks need scikit-learn: pip install -e '.[networks]'")
-    text = printed_by("source_sensitivity.py", tmp_path, "--mesh", "24", "s.png", leaves="s.png")
+    text = printed_by("thesis_sensitivity.py", tmp_path, "--mesh", "24", "s.png", leaves="s.png")
     shares = {
         name.strip(): [float(share) for share in re.findall(rf"{NUMBER}%", row)]
         for name, row in re.findall(r"^\| (.+?) \|(.*%.*)$", text, flags=re.MULTILINE)

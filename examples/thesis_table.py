@@ -1,6 +1,6 @@
 """The source's root solve beside EKF and MHE: on its published simulations, and beyond five zones.
 
-    python examples/source_table.py [--data DIR] [PICTURE.png]
+    python examples/thesis_table.py [--data DIR] [PICTURE.png]
 
 DIR holds the published simulations, default see published.py; without them that table stays
 out. Their torque is one sample late against the angle. Who does not know pays for it; who does either
@@ -22,8 +22,8 @@ from brushgrip.pictures.style import MEASURED, QUIET, TRACKS, legend_above, pict
 from identification import Recording
 from observers import Ekf, Mhe, Observer, Tuning, ZoneRootSolver, run
 from published import simulation_folder
-from source_profile import DT, FACTORS, NESTED, RIG, K, steered, zones
 from symbolic import Model, Tyre, effects_named
+from thesis_profile import DT, FACTORS, NESTED, RIG, K, steered, zones
 
 Array = NDArray[np.float64]
 SETTLED = 0.5

@@ -1,6 +1,6 @@
 """The source's simulation, section 2.2: a wheel turned by a steering torque that is piecewise linear.
 
-    python examples/source_profile.py [DIR]
+    python examples/thesis_profile.py [DIR]
 
 J_A psi'' = -b_t psi' + M_z + M with the values of the source's table 3.1; M_z is the exact patch. The
 source does not print its profile. The published motion gives it back: 0.4 to 0.8 N m in 2 s, to -0.9 N m
