@@ -107,7 +107,7 @@ def _estimates(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Estima
     return estimates | {
         name: Estimate(value=fitted.values.shared[name], std=None, unit=parameter.unit)
         for name, parameter in parameters.items()
-        if parameter.given
+        if parameter.fixed
     }
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from identification.reading.files import read_bytes
 from identification.results import Diagnosis
 from symbolic.parsing import json_of, naming
-from symbolic.serialisation import MODEL_VERSION, FoundModel, effects_tables, model_described, units_of
+from symbolic.serialisation import MODEL_VERSION, FoundModel, effects_tables, model_from_tables, units_of
 
 __all__ = ["FoundModel", "model_text", "read_model"]
 
@@ -38,4 +38,4 @@ def read_model(path: Path) -> FoundModel:
     """
     content = read_bytes(path)
     with naming(path):
-        return model_described(json_of(content))
+        return model_from_tables(json_of(content))

@@ -41,7 +41,7 @@ def history_fields(model: Model, sensing: Sensing) -> Parts:
 @cache
 def carries(model: Model, sensing: Sensing) -> bool:
     """True where the memory depends on what the states say of the tyre."""
-    return any(model.remembers(PARAMETERS[name]) for name in tyre(sensing))
+    return any(model.memory_depends_on(PARAMETERS[name]) for name in tyre(sensing))
 
 
 @cache

@@ -23,10 +23,10 @@ from symbolic.masing import (
     zone_boundaries,
 )
 from symbolic.model import DECLARED, GEOMETRY, SIGNALS, Model
-from symbolic.motion import Motion, TorqueProfile, simulate_motion
+from symbolic.motion import TorqueProfile, WheelMotion, simulate_motion
 from symbolic.parameters import Rig, Tyre
 from symbolic.patch import Patch, PatchInputs
-from symbolic.trajectory import Torque, simulate, step_along
+from symbolic.trajectory import TorqueTrajectory, sensitivity_step, simulate
 from symbolic.zones import ZonePatch
 
 __all__ = [
@@ -41,7 +41,6 @@ __all__ = [
     "InvalidInputError",
     "LearnedTorque",
     "Model",
-    "Motion",
     "Parameter",
     "Patch",
     "PatchInputs",
@@ -49,10 +48,11 @@ __all__ = [
     "Relaxation",
     "Rig",
     "Signals",
-    "Torque",
     "TorqueProfile",
+    "TorqueTrajectory",
     "TurningPoints",
     "Tyre",
+    "WheelMotion",
     "ZonePatch",
     "branch_torque",
     "compiled",
@@ -63,9 +63,9 @@ __all__ = [
     "full_slide_torque",
     "lateral_deformation",
     "position",
+    "sensitivity_step",
     "simulate",
     "simulate_motion",
-    "step_along",
     "unit_moment",
     "virgin_torque",
     "with_limit",

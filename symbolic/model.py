@@ -116,9 +116,9 @@ class Model:
         return 1 + self.patch().size + sum(effect.memory for effect in self.effects)
 
     @property
-    def start(self) -> ca.Function:
+    def initial(self) -> ca.Function:
         """(signals of the first sample, theta, geometry) -> memory before it; named inputs."""
-        return _build_start(self)
+        return _build_initial(self)
 
     @property
     def step(self) -> ca.Function:
@@ -143,7 +143,7 @@ class Model:
         """The second half of `step`: (memory_next, seen, theta, geometry) -> M_z."""
         return _build_halves(self)[1]
 
-    def remembers(self, coordinate: str) -> bool:
+    def memory_depends_on(self, coordinate: str) -> bool:
         """True where the memory depends on that parameter, so that another value is another history.
 
         The declared model's memory depends on neither mu nor k (`symbolic.zones`).
@@ -151,7 +151,7 @@ class Model:
         column = self.coordinates.index(coordinate)
         depends = (
             self.step.jac_sparsity(0, 2),
-            self.start.jac_sparsity(0, 1),
+            self.initial.jac_sparsity(0, 1),
         )
         return any(s.colind()[column + 1] > s.colind()[column] for s in depends)
 
@@ -183,16 +183,16 @@ class Model:
 
 
 @cache
-def _build_start(model: Model) -> ca.Function:
+def _build_initial(model: Model) -> ca.Function:
     signals, theta, geometry = model.symbols()
-    at_first = _signals(signals)
-    angle = at_first.psi
+    first = _signals(signals)
+    angle = first.psi
     for effect, values in model.values(theta):
-        angle = angle - effect.start_angle(values)
+        angle = angle - effect.initial_angle(values)
     memory = [angle, ca.MX(ca.DM(model.patch().initial()))]
-    memory += [effect.initial(at_first) for effect in model.effects if effect.memory]
+    memory += [effect.initial(first) for effect in model.effects if effect.memory]
     return ca.Function(
-        "start",
+        "initial",
         [signals, theta, geometry],
         [ca.vertcat(*memory)],
         ["signals", "theta", "geometry"],
@@ -265,7 +265,7 @@ def _advance(
     # Sensors first: the order in which effects were found does not matter to what the others see.
     for i in sorted(range(len(effects)), key=lambda i: not effects[i][0].sensor):
         effect, values = effects[i]
-        seen, remembered[i] = effect.sense(seen, own[i], values)
+        seen, remembered[i] = effect.transform_inputs(seen, own[i], values)
     for (effect, values), present in zip(effects, remembered, strict=True):
         factor = factor * effect.friction(seen, present, values)
         added = effect.compliance(values)

@@ -31,7 +31,7 @@ _LONGEST = 1.0
 """No length of a rig is beyond this [m]; a number beyond it will have been in millimetres."""
 
 
-def rig_described(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
+def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
     """Rig and tyre from ``[rig] a, e, J_A, b_t`` and ``[tyre] k, mu``; J_A, b_t and mu are optional.
 
     Raises:
@@ -41,10 +41,12 @@ def rig_described(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
     unknown = [name for name in document if name not in RIG_KEYS]
     if unknown:
         raise InvalidInputError(f"unknown section or key {excerpt(unknown[0])}; allowed: [rig], [tyre]")
-    return rig_of(_section(document, "rig") | _section(document, "tyre"))
+    return rig_from_values(_section(document, "rig") | _section(document, "tyre"))
 
 
-def rig_of(values: Mapping[str, float], nominal: tuple[Rig, Tyre] | None = None) -> tuple[Rig, Tyre]:
+def rig_from_values(
+    values: Mapping[str, float], nominal: tuple[Rig, Tyre] | None = None
+) -> tuple[Rig, Tyre]:
     """Rig and tyre of values by name; what these lack is taken from the nominal ones.
 
     Args:
@@ -116,9 +118,9 @@ class FoundModel:
                 f"{recording}: no mu in the model file for this recording and none in the rig;"
                 " add mu under [tyre] of the rig file"
             )
-        return {**self.coming_values(), **own}
+        return {**self.values_for_estimation(), **own}
 
-    def coming_model(self) -> Model:
+    def model_for_estimation(self) -> Model:
         """The model as an observer takes it: on bristles where something gives way in series.
 
         What the exact patch remembers follows a moving mu badly behind a compliance.
@@ -127,7 +129,7 @@ class FoundModel:
         gives_way = any(effect.compliance(own) is not None for effect, own in self.model.values(theta))
         return replace(self.model, discretised=True) if gives_way else self.model
 
-    def coming_values(self) -> dict[str, float]:
+    def values_for_estimation(self) -> dict[str, float]:
         """All parameter values but mu for what is yet to be measured, as an observer takes them.
 
         Whatever else belongs to a recording, as a torque zero, has its neutral value.
@@ -150,7 +152,7 @@ def units_of(model: Model) -> dict[str, str]:
     return {parameter_name(effect, parameter): parameter.unit for effect, parameter in model.parameters}
 
 
-def model_described(document: object) -> FoundModel:
+def model_from_tables(document: object) -> FoundModel:
     """The model and its values from the tables of a model file.
 
     It holds `version`, `effects` (names), `shared` (values by name), and may hold `recordings` (a table
@@ -162,7 +164,7 @@ def model_described(document: object) -> FoundModel:
     """
     if not isinstance(document, dict) or document.get("version") != MODEL_VERSION:
         raise InvalidInputError(f"not a model file of version {MODEL_VERSION}, as diagnose writes it")
-    model = Model(effects=_effects_described(document))
+    model = Model(effects=_effects_from_tables(document))
     _check_units(document.get("units", {}), units_of(model))
     recordings = document.get("recordings", {})
     if not isinstance(recordings, dict):
@@ -188,7 +190,7 @@ def effects_tables(model: Model) -> dict[str, Any]:
     return tables
 
 
-def _effects_described(document: Mapping[str, Any]) -> tuple[Effect, ...]:
+def _effects_from_tables(document: Mapping[str, Any]) -> tuple[Effect, ...]:
     names = document.get("effects")
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise InvalidInputError("'effects' must be a list of effect names")
@@ -196,10 +198,10 @@ def _effects_described(document: Mapping[str, Any]) -> tuple[Effect, ...]:
         if LEARNED in document:
             raise InvalidInputError(f"{LEARNED!r} is there, but is not the last of 'effects'")
         return effects_named(names)
-    return (*effects_named(names[:-1]), _learned_described(document.get(LEARNED)))
+    return (*effects_named(names[:-1]), _learned_from_table(document.get(LEARNED)))
 
 
-def _learned_described(table: object) -> LearnedTorque:
+def _learned_from_table(table: object) -> LearnedTorque:
     if not isinstance(table, dict) or set(table) != set(LEARNED_KEYS):
         raise InvalidInputError(f"{LEARNED!r} must be a table of {', '.join(LEARNED_KEYS)}")
     weights, units = table["weights"], table["units"]

@@ -21,7 +21,7 @@ STRETCH = 100
 
 
 @dataclass(frozen=True, kw_only=True)
-class Torque:
+class TorqueTrajectory:
     """What a model makes of a recording's angle and load.
 
     Attributes:
@@ -39,7 +39,7 @@ def simulate(
     theta: NDArray[np.float64],
     geometry: NDArray[np.float64],
     directions: NDArray[np.float64] | None = None,
-) -> Torque:
+) -> TorqueTrajectory:
     """The torque over a recording, with derivatives along `directions` of the parameter vector.
 
     Args:
@@ -76,7 +76,9 @@ def simulate(
         inputs[0][:], inputs[1][:] = made[0], made[1]
         torques.append(made[2].copy())
         derivatives.append(made[3].reshape(STRETCH, d).copy())
-    return Torque(M_z=np.concatenate(torques)[:count], sensitivities=np.concatenate(derivatives)[:count])
+    return TorqueTrajectory(
+        M_z=np.concatenate(torques)[:count], sensitivities=np.concatenate(derivatives)[:count]
+    )
 
 
 def _check_shapes(
@@ -106,8 +108,8 @@ def _functions(model: Model, d: int) -> tuple[ca.Function, ca.Function]:
 def _start_with_sensitivities(model: Model, d: int) -> ca.Function:
     signals, theta, geometry = model.symbols()
     seeds = ca.MX.sym("seeds", theta.numel(), d)
-    memory = model.start(signals, theta, geometry)
-    along = model.start.forward(d)(
+    memory = model.initial(signals, theta, geometry)
+    along = model.initial.forward(d)(
         signals,
         theta,
         geometry,
@@ -124,7 +126,7 @@ def _stretch(model: Model, d: int) -> ca.Function:
 
     What the steps hand on to each other stays inside; derivative has d columns a sample.
     """
-    step = step_along(model, d)
+    step = sensitivity_step(model, d)
     accumulated = step.mapaccum(f"{step.name()}_{STRETCH}", STRETCH, 2, {})
     given = step.mx_in()
     given[2] = ca.MX.sym("signals", len(SIGNALS), STRETCH)
@@ -134,7 +136,7 @@ def _stretch(model: Model, d: int) -> ca.Function:
     return ca.Function(f"stretch_{d}", given, [memory[:, -1], carried, M_z, derivatives])
 
 
-def step_along(model: Model, d: int) -> ca.Function:
+def sensitivity_step(model: Model, d: int) -> ca.Function:
     """The model's step with d sensitivities of memory and torque carried along.
 
     (memory, carried, signals, theta, seeds, geometry) -> (memory, carried, M_z, derivative), with
@@ -158,7 +160,7 @@ def step_along(model: Model, d: int) -> ca.Function:
     made = flat.call([ca.vertcat(memory, theta), carried, signals, seeds, geometry], True, False)
     names = ["memory", "carried", "signals", "theta", "seeds", "geometry"]
     return ca.Function(
-        f"step_along_{d}",
+        f"sensitivity_step_{d}",
         [memory, carried, signals, theta, seeds, geometry],
         made,
         names,

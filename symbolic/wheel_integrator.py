@@ -32,7 +32,7 @@ CONSTANTS = ("F_N", "mu", "k", "a", "e", "J_A", "b_t")
 """Order of the constants of a motion."""
 
 
-class State(NamedTuple):
+class WheelState(NamedTuple):
     """The wheel between two steps: time, angle, rate and acceleration, memory and way of turning.
 
     `sure` is False right after the way was found to be wrong, so that rounding at rest cannot turn it
@@ -48,7 +48,7 @@ class State(NamedTuple):
     sure: bool = True
 
 
-class Stepper:
+class WheelStepper:
     """The compiled step on buffers of its own, and the scales that its error is held against."""
 
     def __init__(self, constants: Mapping[str, float], tolerance: float) -> None:
@@ -69,7 +69,7 @@ class Stepper:
         self._buffer.set_arg(1, memoryview(self._held.data))  # type: ignore[call-arg]
         self._buffer.set_res(0, self._made)  # type: ignore[arg-type, call-arg]
 
-    def begin(self, state: State, M: float, M_dot: float) -> None:
+    def begin(self, state: WheelState, M: float, M_dot: float) -> None:
         """Set the state, the branch and the steering torque [N m] with its slope [N m/s]."""
         given = self._given
         given[0], given[1], given[5], given[6] = state.psi, state.psi_dot, M, M_dot
@@ -108,7 +108,9 @@ def _step_function() -> ca.Function:
     return compiled(ca.Function("motion_step", [given, held], [made], ["given", "held"], ["made"]))
 
 
-def integrate(stepper: Stepper, torque: Callable[[Array], Array], corners: Array) -> Iterator[State]:
+def integrate(
+    stepper: WheelStepper, torque: Callable[[Array], Array], corners: Array
+) -> Iterator[WheelState]:
     """The states at the ends of all steps, the first at time 0."""
     # As plain numbers: NumPy's would double the time of a step.
     times, torques = corners.tolist(), torque(corners).tolist()
@@ -134,17 +136,19 @@ def integrate(stepper: Stepper, torque: Callable[[Array], Array], corners: Array
             yield state
 
 
-def _at_rest(stepper: Stepper, torques: list[float]) -> State:
+def _at_rest(stepper: WheelStepper, torques: list[float]) -> WheelState:
     """The wheel at rest on a virgin patch, about to go the way that the torque pulls."""
     pull = next((M for M in torques if M), 1.0)
-    state = State(
+    state = WheelState(
         t=0.0, psi=0.0, psi_dot=0.0, acceleration=0.0, memory=TurningPoints(), way=copysign(1.0, pull)
     )
     stepper.begin(state, torques[0], 0.0)
     return state._replace(acceleration=stepper.take(0.0)[2])
 
 
-def _until_event(stepper: Stepper, state: State, h: float, end: list[float]) -> tuple[float, State]:
+def _until_event(
+    stepper: WheelStepper, state: WheelState, h: float, end: list[float]
+) -> tuple[float, WheelState]:
     """The step up to h [s], or up to the first turn back or closing loop before; its length and end."""
     way, memory = state.way, state.memory
     turns = _turning_time(stepper, state, end, h) if state.sure else None
@@ -164,10 +168,10 @@ def _until_event(stepper: Stepper, state: State, h: float, end: list[float]) -> 
         moved = abs(psi - memory.psi[-1]) > REST
         psi_dot, way = 0.0, -way
         memory = memory.turned_back(psi, M_z) if moved else memory.undone()
-    return h, State(state.t, psi, psi_dot, acceleration, memory, way)
+    return h, WheelState(state.t, psi, psi_dot, acceleration, memory, way)
 
 
-def _turning_time(stepper: Stepper, state: State, end: list[float], h: float) -> float | None:
+def _turning_time(stepper: WheelStepper, state: WheelState, end: list[float], h: float) -> float | None:
     """When the wheel turns back within a step [s]; None where it does not, 0 where it never set out."""
     from scipy.optimize import brentq
 
@@ -189,7 +193,7 @@ def _turning_time(stepper: Stepper, state: State, end: list[float], h: float) ->
     return _when(stepper, 1, 0.0, early, late)
 
 
-def _closing_time(stepper: Stepper, state: State, h: float) -> float:
+def _closing_time(stepper: WheelStepper, state: WheelState, h: float) -> float:
     """When the present loop closes within a step [s]."""
     goal = state.memory.closes_at
     if state.way * (goal - state.psi) <= 0:
@@ -197,7 +201,7 @@ def _closing_time(stepper: Stepper, state: State, h: float) -> float:
     return _when(stepper, 0, goal, 0.0, h)
 
 
-def _when(stepper: Stepper, i: int, goal: float, low: float, high: float) -> float:
+def _when(stepper: WheelStepper, i: int, goal: float, low: float, high: float) -> float:
     """When psi (i = 0) or psi_dot (i = 1) passes a goal, by Newton's rule within a bracket [s].
 
     The slope is the next entry of what a step makes, so this takes a third of Brent's calls.

@@ -112,7 +112,7 @@ def with_effects(model: Model, values: Values, recordings: Sequence[Recording]) 
     given = {
         f"{effect.name}.{name}": value
         for effect in model.effects
-        for name, value in effect.given(lengths, loads).items()
+        for name, value in effect.fixed_values(lengths, loads).items()
     }
     for effect, parameter in model.parameters:
         name = parameter_name(effect, parameter)
@@ -193,7 +193,7 @@ class _Problem:
         shared: list[Label] = [
             (None, name)
             for name, p in self.parameters
-            if p.scope == "shared" and free_shared and not p.given
+            if p.scope == "shared" and free_shared and not p.fixed
         ]
         own: list[Label] = [
             (recording.name, name)

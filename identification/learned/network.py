@@ -75,7 +75,7 @@ def material_of(fitted: Fit, recording: Recording, blank: LearnedTorque) -> Trai
     theta = model.theta({name: values[name] for name in names})
     rig, signals, n = recording.rig, signals_of(recording), recording.t.size
     constant = [ca.repmat(vector, 1, n) for vector in (theta, ca.DM([rig.a, rig.e]))]
-    first = model.start(signals[:, 0], theta, [rig.a, rig.e])
+    first = model.initial(signals[:, 0], theta, [rig.a, rig.e])
     memory, seen = model.advance.mapaccum(n)(first, signals, *constant)
     residual = fitted.residuals[recording.name]
     M_z = np.nan_to_num(recording.M_z + residual)

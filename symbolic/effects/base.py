@@ -28,7 +28,7 @@ class Parameter:
         scope: "shared" by all recordings of a rig, or belonging to one "recording".
         scale: size of a plain change, by which a solver scales it.
         inverse: fit one over the value, for compliances whose neutral value is an infinite stiffness.
-        given: never fitted; what the recordings declare says it, see `Effect.given`.
+        fixed: never fitted; the recordings give its value, see `Effect.fixed_values`.
     """
 
     name: str
@@ -40,7 +40,7 @@ class Parameter:
     scale: float
     scope: Scope = "shared"
     inverse: bool = False
-    given: bool = False
+    fixed: bool = False
 
     @property
     def coordinate(self) -> str:
@@ -60,8 +60,10 @@ class Parameter:
                 f"parameter {self.name}: start must lie in"
                 f" [{self.lower}, {self.upper}], got {self.start}"
             )
-        if self.given and self.scope != "shared":
-            raise InvalidInputError(f"parameter {self.name}: what is given is shared by all recordings")
+        if self.fixed and self.scope != "shared":
+            raise InvalidInputError(
+                f"parameter {self.name}: a fixed parameter is shared by all recordings"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,7 +97,7 @@ class Effect:
         summary: one line in plain words.
         memory: how many numbers it remembers from sample to sample.
         discrete: True where it breaks the parabola and so needs the bristle patch.
-        sensor: True where `sense` changes what everything else sees, so that it comes first.
+        sensor: True where `transform_inputs` changes what everything else sees, so that it comes first.
     """
 
     name: str
@@ -105,7 +107,7 @@ class Effect:
     discrete: bool = False
     sensor: bool = False
 
-    def given(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:
+    def fixed_values(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:
         """Values of the parameters that are never fitted, by name.
 
         Args:
@@ -119,12 +121,14 @@ class Effect:
         """What it remembers before the first sample, shape (memory,)."""
         raise NotImplementedError(f"{self.name} has memory but no initial value")
 
-    def sense(self, signals: Signals, memory: Expression, values: Values) -> tuple[Signals, Expression]:
+    def transform_inputs(
+        self, signals: Signals, memory: Expression, values: Values
+    ) -> tuple[Signals, Expression]:
         """What reaches the patch of the sample that was recorded, and the next memory."""
         del values
         return signals, memory
 
-    def start_angle(self, values: Values) -> Expression:
+    def initial_angle(self, values: Values) -> Expression:
         """Angle by which the patch was turned before the first sample [rad]."""
         del values
         return 0

@@ -38,16 +38,16 @@ class ContactLength(Effect):
         Parameter(name="n", unit="1", neutral=0.0, start=0.1, lower=0.0, upper=1.0, scale=0.2),
         Parameter(
             name="F_0", unit="N", neutral=None, start=400.0, lower=1e-3, upper=1e9, scale=100.0,
-            given=True,
+            fixed=True,
         ),
         Parameter(
             name="m", unit="1", neutral=None, start=USUAL_POWER, lower=1.0, upper=5.0, scale=1.0,
-            given=True,
+            fixed=True,
         ),
     )  # fmt: skip
     discrete: bool = True
 
-    def given(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:
+    def fixed_values(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:
         """F_0 and m, see above; m within its bounds."""
         lengths, loads = np.log(np.divide(a, REFERENCE_LENGTH)), np.log(F_N)
         spread = lengths - lengths.mean()

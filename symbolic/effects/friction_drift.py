@@ -26,7 +26,9 @@ class FrictionDrift(Effect):
         """The last angle [rad] and the way turned so far [rad]."""
         return ca.vertcat(signals.psi, 0)
 
-    def sense(self, signals: Signals, memory: Expression, values: Values) -> tuple[Signals, Expression]:
+    def transform_inputs(
+        self, signals: Signals, memory: Expression, values: Values
+    ) -> tuple[Signals, Expression]:
         """Count the way turned."""
         del values
         way = memory[1] + ca.fabs(signals.psi - memory[0])

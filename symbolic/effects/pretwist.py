@@ -27,6 +27,6 @@ class Pretwist(Effect):
         ),
     )
 
-    def start_angle(self, values: Values) -> Expression:
+    def initial_angle(self, values: Values) -> Expression:
         """Angle turned before the recording begins [rad]."""
         return values["psi_0"]

@@ -38,7 +38,9 @@ class SensorDelay(Effect):
         kept = [ca.repmat(getattr(signals, channel), DEPTH, 1) for channel in CHANNELS]
         return ca.vertcat(ages, *kept)
 
-    def sense(self, signals: Signals, memory: Expression, values: Values) -> tuple[Signals, Expression]:
+    def transform_inputs(
+        self, signals: Signals, memory: Expression, values: Values
+    ) -> tuple[Signals, Expression]:
         """Angle, rate and load of `delay` ago; older than the memory holds, the oldest."""
         ages = memory[:DEPTH] + signals.dt
         # The newest sample always stands first; the one before it stays if it is far from the next.

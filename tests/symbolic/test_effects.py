@@ -22,7 +22,7 @@ from symbolic import (
     simulate,
 )
 from symbolic.effects.base import Values
-from symbolic.trajectory import Torque
+from symbolic.trajectory import TorqueTrajectory
 from tests.symbolic.oracles import Array, worst
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -69,7 +69,9 @@ def samples() -> Array:
     return np.vstack([DRIVE.psi, DRIVE.psi_dot, DRIVE.F_N, dt])
 
 
-def simulated(model: Model, planted: Mapping[str, Mapping[str, float]], signals: Array) -> Torque:
+def simulated(
+    model: Model, planted: Mapping[str, Mapping[str, float]], signals: Array
+) -> TorqueTrajectory:
     values = {f"{name}.{p}": v for name, parameters in planted.items() for p, v in parameters.items()}
     theta = np.asarray(model.theta({"mu": TYRE.mu, "k": TYRE.k} | values)).ravel()
     # Derivatives are made where nobody looks at them, too: these Functions are the ones that fits run.

@@ -4,14 +4,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reference_rig import RigTyre, steering
+from reference_rig import MOTION_STEP, RigTyre, Wheel, simulate_steering
 from symbolic import (
     InvalidInputError,
     Model,
-    Motion,
     Rig,
     TorqueProfile,
     Tyre,
+    WheelMotion,
     lateral_deformation,
     simulate,
     simulate_motion,
@@ -36,8 +36,8 @@ def against_rig(
     assert rig.J_A is not None
     assert rig.b_t is not None
     assert tyre.mu is not None
-    wheel = steering.Wheel(J_A=rig.J_A, b_t=rig.b_t)
-    other = steering.move(
+    wheel = Wheel(J_A=rig.J_A, b_t=rig.b_t)
+    other = simulate_steering(
         profile.at(t),
         np.full_like(t, load),
         np.full_like(t, tyre.mu),
@@ -114,7 +114,7 @@ def test_energy_is_kept(rig: Rig, tyre: Tyre, load: float, profile: TorqueProfil
         assert patch[i] >= stored - 1e-6 * np.max(given)
 
 
-def work(motion: Motion, torque: np.ndarray) -> np.ndarray:
+def work(motion: WheelMotion, torque: np.ndarray) -> np.ndarray:
     """Work of a torque up to every sample [N m]."""
     power = torque * motion.psi_dot
     return np.concatenate([[0.0], np.cumsum(0.5 * np.diff(motion.t) * (power[1:] + power[:-1]))])
