@@ -12,7 +12,7 @@ import numpy as np
 from brushgrip.fetch import LOCAL_COPY
 from identification.free_decay.recording import Decay, read_decay
 from identification.reading.recordings import Recording, read_recording, read_rig
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 _SUFFIXES = (".mat", ".csv")
 

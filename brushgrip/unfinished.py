@@ -7,7 +7,7 @@ from pathlib import Path
 
 from brushgrip.console import warn
 from identification.selection.journal import Journal
-from symbolic.errors import BrushgripError
+from symbolic import BrushgripError
 
 
 @contextmanager

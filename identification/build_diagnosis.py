@@ -17,7 +17,7 @@ from identification.selection.scoring import Array, delta_bic
 from identification.selection.stepwise_search import Step
 from identification.selection.trial_runner import Effects
 from identification.selection.trials import Trial
-from symbolic.serialisation import parameter_name
+from symbolic import parameter_name
 
 
 def verdict(

@@ -7,8 +7,9 @@ from pathlib import Path
 
 from identification.reading.files import read_bytes
 from identification.results import Diagnosis
+from symbolic import FoundModel, model_from_tables, units_of
 from symbolic.parsing import json_of, naming
-from symbolic.serialisation import MODEL_VERSION, FoundModel, effects_tables, model_from_tables, units_of
+from symbolic.serialisation import MODEL_VERSION, effects_tables
 
 __all__ = ["FoundModel", "model_text", "read_model"]
 

@@ -5,11 +5,8 @@ from typing import Any, TypeVar
 
 from observers.ekf import Ekf
 from observers.mhe import Mhe
-from symbolic.errors import InvalidInputError
-from symbolic.model import Model
-from symbolic.parameters import Rig, Tyre
+from symbolic import FoundModel, InvalidInputError, Model, Rig, Tyre, model_from_tables, rig_from_tables
 from symbolic.parsing import json_of, naming, toml_of
-from symbolic.serialisation import FoundModel, model_from_tables, rig_from_tables
 
 Kind = TypeVar("Kind", Ekf, Mhe)
 

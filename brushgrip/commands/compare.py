@@ -22,7 +22,7 @@ from brushgrip.recordings import keep_inputs, locate, read_all
 from brushgrip.tables import json_text
 from identification.modelfile import read_model
 from identification.thesis.friction_network import label_mean
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 AuthorFolder = Annotated[
     Path | None,

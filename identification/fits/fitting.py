@@ -15,8 +15,7 @@ from scipy.optimize import least_squares
 
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
-from symbolic import InvalidInputError, Model, Parameter, full_slide_torque, simulate
-from symbolic.serialisation import parameter_name
+from symbolic import InvalidInputError, Model, Parameter, full_slide_torque, parameter_name, simulate
 
 Array = NDArray[np.float64]
 Label = tuple[str | None, str]

@@ -17,8 +17,7 @@ from identification.fits.loss import LEAST_SQUARES, Loss, cost
 from identification.fits.profile_axis import Along
 from identification.reading.recordings import Recording
 from identification.selection.scoring import effective_samples
-from symbolic import InvalidInputError, Model
-from symbolic.serialisation import units_of
+from symbolic import InvalidInputError, Model, units_of
 
 Array = NDArray[np.float64]
 FittedAt = Callable[[float, Values], Fit]

@@ -6,8 +6,7 @@ from typing import Protocol
 
 from identification.fits.fitting import Label, Values
 from identification.reading.recordings import Recording
-from symbolic import InvalidInputError, Model, Rig
-from symbolic.serialisation import units_of
+from symbolic import InvalidInputError, Model, Rig, units_of
 
 Placed = tuple[list[Recording], Values]
 

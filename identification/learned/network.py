@@ -15,9 +15,8 @@ from scipy.optimize import least_squares
 
 from identification.fits.fitting import Fit, signals_of, torque_range
 from identification.reading.recordings import Recording
-from symbolic import SIGNALS, Model, PatchOutput, Signals, full_slide_torque
-from symbolic.effects.learned import INPUTS, LearnedTorque, network_share, weights_needed
-from symbolic.serialisation import units_of
+from symbolic import SIGNALS, LearnedTorque, Model, PatchOutput, Signals, full_slide_torque, units_of
+from symbolic.effects.learned import INPUTS, network_share, weights_needed
 
 Array = NDArray[np.float64]
 SAMPLES = 1000

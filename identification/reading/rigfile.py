@@ -4,10 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from identification.reading.files import read_bytes
-from symbolic.errors import InvalidInputError
-from symbolic.parameters import Rig, Tyre
+from symbolic import InvalidInputError, Rig, Tyre, rig_from_tables
 from symbolic.parsing import naming, toml_of
-from symbolic.serialisation import REQUIRED_KEYS, RIG_KEYS, rig_from_tables, rig_from_values
+from symbolic.serialisation import REQUIRED_KEYS, RIG_KEYS, rig_from_values
 
 DECLARABLE = (*RIG_KEYS["rig"], *RIG_KEYS["tyre"])
 """Parameters that a recording may give for itself."""

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from symbolic import SIGNALS
-from symbolic.model import DECLARED
+from symbolic import DECLARED, SIGNALS
 
 
 @dataclass(frozen=True)

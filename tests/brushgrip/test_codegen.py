@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from observers.embedded.fmu import is_host
-from symbolic.compiled import compiler
+from symbolic import compiler
 
 Run = Callable[..., Any]
 NEEDS_COMPILER = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")

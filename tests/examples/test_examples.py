@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from observers.embedded.fmu import is_host
-from symbolic.compiled import compiler
+from symbolic import compiler
 
 ROOT = Path(__file__).resolve().parents[2]
 NUMBER = r"([-+.\de]+)"

@@ -6,8 +6,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from symbolic import BristlePatch, BristleTraits, InvalidInputError, Model, PatchInputs, Relaxation
-from symbolic.patch import Expression
+from symbolic import BristleTraits, Expression, InvalidInputError, Model, Relaxation
+from symbolic.bristles import BristlePatch
+from symbolic.patch import PatchInputs
 from tests.symbolic.oracles import Array, Path, Tyre, grid_torque, random_path, run, worst
 
 LOAD = 400.0

@@ -9,8 +9,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from symbolic import EFFECTS, Model, compiled, effects_named, sensitivity_step
-from symbolic.compiled import cache_directory, compiler
+from symbolic import EFFECTS, Model, compiled, compiler, effects_named, sensitivity_step
+from symbolic.compiled import cache_directory
 from tests.symbolic.oracles import random_path, signals
 from tests.symbolic.test_effects import VALUES
 

@@ -12,17 +12,17 @@ from reference_rig import Hand, RigTyre, build_effects, hand_path
 from reference_rig import simulate_bristles as on_the_rig
 from symbolic import (
     EFFECTS,
-    BristlePatch,
     BristleTraits,
     Effect,
     InvalidInputError,
     Model,
     Parameter,
     Signals,
+    TorqueTrajectory,
+    Values,
     simulate,
 )
-from symbolic.effects.base import Values
-from symbolic.trajectory import TorqueTrajectory
+from symbolic.bristles import BristlePatch
 from tests.symbolic.oracles import Array, worst
 
 pytestmark = pytest.mark.usefixtures("interpreted")

@@ -18,10 +18,11 @@ from symbolic import (
     Rig,
     compiled,
     effects_named,
+    model_from_tables,
     simulate,
 )
 from symbolic.effects.learned import INPUTS, WAYS, weights_needed
-from symbolic.serialisation import effects_tables, model_from_tables
+from symbolic.serialisation import effects_tables
 from tests.symbolic.oracles import Array
 
 pytestmark = pytest.mark.usefixtures("interpreted")

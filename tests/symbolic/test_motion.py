@@ -4,7 +4,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reference_rig import MOTION_STEP, RigTyre, Wheel, simulate_steering
+from reference_rig import RigTyre, Wheel, simulate_steering
 from symbolic import (
     InvalidInputError,
     Model,

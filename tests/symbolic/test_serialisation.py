@@ -6,17 +6,21 @@ from typing import Any
 
 import pytest
 
-from symbolic import EFFECTS, InvalidInputError, Model, Rig, Tyre, effects_named
-from symbolic.parsing import excerpt, json_of, naming, text_of, toml_of
-from symbolic.serialisation import (
-    MODEL_VERSION,
+from symbolic import (
+    EFFECTS,
     FoundModel,
+    InvalidInputError,
+    Model,
+    Rig,
+    Tyre,
+    effects_named,
     model_from_tables,
     parameter_name,
     rig_from_tables,
-    rig_from_values,
     units_of,
 )
+from symbolic.parsing import excerpt, json_of, naming, text_of, toml_of
+from symbolic.serialisation import MODEL_VERSION, rig_from_values
 
 RIG = {"rig": {"a": 0.045, "e": 0.009, "J_A": 0.15, "b_t": 1}, "tyre": {"k": 2_400_000, "mu": 1.5}}
 MODEL = {

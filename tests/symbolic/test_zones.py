@@ -6,8 +6,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from symbolic import EFFECTS, InvalidInputError, Model, ZonePatch
-from symbolic.zones import clip_polyline, thin_out
+from symbolic import EFFECTS, InvalidInputError, Model
+from symbolic.zones import ZonePatch, clip_polyline, thin_out
 from tests.symbolic.oracles import (
     Array,
     Path,

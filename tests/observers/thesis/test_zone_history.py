@@ -10,8 +10,9 @@ import pytest
 from identification import read_recording
 from identification.thesis.author_estimate import aligned, author_file, read_author_estimate
 from observers import course
-from symbolic import InvalidInputError, ZonePatch
+from symbolic import InvalidInputError
 from symbolic.patch import PatchInputs
+from symbolic.zones import ZonePatch
 
 
 def path(*corners: float, step: float = 0.01) -> np.ndarray:
