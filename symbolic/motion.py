@@ -1,6 +1,6 @@
 """The wheel with its inertia under a steering torque: J_A psi'' = -b_t psi' + M_z + M.
 
-Source (2.14), with the sign that its (2.3) gives M_z. The patch is exact, and so are the instants at
+[Györök 2022], (2.14), with the sign of M_z of its (2.3). The patch is exact, and so are the instants at
 which the wheel turns back (`symbolic.wheel_integrator`).
 """
 
@@ -55,7 +55,7 @@ class TorqueProfile:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class WheelMotion:
-    """What the wheel did; arrays of shape (n,).
+    """Motion of the wheel; arrays of shape (n,).
 
     Attributes:
         t: time [s].
@@ -63,7 +63,7 @@ class WheelMotion:
         psi_dot: yaw rate [rad/s].
         M_z: moment of the ground on the wheel [N m], negative for a positive turn from rest.
         M: steering torque [N m].
-        memory: what the patch remembered at each of them.
+        memory: turning points of the patch at each sample.
         steps: accepted steps of the integration.
     """
 

@@ -1,7 +1,7 @@
-"""Rig, tyre and model as tables describe them, read from files elsewhere; SI units throughout.
+"""Rig, tyre and model from tables and to tables; SI units throughout.
 
-A table comes as TOML or JSON gives it. A message says what is wrong with the table; who reads the file
-puts its name before, see `symbolic.parsing.naming`.
+A table is a mapping as the parsers of TOML and JSON return it. A message says what is wrong with the
+table; the reader of the file puts its name before, see `symbolic.parsing.naming`.
 """
 
 import math
@@ -20,7 +20,7 @@ from symbolic.parsing import excerpt
 RIG_KEYS = {"rig": ("a", "e", "J_A", "b_t"), "tyre": ("k", "mu")}
 """Sections of a rig file and their keys."""
 REQUIRED_KEYS = {"rig": ("a", "e"), "tyre": ("k",)}
-"""Those that it cannot do without."""
+"""Keys that a rig file must have."""
 LEARNED = "learned"
 """Name of a learned torque among the effects of a model file, and of the table of its numbers."""
 LEARNED_KEYS = ("angle", "bound", "units", "weights")
@@ -28,7 +28,7 @@ LEARNED_KEYS = ("angle", "bound", "units", "weights")
 MODEL_VERSION = 1
 """Version of the model files that are read and written."""
 _LONGEST = 1.0
-"""No length of a rig is beyond this [m]; a number beyond it will have been in millimetres."""
+"""Largest length of a rig [m]; a larger number was given in millimetres."""
 
 
 def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
@@ -47,7 +47,7 @@ def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
 def rig_from_values(
     values: Mapping[str, float], nominal: tuple[Rig, Tyre] | None = None
 ) -> tuple[Rig, Tyre]:
-    """Rig and tyre of values by name; what these lack is taken from the nominal ones.
+    """Rig and tyre from values by name; missing values are taken from the nominal ones.
 
     Args:
         values: out of `RIG_KEYS`; with the nominal ones, those of `REQUIRED_KEYS` must be known.
@@ -94,7 +94,7 @@ class FoundModel:
     Attributes:
         model: the structure.
         shared: values shared by all recordings, by name, `k` among them.
-        own: values of the recordings that it was found on, by recording.
+        own: values of the recordings of the diagnosis, by recording.
     """
 
     model: Model
@@ -121,18 +121,18 @@ class FoundModel:
         return {**self.values_for_estimation(), **own}
 
     def model_for_estimation(self) -> Model:
-        """The model as an observer takes it: on bristles where something gives way in series.
+        """The model for an observer: discretised where a compliance is in series with the patch.
 
-        What the exact patch remembers follows a moving mu badly behind a compliance.
+        Behind a compliance the memory of the exact patch follows a changing mu badly.
         """
         _, theta, _ = self.model.symbols()
-        gives_way = any(effect.compliance(own) is not None for effect, own in self.model.values(theta))
-        return replace(self.model, discretised=True) if gives_way else self.model
+        compliant = any(effect.compliance(own) is not None for effect, own in self.model.values(theta))
+        return replace(self.model, discretised=True) if compliant else self.model
 
     def values_for_estimation(self) -> dict[str, float]:
-        """All parameter values but mu for what is yet to be measured, as an observer takes them.
+        """All parameter values but mu for a recording to come, as an observer needs them.
 
-        Whatever else belongs to a recording, as a torque zero, has its neutral value.
+        Other parameters of a recording, such as a torque zero, have their neutral values.
         """
         neutral = {
             parameter_name(effect, parameter): parameter.neutral
@@ -181,7 +181,7 @@ def model_from_tables(document: object) -> FoundModel:
 
 
 def effects_tables(model: Model) -> dict[str, Any]:
-    """What a model file says of the effects: their names, and the numbers of a learned torque."""
+    """The effects of a model as tables: their names, and the numbers of a learned torque."""
     tables: dict[str, Any] = {"effects": [effect.name for effect in model.effects]}
     for effect in model.effects:
         if isinstance(effect, LearnedTorque):
@@ -216,10 +216,10 @@ def _learned_from_table(table: object) -> LearnedTorque:
     )
 
 
-def _check_units(given: object, units: Mapping[str, str]) -> None:
-    if not isinstance(given, dict):
+def _check_units(table: object, units: Mapping[str, str]) -> None:
+    if not isinstance(table, dict):
         raise InvalidInputError("'units' must be a table of units, by parameter")
-    for name, unit in given.items():
+    for name, unit in table.items():
         if name not in units:
             raise InvalidInputError(f"units holds an unknown {name!r}; the model has {', '.join(units)}")
         if unit != units[name]:

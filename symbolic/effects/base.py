@@ -1,4 +1,4 @@
-"""What an effect is: a frozen value that declares its parameters and where it enters the model."""
+"""The interface of an effect: a frozen value with its parameters and its hooks in the model."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -68,7 +68,7 @@ class Parameter:
 
 @dataclass(frozen=True, kw_only=True)
 class Signals:
-    """One sample as the model sees it, after effects on the sensors; casadi expressions.
+    """Signals of one sample at the patch, after effects on the sensors; CasADi expressions.
 
     Attributes:
         psi: yaw angle [rad].
@@ -93,9 +93,9 @@ class Effect:
 
     Attributes:
         name: the name in files and reports.
-        parameters: what it adds to the parameter vector, in this order.
+        parameters: its part of the parameter vector, in this order.
         summary: one line in plain words.
-        memory: how many numbers it remembers from sample to sample.
+        memory: length of its own memory from sample to sample.
         discrete: True where it breaks the parabola and so needs the bristle patch.
         sensor: True where `transform_inputs` changes what everything else sees, so that it comes first.
     """
@@ -118,13 +118,13 @@ class Effect:
         return {}
 
     def initial(self, signals: Signals) -> Expression:
-        """What it remembers before the first sample, shape (memory,)."""
+        """Memory before the first sample, shape (memory,)."""
         raise NotImplementedError(f"{self.name} has memory but no initial value")
 
     def transform_inputs(
         self, signals: Signals, memory: Expression, values: Values
     ) -> tuple[Signals, Expression]:
-        """What reaches the patch of the sample that was recorded, and the next memory."""
+        """Signals at the patch, from the recorded ones, and the next memory."""
         del values
         return signals, memory
 
@@ -139,7 +139,7 @@ class Effect:
         return 1
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
-        """How the bristles differ; add to what is there."""
+        """The traits of the bristles with those of this effect added."""
         del values
         return traits
 
@@ -149,7 +149,7 @@ class Effect:
         return None
 
     def torque(self, signals: Signals, values: Values) -> Expression:
-        """Torque added to what the patch makes [N m]."""
+        """Torque added to that of the patch [N m]."""
         del signals, values
         return 0
 

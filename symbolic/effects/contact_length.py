@@ -1,7 +1,7 @@
 """A patch whose length follows the load.
 
 Declared half-lengths are measured at some load, to as many millimetres as were read; a recording, and a
-sample of it, at another load has another one. Source: Besselink, Schmeitz, Pacejka, An improved Magic
+sample of it, at another load has another one. Reference: Besselink, Schmeitz, Pacejka, An improved Magic
 Formula/Swift tyre model that can handle inflation pressure changes, Vehicle System Dynamics 48 (2010)
 sup. 1, 337: half the contact length is a sum of terms in F_N and its square root.
 """

@@ -1,6 +1,6 @@
 """A patch that is already deformed at the first sample.
 
-Source: section 3.1 of the source assumes zero deformation at t = 0; this takes the assumption away.
+[Györök 2022], section 3.1, assumes zero deformation at t = 0; this effect drops the assumption.
 """
 
 from dataclasses import dataclass

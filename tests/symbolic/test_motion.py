@@ -234,6 +234,6 @@ def test_published_simulation(name: str, mu: float, scale: float, simulation_dir
     rig = Rig(a=0.04, e=0.01, J_A=0.1, b_t=0.4827)
     motion = simulate_motion(rig, Tyre(k=6e4, mu=mu), profile, LOAD, duration=t[-1], rate=100.0)
 
-    # The source's own 201 bristles account for the most of it; its torque is a sample late.
+    # The 201 bristles of the published simulation account for most of it; its torque is a sample late.
     assert np.max(np.abs(motion.psi - psi)) < 1.5e-4 * np.ptp(psi)
     assert np.max(np.abs(motion.M_z[:-1] + late[1:])) < 3e-4 * np.ptp(late)
