@@ -14,7 +14,7 @@ from brushgrip.commands.estimate import estimate
 from brushgrip.commands.fetch import fetch
 from brushgrip.commands.identify import identify
 from brushgrip.commands.simulate import simulate
-from symbolic.errors import BrushgripError, InvalidInputError
+from symbolic import BrushgripError, InvalidInputError
 
 BAD_INPUT, FAILED = 2, 1
 """Exit status for input that the user can mend, and for what failed outside, as a download."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 
 def write_text_atomic(path: str | Path, text: str) -> None:

@@ -101,7 +101,7 @@ def on_model(name: ObserverName, recording: Recording, found: FoundModel | None)
         model, values = Model(), {"k": recording.tyre.k}
     else:
         # A causal observer cannot know what was fitted to a whole recording, as its torque zero.
-        model, values = found.coming_model(), found.coming_values()
+        model, values = found.model_for_estimation(), found.values_for_estimation()
     measurement_model: MeasurementModel = (
         AligningTorque() if hears_ground(recording) else SteeringTorque()
     )

@@ -11,7 +11,7 @@ import pooch
 
 from brushgrip.atomic import staged_directory
 from brushgrip.digests import PUBLICATIONS
-from symbolic.errors import BrushgripError, InvalidInputError
+from symbolic import BrushgripError, InvalidInputError
 
 LOCAL_COPY = "BRUSHGRIP_DATA"
 """Environment variable that names a folder with the published files."""

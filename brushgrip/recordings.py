@@ -13,7 +13,7 @@ from brushgrip.atomic import is_same_file
 from brushgrip.fetch import LOCAL_COPY
 from identification.free_decay.recording import Decay, read_decay
 from identification.reading.recordings import Recording, read_recording, read_rig
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 _SUFFIXES = (".mat", ".csv")
 

@@ -52,7 +52,7 @@ def steered(mu: float, knots: tuple[tuple[float, float], ...] = KNOTS) -> Record
     t = np.arange(round(SECONDS / fine) + 1) * fine
     M = FACTORS[mu] * np.interp(t, *np.array(knots).T)
     step, theta, geometry = compiled(MODEL.step), MODEL.theta({"mu": mu, "k": K}), [RIG.a, RIG.e]
-    memory = MODEL.start([0.0, 0.0, LOAD, fine], theta, geometry)
+    memory = MODEL.initial([0.0, 0.0, LOAD, fine], theta, geometry)
     psi, psi_dot, M_z = np.zeros((3, t.size))
     half, damping = 0.5 * fine / RIG.J_A, RIG.b_t
     for i in range(1, t.size):

@@ -17,7 +17,7 @@ from identification.selection.scoring import Array, delta_bic
 from identification.selection.stepwise_search import Step
 from identification.selection.trial_runner import Effects
 from identification.selection.trials import Trial
-from symbolic.serialisation import parameter_name
+from symbolic import parameter_name
 
 
 def verdict(
@@ -107,7 +107,7 @@ def _estimates(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Estima
     return estimates | {
         name: Estimate(value=fitted.values.shared[name], std=None, unit=parameter.unit)
         for name, parameter in parameters.items()
-        if parameter.given
+        if parameter.fixed
     }
 
 

@@ -7,9 +7,9 @@ from pathlib import Path
 
 from identification.reading.files import read_bytes
 from identification.results import Diagnosis
-from symbolic.effects.base import Effect
+from symbolic import Effect, FoundModel, model_from_tables, units_of
 from symbolic.parsing import json_of, naming
-from symbolic.serialisation import MODEL_VERSION, FoundModel, effects_tables, model_described, units_of
+from symbolic.serialisation import MODEL_VERSION, effects_tables
 
 __all__ = ["FoundModel", "model_text", "read_model"]
 
@@ -43,4 +43,4 @@ def read_model(path: Path, effects: Iterable[Effect] = ()) -> FoundModel:
     """
     content = read_bytes(path)
     with naming(path):
-        return model_described(json_of(content), effects)
+        return model_from_tables(json_of(content), effects)

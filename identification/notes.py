@@ -2,7 +2,7 @@
 
 from identification.fits.fitting import Fit
 from identification.results import Errors
-from symbolic.serialisation import parameter_name
+from symbolic import parameter_name
 
 AT_BOUND = 1e-3
 """A parameter is at a bound within this share of its scale [1]."""

@@ -148,7 +148,7 @@ class ModelObserver:
         theta = self.model.theta({**self.values, "mu": self.tuning.mu})
         geometry = ca.DM([self.rig.a, self.rig.e])
         signals = ca.DM([first.psi, rate, first.F_N, first.dt])
-        memory = self.model.start(signals, theta, geometry).full().ravel()
+        memory = self.model.initial(signals, theta, geometry).full().ravel()
         slide = float(full_slide_torque(first.F_N, self.rig.a))
         prior = self.measurement_model.prior(self.tuning, first, slide)
         mean, std = np.array([prior[name] for name in self.states]).T

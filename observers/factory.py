@@ -6,12 +6,17 @@ from typing import Any, TypeVar
 
 from observers.ekf import Ekf
 from observers.mhe import Mhe
-from symbolic.effects.base import Effect
-from symbolic.errors import InvalidInputError
-from symbolic.model import Model
-from symbolic.parameters import Rig, Tyre
+from symbolic import (
+    Effect,
+    FoundModel,
+    InvalidInputError,
+    Model,
+    Rig,
+    Tyre,
+    model_from_tables,
+    rig_from_tables,
+)
 from symbolic.parsing import json_of, naming, toml_of
-from symbolic.serialisation import FoundModel, model_described, rig_described
 
 Kind = TypeVar("Kind", Ekf, Mhe)
 
@@ -46,21 +51,26 @@ def from_files(
     found = FoundModel(model=Model(), shared={"k": tyre.k}, own={})
     if model is not None:
         found = read_model_file(model, effects)
-    return kind(model=found.coming_model(), values=found.coming_values(), rig=geometry, **settings)
+    return kind(
+        model=found.model_for_estimation(),
+        values=found.values_for_estimation(),
+        rig=geometry,
+        **settings,
+    )
 
 
 def read_rig_file(path: str | Path) -> tuple[Rig, Tyre]:
-    """Rig and tyre of a rig file, see `symbolic.serialisation.rig_described`.
+    """Rig and tyre of a rig file, see `symbolic.serialisation.rig_from_tables`.
 
     Raises:
         InvalidInputError: the file cannot be read or is no rig file; one line says what is wrong.
     """
     with naming(path):
-        return rig_described(toml_of(_content(path)))
+        return rig_from_tables(toml_of(_content(path)))
 
 
 def read_model_file(path: str | Path, effects: Iterable[Effect] = ()) -> FoundModel:
-    """Model and values of a model file, see `symbolic.serialisation.model_described`.
+    """Model and values of a model file, see `symbolic.serialisation.model_from_tables`.
 
     Args:
         path: the model file.
@@ -70,7 +80,7 @@ def read_model_file(path: str | Path, effects: Iterable[Effect] = ()) -> FoundMo
         InvalidInputError: the file cannot be read or is no model file; one line says what is wrong.
     """
     with naming(path):
-        return model_described(json_of(_content(path)), effects)
+        return model_from_tables(json_of(_content(path)), effects)
 
 
 def _content(path: str | Path) -> bytes:

@@ -41,7 +41,7 @@ def history_fields(model: Model, measurement_model: MeasurementModel) -> Parts:
 @cache
 def carries(model: Model, measurement_model: MeasurementModel) -> bool:
     """True where the memory depends on what the states say of the tyre."""
-    return any(model.remembers(PARAMETERS[name]) for name in tyre(measurement_model))
+    return any(model.memory_depends_on(PARAMETERS[name]) for name in tyre(measurement_model))
 
 
 @cache

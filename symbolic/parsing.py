@@ -1,4 +1,4 @@
-"""The content of a file as text or as a table, with every fault as one line."""
+"""Content of a file -> text or table; every fault is one line."""
 
 import json
 import tomllib

@@ -23,7 +23,7 @@ from brushgrip.tables import json_text
 from identification.modelfile import read_model
 from identification.thesis.author_estimate import author_file
 from identification.thesis.friction_network import label_mean
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 AuthorFolder = Annotated[
     Path | None,

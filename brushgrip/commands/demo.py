@@ -20,7 +20,7 @@ from identification.diagnosis import diagnose
 from identification.modelfile import FoundModel
 from identification.reading.recordings import Recording
 from identification.results import Diagnosis
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 RIG = "rig.toml"
 

@@ -18,7 +18,7 @@ from identification.diagnosis import diagnose as close_the_loop
 from identification.fits.loss import LEAST_SQUARES, Huber
 from identification.modelfile import model_text
 from identification.results import Diagnosis
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 DIAGNOSIS, MODEL = "diagnosis.json", "model.json"
 

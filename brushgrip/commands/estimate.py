@@ -16,7 +16,7 @@ from brushgrip.tables import csv_text
 from identification.modelfile import read_model
 from identification.reading.recordings import Recording
 from observers import Estimates
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 
 def estimate(

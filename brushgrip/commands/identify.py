@@ -13,7 +13,7 @@ from brushgrip.pictures import draw_free_decay
 from brushgrip.recordings import keep_inputs, read_decays
 from brushgrip.tables import json_text
 from identification.free_decay.estimator import identify_free_decay
-from symbolic.errors import BrushgripError, InvalidInputError
+from symbolic import BrushgripError, InvalidInputError
 
 
 def identify(

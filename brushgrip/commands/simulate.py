@@ -14,9 +14,8 @@ from brushgrip.tables import csv_text
 from identification.fits.fitting import signals_of
 from identification.modelfile import FoundModel, read_model
 from identification.reading.recordings import Recording
-from symbolic import Model
+from symbolic import InvalidInputError, Model
 from symbolic import simulate as torque_of
-from symbolic.errors import InvalidInputError
 
 
 def simulate(

@@ -13,7 +13,7 @@ from identification.thesis.author_estimate import (
     author_file,
     read_author_estimate,
 )
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
 SETTLED = 1.89

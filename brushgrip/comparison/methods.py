@@ -19,8 +19,7 @@ from identification.modelfile import FoundModel
 from identification.reading.recordings import Recording
 from observers import Ekf, Observer, ZoneRootSolver
 from observers.embedded import Hosted, host
-from symbolic import Model, Rig
-from symbolic.compiled import compiler
+from symbolic import Model, Rig, compiler
 
 Array = NDArray[np.float64]
 SMOOTHING = 0.99

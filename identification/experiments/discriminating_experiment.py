@@ -19,8 +19,7 @@ from identification.experiments.steering import STEP, Manoeuvre, reach_of
 from identification.fits.fitting import Fit, torque_range
 from identification.reading.recordings import Recording
 from identification.selection.scoring import rmse_of
-from symbolic import simulate
-from symbolic.serialisation import parameter_name
+from symbolic import parameter_name, simulate
 
 __all__ = ["Proposal", "propose"]
 

@@ -15,8 +15,7 @@ from scipy.optimize import least_squares
 
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
-from symbolic import InvalidInputError, Model, Parameter, full_slide_torque, simulate
-from symbolic.serialisation import parameter_name
+from symbolic import InvalidInputError, Model, Parameter, full_slide_torque, parameter_name, simulate
 
 Array = NDArray[np.float64]
 Label = tuple[str | None, str]
@@ -112,7 +111,7 @@ def with_effects(model: Model, values: Values, recordings: Sequence[Recording]) 
     given = {
         f"{effect.name}.{name}": value
         for effect in model.effects
-        for name, value in effect.given(lengths, loads).items()
+        for name, value in effect.fixed_values(lengths, loads).items()
     }
     for effect, parameter in model.parameters:
         name = parameter_name(effect, parameter)
@@ -193,7 +192,7 @@ class _Problem:
         shared: list[Label] = [
             (None, name)
             for name, p in self.parameters
-            if p.scope == "shared" and free_shared and not p.given
+            if p.scope == "shared" and free_shared and not p.fixed
         ]
         own: list[Label] = [
             (recording.name, name)

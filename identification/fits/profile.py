@@ -14,10 +14,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from identification.fits.fitting import TOLERANCE, Fit, Values, fit, torque_range, with_effects
 from identification.fits.loss import LEAST_SQUARES, Loss, cost
-from identification.fits.profile_axis import Along, units_of
+from identification.fits.profile_axis import Along
 from identification.reading.recordings import Recording
 from identification.selection.scoring import effective_samples
-from symbolic import InvalidInputError, Model
+from symbolic import InvalidInputError, Model, units_of
 
 Array = NDArray[np.float64]
 FittedAt = Callable[[float, Values], Fit]

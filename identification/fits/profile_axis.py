@@ -6,8 +6,7 @@ from typing import Protocol
 
 from identification.fits.fitting import Label, Values
 from identification.reading.recordings import Recording
-from symbolic import InvalidInputError, Model, Rig
-from symbolic.serialisation import parameter_name
+from symbolic import InvalidInputError, Model, Rig, units_of
 
 Placed = tuple[list[Recording], Values]
 
@@ -121,8 +120,3 @@ CASTER = RigLength(
     name="e less e as declared", unit="m", neutral=0.0, put=lambda rig, x: replace(rig, e=rig.e + x)
 )
 """The caster length, as a shift [m]."""
-
-
-def units_of(model: Model) -> dict[str, str]:
-    """The unit of every parameter of the model, by name."""
-    return {parameter_name(effect, parameter): parameter.unit for effect, parameter in model.parameters}

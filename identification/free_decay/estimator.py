@@ -17,7 +17,7 @@ from identification.free_decay.results import ContactFound, FreeDecay, Identifie
 from identification.free_decay.vibration import stiffness
 from identification.results import Estimate
 from identification.thesis.fft_decrement import source_way
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
 

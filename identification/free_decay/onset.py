@@ -8,7 +8,7 @@ from scipy.ndimage import median_filter
 
 from identification.free_decay.quantisation import encoder_step
 from identification.free_decay.recording import Decay
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
 

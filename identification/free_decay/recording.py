@@ -11,8 +11,7 @@ from identification.reading.csvfile import read_csv
 from identification.reading.matfile import read_mat
 from identification.reading.recordings import rig_of_table
 from identification.reading.table import DECAY_COLUMNS, MIN_SAMPLES, check
-from symbolic.errors import InvalidInputError
-from symbolic.parameters import Rig, Tyre
+from symbolic import InvalidInputError, Rig, Tyre
 
 Array = NDArray[np.float64]
 

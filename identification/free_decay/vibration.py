@@ -25,8 +25,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic import compiled, full_slide_level, unit_moment
-from symbolic.patch import Expression
+from symbolic import Expression, compiled, full_slide_level
+from symbolic.deformation import unit_moment
 
 Array = NDArray[np.float64]
 

@@ -15,9 +15,8 @@ from scipy.optimize import least_squares
 
 from identification.fits.fitting import Fit, signals_of, torque_range
 from identification.reading.recordings import Recording
-from symbolic import SIGNALS, Model, PatchOutput, Signals, full_slide_torque
-from symbolic.effects.learned import INPUTS, LearnedTorque, network_share, weights_needed
-from symbolic.serialisation import units_of
+from symbolic import SIGNALS, LearnedTorque, Model, PatchOutput, Signals, full_slide_torque, units_of
+from symbolic.effects.learned import INPUTS, network_share, weights_needed
 
 Array = NDArray[np.float64]
 SAMPLES = 1000
@@ -75,7 +74,7 @@ def material_of(fitted: Fit, recording: Recording, blank: LearnedTorque) -> Trai
     theta = model.theta({name: values[name] for name in names})
     rig, signals, n = recording.rig, signals_of(recording), recording.t.size
     constant = [ca.repmat(vector, 1, n) for vector in (theta, ca.DM([rig.a, rig.e]))]
-    first = model.start(signals[:, 0], theta, [rig.a, rig.e])
+    first = model.initial(signals[:, 0], theta, [rig.a, rig.e])
     memory, seen = model.advance.mapaccum(n)(first, signals, *constant)
     residual = fitted.residuals[recording.name]
     M_z = np.nan_to_num(recording.M_z + residual)

@@ -7,7 +7,7 @@ from identification.reading.files import read_bytes
 from identification.reading.matlab5 import DamagedFileError, read_arrays
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.table import Array, Table
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 _VARIABLES = {"t": "time", "psi": "Psi", "M_z": "Mz", "F_N": "Fz"}
 

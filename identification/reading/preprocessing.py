@@ -13,8 +13,7 @@ import numpy as np
 from identification.reading.conditioning import Channel, Pipeline
 from identification.reading.recordings import Recording
 from identification.reading.smoothing import smoothed_rate
-from symbolic.errors import InvalidInputError
-from symbolic.parameters import Rig, Tyre
+from symbolic import InvalidInputError, Rig, Tyre
 
 CHANNELS = ("psi", "M_z", "F_N")
 """What a recording needs: yaw angle [rad], aligning torque [N m], vertical load [N]."""

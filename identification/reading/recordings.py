@@ -11,8 +11,7 @@ from identification.reading.matfile import read_mat
 from identification.reading.rigfile import read_rig, with_declared
 from identification.reading.smoothing import smoothed_rate
 from identification.reading.table import Table, check, required_columns
-from symbolic.errors import InvalidInputError
-from symbolic.parameters import Rig, Tyre
+from symbolic import InvalidInputError, Rig, Tyre
 
 __all__ = ["Recording", "read_recording", "read_rig"]
 

@@ -4,10 +4,9 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from identification.reading.files import read_bytes
-from symbolic.errors import InvalidInputError
-from symbolic.parameters import Rig, Tyre
+from symbolic import InvalidInputError, Rig, Tyre, rig_from_tables
 from symbolic.parsing import naming, toml_of
-from symbolic.serialisation import REQUIRED_KEYS, RIG_KEYS, rig_described, rig_of
+from symbolic.serialisation import REQUIRED_KEYS, RIG_KEYS, rig_from_values
 
 DECLARABLE = (*RIG_KEYS["rig"], *RIG_KEYS["tyre"])
 """Parameters that a recording may give for itself."""
@@ -23,7 +22,7 @@ def read_rig(path: str | Path) -> tuple[Rig, Tyre]:
     path = Path(path)
     content = read_bytes(path)
     with naming(path):
-        return rig_described(toml_of(content))
+        return rig_from_tables(toml_of(content))
 
 
 def with_declared(nominal: tuple[Rig, Tyre] | None, declared: Mapping[str, float]) -> tuple[Rig, Tyre]:
@@ -43,4 +42,4 @@ def with_declared(nominal: tuple[Rig, Tyre] | None, declared: Mapping[str, float
             "and k in the recording: lines such as '# a = 0.045' before a CSV header, scalars in "
             "a MAT file"
         )
-    return rig_of(declared, nominal)
+    return rig_from_values(declared, nominal)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.files import read_text
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
 COLUMNS = (

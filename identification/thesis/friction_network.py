@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.recordings import Recording
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
 Inputs = Callable[[Recording], Array]

@@ -30,8 +30,7 @@ from observers.mhe import Mhe
 from observers.mhe_step import build_window_step
 from observers.protocol import LONGEST_STEP, Status
 from observers.tuning import BELIEFS, INFORMED
-from symbolic import InvalidInputError
-from symbolic.serialisation import units_of
+from symbolic import InvalidInputError, units_of
 
 REFUSED = 128
 """Status of a sample that generated code leaves out; Python raises an error there."""

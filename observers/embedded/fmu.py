@@ -23,8 +23,7 @@ from observers.embedded.origin import require_replaceable
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import filled
 from observers.mhe import Mhe
-from symbolic import InvalidInputError
-from symbolic.compiled import compiler
+from symbolic import InvalidInputError, compiler
 
 HOST = ("Linux", "x86_64")
 FLAGS = (

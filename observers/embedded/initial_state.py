@@ -68,7 +68,7 @@ def build_start(observer: ModelObserver, layout: Layout | None = None) -> ca.Fun
             "P_newest": ca.diag(std**2),
         }
     if layout is None:
-        parts["memory"] = observer.model.start(ca.vertcat(*signals), theta, rig[:2])
+        parts["memory"] = observer.model.initial(ca.vertcat(*signals), theta, rig[:2])
     state = _filled(layout or observer.layout, parts)
     return ca.Function("start", [sample, constants], [state], ["sample", "constants"], ["state"])
 

@@ -19,8 +19,7 @@ from observers.embedded.templating import filled
 from observers.mhe import Mhe
 from observers.protocol import Estimates
 from observers.run import as_estimates
-from symbolic import InvalidInputError
-from symbolic.compiled import compiler
+from symbolic import InvalidInputError, compiler
 
 Array = NDArray[np.float64]
 FLAGS = ("-std=c99", "-O2", "-fno-math-errno", "-fPIC", "-shared", "-I.")

@@ -7,7 +7,7 @@ from typing import Any
 from observers.base import ModelObserver
 from observers.embedded.origin import mark
 from observers.embedded.scalar_type import Real
-from symbolic.serialisation import units_of
+from symbolic import units_of
 
 
 def parameters_text(observer: ModelObserver, real: Real, version: str) -> str:

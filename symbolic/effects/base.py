@@ -1,4 +1,4 @@
-"""What an effect is: a frozen value that declares its parameters and where it enters the model."""
+"""The interface of an effect: a frozen value with its parameters and its hooks in the model."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -28,7 +28,7 @@ class Parameter:
         scope: "shared" by all recordings of a rig, or belonging to one "recording".
         scale: size of a plain change, by which a solver scales it.
         inverse: fit one over the value, for compliances whose neutral value is an infinite stiffness.
-        given: never fitted; what the recordings declare says it, see `Effect.given`.
+        fixed: never fitted; the recordings give its value, see `Effect.fixed_values`.
     """
 
     name: str
@@ -40,7 +40,7 @@ class Parameter:
     scale: float
     scope: Scope = "shared"
     inverse: bool = False
-    given: bool = False
+    fixed: bool = False
 
     @property
     def coordinate(self) -> str:
@@ -60,8 +60,10 @@ class Parameter:
                 f"parameter {self.name}: start must lie in"
                 f" [{self.lower}, {self.upper}], got {self.start}"
             )
-        if self.given and self.scope != "shared":
-            raise InvalidInputError(f"parameter {self.name}: what is given is shared by all recordings")
+        if self.fixed and self.scope != "shared":
+            raise InvalidInputError(
+                f"parameter {self.name}: a fixed parameter is shared by all recordings"
+            )
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,7 @@ class ResidualSignature:
 
 @dataclass(frozen=True, kw_only=True)
 class Signals:
-    """One sample as the model sees it, after effects on the sensors; casadi expressions.
+    """Signals of one sample at the patch, after effects on the sensors; CasADi expressions.
 
     Attributes:
         psi: yaw angle [rad].
@@ -107,11 +109,11 @@ class Effect:
 
     Attributes:
         name: the name in files and reports.
-        parameters: what it adds to the parameter vector, in this order.
+        parameters: its part of the parameter vector, in this order.
         summary: one line in plain words.
-        memory: how many numbers it remembers from sample to sample.
+        memory: length of its own memory from sample to sample.
         discrete: True where it breaks the parabola and so needs the bristle patch.
-        sensor: True where `sense` changes what everything else sees, so that it comes first.
+        sensor: True where `transform_inputs` changes what everything else sees, so that it comes first.
         signatures: what the residual follows where the effect is missing; empty if no signal shows it.
     """
 
@@ -123,7 +125,7 @@ class Effect:
     sensor: bool = False
     signatures: tuple[ResidualSignature, ...] = ()
 
-    def given(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:
+    def fixed_values(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:
         """Values of the parameters that are never fitted, by name.
 
         Args:
@@ -134,15 +136,17 @@ class Effect:
         return {}
 
     def initial(self, signals: Signals) -> Expression:
-        """What it remembers before the first sample, shape (memory,)."""
+        """Memory before the first sample, shape (memory,)."""
         raise NotImplementedError(f"{self.name} has memory but no initial value")
 
-    def sense(self, signals: Signals, memory: Expression, values: Values) -> tuple[Signals, Expression]:
-        """What reaches the patch of the sample that was recorded, and the next memory."""
+    def transform_inputs(
+        self, signals: Signals, memory: Expression, values: Values
+    ) -> tuple[Signals, Expression]:
+        """Signals at the patch, from the recorded ones, and the next memory."""
         del values
         return signals, memory
 
-    def start_angle(self, values: Values) -> Expression:
+    def initial_angle(self, values: Values) -> Expression:
         """Angle by which the patch was turned before the first sample [rad]."""
         del values
         return 0
@@ -153,7 +157,7 @@ class Effect:
         return 1
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
-        """How the bristles differ; add to what is there."""
+        """The traits of the bristles with those of this effect added."""
         del values
         return traits
 
@@ -163,7 +167,7 @@ class Effect:
         return None
 
     def torque(self, signals: Signals, values: Values) -> Expression:
-        """Torque added to what the patch makes [N m]."""
+        """Torque added to that of the patch [N m]."""
         del signals, values
         return 0
 

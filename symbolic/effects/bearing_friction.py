@@ -1,6 +1,6 @@
 """Dry friction in the kingpin or in the mount of the sensor.
 
-Source: Armstrong-Helouvry, Control of Machines with Friction (1991); the smooth step is ours.
+Reference: Armstrong-Helouvry, Control of Machines with Friction (1991); the smooth step is ours.
 """
 
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 """Torsion of carcass and rim in series with the contact patch.
 
-Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), on carcass compliance.
+Reference: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), on carcass compliance.
 """
 
 import math

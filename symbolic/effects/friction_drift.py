@@ -1,4 +1,4 @@
-"""Friction that beds in with the way turned.
+"""Friction that beds in with the angle turned, counted both ways.
 
 An empirical form; on rubber friction in general: Persson, Sliding Friction, 2nd ed. (2000).
 """
@@ -28,14 +28,16 @@ class FrictionDrift(Effect):
     memory: int = 2
 
     def initial(self, signals: Signals) -> Expression:
-        """The last angle [rad] and the way turned so far [rad]."""
+        """The last angle [rad] and the travel so far, counted both ways [rad]."""
         return ca.vertcat(signals.psi, 0)
 
-    def sense(self, signals: Signals, memory: Expression, values: Values) -> tuple[Signals, Expression]:
-        """Count the way turned."""
+    def transform_inputs(
+        self, signals: Signals, memory: Expression, values: Values
+    ) -> tuple[Signals, Expression]:
+        """Add up the travel."""
         del values
-        way = memory[1] + ca.fabs(signals.psi - memory[0])
-        return signals, ca.vertcat(signals.psi, way)
+        travel = memory[1] + ca.fabs(signals.psi - memory[0])
+        return signals, ca.vertcat(signals.psi, travel)
 
     def friction(self, signals: Signals, memory: Expression, values: Values) -> Expression:
         """Factor on the friction limit [1]."""

@@ -5,7 +5,7 @@ speed at which the bristle slides (`symbolic.slip`). One that the turning wheel 
 slide yet, and one that is no longer driven creeps on, ever slower, in place of losing stress at once.
 The mu of a model with it is that at 1 mm/s.
 
-Source: Rice, Lapusta, Ranjith, Rate and state dependent friction and the stability of sliding between
+Reference: Rice, Lapusta, Ranjith, Rate and state dependent friction and the stability of sliding between
 elastically deformable solids, J. Mech. Phys. Solids 49 (2001) 1865: the direct effect, linear in log
 speed (cut off at v_0 here, an arcsinh there); for rubber Grosch, Proc. R. Soc. A 274 (1963) 21.
 """

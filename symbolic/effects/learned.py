@@ -79,7 +79,9 @@ class LearnedTorque(Effect):
         """The last angle [rad], and every stop in its middle [1]."""
         return ca.vertcat(signals.psi, ca.DM.zeros(len(WAYS)))
 
-    def sense(self, signals: Signals, memory: Expression, values: Values) -> tuple[Signals, Expression]:
+    def transform_inputs(
+        self, signals: Signals, memory: Expression, values: Values
+    ) -> tuple[Signals, Expression]:
         """Move the stops with the angle: each is the way since a reversal, in half-widths, -1 ... 1."""
         del values
         moved = memory[1:] + (signals.psi - memory[0]) / (self.angle * ca.DM(WAYS))

@@ -1,6 +1,6 @@
 """Friction that falls with load, as that of rubber does.
 
-Source: Schallamach, The load dependence of rubber friction, Proc. Phys. Soc. B 65 (1952) 657.
+Reference: Schallamach, The load dependence of rubber friction, Proc. Phys. Soc. B 65 (1952) 657.
 """
 
 from dataclasses import dataclass

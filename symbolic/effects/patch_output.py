@@ -1,4 +1,4 @@
-"""What has been made of a sample before the torque that is added last."""
+"""Output of the patch at one sample, before the torque that is added last."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from symbolic.deformation import Expression
 
 @dataclass(frozen=True, kw_only=True)
 class PatchOutput:
-    """What patch and effects have made of a sample; casadi expressions.
+    """Output of patch and effects at one sample; CasADi expressions.
 
     Attributes:
         M_z: aligning torque so far [N m].

@@ -3,7 +3,7 @@
 A bristle at (x, y) moves along its circle about the kingpin, always in the same direction, so the
 two-dimensional stop is a scalar one with the lever arm sqrt((x - e)^2 + y^2).
 
-Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), on the brush model with turn slip.
+Reference: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), on the brush model with turn slip.
 """
 
 from dataclasses import dataclass, replace

@@ -1,6 +1,6 @@
 """Pressure flatter or sharper than the parabola.
 
-Source: after the idea of Guo, Ren, A unified semi-empirical tire model with higher accuracy and less
+Reference: after the idea of Guo, Ren, A unified semi-empirical tire model with higher accuracy and less
 parameters, SAE 1999-01-0785 (pressure distributions of general shape).
 """
 

@@ -1,6 +1,6 @@
 """Pressure centre in front of or behind the middle of the patch.
 
-Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), on the brush model.
+Reference: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), on the brush model.
 """
 
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 """A patch that is already deformed at the first sample.
 
-Source: section 3.1 of the source assumes zero deformation at t = 0; this takes the assumption away.
+[Györök 2022], section 3.1, assumes zero deformation at t = 0; this effect drops the assumption.
 """
 
 from dataclasses import dataclass
@@ -32,6 +32,6 @@ class Pretwist(Effect):
         ResidualSignature("the initial twist that remains"),
     )
 
-    def start_angle(self, values: Values) -> Expression:
+    def initial_angle(self, values: Values) -> Expression:
         """Angle turned before the recording begins [rad]."""
         return values["psi_0"]

@@ -1,6 +1,6 @@
 """Friction that grows, or falls, with the logarithm of the sliding speed, as that of rubber does.
 
-Source: Grosch, The relation between the friction and visco-elastic properties of rubber,
+Reference: Grosch, The relation between the friction and visco-elastic properties of rubber,
 Proc. R. Soc. A 274 (1963) 21: over part of the rising flank of his master curve, a line in log speed.
 """
 

@@ -1,6 +1,6 @@
 """Elastic or gravity return torque of the steering.
 
-Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012).
+Reference: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012).
 """
 
 from dataclasses import dataclass

@@ -1,6 +1,6 @@
 """Zero error of the torque channel.
 
-Source: section 5.3 of the source, where offsets are taken off by hand before the evaluation.
+[Györök 2022], section 5.3, subtracts such offsets by hand before the evaluation.
 """
 
 from dataclasses import dataclass

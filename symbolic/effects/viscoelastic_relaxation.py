@@ -1,6 +1,6 @@
 """A Maxwell branch beside the bristle springs: stress that fades while the wheel rests.
 
-Source: Ferry, Viscoelastic Properties of Polymers, 3rd ed. (1980): the standard linear solid.
+Reference: Ferry, Viscoelastic Properties of Polymers, 3rd ed. (1980): the standard linear solid.
 """
 
 from dataclasses import dataclass, replace

@@ -8,7 +8,7 @@ import pytest
 
 from brushgrip.app import main, repeat_lists
 from brushgrip.fetch import FetchError
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 
 @pytest.mark.parametrize(

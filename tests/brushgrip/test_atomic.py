@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from brushgrip.atomic import staged_directory, staged_file, write_text_atomic
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 
 def names(folder: Path) -> list[str]:

@@ -12,8 +12,7 @@ import pytest
 from observers import Ekf, from_files
 from observers.embedded import generate
 from observers.embedded.fmu import is_host
-from symbolic import InvalidInputError
-from symbolic.compiled import compiler
+from symbolic import InvalidInputError, compiler
 
 Run = Callable[..., Any]
 NEEDS_COMPILER = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")

@@ -10,7 +10,7 @@ import pytest
 
 from brushgrip.comparison import scores
 from reference_rig import RigRecording, make_recording, write_csv
-from symbolic.compiled import compiler
+from symbolic import compiler
 
 Run = Callable[..., Any]
 MU, BEGINS = 1.3, 150

@@ -9,7 +9,7 @@ import pytest
 from brushgrip import fetch as fetching
 from brushgrip.digests import PUBLICATIONS, Publication
 from brushgrip.fetch import FetchError, fetch, published_files
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 CONTENT = {"run1.mat": b"first", "run2.mat": b"second", "estimate_run1.csv": b"third"}
 URL = "https://example.invalid/commit"

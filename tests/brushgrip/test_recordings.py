@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from brushgrip.recordings import download_folder, locate, read_all
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 Write = Callable[..., Path]
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from observers.embedded.fmu import is_host
-from symbolic.compiled import compiler
+from symbolic import compiler
 from tests.examples.running import EXAMPLES, NUMBER, execute, printed_by
 
 

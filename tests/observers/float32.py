@@ -18,8 +18,7 @@ from observers.base import SAID
 from observers.ekf import build_step
 from observers.embedded.literals import in_type
 from observers.embedded.scalar_type import SINGLE
-from symbolic import Model, Rig, effects_named
-from symbolic.compiled import compiler
+from symbolic import Model, Rig, compiler, effects_named
 
 Floats = NDArray[np.float32]
 RIG, K = Rig(a=0.045, e=0.009, J_A=0.15, b_t=1.0), 2.4e6

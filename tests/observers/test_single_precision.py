@@ -10,7 +10,7 @@ import pytest
 
 from observers import Ekf, run
 from reference_rig import RigRecording, SteeringRecording
-from symbolic.compiled import compiler
+from symbolic import compiler
 from tests.observers.factories import columns_of, samples_of
 from tests.observers.float32 import (
     CASES,

@@ -6,8 +6,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from symbolic import BristlePatch, BristleTraits, InvalidInputError, Model, PatchInputs, Relaxation
-from symbolic.patch import Expression
+from symbolic import BristleTraits, Expression, InvalidInputError, Model, Relaxation
+from symbolic.bristles import BristlePatch
+from symbolic.patch import PatchInputs
 from tests.symbolic.oracles import Array, Path, Tyre, grid_torque, random_path, run, worst
 
 LOAD = 400.0
@@ -22,9 +23,9 @@ def last_torque(traits: BristleTraits, *turns: float, speed: float = 0.1, tyre: 
     )
     memory, M_z = ca.DM(patch.initial()), ca.DM(0)
     for turn in turns:
-        drive = ca.evalf(ca.MX(patch.drive(inputs)))
-        memory = patch.advance(memory, turn, drive)
-        M_z = patch.torque(memory, drive)
+        coefficients = ca.evalf(ca.MX(patch.coefficients(inputs)))
+        memory = patch.advance(memory, turn, coefficients)
+        M_z = patch.torque(memory, coefficients)
     return float(ca.evalf(ca.MX(M_z)))
 
 
@@ -123,11 +124,11 @@ def test_memory_and_drive_have_their_declared_sizes() -> None:
     ):
         patch = BristlePatch(traits=traits)
         size = states * patch.bristles
-        memory = patch.advance(ca.DM(patch.initial()), 0.1, ca.DM.ones(patch.drive_size))
+        memory = patch.advance(ca.DM(patch.initial()), 0.1, ca.DM.ones(patch.coefficient_size))
 
         assert (patch.size, len(patch.initial())) == (size, size)
         assert memory.shape == (size, 1)
-        assert ca.MX(patch.drive(inputs)).shape == (patch.drive_size, 1)
+        assert ca.MX(patch.coefficients(inputs)).shape == (patch.coefficient_size, 1)
 
 
 @pytest.mark.parametrize("counts", [{"lengthways": 3}, {"rows": 0}])

@@ -12,8 +12,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from symbolic import EFFECTS, Model, compiled, effects_named, step_along
-from symbolic.compiled import cache_directory, compiler
+from symbolic import EFFECTS, Model, compiled, compiler, effects_named, sensitivity_step
+from symbolic.compiled import cache_directory
 from tests.symbolic.oracles import random_path, signals
 from tests.symbolic.test_effects import VALUES
 
@@ -62,13 +62,13 @@ def libraries(folder: Path) -> list[Path]:
 def test_machine_code_gives_the_interpreters_numbers(
     model: Model, own: tuple[float, ...], vectorised: bool
 ) -> None:
-    step = step_along(model, 2)
+    step = sensitivity_step(model, 2)
     fast = compiled(step, vectorised=vectorised)
     path = random_path(3, depth=4, samples=150)
     samples, geometry = signals(path.psi, path.F_N), np.array([path.tyre.a, path.tyre.e])
     theta = np.array([path.tyre.mu, path.tyre.k, *own])
     seeds = np.eye(len(theta), 2) @ np.diag([path.tyre.mu, path.tyre.k])
-    state = [np.asarray(model.start(samples[:, 0], theta, geometry)), np.zeros((model.memory_size, 2))]
+    state = [np.asarray(model.initial(samples[:, 0], theta, geometry)), np.zeros((model.memory_size, 2))]
     scale, error = [1e-300] * 4, [0.0] * 4
 
     assert fast is not step

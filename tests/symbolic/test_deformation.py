@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from symbolic import edge_distance, full_slide_level, position, unit_moment
+from symbolic import full_slide_level
+from symbolic.deformation import edge_distance, position, unit_moment
 from tests.symbolic.oracles import Tyre, virgin_torque
 
 getcontext().prec = 60

@@ -18,10 +18,11 @@ from symbolic import (
     Rig,
     compiled,
     effects_named,
+    model_from_tables,
     simulate,
 )
 from symbolic.effects.learned import INPUTS, WAYS, weights_needed
-from symbolic.serialisation import effects_tables, model_described
+from symbolic.serialisation import effects_tables
 from tests.symbolic.oracles import Array
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -111,7 +112,7 @@ def test_derivatives_are_the_slopes() -> None:
 def test_compiled_code_says_the_same() -> None:
     model = Model(effects=(learned(),), corners=4)
     built, here = compiled(model.step), model.step
-    memory = model.start(SIGNALS[:, 0], [MU, K], GEOMETRY)
+    memory = model.initial(SIGNALS[:, 0], [MU, K], GEOMETRY)
     for signals in SIGNALS.T[:60]:
         memory, M_z = here(memory, signals, [MU, K], GEOMETRY)
         assert float(built(memory, signals, [MU, K], GEOMETRY)[1]) == pytest.approx(
@@ -141,7 +142,7 @@ def document(effect: LearnedTorque, **changes: Any) -> dict[str, Any]:
 
 def test_round_trip_through_a_file_is_exact() -> None:
     effect = learned(size=1 / 3)
-    found = model_described(json.loads(json.dumps(document(effect), allow_nan=False)))
+    found = model_from_tables(json.loads(json.dumps(document(effect), allow_nan=False)))
 
     assert [e.name for e in found.model.effects] == ["torque_offset", "learned"]
     assert found.model.effects[-1] == effect
@@ -164,7 +165,7 @@ def test_round_trip_through_a_file_is_exact() -> None:
 )
 def test_faults_of_a_table(changes: dict[str, Any], fault: str) -> None:
     with pytest.raises(InvalidInputError) as caught:
-        model_described(document(learned(), **changes))
+        model_from_tables(document(learned(), **changes))
     assert str(caught.value).startswith(fault)
 
 
@@ -178,7 +179,7 @@ def test_faults_of_the_place() -> None:
         (without | {"effects": ["learned", "torque_offset"]}, "unknown effect 'learned'"),
     ]:
         with pytest.raises(InvalidInputError) as caught:
-            model_described(wrong)
+            model_from_tables(wrong)
         assert str(caught.value).startswith(fault)
 
 

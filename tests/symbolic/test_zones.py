@@ -6,8 +6,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from symbolic import EFFECTS, InvalidInputError, Model, ZonePatch
-from symbolic.zones import clip_polyline, thin_out
+from symbolic import EFFECTS, InvalidInputError, Model
+from symbolic.zones import ZonePatch, clip_polyline, thin_out
 from tests.symbolic.oracles import (
     Array,
     Path,
@@ -141,7 +141,7 @@ def final_memory(
     """The memory after the last sample."""
     theta, geometry = ca.DM([mu, k]), ca.DM([TYRE.a, TYRE.e])
     samples = signals(psi, F_N)
-    memory = model.start(samples[:, 0], theta, geometry)
+    memory = model.initial(samples[:, 0], theta, geometry)
     for sample in samples.T:
         memory, _ = model.step(memory, sample, theta, geometry)
     return np.asarray(memory).ravel()

@@ -9,8 +9,7 @@ from brushgrip.comparison.methods import Method, Observed, methods
 from identification import Recording
 from observers import Sample, zone_history
 from reference_rig import RigDrive, RigTyre, simulate_bristles
-from symbolic import Rig, Tyre
-from symbolic.compiled import compiler
+from symbolic import Rig, Tyre, compiler
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 MU = 1.2

@@ -8,8 +8,16 @@ from identification.fits.covariance import deviations
 from identification.fits.fitting import torque_range
 from identification.selection.trials import freeze
 from reference_rig import Campaign, make_recording
-from symbolic import DECLARED, EFFECTS, InvalidInputError, Model, Parameter, effects_named, simulate
-from symbolic.serialisation import parameter_name
+from symbolic import (
+    DECLARED,
+    EFFECTS,
+    InvalidInputError,
+    Model,
+    Parameter,
+    effects_named,
+    parameter_name,
+    simulate,
+)
 from tests.identification.factories import as_read, read_campaign, with_torque
 
 Given = tuple[Campaign, list[Recording]]

@@ -15,8 +15,7 @@ from observers import Ekf, Estimate, Loop, Mhe, ObserverState, Sample, Tuning
 from observers.compiled_step import CompiledStep
 from observers.embedded import Real, generate
 from observers.embedded.codegen import step_of
-from symbolic import Model, effects_named
-from symbolic.compiled import compiler
+from symbolic import Model, compiler, effects_named
 from tests.observers.conftest import RIG, K
 
 Array = NDArray[np.float64]

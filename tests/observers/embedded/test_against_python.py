@@ -13,8 +13,7 @@ from observers.embedded import DOUBLE, SINGLE
 from observers.embedded.compact_ekf import is_quick
 from observers.embedded.compact_mhe import is_quick_window
 from reference_rig import RigRecording, SteeringRecording
-from symbolic import Tyre
-from symbolic.compiled import compiler
+from symbolic import Tyre, compiler
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.building import (
     DECLARED,

@@ -10,8 +10,9 @@ import pytest
 from identification import read_recording
 from identification.thesis.author_estimate import aligned, author_file, read_author_estimate
 from observers import zone_history
-from symbolic import InvalidInputError, ZonePatch
+from symbolic import InvalidInputError
 from symbolic.patch import PatchInputs
+from symbolic.zones import ZonePatch
 
 
 def path(*corners: float, step: float = 0.01) -> np.ndarray:
@@ -56,7 +57,9 @@ def test_true_zones_are_those_of_the_exact_patch() -> None:
     patch = ZonePatch()
     inputs = PatchInputs(speed=0.0, dt=0.01, F_N=400.0, factor=1.0, mu=1.2, k=2.4e6, a=0.045, e=0.009)
     before, turn = ca.MX.sym("memory", patch.size), ca.MX.sym("turn")
-    advance = ca.Function("advance", [before, turn], [patch.advance(before, turn, patch.drive(inputs))])
+    advance = ca.Function(
+        "advance", [before, turn], [patch.advance(before, turn, patch.coefficients(inputs))]
+    )
     memory, found = patch.initial(), []
     for angle in np.diff(psi, prepend=psi[0]):
         memory = advance(memory, angle).full().ravel()
