@@ -9,7 +9,6 @@ from identification.fits.profile import Profile, profile
 from identification.free_decay.estimator import identify_free_decay
 from identification.free_decay.recording import Decay, read_decay
 from identification.free_decay.results import FreeDecay
-from identification.learned.learning import learn
 from identification.modelfile import FoundModel, model_text, read_model
 from identification.reading.conditioning import (
     Channel,
@@ -31,7 +30,6 @@ from identification.results import (
     Errors,
     Estimate,
     FoundEffect,
-    Learned,
     Series,
     Unexplained,
 )
@@ -53,7 +51,6 @@ __all__ = [
     "FreeDecay",
     "Huber",
     "Journal",
-    "Learned",
     "Loss",
     "LowPass",
     "OffsetRemoved",
@@ -77,7 +74,6 @@ __all__ = [
     "friction_by_towing",
     "identify_free_decay",
     "initial_guess",
-    "learn",
     "model_text",
     "profile",
     "propose",

@@ -8,7 +8,7 @@ from pathlib import Path
 from identification.reading.files import read_bytes
 from identification.results import Diagnosis
 from symbolic.parsing import json_of, naming
-from symbolic.serialisation import MODEL_VERSION, FoundModel, effects_tables, model_described, units_of
+from symbolic.serialisation import MODEL_VERSION, FoundModel, model_described, units_of
 
 __all__ = ["FoundModel", "model_text", "read_model"]
 
@@ -17,7 +17,7 @@ def model_text(diagnosis: Diagnosis) -> str:
     """The content of `model.json` for a diagnosis."""
     content = {
         "version": MODEL_VERSION,
-        **effects_tables(diagnosis.model),
+        "effects": [effect.name for effect in diagnosis.model.effects],
         "shared": _writable(diagnosis.values.shared),
         "recordings": {name: _writable(values) for name, values in diagnosis.values.own.items()},
         "units": units_of(diagnosis.model),

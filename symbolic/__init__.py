@@ -10,9 +10,7 @@ from symbolic.deformation import (
     unit_moment,
 )
 from symbolic.effects.base import Effect, Parameter, Signals, with_limit, with_shape
-from symbolic.effects.learned import LearnedTorque
 from symbolic.effects.library import EFFECTS, effects_named
-from symbolic.effects.patch_output import PatchOutput
 from symbolic.errors import BrushgripError, InvalidInputError
 from symbolic.masing import (
     TurningPoints,
@@ -39,13 +37,11 @@ __all__ = [
     "BrushgripError",
     "Effect",
     "InvalidInputError",
-    "LearnedTorque",
     "Model",
     "Motion",
     "Parameter",
     "Patch",
     "PatchInputs",
-    "PatchOutput",
     "Relaxation",
     "Rig",
     "Signals",
