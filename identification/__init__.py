@@ -5,6 +5,7 @@ from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import Fit, Values, fit, initial_guess, signals_of
 from identification.fits.loss import LEAST_SQUARES, Huber, Loss, Squares
+from identification.fits.options import FitOptions
 from identification.fits.profile import Profile, profile
 from identification.free_decay.estimator import identify_free_decay
 from identification.free_decay.recording import Decay, read_decay
@@ -46,6 +47,7 @@ __all__ = [
     "Errors",
     "Estimate",
     "Fit",
+    "FitOptions",
     "FoundEffect",
     "FoundModel",
     "FreeDecay",
