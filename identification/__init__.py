@@ -19,11 +19,13 @@ from identification.reading.conditioning import (
     Resampled,
     Scaled,
     default_pipeline,
+    recording_from_raw,
 )
-from identification.reading.preprocessing import recording_from_raw
+from identification.reading.readers import READERS, Reader
 from identification.reading.recordings import Recording, read_recording
 from identification.reading.rigfile import read_rig
 from identification.reading.smoothing import smoothed_rate
+from identification.reading.table import Table
 from identification.residuals.signatures import Signature, Signatures, signatures
 from identification.results import (
     Candidate,
@@ -40,6 +42,7 @@ from identification.thesis.towing import Tow, TowedFriction, friction_by_towing
 
 __all__ = [
     "LEAST_SQUARES",
+    "READERS",
     "Candidate",
     "Channel",
     "Decay",
@@ -59,6 +62,7 @@ __all__ = [
     "Pipeline",
     "Profile",
     "Proposal",
+    "Reader",
     "Recording",
     "Resampled",
     "Scaled",
@@ -66,6 +70,7 @@ __all__ = [
     "Signature",
     "Signatures",
     "Squares",
+    "Table",
     "Tow",
     "TowedFriction",
     "Unexplained",
