@@ -12,10 +12,9 @@ import numpy as np
 from brushgrip.atomic import is_same_file
 from brushgrip.fetch import LOCAL_COPY
 from identification.free_decay.recording import Decay, read_decay
+from identification.reading.readers import READERS
 from identification.reading.recordings import Recording, read_recording, read_rig
 from symbolic import InvalidInputError
-
-_SUFFIXES = (".mat", ".csv")
 
 
 def download_folder() -> Path:
@@ -37,15 +36,16 @@ def locate(name: str) -> Path:
         folders += [Path(local)] if local else []
         folders.append(download_folder())
     for folder in folders:
-        for path in (folder / given, *(folder / f"{given}{suffix}" for suffix in _SUFFIXES)):
+        for path in (folder / given, *(folder / f"{given}{suffix}" for suffix in READERS)):
             if path.exists() and not path.is_dir():
                 return path
     if given.is_dir():
-        raise InvalidInputError(f"{name}: is a folder, expected a recording (.mat or .csv)")
+        raise InvalidInputError(f"{name}: is a folder, expected a recording ({' or '.join(READERS)})")
     places = ", ".join(str(folder) if folder != Path() else "here" for folder in folders)
+    *others, last = (f"{given.name}{suffix}" for suffix in ("", *READERS))
     raise InvalidInputError(
-        f"{name}: no such recording; looked for {given.name}, {given.name}.mat and "
-        f"{given.name}.csv in {places if given.name == name else given.parent}"
+        f"{name}: no such recording; looked for {', '.join(others)} and {last}"
+        f" in {places if given.name == name else given.parent}"
         + ("" if len(folders) == 1 else "; 'brushgrip fetch' downloads the published ones")
     )
 

@@ -19,7 +19,6 @@ from brushgrip.report_tables import (
     effects_table,
     errors_table,
     friction_table,
-    learned_table,
     parameters_table,
     recordings_table,
     signatures_table,
@@ -207,7 +206,6 @@ def _unexplained(diagnosis: Diagnosis) -> str:
     blocks = [
         paragraph(remainder(diagnosis)),
         paragraph(sentence(diagnosis.unexplained.evidence), "faint"),
-        learned_table(diagnosis),
         notes_list(diagnosis.notes),
     ]
     return section("What remains unexplained", *blocks)

@@ -136,22 +136,6 @@ def effects_table(diagnosis: Diagnosis) -> str:
     return table("In order of selection", header, rows)
 
 
-def learned_table(diagnosis: Diagnosis) -> str:
-    """Errors before and after the learned torque, where one was asked for."""
-    learned = diagnosis.learned
-    if learned is None:
-        return ""
-    rows = [
-        [Cell(label), *(_number(figure) for figure in error_figures(diagnosis, errors))]
-        for label, errors in (
-            ("physics alone", learned.before),
-            ("with the learned torque", learned.after),
-        )
-    ]
-    header = [Cell("model"), *(_number(name) for name in error_columns(diagnosis).values())]
-    return table("A torque learned from the residual; it is not physics", header, rows)
-
-
 def parameters_table(diagnosis: Diagnosis) -> str:
     """Every parameter of the final model."""
     rows = [

@@ -21,6 +21,7 @@ from brushgrip.pictures import draw_loops, draw_residuals, draw_signatures
 from identification import Diagnosis, Recording, diagnose, read_recording
 from identification.fits.covariance import covariance
 from identification.fits.fitting import Fit, fit, torque_range
+from identification.fits.options import FitOptions
 from identification.selection.scoring import CLEAR, LONG_BLOCK, STRONG, rmse_of
 from identification.selection.trials import RANKING, freeze, model_of, thinned
 from published import measured_folder
@@ -31,6 +32,7 @@ GROUNDS = {"fem": "steel", "piros": "red emery"}
 """What lay under the tyre, by the beginning of a recording's name."""
 FACTORS = np.linspace(0.7, 1.4, 15)
 """Factors on the stiffness that are tried on each recording [1]."""
+QUICK = FitOptions(tolerance=1e-4)
 PUBLISHED_K = 2.438e6
 """The source's k, from free vibration [N/m^2]."""
 SPOKEN_OF = (
@@ -85,7 +87,7 @@ def grounds_table(found: Diagnosis, recordings: Sequence[Recording]) -> tuple[st
     """
     model = model_of([effect.name for effect in found.effects], RANKING)
     thin = [thinned(recording) for recording in recordings]
-    fitted = fit(model, thin, found.values, tolerance=1e-4)
+    fitted = fit(model, thin, found.values, QUICK)
     lines = [
         "| recording | ground | load [N] | best k over the shared one | error, shared k | best k |",
         "|---|---|---:|---:|---:|---:|",
@@ -108,7 +110,7 @@ def grounds_table(found: Diagnosis, recordings: Sequence[Recording]) -> tuple[st
 def _error_at(fitted: Fit, recording: Recording, factor: float) -> float:
     shared = {**fitted.values.shared, "k": factor * fitted.values.shared["k"]}
     moved = replace(fitted, values=replace(fitted.values, shared=shared))
-    return rmse_of(freeze(moved, [recording], 1e-4).residuals[recording.name]) / torque_range(recording)
+    return rmse_of(freeze(moved, [recording], QUICK).residuals[recording.name]) / torque_range(recording)
 
 
 def _vertex(errors: np.ndarray) -> tuple[float, float]:

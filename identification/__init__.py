@@ -5,11 +5,11 @@ from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import Fit, Values, fit, initial_guess, signals_of
 from identification.fits.loss import LEAST_SQUARES, Huber, Loss, Squares
+from identification.fits.options import FitOptions
 from identification.fits.profile import Profile, profile
 from identification.free_decay.estimator import identify_free_decay
 from identification.free_decay.recording import Decay, read_decay
 from identification.free_decay.results import FreeDecay
-from identification.learned.learning import learn
 from identification.modelfile import FoundModel, model_text, read_model
 from identification.reading.conditioning import (
     Channel,
@@ -19,11 +19,13 @@ from identification.reading.conditioning import (
     Resampled,
     Scaled,
     default_pipeline,
+    recording_from_raw,
 )
-from identification.reading.preprocessing import recording_from_raw
+from identification.reading.readers import READERS, Reader
 from identification.reading.recordings import Recording, read_recording
 from identification.reading.rigfile import read_rig
 from identification.reading.smoothing import smoothed_rate
+from identification.reading.table import Table
 from identification.residuals.signatures import Signature, Signatures, signatures
 from identification.results import (
     Candidate,
@@ -31,7 +33,6 @@ from identification.results import (
     Errors,
     Estimate,
     FoundEffect,
-    Learned,
     Series,
     Unexplained,
 )
@@ -41,6 +42,7 @@ from identification.thesis.towing import Tow, TowedFriction, friction_by_towing
 
 __all__ = [
     "LEAST_SQUARES",
+    "READERS",
     "Candidate",
     "Channel",
     "Decay",
@@ -48,18 +50,19 @@ __all__ = [
     "Errors",
     "Estimate",
     "Fit",
+    "FitOptions",
     "FoundEffect",
     "FoundModel",
     "FreeDecay",
     "Huber",
     "Journal",
-    "Learned",
     "Loss",
     "LowPass",
     "OffsetRemoved",
     "Pipeline",
     "Profile",
     "Proposal",
+    "Reader",
     "Recording",
     "Resampled",
     "Scaled",
@@ -67,6 +70,7 @@ __all__ = [
     "Signature",
     "Signatures",
     "Squares",
+    "Table",
     "Tow",
     "TowedFriction",
     "Unexplained",
@@ -77,7 +81,6 @@ __all__ = [
     "friction_by_towing",
     "identify_free_decay",
     "initial_guess",
-    "learn",
     "model_text",
     "profile",
     "propose",

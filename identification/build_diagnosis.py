@@ -6,7 +6,7 @@ import numpy as np
 
 from identification.error_stages import declared_residuals, errors_of, trial_residuals
 from identification.experiments.proposals import Proposal
-from identification.fits.covariance import deviations
+from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit, Values
 from identification.notes import notes_on
 from identification.reading.recordings import Recording
@@ -94,7 +94,7 @@ def _estimates(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Estima
     """Every fitted parameter with its deviation, in physical units."""
     parameters = {parameter_name(e, p): p for e, p in fitted.model.parameters}
     estimates = {}
-    spread = deviations(fitted, recordings)
+    spread = standard_deviations(fitted, recordings)
     for (recording, name), deviation in zip(fitted.labels, spread, strict=True):
         parameter = parameters[name]
         place = fitted.values.shared if recording is None else fitted.values.own[recording]

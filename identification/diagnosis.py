@@ -1,7 +1,6 @@
 """Close the loop: residual of the declared model, effects that it lacks, errors before and after."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -11,7 +10,6 @@ from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss
-from identification.learned.learning import learn
 from identification.reading.recordings import Recording
 from identification.results import Diagnosis
 from identification.selection.journal import Journal
@@ -30,7 +28,6 @@ def diagnose(
     holdout: Sequence[Recording] = (),
     *,
     loss: Loss = LEAST_SQUARES,
-    learn_rest: bool = False,
     jobs: int | None = None,
     progress: Progress | None = None,
     journal: Journal | None = None,
@@ -42,8 +39,6 @@ def diagnose(
         holdout: recordings that judge. Every shared parameter stays frozen on them; only mu, torque
             zero and starting twist are refitted. Without any, training recordings are left out in turn.
         loss: what a residual costs; `Huber` where the torque has outliers.
-        learn_rest: learn a torque from what no effect explains, if there is something, and keep it if it
-            holds on recordings that it was not taught; stated as learned, not as physics.
         jobs: processes for the search; None for one per core.
         progress: called with (what is being done, trials done, trials in this step).
         journal: where trials are kept, so that a search that was interrupted goes on; None for nowhere.
@@ -61,13 +56,7 @@ def diagnose(
         left_out = [_left_out(trial, recordings, holdout, submit, report) for trial in trials]
         proposals = _proposals(steps, made, report)
     report("looking at what is left", 0, 1)
-    found = verdict(steps, recordings, holdout, left_out, proposals)
-    if not (learn_rest and found.unexplained.present):
-        return found
-    report("learning what no effect explains", 0, 1)
-    learned = learn(trials[1].fitted, trials[1].held_out, recordings, holdout)
-    notes = (*found.notes, learned.note)
-    return replace(found, learned=learned, model=learned.model, notes=notes)
+    return verdict(steps, recordings, holdout, left_out, proposals)
 
 
 def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> None:

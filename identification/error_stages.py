@@ -1,11 +1,13 @@
 """The errors of a model at each stage of a diagnosis: as declared, refitted, with the effects found."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from identification.fits.fitting import Fit, Values, fit, initial_guess, signals_of, torque_range
 from identification.fits.loss import Loss
+from identification.fits.options import FitOptions
 from identification.reading.recordings import Recording
 from identification.results import Errors
 from identification.selection.scoring import Array, rmse_of
@@ -13,8 +15,8 @@ from identification.selection.trials import RANKING, Trial, freeze, model_of, th
 from identification.selection.workers import Submit
 from symbolic import simulate
 
-TOLERANCE = 1e-4
-"""Relative tolerance of a fit that leaves one recording out; it begins at the fit of all."""
+WITHOUT_ONE = FitOptions(tolerance=1e-4)
+"""For a fit that leaves one recording out; it begins at the fit of all."""
 
 
 def declared_residuals(recordings: Sequence[Recording], loss: Loss) -> dict[str, Array]:
@@ -25,7 +27,9 @@ def declared_residuals(recordings: Sequence[Recording], loss: Loss) -> dict[str,
         if recording.tyre.mu is None:
             own = initial_guess(model, [recording]).own
             start = Values(shared={"k": recording.tyre.k}, own=own)
-            residuals |= fit(model, [recording], start, free_shared=False, loss=loss).residuals
+            residuals |= fit(
+                model, [recording], start, FitOptions(free_shared=False, loss=loss)
+            ).residuals
         else:
             values = {"mu": recording.tyre.mu, "k": recording.tyre.k}
             theta = np.asarray(model.theta(values)).ravel()
@@ -75,7 +79,7 @@ def left_out_errors(trial: Trial, recordings: Sequence[Recording], submit: Submi
 
 
 def _left_out(trial: Trial, others: Sequence[Recording], left: Recording) -> float:
-    model, loss = model_of(trial.effects, RANKING), trial.fitted.loss
-    fitted = fit(model, others, trial.fitted.values, tolerance=TOLERANCE, loss=loss)
-    judged: Fit = freeze(fitted, [left], TOLERANCE)
+    model, options = model_of(trial.effects, RANKING), replace(WITHOUT_ONE, loss=trial.fitted.loss)
+    fitted = fit(model, others, trial.fitted.values, options)
+    judged: Fit = freeze(fitted, [left], WITHOUT_ONE)
     return rmse_of(judged.residuals[left.name]) / torque_range(left)

@@ -9,7 +9,7 @@ from identification.reading.files import read_bytes
 from identification.results import Diagnosis
 from symbolic import Effect, FoundModel, model_from_tables, units_of
 from symbolic.parsing import json_of, naming
-from symbolic.serialisation import MODEL_VERSION, effects_tables
+from symbolic.serialisation import MODEL_VERSION
 
 __all__ = ["FoundModel", "model_text", "read_model"]
 
@@ -18,7 +18,7 @@ def model_text(diagnosis: Diagnosis) -> str:
     """The content of `model.json` for a diagnosis."""
     content = {
         "version": MODEL_VERSION,
-        **effects_tables(diagnosis.model),
+        "effects": [effect.name for effect in diagnosis.model.effects],
         "shared": _writable(diagnosis.values.shared),
         "recordings": {name: _writable(values) for name, values in diagnosis.values.own.items()},
         "units": units_of(diagnosis.model),

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import Values
 from identification.residuals.signatures import Signatures
-from symbolic import LearnedTorque, Model
+from symbolic import Model
 
 Array = NDArray[np.float64]
 
@@ -122,47 +122,6 @@ class Series:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Learned:
-    """A torque that was learned, not physics, and whether it is kept.
-
-    Attributes:
-        effect: the learned torque, kept or not.
-        model: the model to go on with: with the learned torque last if it is kept, else without.
-        before: errors of the physics alone.
-        after: errors with the learned torque, parameters of the physics unchanged.
-        left_out: errors over range before and after on training recordings, each left out of the
-            learning in turn [1].
-        residuals: simulated minus measured torque with the learned torque, by recording [N m].
-        decay: weight decay chosen.
-        kept: True where it lowers the error of recordings that it was not trained on.
-        note: what came of it, in plain words.
-    """
-
-    effect: LearnedTorque
-    model: Model
-    before: Errors
-    after: Errors
-    left_out: tuple[float, float]
-    residuals: Mapping[str, Array]
-    decay: float
-    kept: bool
-    note: str
-
-    def to_dict(self) -> dict[str, Any]:
-        """What `diagnosis.json` holds of it."""
-        return {
-            "kept": self.kept,
-            "physics": False,
-            "before": self.before.summary(),
-            "after": self.after.summary(),
-            "left_out_nrmse": {"before": self.left_out[0], "after": self.left_out[1]},
-            "units": self.effect.units,
-            "weight_decay": self.decay,
-            "note": self.note,
-        }
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class Diagnosis:
     """The whole result of `diagnose`.
 
@@ -175,8 +134,6 @@ class Diagnosis:
         effects: what was found, in order of selection; empty if nothing is missing.
         candidates: every candidate's first step, best first.
         unexplained: what is left.
-        learned: a torque learned from that, kept or not; None where it was not asked for or nothing is
-            left. `after` is without it.
         parameters: every parameter of the final model; own ones as "mu [fem1]".
         signatures_before: what the residual follows before any effect is tried.
         signatures_after: what is left of that.
@@ -201,7 +158,6 @@ class Diagnosis:
     values: Values
     series: tuple[Series, ...]
     notes: tuple[str, ...] = ()
-    learned: Learned | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `diagnosis.json`."""
@@ -246,7 +202,6 @@ class Diagnosis:
                 "present": self.unexplained.present,
                 "evidence": self.unexplained.evidence,
             },
-            "learned": self.learned.to_dict() if self.learned else None,
             "parameters": {name: _estimate(e) for name, e in self.parameters.items()},
             "notes": list(self.notes),
         }

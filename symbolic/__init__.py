@@ -19,9 +19,7 @@ from symbolic.effects.base import (
     with_limit,
     with_shape,
 )
-from symbolic.effects.learned import LearnedTorque
 from symbolic.effects.library import EFFECTS, effects_in, effects_named
-from symbolic.effects.patch_output import PatchOutput
 from symbolic.errors import BrushgripError, InvalidInputError
 from symbolic.masing import (
     TurningPoints,
@@ -54,10 +52,8 @@ __all__ = [
     "Expression",
     "FoundModel",
     "InvalidInputError",
-    "LearnedTorque",
     "Model",
     "Parameter",
-    "PatchOutput",
     "Relaxation",
     "ResidualSignature",
     "Rig",

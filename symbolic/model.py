@@ -12,9 +12,7 @@ import casadi as ca
 
 from symbolic.bristles import BristlePatch, BristleTraits
 from symbolic.compliance import advance_in_series
-from symbolic.deformation import full_slide_torque
 from symbolic.effects.base import Effect, Parameter, Signals
-from symbolic.effects.patch_output import PatchOutput
 from symbolic.errors import InvalidInputError
 from symbolic.parameters import FRICTION, STIFFNESS
 from symbolic.patch import Expression, Patch, PatchInputs
@@ -205,7 +203,7 @@ def _build_step(model: Model) -> ca.Function:
     signals, theta, geometry = model.symbols()
     memory = ca.MX.sym("memory", model.memory_size)
     after, seen, coefficients = _advance(model, memory, signals, theta, geometry)
-    M_z = _torque(model, after, seen, coefficients, theta, geometry)
+    M_z = _torque(model, after, seen, coefficients, theta)
     return ca.Function(
         "step",
         [memory, signals, theta, geometry],
@@ -234,7 +232,7 @@ def _build_halves(model: Model) -> tuple[ca.Function, ca.Function]:
     torque = ca.Function(
         "torque",
         [memory, signals, theta, geometry],
-        [_torque(model, memory, seen, coefficients, theta, geometry)],
+        [_torque(model, memory, seen, coefficients, theta)],
         ["memory", "seen", "theta", "geometry"],
         ["M_z"],
         {"cse": True},
@@ -282,14 +280,11 @@ def _advance(
 
 
 def _torque(
-    model: Model, memory: ca.MX, seen: Signals, coefficients: Expression, theta: ca.MX, geometry: ca.MX
+    model: Model, memory: ca.MX, seen: Signals, coefficients: Expression, theta: ca.MX
 ) -> Expression:
     """M_z of the memory after a sample [N m]."""
-    _, patch, own = model.split(memory)
+    _, patch, _ = model.split(memory)
     M_z = model.patch(theta).torque(patch, coefficients)
     for effect, values in model.values(theta):
         M_z = M_z + effect.torque(seen, values)
-    output = PatchOutput(M_z=M_z, slide=full_slide_torque(seen.F_N, geometry[0]), mu=theta[0])
-    for effect, remembered in zip(model.effects, own, strict=True):
-        M_z = M_z + effect.leftover(seen, remembered, output)
     return M_z

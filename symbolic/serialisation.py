@@ -10,7 +10,6 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from symbolic.effects.base import Effect, Parameter
-from symbolic.effects.learned import LearnedTorque
 from symbolic.effects.library import effects_named
 from symbolic.errors import InvalidInputError
 from symbolic.model import Model
@@ -21,10 +20,6 @@ RIG_KEYS = {"rig": ("a", "e", "J_A", "b_t"), "tyre": ("k", "mu")}
 """Sections of a rig file and their keys."""
 REQUIRED_KEYS = {"rig": ("a", "e"), "tyre": ("k",)}
 """Keys that a rig file must have."""
-LEARNED = "learned"
-"""Name of a learned torque among the effects of a model file, and of the table of its numbers."""
-LEARNED_KEYS = ("angle", "bound", "units", "weights")
-"""Keys of that table."""
 MODEL_VERSION = 1
 """Version of the model files that are read and written."""
 _LONGEST = 1.0
@@ -157,7 +152,6 @@ def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> Found
 
     It holds `version`, `effects` (names), `shared` (values by name), and may hold `recordings` (a table
     of values each) and `units` (by name), which must be those of the parameters: nothing is converted.
-    Where "learned" is the last of the effects, a table of this name holds `LEARNED_KEYS`.
 
     Args:
         document: the tables.
@@ -184,40 +178,11 @@ def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> Found
     return FoundModel(model=model, shared=shared, own=own)
 
 
-def effects_tables(model: Model) -> dict[str, Any]:
-    """The effects of a model as tables: their names, and the numbers of a learned torque."""
-    tables: dict[str, Any] = {"effects": [effect.name for effect in model.effects]}
-    for effect in model.effects:
-        if isinstance(effect, LearnedTorque):
-            tables[LEARNED] = {key: getattr(effect, key) for key in LEARNED_KEYS}
-            tables[LEARNED]["weights"] = list(effect.weights)
-    return tables
-
-
 def _effects_from_tables(document: Mapping[str, Any], own: Iterable[Effect]) -> tuple[Effect, ...]:
     names = document.get("effects")
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise InvalidInputError("'effects' must be a list of effect names")
-    if names[-1:] != [LEARNED]:
-        if LEARNED in document:
-            raise InvalidInputError(f"{LEARNED!r} is there, but is not the last of 'effects'")
-        return effects_named(names, own)
-    return (*effects_named(names[:-1], own), _learned_from_table(document.get(LEARNED)))
-
-
-def _learned_from_table(table: object) -> LearnedTorque:
-    if not isinstance(table, dict) or set(table) != set(LEARNED_KEYS):
-        raise InvalidInputError(f"{LEARNED!r} must be a table of {', '.join(LEARNED_KEYS)}")
-    weights, units = table["weights"], table["units"]
-    if not isinstance(weights, list):
-        raise InvalidInputError(f"{LEARNED}.weights must be a list of numbers")
-    if isinstance(units, bool) or not isinstance(units, int):
-        raise InvalidInputError(f"{LEARNED}.units must be a whole number, got {excerpt(str(units))}")
-    sizes = _numbers(LEARNED, {key: table[key] for key in ("angle", "bound")})
-    numbers = _numbers(f"{LEARNED}.weights", {str(i): weight for i, weight in enumerate(weights)})
-    return LearnedTorque(
-        angle=sizes["angle"], bound=sizes["bound"], units=units, weights=tuple(numbers.values())
-    )
+    return effects_named(names, own)
 
 
 def _check_units(table: object, units: Mapping[str, str]) -> None:

@@ -18,7 +18,6 @@ from identification.diagnosis import diagnose as close_the_loop
 from identification.fits.loss import LEAST_SQUARES, Huber
 from identification.modelfile import model_text
 from identification.results import Diagnosis
-from symbolic import InvalidInputError
 
 DIAGNOSIS, MODEL = "diagnosis.json", "model.json"
 
@@ -45,10 +44,6 @@ def diagnose(
             show_default=False,
         ),
     ] = None,
-    learn: Annotated[
-        bool,
-        typer.Option("--learn", help="Learn a torque from what no effect explains; it is not physics."),
-    ] = False,
     rig: RigFile = None,
     jobs: Jobs = None,
 ) -> None:
@@ -56,8 +51,6 @@ def diagnose(
 
     Interrupted, it keeps what it has; the same command goes on from there.
     """
-    if learn and robust is not None:
-        raise InvalidInputError("--learn takes outliers for torque; leave out --robust or --learn")
     held_out = holdout or []
     read = read_all([*recordings, *held_out], rig)
     outputs = [out / DIAGNOSIS, out / MODEL, out / PAGE, *out.resolve().glob("*.png")]
@@ -70,7 +63,6 @@ def diagnose(
                 training,
                 read[len(training) :],
                 loss=loss,
-                learn_rest=learn,
                 jobs=jobs,
                 progress=report,
                 journal=journal,

@@ -21,7 +21,7 @@ Rows = list[tuple[int, list[str]]]
 
 
 def read_csv(path: Path, needed: Sequence[str]) -> Table:
-    """Reads the table; unknown columns are left out, other comment lines passed over.
+    """Read the table; unknown columns and other comment lines are ignored.
 
     Args:
         path: the file.

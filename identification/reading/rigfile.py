@@ -1,9 +1,10 @@
-"""Rig and tyre from a TOML file, and what a recording itself says about them."""
+"""Rig and tyre from a TOML file, overridden by values that a recording declares."""
 
 from collections.abc import Mapping
 from pathlib import Path
 
 from identification.reading.files import read_bytes
+from identification.reading.table import Table
 from symbolic import InvalidInputError, Rig, Tyre, rig_from_tables
 from symbolic.parsing import naming, toml_of
 from symbolic.serialisation import REQUIRED_KEYS, RIG_KEYS, rig_from_values
@@ -13,7 +14,7 @@ DECLARABLE = (*RIG_KEYS["rig"], *RIG_KEYS["tyre"])
 
 
 def read_rig(path: str | Path) -> tuple[Rig, Tyre]:
-    """Reads ``[rig] a, e, J_A, b_t`` and ``[tyre] k, mu`` (SI units; J_A, b_t and mu optional).
+    """Read ``[rig] a, e, J_A, b_t`` and ``[tyre] k, mu`` (SI units; J_A, b_t and mu optional).
 
     Raises:
         InvalidInputError: the file cannot be read, a section or key is missing or unknown, or a
@@ -26,7 +27,7 @@ def read_rig(path: str | Path) -> tuple[Rig, Tyre]:
 
 
 def with_declared(nominal: tuple[Rig, Tyre] | None, declared: Mapping[str, float]) -> tuple[Rig, Tyre]:
-    """The nominal rig and tyre, overridden by what a recording says.
+    """The nominal rig and tyre, overridden by values that a recording declares.
 
     Args:
         nominal: rig and tyre from elsewhere; None where only the recording knows them.
@@ -43,3 +44,18 @@ def with_declared(nominal: tuple[Rig, Tyre] | None, declared: Mapping[str, float
             "a MAT file"
         )
     return rig_from_values(declared, nominal)
+
+
+def rig_of_table(table: Table, nominal: tuple[Rig, Tyre] | None) -> tuple[Rig, Tyre]:
+    """The nominal rig and tyre, overridden by the values that the table declares.
+
+    Raises:
+        InvalidInputError: a, e or k is known from neither, or a value is outside its range.
+    """
+    try:
+        return with_declared(nominal, table.declared)
+    except InvalidInputError as error:
+        # The message begins with the parameter; where the file itself gave it, name its place.
+        name = str(error).split()[0]
+        place = f"{table.place(name)}: " if name in table.declared else ""
+        raise InvalidInputError(f"{table.path}: {place}{error}") from None

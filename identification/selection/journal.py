@@ -53,7 +53,10 @@ class Journal:
         arrays: dict[str, Any] = {"texts": json.dumps([_text(fitted) for fitted in fits])}
         for i, fitted in enumerate(fits):
             arrays |= {f"{i}/residual/{name}": r for name, r in fitted.residuals.items()}
-            arrays |= {f"{i}/{name}": getattr(fitted, name) for name in ("jacobian", "scales", "room")}
+            arrays |= {
+                f"{i}/{name}": getattr(fitted, name)
+                for name in ("jacobian", "scales", "bound_distances")
+            }
         path = self._path(task)
         stage = path.with_name(f"{secrets.token_hex(4)}.part")
         with suppress(OSError):
@@ -103,7 +106,7 @@ def _fit(task: Task, text: Mapping[str, Any], arrays: Mapping[str, Any], i: int)
         jacobian=arrays[f"{i}/jacobian"],
         labels=tuple((owner, name) for owner, name in labels),
         scales=arrays[f"{i}/scales"],
-        room=arrays[f"{i}/room"],
+        bound_distances=arrays[f"{i}/bound_distances"],
         status=text["status"],
         converged=text["converged"],
         loss=task.loss,

@@ -120,10 +120,10 @@ def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Arr
         rest[rows] = False
         step = np.zeros(owners.size)
         step[others] = _within(
-            fitted.room[:, others], jacobian[np.ix_(rest, others)], -(weight * stacked)[rest]
+            fitted.bound_distances[:, others], jacobian[np.ix_(rest, others)], -(weight * stacked)[rest]
         )
         moved = stacked[rows] + fitted.jacobian[rows][:, shared] @ step[shared]
-        again = _within(fitted.room[:, mine], jacobian[rows][:, mine], -weight[rows] * moved)
+        again = _within(fitted.bound_distances[:, mine], jacobian[rows][:, mine], -weight[rows] * moved)
         left = np.full(present.size, np.nan)
         left[present] = (moved + fitted.jacobian[rows][:, mine] @ again) * span
         residuals[name] = left

@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from identification.fits.fitting import COARSE, TOLERANCE, Fit, Values, fit, initial_guess
+from identification.fits.fitting import Fit, Values, fit, initial_guess
 from identification.fits.loss import LEAST_SQUARES, Loss
+from identification.fits.options import COARSE_FIT, FINE_FIT, FitOptions
 from identification.reading.recordings import Recording
 from identification.selection.scoring import Judgement, judged, leave_one_out
 from symbolic import Model, effects_named
@@ -24,19 +25,19 @@ class Precision:
     Attributes:
         bristles: over the length of the patch, where the model has bristles.
         discretised: True takes bristles, which are quicker, even where the exact patch would do.
-        tolerance: of the fit, see `identification.fit`.
+        options: of the fit; the loss is the task's.
     """
 
     bristles: int = 80
     discretised: bool = False
-    tolerance: float = TOLERANCE
+    options: FitOptions = FINE_FIT
 
 
 FINE = Precision()
 """For whatever is reported."""
-RANKING = Precision(discretised=True, tolerance=COARSE)
+RANKING = Precision(discretised=True, options=COARSE_FIT)
 """For candidates that are only compared; the patch is right to 4e-4 of range."""
-ROUGH = Precision(bristles=40, discretised=True, tolerance=COARSE)
+ROUGH = Precision(bristles=40, discretised=True, options=COARSE_FIT)
 """The same in half the time, where errors are above `ROUGH_ABOVE`."""
 ROUGH_ABOVE = 0.015
 """Ten times the error over range that 40 bristles have [1]."""
@@ -102,9 +103,9 @@ def attempt(task: Task) -> Trial:
     recording is left out in turn (two or more of them), and the judged errors are those.
     """
     model = model_of(task.effects, task.precision)
-    begin = task.start or initial_guess(model, task.training)
-    fitted = fit(model, task.training, begin, tolerance=task.precision.tolerance, loss=task.loss)
-    held_out = freeze(fitted, task.holdout, task.precision.tolerance) if task.holdout else None
+    steered = replace(task.precision.options, loss=task.loss)
+    fitted = fit(model, task.training, task.start, steered)
+    held_out = freeze(fitted, task.holdout, steered) if task.holdout else None
     return judged_trial(task, fitted, held_out)
 
 
@@ -130,8 +131,8 @@ def thinned(recording: Recording) -> Recording:
     return replace(recording, M=None, **{name: getattr(recording, name)[::stride] for name in arrays})
 
 
-def freeze(fitted: Fit, recordings: Sequence[Recording], tolerance: float = TOLERANCE) -> Fit:
+def freeze(fitted: Fit, recordings: Sequence[Recording], options: FitOptions = FINE_FIT) -> Fit:
     """Fit only what belongs to these recordings, with the shared parameters of `fitted`."""
     own = initial_guess(fitted.model, recordings).own
     start = Values(shared=fitted.values.shared, own=own)
-    return fit(fitted.model, recordings, start, free_shared=False, tolerance=tolerance, loss=fitted.loss)
+    return fit(fitted.model, recordings, start, replace(options, free_shared=False, loss=fitted.loss))

@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.patch_output import PatchOutput
 from symbolic.errors import InvalidInputError
 
 Expression = Any
@@ -169,11 +168,6 @@ class Effect:
     def torque(self, signals: Signals, values: Values) -> Expression:
         """Torque added to that of the patch [N m]."""
         del signals, values
-        return 0
-
-    def leftover(self, signals: Signals, memory: Expression, made: PatchOutput) -> Expression:
-        """Torque added last, to what patch and effects have made [N m]."""
-        del signals, memory, made
         return 0
 
 

@@ -74,6 +74,14 @@ def test_rig_recordings(tmp_path: Path) -> None:
     assert -10 < float(low) < -5 < 5 < float(high) < 10
 
 
+def test_own_reader(tmp_path: Path) -> None:
+    text = printed_by("own_reader.py", tmp_path)
+    found = {name: float(mu) for name, mu in re.findall(rf"^(\w+): mu = {NUMBER}$", text, re.MULTILINE)}
+
+    assert found.keys() == {"holdout_c", "run"}
+    assert found["run"] == pytest.approx(found["holdout_c"], abs=1e-6)
+
+
 def test_estimate_in_a_loop(tmp_path: Path) -> None:
     *track, end = printed_by("estimate_in_a_loop.py", tmp_path).splitlines()
     matched = re.fullmatch(rf"friction at the end: mu = {NUMBER} ± {NUMBER}", end)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from identification import Fit, Recording, Values, fit, initial_guess
+from identification import Fit, FitOptions, Recording, Values, fit, initial_guess
 from identification.error_stages import declared_residuals, left_out_errors
 from identification.fits.fitting import torque_range
 from identification.selection.scoring import leave_one_out, rmse_of
@@ -29,7 +29,7 @@ def predicted(fitted: Fit, left: Recording) -> float:
     """Error on a recording that the fit has not seen, mu alone fitted to it."""
     own = initial_guess(fitted.model, [left]).own
     start = Values(shared=fitted.values.shared, own=own)
-    alone = fit(fitted.model, [left], start, free_shared=False)
+    alone = fit(fitted.model, [left], start, FitOptions(free_shared=False))
     return rmse_of(alone.residuals[left.name]) / torque_range(left)
 
 

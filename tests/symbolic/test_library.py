@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from symbolic import EFFECTS, Effect, InvalidInputError, Model, Parameter, effects_in, effects_named
-from symbolic.serialisation import MODEL_VERSION, effects_tables, model_described
+from symbolic.serialisation import MODEL_VERSION, model_from_tables
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,10 +80,10 @@ def test_faults_of_a_module(content: dict[str, Any], fault: str) -> None:
 
 def test_a_model_file_names_only_effects_that_are_given() -> None:
     stop = Stop()
-    found = model_described(DOCUMENT, [stop])
+    found = model_from_tables(DOCUMENT, [stop])
 
     assert found.model == Model(effects=(EFFECTS["pretwist"], stop))
     assert found.shared["stop.c"] == 0.5
-    assert effects_tables(found.model)["effects"] == DOCUMENT["effects"]
+    assert [effect.name for effect in found.model.effects] == DOCUMENT["effects"]
     with pytest.raises(InvalidInputError, match="unknown effect 'stop'"):
-        model_described(DOCUMENT)
+        model_from_tables(DOCUMENT)

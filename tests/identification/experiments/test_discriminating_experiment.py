@@ -10,7 +10,8 @@ from identification.experiments.discriminating_experiment import Proposal, propo
 from identification.experiments.proposals import CLEAR, _Present, _standard_errors, seen_step
 from identification.experiments.steering import STEP, Manoeuvre
 from identification.fits.autocorrelation import autocorrelation_time
-from identification.fits.fitting import COARSE, initial_guess, torque_range
+from identification.fits.fitting import torque_range
+from identification.fits.options import COARSE_FIT
 from identification.selection.scoring import (
     Judgement,
     advantage,
@@ -27,7 +28,7 @@ NOISE = 0.004
 
 def fitted(effect: str, recordings: list[Recording], start: Values | None = None) -> Fit:
     model = Model(effects=effects_named([effect]), corners=16, discretised=True)
-    return fit(model, recordings, start or initial_guess(model, recordings), tolerance=COARSE)
+    return fit(model, recordings, start, COARSE_FIT)
 
 
 def steered(manoeuvre: Manoeuvre, made: Campaign, like: Recording) -> Recording:

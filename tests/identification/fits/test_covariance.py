@@ -9,8 +9,8 @@ from identification.fits.covariance import (
     autoregression,
     correlation,
     covariance,
-    deviations,
     scores_variance,
+    standard_deviations,
 )
 from identification.fits.fitting import torque_range
 from symbolic import Model, effects_named
@@ -56,7 +56,7 @@ def test_white_noise_of_one_size_has_the_textbooks_covariance(noiseless) -> None
     expected = expected * np.outer(fitted.scales, fitted.scales)
     size = np.sqrt(np.diag(expected))
 
-    np.testing.assert_allclose(deviations(fitted, given), size, rtol=0.15)
+    np.testing.assert_allclose(standard_deviations(fitted, given), size, rtol=0.15)
     np.testing.assert_allclose(correlation(fitted, given), expected / np.outer(size, size), atol=0.1)
 
 
@@ -67,7 +67,7 @@ def test_intervals_hold_the_truth(noiseless, phi: float, sizes: tuple[float, flo
     for seed in range(40):
         given = noisy(recordings, phi, seed, sizes)
         fitted = fit(start.model, given, start.values)
-        apart.append((positions(fitted) - truth) / deviations(fitted, given))
+        apart.append((positions(fitted) - truth) / standard_deviations(fitted, given))
     apart = np.array(apart)
 
     assert 0.9 <= np.mean(np.abs(apart) < 1.96) <= 0.99
@@ -77,7 +77,7 @@ def test_intervals_hold_the_truth(noiseless, phi: float, sizes: tuple[float, flo
 def test_a_louder_recording_has_the_wider_friction(noiseless) -> None:
     start, recordings = noiseless
     evenly, unevenly = (
-        deviations(fit(start.model, given, start.values), given)
+        standard_deviations(fit(start.model, given, start.values), given)
         for given in (noisy(recordings, 0.9, 2), noisy(recordings, 0.9, 2, (1, 4)))
     )
     # The friction of the quiet recording bears what the loud one does to k, and no more.
@@ -106,7 +106,7 @@ def test_about_as_a_block_bootstrap_says(noiseless) -> None:
         at += n
 
     bootstrap = moved.std(axis=0) * fitted.scales
-    ratio = deviations(fitted, given) / bootstrap
+    ratio = standard_deviations(fitted, given) / bootstrap
     assert (ratio > 0.85).all()
     assert (ratio < 1.7).all()
 
@@ -163,7 +163,7 @@ def test_what_the_data_say_nothing_about_has_no_deviation(noiseless) -> None:
     blind = replace(fitted, jacobian=fitted.jacobian * np.array([0.0, 1, 1]))
     spread = covariance(blind, given)
 
-    assert np.isinf(deviations(replace(fitted, jacobian=0 * fitted.jacobian), given)).all()
+    assert np.isinf(standard_deviations(replace(fitted, jacobian=0 * fitted.jacobian), given)).all()
     assert np.isinf(spread[0, 0])
     assert np.isnan(spread[0, 1:]).all()
     assert np.isfinite(spread[1:, 1:]).all()
@@ -179,7 +179,7 @@ def test_what_cannot_be_told_apart_has_no_deviation(noiseless) -> None:
         labels=(*fitted.labels, (None, "again")),
         scales=np.append(fitted.scales, 1.0),
     )
-    spread = deviations(twice, given)
+    spread = standard_deviations(twice, given)
 
     assert np.isinf(spread[[0, 3]]).all()
     assert np.isfinite(spread[1:3]).all()

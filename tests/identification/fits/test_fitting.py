@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification import Fit, Recording, Values, fit, initial_guess, signals_of
-from identification.fits.covariance import deviations
+from identification import Fit, FitOptions, Recording, Values, fit, initial_guess, signals_of
+from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import torque_range
 from identification.selection.trials import freeze
 from reference_rig import Campaign, make_recording
@@ -139,7 +139,7 @@ def standing(
             truth.append(recording.effects[effect][parameter])
         else:
             truth.append(getattr(recording.tyre, name))
-    return np.array(found), deviations(fitted, recordings), np.array(truth)
+    return np.array(found), standard_deviations(fitted, recordings), np.array(truth)
 
 
 @pytest.mark.parametrize(
@@ -158,7 +158,9 @@ def test_recovers_a_compliance() -> None:
     made, recordings = read_campaign("carcass_torsion", 1, duration=8.0)
     fitted = fit_from_scratch(model_of("carcass_torsion"), recordings)
     k_t = made.recordings[0].effects["carcass_torsion"]["k_t"]
-    of_compliance = deviations(fitted, recordings)[fitted.labels.index((None, "carcass_torsion.k_t"))]
+    of_compliance = standard_deviations(fitted, recordings)[
+        fitted.labels.index((None, "carcass_torsion.k_t"))
+    ]
 
     assert abs(1 / fitted.values.shared["carcass_torsion.k_t"] - 1 / k_t) < 4 * of_compliance
     assert of_compliance < 0.03 / k_t
@@ -186,7 +188,7 @@ def test_deviations_are_those_of_repeated_noise(declared: Given) -> None:
         own = [last.values.own[r.name]["mu"] for r in noisy]
         found.append([last.values.shared["k"], *own])
 
-    np.testing.assert_allclose(np.std(found, axis=0, ddof=1), deviations(last, noisy), rtol=0.5)
+    np.testing.assert_allclose(np.std(found, axis=0, ddof=1), standard_deviations(last, noisy), rtol=0.5)
 
 
 def test_held_out_recordings_leave_shared_parameters_alone(offset: Given) -> None:
@@ -207,7 +209,8 @@ def test_what_is_held_stays(offset: Given) -> None:
     free = fit_from_scratch(model, recordings)
     own = {**free.values.own, one: {**free.values.own[one], "torque_offset.M_0": 0.0}}
     start = Values(shared={"k": 1.1 * free.values.shared["k"]}, own=own)
-    held = fit(model, recordings, start, held=[(None, "k"), (one, "torque_offset.M_0")])
+    fixed = (None, "k"), (one, "torque_offset.M_0")
+    held = fit(model, recordings, start, FitOptions(fixed=fixed))
 
     assert set(free.labels) - set(held.labels) == {(None, "k"), (one, "torque_offset.M_0")}
     assert held.values.shared["k"] == start.shared["k"]
@@ -220,8 +223,8 @@ def test_with_everything_held_nothing_is_left_to_fit(declared: Given) -> None:
     _, recordings = declared
     start = initial_guess(model_of(), recordings)
     own = [(r.name, "mu") for r in recordings]
-    with pytest.raises(InvalidInputError, match="every parameter is held"):
-        fit(model_of(), recordings, start, free_shared=False, held=own)
+    with pytest.raises(InvalidInputError, match="every parameter is fixed"):
+        fit(model_of(), recordings, start, FitOptions(free_shared=False, fixed=own))
 
 
 def test_missing_samples_are_left_out(declared: Given) -> None:
@@ -235,7 +238,7 @@ def test_missing_samples_are_left_out(declared: Given) -> None:
     np.testing.assert_array_equal(np.isnan(fitted.residuals[holed[0].name]), gone)
     assert np.isfinite(fitted.residuals[holed[1].name]).all()
     assert fitted.jacobian.shape == (sum(r.t.size for r in recordings) - gone.sum(), 3)
-    spread = deviations(fitted, holed)
+    spread = standard_deviations(fitted, holed)
     assert fitted.values.shared["k"] == pytest.approx(whole.values.shared["k"], abs=3 * spread[0])
     assert np.isfinite(spread).all()
 
@@ -252,7 +255,7 @@ def test_a_constant_torque_is_a_fault(declared: Given, M_z: float) -> None:
 def test_jacobian_is_the_slope_of_the_residuals(offset: Given) -> None:
     _, recordings = offset
     model = model_of("torque_offset", "contact_damping", "carcass_torsion")
-    fitted = fit(model, recordings, initial_guess(model, recordings), tolerance=1e-2)
+    fitted = fit(model, recordings, options=FitOptions(tolerance=1e-2))
     assert fitted.labels == (
         (None, "k"),
         (None, "contact_damping.c"),

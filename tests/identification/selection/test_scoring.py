@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from identification import Fit, Recording, fit
-from identification.fits.covariance import deviations
+from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import initial_guess
 from identification.selection.scoring import (
     Judgement,
@@ -56,10 +56,12 @@ def test_leaving_out_keeps_to_the_ranges_of_the_parameters() -> None:
     ]
     fitted = fit(model, inwards, initial_guess(model, inwards))
     column = fitted.labels.index((None, "contact_damping.c"))
-    assert fitted.room[0, column] == pytest.approx(0, abs=1e-2)
+    assert fitted.bound_distances[0, column] == pytest.approx(0, abs=1e-2)
 
     left = leave_one_out(fitted, inwards)
-    beyond = leave_one_out(replace(fitted, room=np.sign(fitted.room) * np.inf), inwards)
+    beyond = leave_one_out(
+        replace(fitted, bound_distances=np.sign(fitted.bound_distances) * np.inf), inwards
+    )
 
     for recording in inwards:
         others = [r for r in inwards if r is not recording]
@@ -188,7 +190,7 @@ def test_judged_error_is_averaged_over_recordings(three: list[Recording]) -> Non
 def test_what_the_data_say_nothing_about_has_no_deviation(three: list[Recording]) -> None:
     fitted = attempt(Task((), three, ())).fitted
     blind: Fit = replace(fitted, jacobian=fitted.jacobian * np.array([0.0, 1, 1, 1]))
-    spread = deviations(blind, three)
+    spread = standard_deviations(blind, three)
 
     assert np.isinf(spread[0])
     assert np.isfinite(spread[1:]).all()

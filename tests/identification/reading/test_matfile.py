@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.io import loadmat, savemat
 
-from identification.reading.matlab5 import DamagedFileError, read_arrays
+from identification.reading.matfile import DamagedFileError, read_arrays
 
 
 def saved(variables: dict[str, Any], *, compressed: bool = False) -> bytes:
