@@ -11,6 +11,7 @@ from identification.free_decay.recording import Decay, read_decay
 from identification.free_decay.results import FreeDecay
 from identification.learned.learning import learn
 from identification.modelfile import FoundModel, model_text, read_model
+from identification.parameter_estimate import ParameterEstimate
 from identification.reading.conditioning import (
     Channel,
     LowPass,
@@ -24,29 +25,30 @@ from identification.reading.preprocessing import recording_from_raw
 from identification.reading.recordings import Recording, read_recording
 from identification.reading.rigfile import read_rig
 from identification.reading.smoothing import smoothed_rate
+from identification.residuals.signals import RESIDUAL_SIGNALS
 from identification.residuals.signatures import Signature, Signatures, signatures
+from identification.residuals.unexplained import Unexplained
 from identification.results import (
     Candidate,
     Diagnosis,
     Errors,
-    Estimate,
     FoundEffect,
     Learned,
     Series,
-    Unexplained,
 )
+from identification.selection.criteria import SelectionCriteria
 from identification.selection.journal import Journal
 from identification.selection.stepwise_search import search
 from identification.thesis.towing import Tow, TowedFriction, friction_by_towing
 
 __all__ = [
     "LEAST_SQUARES",
+    "RESIDUAL_SIGNALS",
     "Candidate",
     "Channel",
     "Decay",
     "Diagnosis",
     "Errors",
-    "Estimate",
     "Fit",
     "FoundEffect",
     "FoundModel",
@@ -57,12 +59,14 @@ __all__ = [
     "Loss",
     "LowPass",
     "OffsetRemoved",
+    "ParameterEstimate",
     "Pipeline",
     "Profile",
     "Proposal",
     "Recording",
     "Resampled",
     "Scaled",
+    "SelectionCriteria",
     "Series",
     "Signature",
     "Signatures",

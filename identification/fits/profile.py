@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from identification.fits.autocorrelation import effective_samples
 from identification.fits.fitting import TOLERANCE, Fit, Values, fit, torque_range, with_effects
 from identification.fits.loss import LEAST_SQUARES, Loss, cost
 from identification.fits.profile_axis import Along, units_of
 from identification.reading.recordings import Recording
-from identification.selection.scoring import effective_samples
 from symbolic import InvalidInputError, Model
 
 Array = NDArray[np.float64]

@@ -12,6 +12,7 @@ import numpy as np
 
 from identification.error_stages import errors_of
 from identification.fits.fitting import Fit
+from identification.fits.loss import rmse_of
 from identification.learned.network import (
     SAMPLES,
     Array,
@@ -22,14 +23,8 @@ from identification.learned.network import (
 )
 from identification.reading.recordings import Recording
 from identification.results import Learned
-from identification.selection.scoring import (
-    LEAST_GAIN,
-    Judgement,
-    falls_clearly,
-    judged,
-    leave_one_out,
-    rmse_of,
-)
+from identification.selection.criteria import DEFAULT_CRITERIA, error_falls
+from identification.selection.trials import Judgement, judge, leave_one_out
 from symbolic import LearnedTorque, full_slide_torque
 from symbolic.effects.learned import weights_needed
 
@@ -71,13 +66,13 @@ def learn(
     after = {m.name: before[m.name] + torque_of(effect, m) for m in (*lessons, *tests)}
     stages = [errors_of(residuals, training, holdout) for residuals in (before, after)]
     if tests:
-        falls, verdict = _falls(judged(after, holdout), judged(before, holdout), "held-out")
+        falls, verdict = _falls(judge(after, holdout), judge(before, holdout), "held-out")
     elif len(training) > 1:
-        after_unseen, before_unseen = judged(choice.residuals, training), judged(unseen, training)
+        after_unseen, before_unseen = judge(choice.residuals, training), judge(unseen, training)
         falls, verdict = _falls(after_unseen, before_unseen, "left-out")
     else:
         falls, verdict = False, "a single recording alone cannot judge it"
-    kept = falls and choice.after < (1 - LEAST_GAIN) * choice.before
+    kept = falls and choice.after < (1 - DEFAULT_CRITERIA.least_gain) * choice.before
     return Learned(
         effect=effect,
         model=replace(fitted.model, effects=(*fitted.model.effects, effect)) if kept else fitted.model,
@@ -163,7 +158,7 @@ def _trained(blank: LearnedTorque, material: Sequence[TrainingData], choice: _Ch
 def _falls(after: Judgement, before: Judgement, kind: str) -> tuple[bool, str]:
     """Whether the judged error falls by a clear margin, and both errors in words."""
     said = f"{kind} error {before.nrmse:.2%} of range before, {after.nrmse:.2%} after"
-    return falls_clearly(after, before), said
+    return error_falls(after, before, DEFAULT_CRITERIA), said
 
 
 def _note(kept: bool, verdict: str, choice: _Choice) -> str:
