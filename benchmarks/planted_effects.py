@@ -26,12 +26,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
 
 from identification import Diagnosis, Recording, diagnose
-from identification.selection import trials
-from identification.selection.scoring import delta_bic
+from identification.selection.criteria import delta_bic
 from identification.selection.trial_runner import values_for
+from identification.selection.trials import TrialTask, run_trial
 from reference_rig import UNMODELLED_EFFECTS, make_campaign
 from rig_recordings import as_read
-from symbolic import EFFECTS
+from symbolic import EFFECTS, effects_named
 
 NOISE = 0.004
 """White noise that the rig puts on the torque, over its range."""
@@ -102,10 +102,11 @@ def run(task: Task) -> Outcome:
 
 def _objection(planted: tuple[str, ...], found: Diagnosis, recordings: list[Recording]) -> float:
     """Delta BIC of what was planted against what was named."""
-    effects = tuple(effect.name for effect in found.effects)
-    named = trials.attempt(trials.Task(effects, recordings, start=found.values))
-    starts = (None, values_for(named, planted))
-    fits = [trials.attempt(trials.Task(planted, recordings, start=start)).fitted for start in starts]
+    effects = effects_named(effect.name for effect in found.effects)
+    named = run_trial(TrialTask(effects, recordings, start=found.values))
+    true = effects_named(planted)
+    starts = (None, values_for(named, true))
+    fits = [run_trial(TrialTask(true, recordings, start=start)).fitted for start in starts]
     return min(delta_bic(fit, named.fitted, recordings) for fit in fits)
 
 

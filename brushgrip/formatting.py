@@ -3,7 +3,8 @@
 import math
 from collections.abc import Mapping, Sequence
 
-from identification.results import Diagnosis, Errors, Estimate
+from identification.parameter_estimate import ParameterEstimate
+from identification.results import Diagnosis, Errors
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -36,7 +37,7 @@ def torque(value: float | None) -> str:
     return "–" if value is None or not math.isfinite(value) else f"{value:#.3g}"
 
 
-def quantity(estimate: Estimate) -> str:
+def quantity(estimate: ParameterEstimate) -> str:
     """Value ± standard deviation with the unit, rounded to the deviation's second digit."""
     unit = "" if estimate.unit in ("", "1") else f" {pretty_unit(estimate.unit)}"
     value, std = estimate.value, estimate.std
@@ -56,7 +57,7 @@ def pretty_unit(unit: str) -> str:
     return unit.replace("^2", "²").replace("^3", "³")
 
 
-def parameters(estimates: Mapping[str, Estimate]) -> str:
+def parameters(estimates: Mapping[str, ParameterEstimate]) -> str:
     """Several parameters in one line: name = value ± std unit."""
     return "; ".join(f"{name} = {quantity(estimate)}" for name, estimate in estimates.items())
 

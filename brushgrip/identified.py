@@ -5,7 +5,7 @@ from rich.table import Table
 
 from brushgrip.formatting import quantity
 from identification.free_decay.results import FreeDecay
-from identification.results import Estimate
+from identification.parameter_estimate import ParameterEstimate
 
 
 def print_identified(made: FreeDecay) -> None:
@@ -28,15 +28,21 @@ def _values(made: FreeDecay) -> Table:
     for heading in ("", "k", "b_t"):
         table.add_column(heading)
     values = (
-        Estimate(value=parameter.value, std=parameter.std, unit=parameter.unit)
+        ParameterEstimate(value=parameter.value, std=parameter.std, unit=parameter.unit)
         for parameter in (made.k, made.b_t)
     )
     table.add_row("nonlinear programme", *map(quantity, values))
     source = made.source
     for label, damping in (
-        ("source's way, (5.8) with J_A", Estimate(value=source.b_t, std=None, unit=made.b_t.unit)),
-        ("source's way, (5.8) as printed", Estimate(value=source.b_t_printed, std=None, unit="1/s")),
+        (
+            "source's way, (5.8) with J_A",
+            ParameterEstimate(value=source.b_t, std=None, unit=made.b_t.unit),
+        ),
+        (
+            "source's way, (5.8) as printed",
+            ParameterEstimate(value=source.b_t_printed, std=None, unit="1/s"),
+        ),
     ):
-        k = Estimate(value=source.k, std=None, unit=made.k.unit)
+        k = ParameterEstimate(value=source.k, std=None, unit=made.k.unit)
         table.add_row(label, quantity(k), quantity(damping))
     return table

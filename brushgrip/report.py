@@ -25,7 +25,6 @@ from brushgrip.report_tables import (
 )
 from brushgrip.report_tables import notes as notes_list
 from identification.results import Diagnosis
-from identification.selection.scoring import CLEAR, STRONG
 
 PAGE = "report.html"
 
@@ -163,7 +162,7 @@ def _experiments(folder: Path, diagnosis: Diagnosis) -> str:
 def _candidates(folder: Path, diagnosis: Diagnosis) -> str:
     if not diagnosis.candidates:
         return ""
-    path = folder / "candidates.png"
+    path, criteria = folder / "candidates.png", diagnosis.criteria
     draw_candidates(path, diagnosis)
     return section(
         "Candidates",
@@ -172,8 +171,8 @@ def _candidates(folder: Path, diagnosis: Diagnosis) -> str:
             "Torque error with each candidate effect alone, best on top.",
             "First step of the search: each effect alone on top of the declared structure, "
             "everything refitted. ΔBIC below zero speaks for the effect; up to "
-            f"{STRONG:g} is allowed where the error of held-out recordings falls by more than {CLEAR:g} "
-            "standard errors.",
+            f"{criteria.strong:g} is allowed where the error of held-out recordings falls by more than "
+            f"{criteria.clear:g} standard errors.",
         ),
         candidates_table(diagnosis),
     )

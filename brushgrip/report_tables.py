@@ -18,8 +18,9 @@ from brushgrip.formatting import (
 )
 from brushgrip.friction import FrictionTrack
 from brushgrip.html import Cell, bullets, paragraph, table
+from identification.parameter_estimate import ParameterEstimate
 from identification.residuals.signatures import Signature
-from identification.results import Diagnosis, Estimate
+from identification.results import Diagnosis
 
 STAGES = ("declared", "before", "after")
 
@@ -152,7 +153,9 @@ def friction_table(tracks: Sequence[FrictionTrack]) -> str:
     rows = []
     for track in tracks:
         std = float(track.mu_std[-1])
-        final = Estimate(value=float(track.mu[-1]), std=std if np.isfinite(std) else None, unit="1")
+        final = ParameterEstimate(
+            value=float(track.mu[-1]), std=std if np.isfinite(std) else None, unit="1"
+        )
         reference = "–" if track.reference is None else f"{track.reference:.4g}"
         rows.append(
             [
@@ -184,5 +187,5 @@ def _number(text: str) -> Cell:
     return Cell(text, number=True)
 
 
-def _remark(estimate: Estimate) -> str:
+def _remark(estimate: ParameterEstimate) -> str:
     return "" if estimate.std is not None else "not determined by these recordings"

@@ -11,6 +11,7 @@ from identification.free_decay.estimator import identify_free_decay
 from identification.free_decay.recording import Decay, read_decay
 from identification.free_decay.results import FreeDecay
 from identification.modelfile import FoundModel, model_text, read_model
+from identification.parameter_estimate import ParameterEstimate
 from identification.reading.conditioning import (
     Channel,
     LowPass,
@@ -26,16 +27,17 @@ from identification.reading.recordings import Recording, read_recording
 from identification.reading.rigfile import read_rig
 from identification.reading.smoothing import smoothed_rate
 from identification.reading.table import Table
+from identification.residuals.signals import RESIDUAL_SIGNALS
 from identification.residuals.signatures import Signature, Signatures, signatures
+from identification.residuals.unexplained import Unexplained
 from identification.results import (
     Candidate,
     Diagnosis,
     Errors,
-    Estimate,
     FoundEffect,
     Series,
-    Unexplained,
 )
+from identification.selection.criteria import SelectionCriteria
 from identification.selection.journal import Journal
 from identification.selection.stepwise_search import search
 from identification.thesis.towing import Tow, TowedFriction, friction_by_towing
@@ -43,12 +45,12 @@ from identification.thesis.towing import Tow, TowedFriction, friction_by_towing
 __all__ = [
     "LEAST_SQUARES",
     "READERS",
+    "RESIDUAL_SIGNALS",
     "Candidate",
     "Channel",
     "Decay",
     "Diagnosis",
     "Errors",
-    "Estimate",
     "Fit",
     "FitOptions",
     "FoundEffect",
@@ -59,6 +61,7 @@ __all__ = [
     "Loss",
     "LowPass",
     "OffsetRemoved",
+    "ParameterEstimate",
     "Pipeline",
     "Profile",
     "Proposal",
@@ -66,6 +69,7 @@ __all__ = [
     "Recording",
     "Resampled",
     "Scaled",
+    "SelectionCriteria",
     "Series",
     "Signature",
     "Signatures",

@@ -4,17 +4,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.fits.fitting import Fit, Values, fit, initial_guess, signals_of, torque_range
-from identification.fits.loss import Loss
+from identification.fits.loss import Loss, rmse_of
 from identification.fits.options import FitOptions
 from identification.reading.recordings import Recording
 from identification.results import Errors
-from identification.selection.scoring import Array, rmse_of
-from identification.selection.trials import RANKING, Trial, freeze, model_of, thinned
-from identification.selection.workers import Submit
+from identification.selection.trial_runner import Submit
+from identification.selection.trials import RANKING, Trial, fit_own_parameters, model_of, thin
 from symbolic import simulate
 
+Array = NDArray[np.float64]
 WITHOUT_ONE = FitOptions(tolerance=1e-4)
 """For a fit that leaves one recording out; it begins at the fit of all."""
 
@@ -34,8 +35,8 @@ def declared_residuals(recordings: Sequence[Recording], loss: Loss) -> dict[str,
             values = {"mu": recording.tyre.mu, "k": recording.tyre.k}
             theta = np.asarray(model.theta(values)).ravel()
             geometry = np.array([recording.rig.a, recording.rig.e])
-            made = simulate(model, signals_of(recording), theta, geometry, np.eye(theta.size))
-            residuals[recording.name] = made.M_z - recording.M_z
+            simulated = simulate(model, signals_of(recording), theta, geometry, np.eye(theta.size))
+            residuals[recording.name] = simulated.M_z - recording.M_z
     return residuals
 
 
@@ -50,7 +51,7 @@ def errors_of(
     holdout: Sequence[Recording],
     left_out: Mapping[str, float] | None = None,
 ) -> Errors:
-    """The errors that these residuals are."""
+    """The errors of these residuals [N m]."""
     everything = [*training, *holdout]
     rmse = {r.name: rmse_of(residuals[r.name]) for r in everything}
     return Errors(
@@ -70,9 +71,9 @@ def left_out_errors(trial: Trial, recordings: Sequence[Recording], submit: Submi
     """
     if len(recordings) < 2:
         return {}
-    thin = {recording.name: thinned(recording) for recording in recordings}
+    thinned = {recording.name: thin(recording) for recording in recordings}
     futures = {
-        left.name: submit(_left_out, trial, [r for n, r in thin.items() if n != left.name], left)
+        left.name: submit(_left_out, trial, [r for n, r in thinned.items() if n != left.name], left)
         for left in recordings
     }
     return {name: future.result() for name, future in futures.items()}
@@ -81,5 +82,5 @@ def left_out_errors(trial: Trial, recordings: Sequence[Recording], submit: Submi
 def _left_out(trial: Trial, others: Sequence[Recording], left: Recording) -> float:
     model, options = model_of(trial.effects, RANKING), replace(WITHOUT_ONE, loss=trial.fitted.loss)
     fitted = fit(model, others, trial.fitted.values, options)
-    judged: Fit = freeze(fitted, [left], WITHOUT_ONE)
+    judged: Fit = fit_own_parameters(fitted, [left], WITHOUT_ONE)
     return rmse_of(judged.residuals[left.name]) / torque_range(left)

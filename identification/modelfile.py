@@ -27,7 +27,7 @@ def model_text(diagnosis: Diagnosis) -> str:
 
 
 def _writable(values: Mapping[str, float]) -> dict[str, float]:
-    """Values as JSON can hold them: an infinite stiffness becomes the largest number there is."""
+    """Values for JSON, which has no infinity: an infinite stiffness becomes the largest number."""
     return {name: min(value, sys.float_info.max) for name, value in values.items()}
 
 

@@ -1,5 +1,7 @@
 """Serial correlation of a residual in which samples may be missing."""
 
+from collections.abc import Mapping
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,6 +25,14 @@ def autocorrelation_time(residual: Array) -> float:
     low = np.flatnonzero((correlation < 0.05 * share) & (share > 0.5 * present.mean()))
     end = int(low[0]) if low.size else n
     return float(max(1.0, 1 + 2 * correlation[1:end].sum()))
+
+
+def effective_samples(residuals: Mapping[str, Array]) -> float:
+    """Number of independent samples in the residuals of several recordings."""
+    return sum(
+        float(np.isfinite(residual).sum()) / autocorrelation_time(residual)
+        for residual in residuals.values()
+    )
 
 
 def lagged_products(values: Array) -> Array:

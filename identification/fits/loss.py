@@ -72,6 +72,11 @@ class Huber:
 LEAST_SQUARES = Squares()
 
 
+def rmse_of(residual: Array) -> float:
+    """Root mean square of a residual; missing samples are left out."""
+    return float(np.sqrt(np.nanmean(residual**2)))
+
+
 def cost(loss: Loss, residuals: Array) -> float:
     """The sum of rho; missing residuals are left out."""
     return float(loss(residuals[np.isfinite(residuals)] ** 2)[0].sum())

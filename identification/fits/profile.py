@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from identification.fits.autocorrelation import effective_samples
 from identification.fits.fitting import Fit, Values, fit, torque_range, with_effects
 from identification.fits.loss import cost
 from identification.fits.options import FINE_FIT, FitOptions
 from identification.fits.profile_axis import ProfileAxis
 from identification.reading.recordings import Recording
-from identification.selection.scoring import effective_samples
 from symbolic import InvalidInputError, Model, units_of
 
 Array = NDArray[np.float64]

@@ -15,7 +15,7 @@ from identification.free_decay.onset import release
 from identification.free_decay.recording import Decay
 from identification.free_decay.results import ContactFound, FreeDecay, Identified, Vibration
 from identification.free_decay.vibration import stiffness
-from identification.results import Estimate
+from identification.parameter_estimate import ParameterEstimate
 from identification.thesis.fft_decrement import source_way
 from symbolic import InvalidInputError
 
@@ -111,13 +111,15 @@ def _contacts(
     programme: Programme, solution: Solution, covariance: Array, alone: Sequence[Alone]
 ) -> tuple[ContactFound, ...]:
     """Of every contact the friction force, where its slip 1/(mu F_N) is told from zero, and its k."""
-    by_contact = {one.contact: Estimate(value=one.k, std=one.std, unit=UNITS[0]) for one in alone}
+    by_contact = {
+        one.contact: ParameterEstimate(value=one.k, std=one.std, unit=UNITS[0]) for one in alone
+    }
     found = []
     for i, contact in enumerate(programme.contacts, start=COMMON):
         slip = float(solution.x[i] * programme.scales[i])
         std = float(np.sqrt(covariance[i, i]))
         told = slip > _TOLD * std
-        force = Estimate(value=1 / slip, std=std / slip**2, unit="N") if told else None
+        force = ParameterEstimate(value=1 / slip, std=std / slip**2, unit="N") if told else None
         a, e = contact
         found.append(ContactFound(a=a, e=e, force=force, k=by_contact.get(contact)))
     return tuple(found)

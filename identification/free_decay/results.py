@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.results import Estimate
+from identification.parameter_estimate import ParameterEstimate
 from identification.thesis.fft_decrement import SourceWay
 
 Array = NDArray[np.float64]
@@ -43,8 +43,8 @@ class ContactFound:
 
     a: float
     e: float
-    force: Estimate | None
-    k: Estimate | None
+    force: ParameterEstimate | None
+    k: ParameterEstimate | None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

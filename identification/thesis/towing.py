@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-from identification.results import Estimate
+from identification.parameter_estimate import ParameterEstimate
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
@@ -51,9 +51,9 @@ class TowedFriction:
         F: friction force of every tow, shape (tows,) [N].
     """
 
-    mu: Estimate
-    mu_with_offset: Estimate
-    offset: Estimate
+    mu: ParameterEstimate
+    mu_with_offset: ParameterEstimate
+    offset: ParameterEstimate
     proportional: bool
     N: Array
     F: Array
@@ -88,9 +88,9 @@ def friction_by_towing(tows: Sequence[Tow]) -> TowedFriction:
     ((mu, mu_std),) = _fit(root[:, None], F / root)
     (slope, slope_std), (offset, offset_std) = _fit(np.column_stack([root, 1 / root]), F / root)
     return TowedFriction(
-        mu=Estimate(value=mu, std=mu_std, unit="1"),
-        mu_with_offset=Estimate(value=slope, std=slope_std, unit="1"),
-        offset=Estimate(value=offset, std=offset_std, unit="N"),
+        mu=ParameterEstimate(value=mu, std=mu_std, unit="1"),
+        mu_with_offset=ParameterEstimate(value=slope, std=slope_std, unit="1"),
+        offset=ParameterEstimate(value=offset, std=offset_std, unit="N"),
         proportional=abs(offset) <= _quantile(0.95, len(N) - 2) * offset_std,
         N=N,
         F=F,

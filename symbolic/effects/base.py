@@ -70,7 +70,7 @@ class ResidualSignature:
     """A signal that the residual follows where an effect is missing from the model.
 
     Attributes:
-        signal: name of the signal, one of `identification.SIGNALS`.
+        signal: name of the signal, one of `identification.RESIDUAL_SIGNALS`.
         sign: 1 or -1, the sign of the correlation of simulated minus measured torque with the signal;
             0 where it may be either.
         rank: place among the effects that leave the same signature, 0 for the likeliest.

@@ -14,7 +14,8 @@ from brushgrip.formatting import (
     torque,
     worse,
 )
-from identification.results import Diagnosis, Estimate
+from identification.parameter_estimate import ParameterEstimate
+from identification.results import Diagnosis
 
 Make = Callable[..., Diagnosis]
 
@@ -39,7 +40,7 @@ Make = Callable[..., Diagnosis]
     ],
 )
 def test_quantity(value: float, std: float | None, unit: str, text: str) -> None:
-    assert quantity(Estimate(value=value, std=std, unit=unit)) == text
+    assert quantity(ParameterEstimate(value=value, std=std, unit=unit)) == text
 
 
 def test_figures() -> None:

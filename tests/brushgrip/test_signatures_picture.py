@@ -8,7 +8,7 @@ import pytest
 
 from brushgrip.pictures.signatures import draw_signatures
 from brushgrip.pictures.style import AFTER, BEFORE, QUIET
-from identification.residuals.signals import SIGNALS
+from identification.residuals.signals import RESIDUAL_SIGNALS
 from identification.residuals.signatures import Autocorrelation, Signature, Signatures
 
 
@@ -30,7 +30,7 @@ def signatures(strength: float, band: float) -> Signatures:
                 effects=signal.along.effects,
                 reading=signal.along.meaning,
             )
-            for number, signal in enumerate(SIGNALS)
+            for number, signal in enumerate(RESIDUAL_SIGNALS)
         ),
         followed=(),
     )

@@ -6,13 +6,13 @@ import pytest
 from identification import Fit, FitOptions, Recording, Values, fit, initial_guess
 from identification.error_stages import declared_residuals, left_out_errors
 from identification.fits.fitting import torque_range
-from identification.selection.scoring import leave_one_out, rmse_of
-from identification.selection.trials import Task, Trial, attempt
-from identification.selection.workers import workers
+from identification.fits.loss import rmse_of
+from identification.selection.trial_runner import workers
+from identification.selection.trials import Trial, TrialTask, leave_one_out, run_trial
 from symbolic import Model, effects_named
 from tests.identification.factories import read_campaign
 
-EFFECTS = ("contact_damping",)
+EFFECTS = effects_named(["contact_damping"])
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +22,7 @@ def recordings() -> list[Recording]:
 
 @pytest.fixture(scope="module")
 def trial(recordings: list[Recording]) -> Trial:
-    return attempt(Task(EFFECTS, recordings))
+    return run_trial(TrialTask(EFFECTS, recordings))
 
 
 def predicted(fitted: Fit, left: Recording) -> float:
@@ -34,7 +34,7 @@ def predicted(fitted: Fit, left: Recording) -> float:
 
 
 def test_left_out_in_turn(trial: Trial, recordings: list[Recording]) -> None:
-    model = Model(effects=effects_named(EFFECTS))
+    model = Model(effects=EFFECTS)
     with workers(1) as submit:
         errors = left_out_errors(trial, recordings, submit)
 

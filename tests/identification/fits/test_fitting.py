@@ -6,7 +6,7 @@ import pytest
 from identification import Fit, FitOptions, Recording, Values, fit, initial_guess, signals_of
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import torque_range
-from identification.selection.trials import freeze
+from identification.selection.trials import fit_own_parameters
 from reference_rig import Campaign, make_recording
 from symbolic import (
     DECLARED,
@@ -69,7 +69,7 @@ def test_what_recordings_give_is_never_fitted() -> None:
     n = made.recordings[0].effects["contact_length"]["n"]
     assert fitted.values.shared["contact_length.n"] == pytest.approx(n, rel=0.05)
 
-    left_out = freeze(fitted, recordings[:1])
+    left_out = fit_own_parameters(fitted, recordings[:1])
     assert left_out.values.shared["contact_length.F_0"] == F_0, "the one of the training recordings"
 
     shared = fitted.values.shared | {"contact_length.F_0": 1.1 * F_0}
@@ -194,7 +194,7 @@ def test_deviations_are_those_of_repeated_noise(declared: Given) -> None:
 def test_held_out_recordings_leave_shared_parameters_alone(offset: Given) -> None:
     made, (first, second) = offset
     fitted = fit_from_scratch(model_of("torque_offset"), [first])
-    frozen = freeze(fitted, [second])
+    frozen = fit_own_parameters(fitted, [second])
 
     assert frozen.values.shared == fitted.values.shared
     assert frozen.labels == ((second.name, "mu"), (second.name, "torque_offset.M_0"))

@@ -5,8 +5,7 @@ from identification import Recording
 from identification.fits.fitting import torque_range
 from identification.fits.loss import Huber
 from identification.residuals.signatures import signatures
-from identification.residuals.unexplained import unexplained, white_noise
-from identification.results import Unexplained
+from identification.residuals.unexplained import Unexplained, unexplained, white_noise
 from reference_rig import RigTyre, make_recording
 from tests.identification.factories import as_read, with_torque
 

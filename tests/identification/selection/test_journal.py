@@ -8,7 +8,8 @@ import pytest
 
 from identification import Journal, Recording, search
 from identification.fits.loss import Huber
-from identification.selection.trials import RANKING, Task, Trial, attempt
+from identification.selection.trials import RANKING, Trial, TrialTask, run_trial
+from symbolic import effects_named
 from tests.identification.factories import read_campaign, with_torque
 
 CANDIDATES = ("contact_damping", "steering_return", "torque_offset")
@@ -40,8 +41,8 @@ def same(one: Trial, other: Trial) -> bool:
 @pytest.mark.parametrize("held_out", [False, True])
 def test_a_trial_comes_back_as_it_was(damped: list[Recording], journal: Journal, held_out: bool) -> None:
     training, holdout = (damped[:1], damped[1:]) if held_out else (damped, [])
-    task = Task(("torque_offset",), training, holdout, None, RANKING)
-    made = attempt(task)
+    task = TrialTask(effects_named(["torque_offset"]), training, holdout, None, RANKING)
+    made = run_trial(task)
     assert journal.recall(task) is None
     journal.note(task, made)
     kept = journal.recall(task)
@@ -51,13 +52,13 @@ def test_a_trial_comes_back_as_it_was(damped: list[Recording], journal: Journal,
 
 
 def test_another_task_is_another_trial(damped: list[Recording], journal: Journal) -> None:
-    task = Task(("torque_offset",), damped)
-    made = attempt(task)
+    task = TrialTask(effects_named(["torque_offset"]), damped)
+    made = run_trial(task)
     journal.note(task, made)
 
     nudged = [with_torque(damped[0], damped[0].M_z + 1e-9), damped[1]]
     for other in (
-        replace(task, effects=("contact_damping",)),
+        replace(task, effects=effects_named(["contact_damping"])),
         replace(task, training=nudged),
         replace(task, training=damped[:1], holdout=damped[1:]),
         replace(task, start=made.fitted.values),
@@ -69,8 +70,8 @@ def test_another_task_is_another_trial(damped: list[Recording], journal: Journal
 
 
 def test_what_cannot_be_read_is_made_anew(damped: list[Recording], journal: Journal) -> None:
-    task = Task((), damped)
-    journal.note(task, attempt(task))
+    task = TrialTask((), damped)
+    journal.note(task, run_trial(task))
     (path,) = journal.folder.iterdir()
     for content in (b"", path.read_bytes()[:500], b"no archive"):
         path.write_bytes(content)
@@ -81,18 +82,18 @@ def test_goes_on_after_an_interruption(
     damped: list[Recording], journal: Journal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = search(damped, (), jobs=1, candidates=CANDIDATES)
-    made: list[Task] = []
+    made: list[TrialTask] = []
 
-    def counting(task: Task) -> Trial:
+    def counting(task: TrialTask) -> Trial:
         made.append(task)
-        return attempt(task)
+        return run_trial(task)
 
     def interrupt(message: str, done: int, total: int) -> None:
         del message, total
         if done == 2:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr("identification.selection.trial_runner.attempt", counting)
+    monkeypatch.setattr("identification.selection.trial_runner.run_trial", counting)
     with pytest.raises(KeyboardInterrupt):
         search(damped, (), jobs=1, candidates=CANDIDATES, journal=journal, progress=interrupt)
     before = len(made)

@@ -4,20 +4,25 @@ import numpy as np
 import pytest
 
 from identification import Fit, Recording, fit
+from identification.fits.autocorrelation import effective_samples
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import initial_guess
-from identification.selection.scoring import (
+from identification.fits.loss import rmse_of
+from identification.selection.criteria import DEFAULT_CRITERIA, advantage, delta_bic
+from identification.selection.trials import (
+    RANKING,
     Judgement,
-    advantage,
-    delta_bic,
-    effective_samples,
-    judged,
+    TrialTask,
+    fit_own_parameters,
+    judge,
     leave_one_out,
-    rmse_of,
+    model_of,
+    run_trial,
 )
-from identification.selection.trials import RANKING, Task, attempt, freeze, model_of
-from symbolic import Model
+from symbolic import Model, effects_named
 from tests.identification.factories import read_campaign, with_torque
+
+BLOCK = DEFAULT_CRITERIA.block
 
 
 def test_missing_samples_do_not_count() -> None:
@@ -35,12 +40,12 @@ def three() -> list[Recording]:
 
 
 def test_leaving_out_to_first_order_is_like_refitting(three: list[Recording]) -> None:
-    trial = attempt(Task((), three, ()))
+    trial = run_trial(TrialTask((), three, ()))
     predicted = leave_one_out(trial.fitted, three)
     for left_out in three:
         others = [recording for recording in three if recording is not left_out]
         refitted = fit(Model(corners=16), others, trial.fitted.values)
-        exact = freeze(refitted, [left_out]).residuals[left_out.name]
+        exact = fit_own_parameters(refitted, [left_out]).residuals[left_out.name]
         moved = rmse_of(exact - trial.fitted.residuals[left_out.name])
         assert rmse_of(predicted[left_out.name] - exact) < 0.15 * moved
         assert rmse_of(predicted[left_out.name]) == pytest.approx(rmse_of(exact), rel=2e-3)
@@ -49,7 +54,7 @@ def test_leaving_out_to_first_order_is_like_refitting(three: list[Recording]) ->
 def test_leaving_out_keeps_to_the_ranges_of_the_parameters() -> None:
     """Contact damping cannot be negative, however much the torque asks for it."""
     undamped = read_campaign(None, 2, recordings=3)[1]
-    model = model_of(("contact_damping",), RANKING)
+    model = model_of(effects_named(["contact_damping"]), RANKING)
     inwards = [
         with_torque(r, r.M_z + gain * r.psi_dot)
         for r, gain in zip(undamped, (0.2, 0.5, 1.0), strict=True)
@@ -66,7 +71,7 @@ def test_leaving_out_keeps_to_the_ranges_of_the_parameters() -> None:
     for recording in inwards:
         others = [r for r in inwards if r is not recording]
         refitted = fit(model, others, fitted.values)
-        exact = freeze(refitted, [recording]).residuals[recording.name]
+        exact = fit_own_parameters(refitted, [recording]).residuals[recording.name]
         near, far = (rmse_of(made[recording.name] - exact) for made in (left, beyond))
         assert near < 0.3 * far
 
@@ -74,24 +79,24 @@ def test_leaving_out_keeps_to_the_ranges_of_the_parameters() -> None:
 def test_leaving_out_with_missing_samples(three: list[Recording]) -> None:
     gone = np.arange(three[0].t.size) % 3 == 0
     holed = [with_torque(three[0], np.where(gone, np.nan, three[0].M_z)), *three[1:]]
-    fitted = attempt(Task((), holed, ())).fitted
+    fitted = run_trial(TrialTask((), holed, ())).fitted
     left = leave_one_out(fitted, holed)
 
     np.testing.assert_array_equal(np.isnan(left[holed[0].name]), gone)
-    whole = leave_one_out(attempt(Task((), three, ())).fitted, three)
+    whole = leave_one_out(run_trial(TrialTask((), three, ())).fitted, three)
     assert rmse_of(left[holed[0].name]) == pytest.approx(rmse_of(whole[holed[0].name]), rel=0.05)
 
 
 def test_a_single_recording_keeps_its_residuals(three: list[Recording]) -> None:
-    fitted = attempt(Task((), three[:1], ())).fitted
+    fitted = run_trial(TrialTask((), three[:1], ())).fitted
 
     assert leave_one_out(fitted, three[:1]) == dict(fitted.residuals)
 
 
 def test_the_information_criterion_speaks_for_what_is_there(three: list[Recording]) -> None:
-    declared = attempt(Task((), three, ()))
+    declared = run_trial(TrialTask((), three, ()))
     right, wrong = (
-        attempt(Task((name,), three, (), declared.fitted.values))
+        run_trial(TrialTask(effects_named([name]), three, (), declared.fitted.values))
         for name in ("contact_damping", "torque_offset")
     )
 
@@ -104,15 +109,19 @@ def test_the_information_criterion_speaks_for_what_is_there(three: list[Recordin
 
 def test_the_information_criterion_speaks_against_what_is_not() -> None:
     _, recordings = read_campaign(None, 1)
-    declared = attempt(Task((), recordings, ()))
-    richer = attempt(Task(("contact_damping", "torque_offset"), recordings, (), declared.fitted.values))
+    declared = run_trial(TrialTask((), recordings, ()))
+    richer = run_trial(
+        TrialTask(
+            effects_named(["contact_damping", "torque_offset"]), recordings, (), declared.fitted.values
+        )
+    )
 
     assert len(richer.fitted.labels) - len(declared.fitted.labels) == 3
     assert delta_bic(richer.fitted, declared.fitted, recordings) > 0
 
 
 def test_information_criterion_of_white_residuals(three: list[Recording]) -> None:
-    fitted = attempt(Task((), three, ())).fitted
+    fitted = run_trial(TrialTask((), three, ())).fitted
     rng = np.random.default_rng(2)
     white = {r.name: rng.standard_normal(r.t.size) for r in three}
     poorer = replace(fitted, residuals={name: 2 * residual for name, residual in white.items()})
@@ -130,12 +139,12 @@ def test_advantage_is_paired_over_seconds() -> None:
     worse = replace(better, residuals={"a": steps})
     squares = (np.array([1.0, 4.0, 9.0, 16.0]) - 1) / 4
 
-    np.testing.assert_allclose(worse.squares(), (squares * 4 + 1) / 4)
-    mean, error = advantage(better, worse)
+    np.testing.assert_allclose(worse.block_errors(BLOCK), (squares * 4 + 1) / 4)
+    mean, error = advantage(better, worse, BLOCK)
     assert mean == pytest.approx(squares.mean())
     assert error == pytest.approx(squares.std(ddof=1) / 2)
-    assert advantage(worse, better) == (pytest.approx(-mean), pytest.approx(error))
-    assert advantage(better, better) == (0, 0)
+    assert advantage(worse, better, BLOCK) == (pytest.approx(-mean), pytest.approx(error))
+    assert advantage(better, better, BLOCK) == (0, 0)
 
 
 def test_the_last_sample_is_no_block_of_its_own() -> None:
@@ -143,7 +152,7 @@ def test_the_last_sample_is_no_block_of_its_own() -> None:
     t = np.arange(1402) / 100
     residual = np.ones(t.size)
     residual[-1] = 10.0
-    squares = Judgement(residuals={"a": residual}, ranges={"a": 1.0}, times={"a": t}).squares()
+    squares = Judgement(residuals={"a": residual}, ranges={"a": 1.0}, times={"a": t}).block_errors(BLOCK)
 
     assert squares.size == 14
     np.testing.assert_allclose(squares[:-1], 1)
@@ -155,8 +164,8 @@ def test_a_second_without_a_torque_is_left_out() -> None:
     residual = np.where((t >= 1) & (t < 2), np.nan, 2.0)
     judgement = Judgement(residuals={"a": residual}, ranges={"a": 1.0}, times={"a": t})
 
-    np.testing.assert_array_equal(judgement.squares(), [4, 4, 4])
-    np.testing.assert_array_equal(judgement.squares(60.0), [4])
+    np.testing.assert_array_equal(judgement.block_errors(BLOCK), [4, 4, 4])
+    np.testing.assert_array_equal(judgement.block_errors(60.0), [4])
 
 
 def test_a_block_of_which_little_is_there_is_left_out() -> None:
@@ -165,7 +174,7 @@ def test_a_block_of_which_little_is_there_is_left_out() -> None:
     residual[-1] = 10.0
     judgement = Judgement(residuals={"a": residual}, ranges={"a": 1.0}, times={"a": t})
 
-    np.testing.assert_array_equal(judgement.squares(), np.ones(13))
+    np.testing.assert_array_equal(judgement.block_errors(BLOCK), np.ones(13))
 
 
 def test_a_single_block_tells_nothing() -> None:
@@ -175,20 +184,20 @@ def test_a_single_block_tells_nothing() -> None:
         for size in (1.0, 2.0)
     )
 
-    assert advantage(better, worse) == (3, np.inf)
+    assert advantage(better, worse, BLOCK) == (3, np.inf)
 
 
 def test_judged_error_is_averaged_over_recordings(three: list[Recording]) -> None:
     residuals = {r.name: np.full(r.t.size, size) for r, size in zip(three, (0.1, 0.2, 0.3), strict=True)}
     spans = [np.ptp(r.M_z) for r in three]
 
-    assert judged(residuals, three).nrmse == pytest.approx(
+    assert judge(residuals, three).nrmse == pytest.approx(
         np.mean(np.array([0.1, 0.2, 0.3]) / np.array(spans))
     )
 
 
 def test_what_the_data_say_nothing_about_has_no_deviation(three: list[Recording]) -> None:
-    fitted = attempt(Task((), three, ())).fitted
+    fitted = run_trial(TrialTask((), three, ())).fitted
     blind: Fit = replace(fitted, jacobian=fitted.jacobian * np.array([0.0, 1, 1, 1]))
     spread = standard_deviations(blind, three)
 
