@@ -1,9 +1,15 @@
-"""Figures and findings in plain words, the same on screen and on the page."""
+"""Results as text: figures with units, findings in plain words, CSV and JSON."""
 
+import json
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
-from identification.results import Diagnosis, Errors, Estimate
+import numpy as np
+from numpy.typing import NDArray
+
+from identification import Diagnosis, Errors, Estimate
+from observers import Estimates, Status
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -36,6 +42,11 @@ def torque(value: float | None) -> str:
     return "–" if value is None or not math.isfinite(value) else f"{value:#.3g}"
 
 
+def signed(value: float) -> str:
+    """A number with its sign and one decimal, as a difference of BIC."""
+    return f"{value:+.1f}".replace("-", "−")
+
+
 def quantity(estimate: Estimate) -> str:
     """Value ± standard deviation with the unit, rounded to the deviation's second digit."""
     unit = "" if estimate.unit in ("", "1") else f" {pretty_unit(estimate.unit)}"
@@ -43,7 +54,7 @@ def quantity(estimate: Estimate) -> str:
     if not math.isfinite(value):
         return f"{'∞' if value > 0 else '−∞' if value < 0 else '–'}{unit}"
     if std is None or not math.isfinite(std) or std <= 0:
-        return f"{_signed(*_power(value, value * 1e-3 or 1e-3))}{unit}"
+        return f"{_four_digits(*_power(value, value * 1e-3 or 1e-3))}{unit}"
     number, factor = _power(value, std)
     scaled = std / 10**factor
     digits = max(0, 1 - math.floor(math.log10(scaled)))
@@ -150,6 +161,62 @@ def _power(value: float, std: float) -> tuple[float, int]:
     return value / 10**factor, factor
 
 
-def _signed(number: float, factor: int) -> str:
+def _four_digits(number: float, factor: int) -> str:
     text = f"{number:.4g}".replace("-", "−")
     return f"{text}·10{str(factor).translate(_SUPERSCRIPTS)}" if factor else text
+
+
+def estimates_summary(estimates: Estimates) -> str:
+    """Friction at the end, rejected samples, and the remedy of the most frequent fault, in one line."""
+    counts = {flag: int(np.count_nonzero(estimates.status & flag)) for flag in Status if flag}
+    parts = [_final_friction(estimates)]
+    if rejected := counts[Status.REJECTED]:
+        parts.append(f"{rejected} {_plural(rejected, 'sample')} rejected")
+    if changes := counts[Status.RESET]:
+        parts.append(f"{changes} {_plural(changes, 'change')} of the ground")
+    line = ", ".join(parts)
+    most_frequent = max(counts, key=lambda flag: counts[flag])
+    number = counts[most_frequent]
+    return f"{line}; {number} {_plural(number, 'sample')}: {most_frequent.remedy}" if number else line
+
+
+def _final_friction(estimates: Estimates) -> str:
+    mu, std = estimates.mu[-1], estimates.mu_std[-1]
+    spread = f" ± {std:.3f}" if np.isfinite(std) else ""
+    share = f"informed in {100 * estimates.informed.mean():.0f} % of {estimates.t.size} samples"
+    return f"mu = {mu:.3f}{spread} at the end, {share}"
+
+
+def _plural(count: int, noun: str) -> str:
+    return noun if count == 1 else f"{noun}s"
+
+
+def csv_text(columns: Mapping[str, NDArray[Any]]) -> str:
+    """Columns of equal length under their names.
+
+    Floats round-trip, truth values are 0 and 1, NaN is an empty field, as in a recording.
+    """
+    lists = [[_field(value) for value in values.tolist()] for values in columns.values()]
+    rows = [",".join(columns), *(",".join(row) for row in zip(*lists, strict=True))]
+    return "\n".join(rows) + "\n"
+
+
+def _field(value: float) -> str:
+    if isinstance(value, bool):
+        return str(int(value))
+    return "" if math.isnan(value) else repr(float(value))
+
+
+def json_text(content: Any) -> str:
+    """Strict JSON: what is not finite becomes null."""
+    return json.dumps(_finite(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def _finite(content: Any) -> Any:
+    if isinstance(content, Mapping):
+        return {key: _finite(value) for key, value in content.items()}
+    if isinstance(content, Sequence) and not isinstance(content, str):
+        return [_finite(value) for value in content]
+    if isinstance(content, float) and not math.isfinite(content):
+        return None
+    return content

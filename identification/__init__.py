@@ -5,10 +5,10 @@ from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import Fit, Values, fit, initial_guess, signals_of
 from identification.fits.loss import LEAST_SQUARES, Huber, Loss, Squares
-from identification.fits.profile import Profile, profile
+from identification.fits.profile import LIMIT, Profile, profile
 from identification.free_decay.estimator import identify_free_decay
 from identification.free_decay.recording import Decay, read_decay
-from identification.free_decay.results import FreeDecay
+from identification.free_decay.results import FreeDecay, Vibration
 from identification.learned.learning import learn
 from identification.modelfile import FoundModel, model_text, read_model
 from identification.reading.conditioning import (
@@ -36,11 +36,15 @@ from identification.results import (
     Unexplained,
 )
 from identification.selection.journal import Journal
+from identification.selection.scoring import CLEAR, STRONG
 from identification.selection.stepwise_search import search
 from identification.thesis.towing import Tow, TowedFriction, friction_by_towing
 
 __all__ = [
+    "CLEAR",
     "LEAST_SQUARES",
+    "LIMIT",
+    "STRONG",
     "Candidate",
     "Channel",
     "Decay",
@@ -71,6 +75,7 @@ __all__ = [
     "TowedFriction",
     "Unexplained",
     "Values",
+    "Vibration",
     "default_pipeline",
     "diagnose",
     "fit",

@@ -1,7 +1,7 @@
 """Ground floor: the physics of the contact patch as casadi expressions."""
 
 from symbolic.bristles import BristlePatch, BristleTraits, Relaxation
-from symbolic.compiled import compiled
+from symbolic.compiled import compiled, compiler
 from symbolic.deformation import (
     edge_distance,
     full_slide_level,
@@ -56,6 +56,7 @@ __all__ = [
     "ZonePatch",
     "branch_torque",
     "compiled",
+    "compiler",
     "deformation_limit",
     "edge_distance",
     "effects_named",

@@ -7,8 +7,9 @@ from typing import Annotated
 import typer
 
 from brushgrip.atomic import staged_directory
-from brushgrip.commands.options import ModelFile, OutFolder
+from brushgrip.commands.options import EffectModules, ModelFile, OutFolder
 from brushgrip.console import say
+from brushgrip.user_effects import user_effects
 from observers import AligningTorque, Ekf, Mhe, Sensing, SteeringTorque, from_files
 from observers.embedded import DOUBLE, SINGLE, generate, generate_fmu
 
@@ -53,6 +54,7 @@ def codegen(
     observer: Annotated[Kind, typer.Option("--observer", help="Observer to write.", show_default=False)],
     out: OutFolder,
     model: ModelFile = None,
+    effects: EffectModules = None,
     real: Annotated[Type, typer.Option("--real", help="Type of every number.")] = Type.FLOAT,
     target: Annotated[Target, typer.Option("--target", help="What to write.")] = Target.C,
     torque: Annotated[
@@ -70,7 +72,9 @@ def codegen(
     holds the same C with sources and a library for 64-bit Linux: FMI 2.0 co-simulation, a communication
     step is a sample.
     """
-    made = from_files(KINDS[observer], rig, model, sensing=SENSINGS[torque])
+    made = from_files(
+        KINDS[observer], rig, model, effects=user_effects(effects), sensing=SENSINGS[torque]
+    )
     with staged_directory(out) as stage:
         if target is Target.FMU:
             files = [generate_fmu(made, stage, TYPES[real], name=name)]

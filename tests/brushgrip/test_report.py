@@ -7,7 +7,7 @@ from pathlib import Path
 import matplotlib
 import pytest
 
-from brushgrip.friction import FrictionTrack
+from brushgrip.estimation import FrictionTrack
 from brushgrip.report import write_report
 from identification.results import Diagnosis
 

@@ -6,8 +6,8 @@ from time import process_time
 import numpy as np
 import pytest
 
-from brushgrip.comparison.cases import SETTLED, Subject, subject_of
-from brushgrip.comparison.scores import PUBLISHED, compare, rows
+from brushgrip.comparison.cases import SETTLED, Case, make_case
+from brushgrip.comparison.scores import PUBLISHED, compare, summarise
 from brushgrip.comparison.tables import comparison_dict, markdown_text
 from identification import Recording
 from reference_rig.hooks import Array
@@ -39,10 +39,10 @@ class Learned:
 
 
 @pytest.fixture
-def subject() -> Subject:
+def case() -> Case:
     t = np.arange(1001) * 0.01
     psi = 0.3 * np.sin(t - 1) * (t > 1)
-    return subject_of(
+    return make_case(
         Recording(
             name="made",
             t=t,
@@ -58,8 +58,8 @@ def subject() -> Subject:
     )
 
 
-def test_a_method_from_elsewhere_gets_its_row(subject: Subject) -> None:
-    (row,) = rows(compared := compare([subject], [Learned()]), [Learned()])
+def test_a_method_from_elsewhere_gets_its_row(case: Case) -> None:
+    (row,) = summarise(compared := compare([case], [Learned()]), [Learned()])
 
     assert (row.method, row.works_beyond_five_zones, row.gives_deviation) == (
         "neural network", True, False,
@@ -87,23 +87,23 @@ class Remembering:
         return np.full(recording.t.size, 1.3 + (OFF if self.asked == 1 else 0))
 
 
-def test_the_first_estimate_counts_and_the_least_time(subject: Subject) -> None:
-    ((score,),) = (one.scores for one in compare([subject], [Remembering()]))
+def test_the_first_estimate_counts_and_the_least_time(case: Case) -> None:
+    ((score,),) = (one.scores for one in compare([case], [Remembering()]))
 
     assert score.rmse == pytest.approx(OFF)
     assert score.theta == pytest.approx(BUSY / 10, rel=0.1)
 
 
-def test_errors_count_from_when_the_wheel_has_turned_for_a_while(subject: Subject) -> None:
-    first = int(np.argmax(np.abs(subject.recording.psi) >= 0.02))
-    mu = np.full(subject.recording.t.size, 1.3)
+def test_errors_count_from_when_the_wheel_has_turned_for_a_while(case: Case) -> None:
+    first = int(np.argmax(np.abs(case.recording.psi) >= 0.02))
+    mu = np.full(case.recording.t.size, 1.3)
     mu[: first + 189] = 99.0
 
-    assert subject.span.start == first
+    assert case.span.start == first
     assert SETTLED == 1.89
-    assert subject.rmse(mu) == 0
+    assert case.rmse(mu) == 0
     mu[first + 189] = 1.3 + OFF
-    assert subject.rmse(mu) == pytest.approx(OFF / np.sqrt(subject.settled.sum()))
+    assert case.rmse(mu) == pytest.approx(OFF / np.sqrt(case.settled.sum()))
 
 
 def test_what_is_published() -> None:
