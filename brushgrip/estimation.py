@@ -25,7 +25,7 @@ from symbolic import InvalidInputError, Model
 
 Array = NDArray[np.float64]
 ObserverFactory = Callable[[Recording, FoundModel | None], Observer]
-"""Builds the observer for a recording, on the model that a diagnosis found; None for the declared one."""
+"""Builds the observer for a recording, on the model that a diagnosis found or (None) the declared."""
 
 
 class ObserverName(StrEnum):

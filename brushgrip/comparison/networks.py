@@ -64,7 +64,7 @@ def neural_network(recordings: Sequence[Recording], design: Design | None = None
 
 
 def corrected_root(recordings: Sequence[Recording], design: Design | None = None) -> FrictionNetwork:
-    """Root solve with a network that corrects it: scientific machine learning, [Györök 2022], section 4.2.
+    """Root solve with a correcting network: scientific machine learning, [Györök 2022], section 4.2.
 
     Args:
         recordings: training data.
