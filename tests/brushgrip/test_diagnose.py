@@ -117,11 +117,6 @@ def test_options_reach_the_search(
     monkeypatch.setattr(diagnosing, "close_the_loop", stop)
     run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig, "--robust", 0.01)
     assert asked["loss"] == Huber(threshold=0.01)
-    assert asked["learn_rest"] is False
-    run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig, "--learn")
-    assert asked["learn_rest"] is True
-    both = run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig, "--learn", "--robust", 0.01)
-    assert (both.status, both.err.count("\n")) == (2, 1)
     outcome = run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig, "--robust", 0)
     assert outcome.status == 2
     assert "threshold must be a finite number greater than 0" in outcome.err

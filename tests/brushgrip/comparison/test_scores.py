@@ -1,4 +1,4 @@
-"""Any method with the four members of `Method` is scored and timed."""
+"""Any object with the members of `Method` is scored and timed, and any observer as a method."""
 
 from dataclasses import dataclass
 from time import process_time
@@ -7,14 +7,16 @@ import numpy as np
 import pytest
 
 from brushgrip.comparison.cases import SETTLED, Case, make_case
+from brushgrip.comparison.methods import ObserverMethod
 from brushgrip.comparison.scores import PUBLISHED, compare, summarise
 from brushgrip.comparison.tables import comparison_dict, markdown_text
 from identification import Recording
+from observers import Estimate, Sample
 from reference_rig.hooks import Array
 from symbolic import Rig, Tyre
 
 BUSY = 0.02
-"""What the made-up method takes [s]."""
+"""Time that the made-up method takes [s]."""
 OFF = 0.25
 
 
@@ -85,6 +87,39 @@ class Remembering:
         self.asked += 1
         busy(10 * BUSY if self.asked == 1 else BUSY)
         return np.full(recording.t.size, 1.3 + (OFF if self.asked == 1 else 0))
+
+
+@dataclass(frozen=True)
+class FullSlide:
+    """An observer of a user's own: mu from the greatest torque so far, over that of full slide."""
+
+    lever: float
+
+    def init(self, first: Sample) -> float:
+        del first
+        return 0.0
+
+    def step(self, state: float, sample: Sample) -> float:
+        return max(state, abs(sample.M_z) / (self.lever * sample.F_N))
+
+    def estimate(self, state: float) -> Estimate:
+        return Estimate(mu=state, mu_std=0.3, M_z_predicted=0.0, informed=True)
+
+
+def test_an_observer_from_elsewhere_is_compared(case: Case) -> None:
+    own = ObserverMethod(
+        name="full slide", factory=lambda recording, _: FullSlide(lever=0.375 * recording.rig.a)
+    )
+    results = compare([case], methods=[own])
+    (summary,) = summarise(results, [own])
+    torque = np.abs(case.recording.M_z)
+
+    assert (summary.method, summary.works_beyond_five_zones, summary.gives_deviation) == (
+        "full slide", True, True,
+    )  # fmt: skip
+    assert summary.rmse == pytest.approx(
+        case.rmse(np.maximum.accumulate(torque) / (0.375 * 0.045 * 400))
+    )
 
 
 def test_the_first_estimate_counts_and_the_least_time(case: Case) -> None:
