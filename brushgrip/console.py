@@ -17,7 +17,7 @@ from brushgrip.formatting import (
     parameters,
     plain,
     quantity,
-    remainder,
+    residual_structure,
     sentence,
 )
 from identification import Diagnosis, Estimate, FreeDecay
@@ -85,7 +85,7 @@ def print_diagnosis(diagnosis: Diagnosis) -> None:
     for effect in diagnosis.effects:
         if effect.experiment:
             screen.print(f"next experiment: {sentence(effect.experiment.sentence)}")
-    screen.print(f"{remainder(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
+    screen.print(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
     for note in diagnosis.notes:
         screen.print(f"note: {note}")
 
@@ -106,7 +106,7 @@ def _errors_table(diagnosis: Diagnosis) -> Table:
 
 def _effects_table(diagnosis: Diagnosis) -> Table:
     table = Table(title="Effects found", title_justify="left")
-    for heading in ("effect", "parameters ± standard deviation", "cannot be told from"):
+    for heading in ("effect", "parameters ± standard deviation", "indistinguishable from"):
         table.add_column(heading)
     for effect in diagnosis.effects:
         rivals = listed([plain(name) for name in effect.indistinguishable_from], "or")

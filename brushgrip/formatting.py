@@ -15,7 +15,7 @@ _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def plain(effect: str) -> str:
-    """The name of an effect as words."""
+    """The name of an effect in words."""
     return effect.replace("_", " ")
 
 
@@ -63,7 +63,7 @@ def quantity(estimate: Estimate) -> str:
 
 
 def pretty_unit(unit: str) -> str:
-    """The unit with its powers set high."""
+    """The unit with its powers as superscripts."""
     return unit.replace("^2", "²").replace("^3", "³")
 
 
@@ -73,7 +73,7 @@ def parameters(estimates: Mapping[str, Estimate]) -> str:
 
 
 def headline(diagnosis: Diagnosis) -> str:
-    """What was found, in one sentence."""
+    """The result of a diagnosis in one sentence."""
     before, after = diagnosis.before.summary(), diagnosis.after.summary()
     kind, key = _judged_by(diagnosis)
     if not diagnosis.effects:
@@ -91,7 +91,7 @@ def headline(diagnosis: Diagnosis) -> str:
 
 
 def error_columns(diagnosis: Diagnosis) -> dict[str, str]:
-    """Headings of the errors that a diagnosis has, by key in a summary."""
+    """Headings of the errors in a diagnosis, by their key in a summary."""
     columns = {"torque_rmse": "training [N m]", "torque_nrmse": "training, of range"}
     if diagnosis.holdout:
         columns["holdout_torque_rmse"] = "held out [N m]"
@@ -102,7 +102,7 @@ def error_columns(diagnosis: Diagnosis) -> dict[str, str]:
 
 
 def error_figures(diagnosis: Diagnosis, errors: Errors) -> list[str]:
-    """The figures of one stage under those headings."""
+    """The errors of one stage of the model, in the order of `error_columns`."""
     figures = errors.summary()
     return [
         (percent if key.endswith("nrmse") else torque)(figures[key]) for key in error_columns(diagnosis)
@@ -110,7 +110,7 @@ def error_figures(diagnosis: Diagnosis, errors: Errors) -> list[str]:
 
 
 def _judged_by(diagnosis: Diagnosis) -> tuple[str, str]:
-    """The error that says most: its name, and its key in a summary."""
+    """The error that judges the model: its name, and its key in a summary."""
     if diagnosis.holdout:
         return "held-out", "holdout_torque_nrmse"
     if diagnosis.after.left_out:
@@ -118,8 +118,8 @@ def _judged_by(diagnosis: Diagnosis) -> tuple[str, str]:
     return "training", "torque_nrmse"
 
 
-def doubts(diagnosis: Diagnosis) -> str:
-    """Which effects found could as well be others, in one sentence; empty if all are told apart."""
+def indistinguishable_effects(diagnosis: Diagnosis) -> str:
+    """The effects that other effects could replace, in one sentence; empty if there are none."""
     pairs = [
         f"{plain(effect.name)} from {listed([plain(n) for n in effect.indistinguishable_from], 'or')}"
         for effect in diagnosis.effects
@@ -128,24 +128,24 @@ def doubts(diagnosis: Diagnosis) -> str:
     return f"These recordings cannot tell {', nor '.join(pairs)}." if pairs else ""
 
 
-def remainder(diagnosis: Diagnosis) -> str:
-    """Whether something is left unexplained, in a few words."""
+def residual_structure(diagnosis: Diagnosis) -> str:
+    """Whether the residual still has structure, in one sentence."""
     if diagnosis.unexplained.present:
-        return "Structure is left in the residual that no known effect explains."
-    return "Nothing structured is left in the residual."
+        return "The residual has structure that no known effect explains."
+    return "The residual has no structure left."
 
 
-def fate(diagnosis: Diagnosis, candidate: str) -> str:
-    """What became of a candidate: added, not told from one that was, or nothing."""
+def outcome(diagnosis: Diagnosis, candidate: str) -> str:
+    """The outcome for a candidate: added, indistinguishable from an added one, or empty."""
     for number, effect in enumerate(diagnosis.effects, start=1):
         if effect.name == candidate:
             return f"added, no. {number}"
-    alike = [plain(e.name) for e in diagnosis.effects if candidate in e.indistinguishable_from]
-    return f"not told from {listed(alike)}" if alike else ""
+    rivals = [plain(e.name) for e in diagnosis.effects if candidate in e.indistinguishable_from]
+    return f"indistinguishable from {listed(rivals)}" if rivals else ""
 
 
-def worse(diagnosis: Diagnosis, recording: str) -> bool:
-    """Whether the error of a recording grew from the refitted declared model to the final one."""
+def is_worse(diagnosis: Diagnosis, recording: str) -> bool:
+    """Whether a recording's error grows from the refitted declared model to the final one."""
     before, after = diagnosis.before, diagnosis.after
     if recording in before.left_out and after.left_out[recording] > before.left_out[recording]:
         return True
@@ -153,7 +153,7 @@ def worse(diagnosis: Diagnosis, recording: str) -> bool:
 
 
 def _power(value: float, std: float) -> tuple[float, int]:
-    """The value scaled by a power of ten that suits it, and that power; 0 from 1e-3 to 1e5."""
+    """The value divided by a power of ten, and that power; the power is 0 from 1e-3 to 1e5."""
     size = max(abs(value), std)
     if 1e-3 <= size < 1e5:
         return value, 0
@@ -208,7 +208,7 @@ def _field(value: float) -> str:
 
 
 def json_text(content: Any) -> str:
-    """Strict JSON: what is not finite becomes null."""
+    """Strict JSON; numbers that are not finite become null."""
     return json.dumps(_finite(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
 
 

@@ -82,7 +82,10 @@ def _environment(folder: Path) -> Environment:
     filters = ("listed", "parameters", "percent", "plain", "quantity", "sentence", "signed", "torque")
     environment.filters |= {name: getattr(formatting, name) for name in filters}
     environment.filters |= {"correlation": _correlation, "final_friction": _final_friction}
-    words = ("doubts", "error_columns", "error_figures", "fate", "headline", "remainder", "worse")
+    words = (
+        *("error_columns", "error_figures", "headline", "indistinguishable_effects", "is_worse"),
+        *("outcome", "residual_structure"),
+    )
     environment.globals |= {name: getattr(formatting, name) for name in words}
     environment.globals["picture"] = lambda name: _data_address(folder / name)
     return environment

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from brushgrip.formatting import fate, percent, plain
+from brushgrip.formatting import outcome, percent, plain
 from brushgrip.pictures.style import (
     AFTER,
     BEFORE,
@@ -128,7 +128,7 @@ def draw_signatures(path: Path, before: Signatures, after: Signatures | None = N
         _autocorrelation(autocorrelation, stages)
         _correlations(correlations, stages)
         key: list[Artist] = [Patch(color=colour, label=label) for _, colour, label in stages]
-        key.append(Patch(color=QUIET, label="99 % of what chance leaves"))
+        key.append(Patch(color=QUIET, label="99 % band of chance"))
         legend_above(figure, key)
 
 
@@ -143,8 +143,8 @@ def _autocorrelation(axes: Axes, stages: Sequence[Stage]) -> None:
     axes.set_ylim(top=1.04)
     axes.margins(x=0)
     axes.set_xlabel("lag [s]")
-    axes.set_ylabel("autocorrelation of the residual [1]")
-    axes.set_title("what the residual remembers")
+    axes.set_ylabel("autocorrelation [1]")
+    axes.set_title("Autocorrelation of the residual")
 
 
 def _correlations(axes: Axes, stages: Sequence[Stage]) -> None:
@@ -161,8 +161,8 @@ def _correlations(axes: Axes, stages: Sequence[Stage]) -> None:
     axes.invert_yaxis()
     axes.grid(visible=False, axis="y")
     axes.set_xlim(-1.02, 1.02)
-    axes.set_xlabel("correlation of the residual, model − measured [1]")
-    axes.set_title("what the residual follows")
+    axes.set_xlabel("correlation of model − measured [1]")
+    axes.set_title("Correlation of the residual with signals")
 
 
 _INDISTINGUISHABLE = "#9cc3e0"
@@ -194,8 +194,8 @@ def _baseline(diagnosis: Diagnosis) -> float | None:
 
 
 def _colour(diagnosis: Diagnosis, candidate: Candidate) -> str:
-    outcome = fate(diagnosis, candidate.name)
-    return AFTER if outcome.startswith("added") else _INDISTINGUISHABLE if outcome else QUIET
+    text = outcome(diagnosis, candidate.name)
+    return AFTER if text.startswith("added") else _INDISTINGUISHABLE if text else QUIET
 
 
 def _limit(axes: Axes, errors: list[float], baseline: float | None) -> None:
@@ -221,9 +221,7 @@ def _key(axes: Axes, diagnosis: Diagnosis, baseline: float | None) -> list[Artis
     if diagnosis.effects:
         key.append(Patch(color=AFTER, label="added to the model"))
     if any(effect.indistinguishable_from for effect in diagnosis.effects):
-        key.append(
-            Patch(color=_INDISTINGUISHABLE, label="these recordings cannot tell it from an added one")
-        )
+        key.append(Patch(color=_INDISTINGUISHABLE, label="indistinguishable from an added one"))
     key.append(Patch(color=QUIET, label="not added"))
     if baseline is not None:
         label = f"no effect: {baseline:.2f} %"
@@ -258,8 +256,8 @@ def draw_experiment(path: Path, proposal: Proposal) -> None:
         difference.set_ylabel("difference\n[N m]")
         difference.set_xlabel("time [s]")
         difference.set_title(
-            f"difference {percent(proposal.separation)} of range,"
-            f" in the recordings that are there {percent(proposal.now)}"
+            f"difference {percent(proposal.separation)} of range; in the given recordings it"
+            f" is {percent(proposal.now)}"
         )
         figure.align_ylabels(rows)
         legend_above(figure, artists)

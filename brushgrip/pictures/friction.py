@@ -86,7 +86,7 @@ def _key(tracks: Sequence[FrictionTrack], line_styles: dict[str, LineStyle]) -> 
         key.append(Patch(color="#777777", alpha=0.25, lw=0, label=label))
     key.append(Line2D([], [], color="#777777", lw=0.8, alpha=0.6, label="pale: rests on the prior"))
     if any(track.changes.size for track in tracks):
-        key.append(Line2D([], [], color="#777777", lw=0.9, ls=CHANGE, label="the ground has changed"))
+        key.append(Line2D([], [], color="#777777", lw=0.9, ls=CHANGE, label="change of the ground"))
     references = dict.fromkeys(t.reference_label for t in tracks if t.reference is not None)
     if references:
         label = ", ".join(references)
