@@ -6,6 +6,7 @@ import pytest
 from brushgrip.formatting import (
     headline,
     indistinguishable_effects,
+    is_worse,
     listed,
     outcome,
     percent,
@@ -82,19 +83,19 @@ def test_headline_when_nothing_known_explains_the_residual(make_diagnosis: Make)
     assert text.startswith("No known effect explains what the declared model misses: held-out")
 
 
-def test_doubts(make_diagnosis: Make) -> None:
+def test_indistinguishable_effects(make_diagnosis: Make) -> None:
     assert indistinguishable_effects(make_diagnosis()) == (
         "These recordings cannot tell carcass torsion from patch width."
     )
     assert indistinguishable_effects(make_diagnosis(found=False)) == ""
 
 
-def test_remainder(make_diagnosis: Make) -> None:
+def test_residual_structure(make_diagnosis: Make) -> None:
     assert "The residual has structure" in residual_structure(make_diagnosis(unexplained=True))
     assert "no structure left" in residual_structure(make_diagnosis(unexplained=False))
 
 
-def test_fate_of_candidates(make_diagnosis: Make) -> None:
+def test_outcomes_of_candidates(make_diagnosis: Make) -> None:
     diagnosis = make_diagnosis()
 
     assert outcome(diagnosis, "carcass_torsion") == "added, no. 1"
