@@ -57,7 +57,7 @@ def full(
 
 @pytest.fixture
 def no_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Empty pictures, for tests of what the page says; the residuals of up to three recordings are shown."""
+    """Empty pictures, for tests of what the page says; up to three recordings have residuals."""
 
     def blank(path: Path, *_: object) -> None:
         path.write_bytes(PNG)
@@ -140,11 +140,7 @@ def test_a_recording_that_got_worse_is_marked_and_tracks_may_be_absent(
 @pytest.mark.parametrize(
     ("training", "holdout", "words"),
     [
-        (
-            1,
-            0,
-            "1 recording for training, none held out: with a single recording the errors are those of",
-        ),
+        (1, 0, "1 recording for training, none held out: with a single recording the errors"),
         (2, 0, "2 recordings for training, none held out: each was left out in turn to judge."),
         (2, 1, "2 recordings for training, 1 held out to judge every candidate and the result."),
     ],
@@ -168,9 +164,7 @@ def test_page_gives_the_thresholds_of_the_search(tmp_path: Path, make_diagnosis:
     text = text_of(tmp_path, make_diagnosis())
 
     assert CLEAR != STRONG
-    assert (
-        f"up to {STRONG:g} is accepted where the error of held-out recordings falls by more than" in text
-    )
+    assert f"up to {STRONG:g} is accepted where the error of held-out" in text
     assert f"falls by more than {CLEAR:g} standard errors" in text
 
 
