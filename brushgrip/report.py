@@ -22,6 +22,12 @@ from identification import CLEAR, STRONG, Diagnosis, Estimate, Signature
 
 PAGE = "report.html"
 TEMPLATE = "report.html.j2"
+FILTERS = ("listed", "parameters", "percent", "plain", "quantity", "sentence", "signed", "torque")
+FUNCTIONS = (
+    *("error_columns", "error_figures", "headline", "indistinguishable_effects", "is_worse"),
+    *("outcome", "residual_structure"),
+)
+"""Names in `brushgrip.formatting` that the template uses as filters and as functions."""
 
 
 def write_report(folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack] = ()) -> Path:
@@ -36,17 +42,14 @@ def write_report(folder: Path, diagnosis: Diagnosis, friction: Sequence[Friction
         The page.
     """
     shown = _draw_pictures(folder, diagnosis, friction)
-    text = (
-        _environment(folder)
-        .get_template(TEMPLATE)
-        .render(
-            diagnosis=diagnosis,
-            friction=friction,
-            residuals_shown=shown,
-            signatures=_signature_pairs(diagnosis),
-            strong=STRONG,
-            clear=CLEAR,
-        )
+    template = _environment(folder).get_template(TEMPLATE)
+    text = template.render(
+        diagnosis=diagnosis,
+        friction=friction,
+        residuals_shown=shown,
+        signatures=_signature_pairs(diagnosis),
+        strong=STRONG,
+        clear=CLEAR,
     )
     path = folder / PAGE
     path.write_text(text, encoding="utf-8", newline="\n")
@@ -79,14 +82,9 @@ def _environment(folder: Path) -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    filters = ("listed", "parameters", "percent", "plain", "quantity", "sentence", "signed", "torque")
-    environment.filters |= {name: getattr(formatting, name) for name in filters}
+    environment.filters |= {name: getattr(formatting, name) for name in FILTERS}
     environment.filters |= {"correlation": _correlation, "final_friction": _final_friction}
-    words = (
-        *("error_columns", "error_figures", "headline", "indistinguishable_effects", "is_worse"),
-        *("outcome", "residual_structure"),
-    )
-    environment.globals |= {name: getattr(formatting, name) for name in words}
+    environment.globals |= {name: getattr(formatting, name) for name in FUNCTIONS}
     environment.globals["picture"] = lambda name: _data_address(folder / name)
     return environment
 

@@ -34,12 +34,12 @@ def demo(
     with staged_directory(out) as stage:
         with progress() as report:
             result = diagnose(recordings, holdout, progress=report)
-        write_diagnosis(stage, result, friction_of(holdout, result))
+        write_diagnosis(stage, result, estimate_friction(holdout, result))
     print_diagnosis(result)
     say(f"report: {out / PAGE}")
 
 
-def friction_of(recordings: Sequence[Recording], diagnosis: Diagnosis) -> list[FrictionTrack]:
+def estimate_friction(recordings: Sequence[Recording], diagnosis: Diagnosis) -> list[FrictionTrack]:
     """Friction over each recording: EKF on the declared model, EKF and MHE on the model found."""
     found = FoundModel(model=diagnosis.model, shared=diagnosis.values.shared, own={})
     runs: list[tuple[ObserverName, FoundModel | None, str]] = [

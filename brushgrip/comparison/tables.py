@@ -53,16 +53,16 @@ def text_tables(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) ->
             title="RMSE of every recording",
             headings=recordings,
             lines=(
-                ("declared μ", *(f"{one.case.declared:g}" for one in results)),
-                *((row.method, *(_error(_rmse(one, row)) for one in results)) for row in rows),
+                ("declared μ", *(f"{result.case.declared:g}" for result in results)),
+                *((row.method, *(_error(_rmse(result, row)) for result in results)) for row in rows),
             ),
         ),
         TextTable(
             title="ϑ of every recording",
             headings=recordings,
             lines=(
-                ("length [s]", *(f"{_duration(one):.1f}" for one in results)),
-                *((row.method, *(_time(_theta(one, row)) for one in results)) for row in rows),
+                ("length [s]", *(f"{_duration(result):.1f}" for result in results)),
+                *((row.method, *(_time(_theta(result, row)) for result in results)) for row in rows),
             ),
         ),
     ]
@@ -103,11 +103,11 @@ def comparison_dict(results: Sequence[CaseScores], rows: Sequence[MethodSummary]
         "methods": [asdict(row) for row in rows],
         "recordings": [
             {
-                "name": _name(one),
-                "declared": one.case.declared,
-                "declared_from": one.case.origin,
-                "duration": _duration(one),
-                "samples": int(one.case.settled.sum()),
+                "name": _name(result),
+                "declared": result.case.declared,
+                "declared_from": result.case.origin,
+                "duration": _duration(result),
+                "samples": int(result.case.settled.sum()),
                 "scores": [
                     {
                         "method": score.method,
@@ -116,10 +116,10 @@ def comparison_dict(results: Sequence[CaseScores], rows: Sequence[MethodSummary]
                         "theta": score.theta,
                         "quantiles": np.quantile(score.mu, QUANTILES).tolist(),
                     }
-                    for score in one.scores
+                    for score in result.scores
                 ],
             }
-            for one in results
+            for result in results
         ],
     }
 
@@ -157,20 +157,20 @@ def _cells(name: str, row: MethodSummary) -> tuple[str, ...]:
     )
 
 
-def _rmse(one: CaseScores, row: MethodSummary) -> float | None:
-    return next((score.rmse for score in one.scores if score.method == row.method), None)
+def _rmse(result: CaseScores, row: MethodSummary) -> float | None:
+    return next((score.rmse for score in result.scores if score.method == row.method), None)
 
 
-def _theta(one: CaseScores, row: MethodSummary) -> float | None:
-    return next((score.theta for score in one.scores if score.method == row.method), None)
+def _theta(result: CaseScores, row: MethodSummary) -> float | None:
+    return next((score.theta for score in result.scores if score.method == row.method), None)
 
 
-def _name(one: CaseScores) -> str:
-    return one.case.recording.name
+def _name(result: CaseScores) -> str:
+    return result.case.recording.name
 
 
-def _duration(one: CaseScores) -> float:
-    t = one.case.recording.t
+def _duration(result: CaseScores) -> float:
+    t = result.case.recording.t
     return float(t[-1] - t[0])
 
 

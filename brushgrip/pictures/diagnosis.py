@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from brushgrip.formatting import outcome, percent, plain
+from brushgrip.formatting import outcome, percent, plain, signed
 from brushgrip.pictures.style import (
     AFTER,
     BEFORE,
@@ -25,7 +25,16 @@ from brushgrip.pictures.style import (
 )
 from identification import Candidate, Diagnosis, Proposal, Series, Signatures
 
+Stage = tuple[Signatures, str, str]
+"""Signatures of one stage of the model, their colour and their label."""
+MOST_RECORDINGS = 6
+"""Most recordings in the picture of residuals; the representative and held-out ones come first."""
 _MOST_COLUMNS = 4
+"""Most small loops in a row."""
+_INDISTINGUISHABLE = "#9cc3e0"
+"""Colour of effects that are indistinguishable from an added one."""
+_TITLE_WIDTH = 130
+"""Letters of a title that fit above the picture of an experiment."""
 
 
 def draw_loops(path: Path, diagnosis: Diagnosis) -> None:
@@ -66,10 +75,6 @@ def _loop(axes: Axes, series: Series, diagnosis: Diagnosis, width: float = 1.2) 
     return artists
 
 
-MOST_RECORDINGS = 6
-"""Most recordings in the picture of residuals; the representative and held-out ones come first."""
-
-
 def draw_residuals(path: Path, diagnosis: Diagnosis) -> int:
     """Draw simulated minus measured torque, before and after; returns the number of recordings shown."""
     shown = ordered(diagnosis)[:MOST_RECORDINGS]
@@ -106,10 +111,6 @@ def _label_time_and_angle(figure: Figure, over_time: Axes, over_angle: Axes) -> 
     over_time.set_xlabel("time t [s]")
     over_angle.set_xlabel("yaw angle ψ [rad]")
     figure.align_ylabels()
-
-
-Stage = tuple[Signatures, str, str]
-"""Signatures of one stage of the model, their colour and their label."""
 
 
 def draw_signatures(path: Path, before: Signatures, after: Signatures | None = None) -> None:
@@ -165,9 +166,6 @@ def _correlations(axes: Axes, stages: Sequence[Stage]) -> None:
     axes.set_title("Correlation of the residual with signals")
 
 
-_INDISTINGUISHABLE = "#9cc3e0"
-
-
 def draw_candidates(path: Path, diagnosis: Diagnosis) -> None:
     """Draw the error of each candidate as a bar, best on top, with error and ΔBIC as figures."""
     candidates = diagnosis.candidates
@@ -208,7 +206,7 @@ def _limit(axes: Axes, errors: list[float], baseline: float | None) -> None:
 def _figures(axes: Axes, candidates: tuple[Candidate, ...]) -> None:
     beside = axes.get_yaxis_transform()
     rows = [("error", "ΔBIC", -1.0)] + [
-        (f"{100 * c.holdout_nrmse:.2f} %", f"{c.delta_bic:+.0f}".replace("-", "−"), float(row))
+        (f"{100 * c.holdout_nrmse:.2f} %", signed(c.delta_bic), float(row))
         for row, c in enumerate(candidates)
     ]
     for error, evidence, row in rows:
@@ -227,10 +225,6 @@ def _key(axes: Axes, diagnosis: Diagnosis, baseline: float | None) -> list[Artis
         label = f"no effect: {baseline:.2f} %"
         key.append(axes.axvline(baseline, color=BEFORE, lw=1.4, label=label))
     return key
-
-
-_TITLE_WIDTH = 130
-"""Letters of a title that fit above the picture of an experiment."""
 
 
 def draw_experiment(path: Path, proposal: Proposal) -> None:
@@ -254,7 +248,7 @@ def draw_experiment(path: Path, proposal: Proposal) -> None:
         torques.set_ylabel("aligning torque\n$M_z$ [N m]")
         difference.plot(manoeuvre.t, proposal.torque - proposal.rival_torque, color=MEASURED)
         difference.set_ylabel("difference\n[N m]")
-        difference.set_xlabel("time [s]")
+        difference.set_xlabel("time t [s]")
         difference.set_title(
             f"difference {percent(proposal.separation)} of range; in the given recordings it"
             f" is {percent(proposal.now)}"

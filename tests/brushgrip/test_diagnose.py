@@ -205,7 +205,7 @@ class TestDemo:
     def test_runs_on_the_embedded_recordings(
         self, run: Run, asked: list[Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     ) -> None:
-        monkeypatch.setattr(demonstrating, "friction_of", lambda *_: [])
+        monkeypatch.setattr(demonstrating, "estimate_friction", lambda *_: [])
         outcome = run("demo", "--out", tmp_path / "out")
         (training, held_out, _) = asked[0]
 
@@ -220,7 +220,7 @@ class TestDemo:
     ) -> None:
         path = write_csv("held.csv")
         diagnosis = make_diagnosis(("a",), ("held",))
-        tracks = demonstrating.friction_of(read_all([str(path)], rig), diagnosis)
+        tracks = demonstrating.estimate_friction(read_all([str(path)], rig), diagnosis)
 
         assert [track.label for track in tracks] == [
             "EKF, declared model",
