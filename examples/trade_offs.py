@@ -16,7 +16,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from brushgrip.pictures.profile import draw_profile
+from brushgrip.pictures import draw_profile
 from identification import Recording, fit, initial_guess
 from identification.fits.covariance import correlation, standard_deviations
 from identification.fits.profile import Profile, profile

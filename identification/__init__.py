@@ -6,10 +6,10 @@ from identification.experiments.proposals import Proposal
 from identification.fits.fitting import Fit, Values, fit, initial_guess, signals_of
 from identification.fits.loss import LEAST_SQUARES, Huber, Loss, Squares
 from identification.fits.options import FitOptions
-from identification.fits.profile import Profile, profile
+from identification.fits.profile import LIMIT, Profile, profile
 from identification.free_decay.estimator import identify_free_decay
 from identification.free_decay.recording import Decay, read_decay
-from identification.free_decay.results import FreeDecay
+from identification.free_decay.results import FreeDecay, Vibration
 from identification.modelfile import FoundModel, model_text, read_model
 from identification.parameter_estimate import ParameterEstimate
 from identification.reading.conditioning import (
@@ -44,6 +44,7 @@ from identification.thesis.towing import Tow, TowedFriction, friction_by_towing
 
 __all__ = [
     "LEAST_SQUARES",
+    "LIMIT",
     "READERS",
     "RESIDUAL_SIGNALS",
     "Candidate",
@@ -79,6 +80,7 @@ __all__ = [
     "TowedFriction",
     "Unexplained",
     "Values",
+    "Vibration",
     "default_pipeline",
     "diagnose",
     "fit",

@@ -7,9 +7,10 @@ from typing import Annotated
 import typer
 
 from brushgrip.atomic import staged_directory
-from brushgrip.commands.options import ModelFile, OutFolder
+from brushgrip.commands.options import EffectModules, ModelFile, OutFolder
 from brushgrip.console import say
 from brushgrip.recordings import keep_inputs
+from brushgrip.user_effects import user_effects
 from observers import AligningTorque, Ekf, MeasurementModel, Mhe, SteeringTorque, from_files
 from observers.embedded import DOUBLE, SINGLE, generate, generate_fmu
 from observers.embedded.origin import require_replaceable
@@ -58,6 +59,7 @@ def codegen(
     observer: Annotated[Kind, typer.Option("--observer", help="Observer to write.", show_default=False)],
     out: OutFolder,
     model: ModelFile = None,
+    effects: EffectModules = None,
     real: Annotated[Type, typer.Option("--real", help="Type of every number.")] = Type.FLOAT,
     target: Annotated[Target, typer.Option("--target", help="What to write.")] = Target.C,
     torque: Annotated[
@@ -77,7 +79,9 @@ def codegen(
 
     Files that an earlier codegen wrote are replaced; any other file in the way is a fault.
     """
-    made = from_files(KINDS[observer], rig, model, measurement_model=SENSINGS[torque])
+    made = from_files(
+        KINDS[observer], rig, model, effects=user_effects(effects), measurement_model=SENSINGS[torque]
+    )
     with staged_directory(out) as stage:
         if target is Target.FMU:
             files = [generate_fmu(made, stage, TYPES[real], name=name)]

@@ -7,17 +7,17 @@ from typing import Annotated
 import typer
 
 from brushgrip.atomic import staged_directory
-from brushgrip.commands.options import Jobs, OutFolder, RecordingNames, RigFile
-from brushgrip.console import progress, say
-from brushgrip.friction import FrictionTrack
+from brushgrip.commands.options import EffectModules, Jobs, OutFolder, RecordingNames, RigFile
+from brushgrip.console import print_diagnosis, progress, say
+from brushgrip.estimation import FrictionTrack
+from brushgrip.formatting import json_text
 from brushgrip.recordings import keep_inputs, read_all
 from brushgrip.report import PAGE, write_report
-from brushgrip.tables import json_text, print_summary
 from brushgrip.unfinished import kept_trials
-from identification.diagnosis import diagnose as close_the_loop
-from identification.fits.loss import LEAST_SQUARES, Huber
-from identification.modelfile import model_text
-from identification.results import Diagnosis
+from brushgrip.user_effects import user_effects
+from identification import LEAST_SQUARES, Diagnosis, Huber, model_text
+from identification import diagnose as close_the_loop
+from symbolic import EFFECTS
 
 DIAGNOSIS, MODEL = "diagnosis.json", "model.json"
 
@@ -30,7 +30,7 @@ def diagnose(
         typer.Option(
             "--holdout",
             metavar="REC...",
-            help="Recordings that only judge: one or more names after the flag.",
+            help="Recordings held out to judge the models: one or more names after the flag.",
             show_default=False,
         ),
     ] = None,
@@ -39,18 +39,20 @@ def diagnose(
         typer.Option(
             "--robust",
             metavar="SHARE",
-            help="Torque errors beyond this share of range pull no harder than one of that size (Huber);"
-            " for a torque with outliers, 1.5 times its noise.",
+            help="Threshold of Huber's loss, as a share of the torque range, for a torque with outliers:"
+            " 1.5 times its noise.",
             show_default=False,
         ),
     ] = None,
+    effects: EffectModules = None,
     rig: RigFile = None,
     jobs: Jobs = None,
 ) -> None:
     """Find what the declared model lacks; write diagnosis.json, model.json and report.html.
 
-    Interrupted, it keeps what it has; the same command goes on from there.
+    An interrupted search is kept; the same command continues it.
     """
+    own = user_effects(effects)
     held_out = holdout or []
     read = read_all([*recordings, *held_out], rig)
     outputs = [out / DIAGNOSIS, out / MODEL, out / PAGE, *out.resolve().glob("*.png")]
@@ -63,12 +65,13 @@ def diagnose(
                 training,
                 read[len(training) :],
                 loss=loss,
+                candidates=[*EFFECTS, *own],
                 jobs=jobs,
                 progress=report,
                 journal=journal,
             )
         write_diagnosis(folder, result)
-    print_summary(result)
+    print_diagnosis(result)
     say(f"report: {out / PAGE}")
 
 

@@ -1,1 +1,5 @@
-"""The source's Table 6.1 beside ours: methods, scores, tables."""
+"""Methods compared as in Table 6.1 of [Györök 2022].
+
+A case is a recording with a reference mu (cases), a method estimates friction over it (methods, and the
+networks of [Györök 2022] in networks); their errors and times (scores) become tables (tables).
+"""

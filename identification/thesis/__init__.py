@@ -1,1 +1,21 @@
 """What [Györök 2022] did with recordings, kept for comparison: FFT and decrement, networks, towing."""
+
+from identification.thesis.author_estimate import (
+    AuthorEstimate,
+    aligned,
+    author_file,
+    read_author_estimate,
+)
+from identification.thesis.friction_network import Activation, Design, FrictionNetwork, label_mean, train
+
+__all__ = [
+    "Activation",
+    "AuthorEstimate",
+    "Design",
+    "FrictionNetwork",
+    "aligned",
+    "author_file",
+    "label_mean",
+    "read_author_estimate",
+    "train",
+]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from brushgrip.app import main
-from brushgrip.friction import FrictionTrack
+from brushgrip.estimation import FrictionTrack
 from identification.experiments.proposals import Proposal
 from identification.experiments.steering import Manoeuvre
 from identification.fits.fitting import Values

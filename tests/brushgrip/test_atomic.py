@@ -84,6 +84,13 @@ class TestWriteText:
             write_text_atomic(tmp_path, "x")
 
 
+def test_what_is_not_finished_is_hidden(tmp_path: Path) -> None:
+    with staged_file(tmp_path / "figure.png") as stage, staged_directory(tmp_path / "out") as folder:
+        assert stage.name.startswith(".figure-")
+        assert folder.name.startswith(".")
+        stage.write_text("new")
+
+
 class TestStagedFile:
     def test_keeps_the_suffix_for_those_who_look_at_it(self, tmp_path: Path) -> None:
         with staged_file(tmp_path / "figure.png") as stage:

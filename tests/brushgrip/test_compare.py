@@ -22,8 +22,8 @@ OURS += ["EKF in C"] if compiler() else []
 @pytest.fixture(autouse=True)
 def timed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """No test waits for a steady time."""
-    monkeypatch.setattr(scores, "ROUNDS", 1)
-    monkeypatch.setattr(scores, "LONG_ENOUGH", 0.0)
+    monkeypatch.setattr(scores, "LEAST_ROUNDS", 1)
+    monkeypatch.setattr(scores, "LEAST_TIME", 0.0)
 
 
 @pytest.fixture(scope="module")

@@ -3,7 +3,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.pictures.experiment import draw_experiment
+from brushgrip.pictures import draw_experiment
 from identification.experiments.discriminating_experiment import Proposal
 from identification.experiments.steering import Manoeuvre
 

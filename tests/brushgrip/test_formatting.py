@@ -4,15 +4,15 @@ from collections.abc import Callable
 import pytest
 
 from brushgrip.formatting import (
-    doubts,
-    fate,
     headline,
+    indistinguishable_effects,
+    is_worse,
     listed,
+    outcome,
     percent,
     quantity,
-    remainder,
+    residual_structure,
     torque,
-    worse,
 )
 from identification.parameter_estimate import ParameterEstimate
 from identification.results import Diagnosis
@@ -84,26 +84,28 @@ def test_headline_when_nothing_known_explains_the_residual(make_diagnosis: Make)
     assert text.startswith("No known effect explains what the declared model misses: held-out")
 
 
-def test_doubts(make_diagnosis: Make) -> None:
-    assert doubts(make_diagnosis()) == ("These recordings cannot tell carcass torsion from patch width.")
-    assert doubts(make_diagnosis(found=False)) == ""
+def test_indistinguishable_effects(make_diagnosis: Make) -> None:
+    assert indistinguishable_effects(make_diagnosis()) == (
+        "These recordings cannot tell carcass torsion from patch width."
+    )
+    assert indistinguishable_effects(make_diagnosis(found=False)) == ""
 
 
-def test_remainder(make_diagnosis: Make) -> None:
-    assert "Structure is left" in remainder(make_diagnosis(unexplained=True))
-    assert "Nothing" in remainder(make_diagnosis(unexplained=False))
+def test_residual_structure(make_diagnosis: Make) -> None:
+    assert "The residual has structure" in residual_structure(make_diagnosis(unexplained=True))
+    assert "no structure left" in residual_structure(make_diagnosis(unexplained=False))
 
 
-def test_fate_of_candidates(make_diagnosis: Make) -> None:
+def test_outcomes_of_candidates(make_diagnosis: Make) -> None:
     diagnosis = make_diagnosis()
 
-    assert fate(diagnosis, "carcass_torsion") == "added, no. 1"
-    assert fate(diagnosis, "torque_offset") == "added, no. 2"
-    assert fate(diagnosis, "patch_width") == "not told from carcass torsion"
-    assert fate(diagnosis, "stribeck") == ""
+    assert outcome(diagnosis, "carcass_torsion") == "added, no. 1"
+    assert outcome(diagnosis, "torque_offset") == "added, no. 2"
+    assert outcome(diagnosis, "patch_width") == "indistinguishable from carcass torsion"
+    assert outcome(diagnosis, "stribeck") == ""
 
 
 def test_worse(make_diagnosis: Make) -> None:
     diagnosis = make_diagnosis(worse=("held_d",))
 
-    assert [name for name in diagnosis.after.nrmse if worse(diagnosis, name)] == ["held_d"]
+    assert [name for name in diagnosis.after.nrmse if is_worse(diagnosis, name)] == ["held_d"]

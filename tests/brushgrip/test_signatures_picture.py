@@ -6,7 +6,7 @@ import matplotlib.image
 import numpy as np
 import pytest
 
-from brushgrip.pictures.signatures import draw_signatures
+from brushgrip.pictures import draw_signatures
 from brushgrip.pictures.style import AFTER, BEFORE, QUIET
 from identification.residuals.signals import RESIDUAL_SIGNALS
 from identification.residuals.signatures import Autocorrelation, Signature, Signatures

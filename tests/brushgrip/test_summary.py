@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from brushgrip.summary import summary
+from brushgrip.formatting import estimates_summary
 from observers import Estimates, Status
 
 
@@ -18,13 +18,13 @@ def made(*status: Status, std: float = 0.02) -> Estimates:
 
 
 def test_nothing_to_complain_about() -> None:
-    line = summary(made(*[Status.USED] * 4))
+    line = estimates_summary(made(*[Status.USED] * 4))
 
     assert line == "mu = 1.250 ± 0.020 at the end, informed in 50 % of 4 samples"
 
 
 def test_without_standard_deviation() -> None:
-    assert summary(made(*[Status.USED] * 4, std=np.nan)).startswith("mu = 1.250 at the end, ")
+    assert estimates_summary(made(*[Status.USED] * 4, std=np.nan)).startswith("mu = 1.250 at the end, ")
 
 
 @pytest.mark.parametrize(
@@ -43,7 +43,7 @@ def test_without_standard_deviation() -> None:
 def test_faults_are_counted_and_the_most_frequent_gets_its_remedy(
     status: list[Status], words: str
 ) -> None:
-    line = summary(made(*status, *[Status.USED] * 4))
+    line = estimates_summary(made(*status, *[Status.USED] * 4))
 
     assert words in line
     assert "\n" not in line

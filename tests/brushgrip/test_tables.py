@@ -6,7 +6,7 @@ import pytest
 
 from brushgrip import console
 from brushgrip.console import progress
-from brushgrip.tables import csv_text, json_text
+from brushgrip.formatting import csv_text, json_text
 
 
 def test_floats_round_trip() -> None:

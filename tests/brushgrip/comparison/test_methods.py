@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from brushgrip.comparison.methods import Method, Observed, methods
+from brushgrip.comparison.methods import Method, ObserverMethod, default_methods
 from identification import Recording
 from observers import Sample, zone_history
 from reference_rig import RigDrive, RigTyre, simulate_bristles
@@ -41,11 +41,11 @@ def nested() -> Recording:
 
 
 def named(name: str) -> Method:
-    (method,) = [method for method in methods() if method.name == name]
+    (method,) = [method for method in default_methods() if method.name == name]
     return method
 
 
-@pytest.mark.parametrize("name", [method.name for method in methods()])
+@pytest.mark.parametrize("name", [method.name for method in default_methods()])
 def test_beyond_five_zones(nested: Recording, name: str) -> None:
     method = named(name)
     beyond = zone_history(nested.psi).true_zones >= NESTED_FROM
@@ -58,11 +58,11 @@ def test_beyond_five_zones(nested: Recording, name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "method", [m for m in methods() if isinstance(m, Observed)], ids=lambda m: m.name
+    "method", [m for m in default_methods() if isinstance(m, ObserverMethod)], ids=lambda m: m.name
 )
-def test_deviation(nested: Recording, method: Observed) -> None:
+def test_deviation(nested: Recording, method: ObserverMethod) -> None:
     # That of the C is held against the observer's in tests/observers/embedded.
-    observer = method.observer(nested)
+    observer = method.factory(nested, None)
     first = Sample(psi=0.0, psi_dot=0.0, F_N=400.0, dt=0.01, M_z=0.0)
 
     said = observer.estimate(observer.step(observer.init(first), first))
@@ -70,7 +70,7 @@ def test_deviation(nested: Recording, method: Observed) -> None:
 
 
 def test_names_are_unique_and_c_is_there_where_a_compiler_is() -> None:
-    names = [method.name for method in methods()]
+    names = [method.name for method in default_methods()]
 
     assert len(set(names)) == len(names)
     assert ("EKF in C" in names) == (compiler() is not None)
