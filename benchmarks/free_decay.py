@@ -18,6 +18,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from identification import identify_free_decay
+from identification.thesis.fft_decrement import estimate_by_decrement
 from reference_rig.impact import B_T, TYRE, make_impacts
 from reference_rig.record import FOURTEEN_BIT_STEP
 from tests.identification.factories import as_decay
@@ -56,10 +57,11 @@ def run(seed: int, noise: float, swing: float, impacts: int) -> Run:
     made = identify_free_decay(given)
     seconds = time.perf_counter() - begin
     sticking = identify_free_decay(given, sliding=False)
+    decrement = estimate_by_decrement(given)
     found = {
         "programme": (made.k.value, made.b_t.value),
         "sticking patch": (sticking.k.value, sticking.b_t.value),
-        "source's way": (made.source.k, made.source.b_t),
+        "source's way": (decrement.k, decrement.b_t),
     }
     both = (made.k, made.b_t)
     return Run(

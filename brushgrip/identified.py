@@ -1,17 +1,29 @@
 """What was identified from free vibrations, as a table on the screen."""
 
+from typing import Any
+
 from rich.console import Console
 from rich.table import Table
 
 from brushgrip.formatting import quantity
 from identification.free_decay.results import FreeDecay
 from identification.results import Estimate
+from identification.thesis.fft_decrement import DecrementEstimate
 
 
-def print_identified(made: FreeDecay) -> None:
-    """Prints k and b_t by the programme and the source's way, and what they rest on."""
+def identified_document(identified: FreeDecay, decrement: DecrementEstimate) -> dict[str, Any]:
+    """The content of the result's file: the identification, and the thesis's method beside it."""
+    document = identified.to_dict()
+    for recording, vibration in zip(document["recordings"], decrement.vibrations, strict=True):
+        recording |= {"source_omega_n": vibration.omega_n, "source_zeta": vibration.zeta}
+    document["recordings_units"] |= {"source_omega_n": "rad/s", "source_zeta": "1"}
+    return document | {"source": decrement.to_dict()}
+
+
+def print_identified(made: FreeDecay, decrement: DecrementEstimate) -> None:
+    """Prints k and b_t by maximum likelihood and by the thesis's method, and what they rest on."""
     screen = Console(highlight=False, markup=False)
-    screen.print(_values(made))
+    screen.print(_values(made, decrement))
     forces = [
         f"{quantity(contact.force)} at a = {1000 * contact.a:g} mm"
         for contact in made.contacts
@@ -23,7 +35,7 @@ def print_identified(made: FreeDecay) -> None:
         screen.print(sentence)
 
 
-def _values(made: FreeDecay) -> Table:
+def _values(made: FreeDecay, decrement: DecrementEstimate) -> Table:
     table = Table(title=f"From {len(made.vibrations)} free vibrations", title_justify="left")
     for heading in ("", "k", "b_t"):
         table.add_column(heading)
@@ -32,11 +44,10 @@ def _values(made: FreeDecay) -> Table:
         for parameter in (made.k, made.b_t)
     )
     table.add_row("nonlinear programme", *map(quantity, values))
-    source = made.source
     for label, damping in (
-        ("source's way, (5.8) with J_A", Estimate(value=source.b_t, std=None, unit=made.b_t.unit)),
-        ("source's way, (5.8) as printed", Estimate(value=source.b_t_printed, std=None, unit="1/s")),
+        ("source's way, (5.8) with J_A", Estimate(value=decrement.b_t, std=None, unit=made.b_t.unit)),
+        ("source's way, (5.8) as printed", Estimate(value=decrement.b_t_printed, std=None, unit="1/s")),
     ):
-        k = Estimate(value=source.k, std=None, unit=made.k.unit)
+        k = Estimate(value=decrement.k, std=None, unit=made.k.unit)
         table.add_row(label, quantity(k), quantity(damping))
     return table

@@ -8,11 +8,12 @@ import typer
 from brushgrip.atomic import staged_file
 from brushgrip.commands.options import RigFile
 from brushgrip.console import say
-from brushgrip.identified import print_identified
+from brushgrip.identified import identified_document, print_identified
 from brushgrip.pictures import draw_free_decay
 from brushgrip.recordings import keep_inputs, read_decays
 from brushgrip.tables import json_text
 from identification.free_decay.estimator import identify_free_decay
+from identification.thesis.fft_decrement import estimate_by_decrement
 from symbolic.errors import BrushgripError, InvalidInputError
 
 
@@ -45,7 +46,9 @@ def identify(
         made = identify_free_decay(decays)
         if not made.converged:
             raise BrushgripError(f"k and b_t were {made.status}: {made.remedy}")
-        table.write_text(json_text(made.to_dict()), encoding="utf-8", newline="\n")
-        draw_free_decay(drawing, made)
-    print_identified(made)
+        decrement = estimate_by_decrement(decays)
+        text = json_text(identified_document(made, decrement))
+        table.write_text(text, encoding="utf-8", newline="\n")
+        draw_free_decay(drawing, made, decrement)
+    print_identified(made, decrement)
     say(f"wrote {out} and {image}")

@@ -8,14 +8,15 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, literal, picture
-from identification.free_decay.results import FreeDecay, Vibration
+from identification.free_decay.results import FittedVibration, FreeDecay
+from identification.thesis.fft_decrement import DecrementEstimate
 
 MOST_VIBRATIONS = 3
 """Recordings shown: from the shortest contact to the longest."""
 
 
-def draw_free_decay(path: Path, made: FreeDecay) -> None:
-    """Fit and residual of some recordings, and the source's two curves over the contact length."""
+def draw_free_decay(path: Path, made: FreeDecay, decrement: DecrementEstimate) -> None:
+    """Fit and residual of some recordings, and frequency and damping over the contact length."""
     shown = spread_out(made.vibrations)
     with picture(path, 3.4 + 2.0 * len(shown)) as figure:
         grid = figure.add_gridspec(len(shown) + 1, 2, height_ratios=[2.0] * len(shown) + [2.8])
@@ -27,19 +28,19 @@ def draw_free_decay(path: Path, made: FreeDecay) -> None:
                 for axes in (angle, residual):
                     axes.set_xlabel("time t [s]")
         frequency, damping = (figure.add_subplot(grid[-1, column]) for column in range(2))
-        artists += _over_length(frequency, damping, made)
+        artists += _over_length(frequency, damping, made, decrement)
         figure.align_ylabels()
         legend_above(figure, artists)
 
 
-def spread_out(vibrations: Sequence[Vibration]) -> list[Vibration]:
+def spread_out(vibrations: Sequence[FittedVibration]) -> list[FittedVibration]:
     """A few recordings, spread evenly over the contact lengths."""
     ordered = sorted(vibrations, key=lambda v: v.a)
     places = np.linspace(0, len(ordered) - 1, min(MOST_VIBRATIONS, len(ordered)))
     return [ordered[round(place)] for place in places]
 
 
-def _vibration(angle: Axes, residual: Axes, vibration: Vibration, step: float) -> list[Artist]:
+def _vibration(angle: Axes, residual: Axes, vibration: FittedVibration, step: float) -> list[Artist]:
     readings = 1000 * (vibration.psi - vibration.centre)
     fitted = 1000 * (vibration.fitted - vibration.centre)
     artists: list[Artist] = []
@@ -55,9 +56,11 @@ def _vibration(angle: Axes, residual: Axes, vibration: Vibration, step: float) -
     return artists
 
 
-def _over_length(frequency: Axes, damping: Axes, made: FreeDecay) -> list[Artist]:
-    """The source's points beside the curves of the sticking patch with k and b_t as identified."""
-    swings = made.source.swings
+def _over_length(
+    frequency: Axes, damping: Axes, made: FreeDecay, decrement: DecrementEstimate
+) -> list[Artist]:
+    """Points of [Györök 2022], (5.4), (5.5), beside the curves of the sticking patch as identified."""
+    swings = decrement.vibrations
     a = np.array([1000 * swing.a for swing in swings])
     order = np.argsort(a)
     rigid = np.array([v.sticking for v in made.vibrations])
