@@ -19,6 +19,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
 
 from identification import identify_free_decay
+from identification.thesis import estimate_by_decrement
 from reference_rig import FOURTEEN_BIT_STEP, make_impacts
 from reference_rig import THESIS_DAMPING as B_T
 from reference_rig import THESIS_TYRE as TYRE
@@ -58,10 +59,11 @@ def run(seed: int, noise: float, swing: float, impacts: int) -> Run:
     made = identify_free_decay(given)
     seconds = time.perf_counter() - begin
     sticking = identify_free_decay(given, sliding=False)
+    decrement = estimate_by_decrement(given)
     found = {
         "programme": (made.k.value, made.b_t.value),
         "sticking patch": (sticking.k.value, sticking.b_t.value),
-        "source's way": (made.source.k, made.source.b_t),
+        "source's way": (decrement.k, decrement.b_t),
     }
     both = (made.k, made.b_t)
     return Run(

@@ -21,6 +21,7 @@ from brushgrip.formatting import (
     sentence,
 )
 from identification import Diagnosis, FreeDecay, ParameterEstimate
+from identification.thesis import DecrementEstimate
 
 Progress = Callable[[str, int, int], None]
 """Called with the task, the number of its parts that are done, and their number."""
@@ -114,10 +115,10 @@ def _effects_table(diagnosis: Diagnosis) -> Table:
     return table
 
 
-def print_free_decay(result: FreeDecay) -> None:
+def print_free_decay(result: FreeDecay, decrement: DecrementEstimate) -> None:
     """Print k and b_t by the nonlinear programme and by [Györök 2022], and what determines them."""
     screen = Console(highlight=False, markup=False)
-    screen.print(_identified_table(result))
+    screen.print(_identified_table(result, decrement))
     forces = [
         f"{quantity(contact.force)} at a = {1000 * contact.a:g} mm"
         for contact in result.contacts
@@ -129,7 +130,7 @@ def print_free_decay(result: FreeDecay) -> None:
         screen.print(line)
 
 
-def _identified_table(result: FreeDecay) -> Table:
+def _identified_table(result: FreeDecay, decrement: DecrementEstimate) -> Table:
     table = Table(title=f"From {len(result.vibrations)} free vibrations", title_justify="left")
     for heading in ("", "k", "b_t"):
         table.add_column(heading)
@@ -138,17 +139,16 @@ def _identified_table(result: FreeDecay) -> Table:
         for parameter in (result.k, result.b_t)
     )
     table.add_row("nonlinear programme", *map(quantity, values))
-    source = result.source
     for label, damping in (
         (
             "[Györök 2022], (5.8) with J_A",
-            ParameterEstimate(value=source.b_t, std=None, unit=result.b_t.unit),
+            ParameterEstimate(value=decrement.b_t, std=None, unit=result.b_t.unit),
         ),
         (
             "[Györök 2022], (5.8) as printed",
-            ParameterEstimate(value=source.b_t_printed, std=None, unit="1/s"),
+            ParameterEstimate(value=decrement.b_t_printed, std=None, unit="1/s"),
         ),
     ):
-        k = ParameterEstimate(value=source.k, std=None, unit=result.k.unit)
+        k = ParameterEstimate(value=decrement.k, std=None, unit=result.k.unit)
         table.add_row(label, quantity(k), quantity(damping))
     return table

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification import Diagnosis, Errors, ParameterEstimate
+from identification import Diagnosis, Errors, FreeDecay, ParameterEstimate
+from identification.thesis import DecrementEstimate
 from observers import Estimates, Status
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -220,3 +221,12 @@ def _finite(content: Any) -> Any:
     if isinstance(content, float) and not math.isfinite(content):
         return None
     return content
+
+
+def free_decay_document(result: FreeDecay, decrement: DecrementEstimate) -> dict[str, Any]:
+    """The result file of `identify`: the identification, and the method of [Györök 2022] beside it."""
+    document = result.to_dict()
+    for recording, vibration in zip(document["recordings"], decrement.vibrations, strict=True):
+        recording |= {"source_omega_n": vibration.omega_n, "source_zeta": vibration.zeta}
+    document["recordings_units"] |= {"source_omega_n": "rad/s", "source_zeta": "1"}
+    return document | {"source": decrement.to_dict()}

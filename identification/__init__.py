@@ -9,7 +9,7 @@ from identification.fits.options import FitOptions
 from identification.fits.profile import LIMIT, Profile, profile
 from identification.free_decay.estimator import identify_free_decay
 from identification.free_decay.recording import Decay, read_decay
-from identification.free_decay.results import FreeDecay, Vibration
+from identification.free_decay.results import FittedVibration, FreeDecay
 from identification.modelfile import FoundModel, model_text, read_model
 from identification.parameter_estimate import ParameterEstimate
 from identification.reading.conditioning import (
@@ -54,6 +54,7 @@ __all__ = [
     "Errors",
     "Fit",
     "FitOptions",
+    "FittedVibration",
     "FoundEffect",
     "FoundModel",
     "FreeDecay",
@@ -80,7 +81,6 @@ __all__ = [
     "TowedFriction",
     "Unexplained",
     "Values",
-    "Vibration",
     "default_pipeline",
     "diagnose",
     "fit",

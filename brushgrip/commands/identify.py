@@ -8,10 +8,11 @@ import typer
 from brushgrip.atomic import staged_file
 from brushgrip.commands.options import RigFile
 from brushgrip.console import print_free_decay, say
-from brushgrip.formatting import json_text
+from brushgrip.formatting import free_decay_document, json_text
 from brushgrip.pictures import draw_free_decay
 from brushgrip.recordings import keep_inputs, read_decays
 from identification import identify_free_decay
+from identification.thesis import estimate_by_decrement
 from symbolic import BrushgripError, InvalidInputError
 
 
@@ -44,7 +45,9 @@ def identify(
         result = identify_free_decay(decays)
         if not result.converged:
             raise BrushgripError(f"k and b_t were {result.status}: {result.remedy}")
-        table.write_text(json_text(result.to_dict()), encoding="utf-8", newline="\n")
-        draw_free_decay(drawing, result)
-    print_free_decay(result)
+        decrement = estimate_by_decrement(decays)
+        text = json_text(free_decay_document(result, decrement))
+        table.write_text(text, encoding="utf-8", newline="\n")
+        draw_free_decay(drawing, result, decrement)
+    print_free_decay(result, decrement)
     say(f"wrote {out} and {image}")

@@ -8,13 +8,14 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, literal, picture
-from identification import LIMIT, FreeDecay, Profile, Vibration
+from identification import LIMIT, FittedVibration, FreeDecay, Profile
+from identification.thesis import DecrementEstimate
 
 MOST_VIBRATIONS = 3
 """Most recordings in the picture, from the shortest contact to the longest."""
 
 
-def draw_free_decay(path: Path, result: FreeDecay) -> None:
+def draw_free_decay(path: Path, result: FreeDecay, decrement: DecrementEstimate) -> None:
     """Draw fit and residual of some recordings, and the curves of [Györök 2022] over contact length."""
     shown = spread_out(result.vibrations)
     with picture(path, 3.4 + 2.0 * len(shown)) as figure:
@@ -27,19 +28,19 @@ def draw_free_decay(path: Path, result: FreeDecay) -> None:
                 for axes in (angle, residual):
                     axes.set_xlabel("time t [s]")
         frequency, damping = (figure.add_subplot(grid[-1, column]) for column in range(2))
-        artists += _over_length(frequency, damping, result)
+        artists += _over_length(frequency, damping, result, decrement)
         figure.align_ylabels()
         legend_above(figure, artists)
 
 
-def spread_out(vibrations: Sequence[Vibration]) -> list[Vibration]:
+def spread_out(vibrations: Sequence[FittedVibration]) -> list[FittedVibration]:
     """Up to `MOST_VIBRATIONS` recordings, evenly spaced in the order of contact length."""
     ordered = sorted(vibrations, key=lambda v: v.a)
     places = np.linspace(0, len(ordered) - 1, min(MOST_VIBRATIONS, len(ordered)))
     return [ordered[round(place)] for place in places]
 
 
-def _vibration(angle: Axes, residual: Axes, vibration: Vibration, step: float) -> list[Artist]:
+def _vibration(angle: Axes, residual: Axes, vibration: FittedVibration, step: float) -> list[Artist]:
     readings = 1000 * (vibration.psi - vibration.centre)
     fitted = 1000 * (vibration.fitted - vibration.centre)
     artists: list[Artist] = []
@@ -55,9 +56,11 @@ def _vibration(angle: Axes, residual: Axes, vibration: Vibration, step: float) -
     return artists
 
 
-def _over_length(frequency: Axes, damping: Axes, result: FreeDecay) -> list[Artist]:
+def _over_length(
+    frequency: Axes, damping: Axes, result: FreeDecay, decrement: DecrementEstimate
+) -> list[Artist]:
     """Points by the method of [Györök 2022], and the sticking patch with k and b_t as identified."""
-    swings = result.source.swings
+    swings = decrement.vibrations
     a = np.array([1000 * swing.a for swing in swings])
     order = np.argsort(a)
     rigid = np.array([v.sticking for v in result.vibrations])

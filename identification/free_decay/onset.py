@@ -1,4 +1,4 @@
-"""Where in a recording the wheel swings freely, and a first guess of how."""
+"""Onset and end of the free vibration in a recording, with first guesses of its parameters."""
 
 from dataclasses import dataclass
 
@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from identification.free_decay.quantisation import encoder_step
 from identification.free_decay.recording import Decay
 from symbolic import InvalidInputError
 
@@ -26,15 +25,22 @@ _PADDING, _FILTER = 8, 5
 _SLOWEST, _FASTEST = 0.005, 0.5
 """Bounds of the guessed relative damping [1]."""
 
+_WHOLE = 0.05
+"""Largest deviation of the distance of two readings from a whole number of steps, in steps."""
+_LEVELS, _SELDOM = 4, 200
+"""Levels that determine the step, each the value of more than one reading in so many."""
+_NO_STEP = 1e-6
+"""A channel without steps has cells as wide as this share of its range [1]."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Release:
+class FreeVibration:
     """The free vibration within a recording.
 
     Attributes:
         decay: the recording.
         first: index of the sample at the first turning point: the largest deflection, after which no
-            impact acts any more.
+            impact acts.
         last: index after the last sample of the vibration, where it has sunk into the encoder's step.
         step: of the encoder [rad].
         peak: reading at the first turning point [rad].
@@ -63,13 +69,13 @@ class Release:
         return self.decay.psi[self.first : self.last]
 
     @property
-    def reach(self) -> float:
+    def deflection(self) -> float:
         """First deflection from the centre [rad]."""
         return self.peak - self.centre
 
 
-def release(decay: Decay) -> Release:
-    """Finds the free vibration.
+def find_vibration(decay: Decay) -> FreeVibration:
+    """Find the free vibration.
 
     Raises:
         InvalidInputError: the wheel stands still, or swings by too little, too far, or too short a time.
@@ -102,7 +108,7 @@ def release(decay: Decay) -> Release:
     damping = _damping(t[:calm], swing[:calm], loud, omega)
     length = min(np.log(reach / (_QUIET * step)), _MOST) / damping
     length = max(length, LEAST_PERIODS * 2 * np.pi / omega)
-    return Release(
+    return FreeVibration(
         decay=decay,
         first=first,
         last=first + min(end, int(np.searchsorted(t - t[0], length))),
@@ -112,6 +118,29 @@ def release(decay: Decay) -> Release:
         omega=omega,
         damping=damping,
     )
+
+
+def encoder_step(psi: Array) -> float:
+    """Step by which readings differ [rad]; for a channel without steps a very small one.
+
+    Args:
+        psi: readings [rad], shape (n,), not all equal.
+    """
+    least = _NO_STEP * float(np.ptp(psi))
+    _, places, visits = np.unique(np.round(psi / least), return_index=True, return_counts=True)
+    levels = psi[places]
+    # A wrong reading stands alone; where the wheel turns back or comes to rest, levels are met often.
+    often = visits > psi.size // _SELDOM
+    if np.count_nonzero(often) >= _LEVELS:
+        levels = levels[often]
+    span = float(levels[-1] - levels[0])
+    gaps = np.diff(levels)
+    counts = gaps / gaps.min()
+    # Rounding in the file moves every gap a little; all of the range together tells the step best.
+    step = span / float(np.round(counts).sum())
+    if np.abs(gaps / step - np.round(gaps / step)).max() > _WHOLE:
+        return least
+    return max(step, least)
 
 
 def without_spikes(psi: Array) -> Array:

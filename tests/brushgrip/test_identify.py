@@ -64,6 +64,9 @@ def test_identifies(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> 
         assert found["unit"] == unit
     assert [recording["a"] for recording in content["recordings"]] == sorted(LENGTHS * 2)
     assert [recording["name"] for recording in content["recordings"]] == [path.stem for path in struck]
+    assert content["source"]["b_t_printed"]["unit"] == "1/s"
+    assert content["recordings_units"].keys() < content["recordings"][0].keys()
+    assert all(0.005 < recording["source_zeta"] < 0.2 for recording in content["recordings"])
     assert out.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
     assert sorted(path.name for path in out.parent.iterdir()) == ["id.json", "id.png"]
     for words in (

@@ -12,7 +12,7 @@ from brushgrip.comparison.scores import PUBLISHED, compare, summarise
 from brushgrip.comparison.tables import comparison_dict, markdown_text
 from identification import Recording
 from observers import Estimate, Sample
-from reference_rig.hooks import Array
+from reference_rig import Array
 from symbolic import Rig, Tyre
 
 BUSY = 0.02

@@ -6,7 +6,6 @@ from scipy.signal import lfilter
 
 from identification import Fit, Recording, fit, initial_guess
 from identification.fits.covariance import (
-    autoregression,
     correlation,
     covariance,
     scores_variance,
@@ -140,20 +139,19 @@ def test_variance_of_a_sum_with_gaps() -> None:
     assert np.mean(holed) / np.mean(whole) == pytest.approx(kept * expected, rel=0.2)
 
 
-def test_autoregression_finds_what_made_the_series() -> None:
-    made = [1.0, -1.5, 0.7]
-    series = autoregressive(made, 20_000, np.random.default_rng(2))
-    holed = series.copy()
-    holed[::50] = np.nan
-    for given in (series, holed):
-        found = autoregression(given)
-        np.testing.assert_allclose(found[:3], made, atol=0.05)
-        assert np.abs(found[3:]).max(initial=0) < 0.05
+@pytest.mark.parametrize("n", [40, 80])
+def test_variance_where_there_are_few_samples_for_each_parameter(n: int) -> None:
+    # Least squares of white noise on a quarter as many columns as samples: the variances are (J' J)^-1.
+    rng, ratios = np.random.default_rng(4), []
+    for _ in range(100):
+        jacobian = rng.standard_normal((n, n // 4))
+        inverse = np.linalg.inv(jacobian.T @ jacobian)
+        noise = rng.standard_normal(n)
+        residual = noise - jacobian @ inverse @ jacobian.T @ noise
+        variance = inverse @ scores_variance(jacobian, residual, n / 4) @ inverse
+        ratios.append(np.trace(variance) / np.trace(inverse))
 
-
-@pytest.mark.parametrize("series", [np.zeros(50), np.full(50, np.nan), np.ones(3)])
-def test_autoregression_of_next_to_nothing(series: np.ndarray) -> None:
-    assert np.isfinite(autoregression(series)).all()
+    assert np.mean(ratios) == pytest.approx(1, abs=0.15)
 
 
 def test_what_the_data_say_nothing_about_has_no_deviation(noiseless) -> None:
@@ -183,6 +181,25 @@ def test_what_cannot_be_told_apart_has_no_deviation(noiseless) -> None:
 
     assert np.isinf(spread[[0, 3]]).all()
     assert np.isfinite(spread[1:3]).all()
+
+
+def test_whatever_takes_part_in_what_cannot_be_told_apart_has_no_deviation(noiseless) -> None:
+    # A hundredth of the second column in the copy of the first one leaves all three undetermined.
+    start, recordings = noiseless
+    given = noisy(recordings, 0.5, 1)
+    fitted = fit(start.model, given, start.values)
+    first, second = fitted.jacobian[:, 0], fitted.jacobian[:, 1]
+    mixed = first + 0.01 * np.linalg.norm(first) / np.linalg.norm(second) * second
+    mixture = replace(
+        fitted,
+        jacobian=np.column_stack([fitted.jacobian, mixed]),
+        labels=(*fitted.labels, (None, "mixture")),
+        scales=np.append(fitted.scales, 1.0),
+    )
+    spread = standard_deviations(mixture, given)
+
+    assert np.isinf(spread[[0, 1, 3]]).all()
+    assert np.isfinite(spread[2])
 
 
 def test_bristles_and_carcass_are_correlated() -> None:

@@ -6,7 +6,9 @@ import pytest
 from identification import Fit, FitOptions, Recording, Values, fit, initial_guess, signals_of
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import torque_range
-from identification.selection.trials import fit_own_parameters
+from identification.fits.options import COARSE_FIT
+from identification.selection.trials import ROUGH, fit_own_parameters, thin
+from identification.selection.trials import model_of as ranked_model
 from reference_rig import Campaign, make_recording
 from symbolic import (
     DECLARED,
@@ -15,9 +17,10 @@ from symbolic import (
     Model,
     Parameter,
     effects_named,
-    parameter_name,
+    full_slide_torque,
     simulate,
 )
+from symbolic.serialisation import parameter_name
 from tests.identification.factories import as_read, read_campaign, with_torque
 
 Given = tuple[Campaign, list[Recording]]
@@ -52,6 +55,28 @@ def test_first_values(declared: Given) -> None:
         assert values.own[recording.name]["torque_offset.M_0"] != 0
         everything = values.of(recording.name)
         assert set(everything) == {"k", "mu", "contact_damping.c", "torque_offset.M_0"}
+
+
+@pytest.mark.parametrize("sliding", [0.04, 0.3])
+def test_the_first_friction_is_that_of_few_sliding_samples(declared: Given, sliding: float) -> None:
+    recording, mu = declared[1][0], 1.2
+    n = recording.t.size
+    slide = mu * full_slide_torque(float(np.median(recording.F_N)), recording.rig.a)
+    M_z = np.full(n, 0.1 * slide)
+    M_z[: round(sliding * n)] = -slide
+    M_z[-n // 100 :] = 5 * slide  # Spikes in a hundredth of the samples are above the quantile.
+    values = initial_guess(model_of(), [with_torque(recording, M_z)])
+
+    assert values.own[recording.name]["mu"] == pytest.approx(mu)
+
+
+def test_a_candidate_converges_as_models_are_ranked() -> None:
+    """This one takes 13 simulations of the set."""
+    recordings = [thin(one) for one in read_campaign("rate_friction", 1, duration=6.0)[1]]
+    model = ranked_model(("carcass_torsion",), ROUGH)
+
+    assert fit(model, recordings, options=COARSE_FIT).converged
+    assert not fit(model, recordings, options=FitOptions(tolerance=1e-3, max_evaluations=4)).converged
 
 
 def test_what_recordings_give_is_never_fitted() -> None:

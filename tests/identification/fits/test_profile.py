@@ -5,6 +5,7 @@ import pytest
 from scipy.stats import chi2
 
 from identification import Fit, FitOptions, Recording, Values, fit, initial_guess
+from identification.fits import profile as profiling
 from identification.fits.covariance import standard_deviations
 from identification.fits.loss import Huber
 from identification.fits.options import COARSE_FIT
@@ -93,6 +94,27 @@ def test_a_profile_is_open_where_the_grid_ends_too_soon(fitted) -> None:
     assert made.interval[0] is not None
     assert made.interval[1] is None
     assert made.best == made.grid[-1]
+
+
+def test_every_fit_begins_where_its_neighbour_ended(fitted, monkeypatch: pytest.MonkeyPatch) -> None:
+    best, recordings = fitted
+    begun: dict[float, Values] = {}
+
+    def watched(model: Model, given: list[Recording], start: Values, options: FitOptions) -> Fit:
+        begun[start.shared["k"]] = start
+        return fit(model, given, start, options)
+
+    monkeypatch.setattr(profiling, "fit", watched)
+    k = best.values.shared["k"]
+    grid = k * np.array([0.8, 0.9, 1.0, 1.1, 1.2])
+    made = profile(MODEL, recordings, best.values, ModelParameter(name="k"), grid)
+
+    friction = dict(zip(made.grid.tolist(), made.paths["mu"].tolist(), strict=True))
+    for value, neighbour in ((0.8, 0.9), (0.9, 1.0), (1.1, 1.0), (1.2, 1.1)):
+        start = begun[k * value]
+        mean = np.mean([own["mu"] for own in start.own.values()])
+        assert mean == pytest.approx(friction[k * neighbour], rel=1e-9)
+    assert np.ptp(list(friction.values())) > 1e-4
 
 
 def test_a_softer_carcass_makes_up_for_stiffer_bristles() -> None:

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from identification import Decay, FreeDecay, identify_free_decay
-from identification.free_decay import estimator, noise_continuation
-from identification.free_decay.onset import release
+from identification.free_decay import estimator, solution
+from identification.free_decay.onset import find_vibration
 from reference_rig import CONTACT_HALF_LENGTHS as LENGTHS
 from reference_rig import FOURTEEN_BIT_STEP, ImpactRecording, load_at, make_impacts
 from reference_rig import THESIS_DAMPING as B_T
@@ -72,16 +72,6 @@ def test_friction_force_comes_with_it(whole: FreeDecay) -> None:
     assert whole.contacts_agree is True
 
 
-def test_source_way_beside_it(whole: FreeDecay) -> None:
-    source = whole.source
-
-    assert 0.0005 < abs(source.k / TYRE.k - 1) < 0.02
-    assert 0.04 < source.b_t / B_T - 1 < 0.15
-    # (5.8) as printed lacks J_A; all recordings have the same.
-    assert source.b_t_printed == pytest.approx(source.b_t / 0.151764, rel=1e-4)
-    assert [swing.a for swing in source.swings] == sorted(LENGTHS * 5)
-
-
 def test_readings_are_met(whole: FreeDecay) -> None:
     for vibration in whole.vibrations:
         assert vibration.rounded > 0.97
@@ -102,7 +92,6 @@ def test_result_is_a_file(whole: FreeDecay) -> None:
     assert whole.correlation < -0.5
     assert 1 < whole.condition < 1e4
     assert len(content["recordings"]) == 35
-    assert content["source"]["b_t_printed"]["unit"] == "1/s"
 
 
 def test_says_what_it_rests_on(whole: FreeDecay, few: list[Decay]) -> None:
@@ -174,7 +163,10 @@ def test_wrong_and_missing_readings(few: list[Decay]) -> None:
 
 def test_past_and_impact_do_not_matter(few: list[Decay]) -> None:
     # From the first turning point on: neither what struck it nor what the patch was before is seen.
-    cut = [replace(d, t=d.t[r.first :], psi=d.psi[r.first :]) for d, r in ((d, release(d)) for d in few)]
+    cut = [
+        replace(d, t=d.t[r.first :], psi=d.psi[r.first :])
+        for d, r in ((d, find_vibration(d)) for d in few)
+    ]
 
     whole, part = identify_free_decay(few), identify_free_decay(cut)
 
@@ -202,7 +194,7 @@ def test_needs_a_recording() -> None:
         identify_free_decay([])
 
 
-@pytest.mark.parametrize("singular", ["solve", "spread_of"])
+@pytest.mark.parametrize("singular", ["solve", "jackknife"])
 def test_recordings_that_tell_nothing(
     singular: str, few: list[Decay], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -216,7 +208,7 @@ def test_recordings_that_tell_nothing(
 
 
 def test_says_when_it_was_not_solved(few: list[Decay], monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(noise_continuation, "_MOST_STAGES", 2)
+    monkeypatch.setattr(solution, "_MAX_STAGES", 2)
 
     made = identify_free_decay(few)
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.free_decay import consistency
-from identification.free_decay.consistency import Alone, agree, each_alone
+from identification.free_decay import identifiability
 from identification.free_decay.estimator import identify_free_decay
-from identification.free_decay.likelihood import Programme
-from identification.free_decay.noise_continuation import solve
-from identification.free_decay.onset import release
+from identification.free_decay.identifiability import ContactStiffness, agree, stiffness_by_contact
+from identification.free_decay.likelihood import Likelihood
+from identification.free_decay.onset import find_vibration
 from identification.free_decay.recording import Decay
+from identification.free_decay.solution import solve
 from reference_rig import THESIS_TYRE as TYRE
 from reference_rig import make_impacts
 from symbolic import Rig
@@ -27,8 +27,8 @@ def decays() -> list[Decay]:
     return [as_decay(made) for made in make_impacts(9, lengths=LENGTHS, impacts=2)]
 
 
-def alone(k: float, std: float = 1.0, freedom: int = 20) -> Alone:
-    return Alone(contact=(0.045, 0.009), k=k, std=std, freedom=freedom)
+def alone(k: float, std: float = 1.0, freedom: int = 20) -> ContactStiffness:
+    return ContactStiffness(contact=(0.045, 0.009), k=k, std=std, freedom=freedom)
 
 
 def test_agree() -> None:
@@ -52,14 +52,14 @@ def test_seldom_wrong() -> None:
 
 
 def test_each_contact_tells_k(decays: list[Decay]) -> None:
-    found = each_alone(Programme([release(decay) for decay in decays]))
+    found = stiffness_by_contact(Likelihood([find_vibration(decay) for decay in decays]))
 
     assert [one.contact for one in found] == [(a, TYRE.e) for a in LENGTHS]
     for one in found:
         assert abs(one.k - TYRE.k) < 4 * one.std
         assert one.std < 0.003 * TYRE.k
     assert agree(found) is True
-    assert each_alone(Programme([release(decay) for decay in decays[:2]])) == ()
+    assert stiffness_by_contact(Likelihood([find_vibration(decay) for decay in decays[:2]])) == ()
 
 
 @pytest.mark.parametrize(
@@ -91,12 +91,12 @@ def test_no_free_vibration_shows_the_inertia(decays: list[Decay]) -> None:
 
 
 def test_contacts_that_do_not_tell(decays: list[Decay], monkeypatch: pytest.MonkeyPatch) -> None:
-    programme = Programme([release(decay) for decay in decays])
+    likelihood = Likelihood([find_vibration(decay) for decay in decays])
 
-    def singular(_: Programme) -> None:
+    def singular(_: Likelihood) -> None:
         raise np.linalg.LinAlgError
 
-    monkeypatch.setattr(consistency, "solve", singular)
-    assert each_alone(programme) == ()
-    monkeypatch.setattr(consistency, "solve", lambda part: replace(solve(part), converged=False))
-    assert each_alone(programme) == ()
+    monkeypatch.setattr(identifiability, "solve", singular)
+    assert stiffness_by_contact(likelihood) == ()
+    monkeypatch.setattr(identifiability, "solve", lambda part: replace(solve(part), converged=False))
+    assert stiffness_by_contact(likelihood) == ()
