@@ -6,9 +6,9 @@ With it, s = v dt is the slip at which stress and friction balance,
     |stress| - (1 + g) s = limit (1 + c ln(max(v, v_0) / v_ref)),
 
 with g the gain of a Maxwell branch (`branch_gain`). So a bristle that is no longer driven does not lose
-its stress in an instant when the wheel stops; it creeps on, ever slower, until it comes to rest at v_0. In
-w = ln v the balance is a convex, rising function, and Halley's method comes to its root from above: from the
-lesser of two bounds, one without the logarithm and one without the slip.
+its stress in an instant when the wheel stops; it creeps on, ever slower, until it comes to rest at v_0.
+In w = ln v the balance is a convex, rising function, and Halley's method comes to its root from above:
+from the lesser of two bounds, one without the logarithm and one without the slip.
 """
 
 from functools import cache
