@@ -11,6 +11,7 @@ from symbolic.bristles import SPAN, BristlePatch
 from symbolic.patch import PatchInputs
 from tests.symbolic.oracles import Array, Path, Tyre, grid_torque, random_path, run, worst
 
+pytestmark = pytest.mark.usefixtures("interpreted")
 LOAD = 400.0
 TYRE = Tyre()
 
