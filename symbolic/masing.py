@@ -77,7 +77,7 @@ class TurningPoints:
         return self.psi[-1], self.M_z[-1], 1.0 if len(self.psi) == 1 else 2.0
 
     @property
-    def closes_at(self) -> float:
+    def closing_angle(self) -> float:
         """The angle at which the present loop closes; NaN on the virgin branch [rad]."""
         if len(self.psi) == 1:
             return nan
@@ -88,15 +88,15 @@ class TurningPoints:
         """Zones of the deformation while the wheel turns: 3 on the virgin branch, 2 a turning point."""
         return 2 * len(self.psi) + 1
 
-    def turned_back(self, psi: float, M_z: float) -> "TurningPoints":
+    def with_turn_back(self, psi: float, M_z: float) -> "TurningPoints":
         """The memory after a turn back at an angle [rad] with the torque there [N m]."""
         return TurningPoints(psi=(*self.psi, psi), M_z=(*self.M_z, M_z))
 
-    def undone(self) -> "TurningPoints":
+    def without_last_turn(self) -> "TurningPoints":
         """The memory without the last turn back: the wheel has not turned since."""
         return self._without(min(1, len(self.psi) - 1))
 
-    def closed(self) -> "TurningPoints":
+    def without_closed_loop(self) -> "TurningPoints":
         """The memory after the present loop has closed: its two turning points are forgotten."""
         return self._without(min(2, len(self.psi) - 1))
 

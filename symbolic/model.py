@@ -20,7 +20,7 @@ from symbolic.zones import ZonePatch
 
 SIGNALS = ("psi", "psi_dot", "F_N", "dt")
 """Order of one sample's inputs: [rad], [rad/s], [N], [s]."""
-SHORTEST = 1e-9
+SHORTEST_PERIOD = 1e-9
 """Shorter sample periods are clamped to this [s]: patch and effects divide by the period."""
 GEOMETRY = ("a", "e")
 """Order of the geometry: contact patch half-length [m], caster length [m]."""
@@ -132,7 +132,7 @@ class Model:
         """The first half of `step`: (memory, signals, theta, geometry) -> (memory_next, seen).
 
         seen are the signals at the patch: another angle, rate or load where an effect sits in a sensor,
-        and dt at least `SHORTEST`.
+        and dt at least `SHORTEST_PERIOD`.
         """
         return _build_halves(self)[0]
 
@@ -242,7 +242,7 @@ def _build_halves(model: Model) -> tuple[ca.Function, ca.Function]:
 
 def _signals(vector: ca.MX) -> Signals:
     signals = Signals(**dict(zip(SIGNALS, ca.vertsplit(vector), strict=True)))
-    return replace(signals, dt=ca.fmax(signals.dt, SHORTEST))
+    return replace(signals, dt=ca.fmax(signals.dt, SHORTEST_PERIOD))
 
 
 def _inputs(seen: Signals, factor: Expression, theta: Expression, geometry: Expression) -> PatchInputs:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from symbolic.compiled import compiled
 from symbolic.deformation import full_slide_torque, unit_moment
 from symbolic.masing import TurningPoints, branch_torque
-from symbolic.zones import REST
+from symbolic.zones import LEAST_TURN
 
 Array = NDArray[np.float64]
 LONGEST = 0.5
@@ -161,20 +161,20 @@ def _until_event(
     turns = _turning_time(stepper, state, end, h) if state.sure else None
     if turns == 0:
         # The last turn back came to nothing: the wheel goes on as before it.
-        return 0.0, state._replace(memory=memory.undone(), direction=-direction, sure=False)
+        return 0.0, state._replace(memory=memory.without_last_turn(), direction=-direction, sure=False)
     if turns:
         h, end = turns, stepper.take(turns)
-    closes = direction * (end[0] - memory.closes_at) > 0
+    closes = direction * (end[0] - memory.closing_angle) > 0
     if closes:
         h = _closing_time(stepper, state, h)
         end = stepper.take(h)
     psi, psi_dot, acceleration, M_z, _ = end
     if closes:
-        memory = memory.closed()
+        memory = memory.without_closed_loop()
     elif turns:
-        has_turned = abs(psi - memory.psi[-1]) > REST
+        has_turned = abs(psi - memory.psi[-1]) > LEAST_TURN
         psi_dot, direction = 0.0, -direction
-        memory = memory.turned_back(psi, M_z) if has_turned else memory.undone()
+        memory = memory.with_turn_back(psi, M_z) if has_turned else memory.without_last_turn()
     return h, WheelState(state.t, psi, psi_dot, acceleration, memory, direction)
 
 
@@ -202,7 +202,7 @@ def _turning_time(stepper: WheelStepper, state: WheelState, end: list[float], h:
 
 def _closing_time(stepper: WheelStepper, state: WheelState, h: float) -> float:
     """When the present loop closes within a step [s]."""
-    goal = state.memory.closes_at
+    goal = state.memory.closing_angle
     if state.direction * (goal - state.psi) <= 0:
         return 0.0
     return _when(stepper, 0, goal, 0.0, h)

@@ -10,6 +10,7 @@ from reference_rig import hand_path
 from symbolic import EFFECTS, Model
 from tests.symbolic.oracles import Array, Path, Tyre, grid_torque, run, signals, straight, wandering_load
 
+pytestmark = pytest.mark.usefixtures("interpreted")
 LOAD = 400.0
 TYRE = Tyre()
 GO = TYRE.slope(LOAD) * TYRE.a
