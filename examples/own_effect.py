@@ -1,8 +1,4 @@
-"""An effect of your own beside the library's: a stiffening rubber boot about the kingpin.
-
-The library has only a linear return torque. Recordings from the reference rig get a cubic one; the
-diagnosis finds it among a few candidates. On the command line: `--effects own_effect`.
-"""
+"""An effect of your own: a stiffening rubber boot, found in recordings (CLI: `--effects own_effect`)."""
 
 import sys
 from dataclasses import dataclass
@@ -15,8 +11,7 @@ from reference_rig.record import make_recording
 from symbolic import Effect, Parameter, ResidualSignature, Rig, Signals, Tyre
 from symbolic.effects.base import Expression, Values
 
-STIFFNESS = 80.0
-"""Of the boot in the recordings [N m/rad^3]."""
+STIFFNESS = 80.0  # of the boot in the recordings [N m/rad^3]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,18 +37,22 @@ def recording(name: str, seed: int, mu: float) -> Recording:
     """A recording of the rig with the boot's torque added."""
     made = make_recording(seed, mu=mu, duration=9.0, bristles=400)
     torque, rate = made.M_z - STIFFNESS * made.psi_true**3, smoothed_rate(made.t, made.psi)
+    channels = {"t": made.t, "psi": made.psi, "psi_dot": rate, "M_z": torque, "F_N": made.F_N}
     rig, tyre = Rig(a=made.tyre.a, e=made.tyre.e), Tyre(k=1.2 * made.tyre.k)
-    return Recording(
-        name=name, t=made.t, psi=made.psi, psi_dot=rate, M_z=torque, F_N=made.F_N, rig=rig, tyre=tyre
-    )
+    return Recording(name=name, rig=rig, tyre=tyre, **channels)
+
+
+def main() -> None:
+    """Diagnose, and print what was found."""
+    candidates = ["steering_return", "carcass_torsion", "contact_damping", *EFFECTS]
+    recordings = [recording("first", 3, 0.9), recording("second", 4, 0.8)]
+    found = diagnose(recordings, candidates=candidates, jobs=1)
+    for effect in found.effects:
+        for name, p in effect.parameters.items():
+            print(f"found {effect.name}: {name} = {p.value:.2f} ± {p.std:.2f} {p.unit}")
+    before, after = (stage.summary()["torque_nrmse"] for stage in (found.before, found.after))
+    print(f"error {before:.2%} of range before, {after:.2%} after")
 
 
 if __name__ == "__main__":
-    recordings = [recording("first", 3, 0.9), recording("second", 4, 0.8)]
-    candidates = ["steering_return", "carcass_torsion", "contact_damping", *EFFECTS]
-    found = diagnose(recordings, candidates=candidates, jobs=1)
-    for effect in found.effects:
-        value = effect.parameters["c"]
-        print(f"found {effect.name}: c = {value.value:.2f} ± {value.std:.2f} {value.unit}")
-    before, after = (stage.summary()["torque_nrmse"] for stage in (found.before, found.after))
-    print(f"error {before:.2%} of range before, {after:.2%} after")
+    main()
