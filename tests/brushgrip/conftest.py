@@ -13,7 +13,7 @@ from identification.experiments.proposals import Proposal
 from identification.experiments.steering import Manoeuvre
 from identification.fits.fitting import Values
 from identification.parameter_estimate import ParameterEstimate
-from identification.residuals.signals import RESIDUAL_SIGNALS
+from identification.residuals.signals import RESIDUAL_SIGNALS, effects_leaving
 from identification.residuals.signatures import Autocorrelation, Signature, Signatures
 from identification.residuals.unexplained import Unexplained
 from identification.results import Candidate, Diagnosis, Errors, FoundEffect, Series
@@ -122,8 +122,8 @@ def _signatures(strength: float) -> Signatures:
             band=0.3,
             slope=1.0,
             size=0.01 * strength,
-            effects=signal.along.effects,
-            reading=signal.along.meaning,
+            effects=effects_leaving(signal, 1, EFFECTS.values()),
+            reading=signal.positive,
         )
         for number, signal in enumerate(RESIDUAL_SIGNALS)
     )

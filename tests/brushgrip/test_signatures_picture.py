@@ -8,8 +8,9 @@ import pytest
 
 from brushgrip.pictures import draw_signatures
 from brushgrip.pictures.style import AFTER, BEFORE, QUIET
-from identification.residuals.signals import RESIDUAL_SIGNALS
+from identification.residuals.signals import RESIDUAL_SIGNALS, effects_leaving
 from identification.residuals.signatures import Autocorrelation, Signature, Signatures
+from symbolic import EFFECTS
 
 
 def signatures(strength: float, band: float) -> Signatures:
@@ -27,8 +28,8 @@ def signatures(strength: float, band: float) -> Signatures:
                 band=band,
                 slope=1.0,
                 size=0.01 * strength,
-                effects=signal.along.effects,
-                reading=signal.along.meaning,
+                effects=effects_leaving(signal, 1, EFFECTS.values()),
+                reading=signal.positive,
             )
             for number, signal in enumerate(RESIDUAL_SIGNALS)
         ),

@@ -392,3 +392,16 @@ def test_towing(tmp_path: Path) -> None:
         assert abs(found - planted) < 4 * spread < 0.1 * planted
     assert all(91 < float(share) < 98 for share in shares)
     assert (tmp_path / "tows.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_own_effect(tmp_path: Path) -> None:
+    found, errors = printed_by("own_effect.py", tmp_path).splitlines()
+    named = re.fullmatch(rf"found boot_spring: c = {NUMBER} ± {NUMBER} N m/rad\^3", found)
+    matched = re.fullmatch(rf"error {NUMBER}% of range before, {NUMBER}% after", errors)
+
+    assert named, found
+    assert matched, errors
+    value, spread = map(float, named.groups())
+    assert abs(value - 80) < 3 * spread
+    before, after = map(float, matched.groups())
+    assert after < 0.4 < 0.5 * before

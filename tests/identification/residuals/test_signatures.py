@@ -274,7 +274,7 @@ def test_the_fit_hides_what_it_has_absorbed() -> None:
 
 def test_a_direction_that_was_fitted_tells_nothing() -> None:
     _, made = read_campaign("torque_offset", 4, recordings=2)
-    model = model_of(("torque_offset",))
+    model = model_of([EFFECTS["torque_offset"]])
     fitted = fit(model, made, initial_guess(model, made))
     found = named(signatures(fitted.residuals, made, [fitted]), CONSTANT)
 
