@@ -35,7 +35,7 @@ class PlantedFrictionalCreep(PlantedEffect):
     c: float = 0.0
 
     def rate(self) -> float:
-        """What grows."""
+        """The growth c."""
         return self.c
 
 

@@ -1,7 +1,7 @@
 """Fine-bristle patch: every bristle is an elastoplastic stop on a uniform midpoint grid.
 
 Where friction grows with the logarithm of a bristle's own sliding speed, a bristle that a step loads to
-`size` slides at v with size = A v + L (1 + c ln(v/v_ref)), A v being the stress that its slip takes off.
+`size` slides at v with size = A v + L (1 + c ln(v/v_ref)), A v being the stress that its slip relieves.
 The root is Wright's omega function.
 """
 
@@ -28,7 +28,7 @@ def friction_stress(size: Array, limit: Array, c: float, relief: float) -> tuple
         size: stress before the slip, not negative [m], shape (n,).
         limit: friction bound at the reference speed, greater than 0 [m], shape (n,).
         c: growth of the bound with ln v; 0 for one that stays the same [1].
-        relief: stress that a slip at 1 m/s takes off in the step [m].
+        relief: stress that a slip at 1 m/s relieves in the step [m].
     """
     if c == 0:
         return np.minimum(size, limit), (size <= limit).astype(float)
@@ -77,7 +77,7 @@ class BristleGrid:
     share: Array
     """Stiffness times lever, so that torque = share · stretch [N]."""
     limit_of: Callable[[float], Array]
-    """How much the patch grew [1] -> stretch at which a bristle slides, for one newton of load [m/N]."""
+    """Growth of the patch [1] -> stretch at which a bristle slides, for one newton of load [m/N]."""
     relaxation: MaxwellBranch
     """Maxwell branch beside each spring."""
     rate: float

@@ -20,7 +20,7 @@ SLOWEST, FASTEST = 0.03, 0.35
 
 @dataclass(frozen=True, kw_only=True)
 class Hand:
-    """How the wheel is turned."""
+    """Style of turning the wheel by hand."""
 
     amplitude: float = 0.45
     """Largest angle [rad]."""

@@ -20,7 +20,7 @@ EffectValues = Mapping[str, Mapping[str, float]]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RigRecording:
-    """What the sensors showed, and the truth behind it; arrays of shape (n,) at 100 Hz."""
+    """Channels of the sensors with the true values beside them; arrays of shape (n,) at 100 Hz."""
 
     name: str
     t: Array

@@ -78,7 +78,7 @@ class SteeredMotion:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SteeringRecording:
-    """What the sensors showed, and the truth behind it; arrays of shape (n,)."""
+    """Channels of the sensors with the true values beside them; arrays of shape (n,)."""
 
     name: str
     t: Array

@@ -30,12 +30,12 @@ IMPACT_STEP = 2e-4
 IMPACT_PULSE = 0.006
 """Duration of an impact [s], half a sine."""
 QUIET = (0.05, 0.15)
-"""How long the wheel stands before the impact, at least and at most [s]."""
+"""Least and greatest time at rest before the impact [s]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ImpactRecording:
-    """What the encoder showed, and the truth behind it; arrays of shape (n,)."""
+    """Encoder channel of one impact with the true values beside it; arrays of shape (n,)."""
 
     name: str
     t: Array
@@ -45,7 +45,7 @@ class ImpactRecording:
     psi_true: Array
     """Yaw angle since rest [rad]."""
     zero: float
-    """What the encoder shows at rest, before it counts in steps [rad]."""
+    """Angle of the encoder at rest, before quantisation [rad]."""
     F_N: float
     """Vertical load [N]."""
     tyre: RigTyre
@@ -232,7 +232,7 @@ TOWING_LOADS = (20.0, 35.0, 50.0, 65.0, 80.0, 95.0, 110.0, 125.0, 140.0, 155.0)
 
 @dataclass(frozen=True, kw_only=True)
 class Towing:
-    """How the block slides and what the sensor adds."""
+    """Friction of the block and errors of the dynamometer."""
 
     mu: float = 0.6757
     """Coefficient of friction; its mean over the plate [1]."""

@@ -2,10 +2,8 @@
 
 Each bristle is one elastoplastic stop, [Györök 2022], (2.15) and (2.16). Effects enter as
 `BristleTraits`: the pressure over x, a spread over the width, a local factor on the friction limit, and
-a stress that relaxes.
-
-The torque error of the discretisation is 4e-4 of range for 80 bristles in one row, 2e-3 for 40 in each
-of 6 rows (1e-4 and 5e-4 rms); with room to grow 9e-4 for 80 (2e-4 rms).
+a stress that relaxes. The torque error of the discretisation is 4e-4 of range for 80 bristles in one
+row, 2e-3 for 40 in each of 6 rows (1e-4 and 5e-4 rms); with room to grow 9e-4 for 80 (2e-4 rms).
 """
 
 from collections.abc import Callable

@@ -129,7 +129,7 @@ def lateral_deformation(
 
 
 def zone_boundaries(psi: float, memory: TurningPoints, F_N: float, rig: Rig, tyre: Tyre) -> Array:
-    """Where one zone of the deformation ends and the next begins, from rear to front [m].
+    """Boundaries between the zones of the deformation, from rear to front [m].
 
     Every branch has left one boundary on either side of the kingpin: there the bristles just reached
     their limit. The outermost ones bound what slides while the wheel turns on.

@@ -259,12 +259,12 @@ def _advance(
     seen = _signals(signals)
     angle, before, own = model.split(memory)
     effects, factor, compliance = model.values(theta), ca.MX(1), None
-    remembered: list[Expression] = list(own)
+    memories: list[Expression] = list(own)
     # Sensors first, so that the order of the effects does not change the signals of the others.
     for i in sorted(range(len(effects)), key=lambda i: not effects[i][0].sensor):
         effect, values = effects[i]
-        seen, remembered[i] = effect.transform_inputs(seen, own[i], values)
-    for (effect, values), present in zip(effects, remembered, strict=True):
+        seen, memories[i] = effect.transform_inputs(seen, own[i], values)
+    for (effect, values), present in zip(effects, memories, strict=True):
         factor = factor * effect.friction(seen, present, values)
         added = effect.compliance(values)
         if added is not None:
@@ -276,7 +276,7 @@ def _advance(
         after = patch.advance(before, turn, coefficients)
     else:
         turn, after = advance_in_series(patch, before, turn, coefficients, compliance)
-    return ca.vertcat(angle + turn, after, *remembered), seen, coefficients
+    return ca.vertcat(angle + turn, after, *memories), seen, coefficients
 
 
 def _torque(

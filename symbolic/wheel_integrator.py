@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 LONGEST = 0.5
 """Longest step in periods of the sticking wheel [1]; no full swing passes within one step."""
 ROUNDING = 1e-12
-"""Share of the longest step that two events may lie apart without being told apart [1]."""
+"""Resolution of the times of events, in shares of the longest step [1]."""
 STRETCH = 128
 """Angles in one call of the torque."""
 CONSTANTS = ("F_N", "mu", "k", "a", "e", "J_A", "b_t")
@@ -179,7 +179,7 @@ def _until_event(
 
 
 def _turning_time(stepper: WheelStepper, state: WheelState, end: list[float], h: float) -> float | None:
-    """When the wheel turns back within a step [s]; None where it does not, 0 where it never set out."""
+    """Time of a turn back within a step [s]; None for none, 0 where the wheel has not moved off."""
     from scipy.optimize import brentq
 
     direction, late = state.direction, h
@@ -201,7 +201,7 @@ def _turning_time(stepper: WheelStepper, state: WheelState, end: list[float], h:
 
 
 def _closing_time(stepper: WheelStepper, state: WheelState, h: float) -> float:
-    """When the present loop closes within a step [s]."""
+    """Time within a step at which the present loop closes [s]."""
     goal = state.memory.closing_angle
     if state.direction * (goal - state.psi) <= 0:
         return 0.0
@@ -209,7 +209,7 @@ def _closing_time(stepper: WheelStepper, state: WheelState, h: float) -> float:
 
 
 def _when(stepper: WheelStepper, i: int, goal: float, low: float, high: float) -> float:
-    """When psi (i = 0) or psi_dot (i = 1) passes a goal, by Newton's rule within a bracket [s].
+    """Time at which psi (i = 0) or psi_dot (i = 1) passes a goal, by bracketed Newton steps [s].
 
     The slope is the next entry of what a step makes, so this takes a third of Brent's calls.
     """

@@ -113,7 +113,7 @@ def _interleave(first: Expression, second: Expression) -> Expression:
 
 
 def _clip_tail() -> ca.Function:
-    """Where the tail, of slope -turn, meets the limits: the one it lies beyond, then the far one."""
+    """Crossings of the tail, of slope -turn, with the limits: the one it lies beyond, then the other."""
     xi, r, turn, level = symbols = [ca.SX.sym(name) for name in ("xi", "r", "turn", "level")]
     heading = ca.if_else(turn >= 0, -1, 1)
     moves = ca.fabs(turn) > LEAST_TURN

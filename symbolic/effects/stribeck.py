@@ -1,8 +1,8 @@
 """Static friction above kinetic, falling exponentially with sliding speed.
 
 Reference: the exponential form reviewed in Armstrong-Helouvry, Dupont, Canudas de Wit, A survey of
-models, analysis tools and compensation methods for the control of machines with friction, Automatica
-30 (1994) 1083.
+models, analysis tools and compensation methods for the control of machines with friction,
+Automatica 30 (1994) 1083.
 """
 
 from dataclasses import dataclass
