@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.usefixtures("interpreted")
 Run = Callable[..., Any]
 Write = Callable[..., Path]
 
