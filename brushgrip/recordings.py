@@ -1,4 +1,4 @@
-"""Recordings as a user names them: where they are found, read, and told apart."""
+"""Recordings as a user names them: their files, their reading, and a unique name for each."""
 
 import os
 from collections import Counter
@@ -10,9 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.fetch import LOCAL_COPY
-from identification.free_decay.recording import Decay, read_decay
-from identification.reading.recordings import Recording, read_recording, read_rig
-from symbolic.errors import InvalidInputError
+from identification import Decay, Recording, read_decay, read_recording, read_rig
+from symbolic import InvalidInputError
 
 _SUFFIXES = (".mat", ".csv")
 

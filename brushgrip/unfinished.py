@@ -6,8 +6,8 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from brushgrip.console import warn
-from identification.selection.journal import Journal
-from symbolic.errors import BrushgripError
+from identification import Journal
+from symbolic import BrushgripError
 
 
 @contextmanager
