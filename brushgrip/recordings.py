@@ -1,4 +1,4 @@
-"""Recordings as a user names them: where they are found, read, and told apart."""
+"""Recordings as a user names them: their files, their reading, and a unique name for each."""
 
 import os
 from collections import Counter
@@ -11,9 +11,7 @@ import numpy as np
 
 from brushgrip.atomic import is_same_file
 from brushgrip.fetch import LOCAL_COPY
-from identification.free_decay.recording import Decay, read_decay
-from identification.reading.readers import READERS
-from identification.reading.recordings import Recording, read_recording, read_rig
+from identification import READERS, Decay, Recording, read_decay, read_recording, read_rig
 from symbolic import InvalidInputError
 
 

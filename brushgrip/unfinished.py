@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from brushgrip.console import warn
-from identification.selection.journal import Journal
+from identification import Journal
 
 
 @contextmanager

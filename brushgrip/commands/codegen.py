@@ -37,7 +37,7 @@ class Target(StrEnum):
     FMU = "fmu"
 
 
-class Torque(StrEnum):
+class TorqueChannel(StrEnum):
     """Which torque the target measures, by its name in recordings."""
 
     GROUND = "M_z"
@@ -46,9 +46,9 @@ class Torque(StrEnum):
 
 KINDS = {Kind.EKF: Ekf, Kind.MHE: Mhe}
 TYPES = {Type.FLOAT: SINGLE, Type.DOUBLE: DOUBLE}
-SENSINGS: dict[Torque, MeasurementModel] = {
-    Torque.GROUND: AligningTorque(),
-    Torque.HAND: SteeringTorque(),
+SENSINGS: dict[TorqueChannel, MeasurementModel] = {
+    TorqueChannel.GROUND: AligningTorque(),
+    TorqueChannel.HAND: SteeringTorque(),
 }
 
 
@@ -63,8 +63,8 @@ def codegen(
     real: Annotated[Type, typer.Option("--real", help="Type of every number.")] = Type.FLOAT,
     target: Annotated[Target, typer.Option("--target", help="What to write.")] = Target.C,
     torque: Annotated[
-        Torque, typer.Option("--torque", help="Torque measured: aligning, or steering.")
-    ] = Torque.GROUND,
+        TorqueChannel, typer.Option("--torque", help="Torque measured: aligning, or steering.")
+    ] = TorqueChannel.GROUND,
     name: Annotated[
         str, typer.Option("--name", metavar="NAME", help="Begins every name in C.")
     ] = "brushgrip",

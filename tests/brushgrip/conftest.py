@@ -1,4 +1,4 @@
-"""A diagnosis made by hand, recordings on disk, and the command as a user meets it."""
+"""A hand-made diagnosis, recordings on disk, and the command as a user calls it."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -23,7 +23,7 @@ RIG = "[rig]\na = 0.045\ne = 0.009\n\n[tyre]\nk = 2.4e6\nmu = 1.2\n"
 
 
 class Outcome(NamedTuple):
-    """What a command left: exit status, standard output, standard error."""
+    """Result of a command: exit status, standard output, standard error."""
 
     status: int
     out: str
@@ -32,7 +32,7 @@ class Outcome(NamedTuple):
 
 @pytest.fixture(autouse=True)
 def own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No data of this user or machine is found by chance."""
+    """Hide the data of this user and machine."""
     monkeypatch.delenv("BRUSHGRIP_DATA", raising=False)
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "user_data"))
     monkeypatch.setenv("COLUMNS", "120")

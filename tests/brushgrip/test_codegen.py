@@ -14,6 +14,7 @@ from observers.embedded import generate
 from observers.embedded.fmu import is_host
 from symbolic import InvalidInputError, compiler
 
+pytestmark = pytest.mark.usefixtures("interpreted")
 Run = Callable[..., Any]
 NEEDS_COMPILER = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
 NEEDS_HOST = pytest.mark.skipif(not is_host(), reason="FMUs are built on Linux x86_64 alone")

@@ -260,6 +260,7 @@ class TestDemo:
         written = sorted(path.name for path in (tmp_path / "out").iterdir())
         assert written == ["diagnosis.json", "model.json", "report.html"]
 
+    @pytest.mark.usefixtures("interpreted")
     def test_friction_by_both_models_and_every_observer(
         self, make_diagnosis: Callable[..., Diagnosis], write_csv: Write, rig: Path
     ) -> None:

@@ -109,11 +109,11 @@ class TestLocalCopy:
 
     def test_names_what_is_absent(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         source = local_copy(tmp_path / "local", monkeypatch, run2=None)
-        said: list[str] = []
-        paths = fetch(tmp_path / "out", say=said.append)
+        lines: list[str] = []
+        paths = fetch(tmp_path / "out", say=lines.append)
 
         assert [path.name for path in paths] == ["run1.mat", "estimate_run1.csv"]
-        assert said == [f"copied 2 files from {source}", f"absent from {source}: run2.mat"]
+        assert lines == [f"copied 2 files from {source}", f"absent from {source}: run2.mat"]
 
     def test_simulations_may_stand_beside(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         source = local_copy(tmp_path / "measured", monkeypatch, run2=None)
@@ -156,12 +156,12 @@ class TestLocalCopy:
 class TestDownload:
     def test_downloads(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         asked = serve(monkeypatch, SERVED)
-        said: list[str] = []
-        paths = fetch(tmp_path / "out", say=said.append)
+        lines: list[str] = []
+        paths = fetch(tmp_path / "out", say=lines.append)
 
         assert {path.name: path.read_bytes() for path in paths} == CONTENT
         assert asked == list(SERVED)
-        assert said[0] == "1/3 run1.mat"
+        assert lines[0] == "1/3 run1.mat"
 
     def test_keeps_what_is_whole(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         (tmp_path / "run1.mat").write_bytes(b"first")

@@ -154,9 +154,9 @@ def test_no_result_without_a_solution(
     run: Run, rig: Path, struck: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def unsolved(*arguments: Any) -> Any:
-        made = identify_free_decay(*arguments)
-        changed = vars(made) | {"converged": False, "status": "not solved", "remedy": "strike harder"}
-        return type(made)(**changed)
+        result = identify_free_decay(*arguments)
+        changed = vars(result) | {"converged": False, "status": "not solved", "remedy": "strike harder"}
+        return type(result)(**changed)
 
     monkeypatch.setattr(identifying, "identify_free_decay", unsolved)
     out = tmp_path / "id.json"

@@ -13,6 +13,7 @@ from brushgrip.commands import diagnose as diagnosing
 from brushgrip.user_effects import user_effects
 from symbolic import EFFECTS, InvalidInputError
 
+pytestmark = pytest.mark.usefixtures("interpreted")
 Run = Callable[..., Any]
 Write = Callable[..., Path]
 MODULE = """

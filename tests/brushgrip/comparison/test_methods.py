@@ -1,4 +1,4 @@
-"""What methods claim of themselves holds on a path with more than five zones."""
+"""The properties that methods declare are true on a path with more than five zones."""
 
 from itertools import pairwise
 
@@ -15,7 +15,7 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 MU = 1.2
 RATE = 100.0
 NESTED_FROM = 7
-"""Zones from which the source has no formula."""
+"""Zones from which [Györök 2022] has no formula."""
 
 
 @pytest.fixture(scope="module")
@@ -65,8 +65,8 @@ def test_deviation(nested: Recording, method: ObserverMethod) -> None:
     observer = method.factory(nested, None)
     first = Sample(psi=0.0, psi_dot=0.0, F_N=400.0, dt=0.01, M_z=0.0)
 
-    said = observer.estimate(observer.step(observer.init(first), first))
-    assert np.isfinite(said.mu_std) == method.gives_deviation
+    estimate = observer.estimate(observer.step(observer.init(first), first))
+    assert np.isfinite(estimate.mu_std) == method.gives_deviation
 
 
 def test_names_are_unique_and_c_is_there_where_a_compiler_is() -> None:

@@ -21,14 +21,14 @@ OFF = 0.25
 
 
 def busy(seconds: float) -> None:
-    """Keeps the processor so long."""
+    """Keep the processor busy for so long [s]."""
     begin = process_time()
     while process_time() < begin + seconds:
         pass
 
 
 @dataclass(frozen=True)
-class Learned:
+class Slow:
     """Takes its time and is always off by so much."""
 
     name: str = "neural network"
@@ -46,7 +46,7 @@ def case() -> Case:
     psi = 0.3 * np.sin(t - 1) * (t > 1)
     return make_case(
         Recording(
-            name="made",
+            name="run",
             t=t,
             psi=psi,
             psi_dot=np.gradient(psi, t),
@@ -61,7 +61,7 @@ def case() -> Case:
 
 
 def test_a_method_from_elsewhere_gets_its_row(case: Case) -> None:
-    (row,) = summarise(compared := compare([case], [Learned()]), [Learned()])
+    (row,) = summarise(compared := compare([case], [Slow()]), [Slow()])
 
     assert (row.method, row.works_beyond_five_zones, row.gives_deviation) == (
         "neural network", True, False,
@@ -70,23 +70,23 @@ def test_a_method_from_elsewhere_gets_its_row(case: Case) -> None:
     assert row.spread == pytest.approx(0, abs=1e-12)
     assert row.theta == pytest.approx(BUSY / 10, rel=0.1)
     assert "| neural network | 0.250 | 0.000 | 2." in markdown_text(compared, [row])
-    made = comparison_dict(compared, [row])
-    assert made["recordings"][0]["scores"][0]["quantiles"] == pytest.approx([1.3 + OFF] * 5)
+    content = comparison_dict(compared, [row])
+    assert content["recordings"][0]["scores"][0]["quantiles"] == pytest.approx([1.3 + OFF] * 5)
 
 
 @dataclass
 class Remembering:
-    """Takes long once, and has learned the answer when it is asked again."""
+    """Is slow in the first call only, and right from the second on."""
 
     name: str = "remembering"
     works_beyond_five_zones: bool = True
     gives_deviation: bool = False
-    asked: int = 0
+    calls: int = 0
 
     def estimate(self, recording: Recording) -> Array:
-        self.asked += 1
-        busy(10 * BUSY if self.asked == 1 else BUSY)
-        return np.full(recording.t.size, 1.3 + (OFF if self.asked == 1 else 0))
+        self.calls += 1
+        busy(10 * BUSY if self.calls == 1 else BUSY)
+        return np.full(recording.t.size, 1.3 + (OFF if self.calls == 1 else 0))
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ def test_errors_count_from_when_the_wheel_has_turned_for_a_while(case: Case) -> 
 
 
 def test_what_is_published() -> None:
-    # Table 6.1 of the source, with the time in fig. 5.13's measure (5.10).
+    # [Györök 2022], Table 6.1, with the time of figure 5.13 as in (5.10).
     assert [(row.rmse, row.theta, row.works_beyond_five_zones) for row in PUBLISHED] == [
         (0.638, 0.525, False), (0.4794, 0.0085, True), (0.3837, 0.538, None),
     ]  # fmt: skip
