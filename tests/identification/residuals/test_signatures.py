@@ -146,7 +146,7 @@ def test_the_band_holds_for_several_columns_and_holes(recordings: list[Recording
     assert outside / trials <= 0.025
 
 
-@pytest.mark.parametrize("memory", [0.9, 0.97])
+@pytest.mark.parametrize("memory", [0.9, 0.97, 0.98])
 def test_the_band_of_a_constant(recordings: list[Recording], memory: float) -> None:
     outside, trials = 0, 400
     for seed in range(trials):
@@ -349,6 +349,62 @@ def test_reversals_are_those_of_the_angle(recordings: list[Recording]) -> None:
     assert t[turned[-3:]] == pytest.approx([3 * np.pi / 2, 5 * np.pi / 2, 7 * np.pi / 2], abs=0.05)
     assert motion.travel[turned[-1]] == pytest.approx(0.4, abs=1e-3)
     assert motion.elapsed[turned[-1]] == pytest.approx(np.pi, abs=0.07)
+
+
+def test_turning_back_by_a_little_is_a_reversal(recordings: list[Recording]) -> None:
+    """By 3 mrad, far more than a step of the encoder."""
+    t = 0.01 * np.arange(600)
+    psi = np.interp(t, [0, 2, 2.5, 6], [0, 0.2, 0.197, 0.4])
+    still = np.zeros(t.size)
+    swing = replace(
+        recordings[0], t=t, psi=psi, psi_dot=np.gradient(psi, t), M_z=-psi, F_N=still + 400.0,
+        psi_recorded=None,
+    )  # fmt: skip
+    motion = motion_of(swing, still)
+
+    assert motion.heading[[150, 225, 400]].tolist() == [1, -1, 1]
+    assert motion.elapsed[240] == pytest.approx(0.4, abs=0.02)
+
+
+def test_a_wheel_at_a_tenth_of_its_rate_is_turning(recordings: list[Recording]) -> None:
+    motion = motion_of(recordings[0], np.zeros(recordings[0].t.size))
+    size = np.sqrt(np.mean(motion.psi_dot**2))
+    slow = replace(motion, psi_dot=np.array([0.1, -0.1, 0.01, 1.0]) * size)
+    slow = replace(slow, psi_dot=slow.psi_dot / np.sqrt(np.mean(slow.psi_dot**2)))
+
+    assert np.sign(slow.direction).tolist() == [1, -1, 1, 1]
+    assert np.abs(slow.direction[:2]) == pytest.approx(0.97, abs=0.02)
+
+
+def test_three_signals_are_followed_where_three_are_planted(recordings: list[Recording]) -> None:
+    rng = np.random.default_rng(19)
+    found = signatures(
+        *with_residual(
+            recordings,
+            lambda r: (
+                3 * r.psi / np.std(r.psi)
+                + 2 * np.tanh(r.psi_dot / 0.01)
+                + (r.F_N - r.F_N.mean()) / np.std(r.F_N)
+                + 0.2 * rng.standard_normal(r.t.size)
+            ),
+            level=0.01,
+        )
+    )
+
+    assert {s.signal for s in found.followed} == {ANGLE, DIRECTION, "the load"}
+
+
+def test_the_band_of_a_constant_allows_for_few_low_frequencies(recordings: list[Recording]) -> None:
+    rng = np.random.default_rng(20)
+    residuals, made = with_residual(recordings, lambda r: autoregressive(0.97, r.t.size, rng))
+    rows = rows_of(residuals, made)
+    noise = noise_of(rows)
+    *_, (_, band, _) = [
+        correlation(rows.means(), np.zeros((rows.residual.size, 0)), noise, freedom)
+        for freedom in (1e9, noise.freedom)
+    ]
+
+    assert named(signatures(residuals, made), CONSTANT).band == pytest.approx(band)
 
 
 @pytest.mark.measured

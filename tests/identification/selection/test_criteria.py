@@ -25,6 +25,8 @@ RESOLUTION = DEFAULT_CRITERIA.resolution
     [
         (-1.0, 1.5, BLOCK, True),
         (-1.0, 0.5, BLOCK, False),
+        (-1.0, 0.995, BLOCK, False),
+        (-1.0, 1.005, BLOCK, True),
         (1.0, 1.5, LONG_BLOCK, False),
         (1.0, 2.5, LONG_BLOCK, True),
         (5.5, 2.5, LONG_BLOCK, True),

@@ -97,6 +97,9 @@ class Edited(Spring):
         return -values["c"] * ca.sin(signals.psi) ** self.power
 
 
+Edited.__qualname__ = Spring.__qualname__
+
+
 def test_effects_of_the_same_name_are_different_trials(
     damped: list[Recording], journal: Journal
 ) -> None:
@@ -106,6 +109,7 @@ def test_effects_of_the_same_name_are_different_trials(
     narrower = replace(Spring().parameters[0], upper=5.0)
     for other in (Edited(), Spring(power=1), Spring(parameters=(narrower,))):
         assert other.name == "spring"
+        assert repr(other).startswith("Spring(")
         assert journal.recall(replace(task, effects=(other,))) is None
     assert journal.recall(replace(task, effects=(Spring(),))) is not None
 

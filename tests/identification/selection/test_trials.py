@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification import Fit, Recording, fit
+from identification import Fit, Huber, Recording, fit
 from identification.fits.autocorrelation import effective_samples
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import initial_guess
@@ -85,6 +85,22 @@ def test_leaving_out_with_missing_samples(three: list[Recording]) -> None:
     np.testing.assert_array_equal(np.isnan(left[holed[0].name]), gone)
     whole = leave_one_out(run_trial(TrialTask((), three, ())).fitted, three)
     assert rmse_of(left[holed[0].name]) == pytest.approx(rmse_of(whole[holed[0].name]), rel=0.05)
+
+
+def test_leaving_out_with_outliers(three: list[Recording]) -> None:
+    """An outlier pulls on the shared parameters as little as it does in a fit."""
+    spiked = three[0].M_z.copy()
+    spiked[100:140] += np.ptp(spiked)
+    wrong = [with_torque(three[0], spiked), *three[1:]]
+    task = TrialTask((), wrong, loss=Huber(threshold=0.03))
+    fitted = run_trial(task).fitted
+    predicted = leave_one_out(fitted, wrong)
+    for left_out in three[1:]:
+        others = [recording for recording in wrong if recording is not left_out]
+        refitted = run_trial(replace(task, training=others, start=fitted.values)).fitted
+        exact = fit_own_parameters(refitted, [left_out]).residuals[left_out.name]
+        moved = rmse_of(exact - fitted.residuals[left_out.name])
+        assert rmse_of(predicted[left_out.name] - exact) < 0.5 * moved
 
 
 def test_a_single_recording_keeps_its_residuals(three: list[Recording]) -> None:
