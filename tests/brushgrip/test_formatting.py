@@ -19,7 +19,7 @@ from brushgrip.formatting import (
     residual_structure,
     torque,
 )
-from identification.results import Diagnosis
+from identification import Diagnosis, ParameterEstimate
 from observers import Estimates, Status
 
 Make = Callable[..., Diagnosis]
