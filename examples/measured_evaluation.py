@@ -16,10 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.comparison.cases import Case, make_case
-from brushgrip.comparison.methods import default_methods
-from brushgrip.comparison.scores import compare, summarise
-from brushgrip.comparison.tables import markdown_text
+from brushgrip.comparison import Case, compare, default_methods, make_case, markdown_text, summarise
 from brushgrip.pictures import draw_boxes, draw_zones
 from identification import (
     Channel,

@@ -6,10 +6,17 @@ from time import process_time
 import numpy as np
 import pytest
 
-from brushgrip.comparison.cases import SETTLED, Case, make_case
-from brushgrip.comparison.methods import ObserverMethod
-from brushgrip.comparison.scores import PUBLISHED, compare, summarise
-from brushgrip.comparison.tables import comparison_dict, markdown_text
+from brushgrip.comparison import (
+    Case,
+    ObserverMethod,
+    compare,
+    comparison_dict,
+    make_case,
+    markdown_text,
+    summarise,
+)
+from brushgrip.comparison.cases import SETTLED
+from brushgrip.comparison.scores import PUBLISHED
 from identification import Recording
 from observers import Estimate, Sample
 from reference_rig import Array
