@@ -314,7 +314,8 @@ def stacked(
         theta = np.asarray(model.theta(values.of(recording.name))).ravel()
         theta[number] += step if owner in (None, recording.name) else 0.0
         geometry = np.array([recording.rig.a, recording.rig.e])
-        made = simulate(model, signals_of(recording), theta, geometry)
+        # With derivatives, as in the fit, so that nothing else has to be compiled.
+        made = simulate(model, signals_of(recording), theta, geometry, np.eye(theta.size))
         parts.append(made.M_z / torque_range(recording))
     return np.concatenate(parts)
 
