@@ -1,4 +1,4 @@
-"""The rig's recordings as the tool reads them, with nothing but nominal parameters declared."""
+"""Recordings of the reference rig as they are read, with nominal parameters alone declared."""
 
 from collections.abc import Sequence
 
@@ -12,30 +12,30 @@ from reference_rig.record import RigRecording
 from symbolic import Rig, Tyre
 
 
-def as_read(made: RigRecording, nominal: RigTyre) -> Recording:
+def as_read(recorded: RigRecording, nominal: RigTyre) -> Recording:
     return Recording(
-        name=made.name,
-        t=made.t,
-        psi=made.psi,
-        psi_dot=smoothed_rate(made.t, made.psi),
-        M_z=made.M_z,
-        F_N=made.F_N,
+        name=recorded.name,
+        t=recorded.t,
+        psi=recorded.psi,
+        psi_dot=smoothed_rate(recorded.t, recorded.psi),
+        M_z=recorded.M_z,
+        F_N=recorded.F_N,
         rig=Rig(a=nominal.a, e=nominal.e),
         tyre=Tyre(k=nominal.k, mu=nominal.mu),
     )
 
 
-def as_decay(made: ImpactRecording) -> Decay:
-    """The angle after an impact as the tool reads it; k is a first guess."""
-    rig = Rig(a=made.tyre.a, e=made.tyre.e, J_A=made.wheel.J_A)
-    return Decay(name=made.name, t=made.t, psi=made.psi, rig=rig, tyre=Tyre(k=2e6))
+def as_decay(impact: ImpactRecording) -> Decay:
+    """The angle after an impact as it is read; k is a first guess."""
+    rig = Rig(a=impact.tyre.a, e=impact.tyre.e, J_A=impact.wheel.J_A)
+    return Decay(name=impact.name, t=impact.t, psi=impact.psi, rig=rig, tyre=Tyre(k=2e6))
 
 
 def read_campaign(
     name: str | None, seed: int, recordings: int = 2, duration: float = 10.0
 ) -> tuple[Campaign, list[Recording]]:
-    made = campaign(name, seed, recordings, duration=duration)
-    return made, [as_read(recording, made.nominal) for recording in made.recordings]
+    rig_campaign = campaign(name, seed, recordings, duration=duration)
+    return rig_campaign, [as_read(one, rig_campaign.nominal) for one in rig_campaign.recordings]
 
 
 def with_torque(recording: Recording, M_z: Sequence[float] | np.ndarray) -> Recording:
