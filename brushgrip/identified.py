@@ -43,10 +43,16 @@ def _values(made: FreeDecay, decrement: DecrementEstimate) -> Table:
         Estimate(value=parameter.value, std=parameter.std, unit=parameter.unit)
         for parameter in (made.k, made.b_t)
     )
-    table.add_row("nonlinear programme", *map(quantity, values))
+    table.add_row("maximum likelihood", *map(quantity, values))
     for label, damping in (
-        ("source's way, (5.8) with J_A", Estimate(value=decrement.b_t, std=None, unit=made.b_t.unit)),
-        ("source's way, (5.8) as printed", Estimate(value=decrement.b_t_printed, std=None, unit="1/s")),
+        (
+            "FFT and decrement, (5.8) with J_A",
+            Estimate(value=decrement.b_t, std=None, unit=made.b_t.unit),
+        ),
+        (
+            "FFT and decrement, (5.8) as printed",
+            Estimate(value=decrement.b_t_printed, std=None, unit="1/s"),
+        ),
     ):
         k = Estimate(value=decrement.k, std=None, unit=made.k.unit)
         table.add_row(label, quantity(k), quantity(damping))

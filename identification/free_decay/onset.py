@@ -91,7 +91,8 @@ def find_vibration(decay: Decay) -> FreeVibration:
     if deflection < LEAST_STEPS * step:
         raise InvalidInputError(
             f"{decay.name}: the wheel swings by {1000 * deflection:.2g} mrad,"
-            f" {deflection / step:.2g} steps of the encoder; at least {LEAST_STEPS:g} steps are needed: strike it harder"
+            f" {deflection / step:.2g} steps of the encoder; at least {LEAST_STEPS:g} steps are needed:"
+            " strike it harder"
         )
     if deflection > MOST_SWING:
         raise InvalidInputError(
