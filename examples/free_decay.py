@@ -3,8 +3,8 @@
     python examples/free_decay.py [PICTURE.png]
 
 The recordings come from the independent rig: seven contact lengths, two impacts each, a few mrad on a
-14-bit encoder, 1 kHz. In [Györök 2022] all bristles of the patch stick; but friction holds nothing at the
-patch's ends, which slide in every swing, soften the spring and dissipate energy. The likelihood includes
+14-bit encoder, 1 kHz. In [Györök 2022] all bristles stick; but friction holds nothing at the patch's
+ends, which slide in every swing, soften the spring and dissipate energy. The likelihood includes
 that, and so the friction force is found as well.
 """
 
