@@ -280,7 +280,8 @@ def test_a_constant_torque_is_a_fault(declared: Given, M_z: float) -> None:
 
 def test_jacobian_is_the_slope_of_the_residuals() -> None:
     _, recordings = read_campaign("torque_offset", 2, duration=5.0)
-    model = model_of("torque_offset", "contact_damping", "carcass_torsion")
+    effects = effects_named(["torque_offset", "contact_damping", "carcass_torsion"])
+    model = Model(effects=effects, corners=6)
     fitted = fit(model, recordings, options=FitOptions(tolerance=1e-2))
     assert fitted.labels == (
         (None, "k"),
