@@ -116,7 +116,7 @@ def _effects_table(diagnosis: Diagnosis) -> Table:
 
 
 def print_free_decay(result: FreeDecay, decrement: DecrementEstimate) -> None:
-    """Print k and b_t by the nonlinear programme and by [Györök 2022], and what determines them."""
+    """Print k and b_t by maximum likelihood and by [Györök 2022], and what determines them."""
     screen = Console(highlight=False, markup=False)
     screen.print(_identified_table(result, decrement))
     forces = [
@@ -138,14 +138,14 @@ def _identified_table(result: FreeDecay, decrement: DecrementEstimate) -> Table:
         ParameterEstimate(value=parameter.value, std=parameter.std, unit=parameter.unit)
         for parameter in (result.k, result.b_t)
     )
-    table.add_row("nonlinear programme", *map(quantity, values))
+    table.add_row("maximum likelihood", *map(quantity, values))
     for label, damping in (
         (
-            "[Györök 2022], (5.8) with J_A",
+            "FFT and decrement, (5.8) with J_A",
             ParameterEstimate(value=decrement.b_t, std=None, unit=result.b_t.unit),
         ),
         (
-            "[Györök 2022], (5.8) as printed",
+            "FFT and decrement, (5.8) as printed",
             ParameterEstimate(value=decrement.b_t_printed, std=None, unit="1/s"),
         ),
     ):

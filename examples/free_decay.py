@@ -1,11 +1,11 @@
-"""Identify k and b_t from a wheel that is struck and swings: the programme beside the source's way.
+"""Identify k and b_t from a wheel that is struck and swings: by likelihood, and by FFT and decrement.
 
     python examples/free_decay.py [PICTURE.png]
 
 The recordings come from the independent rig: seven contact lengths, two impacts each, a few mrad on a
-14-bit encoder, 1 kHz. A patch whose bristles all stick is the source's model; but friction holds nothing
-at the patch's ends, which slide in every swing, soften the spring and take energy. The programme counts
-that in, and so finds the friction force as well.
+14-bit encoder, 1 kHz. In [Györök 2022] all bristles stick; but friction holds nothing at the patch's
+ends, which slide in every swing, soften the spring and dissipate energy. The likelihood includes
+that, and so the friction force is found as well.
 """
 
 import sys
@@ -31,9 +31,9 @@ def main() -> None:
     decrement = estimate_by_decrement(decays)
     print(f"planted: k = {TYRE.k:.4g} N/m^2, b_t = {B_T} N m s/rad, mu = {TYRE.mu}")
     for way, k, b_t in (
-        ("programme, ends slide", made.k.value, made.b_t.value),
-        ("programme, all sticks", sticking.k.value, sticking.b_t.value),
-        ("source's way", decrement.k, decrement.b_t),
+        ("likelihood, ends slide", made.k.value, made.b_t.value),
+        ("likelihood, all sticks", sticking.k.value, sticking.b_t.value),
+        ("FFT and decrement", decrement.k, decrement.b_t),
     ):
         errors = f"off by {100 * (k / TYRE.k - 1):+.3f} % and {100 * (b_t / B_T - 1):+.3f} %"
         print(f"{way:22} k = {k:.5g}, b_t = {b_t:.4f}: {errors}")

@@ -1,4 +1,4 @@
-"""Identification: recordings, parameters by a nonlinear programme, and the missing effect."""
+"""Identification: recordings, parameters by nonlinear programming, and the missing effect."""
 
 from identification.diagnosis import diagnose
 from identification.experiments.discriminating_experiment import propose

@@ -69,7 +69,7 @@ def _over_length(
         (frequency, [s.omega_n for s in swings], rigid[:, 0], "natural frequency\n$ω_n$ [rad/s]"),
         (damping, [s.zeta for s in swings], rigid[:, 1], "relative damping\nζ [1]"),
     ):
-        dots = axes.plot(a, points, "x", color=BEFORE, label="[Györök 2022], one point a recording")
+        dots = axes.plot(a, points, "x", color=BEFORE, label="FFT and decrement, a recording each")
         line = axes.plot(
             a[order], curve[order], color=AFTER, lw=1.4, label="identified, whole patch sticking"
         )

@@ -97,10 +97,10 @@ def describe_identifiability(
         sentences.append(
             "All recordings have one contact length; several would show whether a and e are right."
         )
-    unseen = [f"{1000 * contact.a:g}" for contact in contacts if contact.force is None]
-    if unseen:
+    lengths = [f"{1000 * contact.a:g}" for contact in contacts if contact.force is None]
+    if lengths:
         sentences.append(
-            f"The sliding at the ends of the patch is not told from none at a = {', '.join(unseen)} mm,"
+            f"The sliding at the ends of the patch is not told from none at a = {', '.join(lengths)} mm,"
             " and k and b_t bear what it may be; stronger impacts slide further."
         )
     if any(_share(p) > good for p, good in zip((k, b_t), GOOD, strict=True)):

@@ -12,13 +12,13 @@ from symbolic import InvalidInputError
 Array = NDArray[np.float64]
 
 LEAST_STEPS = 3.0
-"""Steps of the encoder that the first swing has to reach."""
+"""Least first deflection, in steps of the encoder."""
 MOST_SWING = 0.2
-"""Largest first swing [rad]; angles are small in all that is computed."""
+"""Largest first deflection [rad], as all formulas take angles for small."""
 LEAST_PERIODS = 1.5
-"""Periods that the recording has to hold after the first turning point."""
-_QUIET, _MOST = 0.25, 6.0
-"""The vibration ends at this share of a step, at the latest after so many of its time constants."""
+"""Least length of the recording after the first turning point, in periods."""
+_QUIET, _LONGEST = 0.25, 6.0
+"""Amplitude at which the vibration ends, in steps, and its greatest length, in time constants."""
 _LOUD = 0.05
 """Deflections below this share of the first one are no vibration."""
 _PADDING, _FILTER = 8, 5
@@ -84,36 +84,37 @@ def find_vibration(decay: Decay) -> FreeVibration:
         raise InvalidInputError(f"{decay.name}: psi is constant; the wheel has to be struck")
     step = encoder_step(decay.psi)
     centre = float(np.median(decay.psi))
-    seen = without_spikes(decay.psi)
-    first = _middle_of_top(seen, int(np.argmax(np.abs(seen - centre))), step)
-    t, swing = decay.t[first:], seen[first:] - centre
-    reach = abs(float(swing[0]))
-    if reach < LEAST_STEPS * step:
+    psi = without_spikes(decay.psi)
+    first = _middle_of_top(psi, int(np.argmax(np.abs(psi - centre))), step)
+    t, swing = decay.t[first:], psi[first:] - centre
+    deflection = abs(float(swing[0]))
+    if deflection < LEAST_STEPS * step:
         raise InvalidInputError(
-            f"{decay.name}: the wheel swings by {1000 * reach:.2g} mrad, {reach / step:.2g} steps of the"
-            f" encoder; at least {LEAST_STEPS:g} steps are needed: strike it harder"
+            f"{decay.name}: the wheel swings by {1000 * deflection:.2g} mrad,"
+            f" {deflection / step:.2g} steps of the encoder; at least {LEAST_STEPS:g} steps are needed:"
+            " strike it harder"
         )
-    if reach > MOST_SWING:
+    if deflection > MOST_SWING:
         raise InvalidInputError(
-            f"{decay.name}: the wheel swings by {reach:.3g} rad; allowed: up to {MOST_SWING:g} rad, as"
-            " all angles are taken for small; is psi in rad?"
+            f"{decay.name}: the wheel swings by {deflection:.3g} rad; allowed: up to {MOST_SWING:g} rad,"
+            " as all angles are taken for small; is psi in rad?"
         )
     if t.size < 4:
         raise _too_short(decay, t)
     omega = _frequency(t, swing)
     if not (t[-1] - t[0]) * omega > LEAST_PERIODS * 2 * np.pi:
         raise _too_short(decay, t)
-    loud = max(1.5 * step, _LOUD * reach)
+    loud = max(1.5 * step, _LOUD * deflection)
     calm, end = _calm(t, np.abs(swing), loud, 2 * np.pi / omega)
     damping = _damping(t[:calm], swing[:calm], loud, omega)
-    length = min(np.log(reach / (_QUIET * step)), _MOST) / damping
+    length = min(np.log(deflection / (_QUIET * step)), _LONGEST) / damping
     length = max(length, LEAST_PERIODS * 2 * np.pi / omega)
     return FreeVibration(
         decay=decay,
         first=first,
         last=first + min(end, int(np.searchsorted(t - t[0], length))),
         step=step,
-        peak=float(seen[first]),
+        peak=float(psi[first]),
         centre=centre,
         omega=omega,
         damping=damping,
@@ -144,9 +145,9 @@ def encoder_step(psi: Array) -> float:
 
 
 def without_spikes(psi: Array) -> Array:
-    """Readings in which one or two wrong ones in a row are replaced by their neighbours [rad]."""
-    seen: Array = median_filter(psi, _FILTER, mode="reflect")
-    return seen
+    """Readings with one or two wrong ones in a row replaced by a median of their neighbours [rad]."""
+    filtered: Array = median_filter(psi, _FILTER, mode="reflect")
+    return filtered
 
 
 def _too_short(decay: Decay, t: Array) -> InvalidInputError:
@@ -168,17 +169,17 @@ def _middle_of_top(psi: Array, top: int, step: float) -> int:
 def _frequency(t: Array, swing: Array) -> float:
     """Place of the peak of the spectrum [rad/s]."""
     even = np.linspace(t[0], t[-1], t.size)
-    seen = np.interp(even, t, swing)
-    seen = seen - seen.mean()
+    even_swing = np.interp(even, t, swing)
+    even_swing = even_swing - even_swing.mean()
     count = _PADDING * t.size
-    spectrum = np.abs(np.fft.rfft(seen, count))
+    spectrum = np.abs(np.fft.rfft(even_swing, count))
     # Below one period in the whole recording there is drift, no vibration.
     spectrum[:_PADDING] = 0
     return 2 * np.pi * float(np.argmax(spectrum)) / (count * float(even[1] - even[0]))
 
 
 def _calm(t: Array, away: Array, loud: float, period: float) -> tuple[int, int]:
-    """Where a whole period begins in which nothing is loud, and where it is loud again; else the end."""
+    """Begin of a whole period without loud samples, and the next loud sample or else the end."""
     is_loud = np.flatnonzero(away > loud)
     pauses = np.flatnonzero(np.diff(t[is_loud]) > period)
     if pauses.size:
@@ -187,7 +188,7 @@ def _calm(t: Array, away: Array, loud: float, period: float) -> tuple[int, int]:
 
 
 def _damping(t: Array, swing: Array, least: float, omega: float) -> float:
-    """Decay rate from the centre of gravity of the energy, which lies at half a time constant [1/s]."""
+    """Decay rate from the centroid of the energy, which lies at half a time constant [1/s]."""
     energy = np.where(np.abs(swing) > least, swing**2, 0) * np.gradient(t)
     delay = float(((t - t[0]) * energy).sum() / energy.sum())
     return float(np.clip(1 / (2 * delay), _SLOWEST * omega, _FASTEST * omega))

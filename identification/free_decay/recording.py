@@ -92,12 +92,12 @@ def read_decay(
     path = Path(path)
     table = read_table(path, DECAY_COLUMNS, readers)
     own_rig, own_tyre = rig_of_table(table, rig)
-    seen = np.isfinite(table.columns["psi"])
+    present = np.isfinite(table.columns["psi"])
     try:
         return Decay(
             name=path.stem,
-            t=table.columns["t"][seen],
-            psi=table.columns["psi"][seen],
+            t=table.columns["t"][present],
+            psi=table.columns["psi"][present],
             rig=own_rig,
             tyre=own_tyre,
         )

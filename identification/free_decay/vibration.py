@@ -83,7 +83,7 @@ def simulate_vibration(t: Array, unknowns: Array, geometry: Array) -> Response:
         NaN where the wheel would not vibrate, 4 K J_A <= b_t^2.
     """
     first, stretch = _functions()
-    state, sensitivity = (made.full() for made in first(unknowns, geometry))
+    state, sensitivity = (matrix.full() for matrix in first(unknowns, geometry))
     theta = unknowns[[UNKNOWNS.index(name) for name in _PARAMETERS]]
     # Matrices of casadi lie column by column: the transposes of these arrays, sample after sample.
     dt = np.empty(_STRETCH)

@@ -1,4 +1,4 @@
-"""What [Györök 2022] did with recordings, kept for comparison: FFT and decrement, networks, towing."""
+"""Methods of [Györök 2022] for comparison: FFT and decrement, networks, towing, published estimates."""
 
 from identification.thesis.author_estimate import (
     AuthorEstimate,

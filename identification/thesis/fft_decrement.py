@@ -78,12 +78,12 @@ def estimate_by_decrement(decays: Sequence[Decay]) -> DecrementEstimate:
     Raises:
         InvalidInputError: in one of the recordings nothing vibrates.
     """
-    found = [find_vibration(decay) for decay in decays]
-    vibrations = tuple(_decrement_of(one) for one in found)
+    swings = [find_vibration(decay) for decay in decays]
+    vibrations = tuple(_decrement_of(one) for one in swings)
     omega_n, zeta = (np.array([getattr(v, name) for v in vibrations]) for name in ("omega_n", "zeta"))
     J_A = np.array([decay.inertia for decay in decays])
     # omega_n is sqrt(k) times this, so that least squares need no iteration.
-    per_root_k = np.sqrt([stiffness(1.0, *contact_of(one)) for one in found] / J_A)
+    per_root_k = np.sqrt([stiffness(1.0, *contact_of(one)) for one in swings] / J_A)
     root_k = _slope_through_origin(per_root_k, omega_n)
     per_damping = 1 / (2 * root_k * per_root_k)
     return DecrementEstimate(

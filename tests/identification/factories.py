@@ -1,4 +1,4 @@
-"""The rig's recordings as the tool reads them, with nothing but nominal parameters declared."""
+"""Recordings of the reference rig as they are read, with nominal parameters alone declared."""
 
 from collections.abc import Sequence
 

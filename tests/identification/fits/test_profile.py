@@ -118,7 +118,7 @@ def test_every_fit_begins_where_its_neighbour_ended(fitted, monkeypatch: pytest.
 
 
 def test_a_softer_carcass_makes_up_for_stiffer_bristles() -> None:
-    recordings = read_campaign("carcass_torsion", 1, recordings=1, duration=8.0)[1]
+    recordings = read_campaign("carcass_torsion", 1, recordings=1, duration=5.0)[1]
     model = Model(effects=effects_named(["carcass_torsion"]), corners=16)
     best = fit(model, recordings, initial_guess(model, recordings))
     k = best.values.shared["k"]

@@ -51,6 +51,7 @@ def test_one_sample() -> None:
     assert made.sensitivities.tolist() == [[float(name == "psi") for name in UNKNOWNS]]
 
 
+@pytest.mark.usefixtures("interpreted")
 @pytest.mark.parametrize("psi", [1e-5, 0.002, 0.01, 0.3])
 def test_slip_is_what_the_patch_lacks_of_a_spring(psi: float) -> None:
     path = np.linspace(0, psi, 5)
