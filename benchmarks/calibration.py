@@ -24,8 +24,7 @@ from scipy.stats import chi2
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from observers import Ekf, Mhe
-from reference_rig.record import FOURTEEN_BIT_STEP
-from reference_rig.steering import SteeringRecording
+from reference_rig import FOURTEEN_BIT_STEP, SteeringRecording
 from symbolic import Model
 from tests.observers.grid_posterior import posterior
 from tests.observers.monte_carlo import (
@@ -49,32 +48,32 @@ WHITE = 1e-5
 """Angle noise that stands for none [rad]."""
 
 
-def campaign(kind: Any, made: RecordingFactory, seeds: Sequence[int], **settings: Any) -> Figures:
+def campaign(kind: Any, make: RecordingFactory, seeds: Sequence[int], **settings: Any) -> Figures:
     """The figures of an observer's runs."""
-    return figures([errors(r, estimated(kind, r, **settings)) for r in map(made, seeds)])
+    return figures([errors(r, estimated(kind, r, **settings)) for r in map(make, seeds)])
 
 
 def by_bayes(seed: int) -> tuple[Errors, Errors]:
     """Errors of the filter and of the exact posterior, both up to the first full slide."""
-    made = turned_by_hand(seed)
-    estimates = estimated(Ekf, made)
-    whole = errors(made, estimates)
-    count = max(min(whole.slid, made.t.size), 2)
-    exact = posterior(made, count)
-    normal = (exact.mean - np.log(made.mu_true[:count])) / exact.std
+    recording = turned_by_hand(seed)
+    estimates = estimated(Ekf, recording)
+    whole = errors(recording, estimates)
+    count = max(min(whole.slid, recording.t.size), 2)
+    exact = posterior(recording, count)
+    normal = (exact.mean - np.log(recording.mu_true[:count])) / exact.std
     part = replace(whole, normal=whole.normal[:count], informed=whole.informed[:count])
     return part, replace(part, normal=normal)
 
 
-def load_known(made: SteeringRecording) -> SteeringRecording:
+def load_known(recording: SteeringRecording) -> SteeringRecording:
     """The same without noise of the load."""
-    return replace(made, F_N=made.F_N_true)
+    return replace(recording, F_N=recording.F_N_true)
 
 
-def white_angle(seed: int, made: SteeringRecording, noise: float) -> SteeringRecording:
+def white_angle(seed: int, recording: SteeringRecording, noise: float) -> SteeringRecording:
     """The same with white noise [rad] in place of the encoder's steps."""
     rng = np.random.default_rng([seed, 97])
-    return replace(made, psi=made.psi_true + noise * rng.standard_normal(made.t.size))
+    return replace(recording, psi=recording.psi_true + noise * rng.standard_normal(recording.t.size))
 
 
 def heading(title: str, runs: int) -> None:

@@ -47,9 +47,9 @@ class Problem:
     @cached_property
     def M_z(self) -> Array:
         """Measured torque, its noise as `TUNING` has it [N m]."""
-        made = simulate(MODEL, self.signals, np.array([MU, K]), np.array([RIG.a, RIG.e])).M_z
+        torque = simulate(MODEL, self.signals, np.array([MU, K]), np.array([RIG.a, RIG.e])).M_z
         noise = np.random.default_rng(1).standard_normal(self.count)
-        return made + TUNING.noise * self.slide * noise
+        return torque + TUNING.noise * self.slide * noise
 
     @property
     def slide(self) -> float:
@@ -101,14 +101,14 @@ class Problem:
     @property
     def start(self) -> Array:
         """The memory of the patch before the first sample."""
-        return MODEL.start(self.signals[:, 0], ca.DM([MU, K]), GEOMETRY).full().ravel()
+        return MODEL.initial(self.signals[:, 0], ca.DM([MU, K]), GEOMETRY).full().ravel()
 
     @cached_property
     def memories(self) -> Array:
         """Memory and signals seen, one below the other, after every sample in its column."""
-        advance, memory, made = self.advance, self.start, []
+        advance, memory, columns = self.advance, self.start, []
         for signals in self.signals.T:
             after, inputs = advance(memory, signals)
             memory = after.full().ravel()
-            made.append(np.concatenate([memory, inputs.full().ravel()]))
-        return np.array(made).T
+            columns.append(np.concatenate([memory, inputs.full().ravel()]))
+        return np.array(columns).T

@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.fixed_step import Array, first_order, second_order
 from benchmarks.timing import compare
-from symbolic import Motion, Rig, TorqueProfile, Tyre, simulate_motion
+from symbolic import Rig, TorqueProfile, Tyre, WheelMotion, simulate_motion
 
 RIG, TYRE, LOAD = Rig(a=0.04, e=0.01, J_A=0.1, b_t=0.4827), Tyre(k=6e4, mu=0.5), 180.0
 PROFILE = TorqueProfile(t=(0.0, 1.99, 3.99, 4.99), M=(0.4, 0.8, -0.9, 0.2))
@@ -37,7 +37,7 @@ ROUNDS = 15
 Rule = Callable[..., tuple[Array, Array]]
 
 
-def exact(tolerance: float) -> Motion:
+def exact(tolerance: float) -> WheelMotion:
     """Ours."""
     return simulate_motion(RIG, TYRE, PROFILE, LOAD, duration=DURATION, rate=RATE, tolerance=tolerance)
 
@@ -62,9 +62,9 @@ def main() -> None:
         ours = exact(each)
         print(f"exact, tolerance {each:g}: {ours.steps} steps, error {error(ours.M_z):.1e}")
     for name, rule in (("Euler", first_order), ("second order", second_order)):
-        source = {n: error(fixed(rule, 201, n)) for n in SUBSTEPS}
+        errors = {n: error(fixed(rule, 201, n)) for n in SUBSTEPS}
         # A smaller step than this gains the 201 bristles less than a tenth.
-        best = next(n for n in SUBSTEPS if source[n] <= 1.1 * min(source.values()))
+        best = next(n for n in SUBSTEPS if errors[n] <= 1.1 * min(errors.values()))
         fits = ((n, m) for n in SUBSTEPS for m in BRISTLES if error(fixed(rule, m, n)) <= BOUND)
         # Steps cost time, bristles hardly: 200 more are a tenth of a step.
         substeps, bristles = next(fits)

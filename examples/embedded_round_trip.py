@@ -25,8 +25,7 @@ from identification import Recording, read_recording, read_rig
 from observers import Ekf, Loop, Mhe, Sample
 from observers.embedded import DOUBLE, SINGLE, Real, generate
 from published import measured_folder
-from symbolic import Model, effects_named
-from symbolic.compiled import compiler
+from symbolic import Model, compiler, effects_named
 
 Array = NDArray[np.float64]
 Observer = Ekf | Mhe
@@ -82,11 +81,11 @@ def rows_of(recording: Recording) -> Array:
 def in_python(observer: Observer, rows: Array) -> tuple[Array, float]:
     """What mu is after every sample, and the time of a step [s]."""
     loop = Loop(observer)
-    given = [Sample(psi=p, psi_dot=nan, M_z=M, F_N=F, dt=dt) for p, M, F, dt in rows.tolist()]
+    samples = [Sample(psi=p, psi_dot=nan, M_z=M, F_N=F, dt=dt) for p, M, F, dt in rows.tolist()]
     # The first step compiles the observer, unless that has been done before.
-    Loop(observer)(given[0])
+    Loop(observer)(samples[0])
     begin = time.perf_counter()
-    mu = [loop(sample).mu for sample in given]
+    mu = [loop(sample).mu for sample in samples]
     return np.array(mu), (time.perf_counter() - begin) / len(rows)
 
 
@@ -98,10 +97,10 @@ def in_c(observer: Observer, real: Real, rows: Array) -> tuple[Array, float]:
         command = [str(compiler()), *FLAGS, f"-DREAL={real.c_type}", "grip.c", "caller.c"]
         subprocess.run([*command, "-o", "grip.so", "-lm"], cwd=folder, check=True)
         follow = ctypes.CDLL(str(Path(folder) / "grip.so")).follow
-    given, mu, took = np.ascontiguousarray(rows), np.empty(len(rows)), []
+    inputs, mu, took = np.ascontiguousarray(rows), np.empty(len(rows)), []
     for _ in range(ROUNDS):
         begin = time.perf_counter()
-        follow(len(rows), ctypes.c_void_p(given.ctypes.data), ctypes.c_void_p(mu.ctypes.data))
+        follow(len(rows), ctypes.c_void_p(inputs.ctypes.data), ctypes.c_void_p(mu.ctypes.data))
         took.append(time.perf_counter() - begin)
     return mu, min(took) / len(rows)
 

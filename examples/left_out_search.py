@@ -14,7 +14,7 @@ import numpy as np
 
 from brushgrip.formatting import percent, plain
 from identification import Recording, diagnose, read_recording
-from identification.selection.trials import Task, attempt
+from identification.selection.trials import TrialTask, run_trial
 from published import measured_folder
 
 OPENING = """# The search without the recording that judges
@@ -28,7 +28,7 @@ HEADER = "| left out | before | after | named without it |\n|---|---:|---:|---|"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Score:
+class SearchScore:
     """What one search came to: its effects, and the errors over range on the recording left out [1]."""
 
     name: str
@@ -42,17 +42,17 @@ class Score:
         return f"| {self.name} | {percent(self.before)} | {percent(self.after)} | {named} |"
 
 
-def search_without(recordings: list[Recording], judge: Recording) -> Score:
+def search_without(recordings: list[Recording], judge: Recording) -> SearchScore:
     """Search in all the others, judge on this one."""
     others = [r for r in recordings if r is not judge]
     diagnosis = diagnose(others)
-    effects = tuple(effect.name for effect in diagnosis.model.effects)
-    declared = attempt(Task((), others, [judge]))
-    named = attempt(Task(effects, others, [judge], start=diagnosis.values))
-    return Score(name=judge.name, before=declared.nrmse, after=named.nrmse, effects=effects)
+    effects = diagnosis.model.effects
+    declared = run_trial(TrialTask((), others, [judge]))
+    named = run_trial(TrialTask(effects, others, [judge], start=diagnosis.values))
+    return SearchScore(name=judge.name, before=declared.nrmse, after=named.nrmse, effects=named.names)
 
 
-def summary(scores: list[Score]) -> str:
+def summary(scores: list[SearchScore]) -> str:
     """The last row of the table, and what remains of the error."""
     before, after = (float(np.mean([getattr(j, kind) for j in scores])) for kind in ("before", "after"))
     row = f"| mean | {percent(before)} | {percent(after)} | |"
@@ -73,7 +73,7 @@ def main() -> None:
         parser.error(f"{folder} holds {len(recordings)} recordings; three are needed")
     lines = [HEADER]
     print(HEADER)
-    scores: list[Score] = []
+    scores: list[SearchScore] = []
     for judge in recordings:
         scores.append(search_without(recordings, judge))
         lines.append(scores[-1].row())

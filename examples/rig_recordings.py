@@ -12,9 +12,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from identification import Decay, Recording, smoothed_rate
-from reference_rig.impact import ImpactRecording
-from reference_rig.patch import RigTyre
-from reference_rig.record import RigRecording, make_recording
+from reference_rig import ImpactRecording, RigRecording, RigTyre, make_recording
 from symbolic import Rig, Tyre
 
 

@@ -42,7 +42,7 @@ ALPHAS = (0.01, 0.99)
 
 
 def limit(mu: float, x: Array) -> Array:
-    """Greatest deformation, source (2.1) [m]."""
+    """Greatest deformation, [Györök 2022], (2.1) [m]."""
     return full_slide_level(LOAD, RIG.a) * mu / K * (RIG.a**2 - x**2)
 
 
@@ -55,7 +55,7 @@ def remembered(recording: Recording, at: int) -> Fragmentation:
 
 
 def analytic(recording: Recording, at: int, x: Array) -> Array:
-    """q(x) of three or five zones, source (3.4) to (3.6), without solving for the boundaries [m].
+    """q(x) of three or five zones [m]: [Györök 2022], (3.4) to (3.6), without solving for boundaries.
 
     From rest a bristle follows the turn up to its limit; since a reversal, up to twice its limit.
     """
@@ -65,7 +65,7 @@ def analytic(recording: Recording, at: int, x: Array) -> Array:
 
 
 def stepped(recording: Recording, at: int, x: Array) -> Array:
-    """q(x) by bristles that take the samples one by one, source (2.15) and (2.16) [m]."""
+    """q(x) by bristles that take the samples one by one, [Györök 2022], (2.15) and (2.16) [m]."""
     q, most = np.zeros(x.size), limit(float(recording.tyre.mu or 0), x)
     for turn in np.diff(recording.psi[: at + 1]):
         q = np.clip(q - (x - RIG.e) * turn, -most, most)

@@ -3,7 +3,7 @@
     python examples/thesis_profile.py [DIR]
 
 J_A psi'' = -b_t psi' + M_z + M with the values of the thesis's table 3.1; M_z is the exact patch. The
-source does not print its profile. The published motion gives it back: 0.4 to 0.8 N m in 2 s, to -0.9 N m
+thesis does not print its profile. The published motion gives it back: 0.4 to 0.8 N m in 2 s, to -0.9 N m
 in another two, then up by 1.1 N m/s, all times 1, 2 or 3 for mu = 0.5, 1 and 1.8. The 2 follows from the
 peaks of angle and torque that the thesis names for mu = 1: they are those of mu = 0.5 doubled.
 
@@ -52,7 +52,7 @@ def steered(mu: float, knots: tuple[tuple[float, float], ...] = KNOTS) -> Record
     t = np.arange(round(SECONDS / fine) + 1) * fine
     M = FACTORS[mu] * np.interp(t, *np.array(knots).T)
     step, theta, geometry = compiled(MODEL.step), MODEL.theta({"mu": mu, "k": K}), [RIG.a, RIG.e]
-    memory = MODEL.start([0.0, 0.0, LOAD, fine], theta, geometry)
+    memory = MODEL.initial([0.0, 0.0, LOAD, fine], theta, geometry)
     psi, psi_dot, M_z = np.zeros((3, t.size))
     half, damping = 0.5 * fine / RIG.J_A, RIG.b_t
     for i in range(1, t.size):

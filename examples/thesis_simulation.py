@@ -25,10 +25,10 @@ from benchmarks.fixed_step import first_order, second_order
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, legend_above, picture
 from published import simulation_folder
 from symbolic import (
-    Motion,
     Rig,
     TorqueProfile,
     Tyre,
+    WheelMotion,
     deformation_limit,
     lateral_deformation,
     simulate_motion,
@@ -76,7 +76,7 @@ def published(folder: Path) -> Iterator[str]:
             yield f"{name} against {scheme}: {errors}"
 
 
-def draw(path: Path, motion: Motion) -> None:
+def draw(path: Path, motion: WheelMotion) -> None:
     """The motion on the left, figure 2.5; the patch at four instants on the right, figure 2.6."""
     with picture(path, 5.6) as figure:
         grid = figure.add_gridspec(4, 2, width_ratios=[5, 4])

@@ -14,7 +14,7 @@ import casadi as ca
 
 from observers.embedded.literals import in_type, names_in
 from observers.embedded.scalar_type import Real
-from symbolic.errors import BrushgripError
+from symbolic import BrushgripError
 
 EXPORTED = re.compile(
     r"^CASADI_SYMBOL_EXPORT [^\n]*?(\w+)\([^\n]*?\) *\{(?:[^\n]+\}|\n.*?^\})\n+", re.M | re.S

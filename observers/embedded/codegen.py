@@ -6,8 +6,6 @@ What is computed is written by casadi from the very Functions that run in Python
 """
 
 import hashlib
-import importlib.metadata
-import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -21,6 +19,8 @@ from observers.embedded.compact_ekf import is_quick, quick_body
 from observers.embedded.compact_mhe import is_quick_window, quick_window_body
 from observers.embedded.initial_state import build_start
 from observers.embedded.literals import in_type
+from observers.embedded.names import require_usable
+from observers.embedded.origin import mark, release, require_replaceable
 from observers.embedded.parameters import parameters_text
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import Body, filled
@@ -30,8 +30,7 @@ from observers.mhe import Mhe
 from observers.mhe_step import build_window_step
 from observers.protocol import LONGEST_STEP, Status
 from observers.tuning import BELIEFS, INFORMED
-from symbolic import InvalidInputError
-from symbolic.serialisation import units_of
+from symbolic import InvalidInputError, units_of
 
 REFUSED = 128
 """Status of a sample that generated code leaves out; Python raises an error there."""
@@ -57,12 +56,13 @@ def generate(
         The files written.
 
     Raises:
-        InvalidInputError: the observer is no Ekf or Mhe, the name is none in C, or a constant is beyond
-            the type.
+        InvalidInputError: the observer is no Ekf or Mhe, the name is none in C or is taken, a constant
+            is beyond the type, or a file that was not generated is in the way.
     """
     texts = texts_of(checked(observer, name), real, name)
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
+    require_replaceable(folder / file for file in texts)
     for file, text in texts.items():
         (folder / file).write_text(text, encoding="utf-8", newline="\n")
     return [folder / file for file in texts]
@@ -72,10 +72,7 @@ def checked(observer: ModelObserver, name: str) -> Ekf | Mhe:
     """The observer, if it can be written out under this name; else `InvalidInputError`."""
     if not isinstance(observer, Ekf | Mhe):
         raise InvalidInputError(f"observer must be an Ekf or an Mhe, got {type(observer).__name__}")
-    if not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", name):
-        raise InvalidInputError(
-            f"name must be a name in C, small letters, digits and _, at most 31, got {name!r}"
-        )
+    require_usable(name)
     return observer
 
 
@@ -130,15 +127,15 @@ def casadi_body(observer: Ekf | Mhe, real: Real, terms: Mapping[str, str]) -> Bo
 
 def step_of(observer: Ekf | Mhe) -> ca.Function:
     """One sample of the observer, as casadi has it: (state, sample, constants) -> (state_next, said)."""
-    model, sensing = observer.model, observer.sensing
+    model, measurement_model = observer.model, observer.measurement_model
     if isinstance(observer, Mhe):
-        return build_window_step(model, sensing, observer.window, observer.iterations)
-    return build_step(model, sensing, observer.iterations)
+        return build_window_step(model, measurement_model, observer.window, observer.iterations)
+    return build_step(model, measurement_model, observer.iterations)
 
 
 def terms_of(observer: Ekf | Mhe, real: Real, name: str) -> dict[str, str]:
     """What the templates are filled with."""
-    tuning, torque = observer.tuning, "M" if observer.sensing.turns else "M_z"
+    tuning, torque = observer.tuning, "M" if observer.measurement_model.turns else "M_z"
     said = {
         "M_z": "aligning torque, moment of the ground on the wheel [N m]",
         "M": "steering torque, of the hand or motor on the wheel [N m]",
@@ -152,12 +149,13 @@ def terms_of(observer: Ekf | Mhe, real: Real, name: str) -> dict[str, str]:
         "torque": torque,
         "torque_said": said[torque],
         "rate_said": "not used: the rate is estimated"
-        if observer.sensing.turns
+        if observer.measurement_model.turns
         else "yaw rate [rad/s]; where there is none it is taken from the past of psi",
         "M_z": "sample->M_z" if torque == "M_z" else f"({real.c_type})NAN",
         "M": "sample->M" if torque == "M" else f"({real.c_type})NAN",
         "described": described(observer, real),
         "brushgrip": release(),
+        "generated": mark(),
         "casadi": ca.CasadiMeta.version(),
         "flags": "\n".join(
             f"    {name.upper()}_{_flag(n)} = {n}, /* {r} */" for n, r in REMEDIES.items()
@@ -183,17 +181,9 @@ def described(observer: Ekf | Mhe, real: Real) -> str:
     effects = ", ".join(effect.name for effect in observer.model.effects)
     kind = KINDS[type(observer).__name__]
     window = f" over {observer.window} samples" if isinstance(observer, Mhe) else ""
-    torque = "steering" if observer.sensing.turns else "aligning"
+    torque = "steering" if observer.measurement_model.turns else "aligning"
     model = f"effects {effects}" if effects else "the declared model"
     return f"{kind}{window} on the {torque} torque, {model}; {real.c_type}."
-
-
-def release() -> str:
-    """The version of brushgrip; a checkout that is not installed has none."""
-    try:
-        return importlib.metadata.version("brushgrip")
-    except importlib.metadata.PackageNotFoundError:
-        return "(not installed)"
 
 
 def _flag(number: int) -> str:

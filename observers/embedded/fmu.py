@@ -19,11 +19,11 @@ from observers.base import ModelObserver
 from observers.ekf import Ekf
 from observers.embedded.codegen import checked, terms_of, texts_of
 from observers.embedded.fmi_variables import variables_of
+from observers.embedded.origin import require_replaceable
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import filled
 from observers.mhe import Mhe
-from symbolic import InvalidInputError
-from symbolic.compiled import compiler
+from symbolic import InvalidInputError, compiler
 
 HOST = ("Linux", "x86_64")
 FLAGS = (
@@ -68,6 +68,7 @@ def generate_fmu(
     }
     file = Path(folder) / f"{name}.fmu"
     file.parent.mkdir(parents=True, exist_ok=True)
+    require_replaceable([file])
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for path, content in files.items():
             entry = zipfile.ZipInfo(path, DATE)

@@ -11,7 +11,7 @@ from collections import Counter
 from collections.abc import Iterator
 
 from observers.embedded.scalar_type import Real
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 MATHS = frozenset(
     {

@@ -19,8 +19,7 @@ from observers.embedded.templating import filled
 from observers.mhe import Mhe
 from observers.protocol import Estimates
 from observers.run import as_estimates
-from symbolic import InvalidInputError
-from symbolic.compiled import compiler
+from symbolic import InvalidInputError, compiler
 
 Array = NDArray[np.float64]
 FLAGS = ("-std=c99", "-O2", "-fno-math-errno", "-fPIC", "-shared", "-I.")
@@ -75,7 +74,7 @@ def host(observer: Ekf | Mhe, real: Real = SINGLE) -> Hosted:
     command = compiler()
     if command is None:
         raise InvalidInputError("no C compiler at hand; set CC, or put cc on the path")
-    torque = "M" if observer.sensing.turns else "M_z"
+    torque = "M" if observer.measurement_model.turns else "M_z"
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         generate(observer, folder, real, name=_NAME)

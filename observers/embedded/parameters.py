@@ -5,18 +5,20 @@ from dataclasses import asdict
 from typing import Any
 
 from observers.base import ModelObserver
+from observers.embedded.origin import mark
 from observers.embedded.scalar_type import Real
-from symbolic.serialisation import units_of
+from symbolic import units_of
 
 
 def parameters_text(observer: ModelObserver, real: Real, version: str) -> str:
     """JSON of model, values, rig, beliefs and settings; infinity stands as text."""
     units = units_of(observer.model)
     document = {
+        "generated": mark(),
         "version": version,
         "observer": type(observer).__name__.lower(),
         "real": real.c_type,
-        "sensing": type(observer.sensing).__name__,
+        "sensing": type(observer.measurement_model).__name__,
         "states": list(observer.states),
         "effects": [effect.name for effect in observer.model.effects],
         "parameters": {n: {"value": v, "unit": units[n]} for n, v in observer.values.items()},

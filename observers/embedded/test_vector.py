@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observers.base import ModelObserver
+from observers.embedded.origin import mark
 from observers.embedded.scalar_type import Real
 from observers.loop import Loop
 from observers.protocol import Sample
@@ -58,7 +59,7 @@ def made_samples(observer: ModelObserver) -> Array:
     ).ravel()
     M_z = simulate(observer.model, np.vstack([psi, rate, F_N, dt]), theta, np.array([rig.a, rig.e])).M_z
     M = -M_z
-    if observer.sensing.turns:
+    if observer.measurement_model.turns:
         M = M + (rig.b_t or 0.0) * rate + (rig.J_A or 0.0) * np.gradient(rate, STEP)
     noise = 0.004 * np.ptp(M_z) * rng.standard_normal((2, COUNT))
     samples = np.vstack([psi, rate, M_z + noise[0], M + noise[1], F_N, dt])
@@ -81,7 +82,7 @@ def vector_text(observer: ModelObserver, real: Real, torque: str) -> str:
     names = [name for name in COLUMNS if name not in {"M_z", "M"} - {torque}]
     rows = [made[COLUMNS.index(name)].tolist() for name in names]
     said = SAID.format(mu=vector_friction(observer), seed=SEED).splitlines()
-    lines = [*(f"# {line}" for line in said), ",".join(names)]
+    lines = [f"# {mark()}", *(f"# {line}" for line in said), ",".join(names)]
     lines += [",".join(_number(v, real) for v in row) for row in zip(*rows, strict=True)]
     return "\n".join(lines) + "\n"
 

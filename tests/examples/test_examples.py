@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from observers.embedded.fmu import is_host
-from symbolic.compiled import compiler
+from symbolic import compiler
 from tests.examples.running import EXAMPLES, NUMBER, execute, printed_by
 
 
@@ -72,6 +72,14 @@ def test_rig_recordings(tmp_path: Path) -> None:
 
     assert text.startswith("1401 samples in 14 s\n")
     assert -10 < float(low) < -5 < 5 < float(high) < 10
+
+
+def test_own_reader(tmp_path: Path) -> None:
+    text = printed_by("own_reader.py", tmp_path)
+    found = {name: float(mu) for name, mu in re.findall(rf"^(\w+): mu = {NUMBER}$", text, re.MULTILINE)}
+
+    assert found.keys() == {"holdout_c", "run"}
+    assert found["run"] == pytest.approx(found["holdout_c"], abs=1e-6)
 
 
 def test_estimate_in_a_loop(tmp_path: Path) -> None:
@@ -391,3 +399,16 @@ def test_towing(tmp_path: Path) -> None:
         assert abs(found - planted) < 4 * spread < 0.1 * planted
     assert all(91 < float(share) < 98 for share in shares)
     assert (tmp_path / "tows.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_own_effect(tmp_path: Path) -> None:
+    found, errors = printed_by("own_effect.py", tmp_path).splitlines()
+    named = re.fullmatch(rf"found boot_spring: c = {NUMBER} ± {NUMBER} N m/rad\^3", found)
+    matched = re.fullmatch(rf"error {NUMBER}% of range before, {NUMBER}% after", errors)
+
+    assert named, found
+    assert matched, errors
+    value, spread = map(float, named.groups())
+    assert abs(value - 80) < 3 * spread
+    before, after = map(float, matched.groups())
+    assert after < 0.4 < 0.5 * before

@@ -1,7 +1,9 @@
 /* Holds this build against what Python computed: check ${name}_vector.csv
 
    Prints the greatest differences; status 0 where mu and mu_std are off by no more than $tolerance, the
-   torque by no more than $tolerance of its largest, and all flags are the same. */
+   torque by no more than $tolerance of its largest, and all flags are the same.
+
+   $generated */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from identification import Recording, search
-from identification.selection.stepwise_search import Step
+from identification.selection.stepwise_search import SearchStep
 from tests.identification.factories import read_campaign
 
 CANDIDATES = ("contact_damping", "steering_return", "torque_offset")
@@ -14,20 +14,20 @@ def damped() -> list[Recording]:
 
 
 @pytest.fixture(scope="module")
-def steps(damped: list[Recording]) -> list[Step]:
+def steps(damped: list[Recording]) -> list[SearchStep]:
     return search(damped, (), jobs=1, candidates=CANDIDATES)
 
 
-def test_adds_one_effect_at_a_time(steps: list[Step]) -> None:
+def test_adds_one_effect_at_a_time(steps: list[SearchStep]) -> None:
     first, last = steps
 
-    assert first.before.effects == ()
+    assert first.before.names == ()
     assert first.chosen is not None
-    assert first.chosen.effects == ("contact_damping",)
-    assert {trial.effects[-1] for trial in first.tried} == set(CANDIDATES)
-    assert last.before.effects == ("contact_damping",)
+    assert first.chosen.names == ("contact_damping",)
+    assert {trial.names[-1] for trial in first.tried} == set(CANDIDATES)
+    assert last.before.names == ("contact_damping",)
     assert last.chosen is None
-    assert {trial.effects for trial in last.tried} == {
+    assert {trial.names for trial in last.tried} == {
         ("contact_damping", "steering_return"),
         ("contact_damping", "torque_offset"),
     }
@@ -45,7 +45,7 @@ def test_reports_its_progress(damped: list[Recording]) -> None:
     assert ("trying effects on top of the declared structure", 1, 1) in said
 
 
-def test_two_processes_find_the_same(damped: list[Recording], steps: list[Step]) -> None:
+def test_two_processes_find_the_same(damped: list[Recording], steps: list[SearchStep]) -> None:
     again = search(damped, (), jobs=2, candidates=CANDIDATES)
 
     assert len(again) == len(steps)
@@ -61,7 +61,7 @@ def test_held_out_recordings_only_judge(damped: list[Recording]) -> None:
     first, *_ = search([training], [held_out], jobs=1, candidates=CANDIDATES[:2])
 
     assert first.chosen is not None
-    assert first.chosen.effects == ("contact_damping",)
+    assert first.chosen.names == ("contact_damping",)
     assert set(first.chosen.judgement.residuals) == {held_out.name}
     assert set(first.chosen.fitted.residuals) == {training.name}
     frozen = first.chosen.held_out
@@ -77,7 +77,7 @@ def test_finds_a_compliant_carcass() -> None:
     first, *others = search(recordings, (), jobs=1, candidates=rivals)
 
     assert first.chosen is not None
-    assert first.chosen.effects == ("carcass_torsion",)
+    assert first.chosen.names == ("carcass_torsion",)
     assert [step.chosen for step in others] == [None]
     k_t = made.recordings[0].effects["carcass_torsion"]["k_t"]
     assert others[0].before.fitted.values.shared["carcass_torsion.k_t"] == pytest.approx(k_t, rel=0.05)

@@ -17,7 +17,7 @@ from observers.measurement_model import AligningTorque
 from observers.mhe import Mhe
 from observers.protocol import Sample
 from observers.steering_torque import SteeringTorque
-from symbolic.compiled import compiler
+from symbolic import compiler
 from tests.observers.embedded.building import DECLARED, FOUND, NO_COMPILER, STRICT, observer_of
 
 

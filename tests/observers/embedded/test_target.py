@@ -5,8 +5,7 @@ import pytest
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import SINGLE
-from reference_rig.record import RigRecording
-from reference_rig.steering import SteeringRecording
+from reference_rig import RigRecording, SteeringRecording
 from tests.observers.embedded.building import DECLARED, observer_of, said_by
 from tests.observers.embedded.conftest import Build
 from tests.observers.embedded.cortex.target import M4F, M7, NEEDED, Board, Cost, at_hand, run_on
