@@ -1,7 +1,7 @@
 """When one model is preferred to another: error on judged data, information criterion, paired test."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from identification.fits.fitting import Fit, torque_range
 from identification.fits.loss import cost, influence
 from identification.reading.recordings import Recording
 from identification.selection.trials import Judgement, Trial
+from symbolic import InvalidInputError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +45,18 @@ class SelectionCriteria:
     idle_steps: int = 2
     exchanges: int = 3
     rough_above: float = 0.015
+
+    def __post_init__(self) -> None:
+        """Check that no threshold is negative and that blocks and steps are above zero.
+
+        Raises:
+            InvalidInputError: one is.
+        """
+        for name, value in asdict(self).items():
+            positive = name in ("block", "long_block", "idle_steps")
+            if not (value > 0 if positive else value >= 0):
+                least = "greater than 0" if positive else "at least 0"
+                raise InvalidInputError(f"criteria: {name} must be {least}, got {value}")
 
 
 DEFAULT_CRITERIA = SelectionCriteria()
