@@ -21,7 +21,7 @@ class SelectionCriteria:
         least_gain: an effect has to lower the judged error by this share [1].
         resolution: it has to explain more than this share of the torque range, the accuracy of the
             discretised patch [1].
-        earned: standard errors of the paired test by which the judged error has to fall [1].
+        gain_standard_errors: standard errors of the paired test by which the judged error has to fall [1].
         clear: standard errors by which two models have to differ to be distinguished [1].
         strong: difference in the information criterion from which evidence is strong (Kass and Raftery,
             JASA 90 (1995) 773) [1].
@@ -36,7 +36,7 @@ class SelectionCriteria:
 
     least_gain: float = 0.02
     resolution: float = 5e-4
-    earned: float = 1.0
+    gain_standard_errors: float = 1.0
     clear: float = 2.0
     strong: float = 6.0
     block: float = 1.0
@@ -108,7 +108,7 @@ def error_falls(after: Judgement, before: Judgement, criteria: SelectionCriteria
     """Whether the judged error falls by the least share, and by more than chance."""
     mean, error = advantage(after, before, criteria.block)
     lower = after.nrmse < (1 - criteria.least_gain) * before.nrmse
-    return lower and mean > criteria.earned * error
+    return lower and mean > criteria.gain_standard_errors * error
 
 
 def advantage(better: Judgement, worse: Judgement, block: float) -> tuple[float, float]:
