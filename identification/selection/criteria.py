@@ -21,7 +21,7 @@ class SelectionCriteria:
         least_gain: an effect has to lower the judged error by this share [1].
         resolution: it has to explain more than this share of the torque range, the accuracy of the
             discretised patch [1].
-        gain_standard_errors: standard errors of the paired test by which the judged error has to fall [1].
+        gain_standard_errors: standard errors of the paired test by which that error has to fall [1].
         clear: standard errors by which two models have to differ to be distinguished [1].
         strong: difference in the information criterion from which evidence is strong (Kass and Raftery,
             JASA 90 (1995) 773) [1].
