@@ -49,8 +49,8 @@ def build_diagnosis(
     loss = after.fitted.loss
     residuals = [declared_residuals(everything, loss), trial_residuals(before), trial_residuals(after)]
     stages = [
-        errors_of(one, training, holdout, left)
-        for one, left in zip(residuals, ({}, *left_out), strict=True)
+        errors_of(stage, training, holdout, unseen)
+        for stage, unseen in zip(residuals, ({}, *left_out), strict=True)
     ]
     followed = [_signatures(trial, everything, candidates) for trial in (before, after)]
     estimates = _estimates(after.fitted, training)
@@ -62,7 +62,7 @@ def build_diagnosis(
         declared=stages[0],
         before=stages[1],
         after=stages[2],
-        effects=_found(steps, estimates, training, proposals),
+        effects=_found_effects(steps, estimates, training, proposals),
         candidates=_candidates(steps[0], training),
         unexplained=unexplained(residuals[2], everything, followed[1], loss),
         parameters=estimates,
@@ -92,7 +92,7 @@ def _candidates(first: SearchStep, recordings: Sequence[Recording]) -> tuple[Can
             holdout_nrmse=trial.nrmse,
             delta_bic=delta_bic(trial.fitted, first.ranked_before.fitted, recordings),
         )
-        for trial in first.tried
+        for trial in first.trials
     )
 
 
@@ -122,34 +122,34 @@ def _estimates(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Parame
     }
 
 
-def _found(
+def _found_effects(
     steps: Sequence[SearchStep],
     estimates: Mapping[str, ParameterEstimate],
     recordings: Sequence[Recording],
     proposals: Mapping[Effects, Proposal],
 ) -> tuple[FoundEffect, ...]:
-    found = []
+    effects = []
     for step in steps:
-        if step.chosen is None:
+        if step.after is None:
             continue
-        effect = step.chosen.effects[-1]
+        effect = step.after.effects[-1]
         # Effects that were dropped later are not among the estimates of the final model.
         if effect not in steps[-1].before.effects or effect in step.before.effects:
             continue
         prefix = f"{effect.name}."
         own = {k.removeprefix(prefix): e for k, e in estimates.items() if k.startswith(prefix)}
-        found.append(
+        effects.append(
             FoundEffect(
                 name=effect.name,
                 summary=effect.summary,
                 parameters=own,
-                holdout_nrmse_after=step.chosen.nrmse,
-                delta_bic=delta_bic(step.chosen.fitted, step.before.fitted, recordings),
+                holdout_nrmse_after=step.after.nrmse,
+                delta_bic=delta_bic(step.after.fitted, step.before.fitted, recordings),
                 indistinguishable_from=tuple(other.name for other in step.indistinguishable),
-                experiment=proposals.get(step.chosen.effects),
+                experiment=proposals.get(step.after.effects),
             )
         )
-    return tuple(found)
+    return tuple(effects)
 
 
 def _series(

@@ -106,9 +106,9 @@ def _proposals(
     """For each set of effects that was chosen, the experiment to tell it from its nearest rival."""
     starts = []
     for step in steps:
-        if step.chosen and step.indistinguishable:
+        if step.after and step.indistinguishable:
             nearest = (*step.before.effects, step.nearest_rival)
-            starts += [(effects, step.values_of(effects)) for effects in (step.chosen.effects, nearest)]
+            starts += [(effects, step.values_of(effects)) for effects in (step.after.effects, nearest)]
     if not starts:
         return {}
     label = "looking for an experiment that separates rivals"

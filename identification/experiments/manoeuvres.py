@@ -49,7 +49,7 @@ def _sweeps(reach: Reach) -> list[Manoeuvre]:
 
 
 def _speeds(reach: Reach) -> list[Manoeuvre]:
-    """The same way at several speeds."""
+    """The same turn at several speeds."""
     fast, slowest = reach.speed, reach.slow
     ladder = np.geomspace(fast, slowest, 5)
     rungs = [turns(reach, [s, -s], v) for s, v in zip([0.5, 0.5, 0.5, 0.5, 0.3], ladder, strict=True)]
@@ -57,9 +57,9 @@ def _speeds(reach: Reach) -> list[Manoeuvre]:
     places, paces = (-1.0, 0.0, 0.15, 0.6, 0.75, 1.0), (fast, slowest, fast, slowest, fast)
     changing = [
         leg
-        for way in (1.0, -1.0)
-        for (of, to), pace in zip(pairwise(places), paces, strict=True)
-        for leg in turns(reach, [way * to], pace, way * of)
+        for sign in (1.0, -1.0)
+        for (start, to), pace in zip(pairwise(places), paces, strict=True)
+        for leg in turns(reach, [sign * to], pace, sign * start)
     ]
     slow = min(max(slowest, 4 * reach.amplitude / (LENGTH / 2)), fast / 4)
     many = max(1, int(LENGTH / 2 * fast / (4 * reach.amplitude)))
@@ -106,7 +106,8 @@ def _rests(reach: Reach) -> list[Manoeuvre]:
             " rad/s, resting 1.5 s after each",
             list(
                 chain.from_iterable(
-                    [*turns(reach, [to], fast, of), Leg(to, 1.5)] for of, to in pairwise([0.0, *stairs])
+                    [*turns(reach, [to], fast, start), Leg(to, 1.5)]
+                    for start, to in pairwise([0.0, *stairs])
                 )
             ),
         ),
@@ -114,7 +115,7 @@ def _rests(reach: Reach) -> list[Manoeuvre]:
 
 
 def _loops(reach: Reach) -> list[Manoeuvre]:
-    """Small loops: about several centres, growing, shrinking, and on the way of a slide."""
+    """Small loops: about several centres, growing, shrinking, and during a slide."""
     fast, size = reach.speed, reach.amplitude
     centres = (-0.6, 0.0, 0.6)
     places = ", ".join(f"{reach.centre + centre * size:.2f}" for centre in centres)
@@ -153,15 +154,15 @@ def _loops(reach: Reach) -> list[Manoeuvre]:
 
 
 def _loadings(reach: Reach) -> list[Manoeuvre]:
-    """Steps of the load, at a held angle and while the wheel turns."""
+    """Steps of the load, at rest and while the wheel turns."""
     fast, (light, _, heavy) = reach.speed, reach.loads
     loads = f"load in steps of 2 s between {light:.0f} and {heavy:.0f} N"
-    held = [*turns(reach, [1], fast, -1.0), Leg(1, 6), *turns(reach, [-1], fast, 1.0), Leg(-1, 6)]
+    cycle = [*turns(reach, [1], fast, -1.0), Leg(1, 6), *turns(reach, [-1], fast, 1.0), Leg(-1, 6)]
     return [
         manoeuvre_of(
             reach,
             f"sweep {between(reach)} at {fast:.2g} rad/s with rests of 6 s at either end, {loads}",
-            held,
+            cycle,
             load_step=2.0,
         ),
         manoeuvre_of(

@@ -139,9 +139,9 @@ class Noise:
         for i, (place, step) in enumerate(zip(self.rows.places.values(), self.rows.steps, strict=True)):
             n = place.stop - place.start
             half = np.interp(step * np.arange(n), self.lags, self.correlation, right=0.0)
-            both = np.concatenate([half[:0:-1], half])[:, None]
+            kernel = np.concatenate([half[:0:-1], half])[:, None]
             level = self.energies[i] / self.counts[i]
-            product[place] = level * fftconvolve(columns[place], both, axes=0)[n - 1 : 2 * n - 1]
+            product[place] = level * fftconvolve(columns[place], kernel, axes=0)[n - 1 : 2 * n - 1]
         return np.where(self.rows.present[:, None], product, 0.0)
 
 
@@ -199,15 +199,15 @@ def correlation(
     directions, strength, axes = np.linalg.svd(remaining, full_matrices=False)
     used = strength > LEAST_REMAINING * strength[0]
     directions, axes = directions[:, used], axes[used] / strength[used, None]
-    along = directions.T @ residual
-    chance = directions.T @ noise.covariance_times(directions)
-    mean, spread = float(np.trace(chance)), float(np.sum(chance * chance.T))
+    projection = directions.T @ residual
+    by_chance = directions.T @ noise.covariance_times(directions)
+    mean, spread = float(np.trace(by_chance)), float(np.sum(by_chance * by_chance.T))
     # mean is above 0: the residual is not zero, and its covariance is that of a moving average.
     quantile = f.ppf(CONFIDENCE, mean**2 / spread, freedom)
     band = float(np.sqrt(mean * quantile)) / length
-    slopes = axes.T @ along
+    slopes = axes.T @ projection
     sign = np.sign(slopes[0]) if slopes.size == 1 else 1.0
-    return float(sign * np.linalg.norm(along) / length), min(band, 1.0), slopes
+    return float(sign * np.linalg.norm(projection) / length), min(band, 1.0), slopes
 
 
 def _of_the_mean(centred: Array, count: float) -> float:

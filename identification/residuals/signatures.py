@@ -191,12 +191,12 @@ def signatures(
     for signal in RESIDUAL_SIGNALS:
         each = rows.columns([signal.of(motion) for motion in motions])
         columns[signal] = each if signal.own else each.sum(axis=1, keepdims=True)
-    found = _correlate(columns, absorbed, noise_of(rows), candidates)
+    marginal = _correlate(columns, absorbed, noise_of(rows), candidates)
     return Signatures(
         rms=_rms(rows),
         autocorrelation=_autocorrelation(noise_of(rows)),
-        signatures=found,
-        followed=_followed(columns, absorbed, rows, found, candidates),
+        signatures=marginal,
+        followed=_followed(columns, absorbed, rows, marginal, candidates),
     )
 
 
@@ -220,11 +220,11 @@ def _correlate(
     columns: Mapping[Signal, Array], absorbed: _Absorbed, noise: Noise, effects: Sequence[Effect]
 ) -> tuple[Signature, ...]:
     """How far the residual follows each signal."""
-    found, rms = [], _rms(noise.rows)
+    every, rms = [], _rms(noise.rows)
     for signal, own in columns.items():
         freedom = 1e9 if signal.centred else noise.freedom
         value, band, slopes = correlation(own, absorbed.of(signal), noise, freedom)
-        found.append(
+        every.append(
             Signature(
                 signal=signal.name,
                 unit=signal.unit,
@@ -236,28 +236,29 @@ def _correlate(
                 reading=signal.positive if value >= 0 else signal.negative,
             )
         )
-    return tuple(found)
+    return tuple(every)
 
 
 def _followed(
     columns: Mapping[Signal, Array],
     absorbed: _Absorbed,
     rows: Rows,
-    found: tuple[Signature, ...],
+    marginal: tuple[Signature, ...],
     effects: Sequence[Effect],
 ) -> tuple[Signature, ...]:
     """The strongest that stands out, then the strongest in the residual that remains without it."""
     by_name = {signal.name: signal for signal in columns}
     followed: list[Signature] = []
+    every = marginal
     least = LEAST_CORRELATION * _rms(rows)
     while len(followed) < MOST_FOLLOWED:
-        candidates = [s for s in found if s.stands_out and s.size > least]
+        candidates = [s for s in every if s.stands_out and s.size > least]
         if not candidates:
             break
         followed.append(max(candidates, key=lambda s: abs(s.correlation)))
         absorbed = absorbed.extended(columns[by_name[followed[-1].signal]])
         remaining = replace(rows, residual=projected_off(rows.residual, absorbed.adjusted))
-        found = _correlate(columns, absorbed, noise_of(remaining), effects)
+        every = _correlate(columns, absorbed, noise_of(remaining), effects)
     return tuple(followed)
 
 
@@ -268,14 +269,14 @@ def _rms(rows: Rows) -> float:
 def _autocorrelation(noise: Noise) -> Autocorrelation:
     """The pooled autocorrelation, over at most a quarter of the longest recording."""
     last = min(LONGEST, float(noise.lags[-1]) / 4)
-    shown = slice(1, max(2, int(np.searchsorted(noise.lags, last, side="right"))))
-    values = noise.correlation[shown]
+    lags_used = slice(1, max(2, int(np.searchsorted(noise.lags, last, side="right"))))
+    values = noise.correlation[lags_used]
     # Each recording's autocorrelation has the variance 1/n and counts by its energy.
     weights = noise.energies / max(float(noise.energies.sum()), 1e-300)
     band = float(norm.ppf((1 + CONFIDENCE) / 2) * np.sqrt(np.sum(weights**2 / noise.counts)))
     within = np.flatnonzero(np.abs(values) < band)
     end = int(within[0]) if within.size else values.size - 1
-    lags = noise.lags[shown]
+    lags = noise.lags[lags_used]
     return Autocorrelation(
         lags=lags, values=values, band=band, memory=float(lags[end]) if end > 0 else 0.0
     )

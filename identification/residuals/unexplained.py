@@ -39,7 +39,7 @@ def white_noise(torque: Array) -> float:
 def unexplained(
     residuals: Mapping[str, Array],
     recordings: Sequence[Recording],
-    found: Signatures,
+    followed: Signatures,
     loss: Loss = LEAST_SQUARES,
 ) -> Unexplained:
     """Whether the residuals of these recordings have structure, and which signals it follows.
@@ -47,17 +47,17 @@ def unexplained(
     Args:
         residuals: simulated minus measured torque [N m].
         recordings: what was measured.
-        found: the signatures of these residuals, as `signatures` makes them.
+        followed: the signatures of these residuals, see `signatures`.
         loss: what a residual costs; an outlier counts as little as in the fit.
     """
-    remaining, noise, samples = [], [], []
+    errors, noise, samples = [], [], []
     for recording in recordings:
         span = torque_range(recording)
         share = residuals[recording.name] / span
-        remaining.append(rmse_of(np.sqrt(loss(share**2)[0])))
+        errors.append(rmse_of(np.sqrt(loss(share**2)[0])))
         noise.append(white_noise(recording.M_z) / span)
         samples.append(autocorrelation_time(influence(loss, share)))
-    rms, floor = float(np.mean(remaining)), float(np.mean(noise))
+    rms, floor = float(np.mean(errors)), float(np.mean(noise))
     structured = float(np.sqrt(max(0.0, rms**2 - floor**2)))
     correlated = float(np.median(samples))
     present = structured > LEAST_SIZE and rms > LEAST_RATIO * floor and correlated > 2
@@ -67,4 +67,4 @@ def unexplained(
     )
     if not present:
         return Unexplained(present=False, evidence=f"{opening}: nothing beyond noise")
-    return Unexplained(present=True, evidence=f"{opening}. {found.reading}")
+    return Unexplained(present=True, evidence=f"{opening}. {followed.reading}")

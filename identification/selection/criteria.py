@@ -1,7 +1,7 @@
 """When one model is preferred to another: error on judged data, information criterion, paired test."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 import numpy as np
 
@@ -10,6 +10,7 @@ from identification.fits.fitting import Fit, torque_range
 from identification.fits.loss import cost, influence
 from identification.reading.recordings import Recording
 from identification.selection.trials import Judgement, Trial
+from symbolic import InvalidInputError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,7 +21,7 @@ class SelectionCriteria:
         least_gain: an effect has to lower the judged error by this share [1].
         resolution: it has to explain more than this share of the torque range, the accuracy of the
             discretised patch [1].
-        earned: standard errors of the paired test by which the judged error has to fall [1].
+        gain_standard_errors: standard errors of the paired test by which that error has to fall [1].
         clear: standard errors by which two models have to differ to be distinguished [1].
         strong: difference in the information criterion from which evidence is strong (Kass and Raftery,
             JASA 90 (1995) 773) [1].
@@ -35,7 +36,7 @@ class SelectionCriteria:
 
     least_gain: float = 0.02
     resolution: float = 5e-4
-    earned: float = 1.0
+    gain_standard_errors: float = 1.0
     clear: float = 2.0
     strong: float = 6.0
     block: float = 1.0
@@ -44,6 +45,18 @@ class SelectionCriteria:
     idle_steps: int = 2
     exchanges: int = 3
     rough_above: float = 0.015
+
+    def __post_init__(self) -> None:
+        """Check that no threshold is negative and that blocks and steps are above zero.
+
+        Raises:
+            InvalidInputError: one is.
+        """
+        for name, value in asdict(self).items():
+            positive = name in ("block", "long_block", "idle_steps")
+            if not (value > 0 if positive else value >= 0):
+                least = "greater than 0" if positive else "at least 0"
+                raise InvalidInputError(f"criteria: {name} must be {least}, got {value}")
 
 
 DEFAULT_CRITERIA = SelectionCriteria()
@@ -95,7 +108,7 @@ def error_falls(after: Judgement, before: Judgement, criteria: SelectionCriteria
     """Whether the judged error falls by the least share, and by more than chance."""
     mean, error = advantage(after, before, criteria.block)
     lower = after.nrmse < (1 - criteria.least_gain) * before.nrmse
-    return lower and mean > criteria.earned * error
+    return lower and mean > criteria.gain_standard_errors * error
 
 
 def advantage(better: Judgement, worse: Judgement, block: float) -> tuple[float, float]:

@@ -34,33 +34,33 @@ class SearchStep:
     Attributes:
         before: the model before it.
         ranked_before: the same, fitted as coarsely as the candidates that it was compared with.
-        tried: the models that were tried, least judged error first, coarsely fitted.
-        chosen: the model after it; None in the last step.
+        trials: of the models with one effect more or less, least judged error first, coarsely fitted.
+        after: the model after it; None in the last step.
         indistinguishable: effects that would have done as well as the one that was added.
-        dropped: the effect that was removed or exchanged; None where one was added.
+        removed_effect: the effect that was removed or exchanged; None where one was added.
     """
 
     before: Trial
     ranked_before: Trial
-    tried: tuple[Trial, ...]
-    chosen: Trial | None
+    trials: tuple[Trial, ...]
+    after: Trial | None
     indistinguishable: Effects = ()
-    dropped: Effect | None = None
+    removed_effect: Effect | None = None
 
     @property
     def nearest_rival(self) -> Effect:
         """Of the effects that would have done as well, the one with the least judged error."""
-        ranked = (trial.effects[-1] for trial in self.tried)
+        ranked = (trial.effects[-1] for trial in self.trials)
         return next(effect for effect in ranked if effect in self.indistinguishable)
 
     def values_of(self, effects: Effects) -> Values:
         """The values fitted in the trial of these effects."""
-        return next(t.fitted.values for t in self.tried if set(t.effects) == set(effects))
+        return next(t.fitted.values for t in self.trials if set(t.effects) == set(effects))
 
     def idle(self, criteria: SelectionCriteria) -> set[Effect]:
         """Effects that lowered the judged error by less than half of what is needed."""
         least = (1 - criteria.least_gain / 2) * self.ranked_before.nrmse
-        return {trial.effects[-1] for trial in self.tried if trial.nrmse > least}
+        return {trial.effects[-1] for trial in self.trials if trial.nrmse > least}
 
 
 def search(
@@ -109,6 +109,15 @@ class RankedCandidate:
     indistinguishable: Effects = ()
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _PresentModel:
+    """The present model, fitted to the whole recordings and as coarsely as its rivals."""
+
+    fine: Trial
+    coarse: Trial
+    precision: Precision
+
+
 @dataclass(frozen=True)
 class Search:
     """What a search consists of.
@@ -132,7 +141,7 @@ class Search:
         steps: list[SearchStep] = []
         while current:
             steps.append(self._step(current, steps))
-            current = steps[-1].chosen
+            current = steps[-1].after
         return steps
 
     def _step(self, current: Trial, steps: Sequence[SearchStep]) -> SearchStep:
@@ -142,72 +151,86 @@ class Search:
         present = _PresentModel(fine=current, coarse=coarse, precision=precision)
         active, idle = self._active_and_idle(current.effects, steps)
         added = self._add(present, active, ())
-        if added.chosen is None:
-            added = self._add(present, idle, added.tried)
-        if added.chosen is not None:
+        if added.after is None:
+            added = self._add(present, idle, added.trials)
+        if added.after is not None:
             return added
-        return self._remove(present) or self._exchange(present, added.tried) or added
+        return self._remove(present) or self._exchange(present, added.trials) or added
 
     def _active_and_idle(
         self, present: Effects, steps: Sequence[SearchStep]
     ) -> tuple[list[Effect], list[Effect]]:
         """Candidates to try, and those to try only if none of them is added: idle in the last steps."""
-        recent = [step for step in steps if step.dropped is None][-self.criteria.idle_steps :]
+        recent = [step for step in steps if step.removed_effect is None][-self.criteria.idle_steps :]
         idle: set[Effect] = set()
         if len(recent) == self.criteria.idle_steps:
             idle = set.intersection(*(step.idle(self.criteria) for step in recent))
-        excluded = {*present, *(step.dropped for step in steps)}
+        excluded = {*present, *(step.removed_effect for step in steps)}
         allowed = [effect for effect in self.candidates if effect not in excluded]
         return [e for e in allowed if e not in idle], [e for e in allowed if e in idle]
 
     def _add(
-        self, present: "_PresentModel", effects: Sequence[Effect], tried: Sequence[Trial]
+        self, present: _PresentModel, effects: Sequence[Effect], earlier: Sequence[Trial]
     ) -> SearchStep:
         """Add the best of these effects that is confirmed on the whole recordings, if there is one.
 
         Args:
             present: the present model.
             effects: the effects to try.
-            tried: trials of other effects, made before.
+            earlier: trials of other effects on top of the same model.
         """
         label = f"trying effects on top of {', '.join(present.fine.names) or 'the declared structure'}"
         trials = self._rank(present, [(*present.fine.effects, effect) for effect in effects], label)
         justified = [t for t in trials if self._improves(t, present, addition_justified)]
         best = ranked_candidates(justified, self.criteria)
-        tried = sorted([*tried, *trials], key=lambda trial: trial.nrmse)
-        chosen, after = self._first_confirmed(best, present, addition_justified) or (None, None)
+        ranked = sorted([*earlier, *trials], key=lambda trial: trial.nrmse)
+        candidate, after = self._first_confirmed(best, present, addition_justified) or (None, None)
         return SearchStep(
             before=present.fine,
             ranked_before=present.coarse,
-            tried=tuple(tried),
-            chosen=after,
-            indistinguishable=chosen.indistinguishable if chosen else (),
+            trials=tuple(ranked),
+            after=after,
+            indistinguishable=candidate.indistinguishable if candidate else (),
         )
 
-    def _remove(self, present: "_PresentModel") -> SearchStep | None:
+    def _remove(self, present: _PresentModel) -> SearchStep | None:
         """Remove an effect that is not worth its addition any more; not the one added last."""
         effects = present.fine.effects
         label = f"trying to do without one of {', '.join(present.fine.names)}"
-        trials = self._rank(present, [_without(effects, gone) for gone in effects[:-1]], label)
-        best = [RankedCandidate(t) for t in trials if self._improves(t, present, removal_justified)]
-        return self._replaced(present, trials, self._first_confirmed(best, present, removal_justified))
+        trials = self._rank(present, [_without(effects, removed) for removed in effects[:-1]], label)
+        return self._replaced(present, trials, removal_justified)
 
-    def _exchange(self, present: "_PresentModel", tried: Sequence[Trial]) -> SearchStep | None:
+    def _exchange(self, present: _PresentModel, additions: Sequence[Trial]) -> SearchStep | None:
         """Exchange one effect for one of the candidates that gained most, though not enough."""
         effects = present.fine.effects
         least = (1 - self.criteria.least_gain) * present.coarse.nrmse
-        helpful = [trial.effects[-1] for trial in tried if trial.nrmse < least]
+        helpful = [trial.effects[-1] for trial in additions if trial.nrmse < least]
         label = f"exchanging one of {', '.join(present.fine.names)}"
         sets = [
-            (*_without(effects, gone), effect)
+            (*_without(effects, removed), effect)
             for effect in helpful[: self.criteria.exchanges]
-            for gone in effects
+            for removed in effects
         ]
-        trials = self._rank(present, sets, label)
-        best = [RankedCandidate(t) for t in trials if self._improves(t, present, exchange_justified)]
-        return self._replaced(present, trials, self._first_confirmed(best, present, exchange_justified))
+        return self._replaced(present, self._rank(present, sets, label), exchange_justified)
 
-    def _rank(self, present: "_PresentModel", sets: Sequence[Effects], label: str) -> list[Trial]:
+    def _replaced(
+        self, present: _PresentModel, trials: Sequence[Trial], justified: Justified
+    ) -> SearchStep | None:
+        """The step to the first of these models that is confirmed, None where none is."""
+        best = [RankedCandidate(t) for t in trials if self._improves(t, present, justified)]
+        confirmed = self._first_confirmed(best, present, justified)
+        if confirmed is None:
+            return None
+        after = confirmed[1]
+        return SearchStep(
+            before=present.fine,
+            ranked_before=present.coarse,
+            trials=tuple(trials),
+            after=after,
+            removed_effect=next(e for e in present.fine.effects if e not in after.effects),
+        )
+
+    def _rank(self, present: _PresentModel, sets: Sequence[Effects], label: str) -> list[Trial]:
         """Coarse trials of these sets of effects, least judged error first."""
         if not sets:
             return []
@@ -217,12 +240,12 @@ class Search:
 
         return self.runner.rank(present.coarse, sets, present.precision, report)
 
-    def _improves(self, trial: Trial, present: "_PresentModel", justified: Justified) -> bool:
+    def _improves(self, trial: Trial, present: _PresentModel, justified: Justified) -> bool:
         """Whether a coarse trial is justified beside the present model, as coarse."""
         return justified(trial, present.coarse, self.runner.thinned_training, self.criteria)
 
     def _first_confirmed(
-        self, best: Sequence[RankedCandidate], present: "_PresentModel", justified: Justified
+        self, best: Sequence[RankedCandidate], present: _PresentModel, justified: Justified
     ) -> tuple[RankedCandidate, Trial] | None:
         """The first candidate that is justified on the whole recordings too, and its trial there."""
         for candidate in best[: 1 + self.criteria.runners_up]:
@@ -231,36 +254,9 @@ class Search:
                 return candidate, after
         return None
 
-    def _replaced(
-        self,
-        present: "_PresentModel",
-        trials: Sequence[Trial],
-        confirmed: tuple[RankedCandidate, Trial] | None,
-    ) -> SearchStep | None:
-        """The step in which one of the present effects is dropped, None where nothing is confirmed."""
-        if confirmed is None:
-            return None
-        after = confirmed[1]
-        return SearchStep(
-            before=present.fine,
-            ranked_before=present.coarse,
-            tried=tuple(trials),
-            chosen=after,
-            dropped=next(effect for effect in present.fine.effects if effect not in after.effects),
-        )
 
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _PresentModel:
-    """The present model, fitted to the whole recordings and as coarsely as its rivals."""
-
-    fine: Trial
-    coarse: Trial
-    precision: Precision
-
-
-def _without(effects: Effects, gone: Effect) -> Effects:
-    return tuple(effect for effect in effects if effect != gone)
+def _without(effects: Effects, removed: Effect) -> Effects:
+    return tuple(effect for effect in effects if effect != removed)
 
 
 def removal_justified(

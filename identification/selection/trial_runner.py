@@ -89,7 +89,7 @@ class TrialRunner:
         """Coarse trials of these sets of effects, each from its own values; in the order given."""
         report(0)
         tasks = [self._coarse_task(effects, start, precision) for effects, start in starts]
-        trials = {i: kept for i, task in enumerate(tasks) if (kept := self._recall(task))}
+        trials = {i: trial for i, task in enumerate(tasks) if (trial := self._recall(task))}
         futures = {self.submit(run_trial, tasks[i]): i for i in range(len(tasks)) if i not in trials}
         report(len(trials))
         for future in as_completed(futures):
@@ -123,8 +123,8 @@ def values_for(present: Trial, effects: Sequence[Effect]) -> Values:
     """The values of a trial without those of effects that are not in the set."""
     values, names = present.fitted.values, {effect.name for effect in effects}
 
-    def of_the_set(given: Mapping[str, float]) -> dict[str, float]:
-        return {n: v for n, v in given.items() if "." not in n or n.split(".")[0] in names}
+    def of_the_set(parameters: Mapping[str, float]) -> dict[str, float]:
+        return {n: v for n, v in parameters.items() if "." not in n or n.split(".")[0] in names}
 
     own = {name: of_the_set(values) for name, values in values.own.items()}
     return Values(shared=of_the_set(values.shared), own=own)

@@ -66,7 +66,6 @@ def test_another_file_of_the_same_name_may_be_written(folder: Path) -> None:
 ESTIMATE = ("estimate", "good.csv", "--rig", "rig.toml", "--observer", "ekf")
 COMPARE = ("compare", "good.csv", "--rig", "rig.toml", "--declared", "1.2")
 SIMULATE = ("simulate", "good.csv", "--rig", "rig.toml")
-DIAGNOSE = ("diagnose", "--rig", "rig.toml")
 
 
 @pytest.mark.parametrize(
@@ -88,9 +87,9 @@ DIAGNOSE = ("diagnose", "--rig", "rig.toml")
 def test_commands_that_write_files(
     run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...]
 ) -> None:
-    monkeypatch.setattr("brushgrip.commands.simulate.read_model", lambda _: None)
+    monkeypatch.setattr("brushgrip.commands.simulate.read_model", lambda *_, **__: None)
     monkeypatch.setattr("brushgrip.commands.identify.read_decays", lambda *_: [])
-    monkeypatch.setattr("brushgrip.commands.compare._subjects", lambda *_: [])
+    monkeypatch.setattr("brushgrip.commands.compare._cases", lambda *_: [])
     before = contents(folder)
     outcome = run(*arguments)
 
@@ -105,7 +104,7 @@ def test_the_authors_estimates_are_read_too(
     run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch, author: tuple[str, ...]
 ) -> None:
     (folder / "nosub").mkdir()
-    monkeypatch.setattr("brushgrip.commands.compare._subjects", lambda *_: [])
+    monkeypatch.setattr("brushgrip.commands.compare._cases", lambda *_: [])
     before = contents(folder)
     outcome = run(*COMPARE, *author, "--out", author_file(Path(), "good"))
 
@@ -122,9 +121,9 @@ def test_diagnose_looks_before_it_searches(
         raise AssertionError("the search began")
 
     monkeypatch.setattr("brushgrip.commands.diagnose.close_the_loop", search)
-    (folder / "good.csv").rename(folder / "sub" / name)
+    (folder / "rig.toml").rename(folder / "sub" / name)
     before = contents(folder)
-    outcome = run(*DIAGNOSE, f"sub/{name}", "--out", "nosub/../link")
+    outcome = run("diagnose", "good.csv", "--rig", f"sub/{name}", "--out", "nosub/../link")
 
     assert outcome.status == 2
     assert "would overwrite what is read" in outcome.err

@@ -8,12 +8,14 @@ import pytest
 from identification import Recording
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
+    SelectionCriteria,
     addition_justified,
     delta_bic,
     distinguishable,
     exchange_justified,
 )
 from identification.selection.trials import Trial
+from symbolic import InvalidInputError
 from tests.identification.selection.compared import SECONDS, judgement, trials
 
 BLOCK, LONG_BLOCK = DEFAULT_CRITERIA.block, DEFAULT_CRITERIA.long_block
@@ -81,3 +83,17 @@ def test_too_little_for_the_discretised_patch_is_nothing(pair: tuple[Trial, list
     ]
 
     assert not addition_justified(*small, pair[1][:1], DEFAULT_CRITERIA)
+
+
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        ({"least_gain": -0.1}, "criteria: least_gain must be at least 0, got -0.1"),
+        ({"strong": np.nan}, "criteria: strong must be at least 0, got nan"),
+        ({"block": 0.0}, "criteria: block must be greater than 0, got 0.0"),
+        ({"idle_steps": 0}, "criteria: idle_steps must be greater than 0, got 0"),
+    ],
+)
+def test_thresholds_have_a_range(fault: dict[str, float], message: str) -> None:
+    with pytest.raises(InvalidInputError, match=f"^{message}$"):
+        SelectionCriteria(**fault)  # type: ignore[arg-type]

@@ -151,6 +151,6 @@ def test_goes_on_after_an_interruption(
     assert len({id(task) for task in made}) == in_all
     assert len(resumed) == len(whole)
     for one, other in zip(resumed, whole, strict=True):
-        assert [t.effects for t in one.tried] == [t.effects for t in other.tried]
-        assert all(same(a, b) for a, b in zip(one.tried, other.tried, strict=True))
+        assert [t.effects for t in one.trials] == [t.effects for t in other.trials]
+        assert all(same(a, b) for a, b in zip(one.trials, other.trials, strict=True))
         assert same(one.before, other.before)

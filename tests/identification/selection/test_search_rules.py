@@ -94,7 +94,7 @@ def searched(
 
 def path(steps: Sequence[SearchStep]) -> list[str]:
     """The effects after each step but the last."""
-    return ["".join(step.chosen.names) for step in steps if step.chosen]
+    return ["".join(step.after.names) for step in steps if step.after]
 
 
 def table(**errors: float) -> Callable[[str], float]:
@@ -109,8 +109,8 @@ def test_adds_what_helps_most_until_nothing_helps(pair: Pair) -> None:
 
     assert path(steps) == ["b", "ba"]
     assert runner.asked[:3] == [["a", "b", "c"], ["ba", "bc"], ["bac"]]
-    assert [trial.names for trial in steps[0].tried] == [("b",), ("a",), ("c",)]
-    assert steps[-1].chosen is None
+    assert [trial.names for trial in steps[0].trials] == [("b",), ("a",), ("c",)]
+    assert steps[-1].after is None
 
 
 @pytest.mark.parametrize(("bad", "expected"), [("", "a"), ("a", "b"), ("ab", "c"), ("abc", None)])
@@ -143,7 +143,7 @@ def test_an_effect_that_the_others_replace_is_removed_and_stays_away(pair: Pair)
     steps = searched(runner, "abc")
 
     assert path(steps)[:4] == ["a", "ab", "abc", "bc"]
-    assert [step.dropped.name for step in steps if step.dropped] == ["a"]
+    assert [step.removed_effect.name for step in steps if step.removed_effect] == ["a"]
     backward = runner.asked[3]
     assert backward == ["bc", "ac"], "not without the effect that was added last"
     asked_after = [names for names in runner.asked[4:] if names]
@@ -170,7 +170,7 @@ def test_an_exchange_has_to_lower_the_error(pair: Pair) -> None:
     steps = searched(runner, "abc")
 
     assert path(steps) == ["a"], "better on the whole recordings, but not where they were ranked"
-    assert [trial.names for trial in steps[-1].tried] == [("a", "c"), ("a", "b")]
+    assert [trial.names for trial in steps[-1].trials] == [("a", "c"), ("a", "b")]
 
     runner = Scripted(pair, table(a=5, b=5.5, ab=4.8), table(a=5, b=4))
     assert path(searched(runner, "ab")) == ["a"]
@@ -182,7 +182,7 @@ def test_an_exchange_is_a_step(pair: Pair) -> None:
     steps = searched(runner, "abc")
 
     assert path(steps)[:3] == ["a", "ab", "bc"]
-    assert [step.dropped.name for step in steps if step.dropped] == ["a"]
+    assert [step.removed_effect.name for step in steps if step.removed_effect] == ["a"]
 
 
 @pytest.mark.parametrize(
@@ -228,10 +228,10 @@ def test_the_nearest_rival_is_the_best_of_those_that_are_as_good(pair: Pair) -> 
     step = SearchStep(
         before=pair[0],
         ranked_before=pair[0],
-        tried=tuple(with_effects(pair[0], name) for name in "abcd"),
-        chosen=with_effects(pair[0], "a"),
+        trials=tuple(with_effects(pair[0], name) for name in "abcd"),
+        after=with_effects(pair[0], "a"),
         indistinguishable=(effect_of("d"), effect_of("c")),
     )
 
     assert step.nearest_rival == effect_of("c")
-    assert SimpleNamespace(**vars(step)).dropped is None
+    assert SimpleNamespace(**vars(step)).removed_effect is None
