@@ -73,7 +73,7 @@ def test_the_first_friction_is_that_of_few_sliding_samples(declared: Given, slid
 def test_a_candidate_converges_as_models_are_ranked() -> None:
     """This one takes 13 simulations of the set."""
     recordings = [thin(one) for one in read_campaign("rate_friction", 1, duration=6.0)[1]]
-    model = ranked_model(("carcass_torsion",), ROUGH)
+    model = ranked_model(effects_named(["carcass_torsion"]), ROUGH)
 
     assert fit(model, recordings, options=COARSE_FIT).converged
     assert not fit(model, recordings, options=FitOptions(tolerance=1e-3, max_evaluations=4)).converged
