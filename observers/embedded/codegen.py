@@ -16,13 +16,12 @@ import casadi as ca
 from observers.angle_derivative import MEMORY
 from observers.base import ModelObserver
 from observers.ekf import Ekf, build_step
-from observers.embedded.casadi_c import embedded_source
+from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_ekf import is_quick, quick_body
 from observers.embedded.compact_mhe import is_quick_window, quick_window_body
 from observers.embedded.initial_state import build_start
-from observers.embedded.literals import in_type
 from observers.embedded.parameters import parameters_text
-from observers.embedded.scalar_type import SINGLE, Real
+from observers.embedded.scalar_type import SINGLE, Real, in_type
 from observers.embedded.templating import Body, filled
 from observers.embedded.test_vector import vector_text
 from observers.measurement_model import RIG, SENSIBLE
@@ -112,7 +111,7 @@ def body_of(observer: Ekf | Mhe, real: Real, terms: Mapping[str, str]) -> Body:
 def casadi_body(observer: Ekf | Mhe, real: Real, terms: Mapping[str, str]) -> Body:
     """The observer's own Functions as casadi writes them; any model."""
     step, start = step_of(observer), build_start(observer)
-    source = embedded_source([start, step], real, f"{terms['name']}_core")
+    source = embedded_code([start, step], real, f"{terms['name']}_core")
     sizes = {"arg": str(source.arg), "res": str(source.res), "step": step.name()}
     state, integers = observer.layout.size, max(source.iw, 1)
     private = (

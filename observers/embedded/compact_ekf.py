@@ -12,7 +12,7 @@ import casadi as ca
 
 from observers.base import ModelObserver
 from observers.ekf import Ekf, build_step, layout
-from observers.embedded.casadi_c import embedded_source
+from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_patch import (
     build_corner,
     is_declared,
@@ -23,8 +23,7 @@ from observers.embedded.compact_patch import (
 from observers.embedded.exp_reuse import with_known_exponentials
 from observers.embedded.initial_state import build_start
 from observers.embedded.linearised_patch import HandedTorque
-from observers.embedded.literals import in_type
-from observers.embedded.scalar_type import Real
+from observers.embedded.scalar_type import Real, in_type
 from observers.embedded.scalarise import scalars
 from observers.embedded.templating import Body, filled
 from observers.layout import Layout
@@ -42,7 +41,7 @@ def quick_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> Body:
     """The code of a filter for which `is_quick` holds."""
     parts = _layout(observer)
     functions = [build_corner(observer), _build_begin(observer), _build_filter(observer)]
-    source = embedded_source(functions, real, f"{terms['name']}_core", all_given=True)
+    source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
     terms = {**terms, **patch_numbers(observer), **_meeting(observer)}
     patch = in_type(filled("patch.c", terms), real)
     size = parts.size

@@ -7,7 +7,7 @@ loops over the samples; what is done at each is casadi's, see `observers.embedde
 from collections.abc import Mapping
 
 from observers.base import ModelObserver
-from observers.embedded.casadi_c import embedded_source
+from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_patch import (
     build_corner,
     is_declared,
@@ -15,9 +15,8 @@ from observers.embedded.compact_patch import (
     patch_numbers,
     patch_types,
 )
-from observers.embedded.literals import in_type
 from observers.embedded.mhe_kernels import made_size, prior_variance_of, window_functions
-from observers.embedded.scalar_type import Real
+from observers.embedded.scalar_type import Real, in_type
 from observers.embedded.templating import Body, filled
 from observers.mhe import Mhe
 
@@ -43,7 +42,7 @@ def quick_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> Bo
     """The code of an estimator for which `is_quick_window` holds."""
     n, made = len(observer.states), made_size(observer)
     functions = [build_corner(observer), *window_functions(observer)]
-    source = embedded_source(functions, real, f"{terms['name']}_core", all_given=True)
+    source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
     stiff = f"[{observer.states.index('stiffness')}]" if "stiffness" in observer.states else ""
     filling = {
         **terms,

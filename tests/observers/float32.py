@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from observers import AligningTorque, Ekf, Sample, SteeringTorque, Tuning
 from observers.base import SAID
 from observers.ekf import build_step
-from observers.embedded.literals import in_type
-from observers.embedded.scalar_type import SINGLE
+from observers.embedded.scalar_type import SINGLE, in_type
 from symbolic import Model, Rig, effects_named
 from symbolic.compiled import compiler
 
