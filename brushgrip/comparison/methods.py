@@ -18,7 +18,7 @@ from brushgrip.estimation import (
 from identification.modelfile import FoundModel
 from identification.reading.recordings import Recording
 from observers import Ekf, Observer, ZoneRootSolver
-from observers.embedded import Hosted, host
+from observers.embedded import NativeObserver, compile_native
 from symbolic import Model, Rig
 from symbolic.compiled import compiler
 
@@ -89,9 +89,9 @@ class Generated:
     def estimate(self, recording: Recording) -> Array:
         """See `Method.estimate`."""
         ekf = on_model(ObserverName.EKF, recording, self.found)
-        code = _hosted(ekf.model, tuple(ekf.values.items()), ekf.rig)
+        code = _native(ekf.model, tuple(ekf.values.items()), ekf.rig)
         rate = recording.psi_dot if recording.psi_dot_recorded else None
-        return code.along(recording.t, angle_heard(recording), recording.F_N, recording.M_z, rate).mu
+        return code.run(recording.t, angle_heard(recording), recording.F_N, recording.M_z, rate).mu
 
 
 def methods(found: FoundModel | None = None) -> list[Method]:
@@ -136,5 +136,5 @@ def _filtered(recording: Recording) -> ZoneRootSolver:
 
 
 @cache
-def _hosted(model: Model, values: tuple[tuple[str, float], ...], rig: Rig) -> Hosted:
-    return host(Ekf(model=model, values=dict(values), rig=rig))
+def _native(model: Model, values: tuple[tuple[str, float], ...], rig: Rig) -> NativeObserver:
+    return compile_native(Ekf(model=model, values=dict(values), rig=rig))

@@ -25,7 +25,7 @@ from observers.embedded.initial_state import build_start
 from observers.embedded.linearised_patch import HandedTorque
 from observers.embedded.scalar_type import Real, in_type
 from observers.embedded.scalarise import scalars
-from observers.embedded.templating import Body, filled
+from observers.embedded.templating import Body, render
 from observers.layout import Layout
 
 HELD_MU = 3
@@ -43,13 +43,13 @@ def quick_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> Body:
     functions = [build_corner(observer), _build_begin(observer), _build_filter(observer)]
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
     terms = {**terms, **patch_numbers(observer), **_meeting(observer)}
-    patch = in_type(filled("patch.c", terms), real)
+    patch = in_type(render("patch.c", terms), real)
     size = parts.size
     private = f"    {real.c_type} values[2][{size}]; /* of the filter, before and after a sample */\n"
     private += f"    {real.c_type} F_N;\n    {terms['name']}_patch_t patch;"
     return Body(
         core=f"{source.text}\n{patch}",
-        stepping=in_type(filled("patch_stepping.c", terms), real),
+        stepping=in_type(render("patch_stepping.c", terms), real),
         private=private,
         bytes=(2 * size + 1) * real.size + patch_bytes(real),
         types=patch_types(real, terms["name"]),
@@ -86,9 +86,9 @@ def _meeting(observer: Ekf) -> dict[str, str]:
         stiffness = state("before", "stiffness", "1.0")
         psi = "is_known(sample[0]) ? sample[0] : state->patch.angle"
         lines = [
-            f"meet(state, {psi}, sample[2], state->said[0], {stiffness}, torque);",
+            f"meet(state, {psi}, sample[2], state->output[0], {stiffness}, torque);",
             *(f"before[{places['memory'] + i}] = torque[{i}];" for i in range(2)),
-            f"before[{places['memory'] + HELD_MU}] = state->said[0];",
+            f"before[{places['memory'] + HELD_MU}] = state->output[0];",
         ]
         if stiff:
             k = repr(float(observer.values["k"]))

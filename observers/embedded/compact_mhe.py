@@ -17,7 +17,7 @@ from observers.embedded.compact_patch import (
 )
 from observers.embedded.mhe_kernels import made_size, prior_variance_of, window_functions
 from observers.embedded.scalar_type import Real, in_type
-from observers.embedded.templating import Body, filled
+from observers.embedded.templating import Body, render
 from observers.mhe import Mhe
 
 KEPT = 9
@@ -59,8 +59,8 @@ def quick_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> Bo
     a_sample = n + 5 + made + 1 + 2 * KEPT
     size = (n + 2 * n * n + 9 + observer.window * a_sample) * real.size
     return Body(
-        core=f"{source.text}\n{in_type(filled('patch.c', filling), real)}",
-        stepping=in_type(filled("window.c", filling), real),
+        core=f"{source.text}\n{in_type(render('patch.c', filling), real)}",
+        stepping=in_type(render("window.c", filling), real),
         private=STATE.format(real=real.c_type, name=terms["name"], **numbers),
         bytes=size + patch_bytes(real) + 4 + observer.window,
         types=patch_types(real, terms["name"]),

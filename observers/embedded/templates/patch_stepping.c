@@ -1,7 +1,7 @@
 /* Moment of the patch over k [m^3 rad], its derivative by scale, and, where it is used, by the angle. */
-static void patch_moment(const ${name}_patch_t *patch, $real scale, $real *moment) {
-    $real total = (patch->rest - patch->angle) * $still_moment, along = 0.0, turning = -$still_moment;
-    $real made[2] = {0.0, 0.0}, z = 0.0;
+static void patch_moment(const ${name}_patch_t *patch, ${real} scale, ${real} *moment) {
+    ${real} total = (patch->rest - patch->angle) * ${still_moment}, along = 0.0, turning = -${still_moment};
+    ${real} made[2] = {0.0, 0.0}, z = 0.0;
     int32_t i;
     for (i = 0; i < patch->corners; ++i) {
         z = smaller(scale * patch->xi[i], FAR_OUT);
@@ -20,22 +20,22 @@ static void patch_moment(const ${name}_patch_t *patch, $real scale, $real *momen
 
 /* Angle and load of a sample as the patch meets them, and its torque: M_z [N m], its derivatives by mu, by
    k over its nominal value, and by the angle. */
-static void meet(${name}_state_t *state, $real psi, $real F_N, $real mu, $real stiffness, $real *torque) {
-    const $real k = $k * stiffness, scale = mu / k;
-    $real moment[3];
+static void meet(${name}_state_t *state, ${real} psi, ${real} F_N, ${real} mu, ${real} stiffness, ${real} *torque) {
+    const ${real} k = ${k} * stiffness, scale = mu / k;
+    ${real} moment[3];
     if (is_known(F_N) && F_N > 0.0) state->F_N = F_N;
-    turn_patch(&state->patch, psi, $level * state->F_N, scale);
+    turn_patch(&state->patch, psi, ${level} * state->F_N, scale);
     patch_moment(&state->patch, scale, moment);
     torque[0] = k * moment[0];
     torque[1] = moment[1];
-    torque[2] = $k * (moment[0] - scale * moment[1]);
+    torque[2] = ${k} * (moment[0] - scale * moment[1]);
     torque[3] = k * moment[2];
 }
 
 /* The state before the first sample. */
-static void begin(${name}_state_t *state, const $real *sample) {
-    const $real *arg[$start_arg] = {sample};
-    $real *res[$start_res] = {state->values[0]};
+static void begin(${name}_state_t *state, const ${real} *sample) {
+    const ${real} *arg[${start_arg}] = {sample};
+    ${real} *res[${start_res}] = {state->values[0]};
     begin_filter(arg, res, 0, 0, 0);
     clear_patch(&state->patch, sample[0]);
     state->F_N = sample[2];
@@ -43,17 +43,17 @@ static void begin(${name}_state_t *state, const $real *sample) {
 }
 
 /* One sample: from the one half of the state to the other, which counts only if all went well. */
-static int32_t advance(${name}_state_t *state, const $real *sample) {
-    $real said[4], torque[4], *before = state->values[state->now], *after = state->values[1 - state->now];
-    const $real *arg[$arg] = {before, sample};
-    $real *res[$res] = {after, said};
+static int32_t advance(${name}_state_t *state, const ${real} *sample) {
+    ${real} said[4], torque[4], *before = state->values[state->now], *after = state->values[1 - state->now];
+    const ${real} *arg[${arg}] = {before, sample};
+    ${real} *res[${res}] = {after, said};
     int i;
-$meeting_before    filter(arg, res, 0, 0, 0);
+${meeting_before}    filter(arg, res, 0, 0, 0);
     if (!(is_known(said[0]) && is_known(said[1]) && is_known(said[2]))) {
-        state->said[3] = ${NAME}_REFUSED;
+        state->output[3] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }
-$meeting_after    state->now = 1 - state->now;
-    for (i = 0; i < 4; ++i) state->said[i] = said[i];
+${meeting_after}    state->now = 1 - state->now;
+    for (i = 0; i < 4; ++i) state->output[i] = said[i];
     return (int32_t)said[3];
 }

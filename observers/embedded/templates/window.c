@@ -1,14 +1,14 @@
-/* The window: the last $window samples in a ring, the states at each, and the patch as each left it. */
+/* The window: the last ${window} samples in a ring, the states at each, and the patch as each left it. */
 
-enum { STATES = $states, ROW = 5, CLEAN = 7 };
+enum { STATES = ${states}, ROW = 5, CLEAN = 7 };
 /* A row of a sample: load, time, torque, whether it counts, and what a change of the ground adds. */
 enum { ROW_F_N, ROW_DT, ROW_M_Z, ROW_BELIEVED, ROW_JUMP };
 
 /* Keeps the patch with a sample; of more corners than fit the ones that are felt least are given up. */
-static void keep_patch(${name}_state_t *state, int32_t at, $real scale) {
+static void keep_patch(${name}_state_t *state, int32_t at, ${real} scale) {
     ${name}_patch_t patch = state->patch;
     int32_t i;
-    while (patch.corners > $kept) drop_corner(&patch, scale);
+    while (patch.corners > ${kept}) drop_corner(&patch, scale);
     state->slope[at] = patch.rest - patch.angle;
     state->corners[at] = (int8_t)patch.corners;
     for (i = 0; i < patch.corners; ++i) {
@@ -18,9 +18,9 @@ static void keep_patch(${name}_state_t *state, int32_t at, $real scale) {
 }
 
 /* M_z [N m] of a sample at states x, with its derivatives by mu and by k over its nominal value. */
-static void torque_at(const ${name}_state_t *state, int32_t at, const $real *x, $real *torque) {
-    const $real stiffness = $stiffness, k = $k * stiffness, scale = exp(x[0]) / k;
-    $real total = state->slope[at] * $still_moment, along = 0.0, made[2];
+static void torque_at(const ${name}_state_t *state, int32_t at, const ${real} *x, ${real} *torque) {
+    const ${real} stiffness = ${stiffness}, k = ${k} * stiffness, scale = exp(x[0]) / k;
+    ${real} total = state->slope[at] * ${still_moment}, along = 0.0, made[2];
     int32_t i;
     for (i = 0; i < state->corners[at]; ++i) {
         unit_moment(smaller(scale * state->xi[at][i], FAR_OUT), made);
@@ -29,18 +29,18 @@ static void torque_at(const ${name}_state_t *state, int32_t at, const $real *x, 
     }
     torque[0] = k * total;
     torque[1] = along;
-    torque[2] = $k * (total - scale * along);
+    torque[2] = ${k} * (total - scale * along);
 }
 
 /* The state before the first sample: an empty window, whose places have no time. */
-static void begin(${name}_state_t *state, const $real *sample) {
+static void begin(${name}_state_t *state, const ${real} *sample) {
     int32_t i, j;
     {
-        const $real *arg[1] = {sample};
-        $real *res[3] = {state->mean, state->factor, state->last};
+        const ${real} *arg[1] = {sample};
+        ${real} *res[3] = {state->mean, state->factor, state->last};
         begin_window(arg, res, 0, 0, 0);
     }
-    for (i = 0; i < $window; ++i) {
+    for (i = 0; i < ${window}; ++i) {
         for (j = 0; j < STATES; ++j) state->x[i][j] = state->mean[j];
         for (j = 0; j < ROW; ++j) state->row[i][j] = 0.0;
         state->row[i][ROW_F_N] = sample[2];
@@ -51,18 +51,18 @@ static void begin(${name}_state_t *state, const $real *sample) {
     state->counts[0] = 0.0;
     state->counts[1] = 0.0;
     clear_patch(&state->patch, sample[0]);
-    state->newest = $window - 1;
+    state->newest = ${window} - 1;
     state->now = 0;
 }
 
 /* One sample of the filter that goes along the window: from mean and factor to those of the next one. */
-static void go_on(const ${name}_state_t *state, int32_t at, int32_t next, $real *mean, $real *factor, $real *made) {
-    $real torque[3], mean_next[STATES] = {0.0}, factor_next[STATES * STATES] = {0.0};
+static void go_on(const ${name}_state_t *state, int32_t at, int32_t next, ${real} *mean, ${real} *factor, ${real} *made) {
+    ${real} torque[3], mean_next[STATES] = {0.0}, factor_next[STATES * STATES] = {0.0};
     int32_t i;
     torque_at(state, at, state->x[at], torque);
     {
-        const $real *arg[6] = {mean, factor, state->x[at], torque, state->row[at], state->row[next]};
-        $real *res[3] = {mean_next, factor_next, made};
+        const ${real} *arg[6] = {mean, factor, state->x[at], torque, state->row[at], state->row[next]};
+        ${real} *res[3] = {mean_next, factor_next, made};
         forth(arg, res, 0, 0, 0);
     }
     for (i = 0; i < STATES; ++i) mean[i] = mean_next[i];
@@ -71,75 +71,75 @@ static void go_on(const ${name}_state_t *state, int32_t at, int32_t next, $real 
 
 /* The oldest sample leaves: it is measured once more, now for good. */
 static void leave(${name}_state_t *state, int32_t oldest) {
-    $real made[$made], limited[STATES] = {0.0};
-    const $real *arg[1] = {state->mean};
-    $real *res[1] = {limited};
+    ${real} made[${made}], limited[STATES] = {0.0};
+    const ${real} *arg[1] = {state->mean};
+    ${real} *res[1] = {limited};
     int32_t i;
-    go_on(state, oldest, (oldest + 1) % $window, state->mean, state->factor, made);
+    go_on(state, oldest, (oldest + 1) % ${window}, state->mean, state->factor, made);
     limit(arg, res, 0, 0, 0);
     for (i = 0; i < STATES; ++i) state->mean[i] = limited[i];
 }
 
 /* Whether the newest sample counts, and where the ground has changed since when. judged: believed, reset,
    run, missing, expected. */
-static void believe(${name}_state_t *state, const $real *judged) {
-    const int32_t run = judged[2] < $window ? (int32_t)judged[2] : $window;
+static void believe(${name}_state_t *state, const ${real} *judged) {
+    const int32_t run = judged[2] < ${window} ? (int32_t)judged[2] : ${window};
     int32_t age;
     state->row[state->newest][ROW_BELIEVED] = judged[0];
     if (judged[1] == 0.0) return;
     for (age = 0; age < run; ++age) {
-        const int32_t at = (state->newest + $window - age) % $window;
+        const int32_t at = (state->newest + ${window} - age) % ${window};
         state->row[at][ROW_BELIEVED] = 1.0;
         /* A run longer than the window began before it: its oldest sample stands for the first. */
-        if (age == run - 1) state->row[at][ROW_JUMP] = $prior_variance;
+        if (age == run - 1) state->row[at][ROW_JUMP] = ${prior_variance};
     }
     /* Nothing comes before the window's oldest sample: a change there comes in with the arrival. */
-    if (judged[2] >= $window) state->factor[0] += $prior_variance;
+    if (judged[2] >= ${window}) state->factor[0] += ${prior_variance};
 }
 
 /* The states of the whole window: forth as a filter, and back. */
 static void smooth(${name}_state_t *state) {
-    $real mean[STATES], factor[STATES * STATES], costate[STATES], before[STATES] = {0.0};
-    const int32_t oldest = (state->newest + 1) % $window;
+    ${real} mean[STATES], factor[STATES * STATES], costate[STATES], before[STATES] = {0.0};
+    const int32_t oldest = (state->newest + 1) % ${window};
     int32_t i, j;
     for (j = 0; j < STATES; ++j) {
         mean[j] = state->mean[j];
         costate[j] = 0.0;
     }
     for (j = 0; j < STATES * STATES; ++j) factor[j] = state->factor[j];
-    for (i = 0; i < $window; ++i) {
-        const int32_t at = (oldest + i) % $window;
-        go_on(state, at, i < $window - 1 ? (at + 1) % $window : at, mean, factor, state->made[at]);
+    for (i = 0; i < ${window}; ++i) {
+        const int32_t at = (oldest + i) % ${window};
+        go_on(state, at, i < ${window} - 1 ? (at + 1) % ${window} : at, mean, factor, state->made[at]);
     }
     for (j = 0; j < STATES * STATES; ++j) state->P_newest[j] = state->made[state->newest][STATES + j];
-    for (i = $window - 1; i >= 0; --i) {
-        const int32_t at = (oldest + i) % $window;
-        const $real *arg[4] = {costate, state->made[at], state->row[at], state->row[(at + 1) % $window]};
-        $real *res[2] = {before, state->x[at]};
+    for (i = ${window} - 1; i >= 0; --i) {
+        const int32_t at = (oldest + i) % ${window};
+        const ${real} *arg[4] = {costate, state->made[at], state->row[at], state->row[(at + 1) % ${window}]};
+        ${real} *res[2] = {before, state->x[at]};
         back(arg, res, 0, 0, 0);
         for (j = 0; j < STATES; ++j) costate[j] = before[j];
     }
 }
 
 /* One sample. */
-static int32_t advance(${name}_state_t *state, const $real *sample) {
-    $real now[CLEAN] = {0.0}, held = 0.0, newest[STATES] = {0.0}, P[STATES * STATES] = {0.0};
-    $real torque[3], judged[5] = {0.0}, counts[2] = {0.0}, said[4] = {0.0}, scale;
-    const int32_t last = state->newest, at = (last + 1) % $window;
+static int32_t advance(${name}_state_t *state, const ${real} *sample) {
+    ${real} now[CLEAN] = {0.0}, held = 0.0, newest[STATES] = {0.0}, P[STATES * STATES] = {0.0};
+    ${real} torque[3], judged[5] = {0.0}, counts[2] = {0.0}, said[4] = {0.0}, scale;
+    const int32_t last = state->newest, at = (last + 1) % ${window};
     int32_t i;
     {
-        const $real *arg[2] = {sample, state->last};
-        $real *res[2] = {now, &held};
+        const ${real} *arg[2] = {sample, state->last};
+        ${real} *res[2] = {now, &held};
         clean(arg, res, 0, 0, 0);
     }
     leave(state, at);
     {
-        const $real *arg[4] = {state->x[last], state->P_newest, state->last, now};
-        $real *res[2] = {newest, P};
+        const ${real} *arg[4] = {state->x[last], state->P_newest, state->last, now};
+        ${real} *res[2] = {newest, P};
         predict(arg, res, 0, 0, 0);
     }
-    scale = exp(newest[0]) / ($k * $stiffness_newest);
-    turn_patch(&state->patch, now[0], $level * now[2], scale);
+    scale = exp(newest[0]) / (${k} * ${stiffness_newest});
+    turn_patch(&state->patch, now[0], ${level} * now[2], scale);
     keep_patch(state, at, scale);
     for (i = 0; i < STATES; ++i) state->x[at][i] = newest[i];
     state->row[at][ROW_F_N] = now[2];
@@ -149,15 +149,15 @@ static int32_t advance(${name}_state_t *state, const $real *sample) {
     state->newest = at;
     torque_at(state, at, newest, torque);
     {
-        const $real *arg[5] = {newest, torque, now, P, state->counts};
-        $real *res[2] = {judged, counts};
+        const ${real} *arg[5] = {newest, torque, now, P, state->counts};
+        ${real} *res[2] = {judged, counts};
         judge(arg, res, 0, 0, 0);
     }
     believe(state, judged);
     smooth(state);
     {
-        const $real *arg[5] = {state->x[at], state->P_newest, newest, judged, &held};
-        $real *res[1] = {said};
+        const ${real} *arg[5] = {state->x[at], state->P_newest, newest, judged, &held};
+        ${real} *res[1] = {said};
         say(arg, res, 0, 0, 0);
     }
     for (i = 0; i < CLEAN; ++i) state->last[i] = now[i];
@@ -165,9 +165,9 @@ static int32_t advance(${name}_state_t *state, const $real *sample) {
     state->counts[1] = counts[1];
     if (!(is_known(said[0]) && is_known(said[1]) && is_known(said[2]))) {
         ${name}_init(state);
-        state->said[3] = ${NAME}_REFUSED;
+        state->output[3] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }
-    for (i = 0; i < 4; ++i) state->said[i] = said[i];
+    for (i = 0; i < 4; ++i) state->output[i] = said[i];
     return (int32_t)said[3];
 }

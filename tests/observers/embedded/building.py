@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from observers import Ekf, Estimate, Loop, Mhe, Sample, State, Tuning
 from observers.compiled_step import Stepper
 from observers.embedded import Real, generate
-from observers.embedded.codegen import step_of
+from observers.embedded.function_observer import function_observer
 from symbolic import Model, effects_named
 from symbolic.compiled import compiler
 from tests.observers.conftest import RIG, K
@@ -102,7 +102,7 @@ class Interpreted:
     def __init__(self, observer: Any) -> None:
         """Of an observer."""
         self.observer = observer
-        self._stepper = Stepper(step_of(observer), observer.constants)
+        self._stepper = Stepper(function_observer(observer).step_function, observer.constants)
 
     def init(self, first: Sample) -> State:
         state: State = self.observer.init(first)

@@ -24,7 +24,7 @@ def test_it_says_what_python_says(
     observer = kind(**DECLARED, rig=RIG)
     M_z = recording.M_z.copy()
     M_z[50:60] = np.nan
-    code = native.host(observer, real).along(recording.t, recording.psi, recording.F_N, M_z)
+    code = native.compile_native(observer, real).run(recording.t, recording.psi, recording.F_N, M_z)
     python = run(observer, recording.t, recording.psi, recording.F_N, M_z)
 
     np.testing.assert_allclose(code.mu, python.mu, rtol=within)
@@ -35,16 +35,16 @@ def test_it_says_what_python_says(
 
 @needs_compiler
 def test_it_begins_anew_with_every_recording(recording: RigRecording) -> None:
-    code = native.host(Ekf(**DECLARED, rig=RIG))
+    code = native.compile_native(Ekf(**DECLARED, rig=RIG))
     channels = recording.t, recording.psi, recording.F_N, recording.M_z
 
-    np.testing.assert_array_equal(code.along(*channels).mu, code.along(*channels).mu)
+    np.testing.assert_array_equal(code.run(*channels).mu, code.run(*channels).mu)
 
 
 @needs_compiler
 def test_the_steering_torque_too(steered: SteeringRecording) -> None:
     observer = observer_of(Ekf, DECLARED, SteeringTorque())
-    code = native.host(observer, DOUBLE).along(steered.t, steered.psi, steered.F_N, steered.M)
+    code = native.compile_native(observer, DOUBLE).run(steered.t, steered.psi, steered.F_N, steered.M)
     python = run(observer, steered.t, steered.psi, steered.F_N, M=steered.M)
 
     np.testing.assert_allclose(code.mu, python.mu, rtol=1e-9)
@@ -52,17 +52,17 @@ def test_the_steering_torque_too(steered: SteeringRecording) -> None:
 
 @needs_compiler
 def test_shapes_are_checked() -> None:
-    code, t = native.host(Ekf(**DECLARED, rig=RIG)), np.arange(5.0)
+    code, t = native.compile_native(Ekf(**DECLARED, rig=RIG)), np.arange(5.0)
 
     with pytest.raises(InvalidInputError, match="shape of t"):
-        code.along(t, t, t, t[:-1])
+        code.run(t, t, t, t[:-1])
 
 
 def test_without_a_compiler_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(native, "compiler", lambda: None)
 
     with pytest.raises(InvalidInputError, match="no C compiler"):
-        native.host(Ekf(**DECLARED, rig=RIG))
+        native.compile_native(Ekf(**DECLARED, rig=RIG))
 
 
 @needs_compiler
@@ -70,4 +70,4 @@ def test_what_the_compiler_refuses_is_told(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(native, "FLAGS", ("-no-such-flag",))
 
     with pytest.raises(InvalidInputError, match="was not compiled"):
-        native.host(Ekf(**DECLARED, rig=RIG))
+        native.compile_native(Ekf(**DECLARED, rig=RIG))
