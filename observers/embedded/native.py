@@ -82,4 +82,4 @@ def compile_native(observer: ModelObserver, real: Real = SINGLE) -> NativeObserv
             subprocess.run(arguments, cwd=folder, check=True, capture_output=True, timeout=300)
             return NativeObserver(real=real, library=ctypes.CDLL(str(folder / "native.so")))
         except (OSError, subprocess.SubprocessError) as error:
-            raise InvalidInputError(f"{command} did not compile the generated C: {error}") from None
+            raise InvalidInputError(f"the generated C was not compiled by {command}: {error}") from None
