@@ -20,7 +20,13 @@ from observers.protocol import Sample
 from observers.steering_torque import SteeringTorque
 from symbolic import BrushgripError
 from symbolic.compiled import compiler
-from tests.observers.embedded.building import DECLARED, FOUND, NO_COMPILER, STRICT, observer_of
+from tests.observers.embedded.generated_code import (
+    DECLARED,
+    FEW_BRISTLES,
+    NO_COMPILER,
+    STRICT,
+    observer_of,
+)
 
 
 def everything() -> ca.Function:
@@ -129,12 +135,14 @@ def test_unknown_text_is_an_error(
 @pytest.mark.parametrize(
     "sensing", [AligningTorque(), AligningTorque(stiffness=True), SteeringTorque(zero=True)]
 )
-@pytest.mark.parametrize("model", [DECLARED, FOUND], ids=["declared", "effects"])
+@pytest.mark.parametrize("model", [DECLARED, FEW_BRISTLES], ids=["declared", "effects"])
 @pytest.mark.parametrize("kind", [Ekf, Mhe])
-def test_start_is_the_observers_own(kind: type, model: dict[str, object], sensing: object) -> None:
+def test_initial_state_is_that_of_the_observer(
+    kind: type, model: dict[str, object], sensing: object
+) -> None:
     observer = observer_of(kind, model, sensing, mu=0.9)
     first = Sample(psi=0.3, psi_dot=0.1, F_N=411.0, dt=0.013)
     sample = np.array([first.psi, first.psi_dot, first.F_N, first.dt, 0.0, 0.0])
-    made = build_start(observer)(sample, observer.constants).full().ravel()
+    initial = build_start(observer)(sample, observer.constants).full().ravel()
 
-    np.testing.assert_array_equal(made, observer.init(first).values)
+    np.testing.assert_array_equal(initial, observer.init(first).values)

@@ -1,4 +1,4 @@
-"""Generated code compiled as a library and driven from Python, and the same observer in Python."""
+"""Generated code as a library that Python calls, and the same observer in Python."""
 
 import ctypes
 import hashlib
@@ -20,15 +20,15 @@ from symbolic.compiled import compiler
 from tests.observers.conftest import RIG, K
 
 Array = NDArray[np.float64]
-NO_COMPILER = "no C compiler at hand (CC, else cc), or BRUSHGRIP_INTERPRET is set"
+NO_COMPILER = "no C compiler installed (CC, else cc), or BRUSHGRIP_INTERPRET is set"
 STRICT = (
     "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Werror",
 )  # fmt: skip
-EFFECTS = ["rate_friction", "carcass_torsion"]
-FOUND: dict[str, Any] = {
-    "model": Model(effects=effects_named(EFFECTS)),
-    "values": {"k": K, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0},
-}
+_EFFECTS = effects_named(["rate_friction", "carcass_torsion"])
+_VALUES = {"k": K, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
+EFFECTS: dict[str, Any] = {"model": Model(effects=_EFFECTS), "values": _VALUES}
+FEW_BRISTLES: dict[str, Any] = {"model": Model(effects=_EFFECTS, lengthways=8), "values": _VALUES}
+"""The same effects for tests of the code, in which the number of bristles does not matter."""
 DECLARED: dict[str, Any] = {"model": Model(), "values": {"k": K}}
 
 
@@ -38,41 +38,41 @@ def observer_of(kind: type[Ekf] | type[Mhe], model: dict[str, Any], sensing: Any
 
 
 @dataclass(frozen=True, eq=False)
-class Built:
-    """Generated code in a library, or what it was generated to."""
+class GeneratedCode:
+    """Generated code in its folder, and compiled on demand."""
 
     observer: Any
     real: Real
     folder: Path
 
-    def follow(self, samples: Array) -> Array:
-        """What the code says after samples (n, 5) psi, psi_dot, torque, F_N, dt; (n, 5) as `said_by`."""
-        given = np.ascontiguousarray(samples, self.real.dtype)
-        said = np.empty_like(given)
-        self.library.follow(ctypes.c_int64(len(given)), _pointer(given), _pointer(said))
-        return said.astype(float)
+    def run(self, samples: Array) -> Array:
+        """Estimates for samples (n, 5) psi, psi_dot, torque, F_N, dt; (n, 5) as `python_estimates`."""
+        inputs = np.ascontiguousarray(samples, self.real.dtype)
+        estimates = np.empty_like(inputs)
+        self.library.run(ctypes.c_int64(len(inputs)), _pointer(inputs), _pointer(estimates))
+        return estimates.astype(float)
 
-    def follow_two(self, samples: Array) -> tuple[Array, Array]:
-        """The same for two observers that take turns, the second on the samples backwards."""
-        given = np.ascontiguousarray(samples, self.real.dtype)
-        said, other = np.empty_like(given), np.empty_like(given)
-        self.library.follow_two(ctypes.c_int64(len(given)), *map(_pointer, (given, said, other)))
-        return said.astype(float), other.astype(float)
+    def run_two(self, samples: Array) -> tuple[Array, Array]:
+        """The same for two observers that take turns, the second on the samples in reverse order."""
+        inputs = np.ascontiguousarray(samples, self.real.dtype)
+        forward, reverse = np.empty_like(inputs), np.empty_like(inputs)
+        self.library.run_two(ctypes.c_int64(len(inputs)), *map(_pointer, (inputs, forward, reverse)))
+        return forward.astype(float), reverse.astype(float)
 
     def fuzz(self, count: int, seed: int, usual: list[float]) -> tuple[int, int]:
-        """Of so many samples with random bytes: how many leave no sound estimate, or are refused."""
+        """Of count samples with random bytes: how many leave an invalid estimate, or are refused."""
         refused, number = ctypes.c_int64(), getattr(ctypes, f"c_{self.real.c_type}")
         typical, tuning = np.array(usual, self.real.dtype), self.observer.tuning
         self.library.fuzz.restype = ctypes.c_int64
-        unsound = self.library.fuzz(
+        invalid = self.library.fuzz(
             ctypes.c_int64(count), ctypes.c_uint64(seed), _pointer(typical),
             number(tuning.least * (1 - 1e-6)), number(tuning.greatest * (1 + 1e-6)),
             ctypes.byref(refused),
         )  # fmt: skip
-        return int(unsound), refused.value
+        return int(invalid), refused.value
 
     def compile(self, *flags: str, sources: tuple[str, ...], out: str, command: str = "") -> Path:
-        """Compile files of the folder, or by absolute path, into one of it."""
+        """Compile sources, relative to the folder, into a file of it."""
         torque = "M" if self.observer.sensing.turns else "M_z"
         arguments = [command or str(compiler()), f"-DREAL={self.real.c_type}", f"-DTORQUE={torque}"]
         arguments += ["-ffp-contract=off", "-I.", *flags, *sources, "-o", out]
@@ -81,26 +81,31 @@ class Built:
         return self.folder / out
 
     @cached_property
+    def core(self) -> Path:
+        """The object file of the code alone."""
+        return self.compile(*STRICT, "-O1", "-fPIC", "-c", sources=("brushgrip.c",), out="core.o")
+
+    @cached_property
     def library(self) -> ctypes.CDLL:
-        """The code with the driver."""
-        self.compile(*STRICT, "-O1", "-fPIC", "-c", sources=("brushgrip.c",), out="core.o")
-        sources = ("core.o", str(Path(__file__).with_name("follow.c")))
+        """The code with the driver run.c."""
+        sources = (self.core.name, str(Path(__file__).with_name("run.c")))
         name = hashlib.sha256((self.folder / "brushgrip.c").read_bytes()).hexdigest()[:12]
-        made = self.compile("-O1", "-fPIC", "-shared", sources=sources, out=f"{name}.so")
-        return ctypes.CDLL(str(made))
+        return ctypes.CDLL(
+            str(self.compile("-O1", "-fPIC", "-shared", sources=sources, out=f"{name}.so"))
+        )
 
 
-def build(observer: Any, real: Real, folder: Path) -> Built:
-    """Generated code in a folder of its own."""
+def generate_code(observer: Any, real: Real, folder: Path) -> GeneratedCode:
+    """Generate an observer into a folder of its own."""
     generate(observer, folder, real)
-    return Built(observer, real, folder)
+    return GeneratedCode(observer, real, folder)
 
 
-class Interpreted:
-    """The observer with casadi's own arithmetic: no compiler fuses or reorders its operations."""
+class InterpretedObserver:
+    """The observer in CasADi's virtual machine: no compiler fuses or reorders its operations."""
 
     def __init__(self, observer: Any) -> None:
-        """Of an observer."""
+        """Take over an observer."""
         self.observer = observer
         self._stepper = Stepper(function_observer(observer).step_function, observer.constants)
 
@@ -112,18 +117,18 @@ class Interpreted:
         return State(self._stepper(state.values, sample), state.layout)
 
     def estimate(self, state: State) -> Estimate:
-        said: Estimate = self.observer.estimate(state)
-        return said
+        estimate: Estimate = self.observer.estimate(state)
+        return estimate
 
 
-def said_by(observer: Any, samples: Array, turns: bool) -> Array:
+def python_estimates(observer: Any, samples: Array, turns: bool) -> Array:
     """mu, mu_std, M_z_predicted, informed, status of `Loop` after samples (n, 5)."""
-    loop, said = Loop(observer), []
+    loop, rows = Loop(observer), []
     for psi, psi_dot, torque, F_N, dt in samples.tolist():
         torques = {"M" if turns else "M_z": torque}
         now = loop(Sample(psi=psi, psi_dot=psi_dot, F_N=F_N, dt=dt, **torques))
-        said.append([now.mu, now.mu_std, now.M_z_predicted, now.informed, int(now.status)])
-    return np.array(said, dtype=float)
+        rows.append([now.mu, now.mu_std, now.M_z_predicted, now.informed, int(now.status)])
+    return np.array(rows, dtype=float)
 
 
 def _pointer(array: NDArray[Any]) -> ctypes.c_void_p:
