@@ -9,7 +9,7 @@ import hashlib
 import importlib.metadata
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -32,12 +32,15 @@ from symbolic.serialisation import units_of
 
 REFUSED = 128
 """Status of a sample that generated code ignores; Python raises an error there."""
-FLAGS = (
+STATUS_FLAGS = (
     *((str(flag.name), int(flag), flag.remedy) for flag in Status if flag & ~Status.NO_ROOT),
     ("REFUSED", REFUSED, "dt out of range, the sample was ignored; or an estimate was not finite"),
 )
 """Name, number and remedy of every status."""
-COMPACT: Any = ((is_quick, quick_body), (is_quick_window, quick_window_body))
+COMPACT: tuple[tuple[Callable[[ModelObserver], bool], Callable[..., Body]], ...] = (
+    (is_quick, quick_body),
+    (is_quick_window, quick_window_body),
+)
 """Observers for which smaller and faster code exists, and its builder."""
 
 
@@ -104,7 +107,7 @@ def template_terms(observer: FunctionObserver, real: Real, name: str) -> dict[st
         "torque": observer.channel,
         "brushgrip": release(),
         "casadi": ca.CasadiMeta.version(),
-        "flags": FLAGS,
+        "flags": STATUS_FLAGS,
         "constants": [
             (real.literal(value), label)
             for value, label in zip(observer.constants, observer.constant_labels, strict=True)
@@ -132,8 +135,7 @@ def _body(
     """The compact code where there is one for the observer, else CasADi's own."""
     for applies, build in COMPACT:
         if applies(observer):
-            body: Body = build(observer, real, terms)
-            return body
+            return build(observer, real, terms)
     return _casadi_body(functions, real, terms)
 
 

@@ -24,7 +24,7 @@ from symbolic import InvalidInputError
 from symbolic.compiled import compiler
 
 HOST = ("Linux", "x86_64")
-FLAGS = (
+COMPILER_FLAGS = (
     "-std=c99",
     "-O2",
     "-ffp-contract=off",
@@ -151,7 +151,7 @@ def _library(command: str, sources: Mapping[str, str], name: str) -> bytes:
         for file, text in sources.items():
             (Path(scratch) / file).write_text(text, encoding="utf-8", newline="\n")
         units = [file for file in sources if file.endswith(".c")]
-        arguments = [command, *FLAGS, *units, "-o", f"{name}.so", "-lm"]
+        arguments = [command, *COMPILER_FLAGS, *units, "-o", f"{name}.so", "-lm"]
         try:
             subprocess.run(arguments, cwd=scratch, check=True, capture_output=True, timeout=300)
         except (OSError, subprocess.SubprocessError) as error:

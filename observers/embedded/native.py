@@ -20,7 +20,7 @@ from symbolic import InvalidInputError
 from symbolic.compiled import compiler
 
 Array = NDArray[np.float64]
-FLAGS = ("-std=c99", "-O2", "-fno-math-errno", "-fPIC", "-shared", "-I.")
+COMPILER_FLAGS = ("-std=c99", "-O2", "-fno-math-errno", "-fPIC", "-shared", "-I.")
 """The flags of a target: no instructions of one processor."""
 _NAME = "native"
 
@@ -77,7 +77,7 @@ def compile_native(observer: ModelObserver, real: Real = SINGLE) -> NativeObserv
         folder = Path(scratch)
         generate(observer, folder, real, name=_NAME)
         (folder / "run.c").write_text(render("run.c", terms), encoding="utf-8")
-        arguments = [command, *FLAGS, f"{_NAME}.c", "run.c", "-o", "native.so", "-lm"]
+        arguments = [command, *COMPILER_FLAGS, f"{_NAME}.c", "run.c", "-o", "native.so", "-lm"]
         try:
             subprocess.run(arguments, cwd=folder, check=True, capture_output=True, timeout=300)
             return NativeObserver(real=real, library=ctypes.CDLL(str(folder / "native.so")))

@@ -82,7 +82,7 @@ def test_without_a_compiler_there_is_an_error(monkeypatch: pytest.MonkeyPatch) -
 
 @needs_compiler
 def test_a_failing_compiler_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(native, "FLAGS", ("-no-such-flag",))
+    monkeypatch.setattr(native, "COMPILER_FLAGS", ("-no-such-flag",))
 
     with pytest.raises(InvalidInputError, match="was not compiled"):
         native.compile_native(Ekf(**DECLARED, rig=RIG))
