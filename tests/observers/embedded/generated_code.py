@@ -44,6 +44,7 @@ class GeneratedCode:
     observer: Any
     real: Real
     folder: Path
+    optimisation: str = "-O1"
 
     def run(self, samples: Array) -> Array:
         """Estimates for samples (n, 5) psi, psi_dot, torque, F_N, dt; (n, 5) as `python_estimates`."""
@@ -83,7 +84,9 @@ class GeneratedCode:
     @cached_property
     def core(self) -> Path:
         """The object file of the code alone."""
-        return self.compile(*STRICT, "-O1", "-fPIC", "-c", sources=("brushgrip.c",), out="core.o")
+        return self.compile(
+            *STRICT, self.optimisation, "-fPIC", "-c", sources=("brushgrip.c",), out="core.o"
+        )
 
     @cached_property
     def library(self) -> ctypes.CDLL:
@@ -95,10 +98,10 @@ class GeneratedCode:
         )
 
 
-def generate_code(observer: Any, real: Real, folder: Path) -> GeneratedCode:
+def generate_code(observer: Any, real: Real, folder: Path, optimisation: str = "-O1") -> GeneratedCode:
     """Generate an observer into a folder of its own."""
     generate(observer, folder, real)
-    return GeneratedCode(observer, real, folder)
+    return GeneratedCode(observer, real, folder, optimisation)
 
 
 class InterpretedObserver:

@@ -36,7 +36,7 @@ def test_every_effect(effect: Effect, recording: RigRecording, tmp_path: Path) -
     samples = samples_of(columns_of(recording))[:SAMPLES]
     rows = np.array([(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in samples])
 
-    estimates = generate_code(observer, DOUBLE, tmp_path).run(rows)
+    estimates = generate_code(observer, DOUBLE, tmp_path, "-O0").run(rows)
 
     np.testing.assert_array_equal(
         estimates, python_estimates(InterpretedObserver(observer), rows, turns=False)
