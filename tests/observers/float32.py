@@ -235,7 +235,7 @@ def build(observer: Ekf, folder: Path) -> Single:
     command, library = compiler(), folder / "single.so"
     if command is None:
         raise RuntimeError(NO_COMPILER)
-    driver = str(Path(__file__).with_name("single.c"))
+    driver = str(Path(__file__).with_name("float32.c"))
     for arguments in (
         # No warning of this kind is the proof that nothing is computed in double precision.
         ("-Wdouble-promotion", "-c", "step.c", "-o", "step.o"),
