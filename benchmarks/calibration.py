@@ -24,8 +24,7 @@ from scipy.stats import chi2
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from observers import Ekf, Mhe
-from reference_rig.record import FOURTEEN_BIT_STEP
-from reference_rig.steering import SteeringRecording
+from reference_rig import FOURTEEN_BIT_STEP, SteeringRecording
 from symbolic import Model
 from tests.observers.grid_posterior import posterior
 from tests.observers.monte_carlo import (

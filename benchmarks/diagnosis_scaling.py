@@ -17,12 +17,14 @@ from pathlib import Path
 # Threads of the linear algebra would count as work while they wait.
 os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
 
-from identification import Recording, initial_guess
+from identification import FitOptions, Recording, initial_guess
 from identification.fits.fitting import fit
-from identification.selection.trials import RANKING, Precision, model_of, thinned
-from reference_rig.campaign import campaign
-from tests.identification.factories import as_read
+from identification.selection.trials import RANKING, Precision, model_of, thin
+from reference_rig import make_campaign
+from rig_recordings import as_read
+from symbolic import effects_named
 
 EFFECTS = (
     "contact_damping",
@@ -32,39 +34,41 @@ EFFECTS = (
     "patch_width",
 )
 REPEATS = 3
+ONCE = FitOptions(tolerance=1e9)
+"""Ends after one step."""
 
 
 def seconds(effects: Sequence[str], recordings: Sequence[Recording], precision: Precision) -> float:
     """Least processor time of one simulation of everything with its derivatives [s]."""
-    model = model_of(effects, precision)
+    model = model_of(effects_named(effects), precision)
     start = initial_guess(model, recordings)
-    fit(model, recordings[:1], start, tolerance=1e9)
+    fit(model, recordings[:1], start, ONCE)
     best = float("inf")
     for _ in range(REPEATS):
         began = time.process_time()
-        fit(model, recordings, start, tolerance=1e9)
+        fit(model, recordings, start, ONCE)
         best = min(best, time.process_time() - began)
     return best
 
 
 def main() -> None:
     """Print the ratios."""
-    made = campaign("contact_damping", 1, recordings=8)
+    made = make_campaign("contact_damping", 1, recordings=8)
     whole = [as_read(recording, made.nominal) for recording in made.recordings]
-    thin = [thinned(recording) for recording in whole]
-    base = seconds(EFFECTS[:1], thin[:4], RANKING)
+    thinned = [thin(recording) for recording in whole]
+    base = seconds(EFFECTS[:1], thinned[:4], RANKING)
     print(f"reference trial: {1000 * base:.0f} ms of processor time for one step of its fit\n")
     for count in (1, 2, 4, 8):
-        print(f"recordings {count}: {seconds(EFFECTS[:1], thin[:count], RANKING) / base:6.2f}")
-    for label, recordings in (("50 Hz", thin), ("100 Hz", whole)):
+        print(f"recordings {count}: {seconds(EFFECTS[:1], thinned[:count], RANKING) / base:6.2f}")
+    for label, recordings in (("50 Hz", thinned), ("100 Hz", whole)):
         print(f"samples at {label}: {seconds(EFFECTS[:1], recordings[:4], RANKING) / base:6.2f}")
     for bristles in (40, 80, 160):
         finer = replace(RANKING, bristles=bristles)
-        print(f"bristles {bristles}: {seconds(EFFECTS[:1], thin[:4], finer) / base:6.2f}")
+        print(f"bristles {bristles}: {seconds(EFFECTS[:1], thinned[:4], finer) / base:6.2f}")
     exact = replace(RANKING, discretised=False)
-    print(f"exact patch in place of bristles: {seconds((), thin[:4], exact) / base:.2f}")
+    print(f"exact patch in place of bristles: {seconds((), thinned[:4], exact) / base:.2f}")
     for count in range(len(EFFECTS) + 1):
-        ratio = seconds(EFFECTS[:count], thin[:4], RANKING) / base
+        ratio = seconds(EFFECTS[:count], thinned[:4], RANKING) / base
         print(f"effects {count} ({', '.join(EFFECTS[:count]) or 'none'}): {ratio:6.2f}")
 
 

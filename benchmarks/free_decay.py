@@ -4,7 +4,8 @@
 
 Every campaign is seven contact lengths with five impacts each, 1 kHz, a 14-bit encoder, k = 2.438e6 and
 b_t = 1.04 in SI units, steel under the tyre, the load that makes the contact length. Beside the
-programme stand the same one on a patch that sticks, as the source has it, and the source's own way.
+likelihood stand the same one on a patch that sticks, as in [Györök 2022], and the FFT and decrement used
+there.
 """
 
 import argparse
@@ -16,11 +17,14 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
 
 from identification import identify_free_decay
-from reference_rig.impact import B_T, TYRE, make_impacts
-from reference_rig.record import FOURTEEN_BIT_STEP
-from tests.identification.factories import as_decay
+from identification.thesis import estimate_by_decrement
+from reference_rig import FOURTEEN_BIT_STEP, make_impacts
+from reference_rig import THESIS_DAMPING as B_T
+from reference_rig import THESIS_TYRE as TYRE
+from rig_recordings import as_decay
 
 TRUE = np.array([TYRE.k, B_T])
 NAMES = ("k", "b_t")
@@ -30,7 +34,7 @@ TARGETS = (0.003, 0.02)
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Run:
-    """Relative errors of k and b_t of one campaign by way, and what the programme says of its own."""
+    """Relative errors of k and b_t of one campaign by way, and what the likelihood says of its own."""
 
     errors: dict[str, np.ndarray]
     spread: np.ndarray
@@ -40,7 +44,7 @@ class Run:
 
     def line(self, seed: int) -> str:
         """The run in a line, so that a long series can be watched."""
-        errors, spread = 100 * self.errors["programme"], 100 * self.spread
+        errors, spread = 100 * self.errors["likelihood"], 100 * self.spread
         return (
             f"{seed:4d} k {errors[0]:+.4f} ± {spread[0]:.4f} %, b_t {errors[1]:+.4f} ±"
             f" {spread[1]:.4f} %, holds {self.covered[0]:d} {self.covered[1]:d}, agree {self.agree},"
@@ -56,10 +60,11 @@ def run(seed: int, noise: float, swing: float, impacts: int) -> Run:
     made = identify_free_decay(given)
     seconds = time.perf_counter() - begin
     sticking = identify_free_decay(given, sliding=False)
+    decrement = estimate_by_decrement(given)
     found = {
-        "programme": (made.k.value, made.b_t.value),
+        "likelihood": (made.k.value, made.b_t.value),
         "sticking patch": (sticking.k.value, sticking.b_t.value),
-        "source's way": (made.source.k, made.source.b_t),
+        "FFT and decrement": (decrement.k, decrement.b_t),
     }
     both = (made.k, made.b_t)
     return Run(
@@ -93,7 +98,7 @@ def main() -> None:
             for name, e in zip(NAMES, errors.T, strict=True)
         ]
         print(f"{way:16}{figures[0]}   {figures[1]}")
-    errors = np.array([r.errors["programme"] for r in runs])
+    errors = np.array([r.errors["likelihood"] for r in runs])
     spread = 100 * np.array([r.spread for r in runs]).mean(axis=0)
     print(f"standard deviation, mean: k {spread[0]:.4f} %, b_t {spread[1]:.4f} %")
     covered = np.array([r.covered for r in runs]).sum(axis=0)

@@ -23,7 +23,7 @@ from benchmarks.problem import MODEL, RIG, TUNING, VALUES, K, Problem
 from benchmarks.timing import compare, seconds
 from benchmarks.with_do_mpc import WARM, Running
 from benchmarks.with_filterpy import filter_all, in_place, through_casadi
-from observers import AligningTorque, Ekf, Estimates, Mhe, Sample, State, SteeringTorque, run
+from observers import AligningTorque, Ekf, Estimates, Mhe, ObserverState, Sample, SteeringTorque, run
 from symbolic import Model, Rig, effects_named
 
 WINDOW = 50
@@ -41,7 +41,7 @@ def samples(problem: Problem) -> list[Sample]:
     return [Sample(psi=p, psi_dot=r, F_N=F, dt=dt, M_z=M, M=-M) for p, r, F, dt, M in rows]
 
 
-def steps(observer: Observer, given: list[Sample], state: State | None = None) -> State:
+def steps(observer: Observer, given: list[Sample], state: ObserverState | None = None) -> ObserverState:
     """Sample by sample, from the start where no state is given."""
     state = observer.init(given[0]) if state is None else state
     for sample in given:
@@ -61,7 +61,7 @@ def ours(kind: Callable[..., Observer], **settings: object) -> Observer:
 
 
 def alone() -> None:
-    """Print what a step takes, called from Python, for several models and sensings."""
+    """Print what a step takes, called from Python, for several models and measurements."""
     given = samples(PROBLEM)
     found = Model(effects=effects_named(["rate_friction", "carcass_torsion"]))
     values = {"k": K, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
@@ -72,10 +72,16 @@ def alone() -> None:
         "carcass and rate friction, aligning torque": (found, values, RIG, AligningTorque()),
     }
     print(f"\n| a step from Python | EKF [µs] | MHE, window {WINDOW} [µs] |\n|---|---:|---:|")
-    for label, (model, parameters, rig, sensing) in cases.items():
+    for label, (model, parameters, rig, measurement_model) in cases.items():
         took = []
         for kind in (Ekf, Mhe):
-            observer = kind(model=model, values=parameters, rig=rig, tuning=TUNING, sensing=sensing)
+            observer = kind(
+                model=model,
+                values=parameters,
+                rig=rig,
+                tuning=TUNING,
+                measurement_model=measurement_model,
+            )
             steps(observer, given[:200])
             rounds = [seconds(lambda one=observer: steps(one, given)) for _ in range(5)]
             took.append(1e6 * np.median(rounds) / len(given))

@@ -14,7 +14,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.timing import Task, compare
-from symbolic import Model, effects_named, simulate, step_along
+from symbolic import Model, effects_named, sensitivity_step, simulate
 
 SAMPLES = 1000
 A, E_, K, MU = 0.045, 0.009, 2.4e6, 1.3
@@ -54,7 +54,7 @@ def main() -> None:
     step = exact.step
 
     def interpreted() -> object:
-        state = exact.start(rows[:, 0], theta, geometry)
+        state = exact.initial(rows[:, 0], theta, geometry)
         return step.mapaccum(SAMPLES)(state, rows, theta, geometry)
 
     def direct(model: Model = exact) -> object:
@@ -75,7 +75,9 @@ def main() -> None:
         lambda: simulate(found, rows, both, geometry, np.eye(4)),
         lambda: simulate(found, rows, both, geometry),
     )
-    print(f"instructions in one step with its sensitivity: {step_along(exact, 1).n_instructions()}")
+    print(
+        f"instructions in one step with its sensitivity: {sensitivity_step(exact, 1).n_instructions()}"
+    )
 
 
 if __name__ == "__main__":

@@ -23,15 +23,15 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "examples"))
 
 from identification import Diagnosis, Recording, diagnose
-from identification.selection import trials
-from identification.selection.scoring import delta_bic
+from identification.selection.criteria import delta_bic
 from identification.selection.trial_runner import values_for
-from reference_rig.campaign import campaign
-from reference_rig.unmodelled import OUTSIDE
-from symbolic import EFFECTS
-from tests.identification.factories import as_read
+from identification.selection.trials import TrialTask, run_trial
+from reference_rig import UNMODELLED_EFFECTS, make_campaign
+from rig_recordings import as_read
+from symbolic import EFFECTS, effects_named
 
 NOISE = 0.004
 """White noise that the rig puts on the torque, over its range."""
@@ -50,7 +50,7 @@ class Task:
     @property
     def outside(self) -> bool:
         """Whether no library knows what is planted."""
-        return any(name in OUTSIDE for name in self.planted)
+        return any(name in UNMODELLED_EFFECTS for name in self.planted)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,7 +74,7 @@ def run(task: Task) -> Outcome:
     """One campaign of three recordings, diagnosed."""
     rng = np.random.default_rng([task.seed, 6])
     also = {PARTNER: {"c": rng.uniform(WEAKEST, STRONGEST)}} if len(task.planted) > 1 else {}
-    made = campaign(task.planted[-1] if task.planted else None, task.seed, also=also)
+    made = make_campaign(task.planted[-1] if task.planted else None, task.seed, also=also)
     began = time.perf_counter()
     recordings = [as_read(recording, made.nominal) for recording in made.recordings]
     found = diagnose(recordings, jobs=1)
@@ -102,10 +102,11 @@ def run(task: Task) -> Outcome:
 
 def _objection(planted: tuple[str, ...], found: Diagnosis, recordings: list[Recording]) -> float:
     """Delta BIC of what was planted against what was named."""
-    effects = tuple(effect.name for effect in found.effects)
-    named = trials.attempt(trials.Task(effects, recordings, start=found.values))
-    starts = (None, values_for(named, planted))
-    fits = [trials.attempt(trials.Task(planted, recordings, start=start)).fitted for start in starts]
+    effects = effects_named(effect.name for effect in found.effects)
+    named = run_trial(TrialTask(effects, recordings, start=found.values))
+    true = effects_named(planted)
+    starts = (None, values_for(named, true))
+    fits = [run_trial(TrialTask(true, recordings, start=start)).fitted for start in starts]
     return min(delta_bic(fit, named.fitted, recordings) for fit in fits)
 
 
@@ -117,7 +118,7 @@ def tasks_of(options: argparse.Namespace) -> list[Task]:
     if "pairs" in options.kinds:
         planted += [(PARTNER, name) for name in options.effects if name != PARTNER]
     if "outside" in options.kinds:
-        planted += [(name,) for name in OUTSIDE]
+        planted += [(name,) for name in UNMODELLED_EFFECTS]
     seeds = range(options.first, options.first + options.seeds)
     tasks = [Task(planted=names, seed=seed) for names in planted for seed in seeds]
     controls = range(options.first, options.first + options.controls)

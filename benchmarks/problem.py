@@ -101,7 +101,7 @@ class Problem:
     @property
     def start(self) -> Array:
         """What the patch remembers before the first sample."""
-        return MODEL.start(self.signals[:, 0], ca.DM([MU, K]), GEOMETRY).full().ravel()
+        return MODEL.initial(self.signals[:, 0], ca.DM([MU, K]), GEOMETRY).full().ravel()
 
     @cached_property
     def memories(self) -> Array:

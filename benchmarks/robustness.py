@@ -19,7 +19,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from observers import Ekf, Mhe
-from reference_rig import faults
+from reference_rig import add_outliers, delay_samples
 from symbolic import Model
 from tests.observers.monte_carlo import errors, estimated, turned_by_hand
 from tests.observers.sensor_faults import (
@@ -35,19 +35,19 @@ from tests.observers.surface_changes import BRISTLES, HIGH, LOW, PLACES, crossin
 KINDS: dict[str, Any] = {"EKF": Ekf, "MHE": Mhe}
 NOT_BORNE: dict[str, RecordingFactory] = {
     "outliers of angle, 0.01 rad": lambda seed: replace(
-        turned_by_hand(seed), psi=faults.outliers(seed, turned_by_hand(seed).psi, size=0.01)
+        turned_by_hand(seed), psi=add_outliers(seed, turned_by_hand(seed).psi, size=0.01)
     ),
     "outliers of load, half of it": lambda seed: replace(
-        turned_by_hand(seed), F_N=faults.outliers(seed, turned_by_hand(seed).F_N, size=200.0)
+        turned_by_hand(seed), F_N=add_outliers(seed, turned_by_hand(seed).F_N, size=200.0)
     ),
     "torque 10 ms late": lambda seed: replace(
-        turned_by_hand(seed), M_z=faults.late(turned_by_hand(seed).M_z, 1)
+        turned_by_hand(seed), M_z=delay_samples(turned_by_hand(seed).M_z, 1)
     ),
 }
 """What is taken as known is not judged: such samples must come as missing."""
 STEERED_NOT_BORNE: dict[str, RecordingFactory] = {
     "lost torque": without_torque,
-    "outliers of torque": lambda seed: replace(steered(seed), M=faults.outliers(seed, steered(seed).M)),
+    "outliers of torque": lambda seed: replace(steered(seed), M=add_outliers(seed, steered(seed).M)),
 }
 """The same where the steering torque is measured: there it is what is taken as known."""
 

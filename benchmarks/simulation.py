@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.fixed_step import Array, first_order, second_order
 from benchmarks.timing import compare
-from symbolic import Motion, Rig, TorqueProfile, Tyre, simulate_motion
+from symbolic import Rig, TorqueProfile, Tyre, WheelMotion, simulate_motion
 
 RIG, TYRE, LOAD = Rig(a=0.04, e=0.01, J_A=0.1, b_t=0.4827), Tyre(k=6e4, mu=0.5), 180.0
 PROFILE = TorqueProfile(t=(0.0, 1.99, 3.99, 4.99), M=(0.4, 0.8, -0.9, 0.2))
@@ -37,7 +37,7 @@ ROUNDS = 15
 Rule = Callable[..., tuple[Array, Array]]
 
 
-def exact(tolerance: float) -> Motion:
+def exact(tolerance: float) -> WheelMotion:
     """Ours."""
     return simulate_motion(RIG, TYRE, PROFILE, LOAD, duration=DURATION, rate=RATE, tolerance=tolerance)
 

@@ -19,7 +19,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.timing import seconds
-from symbolic.compiled import compiler
+from symbolic import compiler
 from tests.observers.float32 import CASES, HARSH, NO_COMPILER, PLAIN, Outcome, Single, Trial, build
 
 SAMPLES = 10_000_000

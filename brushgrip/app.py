@@ -1,4 +1,4 @@
-"""The command `brushgrip`: its commands, and how faults leave it."""
+"""The command `brushgrip`: its commands, its exit status and its error messages."""
 
 import signal
 import sys
@@ -14,10 +14,10 @@ from brushgrip.commands.estimate import estimate
 from brushgrip.commands.fetch import fetch
 from brushgrip.commands.identify import identify
 from brushgrip.commands.simulate import simulate
-from symbolic.errors import BrushgripError, InvalidInputError
+from symbolic import BrushgripError, InvalidInputError
 
 BAD_INPUT, FAILED = 2, 1
-"""Exit status for input that the user can mend, and for what failed outside, as a download."""
+"""Exit status for input that the user can correct, and for failures outside, such as of a download."""
 LISTS = ("--holdout", "--train", "--free-decay", "--declared")
 """Options that take one or more names after the flag."""
 
@@ -36,19 +36,19 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """Runs a command; bad input leaves one line on standard error.
 
     Args:
-        arguments: what follows the name of the program; None for the process's own.
+        arguments: command line without the name of the program; None for that of the process.
 
     Raises:
-        SystemExit: always; status 0 on success, 2 for bad input, 1 for what failed outside.
+        SystemExit: always; status 0 on success, 2 for bad input, 1 for failures outside.
     """
-    given = sys.argv[1:] if arguments is None else arguments
+    command_line = sys.argv[1:] if arguments is None else arguments
     if arguments is None:
-        # A polite kill cleans up as Ctrl-C does.
+        # SIGTERM cleans up as Ctrl-C does.
         signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
-        status = app(args=repeat_lists(given), prog_name="brushgrip", standalone_mode=False)
+        status = app(args=repeat_lists(command_line), prog_name="brushgrip", standalone_mode=False)
     except BrushgripError as error:
-        _say_fault(str(error))
+        _print_error(str(error))
         raise SystemExit(BAD_INPUT if isinstance(error, InvalidInputError) else FAILED) from None
     except typer.Abort:
         raise SystemExit(FAILED) from None
@@ -56,12 +56,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         # Faults of usage come from the parser below typer, whose class differs between its versions.
         if not hasattr(error, "format_message"):
             raise
-        _say_fault(error.format_message() or "no command given; brushgrip --help lists them")
+        _print_error(error.format_message() or "no command given; brushgrip --help lists them")
         raise SystemExit(BAD_INPUT) from None
     raise SystemExit(status or 0)
 
 
-def _say_fault(message: str) -> None:
+def _print_error(message: str) -> None:
     print(f"brushgrip: {' '.join(message.split())}", file=sys.stderr)
 
 

@@ -1,4 +1,4 @@
-"""Results that appear whole or not at all."""
+"""Files and folders of results that are written whole or not at all."""
 
 import secrets
 import shutil
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 
 def write_text_atomic(path: str | Path, text: str) -> None:
@@ -15,7 +15,7 @@ def write_text_atomic(path: str | Path, text: str) -> None:
     Raises:
         InvalidInputError: the file cannot be written there.
     """
-    with staged_file(path) as stage, _told(Path(path)):
+    with staged_file(path) as stage, _as_input_error(Path(path)):
         stage.write_text(text, encoding="utf-8", newline="\n")
 
 
@@ -30,20 +30,20 @@ def staged_file(final: str | Path) -> Iterator[Path]:
         InvalidInputError: the file cannot be written there.
     """
     final = Path(final)
-    with _told(final):
+    with _as_input_error(final):
         if final.is_dir():
             raise InvalidInputError(f"{final}: is a folder, expected the name of a file")
         direct = final.exists() and not final.is_file()
     if direct:
         yield final
         return
-    with _told(final):
+    with _as_input_error(final):
         target = final.resolve()
         stage = _beside(target)
         stage.touch(exist_ok=False)
     try:
         yield stage
-        with _told(final):
+        with _as_input_error(final):
             target.parent.mkdir(parents=True, exist_ok=True)
             stage.replace(target)
     finally:
@@ -61,7 +61,7 @@ def staged_directory(final: str | Path) -> Iterator[Path]:
         InvalidInputError: the folder cannot be written there, or holds a folder where a file goes.
     """
     final = Path(final)
-    with _told(final):
+    with _as_input_error(final):
         target = final.resolve()
         if target.exists() and not target.is_dir():
             raise InvalidInputError(f"{final}: is not a folder")
@@ -69,10 +69,20 @@ def staged_directory(final: str | Path) -> Iterator[Path]:
         stage.mkdir()
     try:
         yield stage
-        with _told(final):
+        with _as_input_error(final):
             _move_into(stage, target)
     finally:
         shutil.rmtree(stage, ignore_errors=True)
+
+
+def is_same_file(one: Path, other: Path) -> bool:
+    """Whether what is written to one path would replace the file at the other.
+
+    Links and `..` are resolved as for writing, also behind folders that are not there yet; two hard
+    links are the same file.
+    """
+    one, other = one.resolve(), other.resolve()
+    return one == other or (one.exists() and other.exists() and one.samefile(other))
 
 
 def _beside(target: Path) -> Path:
@@ -99,7 +109,7 @@ def _move_into(stage: Path, target: Path) -> None:
 
 
 @contextmanager
-def _told(path: Path) -> Iterator[None]:
+def _as_input_error(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:

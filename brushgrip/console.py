@@ -1,14 +1,30 @@
-"""What is said on screen: results on standard output, progress on standard error."""
+"""The screen: lines and tables of results on standard output, progress on standard error."""
 
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as ProgressBar
+from rich.table import Table
 
-Report = Callable[[str, int, int], None]
-"""Takes what is being done, how much of it is done, and how much there is."""
+from brushgrip.formatting import (
+    error_columns,
+    error_figures,
+    headline,
+    listed,
+    parameters,
+    plain,
+    quantity,
+    residual_structure,
+    sentence,
+)
+from identification import Diagnosis, FreeDecay, ParameterEstimate
+from identification.thesis import DecrementEstimate
+
+Progress = Callable[[str, int, int], None]
+"""Called with the task, the number of its parts that are done, and their number."""
 
 _SECONDS_BETWEEN_LINES = 10.0
 
@@ -24,7 +40,7 @@ def warn(text: str) -> None:
 
 
 @contextmanager
-def progress() -> Iterator[Report]:
+def progress() -> Iterator[Progress]:
     """A bar on a terminal, elsewhere a plain line now and then."""
     screen = Console(stderr=True, highlight=False, markup=False, soft_wrap=True)
     if not screen.is_terminal:
@@ -36,7 +52,7 @@ def progress() -> Iterator[Report]:
         MofNCompleteColumn(),
         TimeElapsedColumn(),
     )
-    with Progress(*columns, console=screen, transient=True) as bar:
+    with ProgressBar(*columns, console=screen, transient=True) as bar:
         task = bar.add_task("reading", total=None)
 
         def report(message: str, done: int, total: int) -> None:
@@ -45,7 +61,7 @@ def progress() -> Iterator[Report]:
         yield report
 
 
-def _plain_lines(screen: Console) -> Report:
+def _plain_lines(screen: Console) -> Progress:
     """At most one line in ten seconds, the first after ten: a quick fault stands alone."""
     last = time.monotonic()
 
@@ -57,3 +73,82 @@ def _plain_lines(screen: Console) -> Report:
             screen.print(f"{message}: {done} of {total}")
 
     return report
+
+
+def print_diagnosis(diagnosis: Diagnosis) -> None:
+    """Print errors, effects and the unexplained residual on standard output."""
+    screen = Console(highlight=False, markup=False)
+    screen.print(headline(diagnosis), style="bold")
+    screen.print(_errors_table(diagnosis))
+    screen.print(f"Before any effect: {diagnosis.signatures_before.reading}")
+    if diagnosis.effects:
+        screen.print(_effects_table(diagnosis))
+    for effect in diagnosis.effects:
+        if effect.experiment:
+            screen.print(f"next experiment: {sentence(effect.experiment.sentence)}")
+    screen.print(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
+    for note in diagnosis.notes:
+        screen.print(f"note: {note}")
+
+
+def _errors_table(diagnosis: Diagnosis) -> Table:
+    table = Table(title="Torque error, root mean square", title_justify="left")
+    table.add_column("model")
+    for heading in error_columns(diagnosis).values():
+        table.add_column(heading, justify="right")
+    for label, errors in (
+        ("declared", diagnosis.declared),
+        ("before", diagnosis.before),
+        ("after", diagnosis.after),
+    ):
+        table.add_row(label, *error_figures(diagnosis, errors))
+    return table
+
+
+def _effects_table(diagnosis: Diagnosis) -> Table:
+    table = Table(title="Effects found", title_justify="left")
+    for heading in ("effect", "parameters ± standard deviation", "indistinguishable from"):
+        table.add_column(heading)
+    for effect in diagnosis.effects:
+        rivals = listed([plain(name) for name in effect.indistinguishable_from], "or")
+        table.add_row(plain(effect.name), parameters(effect.parameters), rivals or "–")
+    return table
+
+
+def print_free_decay(result: FreeDecay, decrement: DecrementEstimate) -> None:
+    """Print k and b_t by maximum likelihood and by [Györök 2022], and what determines them."""
+    screen = Console(highlight=False, markup=False)
+    screen.print(_identified_table(result, decrement))
+    forces = [
+        f"{quantity(contact.force)} at a = {1000 * contact.a:g} mm"
+        for contact in result.contacts
+        if contact.force is not None
+    ]
+    if forces:
+        screen.print(f"The ends of the patch slide as with μ F_N = {', '.join(forces)}.")
+    for line in result.identifiability:
+        screen.print(line)
+
+
+def _identified_table(result: FreeDecay, decrement: DecrementEstimate) -> Table:
+    table = Table(title=f"From {len(result.vibrations)} free vibrations", title_justify="left")
+    for heading in ("", "k", "b_t"):
+        table.add_column(heading)
+    values = (
+        ParameterEstimate(value=parameter.value, std=parameter.std, unit=parameter.unit)
+        for parameter in (result.k, result.b_t)
+    )
+    table.add_row("maximum likelihood", *map(quantity, values))
+    for label, damping in (
+        (
+            "FFT and decrement, (5.8) with J_A",
+            ParameterEstimate(value=decrement.b_t, std=None, unit=result.b_t.unit),
+        ),
+        (
+            "FFT and decrement, (5.8) as printed",
+            ParameterEstimate(value=decrement.b_t_printed, std=None, unit="1/s"),
+        ),
+    ):
+        k = ParameterEstimate(value=decrement.k, std=None, unit=result.k.unit)
+        table.add_row(label, quantity(k), quantity(damping))
+    return table

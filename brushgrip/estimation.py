@@ -1,29 +1,31 @@
-"""Observers put to work on recordings: the settings a command chooses, and tracks to draw."""
+"""Friction over recordings: observers by name, their estimates, and tracks of friction to draw."""
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from enum import StrEnum
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.friction import FrictionTrack
-from identification.modelfile import FoundModel
-from identification.reading.recordings import Recording
+from identification import FoundModel, Recording
 from observers import (
     AligningTorque,
     Ekf,
     Estimates,
+    MeasurementModel,
     Mhe,
     Observer,
-    Sensing,
     Status,
     SteeringTorque,
-    Tuning,
     ZoneRootSolver,
     run,
 )
 from symbolic import InvalidInputError, Model
 
 Array = NDArray[np.float64]
+ObserverFactory = Callable[[Recording, FoundModel | None], Observer]
+"""Builds the observer for a recording, on the model that a diagnosis found or (None) the declared."""
 
 
 class ObserverName(StrEnum):
@@ -34,82 +36,120 @@ class ObserverName(StrEnum):
     ROOT = "root"
 
 
-def observe(name: ObserverName, recording: Recording, found: FoundModel | None = None) -> Estimates:
-    """Friction over a recording, sample by sample.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FrictionTrack:
+    """The friction that one observer estimated over a recording; arrays of shape (n,).
 
-    Args:
-        name: the observer.
-        recording: what was measured; its steering torque is heard where it has no aligning torque.
-        found: the model that a diagnosis found; the declared model, k as given, without it.
-
-    Raises:
-        InvalidInputError: the observer cannot use the model or the torque, or the rig lacks what it
-            takes; the message names the recording.
+    Attributes:
+        name: the recording.
+        label: observer and model, such as "EKF, declared model"; tracks of one name share a panel.
+        t: time [s].
+        mu: estimated friction coefficient [1].
+        mu_std: its standard deviation [1]; NaN where the observer has none.
+        informed: False while the estimate still rests on the prior.
+        changes: instants at which the observer detected a change of the ground [s], shape (c,).
+        reference: friction coefficient to compare with [1], None where unknown.
+        reference_label: where the reference comes from.
     """
-    return run_on(observer_for(name, recording, found), recording)
+
+    name: str
+    label: str
+    t: Array
+    mu: Array
+    mu_std: Array
+    informed: NDArray[np.bool_]
+    changes: Array = field(default_factory=lambda: np.empty(0))
+    reference: float | None = None
+    reference_label: str = "declared μ"
 
 
-def observer_for(name: ObserverName, recording: Recording, found: FoundModel | None = None) -> Observer:
-    """The observer with the settings that a recording asks for; arguments and errors as of `observe`."""
-    try:
-        if name is ObserverName.ROOT:
-            return _root(recording, found)
-        return on_model(name, recording, found)
-    except InvalidInputError as error:
-        raise InvalidInputError(f"{recording.name}: {error}") from None
+def model_observer(
+    kind: type[Ekf] | type[Mhe], recording: Recording, found: FoundModel | None = None
+) -> Ekf | Mhe:
+    """EKF or MHE for the torque that was recorded, on the declared model, k as given, or a found one."""
+    if found is None:
+        model, values = Model(), {"k": recording.tyre.k}
+    else:
+        # A causal observer cannot know what was fitted to a whole recording, such as its torque zero.
+        model, values = found.model_for_estimation(), found.values_for_estimation()
+    measurement_model: MeasurementModel = (
+        AligningTorque() if has_aligning_torque(recording) else SteeringTorque()
+    )
+    return kind(model=model, values=values, rig=recording.rig, measurement_model=measurement_model)
 
 
-def run_on(observer: Observer, recording: Recording, *, one_by_one: bool = False) -> Estimates:
-    """What an observer says of a recording; see `observers.run`."""
-    ground, hand = (recording.M_z, None) if hears_ground(recording) else (None, recording.M)
-    rate = recording.psi_dot if recording.psi_dot_recorded else None
-    psi = angle_heard(recording)
-    return run(observer, recording.t, psi, recording.F_N, ground, rate, M=hand, one_by_one=one_by_one)
-
-
-def angle_heard(recording: Recording) -> Array:
-    """The yaw angle as it was measured, NaN where it was filled in [rad]."""
-    known = True if recording.psi_recorded is None else recording.psi_recorded
-    return np.where(known, recording.psi, np.nan)
-
-
-def hears_ground(recording: Recording) -> bool:
-    """True where the aligning torque was measured; it goes before the steering torque."""
-    return bool(np.isfinite(recording.M_z).any())
-
-
-def hears_hand(recording: Recording) -> bool:
-    """True where the steering torque was measured."""
-    return recording.M is not None and bool(np.isfinite(recording.M).any())
-
-
-def _root(recording: Recording, found: FoundModel | None) -> ZoneRootSolver:
+def root_solver(
+    recording: Recording, found: FoundModel | None = None, *, smoothing: float = 0.0
+) -> ZoneRootSolver:
+    """The root solve of [Györök 2022] for every sample, on the declared model alone."""
     if found is not None:
         raise InvalidInputError(
             "--observer root solves the declared zones and knows no effects;"
             " leave --model out, or use ekf or mhe"
         )
-    if not hears_ground(recording):
+    if not has_aligning_torque(recording):
         raise InvalidInputError("--observer root needs M_z; from M, use ekf or mhe")
-    return ZoneRootSolver(rig=recording.rig, k=recording.tyre.k)
+    return ZoneRootSolver(rig=recording.rig, k=recording.tyre.k, smoothing=smoothing)
 
 
-def on_model(name: ObserverName, recording: Recording, found: FoundModel | None) -> Ekf | Mhe:
-    """EKF or MHE on the declared model, k as given, or on one that was found."""
-    tuning = Tuning()
-    if found is None:
-        model, values = Model(), {"k": recording.tyre.k}
-    else:
-        # A causal observer cannot know what was fitted to a whole recording, as its torque zero.
-        model, values = found.coming_model(), found.coming_values()
-    sensing: Sensing = AligningTorque() if hears_ground(recording) else SteeringTorque()
-    kind = Ekf if name is ObserverName.EKF else Mhe
-    return kind(model=model, values=values, rig=recording.rig, tuning=tuning, sensing=sensing)
+OBSERVERS: Mapping[ObserverName, ObserverFactory] = {
+    ObserverName.EKF: partial(model_observer, Ekf),
+    ObserverName.MHE: partial(model_observer, Mhe),
+    ObserverName.ROOT: root_solver,
+}
+"""The observers that a command offers; one more is one more entry here and in `ObserverName`."""
 
 
-def track(name: ObserverName, recording: Recording, estimates: Estimates, model: str) -> FrictionTrack:
-    """Estimates ready to be drawn beside the declared mu; `model` says which model was used."""
-    label = name.value if name is ObserverName.ROOT else name.upper()
+def observe(
+    factory: ObserverFactory, recording: Recording, found: FoundModel | None = None
+) -> Estimates:
+    """Friction over a recording, sample by sample.
+
+    Args:
+        factory: builds the observer, one of `OBSERVERS` or a user's own.
+        recording: the signals; the steering torque is used where there is no aligning torque.
+        found: the model that a diagnosis found; the declared model, k as given, without it.
+
+    Raises:
+        InvalidInputError: the observer cannot use the model or the torque, or the rig lacks a value that
+            it needs; the message names the recording.
+    """
+    try:
+        observer = factory(recording, found)
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{recording.name}: {error}") from None
+    return run_observer(observer, recording)
+
+
+def run_observer(observer: Observer, recording: Recording, *, one_by_one: bool = False) -> Estimates:
+    """The estimates of an observer over a recording; see `observers.run`."""
+    M_z, M = (recording.M_z, None) if has_aligning_torque(recording) else (None, recording.M)
+    psi_dot = recording.psi_dot if recording.psi_dot_recorded else None
+    psi = measured_angle(recording)
+    return run(observer, recording.t, psi, recording.F_N, M_z, psi_dot, M=M, one_by_one=one_by_one)
+
+
+def measured_angle(recording: Recording) -> Array:
+    """The yaw angle as measured, NaN where it was imputed [rad]."""
+    measured = True if recording.psi_recorded is None else recording.psi_recorded
+    return np.where(measured, recording.psi, np.nan)
+
+
+def has_aligning_torque(recording: Recording) -> bool:
+    """True where the aligning torque was measured; it is preferred to the steering torque."""
+    return bool(np.isfinite(recording.M_z).any())
+
+
+def has_steering_torque(recording: Recording) -> bool:
+    """True where the steering torque was measured."""
+    return recording.M is not None and bool(np.isfinite(recording.M).any())
+
+
+def friction_track(
+    observer: ObserverName, recording: Recording, estimates: Estimates, model: str
+) -> FrictionTrack:
+    """Estimates to draw beside the declared mu; `model` says which model was used."""
+    label = observer.value if observer is ObserverName.ROOT else observer.upper()
     return FrictionTrack(
         name=recording.name,
         label=f"{label}, {model}",

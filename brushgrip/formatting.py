@@ -1,15 +1,22 @@
-"""Figures and findings in plain words, the same on screen and on the page."""
+"""Results as text: figures with units, findings in plain words, CSV and JSON."""
 
+import json
 import math
 from collections.abc import Mapping, Sequence
+from typing import Any
 
-from identification.results import Diagnosis, Errors, Estimate
+import numpy as np
+from numpy.typing import NDArray
+
+from identification import Diagnosis, Errors, FreeDecay, ParameterEstimate
+from identification.thesis import DecrementEstimate
+from observers import Estimates, Status
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def plain(effect: str) -> str:
-    """The name of an effect as words."""
+    """The name of an effect in words."""
     return effect.replace("_", " ")
 
 
@@ -36,14 +43,19 @@ def torque(value: float | None) -> str:
     return "–" if value is None or not math.isfinite(value) else f"{value:#.3g}"
 
 
-def quantity(estimate: Estimate) -> str:
+def signed(value: float) -> str:
+    """A number with its sign and one decimal, as a difference of BIC."""
+    return f"{value:+.1f}".replace("-", "−")
+
+
+def quantity(estimate: ParameterEstimate) -> str:
     """Value ± standard deviation with the unit, rounded to the deviation's second digit."""
     unit = "" if estimate.unit in ("", "1") else f" {pretty_unit(estimate.unit)}"
     value, std = estimate.value, estimate.std
     if not math.isfinite(value):
         return f"{'∞' if value > 0 else '−∞' if value < 0 else '–'}{unit}"
     if std is None or not math.isfinite(std) or std <= 0:
-        return f"{_signed(*_power(value, value * 1e-3 or 1e-3))}{unit}"
+        return f"{_four_digits(*_power(value, value * 1e-3 or 1e-3))}{unit}"
     number, factor = _power(value, std)
     scaled = std / 10**factor
     digits = max(0, 1 - math.floor(math.log10(scaled)))
@@ -52,17 +64,17 @@ def quantity(estimate: Estimate) -> str:
 
 
 def pretty_unit(unit: str) -> str:
-    """The unit with its powers set high."""
+    """The unit with its powers as superscripts."""
     return unit.replace("^2", "²").replace("^3", "³")
 
 
-def parameters(estimates: Mapping[str, Estimate]) -> str:
+def parameters(estimates: Mapping[str, ParameterEstimate]) -> str:
     """Several parameters in one line: name = value ± std unit."""
     return "; ".join(f"{name} = {quantity(estimate)}" for name, estimate in estimates.items())
 
 
 def headline(diagnosis: Diagnosis) -> str:
-    """What was found, in one sentence."""
+    """The result of a diagnosis in one sentence."""
     before, after = diagnosis.before.summary(), diagnosis.after.summary()
     kind, key = _judged_by(diagnosis)
     if not diagnosis.effects:
@@ -80,7 +92,7 @@ def headline(diagnosis: Diagnosis) -> str:
 
 
 def error_columns(diagnosis: Diagnosis) -> dict[str, str]:
-    """Headings of the errors that a diagnosis has, by key in a summary."""
+    """Headings of the errors in a diagnosis, by their key in a summary."""
     columns = {"torque_rmse": "training [N m]", "torque_nrmse": "training, of range"}
     if diagnosis.holdout:
         columns["holdout_torque_rmse"] = "held out [N m]"
@@ -91,7 +103,7 @@ def error_columns(diagnosis: Diagnosis) -> dict[str, str]:
 
 
 def error_figures(diagnosis: Diagnosis, errors: Errors) -> list[str]:
-    """The figures of one stage under those headings."""
+    """The errors of one stage of the model, in the order of `error_columns`."""
     figures = errors.summary()
     return [
         (percent if key.endswith("nrmse") else torque)(figures[key]) for key in error_columns(diagnosis)
@@ -99,7 +111,7 @@ def error_figures(diagnosis: Diagnosis, errors: Errors) -> list[str]:
 
 
 def _judged_by(diagnosis: Diagnosis) -> tuple[str, str]:
-    """The error that says most: its name, and its key in a summary."""
+    """The error that judges the model: its name, and its key in a summary."""
     if diagnosis.holdout:
         return "held-out", "holdout_torque_nrmse"
     if diagnosis.after.left_out:
@@ -107,8 +119,8 @@ def _judged_by(diagnosis: Diagnosis) -> tuple[str, str]:
     return "training", "torque_nrmse"
 
 
-def doubts(diagnosis: Diagnosis) -> str:
-    """Which effects found could as well be others, in one sentence; empty if all are told apart."""
+def indistinguishable_effects(diagnosis: Diagnosis) -> str:
+    """The effects that other effects could replace, in one sentence; empty if there are none."""
     pairs = [
         f"{plain(effect.name)} from {listed([plain(n) for n in effect.indistinguishable_from], 'or')}"
         for effect in diagnosis.effects
@@ -117,24 +129,24 @@ def doubts(diagnosis: Diagnosis) -> str:
     return f"These recordings cannot tell {', nor '.join(pairs)}." if pairs else ""
 
 
-def remainder(diagnosis: Diagnosis) -> str:
-    """Whether something is left unexplained, in a few words."""
+def residual_structure(diagnosis: Diagnosis) -> str:
+    """Whether the residual still has structure, in one sentence."""
     if diagnosis.unexplained.present:
-        return "Structure is left in the residual that no known effect explains."
-    return "Nothing structured is left in the residual."
+        return "The residual has structure that no known effect explains."
+    return "The residual has no structure left."
 
 
-def fate(diagnosis: Diagnosis, candidate: str) -> str:
-    """What became of a candidate: added, not told from one that was, or nothing."""
+def outcome(diagnosis: Diagnosis, candidate: str) -> str:
+    """The outcome for a candidate: added, indistinguishable from an added one, or empty."""
     for number, effect in enumerate(diagnosis.effects, start=1):
         if effect.name == candidate:
             return f"added, no. {number}"
-    alike = [plain(e.name) for e in diagnosis.effects if candidate in e.indistinguishable_from]
-    return f"not told from {listed(alike)}" if alike else ""
+    rivals = [plain(e.name) for e in diagnosis.effects if candidate in e.indistinguishable_from]
+    return f"indistinguishable from {listed(rivals)}" if rivals else ""
 
 
-def worse(diagnosis: Diagnosis, recording: str) -> bool:
-    """Whether the error of a recording grew from the refitted declared model to the final one."""
+def is_worse(diagnosis: Diagnosis, recording: str) -> bool:
+    """Whether a recording's error grows from the refitted declared model to the final one."""
     before, after = diagnosis.before, diagnosis.after
     if recording in before.left_out and after.left_out[recording] > before.left_out[recording]:
         return True
@@ -142,7 +154,7 @@ def worse(diagnosis: Diagnosis, recording: str) -> bool:
 
 
 def _power(value: float, std: float) -> tuple[float, int]:
-    """The value scaled by a power of ten that suits it, and that power; 0 from 1e-3 to 1e5."""
+    """The value divided by a power of ten, and that power; the power is 0 from 1e-3 to 1e5."""
     size = max(abs(value), std)
     if 1e-3 <= size < 1e5:
         return value, 0
@@ -150,6 +162,71 @@ def _power(value: float, std: float) -> tuple[float, int]:
     return value / 10**factor, factor
 
 
-def _signed(number: float, factor: int) -> str:
+def _four_digits(number: float, factor: int) -> str:
     text = f"{number:.4g}".replace("-", "−")
     return f"{text}·10{str(factor).translate(_SUPERSCRIPTS)}" if factor else text
+
+
+def estimates_summary(estimates: Estimates) -> str:
+    """Friction at the end, rejected samples, and the remedy of the most frequent fault, in one line."""
+    counts = {flag: int(np.count_nonzero(estimates.status & flag)) for flag in Status if flag}
+    parts = [_final_friction(estimates)]
+    if rejected := counts[Status.REJECTED]:
+        parts.append(f"{rejected} {_plural(rejected, 'sample')} rejected")
+    if changes := counts[Status.RESET]:
+        parts.append(f"{changes} {_plural(changes, 'change')} of the ground")
+    line = ", ".join(parts)
+    most_frequent = max(counts, key=lambda flag: counts[flag])
+    number = counts[most_frequent]
+    return f"{line}; {number} {_plural(number, 'sample')}: {most_frequent.remedy}" if number else line
+
+
+def _final_friction(estimates: Estimates) -> str:
+    mu, std = estimates.mu[-1], estimates.mu_std[-1]
+    spread = f" ± {std:.3f}" if np.isfinite(std) else ""
+    share = f"informed in {100 * estimates.informed.mean():.0f} % of {estimates.t.size} samples"
+    return f"mu = {mu:.3f}{spread} at the end, {share}"
+
+
+def _plural(count: int, noun: str) -> str:
+    return noun if count == 1 else f"{noun}s"
+
+
+def csv_text(columns: Mapping[str, NDArray[Any]]) -> str:
+    """Columns of equal length under their names.
+
+    Floats round-trip, truth values are 0 and 1, NaN is an empty field, as in a recording.
+    """
+    lists = [[_field(value) for value in values.tolist()] for values in columns.values()]
+    rows = [",".join(columns), *(",".join(row) for row in zip(*lists, strict=True))]
+    return "\n".join(rows) + "\n"
+
+
+def _field(value: float) -> str:
+    if isinstance(value, bool):
+        return str(int(value))
+    return "" if math.isnan(value) else repr(float(value))
+
+
+def json_text(content: Any) -> str:
+    """Strict JSON; numbers that are not finite become null."""
+    return json.dumps(_finite(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def _finite(content: Any) -> Any:
+    if isinstance(content, Mapping):
+        return {key: _finite(value) for key, value in content.items()}
+    if isinstance(content, Sequence) and not isinstance(content, str):
+        return [_finite(value) for value in content]
+    if isinstance(content, float) and not math.isfinite(content):
+        return None
+    return content
+
+
+def free_decay_document(result: FreeDecay, decrement: DecrementEstimate) -> dict[str, Any]:
+    """The result file of `identify`: the identification, and the method of [Györök 2022] beside it."""
+    document = result.to_dict()
+    for recording, vibration in zip(document["recordings"], decrement.vibrations, strict=True):
+        recording |= {"source_omega_n": vibration.omega_n, "source_zeta": vibration.zeta}
+    document["recordings_units"] |= {"source_omega_n": "rad/s", "source_zeta": "1"}
+    return document | {"source": decrement.to_dict()}

@@ -1,4 +1,4 @@
-"""Recordings as a user names them: where they are found, read, and told apart."""
+"""Recordings as a user names them: their files, their reading, and a unique name for each."""
 
 import os
 from collections import Counter
@@ -9,12 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
+from brushgrip.atomic import is_same_file
 from brushgrip.fetch import LOCAL_COPY
-from identification.free_decay.recording import Decay, read_decay
-from identification.reading.recordings import Recording, read_recording, read_rig
-from symbolic.errors import InvalidInputError
-
-_SUFFIXES = (".mat", ".csv")
+from identification import READERS, Decay, Recording, read_decay, read_recording, read_rig
+from symbolic import InvalidInputError
 
 
 def download_folder() -> Path:
@@ -36,15 +34,16 @@ def locate(name: str) -> Path:
         folders += [Path(local)] if local else []
         folders.append(download_folder())
     for folder in folders:
-        for path in (folder / given, *(folder / f"{given}{suffix}" for suffix in _SUFFIXES)):
+        for path in (folder / given, *(folder / f"{given}{suffix}" for suffix in READERS)):
             if path.exists() and not path.is_dir():
                 return path
     if given.is_dir():
-        raise InvalidInputError(f"{name}: is a folder, expected a recording (.mat or .csv)")
+        raise InvalidInputError(f"{name}: is a folder, expected a recording ({' or '.join(READERS)})")
     places = ", ".join(str(folder) if folder != Path() else "here" for folder in folders)
+    *others, last = (f"{given.name}{suffix}" for suffix in ("", *READERS))
     raise InvalidInputError(
-        f"{name}: no such recording; looked for {given.name}, {given.name}.mat and "
-        f"{given.name}.csv in {places if given.name == name else given.parent}"
+        f"{name}: no such recording; looked for {', '.join(others)} and {last}"
+        f" in {places if given.name == name else given.parent}"
         + ("" if len(folders) == 1 else "; 'brushgrip fetch' downloads the published ones")
     )
 
@@ -98,13 +97,18 @@ def read_decays(names: Sequence[str], rig: Path | None) -> list[Decay]:
 def keep_inputs(outputs: Sequence[Path], names: Sequence[str], *others: Path | None) -> None:
     """Refuses to write over what was read.
 
+    Args:
+        outputs: the files to write.
+        names: recordings as the user gave them.
+        others: rig, model and whatever else is read; None for what was not given.
+
     Raises:
-        InvalidInputError: an output is one of the recordings, or the rig or the model file.
+        InvalidInputError: an output is one of the inputs, whatever way its path is spelt.
     """
     inputs = [*(locate(name) for name in names), *(path for path in others if path is not None)]
     for output in outputs:
         for path in inputs:
-            if output.exists() and output.samefile(path):
+            if is_same_file(output, path):
                 raise InvalidInputError(f"{output}: would overwrite what is read; name another --out")
 
 

@@ -1,11 +1,15 @@
-"""The report: one page that needs nothing beside itself, and its pictures."""
+"""The report: one page that needs no other file, and its pictures."""
 
+import base64
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
-from brushgrip.formatting import doubts, headline, plain, remainder, sentence
-from brushgrip.friction import FrictionTrack
-from brushgrip.html import figure, heading, page, paragraph, section
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from brushgrip import formatting
+from brushgrip.estimation import FrictionTrack
 from brushgrip.pictures import (
     draw_candidates,
     draw_experiment,
@@ -14,21 +18,16 @@ from brushgrip.pictures import (
     draw_residuals,
     draw_signatures,
 )
-from brushgrip.report_tables import (
-    candidates_table,
-    effects_table,
-    errors_table,
-    friction_table,
-    learned_table,
-    parameters_table,
-    recordings_table,
-    signatures_table,
-)
-from brushgrip.report_tables import notes as notes_list
-from identification.results import Diagnosis
-from identification.selection.scoring import CLEAR, STRONG
+from identification import Diagnosis, ParameterEstimate, Signature
 
 PAGE = "report.html"
+TEMPLATE = "report.html.j2"
+FILTERS = ("listed", "parameters", "percent", "plain", "quantity", "sentence", "signed", "torque")
+FUNCTIONS = (
+    *("error_columns", "error_figures", "headline", "indistinguishable_effects", "is_worse"),
+    *("outcome", "residual_structure"),
+)
+"""Names in `brushgrip.formatting` that the template uses as filters and as functions."""
 
 
 def write_report(folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack] = ()) -> Path:
@@ -36,178 +35,85 @@ def write_report(folder: Path, diagnosis: Diagnosis, friction: Sequence[Friction
 
     Args:
         folder: an existing folder.
-        diagnosis: what was found.
+        diagnosis: the result of the search.
         friction: estimates of friction over time to show, may be empty.
 
     Returns:
         The page.
     """
-    blocks = [
-        _opening(diagnosis),
-        _errors(diagnosis),
-        _loops(folder, diagnosis),
-        _residuals(folder, diagnosis),
-        _signatures(folder, diagnosis),
-        _candidates(folder, diagnosis),
-        _effects(diagnosis),
-        _experiments(folder, diagnosis),
-    ]
-    if friction:
-        blocks.append(_friction(folder, friction))
-    blocks.append(_unexplained(diagnosis))
+    shown = _draw_pictures(folder, diagnosis, friction)
+    template = _environment(folder).get_template(TEMPLATE)
+    text = template.render(
+        diagnosis=diagnosis,
+        friction=friction,
+        residuals_shown=shown,
+        signatures=_signature_pairs(diagnosis),
+        strong=diagnosis.criteria.strong,
+        clear=diagnosis.criteria.clear,
+    )
     path = folder / PAGE
-    text = page(headline(diagnosis), *blocks)
     path.write_text(text, encoding="utf-8", newline="\n")
     return path
 
 
-def _opening(diagnosis: Diagnosis) -> str:
-    training, holdout = len(diagnosis.recordings), len(diagnosis.holdout)
-    if holdout:
-        judged = f"{holdout} held out to judge every candidate and the result"
-    elif training > 1:
-        judged = "none held out: each was left out in turn to judge"
-    else:
-        judged = "none held out: with a single recording the errors are those of the fit itself"
-    return (
-        '<header>\n<p class="kind">brushgrip diagnosis</p>\n'
-        f"{heading(headline(diagnosis))}\n"
-        f"{paragraph(f'{doubts(diagnosis)} {remainder(diagnosis)}'.strip(), 'lead')}\n"
-        f"{paragraph(f'{_count(training)} for training, {judged}.', 'faint')}\n</header>"
-    )
-
-
-def _count(number: int) -> str:
-    return f"{number} recording{'s' * (number != 1)}"
-
-
-def _errors(diagnosis: Diagnosis) -> str:
-    return section(
-        "Torque errors",
-        paragraph(
-            "Every recording is simulated freely from its first to its last sample. Declared: "
-            "parameters as given, μ fitted where none is. Before: declared structure, k and each "
-            "recording's μ refitted. After: with the effects found. On held-out recordings all "
-            "shared parameters stay as trained; μ and, where the model has them, torque zero and "
-            "starting twist are refitted."
-        ),
-        errors_table(diagnosis),
-        recordings_table(diagnosis),
-    )
-
-
-def _loops(folder: Path, diagnosis: Diagnosis) -> str:
-    path = folder / "loops.png"
-    draw_loops(path, diagnosis)
-    return section(
-        "Hysteresis loops",
-        figure(
-            path,
-            "Aligning torque over yaw angle: measured, before and after, for every recording.",
-            "Torque over yaw angle, measured and simulated: one representative recording above, "
-            "all others below, each with its error before → after in % of its torque range.",
-        ),
-    )
-
-
-def _selection(shown: int, present: int) -> str:
-    return "" if shown == present else f" Shown are {shown} of {present} recordings."
-
-
-def _residuals(folder: Path, diagnosis: Diagnosis) -> str:
-    path = folder / "residuals.png"
-    shown = draw_residuals(path, diagnosis)
-    return section(
-        "Residuals",
-        figure(
-            path,
-            "Simulated minus measured torque over time and over yaw angle, before and after.",
-            "Simulated minus measured torque, left over time, right over yaw angle. What is "
-            "only noise has no shape in either." + _selection(shown, len(diagnosis.series)),
-        ),
-    )
-
-
-def _signatures(folder: Path, diagnosis: Diagnosis) -> str:
-    path = folder / "signatures.png"
-    draw_signatures(path, diagnosis.signatures_before, diagnosis.signatures_after)
-    return section(
-        "What the residual follows",
-        paragraph(f"Before any effect is tried: {diagnosis.signatures_before.reading}"),
-        paragraph(f"After the effects found: {diagnosis.signatures_after.reading}"),
-        figure(
-            path,
-            "Autocorrelation of the residual, and its correlation with signals, before and after.",
-            "Left: how long the residual remembers. Right: how far it follows each signal, with what "
-            "chance leaves in 99 of 100 cases, the memory of both taken into account.",
-        ),
-        signatures_table(diagnosis),
-    )
-
-
-def _experiments(folder: Path, diagnosis: Diagnosis) -> str:
-    figures = []
+def _draw_pictures(folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack]) -> int:
+    """Draw every picture of the page; returns the number of recordings whose residuals are shown."""
+    draw_loops(folder / "loops.png", diagnosis)
+    shown = draw_residuals(folder / "residuals.png", diagnosis)
+    draw_signatures(folder / "signatures.png", diagnosis.signatures_before, diagnosis.signatures_after)
+    if diagnosis.candidates:
+        draw_candidates(folder / "candidates.png", diagnosis)
     for effect in diagnosis.effects:
         if effect.experiment:
-            path = folder / f"experiment_{effect.name}.png"
-            draw_experiment(path, effect.experiment)
-            figures.append(
-                figure(
-                    path,
-                    f"Angle, load and torque of the experiment proposed for {plain(effect.name)}.",
-                    sentence(effect.experiment.sentence),
-                )
-            )
-    return section("Next experiments", *figures) if figures else ""
+            draw_experiment(folder / f"experiment_{effect.name}.png", effect.experiment)
+    if friction:
+        draw_friction(folder / "friction.png", friction)
+    return shown
 
 
-def _candidates(folder: Path, diagnosis: Diagnosis) -> str:
-    if not diagnosis.candidates:
-        return ""
-    path = folder / "candidates.png"
-    draw_candidates(path, diagnosis)
-    return section(
-        "Candidates",
-        figure(
-            path,
-            "Torque error with each candidate effect alone, best on top.",
-            "First step of the search: each effect alone on top of the declared structure, "
-            "everything refitted. ΔBIC below zero speaks for the effect; up to "
-            f"{STRONG:g} is allowed where the error of held-out recordings falls by more than {CLEAR:g} "
-            "standard errors.",
-        ),
-        candidates_table(diagnosis),
+def _environment(folder: Path) -> Environment:
+    """The templates, with pictures of a folder and the words of `brushgrip.formatting`."""
+    environment = Environment(
+        loader=PackageLoader("brushgrip"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        finalize=_keep_percent,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
     )
+    environment.filters |= {name: getattr(formatting, name) for name in FILTERS}
+    environment.filters |= {"correlation": _correlation, "final_friction": _final_friction}
+    environment.globals |= {name: getattr(formatting, name) for name in FUNCTIONS}
+    environment.globals["picture"] = lambda name: _data_address(folder / name)
+    return environment
 
 
-def _effects(diagnosis: Diagnosis) -> str:
-    if diagnosis.effects:
-        found = effects_table(diagnosis)
-    else:
-        found = paragraph("No effect earned its place; the declared structure stands.")
-    return section("Effects found", found, parameters_table(diagnosis))
+def _keep_percent(value: Any) -> Any:
+    """A text whose percent signs stay on the line of their numbers."""
+    return value.replace(" %", "\N{NO-BREAK SPACE}%") if isinstance(value, str) else value
 
 
-def _friction(folder: Path, friction: Sequence[FrictionTrack]) -> str:
-    path = folder / "friction.png"
-    draw_friction(path, friction)
-    return section(
-        "Friction over time",
-        figure(
-            path,
-            "Estimated friction coefficient over time with its band of two standard deviations.",
-            "Causal estimates: each value uses only samples up to its time. Bold where the "
-            "estimate is informed by the recording, pale while it still rests on the prior.",
-        ),
-        friction_table(friction),
+def _data_address(png: Path) -> str:
+    """A picture as an address that holds its content."""
+    return f"data:image/png;base64,{base64.b64encode(png.read_bytes()).decode('ascii')}"
+
+
+def _signature_pairs(diagnosis: Diagnosis) -> list[tuple[Signature, Signature]]:
+    """Signatures before and after, a pair per signal, the strongest correlation before first."""
+    after = {signature.signal: signature for signature in diagnosis.signatures_after.signatures}
+    before = sorted(diagnosis.signatures_before.signatures, key=lambda s: -abs(s.correlation))
+    return [(signature, after[signature.signal]) for signature in before]
+
+
+def _correlation(signature: Signature) -> str:
+    mark = "*" if signature.leaves_band else ""
+    return f"{signature.correlation:+.2f}{mark} ({signature.band:.2f})".replace("-", "−")
+
+
+def _final_friction(track: FrictionTrack) -> str:
+    std = float(track.mu_std[-1])
+    value = float(track.mu[-1])
+    return formatting.quantity(
+        ParameterEstimate(value=value, std=std if np.isfinite(std) else None, unit="1")
     )
-
-
-def _unexplained(diagnosis: Diagnosis) -> str:
-    blocks = [
-        paragraph(remainder(diagnosis)),
-        paragraph(sentence(diagnosis.unexplained.evidence), "faint"),
-        learned_table(diagnosis),
-        notes_list(diagnosis.notes),
-    ]
-    return section("What remains unexplained", *blocks)

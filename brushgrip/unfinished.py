@@ -1,4 +1,4 @@
-"""What an interrupted search has done, kept until the same command finishes it."""
+"""What an unfinished search has done, kept until the same command finishes it."""
 
 import shutil
 from collections.abc import Iterator
@@ -6,13 +6,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from brushgrip.console import warn
-from identification.selection.journal import Journal
-from symbolic.errors import BrushgripError
+from identification import Journal
 
 
 @contextmanager
 def kept_trials(out: Path) -> Iterator[Journal]:
-    """A journal beside the folder of results; it goes when all is done, and stays after an interruption.
+    """A journal beside the folder of results; it goes when all is done, and stays after anything else.
 
     Args:
         out: the folder that the results will be in.
@@ -22,11 +21,8 @@ def kept_trials(out: Path) -> Iterator[Journal]:
     folder = beside / f".{final.name}.unfinished"
     try:
         yield Journal(folder=folder)
-    except BrushgripError:
-        shutil.rmtree(folder, ignore_errors=True)
-        raise
     except BaseException:
         if folder.is_dir():
-            warn(f"interrupted; what was found so far is kept in {folder}, the same command goes on")
+            warn(f"not finished; what was found so far is kept in {folder}, the same command goes on")
         raise
     shutil.rmtree(folder, ignore_errors=True)

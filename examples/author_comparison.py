@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.comparison.cases import SETTLED, Subject, subject_of
+from brushgrip.comparison.cases import SETTLED, Case, make_case
 from identification import Recording, read_recording
 from identification.thesis.author_estimate import author_file
 from observers import Ekf, Mhe, Observer, ZoneRootSolver, run
@@ -60,17 +60,17 @@ def observers(recording: Recording) -> list[Observer]:
     ]
 
 
-def score(subject: Subject, author: Array) -> Scores:
+def score(case: Case, author: Array) -> Scores:
     """All methods, over the author's samples."""
-    recording, last = subject.recording, subject.span.stop - 1
+    recording, last = case.recording, case.span.stop - 1
     channels = (recording.t, recording.psi, recording.F_N, recording.M_z)
     made = [run(observer, *channels) for observer in observers(recording)]
     mu = [*(estimates.mu for estimates in made), author]
     return Scores(
         name=recording.name,
-        declared=subject.declared,
-        rmse=tuple(subject.rmse(one) for one in mu),
-        spread=tuple(subject.spread(one) for one in mu),
+        declared=case.declared,
+        rmse=tuple(case.rmse(one) for one in mu),
+        spread=tuple(case.spread(one) for one in mu),
         last=tuple(float(one[last]) for one in mu),
         last_std=(*(float(estimates.mu_std[last]) for estimates in made), float("nan")),
     )
@@ -80,9 +80,9 @@ def scores(folder: Path) -> Iterator[Scores]:
     """Every recording that has an author's estimate beside it."""
     for path in sorted(folder.glob("*.mat")):
         if author_file(folder, path.stem).exists():
-            subject = subject_of(read_recording(path), folder)
-            if (author := subject.author_mu) is not None:
-                yield score(subject, author)
+            case = make_case(read_recording(path), folder)
+            if (author := case.author_mu) is not None:
+                yield score(case, author)
 
 
 def table(title: str, made: list[Scores], field: str) -> None:

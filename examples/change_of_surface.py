@@ -77,10 +77,12 @@ def drive(place: float, before: float = FROM, after: float = TO) -> Drive:
 
 def observers(model: Model, tuning: Tuning) -> dict[str, Observer]:
     """Both; the zero of the torque is known."""
-    sensing = AligningTorque(zero=False)
+    measurement_model = AligningTorque(zero=False)
     kinds = {"EKF": Ekf, "MHE": Mhe}
     return {
-        name: kind(model=model, values={"k": K}, rig=RIG, tuning=tuning, sensing=sensing)
+        name: kind(
+            model=model, values={"k": K}, rig=RIG, tuning=tuning, measurement_model=measurement_model
+        )
         for name, kind in kinds.items()
     }
 

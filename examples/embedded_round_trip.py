@@ -25,8 +25,7 @@ from identification import Recording, read_recording, read_rig
 from observers import Ekf, Loop, Mhe, Sample
 from observers.embedded import DOUBLE, SINGLE, Real, generate
 from published import measured_folder
-from symbolic import Model, effects_named
-from symbolic.compiled import compiler
+from symbolic import Model, compiler, effects_named
 
 Array = NDArray[np.float64]
 Observer = Ekf | Mhe

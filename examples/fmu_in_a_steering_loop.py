@@ -26,7 +26,7 @@ OBSERVER = Ekf(
     values={"k": K},
     rig=loop.RIG,
     tuning=Tuning(mu=GUESS, noise=0.03),
-    sensing=SteeringTorque(),
+    measurement_model=SteeringTorque(),
 )
 
 

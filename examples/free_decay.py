@@ -1,11 +1,11 @@
-"""Identify k and b_t from a wheel that is struck and swings: the programme beside the source's way.
+"""Identify k and b_t from a wheel that is struck and swings: by likelihood, and by FFT and decrement.
 
     python examples/free_decay.py [PICTURE.png]
 
 The recordings come from the independent rig: seven contact lengths, two impacts each, a few mrad on a
-14-bit encoder, 1 kHz. A patch whose bristles all stick is the source's model; but friction holds nothing
-at the patch's ends, which slide in every swing, soften the spring and take energy. The programme counts
-that in, and so finds the friction force as well.
+14-bit encoder, 1 kHz. In [Györök 2022] all bristles stick; but friction holds nothing at the patch's
+ends, which slide in every swing, soften the spring and dissipate energy. The likelihood includes
+that, and so the friction force is found as well.
 """
 
 import sys
@@ -17,24 +17,28 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from brushgrip.pictures import draw_free_decay
 from identification import identify_free_decay
-from reference_rig.impact import B_T, TYRE, load_at, make_impacts
-from tests.identification.factories import as_decay
+from identification.thesis import estimate_by_decrement
+from reference_rig import THESIS_DAMPING as B_T
+from reference_rig import THESIS_TYRE as TYRE
+from reference_rig import load_at, make_impacts
+from rig_recordings import as_decay
 
 
 def main() -> None:
     """Print k and b_t by every way beside what was planted."""
     decays = [as_decay(made) for made in make_impacts(11, impacts=2)]
     made, sticking = identify_free_decay(decays), identify_free_decay(decays, sliding=False)
+    decrement = estimate_by_decrement(decays)
     print(f"planted: k = {TYRE.k:.4g} N/m^2, b_t = {B_T} N m s/rad, mu = {TYRE.mu}")
     for way, k, b_t in (
-        ("programme, ends slide", made.k.value, made.b_t.value),
-        ("programme, all sticks", sticking.k.value, sticking.b_t.value),
-        ("source's way", made.source.k, made.source.b_t),
+        ("likelihood, ends slide", made.k.value, made.b_t.value),
+        ("likelihood, all sticks", sticking.k.value, sticking.b_t.value),
+        ("FFT and decrement", decrement.k, decrement.b_t),
     ):
         errors = f"off by {100 * (k / TYRE.k - 1):+.3f} % and {100 * (b_t / B_T - 1):+.3f} %"
         print(f"{way:22} k = {k:.5g}, b_t = {b_t:.4f}: {errors}")
     print(f"its own word: k ± {made.k.std:.2g} N/m^2, b_t ± {made.b_t.std:.2g} N m s/rad")
-    print(f"(5.8) as printed, without J_A: {made.source.b_t_printed:.3f}, which is b_t/J_A in 1/s")
+    print(f"(5.8) as printed, without J_A: {decrement.b_t_printed:.3f}, which is b_t/J_A in 1/s")
     told = [(contact.force, load_at(contact.a)) for contact in made.contacts if contact.force]
     mu = np.array([(force.value / load, (force.std or 0.0) / load) for force, load in told])
     mean, spread = mu.mean(axis=0)
@@ -42,7 +46,7 @@ def main() -> None:
     for sentence in made.identifiability:
         print(sentence)
     if sys.argv[1:]:
-        draw_free_decay(Path(sys.argv[1]), made)
+        draw_free_decay(Path(sys.argv[1]), made, decrement)
 
 
 if __name__ == "__main__":

@@ -14,7 +14,7 @@ import numpy as np
 
 from brushgrip.formatting import percent, plain
 from identification import Recording, diagnose, read_recording
-from identification.selection.trials import Task, attempt
+from identification.selection.trials import TrialTask, run_trial
 from published import measured_folder
 
 OPENING = """# The search without the recording that judges
@@ -46,10 +46,10 @@ def searched(recordings: list[Recording], left: Recording) -> Judged:
     """Search in all the others, judge on this one."""
     others = [r for r in recordings if r is not left]
     found = diagnose(others)
-    effects = tuple(effect.name for effect in found.model.effects)
-    declared = attempt(Task((), others, [left]))
-    named = attempt(Task(effects, others, [left], start=found.values))
-    return Judged(name=left.name, before=declared.nrmse, after=named.nrmse, effects=effects)
+    effects = found.model.effects
+    declared = run_trial(TrialTask((), others, [left]))
+    named = run_trial(TrialTask(effects, others, [left], start=found.values))
+    return Judged(name=left.name, before=declared.nrmse, after=named.nrmse, effects=named.names)
 
 
 def summary(judged: list[Judged]) -> str:

@@ -9,8 +9,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from reference_rig.patch import RigTyre
-from reference_rig.record import RigRecording, csv_text, make_recording, rig_text
+from reference_rig import RigRecording, RigTyre, make_recording, recording_csv, rig_toml
 
 HERE = Path(__file__).resolve().parent / "recordings"
 EFFECTS = {"carcass_torsion": {"k_t": 400.0}, "rate_friction": {"c": 0.04}}
@@ -53,7 +52,7 @@ def recordings() -> Iterator[RigRecording]:
 
 def files() -> dict[str, str]:
     """Name and text of every file of the folder."""
-    texts = {"rig.toml": rig_text(NOMINAL)}
+    texts = {"rig.toml": rig_toml(NOMINAL)}
     truth = TRUTH.format(
         a=TYRE.a,
         e=TYRE.e,
@@ -63,7 +62,7 @@ def files() -> dict[str, str]:
     )
     for made in recordings():
         run, extent = RUNS[made.name], float(max(made.M_z_true) - min(made.M_z_true))
-        texts[f"{made.name}.csv"] = csv_text(made)
+        texts[f"{made.name}.csv"] = recording_csv(made)
         truth += f"| {made.name} | {run['mu']} | {run['load']} | {run['seed']} | {extent:.2f} |\n"
     return texts | {"TRUTH.md": truth}
 

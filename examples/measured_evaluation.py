@@ -16,10 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.comparison.cases import Subject, subject_of
-from brushgrip.comparison.methods import methods
-from brushgrip.comparison.scores import compare, rows
-from brushgrip.comparison.tables import markdown_text
+from brushgrip.comparison import Case, compare, default_methods, make_case, markdown_text, summarise
 from brushgrip.pictures import draw_boxes, draw_zones
 from identification import (
     Channel,
@@ -32,7 +29,7 @@ from identification import (
     read_rig,
     recording_from_raw,
 )
-from observers import Ekf, ZoneRootSolver, course, run
+from observers import Ekf, ZoneRootSolver, run, zone_history
 from symbolic import Model, Rig, Tyre, simulate
 
 Array = NDArray[np.float64]
@@ -117,28 +114,28 @@ def rms(values: Array) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-def subjects(folder: Path | None) -> list[Subject]:
+def cases(folder: Path | None) -> list[Case]:
     """The steel recordings of a folder with the author's estimates, or the embedded ones."""
     if folder is not None:
-        return [subject_of(read_recording(p), folder) for p in sorted(folder.glob("fem*.mat"))]
+        return [make_case(read_recording(p), folder) for p in sorted(folder.glob("fem*.mat"))]
     rig = read_rig(EMBEDDED / "rig.toml")
     return [
-        subject_of(read_recording(EMBEDDED / f"{name}.csv", rig), None, mu)
+        make_case(read_recording(EMBEDDED / f"{name}.csv", rig), None, mu)
         for name, mu in PLANTED.items()
     ]
 
 
-def zones(subject: Subject) -> None:
+def zones(case: Case) -> None:
     """Print how the zones are counted, beside the author's columns where he has some."""
-    recording, author = subject.recording, subject.author
-    made = course(recording.psi)
+    recording, author = case.recording, case.author
+    made = zone_history(recording.psi)
     beyond = float((made.true_zones > 5).mean())
     line = (
         f"{recording.name}: up to {made.true_zones.max()} zones, more than five {beyond:.1%} of the time"
     )
     if author is not None:
-        same = float((made.zones[subject.span] == author.zones).mean())
-        way = float((made.direction[subject.span] == author.direction).mean())
+        same = float((made.zones[case.span] == author.zones).mean())
+        way = float((made.direction[case.span] == author.direction).mean())
         line += f"; as the author counts: zones {same:.1%}, direction {way:.1%}"
     print(line)
 
@@ -151,17 +148,17 @@ def main() -> None:
     options = parser.parse_args()
     preprocessing()
     print()
-    chosen = subjects(None if options.folder is None else Path(options.folder))
-    for subject in chosen:
-        zones(subject)
-    ways = methods()
-    compared = compare(chosen, ways)
-    summary = rows(compared, ways)
+    chosen = cases(None if options.folder is None else Path(options.folder))
+    for case in chosen:
+        zones(case)
+    methods = default_methods()
+    compared = compare(chosen, methods)
+    summary = summarise(compared, methods)
     print(f"\n{markdown_text(compared, summary)}")
     if options.pictures is not None:
         options.pictures.mkdir(parents=True, exist_ok=True)
         shown = chosen[0].recording
-        draw_zones(options.pictures / "zones.png", shown, course(shown.psi))
+        draw_zones(options.pictures / "zones.png", shown, zone_history(shown.psi))
         draw_boxes(options.pictures / "boxes.png", compared, [row.method for row in summary])
 
 

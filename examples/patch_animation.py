@@ -28,10 +28,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, TRACKS
 from symbolic import (
-    Motion,
     Rig,
     TorqueProfile,
     Tyre,
+    WheelMotion,
     deformation_limit,
     lateral_deformation,
     simulate_motion,
@@ -79,7 +79,7 @@ show();
 """
 
 
-def colours(motion: Motion, i: int) -> list[str]:
+def colours(motion: WheelMotion, i: int) -> list[str]:
     """What every bristle does at a sample: it slides, it sticks after having slid, or it never slid."""
     ends = zone_boundaries(float(motion.psi[i]), motion.memory[i], LOAD, RIG, TYRE)
     if not ends.size:
@@ -93,7 +93,7 @@ def colours(motion: Motion, i: int) -> list[str]:
 class Film:
     """The picture, and how a sample of the motion is put into it."""
 
-    def __init__(self, motion: Motion) -> None:
+    def __init__(self, motion: WheelMotion) -> None:
         """Draw what stays."""
         self._motion = motion
         self.figure = Figure(figsize=(10, 4.4), dpi=DPI, layout="constrained", facecolor="white")

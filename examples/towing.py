@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from brushgrip.pictures.style import MEASURED, TRACKS, legend_above, picture
 from identification import Tow, TowedFriction, friction_by_towing
-from reference_rig.towing import Towing, make_tows
+from reference_rig import Towing, make_tows
 
 PLATES = {"steel plate": 1.674, "red emery paper": 1.9003, "black emery paper": 0.6757}
 """The source's coefficients of friction, table 5.1 [1]."""

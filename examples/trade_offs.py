@@ -16,15 +16,14 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
-from brushgrip.pictures.profile import draw_profile
+from brushgrip.pictures import draw_profile
 from identification import Recording, fit, initial_guess
-from identification.fits.covariance import correlation, deviations
+from identification.fits.covariance import correlation, standard_deviations
 from identification.fits.profile import Profile, profile
 from identification.fits.profile_axis import HALF_LENGTH, ModelParameter
-from reference_rig.patch import RigTyre
-from reference_rig.record import make_recording
+from reference_rig import RigTyre, make_recording
+from rig_recordings import as_read
 from symbolic import Model, effects_named
-from tests.identification.factories import as_read
 
 A, K, MU, K_T = 0.045, 2.4e6, 1.3, 400.0
 CASTER = 0.009
@@ -56,7 +55,7 @@ def bristles_or_carcass() -> tuple[Profile, float, float]:
     fitted = fit(model, recordings, initial_guess(model, recordings))
     k, k_t = (fitted.labels.index((None, name)) for name in ("k", "carcass_torsion.k_t"))
     made = profile(model, recordings, fitted.values, ModelParameter(name="k"), STIFFNESSES)
-    spread, correlated = deviations(fitted, recordings), correlation(fitted, recordings)
+    spread, correlated = standard_deviations(fitted, recordings), correlation(fitted, recordings)
     return made, float(spread[k]), float(correlated[k, k_t])
 
 

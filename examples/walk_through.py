@@ -21,8 +21,9 @@ from brushgrip.pictures import draw_loops, draw_residuals, draw_signatures
 from identification import Diagnosis, Recording, diagnose, read_recording
 from identification.fits.covariance import covariance
 from identification.fits.fitting import Fit, fit, torque_range
-from identification.selection.scoring import CLEAR, LONG_BLOCK, STRONG, rmse_of
-from identification.selection.trials import RANKING, freeze, model_of, thinned
+from identification.fits.loss import rmse_of
+from identification.fits.options import FitOptions
+from identification.selection.trials import RANKING, fit_own_parameters, model_of, thin
 from published import measured_folder
 from symbolic import EFFECTS
 
@@ -31,6 +32,7 @@ GROUNDS = {"fem": "steel", "piros": "red emery"}
 """What lay under the tyre, by the beginning of a recording's name."""
 FACTORS = np.linspace(0.7, 1.4, 15)
 """Factors on the stiffness that are tried on each recording [1]."""
+QUICK = FitOptions(tolerance=1e-4)
 PUBLISHED_K = 2.438e6
 """The source's k, from free vibration [N/m^2]."""
 SPOKEN_OF = (
@@ -83,15 +85,15 @@ def grounds_table(found: Diagnosis, recordings: Sequence[Recording]) -> tuple[st
 
     All other shared parameters stay as they are, fitted to all recordings; mu is fitted anew.
     """
-    model = model_of([effect.name for effect in found.effects], RANKING)
-    thin = [thinned(recording) for recording in recordings]
-    fitted = fit(model, thin, found.values, tolerance=1e-4)
+    model = model_of(found.model.effects, RANKING)
+    thinned = [thin(recording) for recording in recordings]
+    fitted = fit(model, thinned, found.values, QUICK)
     lines = [
         "| recording | ground | load [N] | best k over the shared one | error, shared k | best k |",
         "|---|---|---:|---:|---:|---:|",
     ]
     best: dict[str, list[float]] = {ground: [] for ground in GROUNDS.values()}
-    for recording in sorted(thin, key=lambda r: r.name):
+    for recording in sorted(thinned, key=lambda r: r.name):
         ground = next(ground for name, ground in GROUNDS.items() if recording.name.startswith(name))
         errors = np.array([_error_at(fitted, recording, factor) for factor in FACTORS])
         at, least = _vertex(errors)
@@ -108,7 +110,9 @@ def grounds_table(found: Diagnosis, recordings: Sequence[Recording]) -> tuple[st
 def _error_at(fitted: Fit, recording: Recording, factor: float) -> float:
     shared = {**fitted.values.shared, "k": factor * fitted.values.shared["k"]}
     moved = replace(fitted, values=replace(fitted.values, shared=shared))
-    return rmse_of(freeze(moved, [recording], 1e-4).residuals[recording.name]) / torque_range(recording)
+    return rmse_of(
+        fit_own_parameters(moved, [recording], QUICK).residuals[recording.name]
+    ) / torque_range(recording)
 
 
 def _vertex(errors: np.ndarray) -> tuple[float, float]:
@@ -127,8 +131,8 @@ def vibration(found: Diagnosis, training: Sequence[Recording]) -> tuple[str, str
     """
     a, e = 0.045, 0.009
     per_k = 2 * (a**3 / 3 + a * e**2)
-    thin = [thinned(recording) for recording in training]
-    fitted = fit(model_of([effect.name for effect in found.effects], RANKING), thin, found.values)
+    thinned = [thin(recording) for recording in training]
+    fitted = fit(model_of(found.model.effects, RANKING), thinned, found.values)
     k = fitted.values.shared["k"]
     compliance = 1 / (per_k * k)
     slope = np.zeros(len(fitted.labels))
@@ -138,7 +142,7 @@ def vibration(found: Diagnosis, training: Sequence[Recording]) -> tuple[str, str
         # Its coordinate is the compliance.
         compliance += 1 / fitted.values.shared[carcass]
         slope[fitted.labels.index((None, carcass))] = 1
-    spread = np.sqrt(slope @ covariance(fitted, thin) @ slope) / compliance**2
+    spread = np.sqrt(slope @ covariance(fitted, thinned) @ slope) / compliance**2
     return f"{per_k * PUBLISHED_K:.0f}", f"{1 / compliance:.0f} ± {spread:.0f}"
 
 
@@ -179,9 +183,9 @@ def figures(
         "published": published,
         "series": series,
         "count": str(len(EFFECTS)),
-        "clear": f"{CLEAR:g}",
-        "strong": f"{STRONG:g}",
-        "block": f"{LONG_BLOCK:g}",
+        "clear": f"{split.criteria.clear:g}",
+        "strong": f"{split.criteria.strong:g}",
+        "block": f"{split.criteria.long_block:g}",
     }
 
 

@@ -1,16 +1,17 @@
-"""Identification: recordings, parameters by a nonlinear programme, and the missing effect."""
+"""Identification: recordings, parameters by nonlinear programming, and the missing effect."""
 
 from identification.diagnosis import diagnose
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import Fit, Values, fit, initial_guess, signals_of
 from identification.fits.loss import LEAST_SQUARES, Huber, Loss, Squares
-from identification.fits.profile import Profile, profile
+from identification.fits.options import FitOptions
+from identification.fits.profile import LIMIT, Profile, profile
 from identification.free_decay.estimator import identify_free_decay
 from identification.free_decay.recording import Decay, read_decay
-from identification.free_decay.results import FreeDecay
-from identification.learned.learning import learn
+from identification.free_decay.results import FittedVibration, FreeDecay
 from identification.modelfile import FoundModel, model_text, read_model
+from identification.parameter_estimate import ParameterEstimate
 from identification.reading.conditioning import (
     Channel,
     LowPass,
@@ -19,54 +20,63 @@ from identification.reading.conditioning import (
     Resampled,
     Scaled,
     default_pipeline,
+    recording_from_raw,
 )
-from identification.reading.preprocessing import recording_from_raw
+from identification.reading.readers import READERS, Reader
 from identification.reading.recordings import Recording, read_recording
 from identification.reading.rigfile import read_rig
 from identification.reading.smoothing import smoothed_rate
+from identification.reading.table import Table
+from identification.residuals.signals import RESIDUAL_SIGNALS
 from identification.residuals.signatures import Signature, Signatures, signatures
+from identification.residuals.unexplained import Unexplained
 from identification.results import (
     Candidate,
     Diagnosis,
     Errors,
-    Estimate,
     FoundEffect,
-    Learned,
     Series,
-    Unexplained,
 )
+from identification.selection.criteria import SelectionCriteria
 from identification.selection.journal import Journal
 from identification.selection.stepwise_search import search
 from identification.thesis.towing import Tow, TowedFriction, friction_by_towing
 
 __all__ = [
     "LEAST_SQUARES",
+    "LIMIT",
+    "READERS",
+    "RESIDUAL_SIGNALS",
     "Candidate",
     "Channel",
     "Decay",
     "Diagnosis",
     "Errors",
-    "Estimate",
     "Fit",
+    "FitOptions",
+    "FittedVibration",
     "FoundEffect",
     "FoundModel",
     "FreeDecay",
     "Huber",
     "Journal",
-    "Learned",
     "Loss",
     "LowPass",
     "OffsetRemoved",
+    "ParameterEstimate",
     "Pipeline",
     "Profile",
     "Proposal",
+    "Reader",
     "Recording",
     "Resampled",
     "Scaled",
+    "SelectionCriteria",
     "Series",
     "Signature",
     "Signatures",
     "Squares",
+    "Table",
     "Tow",
     "TowedFriction",
     "Unexplained",
@@ -77,7 +87,6 @@ __all__ = [
     "friction_by_towing",
     "identify_free_decay",
     "initial_guess",
-    "learn",
     "model_text",
     "profile",
     "propose",

@@ -1,31 +1,37 @@
-"""What a search comes to: errors, effects with their parameters, what is left, in one result."""
+"""The result of a search: errors, effects with their parameters, unexplained structure."""
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.error_stages import declared_residuals, errors_of, trial_residuals
 from identification.experiments.proposals import Proposal
-from identification.fits.covariance import deviations
+from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit, Values
 from identification.notes import notes_on
+from identification.parameter_estimate import ParameterEstimate
 from identification.reading.recordings import Recording
 from identification.residuals.signatures import Signatures, signatures
 from identification.residuals.unexplained import unexplained
-from identification.results import Candidate, Diagnosis, Estimate, FoundEffect, Series
-from identification.selection.scoring import Array, delta_bic
-from identification.selection.stepwise_search import Step
+from identification.results import Candidate, Diagnosis, FoundEffect, Series
+from identification.selection.criteria import SelectionCriteria, delta_bic
+from identification.selection.stepwise_search import SearchStep
 from identification.selection.trial_runner import Effects
 from identification.selection.trials import Trial
-from symbolic.serialisation import parameter_name
+from symbolic import Effect, parameter_name
+
+Array = NDArray[np.float64]
 
 
-def verdict(
-    steps: Sequence[Step],
+def build_diagnosis(
+    steps: Sequence[SearchStep],
     training: Sequence[Recording],
     holdout: Sequence[Recording],
     left_out: Sequence[Mapping[str, float]],
     proposals: Mapping[Effects, Proposal],
+    candidates: Sequence[Effect],
+    criteria: SelectionCriteria,
 ) -> Diagnosis:
     """The result of a search.
 
@@ -34,17 +40,19 @@ def verdict(
         training: recordings that the shared parameters were fitted to.
         holdout: recordings that judged, may be empty.
         left_out: errors before and after of each training recording left out in turn, or empty.
-        proposals: for a set of effects that was chosen, the experiment to tell it from its rival.
+        proposals: for a set of effects that was chosen, the experiment to distinguish it from its rival.
+        candidates: the effects that the search could choose.
+        criteria: its thresholds.
     """
     everything = [*training, *holdout]
     before, after = steps[0].before, steps[-1].before
     loss = after.fitted.loss
     residuals = [declared_residuals(everything, loss), trial_residuals(before), trial_residuals(after)]
     stages = [
-        errors_of(one, training, holdout, left)
-        for one, left in zip(residuals, ({}, *left_out), strict=True)
+        errors_of(stage, training, holdout, unseen)
+        for stage, unseen in zip(residuals, ({}, *left_out), strict=True)
     ]
-    followed = [_followed(trial, everything) for trial in (before, after)]
+    followed = [_signatures(trial, everything, candidates) for trial in (before, after)]
     estimates = _estimates(after.fitted, training)
     if after.held_out is not None:
         estimates |= _estimates(after.held_out, holdout)
@@ -54,7 +62,7 @@ def verdict(
         declared=stages[0],
         before=stages[1],
         after=stages[2],
-        effects=_found(steps, estimates, training, proposals),
+        effects=_found_effects(steps, estimates, training, proposals),
         candidates=_candidates(steps[0], training),
         unexplained=unexplained(residuals[2], everything, followed[1], loss),
         parameters=estimates,
@@ -64,24 +72,27 @@ def verdict(
         values=_all_values(after.fitted, after.held_out),
         series=_series(everything, holdout, residuals[1], residuals[2]),
         notes=notes_on(stages[1], stages[2], after.fitted),
+        criteria=criteria,
     )
 
 
-def _followed(trial: Trial, recordings: Sequence[Recording]) -> Signatures:
-    """What the residuals of a trial follow."""
+def _signatures(
+    trial: Trial, recordings: Sequence[Recording], candidates: Sequence[Effect]
+) -> Signatures:
+    """Signals that the residuals of a trial follow."""
     fits = [trial.fitted, *([trial.held_out] if trial.held_out else [])]
-    return signatures(trial_residuals(trial), recordings, fits)
+    return signatures(trial_residuals(trial), recordings, fits, candidates)
 
 
-def _candidates(first: Step, recordings: Sequence[Recording]) -> tuple[Candidate, ...]:
+def _candidates(first: SearchStep, recordings: Sequence[Recording]) -> tuple[Candidate, ...]:
     return tuple(
         Candidate(
-            name=trial.effects[-1],
-            summary=trial.fitted.model.effects[-1].summary,
+            name=trial.effects[-1].name,
+            summary=trial.effects[-1].summary,
             holdout_nrmse=trial.nrmse,
             delta_bic=delta_bic(trial.fitted, first.ranked_before.fitted, recordings),
         )
-        for trial in first.tried
+        for trial in first.trials
     )
 
 
@@ -90,11 +101,11 @@ def _all_values(fitted: Fit, held_out: Fit | None) -> Values:
     return Values(shared=fitted.values.shared, own=own)
 
 
-def _estimates(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Estimate]:
+def _estimates(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, ParameterEstimate]:
     """Every fitted parameter with its deviation, in physical units."""
     parameters = {parameter_name(e, p): p for e, p in fitted.model.parameters}
     estimates = {}
-    spread = deviations(fitted, recordings)
+    spread = standard_deviations(fitted, recordings)
     for (recording, name), deviation in zip(fitted.labels, spread, strict=True):
         parameter = parameters[name]
         place = fitted.values.shared if recording is None else fitted.values.own[recording]
@@ -103,42 +114,42 @@ def _estimates(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Estima
             deviation = deviation * value**2
         std = float(deviation) if np.isfinite(deviation) else None
         label = name if recording is None else f"{name} [{recording}]"
-        estimates[label] = Estimate(value=value, std=std, unit=parameter.unit)
+        estimates[label] = ParameterEstimate(value=value, std=std, unit=parameter.unit)
     return estimates | {
-        name: Estimate(value=fitted.values.shared[name], std=None, unit=parameter.unit)
+        name: ParameterEstimate(value=fitted.values.shared[name], std=None, unit=parameter.unit)
         for name, parameter in parameters.items()
-        if parameter.given
+        if parameter.fixed
     }
 
 
-def _found(
-    steps: Sequence[Step],
-    estimates: Mapping[str, Estimate],
+def _found_effects(
+    steps: Sequence[SearchStep],
+    estimates: Mapping[str, ParameterEstimate],
     recordings: Sequence[Recording],
     proposals: Mapping[Effects, Proposal],
 ) -> tuple[FoundEffect, ...]:
-    found = []
+    effects = []
     for step in steps:
-        # Effects that were dropped later are not among the estimates of the final model.
-        if step.chosen is None or step.chosen.effects[-1] not in steps[-1].before.effects:
+        if step.after is None:
             continue
-        effect = step.chosen.fitted.model.effects[-1]
-        if effect.name in step.before.effects:
+        effect = step.after.effects[-1]
+        # Effects that were dropped later are not among the estimates of the final model.
+        if effect not in steps[-1].before.effects or effect in step.before.effects:
             continue
         prefix = f"{effect.name}."
         own = {k.removeprefix(prefix): e for k, e in estimates.items() if k.startswith(prefix)}
-        found.append(
+        effects.append(
             FoundEffect(
                 name=effect.name,
                 summary=effect.summary,
                 parameters=own,
-                holdout_nrmse_after=step.chosen.nrmse,
-                delta_bic=delta_bic(step.chosen.fitted, step.before.fitted, recordings),
-                indistinguishable_from=step.indistinguishable,
-                experiment=proposals.get(step.chosen.effects),
+                holdout_nrmse_after=step.after.nrmse,
+                delta_bic=delta_bic(step.after.fitted, step.before.fitted, recordings),
+                indistinguishable_from=tuple(other.name for other in step.indistinguishable),
+                experiment=proposals.get(step.after.effects),
             )
         )
-    return tuple(found)
+    return tuple(effects)
 
 
 def _series(
@@ -147,11 +158,11 @@ def _series(
     before: Mapping[str, Array],
     after: Mapping[str, Array],
 ) -> tuple[Series, ...]:
-    held = {r.name for r in holdout}
+    held_out = {r.name for r in holdout}
     return tuple(
         Series(
             name=r.name,
-            held_out=r.name in held,
+            held_out=r.name in held_out,
             t=r.t,
             psi=r.psi,
             F_N=r.F_N,

@@ -1,25 +1,24 @@
-"""Close the loop: residual of the declared model, effects that it lacks, errors before and after."""
+"""Diagnosis: residual of the declared model, effects that it lacks, errors before and after."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from identification.build_diagnosis import verdict
+from identification.build_diagnosis import build_diagnosis
 from identification.error_stages import left_out_errors
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss
-from identification.learned.learning import learn
 from identification.reading.recordings import Recording
+from identification.residuals.signals import check_signatures
 from identification.results import Diagnosis
+from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.journal import Journal
-from identification.selection.stepwise_search import Progress, Step, silent, walk
-from identification.selection.trial_runner import Attempts, Effects
+from identification.selection.stepwise_search import Progress, Search, SearchStep, silent
+from identification.selection.trial_runner import Effects, Submit, TrialRunner, workers
 from identification.selection.trials import RANKING, Trial
-from identification.selection.workers import Submit, workers
-from symbolic import InvalidInputError
+from symbolic import EFFECTS, Effect, InvalidInputError, effects_named
 
 LEAST_TRAVEL = 0.01
 """Greatest minus least angle that a diagnosis needs [rad]."""
@@ -29,45 +28,45 @@ def diagnose(
     recordings: Sequence[Recording],
     holdout: Sequence[Recording] = (),
     *,
+    candidates: Iterable[str | Effect] = tuple(EFFECTS),
+    criteria: SelectionCriteria = DEFAULT_CRITERIA,
     loss: Loss = LEAST_SQUARES,
-    learn_rest: bool = False,
     jobs: int | None = None,
     progress: Progress | None = None,
     journal: Journal | None = None,
 ) -> Diagnosis:
-    """Find what the declared model lacks.
+    """Find the effects that the declared model lacks.
 
     Args:
         recordings: training recordings; shared parameters are fitted to these alone.
         holdout: recordings that judge. Every shared parameter stays frozen on them; only mu, torque
             zero and starting twist are refitted. Without any, training recordings are left out in turn.
+        candidates: effects that the search may add: names of the library's, or effects of your own.
+        criteria: thresholds of the search.
         loss: what a residual costs; `Huber` where the torque has outliers.
-        learn_rest: learn a torque from what no effect explains, if there is something, and keep it if it
-            holds on recordings that it was not taught; stated as learned, not as physics.
         jobs: processes for the search; None for one per core.
         progress: called with (what is being done, trials done, trials in this step).
-        journal: where trials are kept, so that a search that was interrupted goes on; None for nowhere.
+        journal: where trials are kept, so that an interrupted search can go on; None for nowhere.
 
     Raises:
-        InvalidInputError: no recording, a name stands twice, or a torque is constant.
+        InvalidInputError: no recording, a name stands twice, a torque is constant, or a candidate is
+            unknown, named twice or declares a signature of an unknown signal.
     """
     everything = [*recordings, *holdout]
     _check(recordings, everything)
+    effects = effects_named(candidates)
+    check_signatures(effects)
     report = progress or silent
     with workers(jobs) as submit:
-        made = Attempts(training=recordings, holdout=holdout, loss=loss, submit=submit, journal=journal)
-        steps = walk(made, report)
+        runner = TrialRunner(
+            training=recordings, holdout=holdout, loss=loss, submit=submit, journal=journal
+        )
+        steps = Search(runner, effects, criteria, report).run()
         trials = steps[0].before, steps[-1].before
         left_out = [_left_out(trial, recordings, holdout, submit, report) for trial in trials]
-        proposals = _proposals(steps, made, report)
-    report("looking at what is left", 0, 1)
-    found = verdict(steps, recordings, holdout, left_out, proposals)
-    if not (learn_rest and found.unexplained.present):
-        return found
-    report("learning what no effect explains", 0, 1)
-    learned = learn(trials[1].fitted, trials[1].held_out, recordings, holdout)
-    notes = (*found.notes, learned.note)
-    return replace(found, learned=learned, model=learned.model, notes=notes)
+        proposals = _proposals(steps, runner, criteria, report)
+    report("correlating the residual with signals", 0, 1)
+    return build_diagnosis(steps, recordings, holdout, left_out, proposals, effects, criteria)
 
 
 def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> None:
@@ -101,20 +100,22 @@ def _left_out(
     return left_out_errors(trial, recordings, submit)
 
 
-def _proposals(steps: Sequence[Step], made: Attempts, report: Progress) -> dict[Effects, Proposal]:
-    """For each set of effects that was chosen, the experiment that tells it from its nearest rival."""
-    wanted = []
+def _proposals(
+    steps: Sequence[SearchStep], runner: TrialRunner, criteria: SelectionCriteria, report: Progress
+) -> dict[Effects, Proposal]:
+    """For each set of effects that was chosen, the experiment to tell it from its nearest rival."""
+    starts = []
     for step in steps:
-        if step.chosen and step.indistinguishable:
+        if step.after and step.indistinguishable:
             nearest = (*step.before.effects, step.nearest_rival)
-            wanted += [(effects, step.start_of(effects)) for effects in (step.chosen.effects, nearest)]
-    if not wanted:
+            starts += [(effects, step.values_of(effects)) for effects in (step.after.effects, nearest)]
+    if not starts:
         return {}
     label = "looking for an experiment that separates rivals"
-    trials = made.together(wanted, RANKING, lambda done: report(label, done, len(wanted)))
+    trials = runner.run_all(starts, RANKING, lambda done: report(label, done, len(starts)))
     fits = [trial.fitted for trial in trials]
-    waiting = {
-        effects: made.submit(propose, found, rival, made.thin_training)
-        for (effects, _), found, rival in zip(wanted[::2], fits[::2], fits[1::2], strict=True)
+    futures = {
+        effects: runner.submit(propose, found, rival, runner.thinned_training, criteria)
+        for (effects, _), found, rival in zip(starts[::2], fits[::2], fits[1::2], strict=True)
     }
-    return {effects: future.result() for effects, future in waiting.items()}
+    return {effects: future.result() for effects, future in futures.items()}

@@ -1,20 +1,23 @@
 """The errors of a model at each stage of a diagnosis: as declared, refitted, with the effects found."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.fits.fitting import Fit, Values, fit, initial_guess, signals_of, torque_range
-from identification.fits.loss import Loss
+from identification.fits.loss import Loss, rmse_of
+from identification.fits.options import FitOptions
 from identification.reading.recordings import Recording
 from identification.results import Errors
-from identification.selection.scoring import Array, rmse_of
-from identification.selection.trials import RANKING, Trial, freeze, model_of, thinned
-from identification.selection.workers import Submit
+from identification.selection.trial_runner import Submit
+from identification.selection.trials import RANKING, Trial, fit_own_parameters, model_of, thin
 from symbolic import simulate
 
-TOLERANCE = 1e-4
-"""Relative tolerance of a fit that leaves one recording out; it begins at the fit of all."""
+Array = NDArray[np.float64]
+WITHOUT_ONE = FitOptions(tolerance=1e-4)
+"""For a fit that leaves one recording out; it begins at the fit of all."""
 
 
 def declared_residuals(recordings: Sequence[Recording], loss: Loss) -> dict[str, Array]:
@@ -25,13 +28,15 @@ def declared_residuals(recordings: Sequence[Recording], loss: Loss) -> dict[str,
         if recording.tyre.mu is None:
             own = initial_guess(model, [recording]).own
             start = Values(shared={"k": recording.tyre.k}, own=own)
-            residuals |= fit(model, [recording], start, free_shared=False, loss=loss).residuals
+            residuals |= fit(
+                model, [recording], start, FitOptions(free_shared=False, loss=loss)
+            ).residuals
         else:
             values = {"mu": recording.tyre.mu, "k": recording.tyre.k}
             theta = np.asarray(model.theta(values)).ravel()
             geometry = np.array([recording.rig.a, recording.rig.e])
-            made = simulate(model, signals_of(recording), theta, geometry, np.eye(theta.size))
-            residuals[recording.name] = made.M_z - recording.M_z
+            simulated = simulate(model, signals_of(recording), theta, geometry, np.eye(theta.size))
+            residuals[recording.name] = simulated.M_z - recording.M_z
     return residuals
 
 
@@ -46,7 +51,7 @@ def errors_of(
     holdout: Sequence[Recording],
     left_out: Mapping[str, float] | None = None,
 ) -> Errors:
-    """The errors that these residuals are."""
+    """The errors of these residuals [N m]."""
     everything = [*training, *holdout]
     rmse = {r.name: rmse_of(residuals[r.name]) for r in everything}
     return Errors(
@@ -66,16 +71,16 @@ def left_out_errors(trial: Trial, recordings: Sequence[Recording], submit: Submi
     """
     if len(recordings) < 2:
         return {}
-    thin = {recording.name: thinned(recording) for recording in recordings}
+    thinned = {recording.name: thin(recording) for recording in recordings}
     futures = {
-        left.name: submit(_left_out, trial, [r for n, r in thin.items() if n != left.name], left)
+        left.name: submit(_left_out, trial, [r for n, r in thinned.items() if n != left.name], left)
         for left in recordings
     }
     return {name: future.result() for name, future in futures.items()}
 
 
 def _left_out(trial: Trial, others: Sequence[Recording], left: Recording) -> float:
-    model, loss = model_of(trial.effects, RANKING), trial.fitted.loss
-    fitted = fit(model, others, trial.fitted.values, tolerance=TOLERANCE, loss=loss)
-    judged: Fit = freeze(fitted, [left], TOLERANCE)
+    model, options = model_of(trial.effects, RANKING), replace(WITHOUT_ONE, loss=trial.fitted.loss)
+    fitted = fit(model, others, trial.fitted.values, options)
+    judged: Fit = fit_own_parameters(fitted, [left], WITHOUT_ONE)
     return rmse_of(judged.residuals[left.name]) / torque_range(left)

@@ -2,13 +2,14 @@
 
 import json
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from identification.reading.files import read_bytes
 from identification.results import Diagnosis
+from symbolic import Effect, FoundModel, model_from_tables, units_of
 from symbolic.parsing import json_of, naming
-from symbolic.serialisation import MODEL_VERSION, FoundModel, effects_tables, model_described, units_of
+from symbolic.serialisation import MODEL_VERSION
 
 __all__ = ["FoundModel", "model_text", "read_model"]
 
@@ -17,7 +18,7 @@ def model_text(diagnosis: Diagnosis) -> str:
     """The content of `model.json` for a diagnosis."""
     content = {
         "version": MODEL_VERSION,
-        **effects_tables(diagnosis.model),
+        "effects": [effect.name for effect in diagnosis.model.effects],
         "shared": _writable(diagnosis.values.shared),
         "recordings": {name: _writable(values) for name, values in diagnosis.values.own.items()},
         "units": units_of(diagnosis.model),
@@ -26,16 +27,20 @@ def model_text(diagnosis: Diagnosis) -> str:
 
 
 def _writable(values: Mapping[str, float]) -> dict[str, float]:
-    """Values as JSON can hold them: an infinite stiffness becomes the largest number there is."""
+    """Values for JSON, which has no infinity: an infinite stiffness becomes the largest number."""
     return {name: min(value, sys.float_info.max) for name, value in values.items()}
 
 
-def read_model(path: Path) -> FoundModel:
+def read_model(path: Path, effects: Iterable[Effect] = ()) -> FoundModel:
     """Read a model file.
+
+    Args:
+        path: the model file.
+        effects: effects beside the library's that it may name.
 
     Raises:
         InvalidInputError: the file is missing, no JSON, or lacks something; one line says what.
     """
     content = read_bytes(path)
     with naming(path):
-        return model_described(json_of(content))
+        return model_from_tables(json_of(content), effects)

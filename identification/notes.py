@@ -1,15 +1,15 @@
-"""What has to be said beside the figures: what got worse, ends of ranges, fits that stopped."""
+"""Remarks on a diagnosis: recordings that got worse, parameters at their bounds, unfinished fits."""
 
 from identification.fits.fitting import Fit
 from identification.results import Errors
-from symbolic.serialisation import parameter_name
+from symbolic import parameter_name
 
 AT_BOUND = 1e-3
 """A parameter is at a bound within this share of its scale [1]."""
 
 
 def notes_on(before: Errors, after: Errors, fitted: Fit) -> tuple[str, ...]:
-    """What a reader of a diagnosis should know of its final model.
+    """Remarks on the final model of a diagnosis.
 
     Args:
         before: errors of the declared structure.
@@ -18,7 +18,7 @@ def notes_on(before: Errors, after: Errors, fitted: Fit) -> tuple[str, ...]:
 
     Returns:
         Sentences without a full stop: recordings that got worse, parameters at the end of their range,
-        a fit that did not finish.
+        a fit that did not converge.
     """
     notes = [
         f"{name} got worse: {before.nrmse[name]:.2%} of range before, {after.nrmse[name]:.2%} after"

@@ -1,4 +1,4 @@
-"""What a diagnosis says: frozen results, and the dictionary that `diagnosis.json` holds."""
+"""The result of a diagnosis: frozen values, and the content of `diagnosis.json`."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,19 +9,13 @@ from numpy.typing import NDArray
 
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import Values
+from identification.parameter_estimate import ParameterEstimate
 from identification.residuals.signatures import Signatures
-from symbolic import LearnedTorque, Model
+from identification.residuals.unexplained import Unexplained
+from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
+from symbolic import Model
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Estimate:
-    """A parameter's value with its standard deviation and unit; std is None where it was not fitted."""
-
-    value: float
-    std: float | None
-    unit: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,7 +38,7 @@ class Errors:
     left_out: Mapping[str, float] = field(default_factory=dict)
 
     def summary(self) -> dict[str, float | None]:
-        """The figures of `diagnosis.json`; None where there is none."""
+        """Averages for `diagnosis.json`; None without recordings to average over."""
         return {
             "left_out_torque_nrmse": _mean(self.left_out, tuple(self.left_out)),
             "torque_rmse": _mean(self.rmse, self.training),
@@ -59,19 +53,19 @@ class FoundEffect:
     """An effect that the search added.
 
     Attributes:
-        name: the effect.
-        summary: it in plain words.
-        parameters: its parameters; a parameter that belongs to recordings stands as "M_0 [fem1]", one
+        name: of the effect.
+        summary: the effect in plain words.
+        parameters: its parameters; one that belongs to a recording has a name like "M_0 [fem1]", one
             that is given and never fitted has no deviation.
         holdout_nrmse_after: judged error once it was added [1].
-        delta_bic: change of the Bayesian information criterion as it was added; negative is better.
-        indistinguishable_from: effects that the judged data cannot tell from it.
-        experiment: what to steer to tell it from the nearest of those; None where there is none.
+        delta_bic: change of the Bayesian information criterion by its addition; negative is better.
+        indistinguishable_from: effects that the judged data cannot distinguish from it.
+        experiment: the manoeuvre that would distinguish it from the nearest of those; None without any.
     """
 
     name: str
     summary: str
-    parameters: Mapping[str, Estimate]
+    parameters: Mapping[str, ParameterEstimate]
     holdout_nrmse_after: float
     delta_bic: float
     indistinguishable_from: tuple[str, ...]
@@ -88,21 +82,13 @@ class Candidate:
     delta_bic: float
 
 
-@dataclass(frozen=True, kw_only=True)
-class Unexplained:
-    """Whether structure is left in the residual, and what shows it, in plain words."""
-
-    present: bool
-    evidence: str
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Series:
     """One recording beside the models, for pictures; arrays of shape (n,).
 
     Attributes:
         name: the recording.
-        held_out: True where its torque did not help to find shared parameters.
+        held_out: True where shared parameters are not fitted to it.
         t: time [s].
         psi: yaw angle [rad].
         F_N: vertical load [N].
@@ -122,47 +108,6 @@ class Series:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Learned:
-    """A torque that was learned, not physics, and whether it is kept.
-
-    Attributes:
-        effect: the learned torque, kept or not.
-        model: the model to go on with: with the learned torque last if it is kept, else without.
-        before: errors of the physics alone.
-        after: errors with the learned torque, parameters of the physics unchanged.
-        left_out: errors over range before and after on training recordings, each left out of the
-            learning in turn [1].
-        residuals: simulated minus measured torque with the learned torque, by recording [N m].
-        decay: weight decay chosen.
-        kept: True where it lowers the error of recordings that it was not trained on.
-        note: what came of it, in plain words.
-    """
-
-    effect: LearnedTorque
-    model: Model
-    before: Errors
-    after: Errors
-    left_out: tuple[float, float]
-    residuals: Mapping[str, Array]
-    decay: float
-    kept: bool
-    note: str
-
-    def to_dict(self) -> dict[str, Any]:
-        """What `diagnosis.json` holds of it."""
-        return {
-            "kept": self.kept,
-            "physics": False,
-            "before": self.before.summary(),
-            "after": self.after.summary(),
-            "left_out_nrmse": {"before": self.left_out[0], "after": self.left_out[1]},
-            "units": self.effect.units,
-            "weight_decay": self.decay,
-            "note": self.note,
-        }
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
 class Diagnosis:
     """The whole result of `diagnose`.
 
@@ -174,16 +119,15 @@ class Diagnosis:
         after: errors with the effects, refitted.
         effects: what was found, in order of selection; empty if nothing is missing.
         candidates: every candidate's first step, best first.
-        unexplained: what is left.
-        learned: a torque learned from that, kept or not; None where it was not asked for or nothing is
-            left. `after` is without it.
+        unexplained: whether the final residual has structure.
         parameters: every parameter of the final model; own ones as "mu [fem1]".
-        signatures_before: what the residual follows before any effect is tried.
-        signatures_after: what is left of that.
+        signatures_before: signals that the residual of the declared structure follows.
+        signatures_after: signals that the final residual follows.
         model: the final model.
         values: its values.
         series: every recording with its curves.
-        notes: sentences that the report should say, such as recordings that got worse.
+        notes: sentences for the report, such as recordings that got worse.
+        criteria: thresholds of the search.
     """
 
     recordings: tuple[str, ...]
@@ -194,14 +138,14 @@ class Diagnosis:
     effects: tuple[FoundEffect, ...]
     candidates: tuple[Candidate, ...]
     unexplained: Unexplained
-    parameters: Mapping[str, Estimate]
+    parameters: Mapping[str, ParameterEstimate]
     signatures_before: Signatures
     signatures_after: Signatures
     model: Model
     values: Values
     series: tuple[Series, ...]
     notes: tuple[str, ...] = ()
-    learned: Learned | None = None
+    criteria: SelectionCriteria = DEFAULT_CRITERIA
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `diagnosis.json`."""
@@ -246,7 +190,6 @@ class Diagnosis:
                 "present": self.unexplained.present,
                 "evidence": self.unexplained.evidence,
             },
-            "learned": self.learned.to_dict() if self.learned else None,
             "parameters": {name: _estimate(e) for name, e in self.parameters.items()},
             "notes": list(self.notes),
         }
@@ -256,7 +199,7 @@ def _mean(figures: Mapping[str, float], names: tuple[str, ...]) -> float | None:
     return float(np.mean([figures[name] for name in names])) if names else None
 
 
-def _estimate(estimate: Estimate) -> dict[str, Any]:
+def _estimate(estimate: ParameterEstimate) -> dict[str, Any]:
     return {"value": estimate.value, "std": estimate.std, "unit": estimate.unit}
 
 

@@ -3,14 +3,14 @@
 from observers.angle_derivative import causal_rate, next_rate
 from observers.ekf import Ekf
 from observers.factory import from_files
-from observers.layout import Layout, State
+from observers.layout import Layout, ObserverState
 from observers.loop import Loop
-from observers.measurement_model import AligningTorque, Sensing
+from observers.measurement_model import AligningTorque, MeasurementModel
 from observers.mhe import Mhe
 from observers.protocol import SAMPLE, BatchObserver, Estimate, Estimates, Observer, Sample, Status
 from observers.run import run
 from observers.steering_torque import SteeringTorque
-from observers.thesis.zone_history import Course, course
+from observers.thesis.zone_history import ZoneHistory, zone_history
 from observers.thesis.zone_root_solver import ZoneRootSolver, ZoneRootState
 from observers.tuning import STATES, Tuning
 from observers.udu import covariance_of
@@ -20,26 +20,26 @@ __all__ = [
     "STATES",
     "AligningTorque",
     "BatchObserver",
-    "Course",
     "Ekf",
     "Estimate",
     "Estimates",
     "Layout",
     "Loop",
+    "MeasurementModel",
     "Mhe",
     "Observer",
+    "ObserverState",
     "Sample",
-    "Sensing",
-    "State",
     "Status",
     "SteeringTorque",
     "Tuning",
+    "ZoneHistory",
     "ZoneRootSolver",
     "ZoneRootState",
     "causal_rate",
-    "course",
     "covariance_of",
     "from_files",
     "next_rate",
     "run",
+    "zone_history",
 ]

@@ -9,9 +9,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.compiled_step import Stepper, first_sample, run_stretches
-from observers.layout import Layout, State, named
-from observers.measurement_model import CLEAN, RIG, SENSIBLE, AligningTorque, Sensing
+from observers.compiled_step import CompiledStep, first_sample, run_stretches
+from observers.layout import Layout, ObserverState, named
+from observers.measurement_model import CLEAN, RIG, SENSIBLE, AligningTorque, MeasurementModel
 from observers.patch_update import tyre
 from observers.protocol import Estimate, Sample, Status
 from observers.tuning import BELIEFS, Tuning
@@ -31,7 +31,7 @@ class ModelObserver:
         values: every parameter of the model but mu, by name (`k`, `effect.parameter`).
         rig: geometry; J_A and b_t too where the steering torque is measured.
         tuning: prior and noises.
-        sensing: which torque is measured, and which states there are beside mu.
+        measurement_model: which torque is measured, and which states there are beside mu.
 
     Raises:
         InvalidInputError: a parameter is missing or out of bounds, or the rig lacks one.
@@ -41,7 +41,7 @@ class ModelObserver:
     values: Mapping[str, float]
     rig: Rig
     tuning: Tuning = field(default_factory=Tuning)
-    sensing: Sensing = field(default_factory=AligningTorque)
+    measurement_model: MeasurementModel = field(default_factory=AligningTorque)
 
     def __post_init__(self) -> None:
         """Check the parameters, the rig, and that they go together."""
@@ -50,24 +50,24 @@ class ModelObserver:
                 raise InvalidInputError(
                     f"{name} must be a {kind.__name__}, got {type(getattr(self, name)).__name__}"
                 )
-        if isinstance(self.sensing, type) or not hasattr(self.sensing, "reading"):
+        if isinstance(self.measurement_model, type) or not hasattr(self.measurement_model, "reading"):
             raise InvalidInputError(
-                "sensing must be AligningTorque(...) or SteeringTorque(...), with brackets,"
-                f" got {self.sensing!r}"
+                "measurement_model must be AligningTorque(...) or SteeringTorque(...), with brackets,"
+                f" got {self.measurement_model!r}"
             )
         sensors = [effect.name for effect in self.model.effects if effect.sensor]
-        if self.sensing.turns and sensors:
+        if self.measurement_model.turns and sensors:
             raise InvalidInputError(
                 f"the model's {sensors[0]} belongs to the channel of the aligning torque, which is not"
                 " measured here; leave the effect out"
             )
         self.model.theta({**self.values, "mu": self.tuning.mu})
-        self.sensing.check(self.rig)
+        self.measurement_model.check(self.rig)
 
     @property
     def states(self) -> tuple[str, ...]:
         """Names of the states, in the order of `state["x"]`."""
-        return self.sensing.states
+        return self.measurement_model.states
 
     @property
     def layout(self) -> Layout:
@@ -94,16 +94,16 @@ class ModelObserver:
         rig = [float("nan") if (v := getattr(self.rig, name)) is None else v for name in RIG]
         return np.concatenate([theta.full().ravel(), rig, self.tuning.beliefs])
 
-    def step(self, state: State, sample: Sample) -> State:
+    def step(self, state: ObserverState, sample: Sample) -> ObserverState:
         """The state after one more sample; the state given is not changed."""
         if state.values.size != self._size:
             raise InvalidInputError(
                 f"the state has {state.values.size} numbers, this observer's has {self._size};"
                 " it belongs to another observer"
             )
-        return State(self._stepper(state.values, sample), state.layout)
+        return ObserverState(self._compiled_step(state.values, sample), state.layout)
 
-    def estimate(self, state: State) -> Estimate:
+    def estimate(self, state: ObserverState) -> Estimate:
         """What the state says of mu."""
         mu, std, predicted, status = state["said"].tolist()
         return Estimate(
@@ -120,7 +120,7 @@ class ModelObserver:
         mu, std, predicted, status = run_stretches(self.stretch, start, samples, self.constants)
         return np.vstack([mu, std, predicted, self.tuning.informed(mu, std), status])
 
-    def init(self, first: Sample) -> State:
+    def init(self, first: Sample) -> ObserverState:
         """The state before the first sample, whose angle says where the patch stands at rest."""
         raise NotImplementedError
 
@@ -129,12 +129,12 @@ class ModelObserver:
         return self.layout.size
 
     @cached_property
-    def _stepper(self) -> Stepper:
-        return Stepper(self.function, self.constants)
+    def _compiled_step(self) -> CompiledStep:
+        return CompiledStep(self.function, self.constants)
 
     def __getstate__(self) -> dict[str, Any]:
         """Without what cannot be pickled and is made anew."""
-        made = ("_stepper", "constants")
+        made = ("_compiled_step", "constants")
         return {name: value for name, value in self.__dict__.items() if name not in made}
 
     def _start(self, first: Sample) -> dict[str, Array | float]:
@@ -148,15 +148,15 @@ class ModelObserver:
         theta = self.model.theta({**self.values, "mu": self.tuning.mu})
         geometry = ca.DM([self.rig.a, self.rig.e])
         signals = ca.DM([first.psi, rate, first.F_N, first.dt])
-        memory = self.model.start(signals, theta, geometry).full().ravel()
+        memory = self.model.initial(signals, theta, geometry).full().ravel()
         slide = float(full_slide_torque(first.F_N, self.rig.a))
-        prior = self.sensing.prior(self.tuning, first, slide)
+        prior = self.measurement_model.prior(self.tuning, first, slide)
         mean, std = np.array([prior[name] for name in self.states]).T
         last = dict.fromkeys(CLEAN, 0.0) | {"psi": first.psi, "F_N": first.F_N}
         return {
             "memory": memory.reshape(-1, 1),
             "carried": 0.0,
-            "held_at": np.array([[self.tuning.mu], [1.0]])[: len(tyre(self.sensing))],
+            "held_at": np.array([[self.tuning.mu], [1.0]])[: len(tyre(self.measurement_model))],
             "x": mean.reshape(-1, 1),
             "factor": np.diag(std**2),
             "last": np.array([[last[name]] for name in CLEAN]),
@@ -191,7 +191,7 @@ def flags(**conditions: ca.MX) -> ca.MX:
     return total
 
 
-def projected(sensing: Sensing, x: ca.MX, beliefs: ca.MX) -> ca.MX:
+def projected(measurement_model: MeasurementModel, x: ca.MX, beliefs: ca.MX) -> ca.MX:
     """The states, one column a sample, with mu on its bounds where it is beyond, k off nonsense."""
     belief = named(BELIEFS, beliefs)
     bounds: dict[str, tuple[Any, Any]] = {
@@ -200,7 +200,7 @@ def projected(sensing: Sensing, x: ca.MX, beliefs: ca.MX) -> ca.MX:
     }
     rows = [
         ca.fmax(bounds[name][0], ca.fmin(bounds[name][1], x[i, :])) if name in bounds else x[i, :]
-        for i, name in enumerate(sensing.states)
+        for i, name in enumerate(measurement_model.states)
     ]
     return ca.vertcat(*rows)
 

@@ -13,7 +13,7 @@ STRETCH = 100
 """Samples in one call; a recording is padded to a multiple of it."""
 
 
-class Stepper(threading.local):
+class CompiledStep(threading.local):
     """Calls (state, sample, constants) -> (state_next, ...) on buffers of its own, one set a thread."""
 
     def __init__(self, function: ca.Function, constants: Array) -> None:

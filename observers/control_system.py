@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observers.base import ModelObserver
-from observers.layout import State
+from observers.layout import ObserverState
 from observers.protocol import Estimate, Sample
 from symbolic import InvalidInputError
 
@@ -45,15 +45,17 @@ def as_system(
             f"as_system needs an observer whose state is one vector, Ekf or Mhe, got"
             f" {type(observer).__name__}; use observers.Loop or observers.run"
         )
-    channels = ("psi", "F_N", "M") if observer.sensing.turns else ("psi", "psi_dot", "F_N", "M_z")
+    channels = (
+        ("psi", "F_N", "M") if observer.measurement_model.turns else ("psi", "psi_dot", "F_N", "M_z")
+    )
     nothing = {"psi": np.nan, "psi_dot": np.nan, "F_N": np.nan}
     start = observer.init(first)
 
-    def held(x: Array) -> State:
+    def held(x: Array) -> ObserverState:
         # What is said of mu is positive in every state: zeros mean that nothing has happened yet.
-        return State(x, start.layout) if x.any() else start
+        return ObserverState(x, start.layout) if x.any() else start
 
-    def stepped(x: Array, u: Array) -> State:
+    def stepped(x: Array, u: Array) -> ObserverState:
         given = nothing | dict(zip(channels, u.tolist(), strict=True))
         return observer.step(held(x), Sample(dt=first.dt, **given))
 

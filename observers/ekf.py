@@ -1,4 +1,4 @@
-"""Extended Kalman filter for ln mu and, as the sensing has it, torque zero, stiffness, angle and rate.
+"""Extended Kalman filter for ln mu and, as measured, torque zero, stiffness, angle and rate.
 
 The memory of the patch is not filtered: `observers.patch_update` says how it follows the states. The
 filter knows nothing of tyres: M_z and its derivatives are the model's.
@@ -25,7 +25,7 @@ from observers.base import (
 )
 from observers.compiled_step import build_stretch
 from observers.innovation_gate import COUNTS, build_gate, huber_share
-from observers.layout import Layout, State
+from observers.layout import Layout, ObserverState
 from observers.linearisation import (
     build_clean,
     build_measured,
@@ -34,7 +34,7 @@ from observers.linearisation import (
     build_reading,
     directions,
 )
-from observers.measurement_model import CLEAN, Sensing
+from observers.measurement_model import CLEAN, MeasurementModel
 from observers.patch_update import (
     build_meeting,
     by_states,
@@ -73,38 +73,38 @@ class Ekf(ModelObserver):
                 f"iterations must be a whole number of at least 1, got {self.iterations}"
             )
 
-    def init(self, first: Sample) -> State:
+    def init(self, first: Sample) -> ObserverState:
         """The state before the first sample, whose angle says where the patch stands at rest."""
-        return State(self.layout.pack(self._start(first)), self.layout)
+        return ObserverState(self.layout.pack(self._start(first)), self.layout)
 
     @property
     def layout(self) -> Layout:
         """The parts of a state."""
-        return layout(self.model, self.sensing)
+        return layout(self.model, self.measurement_model)
 
     @property
     def function(self) -> ca.Function:
         """One sample, compiled; see `ModelObserver.function`."""
-        return _compiled_step(self.model, self.sensing, self.iterations)
+        return _compiled_step(self.model, self.measurement_model, self.iterations)
 
     @property
     def stretch(self) -> ca.Function:
         """Many samples, compiled; see `ModelObserver.stretch`."""
-        return _compiled_stretch(self.model, self.sensing, self.iterations)
+        return _compiled_stretch(self.model, self.measurement_model, self.iterations)
 
 
 @cache
-def layout(model: Model, sensing: Sensing) -> Layout:
+def layout(model: Model, measurement_model: MeasurementModel) -> Layout:
     """The parts of the filter's state."""
-    n = len(sensing.states)
+    n = len(measurement_model.states)
     return Layout(
         (
-            *history_fields(model, sensing),
+            *history_fields(model, measurement_model),
             ("x", n, 1),
             ("factor", n, n),
             ("last", len(CLEAN), 1),
             ("M_z", 1, 1),
-            ("slopes", len(directions(sensing)), 1),
+            ("slopes", len(directions(measurement_model)), 1),
             ("counts", len(COUNTS), 1),
             ("said", len(SAID), 1),
         )
@@ -112,36 +112,36 @@ def layout(model: Model, sensing: Sensing) -> Layout:
 
 
 @cache
-def _compiled_step(model: Model, sensing: Sensing, iterations: int) -> ca.Function:
-    return compiled(build_step(model, sensing, iterations))
+def _compiled_step(model: Model, measurement_model: MeasurementModel, iterations: int) -> ca.Function:
+    return compiled(build_step(model, measurement_model, iterations))
 
 
 @cache
-def _compiled_stretch(model: Model, sensing: Sensing, iterations: int) -> ca.Function:
-    return compiled(build_stretch(build_step(model, sensing, iterations)))
+def _compiled_stretch(model: Model, measurement_model: MeasurementModel, iterations: int) -> ca.Function:
+    return compiled(build_stretch(build_step(model, measurement_model, iterations)))
 
 
 @cache
-def build_step(model: Model, sensing: Sensing, iterations: int = 1) -> ca.Function:
+def build_step(model: Model, measurement_model: MeasurementModel, iterations: int = 1) -> ca.Function:
     """One sample of the filter: (state, sample, constants) -> (state_next, said)."""
-    parts = layout(model, sensing)
+    parts = layout(model, measurement_model)
     state, sample = ca.MX.sym("state", parts.size), ca.MX.sym("sample", len(SAMPLE))
     constants = ca.MX.sym("constants", constants_size(model))
     before = parts.split(state)
     theta, rig, beliefs = split_constants(model, constants)
-    now, held = build_clean(sensing)(sample, before["last"])
-    motion = build_motion(sensing)
+    now, held = build_clean(measurement_model)(sample, before["last"])
+    motion = build_motion(measurement_model)
     x, A, Q, _ = motion(before["x"], before["M_z"], before["slopes"], before["last"], now, rig, beliefs)
-    share = kept_share(sensing, covariance(before["factor"]), Q, before["x"])
-    history = [before[name] for name, *_ in history_fields(model, sensing)]
-    if carries(model, sensing):
+    share = kept_share(measurement_model, covariance(before["factor"]), Q, before["x"])
+    history = [before[name] for name, *_ in history_fields(model, measurement_model)]
+    if carries(model, measurement_model):
         history[1] = history[1] @ share
-    factor = build_moved(len(sensing.states))(before["factor"], A, Q)
-    read, measure = build_reading(sensing), build_measured(len(sensing.states))
+    factor = build_moved(len(measurement_model.states))(before["factor"], A, Q)
+    read, measure = build_reading(measurement_model), build_measured(len(measurement_model.states))
 
-    meet = partial(_met, model, sensing, history, now, theta, rig)
+    meet = partial(_met, model, measurement_model, history, now, theta, rig)
     # Where the angle is measured the patch follows it when it is corrected; else it is what is measured.
-    met = before if sensing.turns else meet(x)
+    met = before if measurement_model.turns else meet(x)
     innovation, H, weight, expected, ordinary = read(x, met["M_z"], met["slopes"], now, rig, beliefs)
     left_open = ca.dot(H, covariance(factor) @ H)
     verdict = build_gate()(innovation, left_open, weight, ordinary, before["counts"], beliefs)
@@ -153,17 +153,17 @@ def build_step(model: Model, sensing: Sensing, iterations: int = 1) -> ca.Functi
     left_open = left_open + change * H[0] ** 2
     weight = weight * believed * huber_share(innovation, ordinary, left_open)
     after, K, _ = measure(factor, H, weight)
-    corrected = projected(sensing, x + K * innovation, beliefs)
-    for _ in range(0 if sensing.turns else iterations - 1):
+    corrected = projected(measurement_model, x + K * innovation, beliefs)
+    for _ in range(0 if measurement_model.turns else iterations - 1):
         met = meet(corrected)
         innovation, H, *_ = read(corrected, met["M_z"], met["slopes"], now, rig, beliefs)
         after, K, _ = measure(factor, H, weight)
         innovation = innovation - ca.dot(H, x - corrected)
-        corrected = projected(sensing, x + K * innovation, beliefs)
-    if sensing.turns:
+        corrected = projected(measurement_model, x + K * innovation, beliefs)
+    if measurement_model.turns:
         met = meet(corrected)
         expected = met["M_z"]
-    if carries(model, sensing):
+    if carries(model, measurement_model):
         # What the old ground did to the patch says nothing of the new one.
         met["carried"] = ca.if_else(reset, known / (known + change), 1) * met["carried"]
     status = flags(
@@ -183,7 +183,7 @@ def build_step(model: Model, sensing: Sensing, iterations: int = 1) -> ca.Functi
 
 def _met(
     model: Model,
-    sensing: Sensing,
+    measurement_model: MeasurementModel,
     history: list[ca.MX],
     now: ca.MX,
     theta: ca.MX,
@@ -191,8 +191,10 @@ def _met(
     x: ca.MX,
 ) -> dict[str, ca.MX]:
     """What comes of the patch meeting the sample `now` at the states x: history, M_z and its slopes."""
-    meeting = build_meeting(model, sensing)
-    made = meeting(*history, signals_of(sensing, x, now), tyre_of(sensing, x), theta, rig[:2])
+    meeting = build_meeting(model, measurement_model)
+    made = meeting(
+        *history, signals_of(measurement_model, x, now), tyre_of(measurement_model, x), theta, rig[:2]
+    )
     names = (name.removesuffix("_next") for name in meeting.name_out())
     met = dict(zip(names, made, strict=True))
-    return {**met, "slopes": by_states(sensing, met["slopes"], x)}
+    return {**met, "slopes": by_states(measurement_model, met["slopes"], x)}

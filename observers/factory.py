@@ -1,21 +1,33 @@
 """An observer from the files that describe rig and model."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
 from observers.ekf import Ekf
 from observers.mhe import Mhe
-from symbolic.errors import InvalidInputError
-from symbolic.model import Model
-from symbolic.parameters import Rig, Tyre
+from symbolic import (
+    Effect,
+    FoundModel,
+    InvalidInputError,
+    Model,
+    Rig,
+    Tyre,
+    model_from_tables,
+    rig_from_tables,
+)
 from symbolic.parsing import json_of, naming, toml_of
-from symbolic.serialisation import FoundModel, model_described, rig_described
 
 Kind = TypeVar("Kind", Ekf, Mhe)
 
 
 def from_files(
-    kind: type[Kind], rig: str | Path, model: str | Path | None = None, **settings: Any
+    kind: type[Kind],
+    rig: str | Path,
+    model: str | Path | None = None,
+    *,
+    effects: Iterable[Effect] = (),
+    **settings: Any,
 ) -> Kind:
     """A ready observer: the rig of a rig file, the declared model with its k, or a model that was found.
 
@@ -25,40 +37,50 @@ def from_files(
             b_t are needed where the steering torque is measured, mu is not used.
         model: the model file that `brushgrip diagnose` writes, whose k goes before that of the rig; None
             for the declared model. What belongs to one recording alone, as a torque zero, stays neutral.
-        settings: further fields of the observer, such as `tuning` and `sensing`.
+        effects: effects beside the library's that the model file may name.
+        settings: further fields of the observer, such as `tuning` and `measurement_model`.
 
     Raises:
         InvalidInputError: a file cannot be read, or holds what it must not, such as a value out of range
             or in another unit; or a setting is out of range. One line says which.
     """
     geometry, tyre = read_rig_file(rig)
-    if "sensing" in settings:
+    if "measurement_model" in settings:
         with naming(rig):
-            settings["sensing"].check(geometry)
+            settings["measurement_model"].check(geometry)
     found = FoundModel(model=Model(), shared={"k": tyre.k}, own={})
     if model is not None:
-        found = read_model_file(model)
-    return kind(model=found.coming_model(), values=found.coming_values(), rig=geometry, **settings)
+        found = read_model_file(model, effects)
+    return kind(
+        model=found.model_for_estimation(),
+        values=found.values_for_estimation(),
+        rig=geometry,
+        **settings,
+    )
 
 
 def read_rig_file(path: str | Path) -> tuple[Rig, Tyre]:
-    """Rig and tyre of a rig file, see `symbolic.serialisation.rig_described`.
+    """Rig and tyre of a rig file, see `symbolic.serialisation.rig_from_tables`.
 
     Raises:
         InvalidInputError: the file cannot be read or is no rig file; one line says what is wrong.
     """
     with naming(path):
-        return rig_described(toml_of(_content(path)))
+        return rig_from_tables(toml_of(_content(path)))
 
 
-def read_model_file(path: str | Path) -> FoundModel:
-    """Model and values of a model file, see `symbolic.serialisation.model_described`.
+def read_model_file(path: str | Path, effects: Iterable[Effect] = ()) -> FoundModel:
+    """Model and values of a model file, see `symbolic.serialisation.model_from_tables`.
+
+    Args:
+        path: the model file.
+        effects: effects beside the library's that it may name.
 
     Raises:
         InvalidInputError: the file cannot be read or is no model file; one line says what is wrong.
     """
     with naming(path):
-        return model_described(json_of(_content(path)))
+        return model_from_tables(json_of(_content(path)), effects)
 
 
 def _content(path: str | Path) -> bytes:

@@ -25,7 +25,7 @@ def build_gate() -> ca.Function:
     """(innovation, open, weight, ordinary, counts, beliefs) -> (believed, reset, run, counts_next).
 
     open is the part of the innovation's variance that the states leave open, H P H'; weight 0 where
-    nothing was measured; ordinary as in `Reading`. believed and reset are 0 or 1; run is how many
+    nothing was measured; ordinary as in `Measurement`. believed and reset are 0 or 1; run is how many
     samples in a row, this one included, lie beyond the gate.
     """
     names = ["innovation", "open", "weight", "ordinary"]

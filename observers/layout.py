@@ -64,7 +64,7 @@ class Layout:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class State:
+class ObserverState:
     """What an observer knows after a sample, an immutable value; read its parts as `state["x"]`.
 
     Attributes:

@@ -41,7 +41,7 @@ CLEAN = (*SAMPLE, "lost")
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reading:
+class Measurement:
     """What a sample measures.
 
     Attributes:
@@ -57,7 +57,7 @@ class Reading:
     ordinary: Expression
 
 
-class Sensing(Hashable, Protocol):
+class MeasurementModel(Hashable, Protocol):
     """A way of hearing friction; written for casadi expressions throughout."""
 
     @property
@@ -82,7 +82,7 @@ class Sensing(Hashable, Protocol):
     ) -> tuple[Parts, Parts]:
         """The states at the sample `now`, and the variances of what disturbs them on the way."""
 
-    def reading(self, x: Parts, M_z: Expression, now: Parts, rig: Parts, beliefs: Parts) -> Reading:
+    def reading(self, x: Parts, M_z: Expression, now: Parts, rig: Parts, beliefs: Parts) -> Measurement:
         """What the sample `now` measures."""
 
 
@@ -178,10 +178,10 @@ class AligningTorque:
         del M_z, last
         return walk(x, full_slide_torque(now["F_N"], rig["a"]), now["dt"], beliefs)
 
-    def reading(self, x: Parts, M_z: Expression, now: Parts, rig: Parts, beliefs: Parts) -> Reading:
+    def reading(self, x: Parts, M_z: Expression, now: Parts, rig: Parts, beliefs: Parts) -> Measurement:
         """The aligning torque with the zero of its channel [N m]."""
         slide = full_slide_torque(now["F_N"], rig["a"])
-        return Reading(
+        return Measurement(
             expected=M_z + x.get("M_0", 0),
             measured=now["M_z"],
             precision=ca.fmin(now["dt"], LONGEST) / (REFERENCE_STEP * (beliefs["noise"] * slide) ** 2),

@@ -1,4 +1,4 @@
-"""Moving-horizon estimator for mu and, as the sensing has it, torque zero, stiffness, angle and rate.
+"""Moving-horizon estimator for mu and, as measured, torque zero, stiffness, angle and rate.
 
 It believes what the filter believes, of the same states, but fits those of the last N samples at once:
 what a sample says is judged anew at the states that later samples lead to, where the filter judged it
@@ -18,8 +18,8 @@ import numpy as np
 
 from observers.base import ModelObserver
 from observers.compiled_step import build_stretch
-from observers.layout import Layout, State
-from observers.measurement_model import CLEAN, Sensing
+from observers.layout import Layout, ObserverState
+from observers.measurement_model import CLEAN, MeasurementModel
 from observers.mhe_step import build_window_step, layout
 from observers.mhe_terms import ROWS
 from observers.protocol import Sample
@@ -50,7 +50,7 @@ class Mhe(ModelObserver):
             if not (isinstance(value, int) and value >= 1):
                 raise InvalidInputError(f"{name} must be a whole number of at least 1, got {value}")
 
-    def init(self, first: Sample) -> State:
+    def init(self, first: Sample) -> ObserverState:
         """The state before the first sample: an empty window, the patch at rest at its angle."""
         start = self._start(first)
         empty = np.zeros((len(ROWS), 1))
@@ -64,29 +64,33 @@ class Mhe(ModelObserver):
             "mean": start["x"],
             "P_newest": start["factor"],
         })  # fmt: skip
-        return State(values, self.layout)
+        return ObserverState(values, self.layout)
 
     @property
     def layout(self) -> Layout:
         """The parts of a state."""
-        return layout(self.model, self.sensing, self.window)
+        return layout(self.model, self.measurement_model, self.window)
 
     @property
     def function(self) -> ca.Function:
         """One sample, compiled; see `ModelObserver.function`."""
-        return _compiled_step(self.model, self.sensing, self.window, self.iterations)
+        return _compiled_step(self.model, self.measurement_model, self.window, self.iterations)
 
     @property
     def stretch(self) -> ca.Function:
         """Many samples, compiled; see `ModelObserver.stretch`."""
-        return _compiled_stretch(self.model, self.sensing, self.window, self.iterations)
+        return _compiled_stretch(self.model, self.measurement_model, self.window, self.iterations)
 
 
 @cache
-def _compiled_step(model: Model, sensing: Sensing, window: int, iterations: int) -> ca.Function:
-    return compiled(build_window_step(model, sensing, window, iterations))
+def _compiled_step(
+    model: Model, measurement_model: MeasurementModel, window: int, iterations: int
+) -> ca.Function:
+    return compiled(build_window_step(model, measurement_model, window, iterations))
 
 
 @cache
-def _compiled_stretch(model: Model, sensing: Sensing, window: int, iterations: int) -> ca.Function:
-    return compiled(build_stretch(build_window_step(model, sensing, window, iterations)))
+def _compiled_stretch(
+    model: Model, measurement_model: MeasurementModel, window: int, iterations: int
+) -> ca.Function:
+    return compiled(build_stretch(build_window_step(model, measurement_model, window, iterations)))

@@ -37,7 +37,7 @@ from observers.base import (
 from observers.innovation_gate import COUNTS, build_gate
 from observers.layout import Layout
 from observers.linearisation import build_clean, build_reading
-from observers.measurement_model import CLEAN, Sensing
+from observers.measurement_model import CLEAN, MeasurementModel
 from observers.mhe_solver import build_smoother
 from observers.mhe_terms import ROWS, Horizon
 from observers.patch_history import Recall
@@ -47,12 +47,12 @@ from symbolic import Model
 
 
 @cache
-def layout(model: Model, sensing: Sensing, window: int) -> Layout:
+def layout(model: Model, measurement_model: MeasurementModel, window: int) -> Layout:
     """The parts of the estimator's state."""
-    n = len(sensing.states)
+    n = len(measurement_model.states)
     return Layout(
         (
-            *Recall(model=model, sensing=sensing, window=window).fields,
+            *Recall(model=model, measurement_model=measurement_model, window=window).fields,
             ("samples", len(ROWS), window),
             ("x", n, window),
             ("mean", n, 1),
@@ -65,31 +65,35 @@ def layout(model: Model, sensing: Sensing, window: int) -> Layout:
 
 
 @cache
-def build_window_step(model: Model, sensing: Sensing, window: int, iterations: int) -> ca.Function:
+def build_window_step(
+    model: Model, measurement_model: MeasurementModel, window: int, iterations: int
+) -> ca.Function:
     """One sample of the estimator: (state, sample, constants) -> (state_next, said)."""
-    parts = layout(model, sensing, window)
+    parts = layout(model, measurement_model, window)
     state, sample = ca.MX.sym("state", parts.size), ca.MX.sym("sample", len(SAMPLE))
     constants = ca.MX.sym("constants", constants_size(model))
     before = parts.split(state)
-    recall = Recall(model=model, sensing=sensing, window=window)
+    recall = Recall(model=model, measurement_model=measurement_model, window=window)
     horizon = Horizon(recall, *split_constants(model, constants))
     beliefs = horizon.beliefs
-    now, held = build_clean(sensing)(sample, before["samples"][: len(CLEAN), -1])
+    now, held = build_clean(measurement_model)(sample, before["samples"][: len(CLEAN), -1])
     samples = ca.horzcat(before["samples"], ca.vertcat(now, 1, 0))
     mean, factor = horizon.leave(before, samples)
     newest, P, share = horizon.predict(before, samples)
     x, samples = ca.horzcat(before["x"][:, 1:], newest), samples[:, 1:]
     # Where the angle is measured the patch follows it when it is corrected; else it is what is measured.
     history = (
-        recall.without_oldest(before) if sensing.turns else horizon.enter(before, share, now, newest)
+        recall.without_oldest(before)
+        if measurement_model.turns
+        else horizon.enter(before, share, now, newest)
     )
     M_z, slopes = horizon.torques(history, x)
-    read = build_reading(sensing)(newest, M_z[-1], slopes[:, -1], now, horizon.rig, beliefs)
+    read = build_reading(measurement_model)(newest, M_z[-1], slopes[:, -1], now, horizon.rig, beliefs)
     innovation, H, weight, expected, ordinary = read
     verdict = build_gate()(innovation, ca.dot(H, P @ H), weight, ordinary, before["counts"], beliefs)
     believed, reset, run, counts = verdict
     # A memory made under the old friction does not fit samples of the new ground: then they stay out.
-    again = 1 if carries(model, sensing) else run
+    again = 1 if carries(model, measurement_model) else run
     samples = _believe(samples, believed, reset, again, beliefs)
     # Nothing comes before the window's oldest sample: a change there comes in with the arrival.
     factor[0, 0] += ca.if_else(again >= window, reset * prior_variance(beliefs), 0)
@@ -97,9 +101,9 @@ def build_window_step(model: Model, sensing: Sensing, window: int, iterations: i
         last = x
         M_z, slopes = horizon.torques(history, x) if i > 0 else (M_z, slopes)
         terms = horizon.terms(samples, x, M_z, slopes)
-        x, P = build_smoother(len(sensing.states), window)(mean, factor, *terms)
-        x = projected(sensing, x, beliefs)
-    if sensing.turns:
+        x, P = build_smoother(len(measurement_model.states), window)(mean, factor, *terms)
+        x = projected(measurement_model, x, beliefs)
+    if measurement_model.turns:
         history = horizon.enter(before, share, now, x[:, -1])
         expected, _ = horizon.of_newest(history, x)
     status = flags(

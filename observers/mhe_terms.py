@@ -11,7 +11,7 @@ import casadi as ca
 from observers.base import prior_variance, projected
 from observers.innovation_gate import huber_share
 from observers.linearisation import build_motion, build_reading, directions
-from observers.measurement_model import CLEAN, Sensing
+from observers.measurement_model import CLEAN, MeasurementModel
 from observers.mhe_solver import build_update
 from observers.patch_history import Kept, Recall
 from observers.patch_update import kept_share
@@ -31,28 +31,28 @@ class Horizon:
     beliefs: ca.MX
 
     @property
-    def sensing(self) -> Sensing:
+    def measurement_model(self) -> MeasurementModel:
         """What is measured."""
-        return self.recall.sensing
+        return self.recall.measurement_model
 
     def leave(self, before: Kept, samples: ca.MX) -> tuple[ca.MX, ca.MX]:
         """Arrival without the oldest sample, which is measured once more, now for good."""
         oldest = before["x"][:, 0]
         M_z, slopes = self.recall.torques(before, oldest, self.theta, self.rig)
         terms = self.terms(samples[:, :2], oldest, M_z, slopes)
-        update = build_update(len(self.sensing.states))
+        update = build_update(len(self.measurement_model.states))
         mean, factor, *_ = update(before["mean"], before["factor"], *terms)
-        return projected(self.sensing, mean, self.beliefs), factor
+        return projected(self.measurement_model, mean, self.beliefs), factor
 
     def predict(self, before: Kept, samples: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
         """The states where the motion takes the newest, their covariance, and what its walk leaves."""
         x, P = before["x"][:, -1], before["P_newest"]
         M_z, slopes = self.of_newest(before, before["x"])
         clean = samples[: len(CLEAN), :]
-        motion = build_motion(self.sensing)
+        motion = build_motion(self.measurement_model)
         newest, A, Q, _ = motion(x, M_z, slopes, clean[:, -2], clean[:, -1], self.rig, self.beliefs)
-        share = kept_share(self.sensing, P, Q, x)
-        return projected(self.sensing, newest, self.beliefs), A @ P @ A.T + ca.diag(Q), share
+        share = kept_share(self.measurement_model, P, Q, x)
+        return projected(self.measurement_model, newest, self.beliefs), A @ P @ A.T + ca.diag(Q), share
 
     def enter(self, before: Kept, share: ca.MX, now: ca.MX, x: ca.MX) -> Kept:
         """What is kept with the new sample, which the patch meets at x."""
@@ -64,9 +64,9 @@ class Horizon:
 
     def torques(self, history: Kept, x: ca.MX) -> tuple[ca.MX, ca.MX]:
         """M_z and slopes through the window; 0 at the newest where the patch has yet to meet it."""
-        if not self.sensing.turns:
+        if not self.measurement_model.turns:
             return self.recall.torques(history, x, self.theta, self.rig)
-        zero = ca.MX.zeros(len(directions(self.sensing)))
+        zero = ca.MX.zeros(len(directions(self.measurement_model)))
         if x.shape[1] == 1:
             return ca.MX(0), zero
         M_z, slopes = self.recall.torques(history, x[:, :-1], self.theta, self.rig)
@@ -92,7 +92,7 @@ class Horizon:
             samples[: len(CLEAN), :],
             [ca.repmat(v, 1, count) for v in (self.rig, self.beliefs)],
         )
-        read, move = _along(self.sensing, count)
+        read, move = _along(self.measurement_model, count)
         z, H, weight = read(x, M_z, slopes, samples[:, :count], *constant)
         _, A, Q, b = move(x, M_z, slopes, clean[:, :count], clean[:, 1:], *constant)
         jumps = samples[ROWS.index("jump"), 1:]
@@ -100,9 +100,9 @@ class Horizon:
 
 
 @cache
-def build_counted(sensing: Sensing) -> ca.Function:
+def build_counted(measurement_model: MeasurementModel) -> ca.Function:
     """(x, M_z, slopes, row, rig, beliefs) -> (z, H, weight): what counts of one sample, linear in x."""
-    read = build_reading(sensing)
+    read = build_reading(measurement_model)
     row = ca.MX.sym("row", len(ROWS))
     x, M_z, slopes, _, rig, beliefs = (ca.MX.sym(n, *read.size_in(n)) for n in read.name_in())
     innovation, H, weight, _, ordinary = read(x, M_z, slopes, row[: len(CLEAN)], rig, beliefs)
@@ -113,7 +113,7 @@ def build_counted(sensing: Sensing) -> ca.Function:
 
 
 @cache
-def _along(sensing: Sensing, count: int) -> tuple[ca.Function, ca.Function]:
+def _along(measurement_model: MeasurementModel, count: int) -> tuple[ca.Function, ca.Function]:
     """Readings and motions of so many samples; one pair for all, so that its code is made once."""
-    read, move = build_counted(sensing), build_motion(sensing)
+    read, move = build_counted(measurement_model), build_motion(measurement_model)
     return (read.map(count), move.map(count)) if count > 1 else (read, move)

@@ -13,7 +13,7 @@ from functools import cache
 
 import casadi as ca
 
-from observers.measurement_model import Sensing
+from observers.measurement_model import MeasurementModel
 from observers.patch_update import (
     build_meeting,
     build_torque,
@@ -35,19 +35,19 @@ class Recall:
 
     Attributes:
         model: the model.
-        sensing: what is measured.
+        measurement_model: what is measured.
         window: samples kept, N.
     """
 
     model: Model
-    sensing: Sensing
+    measurement_model: MeasurementModel
     window: int
 
     @property
     def blocks(self) -> tuple[tuple[str, int, int], ...]:
         """Names, rows and columns of what is kept of one sample."""
-        turned = (("turned", 2, 1),) if self.sensing.turns else ()
-        return (*history_fields(self.model, self.sensing), ("seen", len(SIGNALS), 1), *turned)
+        turned = (("turned", 2, 1),) if self.measurement_model.turns else ()
+        return (*history_fields(self.model, self.measurement_model), ("seen", len(SIGNALS), 1), *turned)
 
     @property
     def fields(self) -> tuple[tuple[str, int, int], ...]:
@@ -74,14 +74,14 @@ class Recall:
             rig: numbers of the rig, a and e first.
         """
         latest = self.newest(parts)
-        history = [latest[name] for name, *_ in history_fields(self.model, self.sensing)]
-        if carries(self.model, self.sensing):
+        history = [latest[name] for name, *_ in history_fields(self.model, self.measurement_model)]
+        if carries(self.model, self.measurement_model):
             history[1] = history[1] @ share
-        signals = signals_of(self.sensing, x, now)
-        meeting = build_meeting(self.model, self.sensing)
-        *met, _, slopes = meeting(*history, signals, tyre_of(self.sensing, x), theta, rig[:2])
-        if self.sensing.turns:
-            met.append(ca.vertcat(x[self.sensing.states.index("psi")], slopes[0]))
+        signals = signals_of(self.measurement_model, x, now)
+        meeting = build_meeting(self.model, self.measurement_model)
+        *met, _, slopes = meeting(*history, signals, tyre_of(self.measurement_model, x), theta, rig[:2])
+        if self.measurement_model.turns:
+            met.append(ca.vertcat(x[self.measurement_model.states.index("psi")], slopes[0]))
         older = self.without_oldest(parts)
         return {
             name: ca.horzcat(older[name], new) for (name, *_), new in zip(self.blocks, met, strict=True)
@@ -90,19 +90,19 @@ class Recall:
     def torques(self, parts: Parts, x: ca.MX, theta: ca.MX, rig: ca.MX) -> tuple[ca.MX, ca.MX]:
         """M_z (1, N) and its slopes (d, N) by the states at x (n, N), for the first N samples kept."""
         count = x.shape[1]
-        through = _torques_of(self.model, self.sensing, count)
+        through = _torques_of(self.model, self.measurement_model, count)
         kept = {name: parts[name][:, : columns * count] for name, _, columns in self.blocks}
         turned = kept.pop("turned", None)
         constant = (ca.repmat(vector, 1, count) for vector in (theta, rig[:2]))
-        M_z, slopes = through(*kept.values(), tyre_of(self.sensing, x), *constant)
+        M_z, slopes = through(*kept.values(), tyre_of(self.measurement_model, x), *constant)
         if turned is not None:
-            M_z = M_z + turned[1, :] * (x[self.sensing.states.index("psi"), :] - turned[0, :])
+            M_z = M_z + turned[1, :] * (x[self.measurement_model.states.index("psi"), :] - turned[0, :])
             slopes = ca.vertcat(turned[1, :], slopes)
-        return M_z, by_states(self.sensing, slopes, x)
+        return M_z, by_states(self.measurement_model, slopes, x)
 
 
 @cache
-def _torques_of(model: Model, sensing: Sensing, count: int) -> ca.Function:
+def _torques_of(model: Model, measurement_model: MeasurementModel, count: int) -> ca.Function:
     """The torque of so many samples; one Function for all, so that its code is made once."""
-    torque = build_torque(model, sensing)
+    torque = build_torque(model, measurement_model)
     return torque.map(count) if count > 1 else torque

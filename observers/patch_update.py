@@ -17,7 +17,7 @@ from functools import cache
 import casadi as ca
 
 from observers.linearisation import TYRE
-from observers.measurement_model import CLEAN, Sensing
+from observers.measurement_model import CLEAN, MeasurementModel
 from symbolic import SIGNALS, Model
 
 Parts = tuple[tuple[str, int, int], ...]
@@ -25,61 +25,67 @@ PARAMETERS = dict(zip(TYRE, ("mu", "k"), strict=True))
 """The model's parameter that a state of the tyre moves."""
 
 
-def tyre(sensing: Sensing) -> tuple[str, ...]:
+def tyre(measurement_model: MeasurementModel) -> tuple[str, ...]:
     """The states that are the tyre's."""
-    return tuple(name for name in TYRE if name in sensing.states)
+    return tuple(name for name in TYRE if name in measurement_model.states)
 
 
-def history_fields(model: Model, sensing: Sensing) -> Parts:
+def history_fields(model: Model, measurement_model: MeasurementModel) -> Parts:
     """Names and shapes: memory and, where it depends on the tyre, its derivative and that tyre."""
-    size, count = model.memory_size, len(tyre(sensing))
-    if not carries(model, sensing):
+    size, count = model.memory_size, len(tyre(measurement_model))
+    if not carries(model, measurement_model):
         return (("memory", size, 1),)
     return (("memory", size, 1), ("carried", size, count), ("held_at", count, 1))
 
 
 @cache
-def carries(model: Model, sensing: Sensing) -> bool:
+def carries(model: Model, measurement_model: MeasurementModel) -> bool:
     """True where the memory depends on what the states say of the tyre."""
-    return any(model.remembers(PARAMETERS[name]) for name in tyre(sensing))
+    return any(model.memory_depends_on(PARAMETERS[name]) for name in tyre(measurement_model))
 
 
 @cache
-def build_meeting(model: Model, sensing: Sensing) -> ca.Function:
+def build_meeting(model: Model, measurement_model: MeasurementModel) -> ca.Function:
     """(*history, signals, tyre, theta, geometry) -> (*history, seen, M_z, slopes).
 
     history as in `history_fields`; signals as in `symbolic.SIGNALS`, seen what reaches the patch;
     tyre (t,) is mu and, where it is a state, k over its nominal value; theta the nominal parameters;
     slopes (d,) of M_z by the angle, where that is a state, and by the tyre.
     """
-    size, count = model.memory_size, len(tyre(sensing))
+    size, count = model.memory_size, len(tyre(measurement_model))
     theta, geometry = ca.MX.sym("theta", len(model.parameters)), ca.MX.sym("geometry", 2)
     everything = ca.MX.sym("everything", size + len(SIGNALS) + count)
     memory, signals, now = ca.vertsplit(everything, [0, size, size + len(SIGNALS), everything.numel()])
-    at = at_tyre(sensing, theta, now)
+    at = at_tyre(measurement_model, theta, now)
     after, seen = model.advance.call([memory, signals, at, geometry], True, False)
     M_z = model.torque.call([after, seen, at, geometry], True, False)[0]
-    seeds = ca.MX.sym("seeds", size, count) if carries(model, sensing) else ca.MX(size, count)
+    seeds = ca.MX.sym("seeds", size, count) if carries(model, measurement_model) else ca.MX(size, count)
     along = ca.vertcat(seeds, ca.MX(len(SIGNALS), count), ca.MX(ca.DM.eye(count)))
-    if sensing.turns:
+    if measurement_model.turns:
         turning = ca.vertcat(ca.MX(size, 1), ca.DM.eye(len(SIGNALS))[:, 0], ca.MX(count, 1))
         along = ca.horzcat(turning, along)
     slopes = ca.jtimes(ca.vertcat(after, M_z), everything, along)
-    carried = [seeds] if carries(model, sensing) else []
+    carried = [seeds] if carries(model, measurement_model) else []
     flat = ca.Function(
         "flat",
         [everything, *carried, theta, geometry],
-        [after, *(slopes[:size, int(sensing.turns) :] for _ in carried), seen, M_z, slopes[size, :].T],
+        [
+            after,
+            *(slopes[:size, int(measurement_model.turns) :] for _ in carried),
+            seen,
+            M_z,
+            slopes[size, :].T,
+        ],
         {"cse": True},
     )
-    history = [ca.MX.sym(*field) for field in history_fields(model, sensing)]
+    history = [ca.MX.sym(*field) for field in history_fields(model, measurement_model)]
     signals, now = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("tyre", count)
     moved = moved_memory(history, now)
     after, *carried, seen, M_z, slopes = flat.call(
         [ca.vertcat(moved, signals, now), *history[1:2], theta, geometry], True, False
     )
     held_at = [now for _ in carried]
-    names = [name for name, *_ in history_fields(model, sensing)]
+    names = [name for name, *_ in history_fields(model, measurement_model)]
     return ca.Function(
         "meeting",
         [*history, signals, now, theta, geometry],
@@ -90,21 +96,27 @@ def build_meeting(model: Model, sensing: Sensing) -> ca.Function:
 
 
 @cache
-def build_torque(model: Model, sensing: Sensing) -> ca.Function:
+def build_torque(model: Model, measurement_model: MeasurementModel) -> ca.Function:
     """(*history, seen, tyre, theta, geometry) -> (M_z, slopes), of a history already advanced.
 
     slopes (t,) are by the tyre alone.
     """
-    history = [ca.MX.sym(*field) for field in history_fields(model, sensing)]
-    seen, now = ca.MX.sym("seen", len(SIGNALS)), ca.MX.sym("tyre", len(tyre(sensing)))
+    history = [ca.MX.sym(*field) for field in history_fields(model, measurement_model)]
+    seen, now = ca.MX.sym("seen", len(SIGNALS)), ca.MX.sym("tyre", len(tyre(measurement_model)))
     theta, geometry = ca.MX.sym("theta", len(model.parameters)), ca.MX.sym("geometry", 2)
-    at = at_tyre(sensing, theta, now)
+    at = at_tyre(measurement_model, theta, now)
     M_z = model.torque.call([moved_memory(history, now), seen, at, geometry], True, False)[0]
     return ca.Function(
         "torque_along",
         [*history, seen, now, theta, geometry],
         [M_z, ca.densify(ca.jacobian(M_z, now).T)],
-        [*(name for name, *_ in history_fields(model, sensing)), "seen", "tyre", "theta", "geometry"],
+        [
+            *(name for name, *_ in history_fields(model, measurement_model)),
+            "seen",
+            "tyre",
+            "theta",
+            "geometry",
+        ],
         ["M_z", "slopes"],
         {"cse": True},
     )
@@ -118,12 +130,12 @@ def moved_memory(history: list[ca.MX], now: ca.MX) -> ca.MX:
     return memory + carried @ (now - held_at)
 
 
-def kept_share(sensing: Sensing, P: ca.MX, Q: ca.MX, x: ca.MX) -> ca.MX:
+def kept_share(measurement_model: MeasurementModel, P: ca.MX, Q: ca.MX, x: ca.MX) -> ca.MX:
     """(t, t) by which `carried` is multiplied from the right when the tyre's states walk by Q (n,).
 
     P (n, n) is their covariance and x (n,) the states, before the walk.
     """
-    at = [sensing.states.index(name) for name in tyre(sensing)]
+    at = [measurement_model.states.index(name) for name in tyre(measurement_model)]
     before, walk = P[at, at], ca.diag(Q[at])
     # Nothing is lost where nothing walks, not even where nothing is known.
     total = before + walk
@@ -134,39 +146,39 @@ def kept_share(sensing: Sensing, P: ca.MX, Q: ca.MX, x: ca.MX) -> ca.MX:
         inverse = ca.blockcat([[total[1, 1], -total[0, 1]], [-total[1, 0], total[0, 0]]]) / determinant
         share = ca.if_else(ca.trace(walk) > 0, before @ inverse, ca.DM.eye(2))
     # By the states first, then from there to the tyre's own numbers.
-    scale = tyre_by_state(sensing, x)
+    scale = tyre_by_state(measurement_model, x)
     return ca.diag(scale) @ share @ ca.diag(1 / scale) if len(at) > 1 else share
 
 
-def at_tyre(sensing: Sensing, theta: ca.MX, now: ca.MX) -> ca.MX:
+def at_tyre(measurement_model: MeasurementModel, theta: ca.MX, now: ca.MX) -> ca.MX:
     """The parameter vector with mu, and k where it is a state, as the states have them."""
-    stiff = theta[1] * now[1] if "stiffness" in sensing.states else theta[1]
+    stiff = theta[1] * now[1] if "stiffness" in measurement_model.states else theta[1]
     return ca.vertcat(now[0], stiff, theta[2:])
 
 
-def tyre_of(sensing: Sensing, x: ca.MX) -> ca.MX:
+def tyre_of(measurement_model: MeasurementModel, x: ca.MX) -> ca.MX:
     """mu, and k over its nominal value where it is a state, of states (n,) or a row of them (n, N)."""
-    rows = [x[sensing.states.index(name), :] for name in tyre(sensing)]
+    rows = [x[measurement_model.states.index(name), :] for name in tyre(measurement_model)]
     return ca.vertcat(ca.exp(rows[0]), *rows[1:])
 
 
-def tyre_by_state(sensing: Sensing, x: ca.MX) -> ca.MX:
+def tyre_by_state(measurement_model: MeasurementModel, x: ca.MX) -> ca.MX:
     """The derivative of `tyre_of` by its own states, element by element."""
-    now = tyre_of(sensing, x)
+    now = tyre_of(measurement_model, x)
     return ca.vertcat(now[0, :], ca.MX.ones(now.shape[0] - 1, now.shape[1]))
 
 
-def by_states(sensing: Sensing, slopes: ca.MX, x: ca.MX) -> ca.MX:
+def by_states(measurement_model: MeasurementModel, slopes: ca.MX, x: ca.MX) -> ca.MX:
     """Slopes of `build_meeting` turned into slopes by the states."""
-    scale = tyre_by_state(sensing, x)
-    if sensing.turns:
+    scale = tyre_by_state(measurement_model, x)
+    if measurement_model.turns:
         scale = ca.vertcat(ca.MX.ones(1, scale.shape[1]), scale)
     return slopes * scale
 
 
-def signals_of(sensing: Sensing, x: ca.MX, now: ca.MX) -> ca.MX:
+def signals_of(measurement_model: MeasurementModel, x: ca.MX, now: ca.MX) -> ca.MX:
     """What the patch sees of a sample: its own angle where that is a state."""
     seen = {name: now[CLEAN.index(name), :] for name in SIGNALS}
-    if sensing.turns:
-        seen |= {name: x[sensing.states.index(name), :] for name in ("psi", "psi_dot")}
+    if measurement_model.turns:
+        seen |= {name: x[measurement_model.states.index(name), :] for name in ("psi", "psi_dot")}
     return ca.vertcat(*(seen[name] for name in SIGNALS))

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observers.base import STIFFNESS_SHARE, constants_size, split_constants
-from observers.layout import State
+from observers.layout import ObserverState
 from observers.linearisation import build_motion, build_reading
-from observers.measurement_model import CLEAN, Sensing
+from observers.measurement_model import CLEAN, MeasurementModel
 from observers.mhe import Mhe
 from observers.mhe_step import layout
 from observers.mhe_terms import ROWS, Horizon
@@ -61,7 +61,7 @@ class Converged:
     iterations: int
 
 
-def solve_window(observer: Mhe, state: State, max_iter: int = 200) -> Converged:
+def solve_window(observer: Mhe, state: ObserverState, max_iter: int = 200) -> Converged:
     """Minimise the cost of the window that a state holds, as IPOPT finds it from where the state is.
 
     Args:
@@ -70,7 +70,7 @@ def solve_window(observer: Mhe, state: State, max_iter: int = 200) -> Converged:
         max_iter: iterations allowed.
     """
     n, window = len(observer.states), observer.window
-    weigh = _build_costs(observer.model, observer.sensing, window)
+    weigh = _build_costs(observer.model, observer.measurement_model, window)
     given = [ca.DM(state.values), ca.DM(observer.constants)]
     start = ca.DM(state["x"].reshape(n, window, order="F"))
     variances = weigh(start, *given)[2].full()
@@ -78,7 +78,7 @@ def solve_window(observer: Mhe, state: State, max_iter: int = 200) -> Converged:
     held = tuple(
         np.flatnonzero(np.concatenate([np.diag(arrival), variances.ravel(order="F")]) <= 0).tolist()
     )
-    solver = _build_solver(observer.model, observer.sensing, window, held, max_iter)
+    solver = _build_solver(observer.model, observer.measurement_model, window, held, max_iter)
     tuning = observer.tuning
     limits = {"log_mu": np.log([tuning.least, tuning.greatest]), "stiffness": np.array(STIFFNESS_SHARE)}
     bounds = np.array([limits.get(name, np.array([-np.inf, np.inf])) for name in observer.states])
@@ -99,17 +99,23 @@ def solve_window(observer: Mhe, state: State, max_iter: int = 200) -> Converged:
 
 
 @cache
-def _build_costs(model: Model, sensing: Sensing, window: int) -> ca.Function:
+def _build_costs(model: Model, measurement_model: MeasurementModel, window: int) -> ca.Function:
     """(x, state, constants) -> (innovations, weights, variances, defects, ordinary), by sample."""
-    parts, recall = layout(model, sensing, window), Recall(model=model, sensing=sensing, window=window)
+    parts, recall = (
+        layout(model, measurement_model, window),
+        Recall(model=model, measurement_model=measurement_model, window=window),
+    )
     state, constants = ca.MX.sym("state", parts.size), ca.MX.sym("constants", constants_size(model))
-    x, kept = ca.MX.sym("x", len(sensing.states), window), parts.split(state)
+    x, kept = ca.MX.sym("x", len(measurement_model.states), window), parts.split(state)
     horizon = Horizon(recall, *split_constants(model, constants))
     M_z, slopes = recall.torques(kept, x, horizon.theta, horizon.rig)
     samples = kept["samples"]
     clean = samples[: len(CLEAN), :]
     constant = [ca.repmat(vector, 1, window) for vector in (horizon.rig, horizon.beliefs)]
-    read, move = build_reading(sensing).map(window), build_motion(sensing).map(window)
+    read, move = (
+        build_reading(measurement_model).map(window),
+        build_motion(measurement_model).map(window),
+    )
     innovations, _, weights, _, ordinary = read(x, M_z, slopes, clean, *constant)
     onward = ca.horzcat(clean[:, 1:], clean[:, -1])
     moved, _, variances, _ = move(x, M_z, slopes, clean, onward, *constant)
@@ -127,15 +133,15 @@ def _build_costs(model: Model, sensing: Sensing, window: int) -> ca.Function:
 
 @cache
 def _build_solver(
-    model: Model, sensing: Sensing, window: int, held: tuple[int, ...], max_iter: int
+    model: Model, measurement_model: MeasurementModel, window: int, held: tuple[int, ...], max_iter: int
 ) -> ca.Function:
     """The nonlinear programme; `held` are the defects, arrival first, that must vanish."""
-    n, parts = len(sensing.states), layout(model, sensing, window)
+    n, parts = len(measurement_model.states), layout(model, measurement_model, window)
     x = ca.MX.sym("x", n, window)
     given = ca.MX.sym("given", parts.size + constants_size(model))
     state, constants = given[: parts.size], given[parts.size :]
     kept = parts.split(state)
-    innovations, weights, variances, defects, ordinary = _build_costs(model, sensing, window)(
+    innovations, weights, variances, defects, ordinary = _build_costs(model, measurement_model, window)(
         x, state, constants
     )
     U = ca.triu(kept["factor"], False) + ca.DM.eye(n)

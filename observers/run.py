@@ -47,7 +47,7 @@ def run(
     M_z, psi_dot, M = (None if c is None else np.asarray(c, dtype=float) for c in (M_z, psi_dot, M))
     F_N = np.full(t.shape, F_N) if F_N.ndim == 0 else F_N
     _check(t, {"psi": psi, "F_N": F_N, "M_z": M_z, "psi_dot": psi_dot, "M": M})
-    hand = getattr(getattr(observer, "sensing", None), "turns", False)
+    hand = getattr(getattr(observer, "measurement_model", None), "turns", False)
     torque = M if hand else M_z
     if torque is None or not np.isfinite(torque).any():
         needed = "M, the steering torque" if hand else "M_z, the aligning torque"

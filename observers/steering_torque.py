@@ -6,8 +6,8 @@ import casadi as ca
 
 from observers.measurement_model import (
     Expression,
+    Measurement,
     Parts,
-    Reading,
     chosen,
     clean_load,
     is_known,
@@ -105,10 +105,10 @@ class SteeringTorque:
         # Disturbances hit the rate after the drift, so that the next step carries them to the angle.
         return after, variance | {"psi": 0, "psi_dot": (white + stale) / rig["J_A"] ** 2}
 
-    def reading(self, x: Parts, M_z: Expression, now: Parts, rig: Parts, beliefs: Parts) -> Reading:
+    def reading(self, x: Parts, M_z: Expression, now: Parts, rig: Parts, beliefs: Parts) -> Measurement:
         """The angle [rad]."""
         del M_z, rig
-        return Reading(
+        return Measurement(
             expected=x["psi"],
             measured=now["psi"],
             precision=ca.if_else(now["dt"] > 0, 1 / beliefs["psi_noise"] ** 2, 0),

@@ -1,4 +1,148 @@
-"""Independent reference rig: a fine grid of bristles in plain NumPy, and recordings made on it.
+"""Independent reference rig: an oracle for the packages and the source of the examples' recordings.
 
-It shares no code with the packages under test. See `simulate`, `make_recording` and `campaign`.
+A tyre stands on a fine grid of bristles in plain NumPy. The rig shares no code with `symbolic`,
+`observers`, `identification` or `brushgrip` and imports none of them, so that agreement is evidence.
+
+- `simulate_bristles` turns a `RigTyre` through a `RigDrive`, with the effects of `RIG_EFFECTS`.
+- `make_recording` and `make_campaign` record it with a hand's path and the sensors' noise.
+- `make_ground_recording` changes the friction with time, and `make_steering_recording` turns a
+  wheel with inertia by its steering torque.
+- `make_impacts` and `make_tows` repeat the two identification experiments of [Györök 2022].
 """
+
+from reference_rig.campaign import Campaign, make_campaign, plant_effect, write_campaign
+from reference_rig.effects import UNMODELLED_EFFECTS
+from reference_rig.ground import (
+    WALK_KNOT,
+    Friction,
+    GroundRecording,
+    constant_friction,
+    friction_between,
+    friction_step,
+    friction_walk,
+    make_ground_recording,
+    simulate_ground,
+)
+from reference_rig.hooks import Array, PlantedEffect, RigDrive, RigHistory
+from reference_rig.patch import REFERENCE_SPEED, REST_SPEED, RigTyre, simulate_bristles
+from reference_rig.path import SUBSTEPS, Hand, constant_turn, free_path, hand_path
+from reference_rig.recording import (
+    RIG_EFFECTS,
+    EffectValues,
+    RigRecording,
+    build_effects,
+    make_recording,
+    recording_csv,
+    rig_toml,
+    write_csv,
+)
+from reference_rig.sensors import (
+    FOURTEEN_BIT_STEP,
+    add_outliers,
+    delay_samples,
+    drop_samples,
+    encode_angle,
+    jitter_instants,
+    quantise,
+    sample_instants,
+)
+from reference_rig.steering import (
+    MOTION_STEP,
+    Grip,
+    SteeredMotion,
+    SteeringRecording,
+    Wheel,
+    full_slide_moment,
+    make_steering_recording,
+    simulate_steering,
+    torque_profile,
+)
+from reference_rig.thesis_experiments import (
+    CONTACT_HALF_LENGTHS,
+    IMPACT_PULSE,
+    IMPACT_STEP,
+    THESIS_DAMPING,
+    THESIS_TYRE,
+    TOWING_LOADS,
+    ImpactRecording,
+    Towing,
+    impact_rig_toml,
+    inertia,
+    load_at,
+    make_impact,
+    make_impacts,
+    make_tows,
+    simulate_impact,
+    write_impacts,
+)
+
+__all__ = [
+    "CONTACT_HALF_LENGTHS",
+    "FOURTEEN_BIT_STEP",
+    "IMPACT_PULSE",
+    "IMPACT_STEP",
+    "MOTION_STEP",
+    "REFERENCE_SPEED",
+    "REST_SPEED",
+    "RIG_EFFECTS",
+    "SUBSTEPS",
+    "THESIS_DAMPING",
+    "THESIS_TYRE",
+    "TOWING_LOADS",
+    "UNMODELLED_EFFECTS",
+    "WALK_KNOT",
+    "Array",
+    "Campaign",
+    "EffectValues",
+    "Friction",
+    "Grip",
+    "GroundRecording",
+    "Hand",
+    "ImpactRecording",
+    "PlantedEffect",
+    "RigDrive",
+    "RigHistory",
+    "RigRecording",
+    "RigTyre",
+    "SteeredMotion",
+    "SteeringRecording",
+    "Towing",
+    "Wheel",
+    "add_outliers",
+    "build_effects",
+    "constant_friction",
+    "constant_turn",
+    "delay_samples",
+    "drop_samples",
+    "encode_angle",
+    "free_path",
+    "friction_between",
+    "friction_step",
+    "friction_walk",
+    "full_slide_moment",
+    "hand_path",
+    "impact_rig_toml",
+    "inertia",
+    "jitter_instants",
+    "load_at",
+    "make_campaign",
+    "make_ground_recording",
+    "make_impact",
+    "make_impacts",
+    "make_recording",
+    "make_steering_recording",
+    "make_tows",
+    "plant_effect",
+    "quantise",
+    "recording_csv",
+    "rig_toml",
+    "sample_instants",
+    "simulate_bristles",
+    "simulate_ground",
+    "simulate_impact",
+    "simulate_steering",
+    "torque_profile",
+    "write_campaign",
+    "write_csv",
+    "write_impacts",
+]

@@ -1,26 +1,135 @@
 """Campaigns: a few recordings of one tyre with one effect of a chosen strength."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
-from reference_rig.effect_strengths import PLANTINGS, USUAL, Parameters, Random
-from reference_rig.hooks import Array, Drive
-from reference_rig.patch import RigTyre, simulate
-from reference_rig.path import Hand, hand_path
-from reference_rig.record import (
-    SAMPLE_RATE,
-    SUBSTEPS,
-    Planted,
+from reference_rig.hooks import Array, RigDrive
+from reference_rig.patch import RigTyre, simulate_bristles
+from reference_rig.path import SAMPLE_RATE, SUBSTEPS, Hand, hand_path
+from reference_rig.recording import (
+    EffectValues,
     RigRecording,
     build_effects,
     make_recording,
-    rig_text,
+    rig_toml,
     write_csv,
 )
+
+Random = np.random.Generator
+Parameters = dict[str, float]
+
+
+def _unchanged(parameters: Parameters, rng: Random) -> Parameters:
+    del rng
+    return parameters
+
+
+def _nothing(a: float, load: float) -> Parameters:
+    del a, load
+    return {}
+
+
+def _another_value(parameters: Parameters, rng: Random) -> Parameters:
+    factor = float(rng.choice([-1.0, 1.0]) * rng.uniform(0.6, 1.2))
+    return {name: factor * value for name, value in parameters.items()}
+
+
+def _another_gust(parameters: Parameters, rng: Random) -> Parameters:
+    return parameters | {"seed": int(rng.integers(2**31))}
+
+
+USUAL = Hand()
+LATE_SLIDE = Hand(first=0.12, pace=0.11, nesting=0.6)
+"""A full slide wipes the first twist out; here it comes late."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StrengthRange:
+    """Least and largest strength of an effect, and its parameters at a strength."""
+
+    parameters: Callable[[float, Random], Parameters]
+    """Parameters from a strength; draws whatever else there is to choose."""
+    least: float
+    largest: float
+    hand: Hand = USUAL
+    given: Callable[[float, float], Parameters] = _nothing
+    """Further parameters from half-length [m] and mean load [N] of the first recording."""
+    another_day: Callable[[Parameters, Random], Parameters] = _unchanged
+    """Parameters of the next recording from those of the first."""
+
+
+def _one(parameter: str, neutral: float = 0.0) -> Callable[[float, Random], Parameters]:
+    return lambda strength, _: {parameter: neutral + strength}
+
+
+def _either_sign(parameter: str) -> Callable[[float, Random], Parameters]:
+    return lambda strength, rng: {parameter: float(rng.choice([-1.0, 1.0])) * strength}
+
+
+def _with(
+    parameter: str, neutral: float, other: str, low: float, high: float
+) -> Callable[[float, Random], Parameters]:
+    return lambda strength, rng: {
+        parameter: neutral + strength,
+        other: float(np.exp(rng.uniform(np.log(low), np.log(high)))),
+    }
+
+
+def _gust(strength: float, rng: Random) -> Parameters:
+    return {"level": strength, "time": rng.uniform(0.4, 1.0), "seed": int(rng.integers(2**31))}
+
+
+STRENGTHS: Mapping[str, StrengthRange] = {
+    "rate_friction": StrengthRange(parameters=_one("c"), least=2e-3, largest=0.15),
+    "stribeck": StrengthRange(
+        parameters=_with("ratio", 1.0, "v_s", 1e-3, 6e-3), least=0.01, largest=1.5
+    ),
+    "carcass_torsion": StrengthRange(
+        parameters=lambda strength, _: {"k_t": 1 / strength}, least=1e-4, largest=0.05
+    ),
+    "patch_width": StrengthRange(parameters=_one("half_width"), least=2e-3, largest=0.06),
+    "pressure_shape": StrengthRange(parameters=_one("exponent", 2.0), least=0.1, largest=8.0),
+    "viscoelastic_relaxation": StrengthRange(
+        parameters=_with("gain", 0.0, "time", 0.2, 1.0), least=0.02, largest=4.0
+    ),
+    "contact_damping": StrengthRange(parameters=_one("c"), least=0.05, largest=20.0),
+    "sensor_delay": StrengthRange(parameters=_one("delay"), least=2e-3, largest=0.14),
+    "torque_offset": StrengthRange(
+        parameters=_either_sign("M_0"), least=0.05, largest=10.0, another_day=_another_value
+    ),
+    "pretwist": StrengthRange(
+        parameters=_either_sign("psi_0"),
+        least=2e-3,
+        largest=0.3,
+        hand=LATE_SLIDE,
+        another_day=_another_value,
+    ),
+    "load_dependent_friction": StrengthRange(parameters=_one("n"), least=0.05, largest=1.0),
+    "asymmetric_friction": StrengthRange(parameters=_one("ratio", 1.0), least=0.01, largest=0.6),
+    "friction_drift": StrengthRange(
+        parameters=_with("gain", 0.0, "scale", 0.3, 1.5), least=0.01, largest=1.0
+    ),
+    "pressure_skew": StrengthRange(parameters=_either_sign("skew"), least=0.02, largest=0.9),
+    "bearing_friction": StrengthRange(parameters=_one("M_c"), least=0.02, largest=5.0),
+    "steering_return": StrengthRange(parameters=_one("stiffness"), least=0.2, largest=50.0),
+    "backlash": StrengthRange(parameters=_one("gap"), least=1e-3, largest=0.1),
+    "slide_oscillation": StrengthRange(
+        parameters=_with("amplitude", 0.0, "frequency", 3.0, 8.0), least=0.05, largest=5.0
+    ),
+    "gust": StrengthRange(parameters=_gust, least=0.05, largest=5.0, another_day=_another_gust),
+    "frictional_creep": StrengthRange(parameters=_one("c"), least=2e-3, largest=0.2),
+    "contact_length": StrengthRange(
+        parameters=_one("n"),
+        least=0.05,
+        largest=1.0,
+        given=lambda a, load: {"F_0": load * (0.045 / a) ** 2, "m": 2.0},
+    ),
+}
+
 
 LEAST_SHARE, LARGEST_SHARE = 0.03, 0.10
 """An effect moves the torque by this much, rms in shares of the range without it [1]."""
@@ -40,7 +149,7 @@ class Campaign:
     """By how much the effect moved the first recording's torque, rms over range [1]."""
 
 
-def plant(
+def plant_effect(
     name: str | None,
     seed: int,
     *,
@@ -61,22 +170,22 @@ def plant(
             10 %. Where the strongest sensible effect moves less, that one is taken.
     """
     tyre = tyre or RigTyre()
-    hand = PLANTINGS[name].hand if name else USUAL
-    effects: Planted = {}
+    hand = STRENGTHS[name].hand if name else USUAL
+    effects: EffectValues = {}
     if name:
-        rng = np.random.default_rng([seed, 3, list(PLANTINGS).index(name)])
+        rng = np.random.default_rng([seed, 3, list(STRENGTHS).index(name)])
         wanted = rng.uniform(LEAST_SHARE, LARGEST_SHARE) if share is None else share
         effects = {name: _parameters_for(name, seed, tyre, load, duration, wanted)}
     return _record(seed, effects, tyre, load, duration, hand, f"{name or 'declared'}_{seed}")
 
 
-def campaign(
+def make_campaign(
     name: str | None,
     seed: int,
     recordings: int = 3,
     *,
     duration: float = 14.0,
-    also: Planted | None = None,
+    also: EffectValues | None = None,
 ) -> Campaign:
     """Recordings of one tyre on different days: same k and effect, other path, load and mu.
 
@@ -95,36 +204,36 @@ def campaign(
     )
     nominal = replace(tyre, k=tyre.k * rng.uniform(0.8, 1.2), mu=tyre.mu * rng.uniform(0.8, 1.2))
     load = 400.0 * rng.uniform(0.85, 1.15)
-    first = plant(name, seed, tyre=tyre, load=load, duration=duration)
-    made = tuple(
+    first = plant_effect(name, seed, tyre=tyre, load=load, duration=duration)
+    recorded = tuple(
         _record(
             seed + 1000 * number,
             _on_another_day(first.effects, name, number, rng) | dict(also or {}),
             replace(tyre, mu=tyre.mu * rng.uniform(0.92, 1.08)),
             load * rng.uniform(0.95, 1.05),
             duration,
-            PLANTINGS[name].hand if name else USUAL,
+            STRENGTHS[name].hand if name else USUAL,
             f"recording_{chr(ord('a') + number)}",
         )
         for number in range(recordings)
     )
     share = _share(name, seed, tyre, load, duration, first.effects[name]) if name else 0.0
-    return Campaign(name=name, recordings=made, nominal=nominal, share=share)
+    return Campaign(name=name, recordings=recorded, nominal=nominal, share=share)
 
 
-def write_campaign(directory: Path, made: Campaign) -> list[Path]:
+def write_campaign(directory: Path, campaign: Campaign) -> list[Path]:
     """Write rig.toml and one CSV a recording; returns the paths of the recordings."""
     directory.mkdir(parents=True, exist_ok=True)
-    (directory / "rig.toml").write_text(rig_text(made.nominal), encoding="utf-8", newline="\n")
-    paths = [directory / f"{recording.name}.csv" for recording in made.recordings]
-    for path, recording in zip(paths, made.recordings, strict=True):
+    (directory / "rig.toml").write_text(rig_toml(campaign.nominal), encoding="utf-8", newline="\n")
+    paths = [directory / f"{recording.name}.csv" for recording in campaign.recordings]
+    for path, recording in zip(paths, campaign.recordings, strict=True):
         write_csv(path, recording)
     return paths
 
 
 def _record(
     seed: int,
-    effects: Planted,
+    effects: EffectValues,
     tyre: RigTyre,
     load: float,
     duration: float,
@@ -146,19 +255,19 @@ def _record(
 
 
 def _on_another_day(
-    effects: Planted, name: str | None, number: int, rng: Random
+    effects: EffectValues, name: str | None, number: int, rng: Random
 ) -> dict[str, Mapping[str, float]]:
     """The effects of the first recording, with a value of its own where the effect has one."""
     if name is None or number == 0:
         return dict(effects)
-    return {name: PLANTINGS[name].another_day(dict(effects[name]), rng)}
+    return {name: STRENGTHS[name].another_day(dict(effects[name]), rng)}
 
 
 def _parameters_for(
     name: str, seed: int, tyre: RigTyre, load: float, duration: float, wanted: float
 ) -> Parameters:
     """Bisect the logarithm of the strength for the share of the range wanted."""
-    planting = PLANTINGS[name]
+    planting = STRENGTHS[name]
 
     def parameters(strength: float) -> Parameters:
         drawn = planting.parameters(strength, np.random.default_rng([seed, 5]))
@@ -169,8 +278,8 @@ def _parameters_for(
         return parameters(planting.largest)
     for _ in range(SEARCH_STEPS):
         middle = 0.5 * (low + high)
-        moved = _share(name, seed, tyre, load, duration, parameters(float(np.exp(middle))))
-        low, high = (middle, high) if moved < wanted else (low, middle)
+        share = _share(name, seed, tyre, load, duration, parameters(float(np.exp(middle))))
+        low, high = (middle, high) if share < wanted else (low, middle)
     return parameters(float(np.exp(0.5 * (low + high))))
 
 
@@ -183,21 +292,23 @@ def _share(
     parameters: Mapping[str, float],
 ) -> float:
     """Change of the torque, rms over the range without the effect [1]; nothing is refitted."""
-    drive, without = _without(seed, tyre, load, duration, PLANTINGS[name].hand)
+    drive, without = _without(seed, tyre, load, duration, STRENGTHS[name].hand)
     effects = build_effects({name: parameters})
-    with_it = simulate(drive, tyre, effects, bristles=SEARCH_BRISTLES).M_z
+    with_it = simulate_bristles(drive, tyre, effects, bristles=SEARCH_BRISTLES).M_z
     return float(np.sqrt(np.mean((with_it - without) ** 2)) / np.ptp(without))
 
 
 @lru_cache
-def _without(seed: int, tyre: RigTyre, load: float, duration: float, hand: Hand) -> tuple[Drive, Array]:
+def _without(
+    seed: int, tyre: RigTyre, load: float, duration: float, hand: Hand
+) -> tuple[RigDrive, Array]:
     """The path, and the torque without any effect."""
     fine = hand_path(seed, duration, hand=hand, load=load, rate=SAMPLE_RATE * SUBSTEPS)
-    drive = Drive(
+    drive = RigDrive(
         t=fine.t[::SUBSTEPS],
         psi=fine.psi[::SUBSTEPS],
         psi_dot=fine.psi_dot[::SUBSTEPS],
         F_N=fine.F_N[::SUBSTEPS],
         psi_virgin=fine.psi_virgin,
     )
-    return drive, simulate(drive, tyre, bristles=SEARCH_BRISTLES).M_z
+    return drive, simulate_bristles(drive, tyre, bristles=SEARCH_BRISTLES).M_z

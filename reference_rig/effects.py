@@ -1,12 +1,15 @@
-"""The effects of the library as the rig plants them, each at its own hook."""
+"""The effects that the rig plants, each at its own hook: those of the library, and others.
+
+The others, `UNMODELLED_EFFECTS`, are in no library; a diagnosis has to report them as unexplained.
+"""
 
 from dataclasses import dataclass, replace
 from math import exp, inf
 
 import numpy as np
 
-from reference_rig.creep import REFERENCE_SPEED, REST_SPEED
-from reference_rig.hooks import Array, Drive, Effect, History, Relaxation, Sample
+from reference_rig.hooks import Array, BristleStep, MaxwellBranch, PlantedEffect, RigDrive, RigHistory
+from reference_rig.patch import REFERENCE_SPEED, REST_SPEED
 
 LEAST_RATE_FACTOR = 0.05
 REFERENCE_LOAD = 400.0
@@ -14,42 +17,42 @@ BEARING_RATE = 0.01
 
 
 @dataclass(frozen=True, kw_only=True)
-class RateFriction(Effect):
+class PlantedRateFriction(PlantedEffect):
     """Limit times 1 + c ln(sqrt(v² + v_0²)/v_ref)."""
 
     c: float = 0.0
 
-    def friction(self, sample: Sample) -> Array:
+    def friction(self, sample: BristleStep) -> Array:
         """Factor of each bristle."""
         regular = np.sqrt(sample.speed**2 + REST_SPEED**2)
         return np.maximum(LEAST_RATE_FACTOR, 1 + self.c * np.log(regular / REFERENCE_SPEED))
 
 
 @dataclass(frozen=True, kw_only=True)
-class FrictionalCreep(Effect):
+class PlantedFrictionalCreep(PlantedEffect):
     """Limit times 1 + c ln(v/v_ref), v the bristle's own speed."""
 
     c: float = 0.0
 
     def rate(self) -> float:
-        """What grows."""
+        """The growth c."""
         return self.c
 
 
 @dataclass(frozen=True, kw_only=True)
-class Stribeck(Effect):
+class PlantedStribeck(PlantedEffect):
     """Limit times 1 + (ratio - 1) exp(-v/v_s)."""
 
     ratio: float = 1.0
     v_s: float = 3e-3
 
-    def friction(self, sample: Sample) -> Array:
+    def friction(self, sample: BristleStep) -> Array:
         """Factor of each bristle."""
         return 1 + (self.ratio - 1) * np.exp(-sample.speed / self.v_s)
 
 
 @dataclass(frozen=True, kw_only=True)
-class CarcassTorsion(Effect):
+class PlantedCarcassTorsion(PlantedEffect):
     """The patch is turned by psi + M_z/k_t, k_t in N m/rad."""
 
     k_t: float = inf
@@ -60,7 +63,7 @@ class CarcassTorsion(Effect):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactLength(Effect):
+class PlantedContactLength(PlantedEffect):
     """The half-length is a (F_N / (F_0 (a / 45 mm)^m))^n, F_0 in N."""
 
     n: float = 0.0
@@ -77,7 +80,7 @@ class ContactLength(Effect):
 
 
 @dataclass(frozen=True, kw_only=True)
-class PatchWidth(Effect):
+class PlantedPatchWidth(PlantedEffect):
     """Bristles fill |y| <= half_width [m]."""
 
     half_width: float = 0.0
@@ -88,7 +91,7 @@ class PatchWidth(Effect):
 
 
 @dataclass(frozen=True, kw_only=True)
-class PressureShape(Effect):
+class PlantedPressureShape(PlantedEffect):
     """Pressure ~ 1 - |x/a|^exponent with the load unchanged."""
 
     exponent: float = 2.0
@@ -100,31 +103,31 @@ class PressureShape(Effect):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ViscoelasticRelaxation(Effect):
+class PlantedViscoelasticRelaxation(PlantedEffect):
     """Maxwell branch of stiffness gain k and relaxation time [s]."""
 
     gain: float = 0.0
     time: float = 0.5
 
-    def relaxation(self) -> Relaxation:
+    def relaxation(self) -> MaxwellBranch:
         """The branch."""
-        return Relaxation(gain=self.gain, time=self.time)
+        return MaxwellBranch(gain=self.gain, time=self.time)
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactDamping(Effect):
+class PlantedContactDamping(PlantedEffect):
     """M_z -= c psi_dot, c in N m s/rad."""
 
     c: float = 0.0
 
-    def torque(self, history: History) -> Array:
+    def torque(self, history: RigHistory) -> Array:
         """Torque with the damping."""
         return history.M_z - self.c * history.drive.psi_dot
 
 
 @dataclass(frozen=True, kw_only=True)
-class SensorDelay(Effect):
-    """The torque channel shows what was made `delay` [s] ago; at first, the first sample."""
+class PlantedSensorDelay(PlantedEffect):
+    """The torque channel shows the torque of `delay` [s] ago; at first, that of the first sample."""
 
     delay: float = 0.0
 
@@ -133,70 +136,70 @@ class SensorDelay(Effect):
         """Last: the channel delays whatever makes the torque."""
         return 1
 
-    def torque(self, history: History) -> Array:
+    def torque(self, history: RigHistory) -> Array:
         """Late torque, linear between samples."""
         t = history.drive.t
         return np.interp(t - self.delay, t, history.M_z)
 
 
 @dataclass(frozen=True, kw_only=True)
-class TorqueOffset(Effect):
+class PlantedTorqueOffset(PlantedEffect):
     """M_z += M_0 [N m]."""
 
     M_0: float = 0.0
 
-    def torque(self, history: History) -> Array:
+    def torque(self, history: RigHistory) -> Array:
         """Shifted torque."""
         return history.M_z + self.M_0
 
 
 @dataclass(frozen=True, kw_only=True)
-class Pretwist(Effect):
+class PlantedPretwist(PlantedEffect):
     """A virgin patch was turned by psi_0 [rad] before the first sample."""
 
     psi_0: float = 0.0
 
-    def drive(self, drive: Drive) -> Drive:
+    def drive(self, drive: RigDrive) -> RigDrive:
         """The first step of the patch turns it by psi_0."""
         return replace(drive, psi_virgin=drive.psi_virgin - self.psi_0)
 
 
 @dataclass(frozen=True, kw_only=True)
-class LoadDependentFriction(Effect):
+class PlantedLoadDependentFriction(PlantedEffect):
     """Limit times (F_N/F_ref)^(-n)."""
 
     n: float = 0.0
 
-    def friction(self, sample: Sample) -> float:
+    def friction(self, sample: BristleStep) -> float:
         """Factor of all bristles."""
         return (sample.F_N / REFERENCE_LOAD) ** -self.n
 
 
 @dataclass(frozen=True, kw_only=True)
-class AsymmetricFriction(Effect):
+class PlantedAsymmetricFriction(PlantedEffect):
     """Limit times ratio while psi_dot > 0."""
 
     ratio: float = 1.0
 
-    def friction(self, sample: Sample) -> float:
+    def friction(self, sample: BristleStep) -> float:
         """Factor of all bristles."""
         return self.ratio if sample.psi_dot > 0 else 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class FrictionDrift(Effect):
+class PlantedFrictionDrift(PlantedEffect):
     """Limit times 1 + gain (1 - exp(-s/scale)), s the angle turned so far, scale in rad."""
 
     gain: float = 0.0
     scale: float = 0.5
 
-    def friction(self, sample: Sample) -> float:
+    def friction(self, sample: BristleStep) -> float:
         """Factor of all bristles."""
         return 1 + self.gain * (1 - exp(-sample.travel / self.scale))
 
 
 @dataclass(frozen=True, kw_only=True)
-class PressureSkew(Effect):
+class PlantedPressureSkew(PlantedEffect):
     """Pressure times 1 + skew x/a."""
 
     skew: float = 0.0
@@ -207,45 +210,107 @@ class PressureSkew(Effect):
 
 
 @dataclass(frozen=True, kw_only=True)
-class BearingFriction(Effect):
+class PlantedBearingFriction(PlantedEffect):
     """M_z -= M_c tanh(psi_dot/omega_0), M_c in N m."""
 
     M_c: float = 0.0
 
-    def torque(self, history: History) -> Array:
+    def torque(self, history: RigHistory) -> Array:
         """Torque with the dry friction."""
         return history.M_z - self.M_c * np.tanh(history.drive.psi_dot / BEARING_RATE)
 
 
 @dataclass(frozen=True, kw_only=True)
-class SteeringReturn(Effect):
+class PlantedSteeringReturn(PlantedEffect):
     """M_z -= stiffness psi, stiffness in N m/rad."""
 
     stiffness: float = 0.0
 
-    def torque(self, history: History) -> Array:
+    def torque(self, history: RigHistory) -> Array:
         """Torque with the return."""
         return history.M_z - self.stiffness * history.drive.psi
 
 
-LIBRARY: dict[str, type[Effect]] = {
-    "rate_friction": RateFriction,
-    "frictional_creep": FrictionalCreep,
-    "stribeck": Stribeck,
-    "carcass_torsion": CarcassTorsion,
-    "contact_length": ContactLength,
-    "patch_width": PatchWidth,
-    "pressure_shape": PressureShape,
-    "viscoelastic_relaxation": ViscoelasticRelaxation,
-    "contact_damping": ContactDamping,
-    "sensor_delay": SensorDelay,
-    "torque_offset": TorqueOffset,
-    "pretwist": Pretwist,
-    "load_dependent_friction": LoadDependentFriction,
-    "asymmetric_friction": AsymmetricFriction,
-    "friction_drift": FrictionDrift,
-    "pressure_skew": PressureSkew,
-    "bearing_friction": BearingFriction,
-    "steering_return": SteeringReturn,
+LIBRARY_EFFECTS: dict[str, type[PlantedEffect]] = {
+    "rate_friction": PlantedRateFriction,
+    "frictional_creep": PlantedFrictionalCreep,
+    "stribeck": PlantedStribeck,
+    "carcass_torsion": PlantedCarcassTorsion,
+    "contact_length": PlantedContactLength,
+    "patch_width": PlantedPatchWidth,
+    "pressure_shape": PlantedPressureShape,
+    "viscoelastic_relaxation": PlantedViscoelasticRelaxation,
+    "contact_damping": PlantedContactDamping,
+    "sensor_delay": PlantedSensorDelay,
+    "torque_offset": PlantedTorqueOffset,
+    "pretwist": PlantedPretwist,
+    "load_dependent_friction": PlantedLoadDependentFriction,
+    "asymmetric_friction": PlantedAsymmetricFriction,
+    "friction_drift": PlantedFrictionDrift,
+    "pressure_skew": PlantedPressureSkew,
+    "bearing_friction": PlantedBearingFriction,
+    "steering_return": PlantedSteeringReturn,
 }
 """Name of the effect -> its class; the class's fields are the parameters, neutral by default."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlantedBacklash(PlantedEffect):
+    """Play between angle sensor and tyre, `gap` [rad] from flank to flank."""
+
+    gap: float = 0.0
+
+    def drive(self, drive: RigDrive) -> RigDrive:
+        """The tyre's angle follows the sensor's as a play operator does."""
+        if self.gap == 0:
+            return drive
+        half = self.gap / 2
+        psi = np.empty_like(drive.psi)
+        tyre = float(drive.psi[0])
+        for i, sensor in enumerate(drive.psi):
+            tyre = min(max(tyre, sensor - half), sensor + half)
+            psi[i] = tyre
+        driven = np.diff(psi, prepend=psi[0]) != 0
+        return replace(drive, psi=psi, psi_dot=np.where(driven, drive.psi_dot, 0.0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlantedSlideOscillation(PlantedEffect):
+    """The torque swings with `amplitude` [N m] and `frequency` [Hz] while the patch slides."""
+
+    amplitude: float = 0.0
+    frequency: float = 5.0
+
+    def torque(self, history: RigHistory) -> Array:
+        """The swing fades in as most bristles let go."""
+        swell = np.clip((history.sliding - 0.4) / 0.4, 0, 1)
+        swing = np.sin(2 * np.pi * self.frequency * history.drive.t)
+        return history.M_z + self.amplitude * swell * swing
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlantedGust(PlantedEffect):
+    """Slow random disturbance of the torque's load cell: `level` [N m] rms, `time` [s] long."""
+
+    level: float = 0.0
+    time: float = 0.6
+    seed: int = 0
+
+    def torque(self, history: RigHistory) -> Array:
+        """White noise twice smoothed over `time`, brought to the level."""
+        if self.level == 0:
+            return history.M_z
+        t = history.drive.t
+        knots = np.arange(t[0] - 8 * self.time, t[-1] + 8 * self.time, self.time / 4)
+        noise = np.random.default_rng(self.seed).standard_normal(len(knots))
+        window = np.hanning(9)
+        slow = np.interp(t, knots, np.convolve(noise, window / window.sum(), mode="same"))
+        return history.M_z + self.level * slow / np.sqrt(np.mean(slow**2))
+
+
+UNMODELLED_EFFECTS: dict[str, type[PlantedEffect]] = {
+    "backlash": PlantedBacklash,
+    "slide_oscillation": PlantedSlideOscillation,
+    "gust": PlantedGust,
+}
+"""Name of the effect -> its class, neutral by default."""

@@ -5,25 +5,22 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from reference_rig.hooks import Array, Drive
+from reference_rig.hooks import Array, RigDrive
 from reference_rig.patch import RigTyre, lay_out
-from reference_rig.path import Hand, hand_path
-from reference_rig.record import ENCODER_STEP, LOAD_NOISE, SAMPLE_RATE, SUBSTEPS, RigRecording
+from reference_rig.path import SAMPLE_RATE, STEP_RATE, Hand, hand_path
+from reference_rig.recording import RigRecording
+from reference_rig.sensors import ENCODER_STEP, LOAD_NOISE, quantise, require_instants, sample_instants
 
 Friction = Callable[[Array], Array]
 """Friction coefficient [1] at times [s]; same shape."""
 
 BRISTLES = 400
-STEP_RATE = float(SAMPLE_RATE * SUBSTEPS)
-"""Steps of the patch a second [Hz]."""
 WALK_KNOT = 1e-3
 """A random walk is linear between knots this far apart [s], whatever the sampling."""
-ROUNDING = 1e-9
-"""So much may an instant lie outside the time [s]."""
 LEAST_MU, LARGEST_MU = 0.1, 2.5
 
 
-class Patch:
+class InPlacePatch:
     """Bristles as elastoplastic stops, turned in place: a few microseconds a step."""
 
     def __init__(self, tyre: RigTyre, bristles: int = BRISTLES) -> None:
@@ -63,22 +60,22 @@ class GroundRecording(RigRecording):
     """Friction coefficient [1], shape (n,)."""
 
 
-def constant(mu: float) -> Friction:
+def constant_friction(mu: float) -> Friction:
     """The same friction throughout."""
     return lambda t: np.full_like(t, mu)
 
 
-def step_change(when: float, before: float, after: float) -> Friction:
+def friction_step(when: float, before: float, after: float) -> Friction:
     """Friction that is `before` until the time `when` [s] and `after` from it on."""
     return lambda t: np.where(t < when, before, after)
 
 
-def between(t: Array, mu: Array) -> Friction:
+def friction_between(t: Array, mu: Array) -> Friction:
     """Friction given at times of one's own choice, linear between them."""
     return lambda at: np.interp(at, t, mu)
 
 
-def random_walk(seed: int, start: float, intensity: float, duration: float) -> Friction:
+def friction_walk(seed: int, start: float, intensity: float, duration: float) -> Friction:
     """Random walk of friction, thrown back at 0.1 and at 2.5.
 
     Args:
@@ -87,58 +84,16 @@ def random_walk(seed: int, start: float, intensity: float, duration: float) -> F
         intensity: standard deviation of the change in one second [1/sqrt(s)].
         duration: up to which it walks [s]; constant afterwards.
     """
-    t = np.arange(round(duration / WALK_KNOT) + 1) * WALK_KNOT
+    t = np.arange(round(duration / WALK_KNOT) + 1, dtype=np.float64) * WALK_KNOT
     steps = np.random.default_rng([seed, 6]).standard_normal(len(t) - 1)
     free = start + intensity * np.sqrt(WALK_KNOT) * np.concatenate([[0.0], np.cumsum(steps)])
     # Folding the free walk like a strip of paper keeps its increments' size.
     width = LARGEST_MU - LEAST_MU
     folded = np.abs((free - LARGEST_MU) % (2 * width) - width)
-    return between(t, LEAST_MU + folded)
+    return friction_between(t, LEAST_MU + folded)
 
 
-def free_path(t: Array, psi: Array, *, load: float | Array = 400.0, rate: float = STEP_RATE) -> Drive:
-    """Path through given angles, linear between them; virgin at the first.
-
-    Args:
-        t: times [s], increasing, shape (n,).
-        psi: yaw angles [rad], shape (n,).
-        load: vertical load [N], one for all or of shape (n,).
-        rate: steps of the patch a second [Hz].
-    """
-    fine = t[0] + np.arange(round((t[-1] - t[0]) * rate) + 1) / rate
-    angle = np.interp(fine, t, psi)
-    return Drive(
-        t=fine,
-        psi=angle,
-        psi_dot=np.gradient(angle, fine),
-        F_N=np.interp(fine, t, np.broadcast_to(load, np.shape(t))),
-        psi_virgin=float(psi[0]),
-    )
-
-
-def constant_turn(psi_dot: float, duration: float, *, load: float = 400.0) -> Drive:
-    """Turn at a constant rate [rad/s] for a duration [s]."""
-    ends = np.array([0.0, duration])
-    return free_path(ends, psi_dot * ends, load=load)
-
-
-def sample_instants(end: float, rate: float) -> Array:
-    """Instants of an even sampling from zero to the end [s]."""
-    return np.arange(int(end * rate * (1 + 1e-12)) + 1) / rate
-
-
-def require_instants(times: Array, t: Array) -> None:
-    """Instants have to increase and, but for rounding, to lie within the time."""
-    if np.any(np.diff(times) <= 0) or times[0] < t[0] - ROUNDING or times[-1] > t[-1] + ROUNDING:
-        raise ValueError(f"instants must increase within {t[0]} s to {t[-1]} s")
-
-
-def quantise(psi: Array, step: float) -> Array:
-    """Angles as an encoder of this step shows them [rad]; a step of 0 for none."""
-    return np.round(psi / step) * step if step > 0 else psi
-
-
-def simulate_ground(drive: Drive, mu: Array, tyre: RigTyre, *, bristles: int = BRISTLES) -> Array:
+def simulate_ground(drive: RigDrive, mu: Array, tyre: RigTyre, *, bristles: int = BRISTLES) -> Array:
     """Turn the tyre through a drive on changing ground.
 
     Args:
@@ -150,7 +105,7 @@ def simulate_ground(drive: Drive, mu: Array, tyre: RigTyre, *, bristles: int = B
     Returns:
         Aligning torque [N m], shape (n,).
     """
-    patch = Patch(tyre, bristles)
+    patch = InPlacePatch(tyre, bristles)
     angles = np.diff(drive.psi, prepend=drive.psi_virgin).tolist()
     forces = (mu * drive.F_N).tolist()
     return np.array([patch.turn(*step) for step in zip(angles, forces, strict=True)])
@@ -160,7 +115,7 @@ def make_ground_recording(
     seed: int,
     friction: Friction,
     *,
-    drive: Drive | None = None,
+    drive: RigDrive | None = None,
     tyre: RigTyre | None = None,
     load: float = 400.0,
     duration: float = 10.0,
@@ -217,11 +172,11 @@ def make_ground_recording(
     )
 
 
-def _with_instants(drive: Drive, times: Array) -> Drive:
+def _with_instants(drive: RigDrive, times: Array) -> RigDrive:
     """The drive with the sampling instants among its steps, so that samples are exact."""
     require_instants(times, drive.t)
     t = np.union1d(drive.t, times)
-    return Drive(
+    return RigDrive(
         t=t,
         psi=np.interp(t, drive.t, drive.psi),
         psi_dot=np.interp(t, drive.t, drive.psi_dot),

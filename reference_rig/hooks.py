@@ -1,4 +1,4 @@
-"""What an effect of the rig may touch, and the records that pass between rig and effect."""
+"""Hooks of an effect of the rig, and the records that pass between rig and effect."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,8 +10,8 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Drive:
-    """What is done to the tyre; all arrays of shape (n,).
+class RigDrive:
+    """Imposed angle and load of the tyre; all arrays of shape (n,).
 
     `psi_virgin` is the angle at which the patch was free of deformation before the first sample.
     """
@@ -28,7 +28,7 @@ class Drive:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Sample:
+class BristleStep:
     """One step of the drive as a bristle sees it."""
 
     psi_dot: float
@@ -47,10 +47,10 @@ class Sample:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class History:
-    """What the rig did; all arrays of shape (n,)."""
+class RigHistory:
+    """Response of the rig; all arrays of shape (n,)."""
 
-    drive: Drive
+    drive: RigDrive
     """The drive at the sensor, before any effect changed it on its way to the patch."""
     psi_patch: Array
     """Angle of the patch [rad]."""
@@ -61,7 +61,7 @@ class History:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Relaxation:
+class MaxwellBranch:
     """Maxwell branch beside each bristle spring: stiffness gain k, relaxation time [s]."""
 
     gain: float = 0.0
@@ -69,7 +69,7 @@ class Relaxation:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Effect:
+class PlantedEffect:
     """An effect that changes nothing. Real ones override the one hook at which they act."""
 
     @property
@@ -95,15 +95,15 @@ class Effect:
         del xi
         return 1.0
 
-    def relaxation(self) -> Relaxation:
+    def relaxation(self) -> MaxwellBranch:
         """Branch beside each bristle spring."""
-        return Relaxation()
+        return MaxwellBranch()
 
     def compliance(self) -> float:
         """Torsional compliance in series with the patch [rad/(N m)]."""
         return 0.0
 
-    def friction(self, sample: Sample) -> Array | float:
+    def friction(self, sample: BristleStep) -> Array | float:
         """Factor on the friction limit during one step [1]."""
         del sample
         return 1.0
@@ -112,10 +112,10 @@ class Effect:
         """Growth c >= 0 of the friction limit with the logarithm of a bristle's own speed [1]."""
         return 0.0
 
-    def drive(self, drive: Drive) -> Drive:
-        """What reaches the tyre of what the sensor sees."""
+    def drive(self, drive: RigDrive) -> RigDrive:
+        """The drive that reaches the tyre, from the one at the sensor."""
         return drive
 
-    def torque(self, history: History) -> Array:
-        """What the torque channel shows [N m]."""
+    def torque(self, history: RigHistory) -> Array:
+        """The torque channel [N m]."""
         return history.M_z

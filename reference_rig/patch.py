@@ -1,4 +1,9 @@
-"""Fine-bristle patch: every bristle is an elastoplastic stop on a uniform midpoint grid."""
+"""Fine-bristle patch: every bristle is an elastoplastic stop on a uniform midpoint grid.
+
+Where friction grows with the logarithm of a bristle's own sliding speed, a bristle that a step loads to
+`size` slides at v with size = A v + L (1 + c ln(v/v_ref)), A v being the stress that its slip relieves.
+The root is Wright's omega function.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -6,9 +11,43 @@ from functools import cached_property, lru_cache
 from math import exp, expm1, prod
 
 import numpy as np
+from scipy.special import wrightomega
 
-from reference_rig.creep import borne
-from reference_rig.hooks import Array, Drive, Effect, History, Relaxation, Sample
+from reference_rig.hooks import Array, BristleStep, MaxwellBranch, PlantedEffect, RigDrive, RigHistory
+
+REFERENCE_SPEED = 1e-3
+"""Sliding speed at which the factor on the limit is one [m/s]."""
+REST_SPEED = 1e-4
+"""Sliding speed below which the limit is constant [m/s]."""
+
+
+def friction_stress(size: Array, limit: Array, c: float, relief: float) -> tuple[Array, Array]:
+    """Stress that friction balances [m], and its derivative by the stress before the slip [1].
+
+    Args:
+        size: stress before the slip, not negative [m], shape (n,).
+        limit: friction bound at the reference speed, greater than 0 [m], shape (n,).
+        c: growth of the bound with ln v; 0 for one that stays the same [1].
+        relief: stress that a slip at 1 m/s relieves in the step [m].
+    """
+    if c == 0:
+        return np.minimum(size, limit), (size <= limit).astype(float)
+    least = limit * (1 + c * np.log(REST_SPEED / REFERENCE_SPEED))
+    sticking = size <= least
+    balanced, slope = np.where(sticking, size, least), sticking.astype(float)
+    over = np.flatnonzero(~sticking)
+    growth, size = c * limit[over], size[over]
+    speed = (
+        growth
+        / relief
+        * wrightomega((size - limit[over]) / growth + np.log(REFERENCE_SPEED * relief / growth))
+    )
+    sliding = speed > REST_SPEED
+    over, growth, speed = over[sliding], growth[sliding], speed[sliding]
+    balanced[over] = limit[over] * (1 + c * np.log(speed / REFERENCE_SPEED))
+    slope[over] = growth / (growth + relief * speed)
+    return balanced, slope
+
 
 NOTHING = 1e-12
 """Pressure where a bristle does not touch the ground; not zero, as creep divides by it [1]."""
@@ -30,7 +69,7 @@ class RigTyre:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Bristles:
+class BristleGrid:
     """The grid, arrays of shape (bristles,). The shares sum to one."""
 
     lever: Array
@@ -38,8 +77,8 @@ class Bristles:
     share: Array
     """Stiffness times lever, so that torque = share · stretch [N]."""
     limit_of: Callable[[float], Array]
-    """How much the patch grew [1] -> stretch at which a bristle slides, for one newton of load [m/N]."""
-    relaxation: Relaxation
+    """Growth of the patch [1] -> stretch at which a bristle slides, for one newton of load [m/N]."""
+    relaxation: MaxwellBranch
     """Maxwell branch beside each spring."""
     rate: float
     """Growth of the limit with the logarithm of a bristle's own speed."""
@@ -51,7 +90,7 @@ class Bristles:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class State:
+class PatchState:
     """Stretch of the springs and of their branches [m], and the angle of the patch [rad]."""
 
     spring: Array
@@ -59,9 +98,9 @@ class State:
     psi: float
 
 
-def simulate(
-    drive: Drive, tyre: RigTyre, effects: Sequence[Effect] = (), *, bristles: int = 2000
-) -> History:
+def simulate_bristles(
+    drive: RigDrive, tyre: RigTyre, effects: Sequence[PlantedEffect] = (), *, bristles: int = 2000
+) -> RigHistory:
     """Turn the tyre through a drive, one step a sample.
 
     Args:
@@ -83,14 +122,14 @@ def simulate(
     travel = np.cumsum(np.abs(np.diff(drive.psi, prepend=drive.psi[0])))
     dt = np.diff(drive.t)
     dt = np.concatenate([dt[:1], dt])
-    state = State(
+    state = PatchState(
         spring=np.zeros_like(grid.lever),
         branch=np.zeros_like(grid.lever),
         psi=drive.psi_virgin,
     )
     psi_patch, M_z, sliding = np.empty(n), np.empty(n), np.empty(n)
     for i in range(n):
-        sample = Sample(
+        sample = BristleStep(
             psi_dot=float(drive.psi_dot[i]),
             F_N=float(drive.F_N[i]),
             travel=float(travel[i]),
@@ -98,17 +137,17 @@ def simulate(
         )
         growth = prod(effect.growth(sample.F_N, tyre.a) for effect in effects)
         factor = sample.F_N * prod(effect.friction(sample) for effect in effects)
-        step = Step(grid, state, grid.limit_of(growth) * factor, float(dt[i]))
+        step = PatchStep(grid, state, grid.limit_of(growth) * factor, float(dt[i]))
         psi_patch[i] = step.solve(float(drive.psi[i]), compliance)
         state, M_z[i], sliding[i] = step.take(psi_patch[i])
-    history = History(drive=seen, psi_patch=psi_patch, M_z=M_z, sliding=sliding)
+    history = RigHistory(drive=seen, psi_patch=psi_patch, M_z=M_z, sliding=sliding)
     for effect in sorted(effects, key=lambda effect: effect.rank):
         history = replace(history, M_z=effect.torque(history))
     return history
 
 
-def lay_out(tyre: RigTyre, effects: Sequence[Effect], bristles: int) -> Bristles:
-    """The grid of bristles and what each of them can bear."""
+def lay_out(tyre: RigTyre, effects: Sequence[PlantedEffect], bristles: int) -> BristleGrid:
+    """The grid of bristles and the stretch at which each of them slides."""
     half_width = max((effect.width() for effect in effects), default=0.0)
     columns, rows = (bristles // 5, ROWS) if half_width > 0 else (bristles, 1)
     span = max((effect.span() for effect in effects), default=1.0)
@@ -125,7 +164,7 @@ def lay_out(tyre: RigTyre, effects: Sequence[Effect], bristles: int) -> Bristles
         pressure[touching] = 0.75 * (1 - place[touching] ** 2) * factor
         return np.repeat(tyre.mu * pressure / (growth * tyre.a * tyre.k), rows)
 
-    return Bristles(
+    return BristleGrid(
         lever=lever.ravel(),
         share=(tyre.k * 2 * span * tyre.a / lever.size) * lever.ravel(),
         limit_of=limit_of,
@@ -134,24 +173,24 @@ def lay_out(tyre: RigTyre, effects: Sequence[Effect], bristles: int) -> Bristles
     )
 
 
-def _one_relaxation(effects: Sequence[Effect]) -> Relaxation:
+def _one_relaxation(effects: Sequence[PlantedEffect]) -> MaxwellBranch:
     branches = [branch for effect in effects if (branch := effect.relaxation()).gain]
     if len(branches) > 1:
         raise ValueError("the rig has one Maxwell branch beside each bristle spring")
-    return branches[0] if branches else Relaxation()
+    return branches[0] if branches else MaxwellBranch()
 
 
-class Step:
+class PatchStep:
     """One step of the patch: a trial for any angle, and the step itself."""
 
-    def __init__(self, grid: Bristles, state: State, limit: Array, dt: float) -> None:
+    def __init__(self, grid: BristleGrid, state: PatchState, limit: Array, dt: float) -> None:
         """Prepare the step from the state at its beginning, for the limit at its end."""
         relaxation = grid.relaxation
         self._grid, self._state, self._limit = grid, state, limit
         self._fade = exp(-dt / relaxation.time)
-        # A branch that is stretched at a steady rate keeps this share of the stretch.
-        kept = -relaxation.time * expm1(-dt / relaxation.time) / dt
-        self._stretch = 1 + relaxation.gain * kept
+        # Share of the stretch that a branch keeps when it is stretched at a steady rate.
+        share = -relaxation.time * expm1(-dt / relaxation.time) / dt
+        self._stretch = 1 + relaxation.gain * share
         self._relief = (1 + relaxation.gain) * dt
 
     @cached_property
@@ -181,30 +220,30 @@ class Step:
                 p = 0.5 * (low + high)
         raise RuntimeError(f"no turn of the patch found at {psi} rad, residual {residual} rad")
 
-    def take(self, psi: float) -> tuple[State, float, float]:
+    def take(self, psi: float) -> tuple[PatchState, float, float]:
         """Turn the patch to psi; state, torque [N m] and share of sliding bristles."""
         grid, state, gain = self._grid, self._state, self._grid.relaxation.gain
         turned = grid.lever * (psi - state.psi)
         spring = state.spring - turned
         if gain == 0 and grid.rate == 0:
             # The stop alone: what follows does the same, in twice the time.
-            held = np.copysign(np.minimum(np.abs(spring), self._limit), spring)
-            slip = spring - held
-            after = State(spring=spring - slip, branch=state.branch, psi=psi)
-            return after, float(grid.share @ held), np.count_nonzero(slip) / slip.size
+            stress_after = np.copysign(np.minimum(np.abs(spring), self._limit), spring)
+            slip = spring - stress_after
+            after = PatchState(spring=spring - slip, branch=state.branch, psi=psi)
+            return after, float(grid.share @ stress_after), np.count_nonzero(slip) / slip.size
         branch = self._fade * state.branch - (self._stretch - 1) * turned
         stress = spring + branch
-        size, _ = borne(np.abs(stress), self._limit, grid.rate, self._relief)
-        held = np.copysign(size, stress)
+        size, _ = friction_stress(np.abs(stress), self._limit, grid.rate, self._relief)
+        stress_after = np.copysign(size, stress)
         # Slip relieves spring and branch together, in the ratio of their stiffnesses.
-        slip = (stress - held) / (1 + gain)
-        after = State(spring=spring - slip, branch=branch - gain * slip, psi=psi)
-        return after, float(grid.share @ held), np.count_nonzero(slip) / slip.size
+        slip = (stress - stress_after) / (1 + gain)
+        after = PatchState(spring=spring - slip, branch=branch - gain * slip, psi=psi)
+        return after, float(grid.share @ stress_after), np.count_nonzero(slip) / slip.size
 
     def _trial(self, psi: float) -> tuple[float, float]:
         """Torque at psi [N m] and its slope [N m/rad]."""
         grid = self._grid
         stress = self._at_rest - (self._stretch * (psi - self._state.psi)) * grid.lever
-        size, give = borne(np.abs(stress), self._limit, grid.rate, self._relief)
+        size, give = friction_stress(np.abs(stress), self._limit, grid.rate, self._relief)
         slope = -self._stretch * float(grid.share @ (grid.lever * give))
         return float(grid.share @ np.copysign(size, stress)), slope

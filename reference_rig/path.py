@@ -5,7 +5,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reference_rig.hooks import Array, Drive
+from reference_rig.hooks import Array, RigDrive
+
+SAMPLE_RATE = 100
+SUBSTEPS = 4
+"""Steps of the patch a sample: the wheel also turns, and turns back, between samples."""
+STEP_RATE = float(SAMPLE_RATE * SUBSTEPS)
+"""Steps of the patch a second [Hz]."""
+
 
 SLOWEST, FASTEST = 0.03, 0.35
 """Turning speed of a hand away from its reversals [rad/s]."""
@@ -13,7 +20,7 @@ SLOWEST, FASTEST = 0.03, 0.35
 
 @dataclass(frozen=True, kw_only=True)
 class Hand:
-    """How the wheel is turned."""
+    """Style of turning the wheel by hand."""
 
     amplitude: float = 0.45
     """Largest angle [rad]."""
@@ -34,7 +41,7 @@ def hand_path(
     hand: Hand | None = None,
     load: float = 400.0,
     rate: float = 400.0,
-) -> Drive:
+) -> RigDrive:
     """Steer a wheel by hand: quiet start, growing turns, nested loops, uneven speed.
 
     Args:
@@ -60,7 +67,7 @@ def hand_path(
     psi_dot = np.concatenate(pieces)[:n]
     psi = np.concatenate([[0.0], np.cumsum(0.5 * (psi_dot[1:] + psi_dot[:-1]) / rate)])
     t = np.arange(n) / rate
-    return Drive(
+    return RigDrive(
         t=t, psi=psi, psi_dot=psi_dot, F_N=load * _load_share(rng, t, psi, psi_dot), psi_virgin=0.0
     )
 
@@ -119,3 +126,29 @@ def _slow_noise(rng: np.random.Generator, t: Array, time: float) -> Array:
     left = place.astype(int)
     blend = 0.5 - 0.5 * np.cos(np.pi * (place - left))
     return (1 - blend) * knots[left] + blend * knots[left + 1]
+
+
+def free_path(t: Array, psi: Array, *, load: float | Array = 400.0, rate: float = STEP_RATE) -> RigDrive:
+    """Path through given angles, linear between them; virgin at the first.
+
+    Args:
+        t: times [s], increasing, shape (n,).
+        psi: yaw angles [rad], shape (n,).
+        load: vertical load [N], one for all or of shape (n,).
+        rate: steps of the patch a second [Hz].
+    """
+    fine = t[0] + np.arange(round((t[-1] - t[0]) * rate) + 1) / rate
+    angle = np.interp(fine, t, psi)
+    return RigDrive(
+        t=fine,
+        psi=angle,
+        psi_dot=np.gradient(angle, fine),
+        F_N=np.interp(fine, t, np.broadcast_to(load, np.shape(t))),
+        psi_virgin=float(psi[0]),
+    )
+
+
+def constant_turn(psi_dot: float, duration: float, *, load: float = 400.0) -> RigDrive:
+    """Turn at a constant rate [rad/s] for a duration [s]."""
+    ends = np.array([0.0, duration])
+    return free_path(ends, psi_dot * ends, load=load)

@@ -5,22 +5,19 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from reference_rig.ground import (
-    BRISTLES,
-    STEP_RATE,
-    Friction,
-    Patch,
-    constant,
+from reference_rig.ground import BRISTLES, Friction, InPlacePatch, constant_friction
+from reference_rig.hooks import Array, RigDrive
+from reference_rig.patch import RigTyre
+from reference_rig.path import STEP_RATE, Hand, hand_path
+from reference_rig.sensors import (
+    FOURTEEN_BIT_STEP,
+    LOAD_NOISE,
     quantise,
     require_instants,
     sample_instants,
 )
-from reference_rig.hooks import Array, Drive
-from reference_rig.patch import RigTyre
-from reference_rig.path import Hand, hand_path
-from reference_rig.record import FOURTEEN_BIT_STEP, LOAD_NOISE
 
-STEP = 1e-4
+MOTION_STEP = 1e-4
 """Step of the wheel's motion [s]; it swings at about 5 Hz."""
 
 
@@ -52,8 +49,8 @@ TEMPO = 2.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Motion:
-    """What the wheel did, at every step; arrays of shape (n,)."""
+class SteeredMotion:
+    """Motion of the wheel at every step; arrays of shape (n,)."""
 
     t: Array
     """Time [s]."""
@@ -70,16 +67,18 @@ class Motion:
     mu: Array
     """Friction coefficient [1]."""
 
-    def at(self, times: Array) -> "Motion":
+    def at(self, times: Array) -> "SteeredMotion":
         """The motion at other times [s], linear between the steps."""
         require_instants(times, self.t)
         names = ("psi", "psi_dot", "M", "M_z", "F_N", "mu")
-        return Motion(t=times, **{name: np.interp(times, self.t, getattr(self, name)) for name in names})
+        return SteeredMotion(
+            t=times, **{name: np.interp(times, self.t, getattr(self, name)) for name in names}
+        )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SteeringRecording:
-    """What the sensors showed, and the truth behind it; arrays of shape (n,)."""
+    """Channels of the sensors with the true values beside them; arrays of shape (n,)."""
 
     name: str
     t: Array
@@ -108,7 +107,7 @@ class SteeringRecording:
     """The true wheel."""
 
 
-def full_slide_torque(tyre: RigTyre, friction_force: float) -> float:
+def full_slide_moment(tyre: RigTyre, friction_force: float) -> float:
     """Size of M_z when all bristles slide, for |e| <= a and mu F_N [N].
 
     The mean of |x - e| over the parabola: a (3/8) (1 + 2 (e/a)² - (e/a)⁴/3).
@@ -117,17 +116,17 @@ def full_slide_torque(tyre: RigTyre, friction_force: float) -> float:
     return 3 / 8 * friction_force * tyre.a * (1 + 2 * share - share**2 / 3)
 
 
-def move(
+def simulate_steering(
     command: Array,
     F_N: Array,
     mu: Array,
     *,
-    step: float = STEP,
+    step: float = MOTION_STEP,
     tyre: RigTyre | None = None,
     wheel: Wheel | None = None,
     grip: Grip = LOOSE,
     bristles: int = BRISTLES,
-) -> Motion:
+) -> SteeredMotion:
     """Move a wheel from rest on a virgin patch with the torque M = command - K_p psi - K_d psi'.
 
     Velocity Verlet; the damping is taken with the velocity at both ends of the step in turn, which
@@ -143,7 +142,7 @@ def move(
         grip: K_p and K_d; by default none, so that the command is the torque.
         bristles: number of bristles.
     """
-    wheel, patch, n = wheel or Wheel(), Patch(tyre or RigTyre(), bristles), len(command)
+    wheel, patch, n = wheel or Wheel(), InPlacePatch(tyre or RigTyre(), bristles), len(command)
     damping, half = wheel.b_t + grip.damping, 0.5 * step / wheel.J_A
     divisor = 1 + half * damping
     psi, psi_dot, M_z = np.zeros(n), np.zeros(n), np.zeros(n)
@@ -157,7 +156,9 @@ def move(
         rate = (middle + half * torque) / divisor
         psi[i], psi_dot[i], M_z[i] = angle, rate, moment
     M = command - grip.stiffness * psi - grip.damping * psi_dot
-    return Motion(t=np.arange(n) * step, psi=psi, psi_dot=psi_dot, M=M, M_z=M_z, F_N=F_N, mu=mu)
+    return SteeredMotion(
+        t=np.arange(n, dtype=np.float64) * step, psi=psi, psi_dot=psi_dot, M=M, M_z=M_z, F_N=F_N, mu=mu
+    )
 
 
 def torque_profile(seed: int, t: Array, level: float) -> Array:
@@ -207,7 +208,7 @@ def make_steering_recording(
     times: Array | None = None,
     noise: float = 0.004,
     encoder_step: float = FOURTEEN_BIT_STEP,
-    step: float = STEP,
+    step: float = MOTION_STEP,
     bristles: int = BRISTLES,
     name: str = "steering",
 ) -> SteeringRecording:
@@ -235,7 +236,7 @@ def make_steering_recording(
     """
     tyre = tyre or RigTyre()
     path = _quick_path(seed, duration, hand or WIDE, load)
-    t = np.arange(round(duration / step) + 1) * step
+    t = np.arange(round(duration / step) + 1, dtype=np.float64) * step
     instants = sample_instants(duration, rate)
     if torque is None:
         grip = grip or Grip()
@@ -243,17 +244,25 @@ def make_steering_recording(
     else:
         grip = LOOSE
         command = torque(t) if callable(torque) else _linear(t, instants, torque)
-    mu = (friction or constant(tyre.mu))(t)
+    mu = (friction or constant_friction(tyre.mu))(t)
     F_N = np.interp(t, path.t, path.F_N)
-    motion = move(command, F_N, mu, step=step, tyre=tyre, wheel=wheel, grip=grip, bristles=bristles)
+    motion = simulate_steering(
+        command, F_N, mu, step=step, tyre=tyre, wheel=wheel, grip=grip, bristles=bristles
+    )
     seen = motion.at(instants if times is None else times)
     return _recorded(seed, seen, tyre, wheel or Wheel(), noise, encoder_step, name)
 
 
 def _recorded(
-    seed: int, seen: Motion, tyre: RigTyre, wheel: Wheel, noise: float, encoder_step: float, name: str
+    seed: int,
+    seen: SteeredMotion,
+    tyre: RigTyre,
+    wheel: Wheel,
+    noise: float,
+    encoder_step: float,
+    name: str,
 ) -> SteeringRecording:
-    """Put the sensors' faults on what is to be seen."""
+    """Put the sensors' faults on the motion at the sampling instants."""
     rng = np.random.default_rng([seed, 2])
     n = len(seen.t)
     load_sigma = LOAD_NOISE * float(np.mean(seen.F_N)) if noise > 0 else 0.0
@@ -274,13 +283,13 @@ def _recorded(
     )
 
 
-def _quick_path(seed: int, duration: float, hand: Hand, load: float) -> Drive:
+def _quick_path(seed: int, duration: float, hand: Hand, load: float) -> RigDrive:
     path = hand_path(seed, duration * TEMPO, hand=hand, load=load, rate=STEP_RATE)
     return replace(path, t=path.t / TEMPO, psi_dot=path.psi_dot * TEMPO)
 
 
-def _hand_command(path: Drive, t: Array, grip: Grip) -> Array:
-    """What the grip's torque would be at angle and rate zero [N m]."""
+def _hand_command(path: RigDrive, t: Array, grip: Grip) -> Array:
+    """Torque of the grip at angle and rate zero [N m]."""
     psi = np.interp(t, path.t, path.psi)
     psi_dot = np.interp(t, path.t, path.psi_dot)
     return grip.stiffness * psi + grip.damping * psi_dot

@@ -1,72 +1,84 @@
-"""Ground floor: the physics of the contact patch as casadi expressions."""
+"""Ground floor: the physics of the contact patch as CasADi expressions.
 
-from symbolic.bristles import BristlePatch, BristleTraits, Relaxation
-from symbolic.compiled import compiled
-from symbolic.deformation import (
-    edge_distance,
-    full_slide_level,
-    full_slide_torque,
-    position,
-    unit_moment,
+- `Model` composes a patch and any number of `EFFECTS` into CasADi Functions; `simulate` runs a recording
+  through it, and `simulate_motion` a wheel with inertia.
+- A subclass of `Effect` with its `Parameter`s is an effect of one's own; its hooks take `Signals`,
+  `Values` and `BristleTraits`.
+- `Rig` and `Tyre` hold what is known; `rig_from_tables` and `model_from_tables` read them from tables.
+"""
+
+from symbolic.bristles import BristleTraits, Relaxation
+from symbolic.compiled import compiled, compiler
+from symbolic.deformation import full_slide_level, full_slide_torque
+from symbolic.effects.base import (
+    Effect,
+    Parameter,
+    ResidualSignature,
+    Signals,
+    Values,
+    with_limit,
+    with_shape,
 )
-from symbolic.effects.base import Effect, Parameter, Signals, with_limit, with_shape
-from symbolic.effects.learned import LearnedTorque
-from symbolic.effects.library import EFFECTS, effects_named
-from symbolic.effects.patch_output import PatchOutput
+from symbolic.effects.library import EFFECTS, effects_in, effects_named
 from symbolic.errors import BrushgripError, InvalidInputError
 from symbolic.masing import (
     TurningPoints,
-    branch_torque,
     deformation_limit,
     lateral_deformation,
     virgin_torque,
     zone_boundaries,
 )
 from symbolic.model import DECLARED, GEOMETRY, SIGNALS, Model
-from symbolic.motion import Motion, TorqueProfile, simulate_motion
+from symbolic.motion import TorqueProfile, WheelMotion, simulate_motion
 from symbolic.parameters import Rig, Tyre
-from symbolic.patch import Patch, PatchInputs
-from symbolic.trajectory import Torque, simulate, step_along
-from symbolic.zones import ZonePatch
+from symbolic.patch import Expression
+from symbolic.serialisation import (
+    FoundModel,
+    model_from_tables,
+    parameter_name,
+    rig_from_tables,
+    units_of,
+)
+from symbolic.trajectory import TorqueTrajectory, sensitivity_step, simulate
 
 __all__ = [
     "DECLARED",
     "EFFECTS",
     "GEOMETRY",
     "SIGNALS",
-    "BristlePatch",
     "BristleTraits",
     "BrushgripError",
     "Effect",
+    "Expression",
+    "FoundModel",
     "InvalidInputError",
-    "LearnedTorque",
     "Model",
-    "Motion",
     "Parameter",
-    "Patch",
-    "PatchInputs",
-    "PatchOutput",
     "Relaxation",
+    "ResidualSignature",
     "Rig",
     "Signals",
-    "Torque",
     "TorqueProfile",
+    "TorqueTrajectory",
     "TurningPoints",
     "Tyre",
-    "ZonePatch",
-    "branch_torque",
+    "Values",
+    "WheelMotion",
     "compiled",
+    "compiler",
     "deformation_limit",
-    "edge_distance",
+    "effects_in",
     "effects_named",
     "full_slide_level",
     "full_slide_torque",
     "lateral_deformation",
-    "position",
+    "model_from_tables",
+    "parameter_name",
+    "rig_from_tables",
+    "sensitivity_step",
     "simulate",
     "simulate_motion",
-    "step_along",
-    "unit_moment",
+    "units_of",
     "virgin_torque",
     "with_limit",
     "with_shape",

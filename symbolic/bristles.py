@@ -1,9 +1,9 @@
 """The discretised patch: Gauss-Legendre bristles, for effects that break the parabola.
 
-Each bristle is one elastoplastic stop (source (2.15)-(2.16)). Effects enter as functions that the patch
-is given: the pressure over x, a spread over the width, a local factor on the friction limit, and a
-stress that relaxes. The torque error of the discretisation is 4e-4 of range for 80 bristles in one row,
-2e-3 for 40 in each of 6 rows (1e-4 and 5e-4 rms); with room to grow 9e-4 for 80 (2e-4 rms).
+Each bristle is one elastoplastic stop, [Györök 2022], (2.15) and (2.16). Effects enter as
+`BristleTraits`: the pressure over x, a spread over the width, a local factor on the friction limit, and
+a stress that relaxes. The torque error of the discretisation is 4e-4 of range for 80 bristles in one
+row, 2e-3 for 40 in each of 6 rows (1e-4 and 5e-4 rms); with room to grow 9e-4 for 80 (2e-4 rms).
 """
 
 from collections.abc import Callable
@@ -19,9 +19,9 @@ from symbolic.quadrature import gauss_legendre
 from symbolic.slip import clipped, slip
 
 SPAN = 1.25
-"""A patch that grows has bristles over so many half-lengths, and is not followed beyond them [1]."""
+"""Half-lengths over which a patch that grows has bristles; growth is clamped to it [1]."""
 INSIDE = 1 - 1e-9
-"""Pressures are not asked for beyond this share of the half-length: the limit is zero there [1]."""
+"""Largest |x| / a at which pressure factors are evaluated; the limit is zero beyond [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,15 +34,15 @@ class Relaxation:
 
 @dataclass(frozen=True, kw_only=True)
 class BristleTraits:
-    """What makes the bristles differ from the declared ones; each field is neutral by default.
+    """Deviations of the bristles from the declared patch; each field is neutral by default.
 
     Attributes:
         shape: factors on the pressure parabola at u = x / a, keeping the total load.
         limits: factors on the friction limit at the speed |x - e| |psi_dot| [m/s] at which the wheel
             drives a bristle.
-        creep: how much the limit grows with the log of each bristle's own sliding speed, see
-            `symbolic.slip` [1]; None where it does not.
-        growth: (load [N], a [m]) -> half-length of the patch over a [1], None where it stays a.
+        creep: growth of the limit with the log of each bristle's own sliding speed, see `symbolic.slip`
+            [1]; None for none.
+        growth: (load [N], a [m]) -> half-length of the patch over a [1], None for a.
         half_width: half-width of the patch [m], None for a line.
         relaxation: the Maxwell branch, None for none.
     """
@@ -63,7 +63,7 @@ class BristlePatch:
     same unit.
 
     Attributes:
-        traits: what the effects changed.
+        traits: deviations from the declared patch.
         lengthways: bristles over the length of the patch; half as many where rows smooth the sum [1].
         rows: bristles over the half-width, where the patch has one [1].
     """
@@ -101,48 +101,48 @@ class BristlePatch:
         return True
 
     @property
-    def drive_size(self) -> int:
+    def coefficient_size(self) -> int:
         """Lever / a, limit, torque weight of every bristle; two numbers for relaxation, two for slip."""
         return 3 * self.bristles + 4
 
-    def drive(self, inputs: PatchInputs) -> Expression:
-        """Lever arms, limits at this sample and torque weights; see `Patch.drive`."""
+    def coefficients(self, inputs: PatchInputs) -> Expression:
+        """Lever arms, limits at this sample and torque weights; see `Patch.coefficients`."""
         lever, limit, weight = self._geometry(inputs)
         relaxation = self.traits.relaxation
         decay: Expression = 0
-        held: Expression = 0
+        branch_gain: Expression = 0
         if relaxation is not None:
             steps = inputs.dt / relaxation.time
             decay = ca.exp(-steps)
-            # What is left at the end of a sample of a strain that grew evenly over it.
-            held = relaxation.gain * (1 - decay) / steps
+            # Share of a strain that is left at the end of a sample over which it grew evenly.
+            branch_gain = relaxation.gain * (1 - decay) / steps
         moments = inputs.k * inputs.a * weight * lever
         reach = inputs.dt / inputs.a
         creep = 0 if self.traits.creep is None else self.traits.creep
-        return ca.vertcat(lever / inputs.a, limit, moments, decay, held, reach, creep)
+        return ca.vertcat(lever / inputs.a, limit, moments, decay, branch_gain, reach, creep)
 
-    def advance(self, memory: Expression, turn: Expression, drive: Expression) -> Expression:
+    def advance(self, memory: Expression, turn: Expression, coefficients: Expression) -> Expression:
         """One sample of every bristle, in q / a; see `Patch.advance`."""
         n = self.bristles
-        lever, limit = drive[:n], drive[n : 2 * n]
-        moved = -lever * turn
-        reach = drive[3 * n + 2]
-        # As the drive has it: nothing else of theta is known here.
-        creep = None if self.traits.creep is None else drive[3 * n + 3]
+        lever, limit = coefficients[:n], coefficients[n : 2 * n]
+        stretch = -lever * turn
+        reach = coefficients[3 * n + 2]
+        # Out of the coefficients: theta itself is not an input of `advance`.
+        creep = None if self.traits.creep is None else coefficients[3 * n + 3]
         if self.traits.relaxation is None:
-            q = memory + moved
+            q = memory + stretch
             return clipped(q, limit) if creep is None else q - slip(q, limit, 0, reach, creep)
         # The stop with a Maxwell branch: sliding relieves spring and branch together.
-        decay, held = drive[3 * n], drive[3 * n + 1]
-        q, m = memory[:n] + moved, memory[n:] * decay + held * moved
-        slipped = slip(q + m, limit, held, reach, creep)
-        return ca.vertcat(q - slipped, m - held * slipped)
+        decay, branch_gain = coefficients[3 * n], coefficients[3 * n + 1]
+        q, m = memory[:n] + stretch, memory[n:] * decay + branch_gain * stretch
+        slipped = slip(q + m, limit, branch_gain, reach, creep)
+        return ca.vertcat(q - slipped, m - branch_gain * slipped)
 
-    def torque(self, memory: Expression, drive: Expression) -> Expression:
+    def torque(self, memory: Expression, coefficients: Expression) -> Expression:
         """The moment of the bristles and their branches; see `Patch.torque`."""
         n = self.bristles
         stress = memory if self.traits.relaxation is None else memory[:n] + memory[n:]
-        return ca.dot(stress, drive[2 * n : 3 * n])
+        return ca.dot(stress, coefficients[2 * n : 3 * n])
 
     def _geometry(self, inputs: PatchInputs) -> tuple[Expression, Expression, Expression]:
         """Lever arm [m], limit of stress / (k a) [1] and weight [m] of every bristle."""

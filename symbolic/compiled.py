@@ -1,6 +1,8 @@
 """Functions compiled to machine code through C, with a cache; interpreted where no compiler is found."""
 
+import atexit
 import hashlib
+import logging
 import os
 import platform
 import shutil
@@ -11,6 +13,7 @@ from pathlib import Path
 
 import casadi as ca
 
+_LOG = logging.getLogger(__name__)
 FLAGS = (
     "-O2",
     "-ftree-vectorize",
@@ -58,7 +61,9 @@ def compiled(function: ca.Function, *, vectorised: bool = False) -> ca.Function:
     """The same Function in machine code; the Function itself where it cannot be compiled.
 
     The library is cached under a digest of the generated C, the compiler and the flags, so a changed
-    model never meets a stale library, and concurrent processes may share the folder.
+    model never meets a stale library, and concurrent processes may share the folder. A second digest in
+    its name, of its content, tells a whole library from a damaged one, which is built anew. A folder
+    that another user owns or may write to is not used: what it holds would be run.
 
     Args:
         function: what to compile.
@@ -70,7 +75,7 @@ def compiled(function: ca.Function, *, vectorised: bool = False) -> ca.Function:
         return function
     flags = (*FLAGS, *VECTORISED) if vectorised and _takes(command, VECTORISED) else FLAGS
     try:
-        return ca.external(function.name(), str(_library(function, command, flags)))
+        return _loaded(function, command, flags)
     except (OSError, subprocess.SubprocessError, RuntimeError):
         return function
 
@@ -99,23 +104,84 @@ def _processor() -> str:
     return next((line for line in text.splitlines() if line.startswith("flags")), text)
 
 
-def _library(function: ca.Function, command: str, flags: tuple[str, ...]) -> Path:
+def _loaded(function: ca.Function, command: str, flags: tuple[str, ...]) -> ca.Function:
+    """The Function out of a library of the cache, which is built where there is none that loads."""
     generator = ca.CodeGenerator(f"{function.name()}.c")
     generator.add(function)
     source = generator.dump()
-    digest = hashlib.sha256("\0".join((source, command, _processor(), *flags)).encode()).hexdigest()[:24]
+    text = "\0".join((source, command, _processor(), *flags)).encode()
+    folder, stem = _private_cache(), f"{function.name()}_{_digest(text)}"
+    for library in folder.glob(f"{stem}_*.so"):
+        if _is_sound(library):
+            try:
+                return ca.external(function.name(), str(library))
+            except RuntimeError:
+                pass  # Of another machine with the same processor, say.
+        library.unlink(missing_ok=True)
+    return ca.external(function.name(), str(_built(source, command, flags, folder / stem)))
+
+
+def _built(source: str, command: str, flags: tuple[str, ...], stem: Path) -> Path:
+    """A new library, which is in the cache whole or not at all."""
+    with tempfile.TemporaryDirectory(dir=stem.parent) as scratch:
+        c_file, built = Path(scratch) / "function.c", Path(scratch) / "function.so"
+        c_file.write_text(source)
+        subprocess.run(
+            [command, str(c_file), *flags, "-o", str(built), "-lm"],
+            check=True,
+            capture_output=True,
+            timeout=300,
+        )
+        built.chmod(0o700)
+        with built.open("rb+") as content:
+            digest = _digest(content.read())
+            os.fsync(content.fileno())
+        return built.replace(f"{stem}_{digest}.so")
+
+
+def _is_sound(library: Path) -> bool:
+    """Whether a library of the cache is this user's alone, and has the content that its name says."""
+    try:
+        return _distrust(library) is None and library.stem.endswith(f"_{_digest(library.read_bytes())}")
+    except OSError:
+        return False
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()[:24]
+
+
+def _private_cache() -> Path:
+    """The cache folder; where others may write to it, an empty one for this process and its children."""
     folder = cache_directory()
-    library = folder / f"{function.name()}_{digest}.so"
-    if not library.exists():
-        folder.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=folder) as scratch:
-            c_file, built = Path(scratch) / "function.c", Path(scratch) / "function.so"
-            c_file.write_text(source)
-            subprocess.run(
-                [command, str(c_file), *flags, "-o", str(built), "-lm"],
-                check=True,
-                capture_output=True,
-                timeout=300,
-            )
-            built.replace(library)
-    return library
+    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    # From here on the folder is reached without a link, which might change its aim.
+    folder = folder.resolve()
+    if (reason := _distrust(folder)) is None:
+        return folder
+    own = tempfile.mkdtemp(prefix="brushgrip-")
+    atexit.register(_remove_as, os.getpid(), own)
+    os.environ["BRUSHGRIP_CACHE"] = own
+    _LOG.warning(
+        "brushgrip: %s %s, and compiled code in it would be run unseen; what is compiled now is not"
+        " kept. Remove that folder, or name one of your own in BRUSHGRIP_CACHE",
+        folder,
+        reason,
+    )
+    return Path(own)
+
+
+def _distrust(path: Path) -> str | None:
+    """Why others could have changed what is at a path; None where they could not, or nobody can tell."""
+    if not hasattr(os, "geteuid"):
+        return None
+    status = path.lstat()
+    if status.st_uid != os.geteuid():
+        return "belongs to another user"
+    return "may be written by other users" if status.st_mode & 0o022 else None
+
+
+def _remove_as(process: int, folder: str) -> None:
+    """Removes a folder at the end of the process that made it, not of a fork."""
+    if os.getpid() == process:
+        shutil.rmtree(folder, ignore_errors=True)

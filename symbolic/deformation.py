@@ -1,7 +1,8 @@
 r"""The lateral deformation q(x) and its moment, zone by zone, as CasADi expressions.
 
 Every bristle of the patch is an elastoplastic stop: turning by dpsi moves it by -(x - e) dpsi and
-friction limits it to \|q\| <= c (a^2 - x^2), c = 3 F_N mu / (4 a^3 k) (source (2.1), (2.15), (2.16)).
+friction limits it to \|q\| <= c (a^2 - x^2), c = 3 F_N mu / (4 a^3 k), [Györök 2022], (2.1), (2.15),
+(2.16).
 Divide both by the pressure parabola p(x) = a^2 - x^2 and write
 
     r = q / p,        xi = (x - e) / p.
@@ -14,7 +15,7 @@ since d xi / dx = ((x - e)^2 + a^2 - e^2) / p^2 > 0 for \|e\| < a. In these coor
 for every bristle alike: r is piecewise linear in xi whatever the history, and odd, r(-xi) = -r(xi). So
 the whole patch is the polyline on xi >= 0. Its corners are the boundaries between zones: n corners make
 2 n + 1 zones in x, and nothing limits n. Between corners q = r p = alpha (a^2 - x^2) - beta (x - e) is
-the rotated parabola of source (3.5).
+the rotated parabola of [Györök 2022], (3.5).
 
 The moment is linear in r. With r written by its changes of slope, r = sum_j s_j (xi - xi_j)_+, it is
 
@@ -35,8 +36,8 @@ Expression = Any
 def edge_distance(z: Expression, a: Expression, arm: Expression) -> Expression:
     """Distance w from a patch edge at which |xi| = z, without cancellation [m].
 
-    Solves z w (2 a - w) = arm - w, the quadratic of the zone boundary (source, appendix), in the form
-    whose denominator only adds.
+    Solves z w (2 a - w) = arm - w, the quadratic of the zone boundary ([Györök 2022], appendix), in the
+    form whose denominator has no subtraction.
 
     Args:
         z: |xi| of the boundary, >= 0 [1/m].
@@ -50,9 +51,9 @@ def edge_distance(z: Expression, a: Expression, arm: Expression) -> Expression:
 def unit_moment(z: Expression, a: Expression, e: Expression) -> Expression:
     """G(z) = int (|xi| - z)_+ (a^2 - x^2) |x - e| dx over both ends of the patch [m^3].
 
-    M_z of the virgin patch turned by psi > 0 is -k psi (G(0) - G(c / psi)), source (2.3) with (3.4);
-    G(0) = 2 a (a^2 / 3 + e^2), the stiffness of the sticking patch, source (5.7). The integrand is a
-    cubic in x, so two Gauss-Legendre nodes integrate it exactly.
+    M_z of the virgin patch turned by psi > 0 is -k psi (G(0) - G(c / psi)), [Györök 2022], (2.3)
+    with (3.4); G(0) = 2 a (a^2 / 3 + e^2) is the stiffness of the sticking patch over k, (5.7). The
+    integrand is a cubic in x, so two Gauss-Legendre nodes integrate it exactly.
 
     Args:
         z: dimension of xi, >= 0 [1/m].
@@ -90,10 +91,10 @@ def position(xi: Expression, a: Expression, e: Expression) -> Expression:
 
 
 def full_slide_torque(F_N: Expression, a: Expression) -> Expression:
-    """3/8 F_N a: the size of M_z in full slide for mu = 1 and e = 0 [N m], source (2.1) in (2.3)."""
+    """3/8 F_N a: size of M_z in full slide for mu = 1, e = 0 [N m]; [Györök 2022], (2.1) in (2.3)."""
     return 0.375 * F_N * a
 
 
 def full_slide_level(F_N: Expression, a: Expression) -> Expression:
-    """3 F_N / (4 a^3): the limit of r times k / mu [N/m^3], source (2.1)."""
+    """3 F_N / (4 a^3): the limit of r times k / mu [N/m^3], [Györök 2022], (2.1)."""
     return 3 * F_N / (4 * a**3)

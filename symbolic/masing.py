@@ -32,7 +32,7 @@ def virgin_torque(
     a: Expression,
     e: Expression,
 ) -> Expression:
-    """M_v: the torque of a virgin patch that has been turned by psi [N m], source (2.3) with (3.4).
+    """M_v: torque of a virgin patch turned by psi [N m], [Györök 2022], (2.3) with (3.4).
 
     Args:
         psi: the turn, of either sign; M_v is odd [rad].
@@ -61,7 +61,7 @@ def branch_torque(psi: Expression, branch: Expression, *constants: Expression) -
 
 @dataclass(frozen=True, kw_only=True)
 class TurningPoints:
-    """Angles at which the wheel turned back and that the patch still remembers, oldest first.
+    """Turning points that determine the torque (the memory of the patch), oldest first.
 
     Attributes:
         psi: the angle of rest, then the turning points [rad].
@@ -77,7 +77,7 @@ class TurningPoints:
         return self.psi[-1], self.M_z[-1], 1.0 if len(self.psi) == 1 else 2.0
 
     @property
-    def closes_at(self) -> float:
+    def closing_angle(self) -> float:
         """The angle at which the present loop closes; NaN on the virgin branch [rad]."""
         if len(self.psi) == 1:
             return nan
@@ -88,15 +88,15 @@ class TurningPoints:
         """Zones of the deformation while the wheel turns: 3 on the virgin branch, 2 a turning point."""
         return 2 * len(self.psi) + 1
 
-    def turned_back(self, psi: float, M_z: float) -> "TurningPoints":
+    def with_turn_back(self, psi: float, M_z: float) -> "TurningPoints":
         """The memory after a turn back at an angle [rad] with the torque there [N m]."""
         return TurningPoints(psi=(*self.psi, psi), M_z=(*self.M_z, M_z))
 
-    def undone(self) -> "TurningPoints":
-        """The memory without the last turn back, which came to nothing."""
+    def without_last_turn(self) -> "TurningPoints":
+        """The memory without the last turn back: the wheel has not turned since."""
         return self._without(min(1, len(self.psi) - 1))
 
-    def closed(self) -> "TurningPoints":
+    def without_closed_loop(self) -> "TurningPoints":
         """The memory after the present loop has closed: its two turning points are forgotten."""
         return self._without(min(2, len(self.psi) - 1))
 
@@ -108,14 +108,14 @@ class TurningPoints:
 def lateral_deformation(
     x: ArrayLike, psi: float, memory: TurningPoints, F_N: float, rig: Rig, tyre: Tyre
 ) -> Array:
-    """The lateral deformation q(x) of the patch [m], source (2.15) and (2.16).
+    """The lateral deformation q(x) of the patch [m], [Györök 2022], (2.15) and (2.16).
 
     Every bristle is a stop, and between turning points it moves one way, so one clip a branch is exact.
 
     Args:
         x: places in [-a, a], shape (n,) [m].
         psi: the present angle [rad].
-        memory: what the patch remembers.
+        memory: turning points of the patch.
         F_N: vertical load [N].
         rig: a and e are used.
         tyre: k and mu.
@@ -129,14 +129,14 @@ def lateral_deformation(
 
 
 def zone_boundaries(psi: float, memory: TurningPoints, F_N: float, rig: Rig, tyre: Tyre) -> Array:
-    """Where one zone of the deformation ends and the next begins, from rear to front [m].
+    """Boundaries between the zones of the deformation, from rear to front [m].
 
     Every branch has left one boundary on either side of the kingpin: there the bristles just reached
     their limit. The outermost ones bound what slides while the wheel turns on.
 
     Args:
         psi: the present angle [rad].
-        memory: what the patch remembers.
+        memory: turning points of the patch.
         F_N: vertical load [N].
         rig: a and e are used.
         tyre: k and mu.
@@ -151,7 +151,7 @@ def zone_boundaries(psi: float, memory: TurningPoints, F_N: float, rig: Rig, tyr
 
 
 def deformation_limit(x: ArrayLike, F_N: float, rig: Rig, tyre: Tyre) -> Array:
-    """The largest deformation q_cr(x) that friction holds [m], source (2.1).
+    """The largest deformation q_cr(x) that friction allows [m], [Györök 2022], (2.1).
 
     Raises:
         InvalidInputError: the tyre has no mu.

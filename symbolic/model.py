@@ -1,7 +1,7 @@
 """The model: a patch and any number of effects, composed into casadi Functions.
 
-`Model().step` is the declared model of the source. `Model(effects=...)` wraps it; the effects' own hooks
-say where they enter, and nothing here knows any of them by name.
+`Model().step` is the model of [Györök 2022], section 2.2. `Model(effects=...)` extends it; the hooks of
+an effect decide where it enters, and nothing here names any of them.
 """
 
 from collections.abc import Mapping
@@ -12,9 +12,7 @@ import casadi as ca
 
 from symbolic.bristles import BristlePatch, BristleTraits
 from symbolic.compliance import advance_in_series
-from symbolic.deformation import full_slide_torque
 from symbolic.effects.base import Effect, Parameter, Signals
-from symbolic.effects.patch_output import PatchOutput
 from symbolic.errors import InvalidInputError
 from symbolic.parameters import FRICTION, STIFFNESS
 from symbolic.patch import Expression, Patch, PatchInputs
@@ -22,8 +20,8 @@ from symbolic.zones import ZonePatch
 
 SIGNALS = ("psi", "psi_dot", "F_N", "dt")
 """Order of one sample's inputs: [rad], [rad/s], [N], [s]."""
-SHORTEST = 1e-9
-"""A sample that takes less is taken to last so long [s]: patch and effects divide by the time."""
+SHORTEST_PERIOD = 1e-9
+"""Shorter sample periods are clamped to this [s]: patch and effects divide by the period."""
 GEOMETRY = ("a", "e")
 """Order of the geometry: contact patch half-length [m], caster length [m]."""
 DECLARED = (
@@ -94,7 +92,7 @@ class Model:
 
     @property
     def exact(self) -> bool:
-        """True where the exact patch does, False where an effect breaks the parabola."""
+        """Whether the patch is the exact one: no effect breaks the parabola."""
         return not (self.discretised or any(effect.discrete for effect in self.effects))
 
     def patch(self, theta: Expression | None = None) -> Patch:
@@ -116,9 +114,9 @@ class Model:
         return 1 + self.patch().size + sum(effect.memory for effect in self.effects)
 
     @property
-    def start(self) -> ca.Function:
+    def initial(self) -> ca.Function:
         """(signals of the first sample, theta, geometry) -> memory before it; named inputs."""
-        return _build_start(self)
+        return _build_initial(self)
 
     @property
     def step(self) -> ca.Function:
@@ -133,8 +131,8 @@ class Model:
     def advance(self) -> ca.Function:
         """The first half of `step`: (memory, signals, theta, geometry) -> (memory_next, seen).
 
-        seen are the signals that reach the patch: another angle, rate or load where an effect sits in a
-        sensor, and dt at least `SHORTEST`.
+        seen are the signals at the patch: another angle, rate or load where an effect sits in a sensor,
+        and dt at least `SHORTEST_PERIOD`.
         """
         return _build_halves(self)[0]
 
@@ -143,15 +141,15 @@ class Model:
         """The second half of `step`: (memory_next, seen, theta, geometry) -> M_z."""
         return _build_halves(self)[1]
 
-    def remembers(self, coordinate: str) -> bool:
-        """True where the memory depends on that parameter, so that another value is another history.
+    def memory_depends_on(self, coordinate: str) -> bool:
+        """Whether the memory depends on that parameter, so that another value is another history.
 
         The declared model's memory depends on neither mu nor k (`symbolic.zones`).
         """
         column = self.coordinates.index(coordinate)
         depends = (
             self.step.jac_sparsity(0, 2),
-            self.start.jac_sparsity(0, 1),
+            self.initial.jac_sparsity(0, 1),
         )
         return any(s.colind()[column + 1] > s.colind()[column] for s in depends)
 
@@ -183,16 +181,16 @@ class Model:
 
 
 @cache
-def _build_start(model: Model) -> ca.Function:
+def _build_initial(model: Model) -> ca.Function:
     signals, theta, geometry = model.symbols()
-    at_first = _signals(signals)
-    angle = at_first.psi
+    first = _signals(signals)
+    angle = first.psi
     for effect, values in model.values(theta):
-        angle = angle - effect.start_angle(values)
+        angle = angle - effect.initial_angle(values)
     memory = [angle, ca.MX(ca.DM(model.patch().initial()))]
-    memory += [effect.initial(at_first) for effect in model.effects if effect.memory]
+    memory += [effect.initial(first) for effect in model.effects if effect.memory]
     return ca.Function(
-        "start",
+        "initial",
         [signals, theta, geometry],
         [ca.vertcat(*memory)],
         ["signals", "theta", "geometry"],
@@ -204,8 +202,8 @@ def _build_start(model: Model) -> ca.Function:
 def _build_step(model: Model) -> ca.Function:
     signals, theta, geometry = model.symbols()
     memory = ca.MX.sym("memory", model.memory_size)
-    after, seen, drive = _advance(model, memory, signals, theta, geometry)
-    M_z = _torque(model, after, seen, drive, theta, geometry)
+    after, seen, coefficients = _advance(model, memory, signals, theta, geometry)
+    M_z = _torque(model, after, seen, coefficients, theta)
     return ca.Function(
         "step",
         [memory, signals, theta, geometry],
@@ -230,11 +228,11 @@ def _build_halves(model: Model) -> tuple[ca.Function, ca.Function]:
         {"cse": True},
     )
     seen = _signals(signals)
-    drive = model.patch(theta).drive(_inputs(seen, ca.MX(1), theta, geometry))
+    coefficients = model.patch(theta).coefficients(_inputs(seen, ca.MX(1), theta, geometry))
     torque = ca.Function(
         "torque",
         [memory, signals, theta, geometry],
-        [_torque(model, memory, seen, drive, theta, geometry)],
+        [_torque(model, memory, seen, coefficients, theta)],
         ["memory", "seen", "theta", "geometry"],
         ["M_z"],
         {"cse": True},
@@ -244,7 +242,7 @@ def _build_halves(model: Model) -> tuple[ca.Function, ca.Function]:
 
 def _signals(vector: ca.MX) -> Signals:
     signals = Signals(**dict(zip(SIGNALS, ca.vertsplit(vector), strict=True)))
-    return replace(signals, dt=ca.fmax(signals.dt, SHORTEST))
+    return replace(signals, dt=ca.fmax(signals.dt, SHORTEST_PERIOD))
 
 
 def _inputs(seen: Signals, factor: Expression, theta: Expression, geometry: Expression) -> PatchInputs:
@@ -261,35 +259,32 @@ def _advance(
     seen = _signals(signals)
     angle, before, own = model.split(memory)
     effects, factor, compliance = model.values(theta), ca.MX(1), None
-    remembered: list[Expression] = list(own)
-    # Sensors first: the order in which effects were found does not matter to what the others see.
+    memories: list[Expression] = list(own)
+    # Sensors first, so that the order of the effects does not change the signals of the others.
     for i in sorted(range(len(effects)), key=lambda i: not effects[i][0].sensor):
         effect, values = effects[i]
-        seen, remembered[i] = effect.sense(seen, own[i], values)
-    for (effect, values), present in zip(effects, remembered, strict=True):
+        seen, memories[i] = effect.transform_inputs(seen, own[i], values)
+    for (effect, values), present in zip(effects, memories, strict=True):
         factor = factor * effect.friction(seen, present, values)
         added = effect.compliance(values)
         if added is not None:
             compliance = added if compliance is None else compliance + added
     patch = model.patch(theta)
-    drive = patch.drive(_inputs(seen, factor, theta, geometry))
+    coefficients = patch.coefficients(_inputs(seen, factor, theta, geometry))
     turn = seen.psi - angle
     if compliance is None:
-        after = patch.advance(before, turn, drive)
+        after = patch.advance(before, turn, coefficients)
     else:
-        turn, after = advance_in_series(patch, before, turn, drive, compliance)
-    return ca.vertcat(angle + turn, after, *remembered), seen, drive
+        turn, after = advance_in_series(patch, before, turn, coefficients, compliance)
+    return ca.vertcat(angle + turn, after, *memories), seen, coefficients
 
 
 def _torque(
-    model: Model, memory: ca.MX, seen: Signals, drive: Expression, theta: ca.MX, geometry: ca.MX
+    model: Model, memory: ca.MX, seen: Signals, coefficients: Expression, theta: ca.MX
 ) -> Expression:
     """M_z of the memory after a sample [N m]."""
-    _, patch, own = model.split(memory)
-    M_z = model.patch(theta).torque(patch, drive)
+    _, patch, _ = model.split(memory)
+    M_z = model.patch(theta).torque(patch, coefficients)
     for effect, values in model.values(theta):
         M_z = M_z + effect.torque(seen, values)
-    made = PatchOutput(M_z=M_z, slide=full_slide_torque(seen.F_N, geometry[0]), mu=theta[0])
-    for effect, remembered in zip(model.effects, own, strict=True):
-        M_z = M_z + effect.leftover(seen, remembered, made)
     return M_z

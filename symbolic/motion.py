@@ -1,6 +1,6 @@
 """The wheel with its inertia under a steering torque: J_A psi'' = -b_t psi' + M_z + M.
 
-Source (2.14), with the sign that its (2.3) gives M_z. The patch is exact, and so are the instants at
+[Györök 2022], (2.14), with the sign of M_z of its (2.3). The patch is exact, and so are the instants at
 which the wheel turns back (`symbolic.wheel_integrator`).
 """
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from symbolic.errors import InvalidInputError
 from symbolic.masing import TurningPoints, declared_friction
 from symbolic.parameters import Rig, Tyre
-from symbolic.wheel_integrator import CONSTANTS, State, Stepper, integrate, torques
+from symbolic.wheel_integrator import CONSTANTS, WheelState, WheelStepper, integrate, torques
 
 Array = NDArray[np.float64]
 
@@ -54,8 +54,8 @@ class TorqueProfile:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Motion:
-    """What the wheel did; arrays of shape (n,).
+class WheelMotion:
+    """Motion of the wheel; arrays of shape (n,).
 
     Attributes:
         t: time [s].
@@ -63,7 +63,7 @@ class Motion:
         psi_dot: yaw rate [rad/s].
         M_z: moment of the ground on the wheel [N m], negative for a positive turn from rest.
         M: steering torque [N m].
-        memory: what the patch remembered at each of them.
+        memory: turning points of the patch at each sample.
         steps: accepted steps of the integration.
     """
 
@@ -91,7 +91,7 @@ def simulate_motion(
     duration: float | None = None,
     rate: float = 1000.0,
     tolerance: float = 1e-7,
-) -> Motion:
+) -> WheelMotion:
     """Turn a wheel that stands on a virgin patch by a steering torque.
 
     Args:
@@ -111,7 +111,7 @@ def simulate_motion(
     for name, value in (("duration", duration), ("rate", rate), ("tolerance", tolerance)):
         if not 0 < value < inf:
             raise InvalidInputError(f"{name} must be a finite number greater than 0, got {value:g}")
-    stepper = Stepper(constants, tolerance)
+    stepper = WheelStepper(constants, tolerance)
     states = list(integrate(stepper, profile.at, profile.corners(duration)))
     t = np.arange(int(duration * rate * (1 + 1e-12)) + 1) / rate
     return _sampled(states, np.minimum(t, duration), profile, stepper)
@@ -126,7 +126,9 @@ def _constants(rig: Rig, tyre: Tyre, load: float) -> dict[str, float]:
     return dict(zip(CONSTANTS, values, strict=True))
 
 
-def _sampled(states: list[State], t: Array, profile: TorqueProfile, stepper: Stepper) -> Motion:
+def _sampled(
+    states: list[WheelState], t: Array, profile: TorqueProfile, stepper: WheelStepper
+) -> WheelMotion:
     """The motion at times [s]: quintic between the steps, and the patch exact at that angle."""
     ends = np.array([state[:4] for state in states])
     i = np.clip(np.searchsorted(ends[:, 0], t, side="right") - 1, 0, len(states) - 2)
@@ -137,7 +139,7 @@ def _sampled(states: list[State], t: Array, profile: TorqueProfile, stepper: Ste
     psi = c0 + s * (c1 + s * (c2 + s * (c3 + s * (c4 + s * c5))))
     psi_dot = (c1 + s * (2 * c2 + s * (3 * c3 + s * (4 * c4 + s * 5 * c5)))) / h
     branches = np.array([state.memory.branch for state in states])
-    return Motion(
+    return WheelMotion(
         t=t,
         psi=psi,
         psi_dot=psi_dot,

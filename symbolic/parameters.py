@@ -1,4 +1,4 @@
-"""What is known of the rig and of the tyre: frozen values that check themselves."""
+"""Parameters of the rig and of the tyre: frozen values that check themselves."""
 
 import math
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ FRICTION = (0.01, 10.0)
 
 @dataclass(frozen=True, kw_only=True)
 class Rig:
-    """The wheel on its kingpin, fig. 2.1 of the thesis.
+    """The wheel on its kingpin, [Györök 2022], fig. 2.1.
 
     The message of a fault begins with the name of the parameter.
 
@@ -33,7 +33,7 @@ class Rig:
     b_t: float | None = None
 
     def __post_init__(self) -> None:
-        """Holds every value against its range."""
+        """Check every value against its range."""
         _require_positive("a", self.a, "m")
         if not abs(self.e) < self.a:
             raise InvalidInputError(
@@ -65,7 +65,7 @@ class Tyre:
     mu: float | None = None
 
     def __post_init__(self) -> None:
-        """Holds every value against its range."""
+        """Check every value against its range."""
         _require_within("k", self.k, STIFFNESS, "N/m^2")
         if self.mu is not None:
             _require_within("mu", self.mu, FRICTION, "")

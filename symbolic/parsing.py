@@ -1,4 +1,4 @@
-"""The content of a file as text or as a table, with every fault as one line."""
+"""Content of a file -> text or table; every fault is one line."""
 
 import json
 import tomllib
@@ -12,12 +12,12 @@ _LONGEST_EXCERPT = 40
 
 
 @contextmanager
-def naming(source: object) -> Iterator[None]:
-    """Puts the source, such as a path, before the message of an `InvalidInputError` raised inside."""
+def naming(name: object) -> Iterator[None]:
+    """Put a name, such as a path, before the message of an `InvalidInputError` raised inside."""
     try:
         yield
     except InvalidInputError as error:
-        raise InvalidInputError(f"{source}: {error}") from None
+        raise InvalidInputError(f"{name}: {error}") from None
 
 
 def excerpt(text: str) -> str:

@@ -1,4 +1,4 @@
-"""What the two realisations of the contact patch have in common."""
+"""The interface of the two realisations of the contact patch."""
 
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -7,12 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 Expression = Any
-"""A casadi expression (SX, MX or DM); casadi ships no types."""
+"""A CasADi expression (SX, MX or DM); CasADi ships no types."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PatchInputs:
-    """Everything one sample does to the patch; all fields are casadi expressions.
+    """Inputs of the patch at one sample; all fields are CasADi expressions.
 
     Attributes:
         speed: yaw rate, for sliding speeds [rad/s].
@@ -44,20 +44,20 @@ class Patch(Protocol):
 
     @property
     def smooth(self) -> bool:
-        """Whether the memory may be moved along its slope by the turn, as far as rounding goes."""
+        """Whether the memory is piecewise linear in the turn, or smoother."""
 
     @property
-    def drive_size(self) -> int:
-        """Length of what `drive` makes."""
+    def coefficient_size(self) -> int:
+        """Length of the vector that `coefficients` returns."""
 
     def initial(self) -> NDArray[np.float64]:
         """The memory of a patch that has never been turned, shape (size,)."""
 
-    def drive(self, inputs: PatchInputs) -> Expression:
-        """All that one sample needs besides memory and turn, shape (drive_size,)."""
+    def coefficients(self, inputs: PatchInputs) -> Expression:
+        """Coefficients of one sample beside memory and turn, shape (coefficient_size,)."""
 
-    def advance(self, memory: Expression, turn: Expression, drive: Expression) -> Expression:
+    def advance(self, memory: Expression, turn: Expression, coefficients: Expression) -> Expression:
         """The memory after a turn [rad], shape (size,)."""
 
-    def torque(self, memory: Expression, drive: Expression) -> Expression:
-        """The aligning torque M_z of a patch that has just been advanced with this drive [N m]."""
+    def torque(self, memory: Expression, coefficients: Expression) -> Expression:
+        """M_z after `advance` with the same coefficients [N m]."""

@@ -1,16 +1,15 @@
-"""Rig, tyre and model as tables describe them, read from files elsewhere; SI units throughout.
+"""Rig, tyre and model from tables and to tables; SI units throughout.
 
-A table comes as TOML or JSON gives it. A message says what is wrong with the table; who reads the file
-puts its name before, see `symbolic.parsing.naming`.
+A table is a mapping as the parsers of TOML and JSON return it. A message says what is wrong with the
+table; the reader of the file puts its name before, see `symbolic.parsing.naming`.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 from symbolic.effects.base import Effect, Parameter
-from symbolic.effects.learned import LearnedTorque
 from symbolic.effects.library import effects_named
 from symbolic.errors import InvalidInputError
 from symbolic.model import Model
@@ -20,18 +19,14 @@ from symbolic.parsing import excerpt
 RIG_KEYS = {"rig": ("a", "e", "J_A", "b_t"), "tyre": ("k", "mu")}
 """Sections of a rig file and their keys."""
 REQUIRED_KEYS = {"rig": ("a", "e"), "tyre": ("k",)}
-"""Those that it cannot do without."""
-LEARNED = "learned"
-"""Name of a learned torque among the effects of a model file, and of the table of its numbers."""
-LEARNED_KEYS = ("angle", "bound", "units", "weights")
-"""Keys of that table."""
+"""Keys that a rig file must have."""
 MODEL_VERSION = 1
 """Version of the model files that are read and written."""
 _LONGEST = 1.0
-"""No length of a rig is beyond this [m]; a number beyond it will have been in millimetres."""
+"""Largest length of a rig [m]; a larger number was given in millimetres."""
 
 
-def rig_described(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
+def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
     """Rig and tyre from ``[rig] a, e, J_A, b_t`` and ``[tyre] k, mu``; J_A, b_t and mu are optional.
 
     Raises:
@@ -41,11 +36,13 @@ def rig_described(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
     unknown = [name for name in document if name not in RIG_KEYS]
     if unknown:
         raise InvalidInputError(f"unknown section or key {excerpt(unknown[0])}; allowed: [rig], [tyre]")
-    return rig_of(_section(document, "rig") | _section(document, "tyre"))
+    return rig_from_values(_section(document, "rig") | _section(document, "tyre"))
 
 
-def rig_of(values: Mapping[str, float], nominal: tuple[Rig, Tyre] | None = None) -> tuple[Rig, Tyre]:
-    """Rig and tyre of values by name; what these lack is taken from the nominal ones.
+def rig_from_values(
+    values: Mapping[str, float], nominal: tuple[Rig, Tyre] | None = None
+) -> tuple[Rig, Tyre]:
+    """Rig and tyre from values by name; missing values are taken from the nominal ones.
 
     Args:
         values: out of `RIG_KEYS`; with the nominal ones, those of `REQUIRED_KEYS` must be known.
@@ -92,7 +89,7 @@ class FoundModel:
     Attributes:
         model: the structure.
         shared: values shared by all recordings, by name, `k` among them.
-        own: values of the recordings that it was found on, by recording.
+        own: values of the recordings of the diagnosis, by recording.
     """
 
     model: Model
@@ -116,21 +113,21 @@ class FoundModel:
                 f"{recording}: no mu in the model file for this recording and none in the rig;"
                 " add mu under [tyre] of the rig file"
             )
-        return {**self.coming_values(), **own}
+        return {**self.values_for_estimation(), **own}
 
-    def coming_model(self) -> Model:
-        """The model as an observer takes it: on bristles where something gives way in series.
+    def model_for_estimation(self) -> Model:
+        """The model for an observer: discretised where a compliance is in series with the patch.
 
-        What the exact patch remembers follows a moving mu badly behind a compliance.
+        Behind a compliance the memory of the exact patch follows a changing mu badly.
         """
         _, theta, _ = self.model.symbols()
-        gives_way = any(effect.compliance(own) is not None for effect, own in self.model.values(theta))
-        return replace(self.model, discretised=True) if gives_way else self.model
+        compliant = any(effect.compliance(own) is not None for effect, own in self.model.values(theta))
+        return replace(self.model, discretised=True) if compliant else self.model
 
-    def coming_values(self) -> dict[str, float]:
-        """All parameter values but mu for what is yet to be measured, as an observer takes them.
+    def values_for_estimation(self) -> dict[str, float]:
+        """All parameter values but mu for a recording to come, as an observer needs them.
 
-        Whatever else belongs to a recording, as a torque zero, has its neutral value.
+        Other parameters of a recording, such as a torque zero, have their neutral values.
         """
         neutral = {
             parameter_name(effect, parameter): parameter.neutral
@@ -150,19 +147,22 @@ def units_of(model: Model) -> dict[str, str]:
     return {parameter_name(effect, parameter): parameter.unit for effect, parameter in model.parameters}
 
 
-def model_described(document: object) -> FoundModel:
+def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> FoundModel:
     """The model and its values from the tables of a model file.
 
     It holds `version`, `effects` (names), `shared` (values by name), and may hold `recordings` (a table
     of values each) and `units` (by name), which must be those of the parameters: nothing is converted.
-    Where "learned" is the last of the effects, a table of this name holds `LEARNED_KEYS`.
+
+    Args:
+        document: the tables.
+        effects: effects beside the library's that the document may name.
 
     Raises:
         InvalidInputError: something is missing, unknown, in another unit, or out of range.
     """
     if not isinstance(document, dict) or document.get("version") != MODEL_VERSION:
         raise InvalidInputError(f"not a model file of version {MODEL_VERSION}, as diagnose writes it")
-    model = Model(effects=_effects_described(document))
+    model = Model(effects=_effects_from_tables(document, effects))
     _check_units(document.get("units", {}), units_of(model))
     recordings = document.get("recordings", {})
     if not isinstance(recordings, dict):
@@ -178,46 +178,17 @@ def model_described(document: object) -> FoundModel:
     return FoundModel(model=model, shared=shared, own=own)
 
 
-def effects_tables(model: Model) -> dict[str, Any]:
-    """What a model file says of the effects: their names, and the numbers of a learned torque."""
-    tables: dict[str, Any] = {"effects": [effect.name for effect in model.effects]}
-    for effect in model.effects:
-        if isinstance(effect, LearnedTorque):
-            tables[LEARNED] = {key: getattr(effect, key) for key in LEARNED_KEYS}
-            tables[LEARNED]["weights"] = list(effect.weights)
-    return tables
-
-
-def _effects_described(document: Mapping[str, Any]) -> tuple[Effect, ...]:
+def _effects_from_tables(document: Mapping[str, Any], own: Iterable[Effect]) -> tuple[Effect, ...]:
     names = document.get("effects")
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise InvalidInputError("'effects' must be a list of effect names")
-    if names[-1:] != [LEARNED]:
-        if LEARNED in document:
-            raise InvalidInputError(f"{LEARNED!r} is there, but is not the last of 'effects'")
-        return effects_named(names)
-    return (*effects_named(names[:-1]), _learned_described(document.get(LEARNED)))
+    return effects_named(names, own)
 
 
-def _learned_described(table: object) -> LearnedTorque:
-    if not isinstance(table, dict) or set(table) != set(LEARNED_KEYS):
-        raise InvalidInputError(f"{LEARNED!r} must be a table of {', '.join(LEARNED_KEYS)}")
-    weights, units = table["weights"], table["units"]
-    if not isinstance(weights, list):
-        raise InvalidInputError(f"{LEARNED}.weights must be a list of numbers")
-    if isinstance(units, bool) or not isinstance(units, int):
-        raise InvalidInputError(f"{LEARNED}.units must be a whole number, got {excerpt(str(units))}")
-    sizes = _numbers(LEARNED, {key: table[key] for key in ("angle", "bound")})
-    numbers = _numbers(f"{LEARNED}.weights", {str(i): weight for i, weight in enumerate(weights)})
-    return LearnedTorque(
-        angle=sizes["angle"], bound=sizes["bound"], units=units, weights=tuple(numbers.values())
-    )
-
-
-def _check_units(given: object, units: Mapping[str, str]) -> None:
-    if not isinstance(given, dict):
+def _check_units(table: object, units: Mapping[str, str]) -> None:
+    if not isinstance(table, dict):
         raise InvalidInputError("'units' must be a table of units, by parameter")
-    for name, unit in given.items():
+    for name, unit in table.items():
         if name not in units:
             raise InvalidInputError(f"units holds an unknown {name!r}; the model has {', '.join(units)}")
         if unit != units[name]:

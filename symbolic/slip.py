@@ -1,14 +1,14 @@
-"""How far bristles slip in one sample, also where friction rises with their own sliding speed.
+"""Slip of bristles in one sample, also where friction rises with their own sliding speed.
 
-Without such a law slip takes off what exceeds the limit: the elastoplastic stop of the source, (2.16).
+Without such a law slip takes off what exceeds the limit: the elastoplastic stop, [Györök 2022], (2.16).
 With it, s = v dt is the slip at which stress and friction balance,
 
-    |stress| - (1 + held) s = limit (1 + c ln(max(v, v_0) / v_ref)),
+    |stress| - (1 + g) s = limit (1 + c ln(max(v, v_0) / v_ref)),
 
-held being the share of a Maxwell branch. So a bristle that is no longer driven does not lose stress in
-an instant when the wheel stops; it creeps on, ever slower, until it comes to rest at v_0. In w = ln v
-the balance is a convex, rising function, and Halley's method comes to its root from above: from the
-lesser of two bounds, one without the logarithm and one without the slip.
+with g the gain of a Maxwell branch (`branch_gain`). So a bristle that is no longer driven does not lose
+its stress in an instant when the wheel stops; it creeps on, ever slower, until it comes to rest at v_0.
+In w = ln v the balance is a convex, rising function, and Halley's method comes to its root from above:
+from the lesser of two bounds, one without the logarithm and one without the slip.
 """
 
 from functools import cache
@@ -21,7 +21,7 @@ from symbolic.patch import Expression
 REFERENCE_SPEED = 1e-3
 """Sliding speed at which the factor on the limit is one [m/s]."""
 REST_SPEED = 1e-4
-"""Below this the limit stays what it is here, so that creep ends [m/s]."""
+"""Sliding speed below which the limit is constant, so that creep ends [m/s]."""
 _LEAST, _REFERENCE = float(np.log(REST_SPEED)), float(np.log(REFERENCE_SPEED))
 _STEPS = 3
 """Halley's steps: with the one of Newton that is differentiated, the slip is right to rounding."""
@@ -30,66 +30,73 @@ _TINY = 1e-30
 
 
 def slip(
-    stress: Expression, limit: Expression, held: Expression, reach: Expression, c: Expression | None
+    stress: Expression,
+    limit: Expression,
+    branch_gain: Expression,
+    reach: Expression,
+    c: Expression | None,
 ) -> Expression:
-    """Slip of every bristle that brings it back to what friction bears.
+    """Slip that brings every bristle back to the friction limit.
 
     Args:
         stress: of every bristle before it slips, shape (n,), in the unit of the limit.
         limit: friction bound, at the reference speed where it depends on speed, shape (n,).
-        held: stiffness of a Maxwell branch that slips along, as a share of the spring's; 0 for none.
+        branch_gain: stiffness of the Maxwell branch, in shares of the spring's; 0 for none [1].
         reach: slip of one sample at 1 m/s, in the same unit.
         c: growth of the limit with the log of the sliding speed, >= 0 [1]; None for the plain stop.
 
-    With c, first derivatives are exact and second ones are not right.
+    With c, first derivatives are exact and second derivatives are wrong.
     """
     if c is None:
-        return (stress - clipped(stress, limit)) / (1 + held)
+        return (stress - clipped(stress, limit)) / (1 + branch_gain)
     size = ca.fabs(stress)
-    slid, level, moving, yielding = _search(int(stress.numel()))(size, limit, held, reach, c)
-    # What is searched for is not differentiated. This vanishes, and its derivative brings in that of the
+    slipped, level, moving, yielding = _search(int(stress.numel()))(size, limit, branch_gain, reach, c)
+    # The search is not differentiated. `beyond` is zero there; its derivative is the correction of the
     # implicit function theorem.
     log_speed = level - moving * ca.log(reach)
-    beyond = (1 + held) * slid + limit * (1 + c * (log_speed - _REFERENCE)) - size
-    return ca.sign(stress) * (slid - yielding * beyond)
+    beyond = (1 + branch_gain) * slipped + limit * (1 + c * (log_speed - _REFERENCE)) - size
+    return ca.sign(stress) * (slipped - yielding * beyond)
 
 
 def clipped(value: Expression, limit: Expression) -> Expression:
-    """The elastoplastic stop (2.16)."""
+    """The elastoplastic stop, [Györök 2022], (2.16)."""
     return ca.fmax(-limit, ca.fmin(limit, value))
 
 
 @cache
 def _search(n: int) -> ca.Function:
-    """(size, limit, held, reach, c) -> (slip, level, moving, yielding) of n bristles.
+    """The search for the slip of n bristles, with named inputs and outputs.
 
     level is ln(slip) where a bristle is moving (1) and ln v_0 where it is not (0); yielding is the
     slip by stress beyond friction, zero where the bristle sticks.
     """
     size, limit = ca.MX.sym("size", n), ca.MX.sym("limit", n)
-    held, reach, c = (ca.MX.sym(name) for name in ("held", "reach", "c"))
-    growth, at_rest = limit * c, ca.fmax(0, size - limit * (1 + c * (_LEAST - _REFERENCE))) / (1 + held)
-    asked = size - limit + growth * _REFERENCE
-    w = ca.fmin(ca.log(ca.fmax(at_rest / reach, REST_SPEED)), asked / ca.fmax(growth, _TINY))
+    branch_gain, reach, c = (ca.MX.sym(name) for name in ("branch_gain", "reach", "c"))
+    growth = limit * c
+    at_rest = ca.fmax(0, size - limit * (1 + c * (_LEAST - _REFERENCE))) / (1 + branch_gain)
+    excess = size - limit + growth * _REFERENCE
+    w = ca.fmin(ca.log(ca.fmax(at_rest / reach, REST_SPEED)), excess / ca.fmax(growth, _TINY))
     for _ in range(_STEPS):
         w = ca.fmax(w, _LEAST)
-        relieved = (1 + held) * reach * ca.exp(w)
-        beyond, slope = relieved + growth * w - asked, relieved + growth
+        relieved = (1 + branch_gain) * reach * ca.exp(w)
+        beyond, slope = relieved + growth * w - excess, relieved + growth
         # Above the root beyond is at most what slip relieves; below, where it does not matter, no pole.
         w = w - 2 * beyond * slope / (2 * slope**2 - ca.fmin(beyond, relieved) * relieved)
     moving = at_rest > reach * REST_SPEED
-    slid = reach * ca.exp(ca.fmax(w, _LEAST))
-    found = {
-        "slip": ca.if_else(moving, slid, at_rest),
+    slipped = reach * ca.exp(ca.fmax(w, _LEAST))
+    outputs = {
+        "slip": ca.if_else(moving, slipped, at_rest),
         "level": ca.if_else(moving, w + ca.log(reach), _LEAST),
         "moving": moving,
-        "yielding": ca.if_else(moving, slid / ((1 + held) * slid + growth), (at_rest > 0) / (1 + held)),
+        "yielding": ca.if_else(
+            moving, slipped / ((1 + branch_gain) * slipped + growth), (at_rest > 0) / (1 + branch_gain)
+        ),
     }
     return ca.Function(
         "slip_search",
-        [size, limit, held, reach, c],
-        list(found.values()),
-        ["size", "limit", "held", "reach", "c"],
-        list(found),
-        {"is_diff_out": [False] * len(found)},
+        [size, limit, branch_gain, reach, c],
+        list(outputs.values()),
+        ["size", "limit", "branch_gain", "reach", "c"],
+        list(outputs),
+        {"is_diff_out": [False] * len(outputs)},
     )

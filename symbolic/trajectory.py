@@ -1,8 +1,8 @@
 """Whole recordings through one compiled Function: the torque and its exact sensitivities.
 
-The step of the model is differentiated by casadi in as many directions as are asked for, the
-sensitivities of the memory are carried along with the memory, and the recursion runs inside one Function
-over a stretch of samples (`mapaccum`).
+CasADi differentiates the step of the model in d directions of the parameter vector, the sensitivities of
+the memory are propagated with the memory, and the recursion runs inside one Function over a stretch of
+samples (`mapaccum`).
 """
 
 from dataclasses import dataclass
@@ -21,12 +21,12 @@ STRETCH = 100
 
 
 @dataclass(frozen=True, kw_only=True)
-class Torque:
-    """What a model makes of a recording's angle and load.
+class TorqueTrajectory:
+    """Torque of a model over a recording.
 
     Attributes:
         M_z: aligning torque, shape (n,) [N m].
-        sensitivities: derivatives of M_z in the directions asked for, shape (n, directions).
+        sensitivities: derivatives of M_z along each direction, shape (n, directions).
     """
 
     M_z: NDArray[np.float64]
@@ -39,7 +39,7 @@ def simulate(
     theta: NDArray[np.float64],
     geometry: NDArray[np.float64],
     directions: NDArray[np.float64] | None = None,
-) -> Torque:
+) -> TorqueTrajectory:
     """The torque over a recording, with derivatives along `directions` of the parameter vector.
 
     Args:
@@ -57,15 +57,15 @@ def simulate(
     _check_shapes(signals, theta, geometry, seeds, parameters)
     count, d = signals.shape[1], seeds.shape[1]
     start, stretch = _functions(model, d)
-    at_first = [part.full() for part in start(signals[:, 0], theta, seeds, geometry)]
+    initial = [part.full() for part in start(signals[:, 0], theta, seeds, geometry)]
     padded = np.pad(signals, ((0, 0), (0, -count % STRETCH)), mode="edge")
-    # Called on buffers of its own: casadi's matrices would take a third of the time.
+    # Buffers: conversion to and from CasADi's matrices would take a third of the time.
     buffer, call = stretch.buffer()
-    given = [*at_first, padded[:, :STRETCH], theta, seeds, geometry]
+    given = [*initial, padded[:, :STRETCH], theta, seeds, geometry]
     inputs = [np.array(part, dtype=np.float64).ravel(order="F") for part in given]
-    made = [np.zeros(stretch.nnz_out(i)) for i in range(stretch.n_out())]
-    # casadi's stubs ask for a size that its buffers do not take; what is empty has no place to name.
-    for place, arrays in ((buffer.set_arg, inputs), (buffer.set_res, made)):
+    outputs = [np.zeros(stretch.nnz_out(i)) for i in range(stretch.n_out())]
+    # CasADi's stubs ask for a size that its buffers do not take; empty arrays have no buffer.
+    for place, arrays in ((buffer.set_arg, inputs), (buffer.set_res, outputs)):
         for i, array in enumerate(arrays):
             if array.size:
                 place(i, memoryview(array.data))  # type: ignore[call-arg]
@@ -73,10 +73,12 @@ def simulate(
     for first in range(0, count, STRETCH):
         inputs[2][:] = padded[:, first : first + STRETCH].ravel(order="F")
         call()
-        inputs[0][:], inputs[1][:] = made[0], made[1]
-        torques.append(made[2].copy())
-        derivatives.append(made[3].reshape(STRETCH, d).copy())
-    return Torque(M_z=np.concatenate(torques)[:count], sensitivities=np.concatenate(derivatives)[:count])
+        inputs[0][:], inputs[1][:] = outputs[0], outputs[1]
+        torques.append(outputs[2].copy())
+        derivatives.append(outputs[3].reshape(STRETCH, d).copy())
+    return TorqueTrajectory(
+        M_z=np.concatenate(torques)[:count], sensitivities=np.concatenate(derivatives)[:count]
+    )
 
 
 def _check_shapes(
@@ -106,8 +108,8 @@ def _functions(model: Model, d: int) -> tuple[ca.Function, ca.Function]:
 def _start_with_sensitivities(model: Model, d: int) -> ca.Function:
     signals, theta, geometry = model.symbols()
     seeds = ca.MX.sym("seeds", theta.numel(), d)
-    memory = model.start(signals, theta, geometry)
-    along = model.start.forward(d)(
+    memory = model.initial(signals, theta, geometry)
+    along = model.initial.forward(d)(
         signals,
         theta,
         geometry,
@@ -120,47 +122,49 @@ def _start_with_sensitivities(model: Model, d: int) -> ca.Function:
 
 
 def _stretch(model: Model, d: int) -> ca.Function:
-    """`STRETCH` samples: memory, carried, signals, theta, seeds, geometry -> those two, M_z, derivative.
+    """`STRETCH` calls of `sensitivity_step`: signals, M_z and derivative have a column for each sample.
 
-    What the steps hand on to each other stays inside; derivative has d columns a sample.
+    Memory and its sensitivity are those before the first sample, then those after the last one.
     """
-    step = step_along(model, d)
+    step = sensitivity_step(model, d)
     accumulated = step.mapaccum(f"{step.name()}_{STRETCH}", STRETCH, 2, {})
     given = step.mx_in()
     given[2] = ca.MX.sym("signals", len(SIGNALS), STRETCH)
     constant = [ca.repmat(part, 1, STRETCH) for part in given[3:]]
-    memory, carried, M_z, derivatives = accumulated(*given[:3], *constant)
-    carried = carried[:, (STRETCH - 1) * d :]
-    return ca.Function(f"stretch_{d}", given, [memory[:, -1], carried, M_z, derivatives])
+    memory, memory_sensitivity, M_z, derivatives = accumulated(*given[:3], *constant)
+    memory_sensitivity = memory_sensitivity[:, (STRETCH - 1) * d :]
+    return ca.Function(f"stretch_{d}", given, [memory[:, -1], memory_sensitivity, M_z, derivatives])
 
 
-def step_along(model: Model, d: int) -> ca.Function:
-    """The model's step with d sensitivities of memory and torque carried along.
+def sensitivity_step(model: Model, d: int) -> ca.Function:
+    """The model's step with the sensitivities of memory and torque in d directions.
 
-    (memory, carried, signals, theta, seeds, geometry) -> (memory, carried, M_z, derivative), with
-    carried (memory_size, d), seeds (p, d) and derivative (1, d).
+    Inputs: memory, memory_sensitivity (memory_size, d), signals, theta, seeds (p, d), geometry. Outputs:
+    memory_next, memory_sensitivity_next, M_z and derivative (1, d).
     """
     size, parameters = model.memory_size, len(model.parameters)
     signals, theta, geometry = model.symbols()
-    memory, carried = ca.MX.sym("memory", size), ca.MX.sym("carried", size, d)
+    memory, memory_sensitivity = ca.MX.sym("memory", size), ca.MX.sym("memory_sensitivity", size, d)
     seeds = ca.MX.sym("seeds", parameters, d)
-    # Differentiated as one expression, not call by call: what is zero or shared is then seen.
+    # Differentiated as one expression, not call by call, so that zero and shared terms are found.
     moving = ca.MX.sym("moving", size + parameters)
     inputs = [moving[:size], signals, moving[size:], geometry]
     after, M_z = model.step.call(inputs, True, False)
-    along = ca.jtimes(ca.vertcat(after, M_z), moving, ca.vertcat(carried, seeds))
+    along = ca.jtimes(ca.vertcat(after, M_z), moving, ca.vertcat(memory_sensitivity, seeds))
     flat = ca.Function(
         "along",
-        [moving, carried, signals, seeds, geometry],
+        [moving, memory_sensitivity, signals, seeds, geometry],
         [after, ca.densify(along[:size, :]), M_z, ca.densify(along[size, :])],
         {"cse": True},
     )
-    made = flat.call([ca.vertcat(memory, theta), carried, signals, seeds, geometry], True, False)
-    names = ["memory", "carried", "signals", "theta", "seeds", "geometry"]
+    outputs = flat.call(
+        [ca.vertcat(memory, theta), memory_sensitivity, signals, seeds, geometry], True, False
+    )
+    names = ["memory", "memory_sensitivity", "signals", "theta", "seeds", "geometry"]
     return ca.Function(
-        f"step_along_{d}",
-        [memory, carried, signals, theta, seeds, geometry],
-        made,
+        f"sensitivity_step_{d}",
+        [memory, memory_sensitivity, signals, theta, seeds, geometry],
+        outputs,
         names,
-        ["memory_next", "carried_next", "M_z", "derivative"],
+        ["memory_next", "memory_sensitivity_next", "M_z", "derivative"],
     )

@@ -19,23 +19,23 @@ from numpy.typing import NDArray
 from symbolic.compiled import compiled
 from symbolic.deformation import full_slide_torque, unit_moment
 from symbolic.masing import TurningPoints, branch_torque
-from symbolic.zones import REST
+from symbolic.zones import LEAST_TURN
 
 Array = NDArray[np.float64]
 LONGEST = 0.5
-"""Longest step in periods of the sticking wheel [1]; a shorter swing cannot hide in it."""
+"""Longest step in periods of the sticking wheel [1]; no full swing passes within one step."""
 ROUNDING = 1e-12
-"""Share of the longest step that two events may lie apart without being told apart [1]."""
+"""Resolution of the times of events, in shares of the longest step [1]."""
 STRETCH = 128
 """Angles in one call of the torque."""
 CONSTANTS = ("F_N", "mu", "k", "a", "e", "J_A", "b_t")
 """Order of the constants of a motion."""
 
 
-class State(NamedTuple):
-    """The wheel between two steps: time, angle, rate and acceleration, memory and way of turning.
+class WheelState(NamedTuple):
+    """The wheel between two steps: time, angle, rate and acceleration, memory and direction of turning.
 
-    `sure` is False right after the way was found to be wrong, so that rounding at rest cannot turn it
+    `sure` is False right after the direction was corrected, so that rounding at rest cannot turn it
     for ever.
     """
 
@@ -44,12 +44,12 @@ class State(NamedTuple):
     psi_dot: float
     acceleration: float
     memory: TurningPoints
-    way: float
+    direction: float
     sure: bool = True
 
 
-class Stepper:
-    """The compiled step on buffers of its own, and the scales that its error is held against."""
+class WheelStepper:
+    """The compiled step on buffers of its own, and the scales of its error."""
 
     def __init__(self, constants: Mapping[str, float], tolerance: float) -> None:
         """Take the constants in the order of `CONSTANTS`, and the error that one step may have [1]."""
@@ -60,26 +60,26 @@ class Stepper:
         self.longest = LONGEST * 2 * pi / omega
         scales = [tolerance * slide, tolerance * slide * omega]
         # Views take single numbers in a third of an array's time.
-        self._given = memoryview(bytearray(8 * 8)).cast("d")
-        self._made = memoryview(bytearray(5 * 8)).cast("d")
+        self._inputs = memoryview(bytearray(8 * 8)).cast("d")
+        self._outputs = memoryview(bytearray(5 * 8)).cast("d")
         self.patch = np.array(list(constants.values())[:5])
-        self._held = np.array([*constants.values(), *scales])
+        self._constants = np.array([*constants.values(), *scales])
         self._buffer, self._call = _step_function().buffer()
-        self._buffer.set_arg(0, self._given)  # type: ignore[arg-type, call-arg]
-        self._buffer.set_arg(1, memoryview(self._held.data))  # type: ignore[call-arg]
-        self._buffer.set_res(0, self._made)  # type: ignore[arg-type, call-arg]
+        self._buffer.set_arg(0, self._inputs)  # type: ignore[arg-type, call-arg]
+        self._buffer.set_arg(1, memoryview(self._constants.data))  # type: ignore[call-arg]
+        self._buffer.set_res(0, self._outputs)  # type: ignore[arg-type, call-arg]
 
-    def begin(self, state: State, M: float, M_dot: float) -> None:
+    def begin(self, state: WheelState, M: float, M_dot: float) -> None:
         """Set the state, the branch and the steering torque [N m] with its slope [N m/s]."""
-        given = self._given
-        given[0], given[1], given[5], given[6] = state.psi, state.psi_dot, M, M_dot
-        given[2], given[3], given[4] = state.memory.branch
+        inputs = self._inputs
+        inputs[0], inputs[1], inputs[5], inputs[6] = state.psi, state.psi_dot, M, M_dot
+        inputs[2], inputs[3], inputs[4] = state.memory.branch
 
     def take(self, h: float) -> list[float]:
         """psi, psi_dot, acceleration and M_z a time h [s] later, and the error over the tolerance."""
-        self._given[7] = h
+        self._inputs[7] = h
         self._call()
-        return list(self._made)
+        return list(self._outputs)
 
 
 @cache
@@ -88,9 +88,9 @@ def _step_function() -> ca.Function:
     # Here, not above: scipy takes as long to load as all the rest, and few who load this move a wheel.
     from scipy.integrate import RK45
 
-    given, held = ca.SX.sym("given", 8), ca.SX.sym("held", len(CONSTANTS) + 2)
-    state, branch, M, M_dot, h = given[:2], given[2:5], given[5], given[6], given[7]
-    *patch, J_A, b_t, psi_scale, rate_scale = ca.vertsplit(held)
+    inputs, constants = ca.SX.sym("inputs", 8), ca.SX.sym("constants", len(CONSTANTS) + 2)
+    state, branch, M, M_dot, h = inputs[:2], inputs[2:5], inputs[5], inputs[6], inputs[7]
+    *patch, J_A, b_t, psi_scale, rate_scale = ca.vertsplit(constants)
 
     def slope(x: ca.SX, after: ca.SX) -> tuple[ca.SX, ca.SX]:
         M_z = branch_torque(x[0], branch, *patch)
@@ -104,11 +104,15 @@ def _step_function() -> ca.Function:
     last, M_z = slope(end, h)
     error = h * sum(float(weight) * k for weight, k in zip(RK45.E, [*stages, last], strict=True))
     over = ca.fmax(ca.fabs(error[0]) / psi_scale, ca.fabs(error[1]) / rate_scale)
-    made = ca.vertcat(end, last[1], M_z, over)
-    return compiled(ca.Function("motion_step", [given, held], [made], ["given", "held"], ["made"]))
+    outputs = ca.vertcat(end, last[1], M_z, over)
+    return compiled(
+        ca.Function("motion_step", [inputs, constants], [outputs], ["inputs", "constants"], ["outputs"])
+    )
 
 
-def integrate(stepper: Stepper, torque: Callable[[Array], Array], corners: Array) -> Iterator[State]:
+def integrate(
+    stepper: WheelStepper, torque: Callable[[Array], Array], corners: Array
+) -> Iterator[WheelState]:
     """The states at the ends of all steps, the first at time 0."""
     # As plain numbers: NumPy's would double the time of a step.
     times, torques = corners.tolist(), torque(corners).tolist()
@@ -134,78 +138,85 @@ def integrate(stepper: Stepper, torque: Callable[[Array], Array], corners: Array
             yield state
 
 
-def _at_rest(stepper: Stepper, torques: list[float]) -> State:
-    """The wheel at rest on a virgin patch, about to go the way that the torque pulls."""
+def _at_rest(stepper: WheelStepper, torques: list[float]) -> WheelState:
+    """The wheel at rest on a virgin patch, about to turn in the direction of the torque."""
     pull = next((M for M in torques if M), 1.0)
-    state = State(
-        t=0.0, psi=0.0, psi_dot=0.0, acceleration=0.0, memory=TurningPoints(), way=copysign(1.0, pull)
+    state = WheelState(
+        t=0.0,
+        psi=0.0,
+        psi_dot=0.0,
+        acceleration=0.0,
+        memory=TurningPoints(),
+        direction=copysign(1.0, pull),
     )
     stepper.begin(state, torques[0], 0.0)
     return state._replace(acceleration=stepper.take(0.0)[2])
 
 
-def _until_event(stepper: Stepper, state: State, h: float, end: list[float]) -> tuple[float, State]:
+def _until_event(
+    stepper: WheelStepper, state: WheelState, h: float, end: list[float]
+) -> tuple[float, WheelState]:
     """The step up to h [s], or up to the first turn back or closing loop before; its length and end."""
-    way, memory = state.way, state.memory
+    direction, memory = state.direction, state.memory
     turns = _turning_time(stepper, state, end, h) if state.sure else None
     if turns == 0:
         # The last turn back came to nothing: the wheel goes on as before it.
-        return 0.0, state._replace(memory=memory.undone(), way=-way, sure=False)
+        return 0.0, state._replace(memory=memory.without_last_turn(), direction=-direction, sure=False)
     if turns:
         h, end = turns, stepper.take(turns)
-    closes = way * (end[0] - memory.closes_at) > 0
+    closes = direction * (end[0] - memory.closing_angle) > 0
     if closes:
         h = _closing_time(stepper, state, h)
         end = stepper.take(h)
     psi, psi_dot, acceleration, M_z, _ = end
     if closes:
-        memory = memory.closed()
+        memory = memory.without_closed_loop()
     elif turns:
-        moved = abs(psi - memory.psi[-1]) > REST
-        psi_dot, way = 0.0, -way
-        memory = memory.turned_back(psi, M_z) if moved else memory.undone()
-    return h, State(state.t, psi, psi_dot, acceleration, memory, way)
+        has_turned = abs(psi - memory.psi[-1]) > LEAST_TURN
+        psi_dot, direction = 0.0, -direction
+        memory = memory.with_turn_back(psi, M_z) if has_turned else memory.without_last_turn()
+    return h, WheelState(state.t, psi, psi_dot, acceleration, memory, direction)
 
 
-def _turning_time(stepper: Stepper, state: State, end: list[float], h: float) -> float | None:
-    """When the wheel turns back within a step [s]; None where it does not, 0 where it never set out."""
+def _turning_time(stepper: WheelStepper, state: WheelState, end: list[float], h: float) -> float | None:
+    """Time of a turn back within a step [s]; None for none, 0 where the wheel has not moved off."""
     from scipy.optimize import brentq
 
-    way, late = state.way, h
-    if way * end[1] >= 0:
-        if way * end[2] <= 0 or way * stepper.take(0.0)[2] >= 0:
+    direction, late = state.direction, h
+    if direction * end[1] >= 0:
+        if direction * end[2] <= 0 or direction * stepper.take(0.0)[2] >= 0:
             return None
         # The rate has a least value inside; the wheel may have turned to and fro.
         late = brentq(lambda s: stepper.take(s)[2], 0.0, h)
-        if way * stepper.take(late)[1] >= 0:
+        if direction * stepper.take(late)[1] >= 0:
             return None
     early = 0.0
-    if way * state.psi_dot <= 0:
+    if direction * state.psi_dot <= 0:
         early = 0.5 * late
-        while way * stepper.take(early)[1] <= 0:
+        while direction * stepper.take(early)[1] <= 0:
             early *= 0.5
             if early < ROUNDING * stepper.longest:
                 return 0.0
     return _when(stepper, 1, 0.0, early, late)
 
 
-def _closing_time(stepper: Stepper, state: State, h: float) -> float:
-    """When the present loop closes within a step [s]."""
-    goal = state.memory.closes_at
-    if state.way * (goal - state.psi) <= 0:
+def _closing_time(stepper: WheelStepper, state: WheelState, h: float) -> float:
+    """Time within a step at which the present loop closes [s]."""
+    goal = state.memory.closing_angle
+    if state.direction * (goal - state.psi) <= 0:
         return 0.0
     return _when(stepper, 0, goal, 0.0, h)
 
 
-def _when(stepper: Stepper, i: int, goal: float, low: float, high: float) -> float:
-    """When psi (i = 0) or psi_dot (i = 1) passes a goal, by Newton's rule within a bracket [s].
+def _when(stepper: WheelStepper, i: int, goal: float, low: float, high: float) -> float:
+    """Time at which psi (i = 0) or psi_dot (i = 1) passes a goal, by bracketed Newton steps [s].
 
     The slope is the next entry of what a step makes, so this takes a third of Brent's calls.
     """
     h, side = high, stepper.take(high)[i] - goal
     while True:
-        made = stepper.take(h)
-        off, slope = made[i] - goal, made[i + 1]
+        outputs = stepper.take(h)
+        off, slope = outputs[i] - goal, outputs[i + 1]
         if abs(off) <= ROUNDING * stepper.longest * abs(slope) or high - low <= ROUNDING * high:
             return h
         low, high = (low, h) if off * side > 0 else (h, high)
@@ -219,14 +230,14 @@ def torques(psi: Array, branches: Array, patch: Array) -> Array:
     padded = np.ones((-(-count // STRETCH) * STRETCH, 4))
     padded[:count, 0], padded[:count, 1:] = psi, branches
     rows = padded.reshape(-1, 4 * STRETCH)
-    made = np.zeros((len(rows), STRETCH))
+    outputs = np.zeros((len(rows), STRETCH))
     buffer, call = _torque_function().buffer()
     buffer.set_arg(1, memoryview(patch.data))  # type: ignore[call-arg]
-    for given, out in zip(rows, made, strict=True):
-        buffer.set_arg(0, memoryview(given.data))  # type: ignore[call-arg]
+    for inputs, out in zip(rows, outputs, strict=True):
+        buffer.set_arg(0, memoryview(inputs.data))  # type: ignore[call-arg]
         buffer.set_res(0, memoryview(out.data))  # type: ignore[call-arg]
         call()
-    return made.ravel()[:count]
+    return outputs.ravel()[:count]
 
 
 @cache
@@ -235,9 +246,9 @@ def _torque_function() -> ca.Function:
     angle, patch = ca.SX.sym("angle", 4), ca.SX.sym("patch", 5)
     M_z = branch_torque(angle[0], angle[1:], *ca.vertsplit(patch))
     single = ca.Function("branch_torque", [angle, patch], [M_z])
-    given = ca.MX.sym("given", 4, STRETCH)
+    inputs = ca.MX.sym("inputs", 4, STRETCH)
     constants = ca.MX.sym("patch", 5)
-    every = single.map(STRETCH)(given, ca.repmat(constants, 1, STRETCH))
+    every = single.map(STRETCH)(inputs, ca.repmat(constants, 1, STRETCH))
     return compiled(
-        ca.Function("branch_torques", [given, constants], [every], ["given", "patch"], ["M_z"])
+        ca.Function("branch_torques", [inputs, constants], [every], ["inputs", "patch"], ["M_z"])
     )

@@ -2,8 +2,8 @@
 
 `symbolic.deformation` shows that the deformation is a polyline r(xi) on xi >= 0. Its corners are the
 memory of turning points. They are kept in the units r k / mu and xi k / mu: in these a sample shears
-the polyline by the turn and clips it at 3 F_N / (4 a^3), which holds neither mu nor k. What the patch
-remembers therefore does not depend on the parameters that one wants to estimate, under any load.
+the polyline by the turn and clips it at 3 F_N / (4 a^3), which holds neither mu nor k. The memory
+therefore does not depend on the parameters to be estimated, under any load.
 """
 
 from dataclasses import dataclass
@@ -20,8 +20,8 @@ NEAR = 1e-7
 """Segments narrower than this share of their distance carry no torque [1]."""
 FAR = 1e15
 """Zones beyond are too narrow to carry torque, and single precision could not square them [1/m]."""
-REST = 1e-12
-"""Turns below this are rounding, not motion: they open no zone [rad]."""
+LEAST_TURN = 1e-12
+"""Smallest turn that opens a zone; smaller ones are rounding [rad]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,25 +58,25 @@ class ZonePatch:
         return False
 
     @property
-    def drive_size(self) -> int:
+    def coefficient_size(self) -> int:
         """Limit of r k / mu [N/m^3], mu / k [m^2/N], k [N/m^2], a and e [m]."""
         return 5
 
-    def drive(self, inputs: PatchInputs) -> Expression:
-        """The limit at this sample and the constants of the torque; see `Patch.drive`."""
+    def coefficients(self, inputs: PatchInputs) -> Expression:
+        """The limit at this sample and the constants of the torque; see `Patch.coefficients`."""
         level = full_slide_level(inputs.F_N, inputs.a) * inputs.factor
         return ca.vertcat(level, inputs.mu / inputs.k, inputs.k, inputs.a, inputs.e)
 
-    def advance(self, memory: Expression, turn: Expression, drive: Expression) -> Expression:
+    def advance(self, memory: Expression, turn: Expression, coefficients: Expression) -> Expression:
         """One sample: shear by the turn, clip at the limit; see `Patch.advance`."""
-        level, scale, _, a, _ = ca.vertsplit(drive)
+        level, scale, _, a, _ = ca.vertsplit(coefficients)
         xi, r = thin_out(memory[: self.corners], memory[self.corners :], scale, a)
         xi, r = clip_polyline(xi, r - xi * turn, turn, level)
         return ca.vertcat(xi, r)
 
-    def torque(self, memory: Expression, drive: Expression) -> Expression:
+    def torque(self, memory: Expression, coefficients: Expression) -> Expression:
         """The moment of the polyline; see `Patch.torque`."""
-        _, scale, k, a, e = ca.vertsplit(drive)
+        _, scale, k, a, e = ca.vertsplit(coefficients)
         return polyline_moment(memory[: self.corners], memory[self.corners :], scale, k, a, e)
 
 
@@ -113,10 +113,10 @@ def _interleave(first: Expression, second: Expression) -> Expression:
 
 
 def _clip_tail() -> ca.Function:
-    """Where the tail, of slope -turn, meets the limits: the one it lies beyond, then the far one."""
+    """Crossings of the tail, of slope -turn, with the limits: the one it lies beyond, then the other."""
     xi, r, turn, level = symbols = [ca.SX.sym(name) for name in ("xi", "r", "turn", "level")]
     heading = ca.if_else(turn >= 0, -1, 1)
-    moves = ca.fabs(turn) > REST
+    moves = ca.fabs(turn) > LEAST_TURN
     beyond = ca.logic_and(moves, -heading * r > level)
     reaches = ca.logic_and(moves, heading * r < level)
     slope = ca.if_else(moves, ca.fabs(turn), 1)
@@ -169,7 +169,10 @@ def _running_sum(n: int) -> ca.Function:
 def polyline_moment(
     xi: Expression, r: Expression, scale: Expression, k: Expression, a: Expression, e: Expression
 ) -> Expression:
-    """M_z of the polyline: the sum of segment slopes times differences of G [N m], source (2.3)."""
+    """M_z of the polyline: the sum of segment slopes times differences of G [N m].
+
+    [Györök 2022], (2.3).
+    """
     xi_in, r_in = ca.vertcat(0, xi[:-1]), ca.vertcat(0, r[:-1])
     width = xi - xi_in
     slope = _ratio(r - r_in, width, width > NEAR * xi)
@@ -180,7 +183,7 @@ def polyline_moment(
 def thin_out(
     xi: Expression, r: Expression, scale: Expression, a: Expression
 ) -> tuple[Expression, Expression]:
-    """Make room when fewer than three places are free: drop the corner that the torque feels least.
+    """Drop the corner with the least weight in the torque where fewer than three places are free.
 
     The weight of a corner is the area that cutting it off takes from the polyline, times the weight
     z / (1 + z^2)^(5/2), z = a xi, with which r enters M_z.

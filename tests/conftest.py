@@ -9,11 +9,23 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from hypothesis import HealthCheck, settings
 
 from tests.interpreted import without_machine_code
 
 # No test needs a display. Set before matplotlib is imported; commands that tests start inherit it.
 os.environ["MPLBACKEND"] = "Agg"
+
+# The same examples in every run: a failure is a change of the code. No example has a time limit.
+settings.register_profile(
+    "project",
+    derandomize=True,
+    deadline=None,
+    max_examples=25,
+    database=None,
+    suppress_health_check=[HealthCheck.too_slow],
+)
+settings.load_profile("project")
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -7,20 +7,24 @@ import re
 import shutil
 import subprocess
 import sysconfig
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import pytest
 
 PACKAGES = ("symbolic", "observers", "identification", "brushgrip")
+FOLDERS = (*PACKAGES, "reference_rig", "examples", "benchmarks")
+NAMED_TWICE = set()
+"""Class names that still stand twice."""
 MAX_FILE_LINES = 300
 MAX_FUNCTION_LINES = 60
 MACHINE_PATH = re.compile(r"(?<![\w.~)}])/(?:work|root|tmp|home)/")
 
 
-def source_files(root: Path) -> Iterator[Path]:
-    for package in PACKAGES:
-        yield from sorted((root / package).rglob("*.py"))
+def source_files(root: Path, folders: Iterable[str] = PACKAGES) -> Iterator[Path]:
+    for folder in folders:
+        yield from sorted((root / folder).rglob("*.py"))
 
 
 @pytest.mark.parametrize("package", PACKAGES)
@@ -39,7 +43,7 @@ def test_no_other_distribution_installs_our_packages() -> None:
     assert {p: installed.get(p, []) for p in PACKAGES if set(installed.get(p, [])) - {"brushgrip"}} == {}
 
 
-@pytest.mark.parametrize("package", PACKAGES)
+@pytest.mark.parametrize("package", [*PACKAGES, "reference_rig"])
 def test_init_only_re_exports(package: str, repository_root: Path) -> None:
     for init in sorted((repository_root / package).rglob("__init__.py")):
         docstring, *rest = ast.parse(init.read_text("utf-8")).body
@@ -49,7 +53,7 @@ def test_init_only_re_exports(package: str, repository_root: Path) -> None:
         assert not definitions, f"{init}: lines {definitions} do more than re-export"
 
 
-@pytest.mark.parametrize("package", ["symbolic", "observers", "identification"])
+@pytest.mark.parametrize("package", ["symbolic", "observers", "identification", "reference_rig"])
 def test_public_names_resolve(package: str) -> None:
     module = importlib.import_module(package)
 
@@ -72,6 +76,28 @@ def test_functions_fit_on_a_page(repository_root: Path) -> None:
     }
 
     assert {where: n for where, n in lengths.items() if n > MAX_FUNCTION_LINES} == {}
+
+
+def test_no_class_name_stands_twice(repository_root: Path) -> None:
+    names = Counter(
+        node.name
+        for path in source_files(repository_root, FOLDERS)
+        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+        if isinstance(node, ast.ClassDef)
+    )
+
+    assert {name for name, count in names.items() if count > 1} - NAMED_TWICE == set()
+
+
+def test_the_rig_is_used_through_its_door(repository_root: Path) -> None:
+    deep = [
+        f"{path.relative_to(repository_root)}:{node.lineno}"
+        for path in source_files(repository_root, ("examples", "benchmarks", "tests"))
+        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("reference_rig.")
+    ]
+
+    assert deep == []
 
 
 def test_import_contracts_hold(repository_root: Path) -> None:

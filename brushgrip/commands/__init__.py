@@ -1,1 +1,1 @@
-"""One file per command: a plain function that typer turns into a command."""
+"""The commands, one file each: plain functions that typer turns into commands; options they share."""

@@ -7,10 +7,13 @@ from typing import Annotated
 import typer
 
 from brushgrip.atomic import staged_directory
-from brushgrip.commands.options import ModelFile, OutFolder
+from brushgrip.commands.options import EffectModules, ModelFile, OutFolder
 from brushgrip.console import say
-from observers import AligningTorque, Ekf, Mhe, Sensing, SteeringTorque, from_files
+from brushgrip.recordings import keep_inputs
+from brushgrip.user_effects import user_effects
+from observers import AligningTorque, Ekf, MeasurementModel, Mhe, SteeringTorque, from_files
 from observers.embedded import DOUBLE, SINGLE, generate, generate_fmu
+from observers.embedded.origin import require_replaceable
 
 
 class Kind(StrEnum):
@@ -34,7 +37,7 @@ class Target(StrEnum):
     FMU = "fmu"
 
 
-class Torque(StrEnum):
+class TorqueChannel(StrEnum):
     """Which torque the target measures, by its name in recordings."""
 
     GROUND = "M_z"
@@ -43,7 +46,10 @@ class Torque(StrEnum):
 
 KINDS = {Kind.EKF: Ekf, Kind.MHE: Mhe}
 TYPES = {Type.FLOAT: SINGLE, Type.DOUBLE: DOUBLE}
-SENSINGS: dict[Torque, Sensing] = {Torque.GROUND: AligningTorque(), Torque.HAND: SteeringTorque()}
+SENSINGS: dict[TorqueChannel, MeasurementModel] = {
+    TorqueChannel.GROUND: AligningTorque(),
+    TorqueChannel.HAND: SteeringTorque(),
+}
 
 
 def codegen(
@@ -53,11 +59,12 @@ def codegen(
     observer: Annotated[Kind, typer.Option("--observer", help="Observer to write.", show_default=False)],
     out: OutFolder,
     model: ModelFile = None,
+    effects: EffectModules = None,
     real: Annotated[Type, typer.Option("--real", help="Type of every number.")] = Type.FLOAT,
     target: Annotated[Target, typer.Option("--target", help="What to write.")] = Target.C,
     torque: Annotated[
-        Torque, typer.Option("--torque", help="Torque measured: aligning, or steering.")
-    ] = Torque.GROUND,
+        TorqueChannel, typer.Option("--torque", help="Torque measured: aligning, or steering.")
+    ] = TorqueChannel.GROUND,
     name: Annotated[
         str, typer.Option("--name", metavar="NAME", help="Begins every name in C.")
     ] = "brushgrip",
@@ -69,11 +76,18 @@ def codegen(
     parameters it was made with; NAME_sfun.c is an S-function for Simulink. With --target fmu, NAME.fmu
     holds the same C with sources and a library for 64-bit Linux: FMI 2.0 co-simulation, a communication
     step is a sample.
+
+    Files that an earlier codegen wrote are replaced; any other file in the way is a fault.
     """
-    made = from_files(KINDS[observer], rig, model, sensing=SENSINGS[torque])
+    made = from_files(
+        KINDS[observer], rig, model, effects=user_effects(effects), measurement_model=SENSINGS[torque]
+    )
     with staged_directory(out) as stage:
         if target is Target.FMU:
             files = [generate_fmu(made, stage, TYPES[real], name=name)]
         else:
             files = generate(made, stage, TYPES[real], name=name)
+        finals = [out.resolve() / path.name for path in files]
+        keep_inputs(finals, [], rig, model)
+        require_replaceable(finals)
     say(f"wrote {', '.join(path.name for path in files)} to {out}")

@@ -9,20 +9,28 @@ from typing import Annotated
 import typer
 
 from brushgrip.atomic import staged_file
-from brushgrip.commands.options import ModelFile, RecordingNames, RigFile
-from brushgrip.comparison.cases import Subject, subject_of
-from brushgrip.comparison.methods import Method, methods
+from brushgrip.commands.options import (
+    EffectModules,
+    ModelFile,
+    OutJson,
+    RecordingNames,
+    RigFile,
+    check_picture_name,
+)
+from brushgrip.comparison.cases import Case, make_case
+from brushgrip.comparison.methods import Method, default_methods
 from brushgrip.comparison.networks import corrected_root, neural_network
 from brushgrip.comparison.scores import compare as compare_methods
-from brushgrip.comparison.scores import rows
+from brushgrip.comparison.scores import summarise
 from brushgrip.comparison.tables import comparison_dict, markdown_text, print_comparison
 from brushgrip.console import progress, say
+from brushgrip.formatting import json_text
 from brushgrip.pictures import draw_boxes
 from brushgrip.recordings import keep_inputs, locate, read_all
-from brushgrip.tables import json_text
-from identification.modelfile import read_model
-from identification.thesis.friction_network import label_mean
-from symbolic.errors import InvalidInputError
+from brushgrip.user_effects import user_effects
+from identification import read_model
+from identification.thesis import author_file, label_mean
+from symbolic import InvalidInputError
 
 AuthorFolder = Annotated[
     Path | None,
@@ -38,17 +46,17 @@ Declared = Annotated[
     typer.Option(
         "--declared",
         metavar="MU...",
-        help="Friction to take the error from: one for all recordings, or one each.",
+        help="Friction that errors refer to: one for all recordings, or one each.",
         show_default=False,
     ),
 ]
-Lessons = Annotated[
+TrainingNames = Annotated[
     list[str] | None,
     typer.Option(
         "--train",
         metavar="REC...",
-        help="Recordings with a known mu to train the source's two networks on; they stand in the"
-        " table then, beside the mean of their labels. Needs scikit-learn.",
+        help="Recordings with a known mu on which the two networks of [Györök 2022] are trained; the"
+        " table then has them, and the mean of their labels. Needs scikit-learn.",
         show_default=False,
     ),
 ]
@@ -60,9 +68,6 @@ PictureFile = Annotated[
     Path | None,
     typer.Option("--picture", metavar="PNG", help="Box charts as well.", show_default=False),
 ]
-OutJson = Annotated[
-    Path, typer.Option("--out", metavar="OUT.json", help="File to write.", show_default=False)
-]
 
 
 def compare(
@@ -70,44 +75,47 @@ def compare(
     out: OutJson,
     rig: RigFile = None,
     model: ModelFile = None,
+    effects: EffectModules = None,
     author: AuthorFolder = None,
     declared: Declared = None,
-    train: Lessons = None,
+    train: TrainingNames = None,
     table: TableFile = None,
     picture: PictureFile = None,
 ) -> None:
-    """Set EKF and MHE beside the source's root solve: its Table 6.1, on any recordings.
+    """Compare EKF and MHE with the root solve of [Györök 2022]: its Table 6.1, on any recordings.
 
-    RMSE of mu, its spread, and calculation time over measurement time, here and now; beside them the
-    author's own estimate where his file is there, and his published figures. Without --declared the
-    error is taken from mu of the author's file, of the published surface, or of the rig.
+    The table gives the RMSE of mu, its spread, and calculation time over measurement time on this
+    machine; beside them the author's estimate, where there is a file of it, and the published figures.
+    Without --declared, errors refer to mu of the author's file, of the published surface, or of the rig.
     """
     finals = [path for path in (out, table, picture) if path is not None]
     _check_names(finals, picture)
-    subjects = _subjects(recordings, rig, author, declared or [])
-    keep_inputs(finals, [*recordings, *(train or [])], rig, model)
-    chosen = methods(None if model is None else read_model(model))
+    own = user_effects(effects)
+    cases = _cases(recordings, rig, author, declared or [])
+    read_names = [*recordings, *(train or [])]
+    keep_inputs(finals, read_names, rig, model, *_author_files(read_names, author))
+    chosen = default_methods(None if model is None else read_model(model, effects=own))
     if train:
         read_all([*recordings, *train], rig)
-        chosen += _networks(_subjects(train, rig, author, ()))
+        chosen += _networks(_cases(train, rig, author, ()))
     with ExitStack() as stack:
         stages = {final: stack.enter_context(staged_file(final)) for final in finals}
         with progress() as report:
-            compared = compare_methods(subjects, chosen, report)
-        made = rows(compared, chosen)
-        text = json_text(comparison_dict(compared, made))
+            results = compare_methods(cases, chosen, report)
+        summaries = summarise(results, chosen)
+        text = json_text(comparison_dict(results, summaries))
         stages[out].write_text(text, encoding="utf-8", newline="\n")
         if table is not None:
-            stages[table].write_text(markdown_text(compared, made), encoding="utf-8", newline="\n")
+            stages[table].write_text(markdown_text(results, summaries), encoding="utf-8", newline="\n")
         if picture is not None:
-            draw_boxes(stages[picture], compared, [row.method for row in made])
-    print_comparison(compared, made)
+            draw_boxes(stages[picture], results, [row.method for row in summaries])
+    print_comparison(results, summaries)
     say(f"wrote {', '.join(map(str, finals))}")
 
 
-def _subjects(
+def _cases(
     names: Sequence[str], rig: Path | None, author: Path | None, declared: Sequence[float]
-) -> list[Subject]:
+) -> list[Case]:
     if len(declared) not in (0, 1, len(names)):
         raise InvalidInputError(
             f"--declared has {len(declared)} values for {len(names)} recordings;"
@@ -123,15 +131,21 @@ def _subjects(
     read = read_all(names, rig, causal=True)
     references = [*declared, *[declared[0] if declared else None] * (len(read) - len(declared))]
     return [
-        subject_of(recording, locate(name).parent if author is None else author, mu)
+        make_case(recording, locate(name).parent if author is None else author, mu)
         for recording, name, mu in zip(read, names, references, strict=True)
     ]
 
 
-def _networks(lessons: Sequence[Subject]) -> list[Method]:
-    """The source's networks trained on these, and the guess that a method has to beat."""
+def _author_files(names: Sequence[str], author: Path | None) -> list[Path]:
+    """The estimates of [Györök 2022] that may be read along with these recordings."""
+    folders = {locate(name).parent for name in names} if author is None else {author}
+    return [path for folder in folders for path in folder.glob(author_file(Path(), "*").name)]
+
+
+def _networks(training: Sequence[Case]) -> list[Method]:
+    """The networks of [Györök 2022] trained on these cases, and the mean that a method has to beat."""
     labelled = [
-        replace(one.recording, tyre=replace(one.recording.tyre, mu=one.declared)) for one in lessons
+        replace(one.recording, tyre=replace(one.recording.tyre, mu=one.declared)) for one in training
     ]
     return [neural_network(labelled), corrected_root(labelled), label_mean(labelled)]
 
@@ -139,5 +153,5 @@ def _networks(lessons: Sequence[Subject]) -> list[Method]:
 def _check_names(finals: Sequence[Path], picture: Path | None) -> None:
     if len({path.resolve() for path in finals}) < len(finals):
         raise InvalidInputError("--out, --table and --picture must be different files")
-    if picture is not None and picture.suffix.lower() != ".png":
-        raise InvalidInputError(f"{picture}: the picture needs a name that ends in .png")
+    if picture is not None:
+        check_picture_name(picture)

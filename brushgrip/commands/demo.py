@@ -10,17 +10,12 @@ import typer
 import brushgrip
 from brushgrip.atomic import staged_directory
 from brushgrip.commands.diagnose import write_diagnosis
-from brushgrip.console import progress, say
-from brushgrip.estimation import ObserverName, observe, track
-from brushgrip.friction import FrictionTrack
+from brushgrip.console import print_diagnosis, progress, say
+from brushgrip.estimation import OBSERVERS, FrictionTrack, ObserverName, friction_track, observe
 from brushgrip.recordings import read_all
 from brushgrip.report import PAGE
-from brushgrip.tables import print_summary
-from identification.diagnosis import diagnose
-from identification.modelfile import FoundModel
-from identification.reading.recordings import Recording
-from identification.results import Diagnosis
-from symbolic.errors import InvalidInputError
+from identification import Diagnosis, FoundModel, Recording, diagnose
+from symbolic import InvalidInputError
 
 RIG = "rig.toml"
 
@@ -39,27 +34,27 @@ def demo(
     with staged_directory(out) as stage:
         with progress() as report:
             result = diagnose(recordings, holdout, progress=report)
-        write_diagnosis(stage, result, friction_of(holdout, result))
-    print_summary(result)
+        write_diagnosis(stage, result, estimate_friction(holdout, result))
+    print_diagnosis(result)
     say(f"report: {out / PAGE}")
 
 
-def friction_of(recordings: Sequence[Recording], diagnosis: Diagnosis) -> list[FrictionTrack]:
-    """Friction over each recording: declared model and EKF, model found and both observers."""
+def estimate_friction(recordings: Sequence[Recording], diagnosis: Diagnosis) -> list[FrictionTrack]:
+    """Friction over each recording: EKF on the declared model, EKF and MHE on the model found."""
     found = FoundModel(model=diagnosis.model, shared=diagnosis.values.shared, own={})
-    ways: list[tuple[ObserverName, FoundModel | None, str]] = [
+    runs: list[tuple[ObserverName, FoundModel | None, str]] = [
         (ObserverName.EKF, None, "declared model"),
         (ObserverName.EKF, found, "model found"),
         (ObserverName.MHE, found, "model found"),
     ]
     return [
         replace(
-            track(observer, recording, observe(observer, recording, model), label),
+            friction_track(observer, recording, observe(OBSERVERS[observer], recording, model), label),
             reference=diagnosis.values.own[recording.name]["mu"],
             reference_label="μ fitted to the whole recording",
         )
         for recording in recordings
-        for observer, model, label in ways
+        for observer, model, label in runs
     ]
 
 

@@ -7,18 +7,19 @@ from typing import Annotated
 import typer
 
 from brushgrip.atomic import staged_directory
-from brushgrip.commands.options import Jobs, OutFolder, RecordingNames, RigFile
-from brushgrip.console import progress, say
-from brushgrip.friction import FrictionTrack
-from brushgrip.recordings import read_all
+from brushgrip.commands.options import EffectModules, Jobs, OutFolder, RecordingNames, RigFile
+from brushgrip.console import print_diagnosis, progress, say
+from brushgrip.estimation import FrictionTrack
+from brushgrip.formatting import json_text
+from brushgrip.recordings import keep_inputs, read_all
 from brushgrip.report import PAGE, write_report
-from brushgrip.tables import json_text, print_summary
 from brushgrip.unfinished import kept_trials
-from identification.diagnosis import diagnose as close_the_loop
-from identification.fits.loss import LEAST_SQUARES, Huber
-from identification.modelfile import model_text
-from identification.results import Diagnosis
-from symbolic.errors import InvalidInputError
+from brushgrip.user_effects import user_effects
+from identification import LEAST_SQUARES, Diagnosis, Huber, model_text
+from identification import diagnose as close_the_loop
+from symbolic import EFFECTS
+
+DIAGNOSIS, MODEL = "diagnosis.json", "model.json"
 
 
 def diagnose(
@@ -29,7 +30,7 @@ def diagnose(
         typer.Option(
             "--holdout",
             metavar="REC...",
-            help="Recordings that only judge: one or more names after the flag.",
+            help="Recordings held out to judge the models: one or more names after the flag.",
             show_default=False,
         ),
     ] = None,
@@ -38,26 +39,24 @@ def diagnose(
         typer.Option(
             "--robust",
             metavar="SHARE",
-            help="Torque errors beyond this share of range pull no harder than one of that size (Huber);"
-            " for a torque with outliers, 1.5 times its noise.",
+            help="Threshold of Huber's loss, as a share of the torque range, for a torque with outliers:"
+            " 1.5 times its noise.",
             show_default=False,
         ),
     ] = None,
-    learn: Annotated[
-        bool,
-        typer.Option("--learn", help="Learn a torque from what no effect explains; it is not physics."),
-    ] = False,
+    effects: EffectModules = None,
     rig: RigFile = None,
     jobs: Jobs = None,
 ) -> None:
     """Find what the declared model lacks; write diagnosis.json, model.json and report.html.
 
-    Interrupted, it keeps what it has; the same command goes on from there.
+    An interrupted search is kept; the same command continues it.
     """
-    if learn and robust is not None:
-        raise InvalidInputError("--learn takes outliers for torque; leave out --robust or --learn")
+    own = user_effects(effects)
     held_out = holdout or []
     read = read_all([*recordings, *held_out], rig)
+    outputs = [out / DIAGNOSIS, out / MODEL, out / PAGE, *out.resolve().glob("*.png")]
+    keep_inputs(outputs, [*recordings, *held_out], rig)
     training = read[: len(recordings)]
     loss = LEAST_SQUARES if robust is None else Huber(threshold=robust)
     with kept_trials(out) as journal, staged_directory(out) as folder:
@@ -66,21 +65,21 @@ def diagnose(
                 training,
                 read[len(training) :],
                 loss=loss,
-                learn_rest=learn,
+                candidates=[*EFFECTS, *own],
                 jobs=jobs,
                 progress=report,
                 journal=journal,
             )
         write_diagnosis(folder, result)
-    print_summary(result)
+    print_diagnosis(result)
     say(f"report: {out / PAGE}")
 
 
 def write_diagnosis(folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack] = ()) -> None:
     """Writes diagnosis.json, model.json, report.html and the pictures into an existing folder."""
     for name, text in (
-        ("diagnosis.json", json_text(diagnosis.to_dict())),
-        ("model.json", model_text(diagnosis)),
+        (DIAGNOSIS, json_text(diagnosis.to_dict())),
+        (MODEL, model_text(diagnosis)),
     ):
         (folder / name).write_text(text, encoding="utf-8", newline="\n")
     write_report(folder, diagnosis, friction)

@@ -7,13 +7,13 @@ import typer
 
 from brushgrip.atomic import staged_file
 from brushgrip.commands.options import RigFile
-from brushgrip.console import say
-from brushgrip.identified import print_identified
+from brushgrip.console import print_free_decay, say
+from brushgrip.formatting import free_decay_document, json_text
 from brushgrip.pictures import draw_free_decay
 from brushgrip.recordings import keep_inputs, read_decays
-from brushgrip.tables import json_text
-from identification.free_decay.estimator import identify_free_decay
-from symbolic.errors import BrushgripError, InvalidInputError
+from identification import identify_free_decay
+from identification.thesis import estimate_by_decrement
+from symbolic import BrushgripError, InvalidInputError
 
 
 def identify(
@@ -33,8 +33,8 @@ def identify(
 ) -> None:
     """Identify k and b_t from free vibrations, with standard deviations.
 
-    A recording needs t and psi alone; lines such as '# a = 0.045' before the header give what is its
-    own. a, e and J_A have to be known. A picture of the fit goes beside ID.json.
+    A recording needs t and psi alone; lines such as '# a = 0.045' before the header override the rig
+    for that recording. a, e and J_A are required. A picture of the fit goes beside ID.json.
     """
     image = out.with_suffix(".png")
     if image == out:
@@ -42,10 +42,12 @@ def identify(
     decays = read_decays(free_decay, rig)
     keep_inputs([out, image], free_decay, rig)
     with staged_file(out) as table, staged_file(image) as drawing:
-        made = identify_free_decay(decays)
-        if not made.converged:
-            raise BrushgripError(f"k and b_t were {made.status}: {made.remedy}")
-        table.write_text(json_text(made.to_dict()), encoding="utf-8", newline="\n")
-        draw_free_decay(drawing, made)
-    print_identified(made)
+        result = identify_free_decay(decays)
+        if not result.converged:
+            raise BrushgripError(f"k and b_t were {result.status}: {result.remedy}")
+        decrement = estimate_by_decrement(decays)
+        text = json_text(free_decay_document(result, decrement))
+        table.write_text(text, encoding="utf-8", newline="\n")
+        draw_free_decay(drawing, result, decrement)
+    print_free_decay(result, decrement)
     say(f"wrote {out} and {image}")

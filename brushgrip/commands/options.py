@@ -1,10 +1,20 @@
-"""Arguments that several commands share."""
+"""Arguments and options that several commands share, and checks of the files they name."""
 
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from symbolic import InvalidInputError
+
+RecordingName = Annotated[
+    str,
+    typer.Argument(
+        metavar="REC",
+        help="Recording: a .csv or .mat file, or the name of a published one, such as fem1.",
+        show_default=False,
+    ),
+]
 RecordingNames = Annotated[
     list[str],
     typer.Argument(
@@ -31,8 +41,21 @@ ModelFile = Annotated[
         show_default=False,
     ),
 ]
+EffectModules = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--effects",
+        metavar="MODULE",
+        help="Module with effects of your own, EFFECTS = [MyEffect(), ...]; it is imported. May be"
+        " repeated; several may be separated by commas.",
+        show_default=False,
+    ),
+]
 OutFile = Annotated[
     Path, typer.Option("--out", metavar="OUT.csv", help="File to write.", show_default=False)
+]
+OutJson = Annotated[
+    Path, typer.Option("--out", metavar="OUT.json", help="File to write.", show_default=False)
 ]
 OutFolder = Annotated[
     Path, typer.Option("--out", metavar="DIR", help="Folder to write to.", show_default=False)
@@ -44,3 +67,13 @@ Jobs = Annotated[
         show_default=False,
     ),
 ]  # fmt: skip
+
+
+def check_picture_name(picture: Path) -> None:
+    """Refuses a picture that is no PNG.
+
+    Raises:
+        InvalidInputError: the name has another suffix.
+    """
+    if picture.suffix.lower() != ".png":
+        raise InvalidInputError(f"{picture}: the picture needs a name that ends in .png")

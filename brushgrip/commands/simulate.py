@@ -7,29 +7,32 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.atomic import staged_file
-from brushgrip.commands.options import ModelFile, OutFile, RecordingNames, RigFile
+from brushgrip.commands.options import EffectModules, ModelFile, OutFile, RecordingNames, RigFile
 from brushgrip.console import say
+from brushgrip.formatting import csv_text
 from brushgrip.recordings import keep_inputs, read_all
-from brushgrip.tables import csv_text
-from identification.fits.fitting import signals_of
-from identification.modelfile import FoundModel, read_model
-from identification.reading.recordings import Recording
-from symbolic import Model
-from symbolic import simulate as torque_of
-from symbolic.errors import InvalidInputError
+from brushgrip.user_effects import user_effects
+from identification import FoundModel, Recording, read_model, signals_of
+from symbolic import InvalidInputError, Model
+from symbolic import simulate as simulate_torque
 
 
 def simulate(
-    recordings: RecordingNames, out: OutFile, rig: RigFile = None, model: ModelFile = None
+    recordings: RecordingNames,
+    out: OutFile,
+    rig: RigFile = None,
+    model: ModelFile = None,
+    effects: EffectModules = None,
 ) -> None:
     """Simulate the aligning torque for the angle and the load of recordings: t,M_z.
 
     No M_z is needed. mu comes from the model file where it knows the recording, else from the rig.
     Several recordings go to OUT_<recording>.csv.
     """
+    own = user_effects(effects)
     read = read_all(recordings, rig, torque_required=False)
-    found = None if model is None else read_model(model)
-    inputs = [parameters_for(recording, found) for recording in read]
+    found = None if model is None else read_model(model, effects=own)
+    inputs = [model_and_values(recording, found) for recording in read]
     finals = [_final(out, recording, read) for recording in read]
     keep_inputs(finals, recordings, rig, model)
     with ExitStack() as stack:
@@ -37,18 +40,18 @@ def simulate(
         for recording, (structure, values), stage in zip(read, inputs, stages, strict=True):
             theta = np.asarray(structure.theta(values)).ravel()
             geometry = np.array([recording.rig.a, recording.rig.e])
-            made = torque_of(structure, signals_of(recording), theta, geometry)
-            text = csv_text({"t": recording.t, "M_z": made.M_z})
+            torque = simulate_torque(structure, signals_of(recording), theta, geometry)
+            text = csv_text({"t": recording.t, "M_z": torque.M_z})
             stage.write_text(text, encoding="utf-8", newline="\n")
     for final in finals:
         say(f"wrote {final}")
 
 
-def parameters_for(recording: Recording, found: FoundModel | None) -> tuple[Model, dict[str, float]]:
-    """The model to use for a recording, declared or found, and all of its parameter values.
+def model_and_values(recording: Recording, found: FoundModel | None) -> tuple[Model, dict[str, float]]:
+    """The model for a recording, declared or found, and the values of all its parameters.
 
     Raises:
-        InvalidInputError: mu is known from nowhere.
+        InvalidInputError: mu is unknown.
     """
     mu = recording.tyre.mu
     if found is not None:

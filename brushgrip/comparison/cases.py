@@ -1,4 +1,4 @@
-"""A recording with what its estimates are held against."""
+"""A recording with the friction that its estimates are compared with."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -6,40 +6,35 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.recordings import Recording
-from identification.thesis.author_estimate import (
-    AuthorEstimate,
-    aligned,
-    author_file,
-    read_author_estimate,
-)
-from symbolic.errors import InvalidInputError
+from identification import Recording
+from identification.thesis import AuthorEstimate, aligned, author_file, read_author_estimate
+from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
 SETTLED = 1.89
-"""From so long after the wheel began to turn the source's Table 6.1 counts [s]."""
-TURNED = 0.02
-"""Without a file of the author the wheel has begun to turn when it is so far from its start [rad]; his
-files begin at 0.024 to 0.060."""
-SLIDES = 0.9
-"""The wheel has slid once its torque has first reached this share of its greatest [1]."""
+"""Time after the beginning of the turn from which [Györök 2022], Table 6.1, takes the error [s]."""
+TURN_BEGINS = 0.02
+"""Without a file of the author, the turn begins at this distance from the first angle [rad]; the
+author's files begin at 0.024 to 0.060."""
+FIRST_SLIDE = 0.9
+"""The first slide is where the torque first exceeds this share of its greatest value [1]."""
 SURFACES = {"fem": 1.674, "piros": 1.9003}
-"""Friction from towing a block over the plates, by how the names of published recordings begin [1],
-source section 5.2.1."""
+"""Friction from towing a block over the plates [1], by the first letters of the published recordings;
+[Györök 2022], section 5.2.1."""
 _ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Subject:
-    """What a recording's estimates are held against.
+class Case:
+    """A recording with the friction that its estimates are compared with.
 
     Attributes:
-        recording: what was measured.
-        declared: friction coefficient to take the error from [1]; a reference, not the truth.
-        origin: where that comes from.
+        recording: the signals.
+        declared: friction coefficient that errors refer to [1]; a reference, not the truth.
+        origin: where that coefficient comes from.
         author: the author's estimate, None where there is none.
-        span: the samples that count at all, the author's where he has some.
-        settled: of the recording's samples, those in `span` that the error is taken over.
+        span: the samples from the beginning of the turn on; those of the author's estimate, if any.
+        settled: True at the samples over which the error is taken.
     """
 
     recording: Recording
@@ -50,7 +45,7 @@ class Subject:
     settled: NDArray[np.bool_]
 
     def rmse(self, mu: Array) -> float:
-        """Root mean square of mu less the declared one, source section 5.3.1 [1].
+        """Root mean square of mu minus the declared mu [1]; [Györök 2022], section 5.3.1.
 
         Args:
             mu: estimate at every sample of the recording, shape (n,) [1].
@@ -60,12 +55,12 @@ class Subject:
     def spread(self, mu: Array) -> float:
         """Standard deviation of mu over time, after the first slide [1]."""
         torque = np.nan_to_num(np.abs(self.recording.M_z[self.span]))
-        slid = int(np.argmax(torque > SLIDES * torque.max()))
-        return float(mu[self.span][slid:].std())
+        first_slide = int(np.argmax(torque > FIRST_SLIDE * torque.max()))
+        return float(mu[self.span][first_slide:].std())
 
     @property
     def author_mu(self) -> Array | None:
-        """The author's estimate at the samples of the recording, NaN where he has none [1]."""
+        """The author's estimate at the samples of the recording, NaN where there is none [1]."""
         if self.author is None:
             return None
         mu = np.full(self.recording.t.size, np.nan)
@@ -73,18 +68,18 @@ class Subject:
         return mu
 
 
-def subject_of(recording: Recording, folder: Path | None, declared: float | None = None) -> Subject:
-    """A recording with the author's estimate, where a file of his lies in the folder.
+def make_case(recording: Recording, folder: Path | None, declared: float | None = None) -> Case:
+    """A case for a recording, with the author's estimate where the folder has one.
 
     Args:
-        recording: what was measured.
-        folder: where the author's files are; None for nowhere.
-        declared: friction coefficient to take the error from [1]; None for that of the author's file,
-            of the surface by the recording's name, or of the rig or the recording, in this order.
+        recording: the signals.
+        folder: the folder of the author's files; None for no author's estimate.
+        declared: friction coefficient that errors refer to [1]; None for that of the author's file, of
+            the surface by the recording's name, or of the rig or the recording, in this order.
 
     Raises:
-        InvalidInputError: the author's file is of another recording, mu is known from nowhere, or
-            nothing is left to take the error over.
+        InvalidInputError: the author's file belongs to another recording, mu is unknown, or no sample is
+            left for the error.
     """
     file = None if folder is None else author_file(folder, recording.name)
     author = None if file is None or not file.exists() else read_author_estimate(file)
@@ -103,10 +98,10 @@ def subject_of(recording: Recording, folder: Path | None, declared: float | None
             f"{recording.name}: ends less than {SETTLED} s after the wheel began to turn, and the error"
             " is taken from then on; a longer recording is needed"
         )
-    known, origin = _declared(recording, author, declared)
-    return Subject(
+    reference, origin = _declared(recording, author, declared)
+    return Case(
         recording=recording,
-        declared=known,
+        declared=reference,
         origin=origin,
         author=author,
         span=slice(first, last),
@@ -115,12 +110,12 @@ def subject_of(recording: Recording, folder: Path | None, declared: float | None
 
 
 def _beginning(recording: Recording) -> int:
-    turned = np.abs(recording.psi - recording.psi[0]) >= TURNED
-    if not turned.any():
+    turning = np.abs(recording.psi - recording.psi[0]) >= TURN_BEGINS
+    if not turning.any():
         raise InvalidInputError(
-            f"{recording.name}: the wheel turns by less than {TURNED} rad; nothing slides"
+            f"{recording.name}: the wheel turns by less than {TURN_BEGINS} rad; nothing slides"
         )
-    return int(np.argmax(turned))
+    return int(np.argmax(turning))
 
 
 def _declared(

@@ -1,82 +1,84 @@
-"""Ways to estimate friction that are held against each other."""
+"""Methods of estimating friction that `compare` sets side by side."""
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from brushgrip.estimation import (
+    OBSERVERS,
+    ObserverFactory,
     ObserverName,
-    angle_heard,
-    observer_for,
-    on_model,
-    run_on,
+    measured_angle,
+    model_observer,
+    root_solver,
+    run_observer,
 )
-from identification.modelfile import FoundModel
-from identification.reading.recordings import Recording
-from observers import Ekf, Observer, ZoneRootSolver
+from identification import FoundModel, Recording
+from observers import Ekf, ZoneRootSolver
 from observers.embedded import NativeObserver, compile_native
-from symbolic import Model, Rig
-from symbolic.compiled import compiler
+from symbolic import Model, Rig, compiler
 
 Array = NDArray[np.float64]
 SMOOTHING = 0.99
-"""Share of the last value in the exponential filter of [Györök 2022], (5.9) [1]."""
+"""Weight of the last value in the exponential filter of [Györök 2022], (5.9) [1]."""
 
 
 class Method(Protocol):
-    """A way to estimate friction; one more is one more line in `methods`."""
+    """A method of estimating friction; `compare` takes any object with these members."""
 
     @property
     def name(self) -> str:
-        """What the tables call it."""
+        """Name of the method in the tables."""
 
     @property
     def works_beyond_five_zones(self) -> bool:
-        """Whether it holds when a reversal within five zones of the patch makes seven."""
+        """Whether the estimate is right where nested reversals make seven zones or more."""
 
     @property
     def gives_deviation(self) -> bool:
-        """Whether it says how sure it is."""
+        """Whether the method gives a standard deviation."""
 
     def estimate(self, recording: Recording) -> Array:
-        """Friction at every sample, from what came before it alone, shape (n,) [1].
+        """Friction at every sample, from this and earlier samples alone, shape (n,) [1].
 
-        A call is timed; what is made once for a recording, as by a compiler, is to be kept.
+        Each call is timed; work done once per recording, such as compiling, is to be cached.
         """
 
 
 @dataclass(frozen=True, kw_only=True)
-class Observed:
-    """A method that is an observer; it gets its samples one at a time, as from a controller.
+class ObserverMethod:
+    """A method that runs an observer sample by sample, as a controller does.
 
     Attributes:
-        name: what the tables call it.
-        observer: makes the observer for a recording.
+        name: as of `Method`.
+        factory: builds the observer for a recording; any `observers.Observer` will do.
+        found: the model of a diagnosis, handed to the factory; None for the declared model.
         works_beyond_five_zones: as of `Method`.
         gives_deviation: as of `Method`.
     """
 
     name: str
-    observer: Callable[[Recording], Observer]
-    works_beyond_five_zones: bool
-    gives_deviation: bool
+    factory: ObserverFactory
+    found: FoundModel | None = None
+    works_beyond_five_zones: bool = True
+    gives_deviation: bool = True
 
     def estimate(self, recording: Recording) -> Array:
         """See `Method.estimate`."""
-        return run_on(self.observer(recording), recording, one_by_one=True).mu
+        return run_observer(self.factory(recording, self.found), recording, one_by_one=True).mu
 
 
 @dataclass(frozen=True, kw_only=True)
-class Generated:
+class CompiledEkf:
     """The EKF as C in single precision, compiled for this machine and run within this process.
 
     Attributes:
-        found: the model of a diagnosis; the declared one without it.
-        name: what the tables call it.
+        found: the model of a diagnosis; None for the declared model.
+        name: as of `Method`.
         works_beyond_five_zones: as of `Method`.
         gives_deviation: as of `Method`.
     """
@@ -88,53 +90,47 @@ class Generated:
 
     def estimate(self, recording: Recording) -> Array:
         """See `Method.estimate`."""
-        ekf = on_model(ObserverName.EKF, recording, self.found)
-        code = _native(ekf.model, tuple(ekf.values.items()), ekf.rig)
-        rate = recording.psi_dot if recording.psi_dot_recorded else None
-        return code.run(recording.t, angle_heard(recording), recording.F_N, recording.M_z, rate).mu
+        ekf = model_observer(Ekf, recording, self.found)
+        code = _compiled_ekf(ekf.model, tuple(ekf.values.items()), ekf.rig)
+        psi_dot = recording.psi_dot if recording.psi_dot_recorded else None
+        psi = measured_angle(recording)
+        return code.run(recording.t, psi, recording.F_N, recording.M_z, psi_dot).mu
 
 
-def methods(found: FoundModel | None = None) -> list[Method]:
-    """Everything that is compared on a recording with its aligning torque.
+def filtered_root_solver(recording: Recording, found: FoundModel | None = None) -> ZoneRootSolver:
+    """The root solve of [Györök 2022] with its exponential filter, (5.9)."""
+    return root_solver(recording, found, smoothing=SMOOTHING)
+
+
+ROOT_METHODS: Mapping[str, ObserverFactory] = {
+    "root, five zones": root_solver,
+    "root, filtered (5.9)": filtered_root_solver,
+}
+"""The root solve of [Györök 2022]: at most five zones, no standard deviation, the declared model."""
+MODEL_METHODS: Mapping[str, ObserverFactory] = {
+    "EKF": OBSERVERS[ObserverName.EKF],
+    "MHE": OBSERVERS[ObserverName.MHE],
+}
+"""Observers on the declared model or on one that was found."""
+
+
+def default_methods(found: FoundModel | None = None) -> list[Method]:
+    """The methods that the command compares; `EKF in C` where there is a compiler.
 
     Args:
-        found: the model of a diagnosis for EKF and MHE; the declared one without it.
+        found: the model of a diagnosis for EKF and MHE; None for the declared model.
     """
-    made: list[Method] = [
-        Observed(
-            name="root, five zones",
-            observer=partial(observer_for, ObserverName.ROOT),
-            works_beyond_five_zones=False,
-            gives_deviation=False,
-        ),
-        Observed(
-            name="root, filtered (5.9)",
-            observer=_filtered,
-            works_beyond_five_zones=False,
-            gives_deviation=False,
-        ),
-        Observed(
-            name="EKF",
-            observer=partial(observer_for, ObserverName.EKF, found=found),
-            works_beyond_five_zones=True,
-            gives_deviation=True,
-        ),
-        Observed(
-            name="MHE",
-            observer=partial(observer_for, ObserverName.MHE, found=found),
-            works_beyond_five_zones=True,
-            gives_deviation=True,
-        ),
+    methods: list[Method] = [
+        ObserverMethod(name=name, factory=factory, works_beyond_five_zones=False, gives_deviation=False)
+        for name, factory in ROOT_METHODS.items()
     ]
-    if compiler() is not None:
-        made.append(Generated(found=found))
-    return made
-
-
-def _filtered(recording: Recording) -> ZoneRootSolver:
-    return ZoneRootSolver(rig=recording.rig, k=recording.tyre.k, smoothing=SMOOTHING)
+    methods += [
+        ObserverMethod(name=name, factory=factory, found=found)
+        for name, factory in MODEL_METHODS.items()
+    ]
+    return [*methods, CompiledEkf(found=found)] if compiler() is not None else methods
 
 
 @cache
-def _native(model: Model, values: tuple[tuple[str, float], ...], rig: Rig) -> NativeObserver:
+def _compiled_ekf(model: Model, values: tuple[tuple[str, float], ...], rig: Rig) -> NativeObserver:
     return compile_native(Ekf(model=model, values=dict(values), rig=rig))

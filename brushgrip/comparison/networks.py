@@ -1,4 +1,4 @@
-"""The source's two networks: what they see of a sample, and how they are trained."""
+"""The two networks of [Györök 2022]: their inputs and their training."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -6,72 +6,76 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.recordings import Recording
-from identification.thesis.friction_network import Activation, Design, FrictionNetwork, train
+from identification import Recording
+from identification.thesis import Activation, Design, FrictionNetwork, train
 from observers import ZoneRootSolver, run
-from observers.thesis.zone_state_machine import Fragmentation, turned
+from observers.thesis import Fragmentation, turned
 
 Array = NDArray[np.float64]
 ANALYTIC = 9
 """Column of `all_inputs` that holds the analytic estimate of mu."""
 LEAST_TURN = 5e-4
-"""Turn back by which a reversal counts [rad], as in `observers.ZoneRootSolver`."""
+"""Least turn back that is taken for a reversal [rad], as in `observers.ZoneRootSolver`."""
 
 
 def plain_inputs(recording: Recording) -> Array:
-    """What the neural network of the source's section 4.1 sees: psi, psi_max and M, shape (n, 3).
+    """Inputs of the neural network of [Györök 2022], section 4.1: psi, psi_max and M, shape (n, 3).
 
-    M is the torque against the ground, -M_z, as in the source's own files; a missing one is held.
+    M is -M_z, as in the files published with it; where it is missing, the last value is imputed.
     """
-    held = np.maximum.accumulate(np.where(np.isfinite(recording.M_z), np.arange(recording.t.size), 0))
-    M = np.nan_to_num(-recording.M_z[held])
-    psi_max = [state.psi_max for state in _memories(recording)]
+    last_measured = np.maximum.accumulate(
+        np.where(np.isfinite(recording.M_z), np.arange(recording.t.size), 0)
+    )
+    M = np.nan_to_num(-recording.M_z[last_measured])
+    psi_max = [state.psi_max for state in _zone_states(recording)]
     return np.column_stack([recording.psi - recording.psi[0], psi_max, M])
 
 
 def all_inputs(recording: Recording) -> Array:
-    """What the network of section 4.2 sees, shape (n, 10).
+    """Inputs of the network of [Györök 2022], section 4.2, shape (n, 10).
 
     psi, psi_max, M, e, F_N, direction, five zones or three, a, k and the analytic estimate of mu.
     """
-    rig, k, memories = recording.rig, recording.tyre.k, _memories(recording)
-    # The analytic estimate hears a missing torque itself.
-    found = run(ZoneRootSolver(rig=rig, k=k), recording.t, recording.psi, recording.F_N, recording.M_z)
+    rig, k, states = recording.rig, recording.tyre.k, _zone_states(recording)
+    # The root solver takes missing torques as they are.
+    analytic = run(
+        ZoneRootSolver(rig=rig, k=k), recording.t, recording.psi, recording.F_N, recording.M_z
+    )
     constant = [np.full(recording.t.size, value) for value in (rig.e, rig.a, k)]
     return np.column_stack([
         plain_inputs(recording),
         constant[0],
         recording.F_N,
-        [state.direction for state in memories],
-        [state.zones == 5 for state in memories],
+        [state.direction for state in states],
+        [state.zones == 5 for state in states],
         *constant[1:],
-        found.mu,
+        analytic.mu,
     ])  # fmt: skip
 
 
 def neural_network(recordings: Sequence[Recording], design: Design | None = None) -> FrictionNetwork:
-    """The source's neural network, section 4.1, trained on recordings with a declared mu.
+    """The neural network of [Györök 2022], section 4.1, trained on recordings with a declared mu.
 
     Args:
-        recordings: to learn from.
+        recordings: training data.
         design: network and training; None for the defaults.
     """
     return train(recordings, plain_inputs, design, name="neural network")
 
 
 def corrected_root(recordings: Sequence[Recording], design: Design | None = None) -> FrictionNetwork:
-    """The source's scientific machine learning, section 4.2: the root solve and a network that mends it.
+    """Root solve with a correcting network: scientific machine learning, [Györök 2022], section 4.2.
 
     Args:
-        recordings: to learn from.
-        design: network and training, tanh whatever it says, as the source found best; None for the
-            defaults.
+        recordings: training data.
+        design: network and training; the activation is always tanh, the best in section 4.2. None for
+            the defaults.
     """
     tanh = replace(design or Design(), activation=Activation.TANH)
     return train(recordings, all_inputs, tanh, base=ANALYTIC, name="root and network")
 
 
-def _memories(recording: Recording) -> list[Fragmentation]:
+def _zone_states(recording: Recording) -> list[Fragmentation]:
     state, states = Fragmentation(), []
     for psi in recording.psi - recording.psi[0]:
         state = turned(state, float(psi), LEAST_TURN)

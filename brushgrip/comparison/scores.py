@@ -1,34 +1,35 @@
-"""How near every method comes on every recording, and how long it takes."""
+"""Error and calculation time of every method on every case."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from time import process_time
 
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.comparison.cases import Subject
+from brushgrip.comparison.cases import Case
 from brushgrip.comparison.methods import Method
+from brushgrip.console import Progress
+from identification import Recording
 
 Array = NDArray[np.float64]
-Report = Callable[[str, int, int], None]
-ROUNDS, LONG_ENOUGH = 3, 0.2
-"""A calculation is timed at least so often, and until so much time has gone after the first [s]; the
-least counts."""
+LEAST_ROUNDS, LEAST_TIME = 3, 0.2
+"""A calculation is repeated at least so often, and until the repetitions take this time [s]; the
+shortest counts."""
 AUTHOR = "author's estimate"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Score:
-    """One method on one recording.
+    """One method on one case.
 
     Attributes:
         method: its name.
-        rmse: root mean square of mu less the declared one [1].
+        rmse: root mean square of mu minus the declared mu [1].
         spread: standard deviation of mu over time after the first slide [1].
-        theta: calculation time over measurement time, source (5.10), on this machine [1]; None where
-            nothing was calculated.
-        mu: the estimate over the samples that `rmse` counts [1].
+        theta: calculation time over measurement time on this machine [1], [Györök 2022], (5.10); None
+            where nothing was calculated.
+        mu: the estimate at the settled samples of the case [1].
     """
 
     method: str
@@ -39,29 +40,29 @@ class Score:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Compared:
-    """All methods on one recording.
+class CaseScores:
+    """All methods on one case.
 
     Attributes:
-        subject: the recording and what it is held against.
-        scores: one a method; the author's own estimate first, where there is one.
+        case: the recording and its reference.
+        scores: one per method; that of the author's estimate first, where there is one.
     """
 
-    subject: Subject
+    case: Case
     scores: tuple[Score, ...]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Row:
-    """One method over all recordings: a row of Table 6.1.
+class MethodSummary:
+    """One method over all cases: a row of [Györök 2022], Table 6.1.
 
     Attributes:
         method: its name.
-        rmse: mean over the recordings [1].
-        spread: mean over the recordings [1]; None where not known.
-        theta: calculation time over measurement time, mean [1]; None where not known.
-        works_beyond_five_zones: None for in part.
-        gives_deviation: whether it says how sure it is.
+        rmse: mean over the cases [1].
+        spread: mean over the cases [1]; None where unknown.
+        theta: calculation time over measurement time, mean [1]; None where unknown.
+        works_beyond_five_zones: as of `Method`; None for in part.
+        gives_deviation: as of `Method`.
     """
 
     method: str
@@ -73,7 +74,7 @@ class Row:
 
 
 PUBLISHED = (
-    Row(
+    MethodSummary(
         method="analytic method",
         rmse=0.638,
         spread=None,
@@ -81,7 +82,7 @@ PUBLISHED = (
         works_beyond_five_zones=False,
         gives_deviation=False,
     ),
-    Row(
+    MethodSummary(
         method="neural network",
         rmse=0.4794,
         spread=None,
@@ -89,7 +90,7 @@ PUBLISHED = (
         works_beyond_five_zones=True,
         gives_deviation=False,
     ),
-    Row(
+    MethodSummary(
         method="SciML method",
         rmse=0.3837,
         spread=None,
@@ -98,56 +99,61 @@ PUBLISHED = (
         gives_deviation=False,
     ),
 )
-"""Table 6.1 as printed: six recordings on steel, an Intel i5-8250U."""
+"""[Györök 2022], Table 6.1, as printed: six recordings on steel, an Intel i5-8250U."""
 
 
 def compare(
-    subjects: Sequence[Subject], methods: Sequence[Method], progress: Report = lambda *_: None
-) -> list[Compared]:
-    """Every method on every recording."""
-    made = []
-    total = len(subjects) * len(methods)
-    for i, subject in enumerate(subjects):
-        scores = []
-        if (mu := subject.author_mu) is not None:
-            scores.append(_score(subject, AUTHOR, mu, None))
-        for j, method in enumerate(methods):
-            progress(f"{subject.recording.name}, {method.name}", i * len(methods) + j, total)
-            mu, theta = timed(method, subject)
-            scores.append(_score(subject, method.name, mu, theta))
-        made.append(Compared(subject=subject, scores=tuple(scores)))
-    return made
+    cases: Sequence[Case], methods: Sequence[Method], progress: Progress = lambda *_: None
+) -> list[CaseScores]:
+    """Every method on every case.
 
-
-def timed(method: Method, subject: Subject) -> tuple[Array, float]:
-    """The first estimate, and calculation time over measurement time, source (5.10) [1].
-
-    The time is the least of some rounds, so that what a method makes in the first does not count; it is
-    time of the processor, all threads together, so that other programs do not.
+    Args:
+        cases: recordings with their references.
+        methods: such as `default_methods()`, and a user's own observer as an `ObserverMethod`.
+        progress: called with the case and method, the number of estimates done, and their number.
     """
-    t = subject.recording.t
+    results = []
+    total = len(cases) * len(methods)
+    for i, case in enumerate(cases):
+        scores = []
+        if (mu := case.author_mu) is not None:
+            scores.append(_score(case, AUTHOR, mu, None))
+        for j, method in enumerate(methods):
+            progress(f"{case.recording.name}, {method.name}", i * len(methods) + j, total)
+            mu, theta = timed_estimate(method, case.recording)
+            scores.append(_score(case, method.name, mu, theta))
+        results.append(CaseScores(case=case, scores=tuple(scores)))
+    return results
+
+
+def timed_estimate(method: Method, recording: Recording) -> tuple[Array, float]:
+    """The first estimate, and calculation time over measurement time [1], [Györök 2022], (5.10).
+
+    The shortest of several rounds counts, without what a method caches in the first. Processor time of
+    all threads is taken, so that other programs do not count.
+    """
     estimates: list[Array] = []
     times: list[float] = []
-    while len(times) < ROUNDS or sum(times[1:]) < LONG_ENOUGH:
+    while len(times) < LEAST_ROUNDS or sum(times[1:]) < LEAST_TIME:
         begin = process_time()
-        estimates.append(method.estimate(subject.recording))
+        estimates.append(method.estimate(recording))
         times.append(process_time() - begin)
-    return estimates[0], min(times) / float(t[-1] - t[0])
+    return estimates[0], min(times) / float(recording.t[-1] - recording.t[0])
 
 
-def rows(compared: Sequence[Compared], methods: Sequence[Method]) -> list[Row]:
-    """One row a method over all recordings; the author's own only over those that he has."""
+def summarise(results: Sequence[CaseScores], methods: Sequence[Method]) -> list[MethodSummary]:
+    """One row per method over all cases; the author's estimate only over those that have one."""
     properties = {AUTHOR: (False, False)} | {
         method.name: (method.works_beyond_five_zones, method.gives_deviation) for method in methods
     }
-    made = []
+    summaries = []
     for name, (beyond, deviation) in properties.items():
-        scores = [score for one in compared for score in one.scores if score.method == name]
+        scores = [score for result in results for score in result.scores if score.method == name]
         if not scores:
             continue
         thetas = [score.theta for score in scores if score.theta is not None]
-        made.append(
-            Row(
+        summaries.append(
+            MethodSummary(
                 method=name,
                 rmse=float(np.mean([score.rmse for score in scores])),
                 spread=float(np.mean([score.spread for score in scores])),
@@ -156,14 +162,10 @@ def rows(compared: Sequence[Compared], methods: Sequence[Method]) -> list[Row]:
                 gives_deviation=deviation,
             )
         )
-    return made
+    return summaries
 
 
-def _score(subject: Subject, method: str, mu: Array, theta: float | None) -> Score:
+def _score(case: Case, method: str, mu: Array, theta: float | None) -> Score:
     return Score(
-        method=method,
-        rmse=subject.rmse(mu),
-        spread=subject.spread(mu),
-        theta=theta,
-        mu=mu[subject.settled],
+        method=method, rmse=case.rmse(mu), spread=case.spread(mu), theta=theta, mu=mu[case.settled]
     )

@@ -11,19 +11,19 @@ from rich.console import Console
 from rich.table import Table
 
 from brushgrip.comparison.cases import SETTLED
-from brushgrip.comparison.scores import PUBLISHED, Compared, Row
+from brushgrip.comparison.scores import PUBLISHED, CaseScores, MethodSummary
 
 NOTE = (
     "RMSE of μ against the declared μ, from {settled} s after the wheel began to turn; spread: standard"
     " deviation of μ over time after the first slide; ϑ = calculation time / measurement time, here,"
-    " samples handed over one at a time."
+    " samples given one at a time."
 )
-PUBLISHED_NOTE = "Published: Table 6.1 of the source, six recordings on steel, ϑ on an Intel i5-8250U."
+PUBLISHED_NOTE = "Published: [Györök 2022], Table 6.1, six recordings on steel, ϑ on an Intel i5-8250U."
 QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Sheet:
+class TextTable:
     """A table as text.
 
     Attributes:
@@ -37,41 +37,41 @@ class Sheet:
     lines: tuple[tuple[str, ...], ...]
 
 
-def sheets(compared: Sequence[Compared], rows: Sequence[Row]) -> list[Sheet]:
-    """Table 6.1 beside ours, then RMSE and time for every recording."""
-    recordings = ("method", *map(_name, compared))
+def text_tables(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) -> list[TextTable]:
+    """Means beside [Györök 2022], Table 6.1; then error and time of every recording."""
+    recordings = ("method", *map(_name, results))
     return [
-        Sheet(
-            title=f"Mean over {len(compared)} recordings",
+        TextTable(
+            title=f"Mean over {len(results)} recordings",
             headings=("method", "RMSE", "spread", "ϑ", "beyond five zones", "deviation"),
             lines=tuple(
                 [_cells(f"published: {row.method}", row) for row in PUBLISHED]
                 + [_cells(row.method, row) for row in rows]
             ),
         ),
-        Sheet(
+        TextTable(
             title="RMSE of every recording",
             headings=recordings,
             lines=(
-                ("declared μ", *(f"{one.subject.declared:g}" for one in compared)),
-                *((row.method, *(_error(_rmse(one, row)) for one in compared)) for row in rows),
+                ("declared μ", *(f"{result.case.declared:g}" for result in results)),
+                *((row.method, *(_error(_rmse(result, row)) for result in results)) for row in rows),
             ),
         ),
-        Sheet(
+        TextTable(
             title="ϑ of every recording",
             headings=recordings,
             lines=(
-                ("length [s]", *(f"{_duration(one):.1f}" for one in compared)),
-                *((row.method, *(_time(_theta(one, row)) for one in compared)) for row in rows),
+                ("length [s]", *(f"{_duration(result):.1f}" for result in results)),
+                *((row.method, *(_time(_theta(result, row)) for result in results)) for row in rows),
             ),
         ),
     ]
 
 
-def print_comparison(compared: Sequence[Compared], rows: Sequence[Row]) -> None:
+def print_comparison(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) -> None:
     """Prints the tables on standard output."""
     screen = Console(highlight=False, markup=False)
-    for sheet in sheets(compared, rows):
+    for sheet in text_tables(results, rows):
         table = Table(title=sheet.title, title_justify="left")
         for place, heading in enumerate(sheet.headings):
             table.add_column(heading, justify="right" if place else "left", overflow="fold")
@@ -82,17 +82,19 @@ def print_comparison(compared: Sequence[Compared], rows: Sequence[Row]) -> None:
     screen.print(PUBLISHED_NOTE)
 
 
-def markdown_text(compared: Sequence[Compared], rows: Sequence[Row]) -> str:
+def markdown_text(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) -> str:
     """The same tables in Markdown."""
-    parts = [part for sheet in sheets(compared, rows) for part in (f"{sheet.title}:", _markdown(sheet))]
+    parts = [
+        part for sheet in text_tables(results, rows) for part in (f"{sheet.title}:", _markdown(sheet))
+    ]
     return "\n\n".join([*parts, NOTE.format(settled=SETTLED), PUBLISHED_NOTE]) + "\n"
 
 
-def comparison_dict(compared: Sequence[Compared], rows: Sequence[Row]) -> dict[str, Any]:
-    """The comparison as JSON takes it; null where something is not known.
+def comparison_dict(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) -> dict[str, Any]:
+    """The comparison for JSON; None where a value is unknown.
 
-    Keys: `settled` [s]; `machine`; `published` and `methods`, rows of Table 6.1; `recordings`, each with
-    its `scores`, where `quantiles` are minimum, quartiles and maximum of the estimate.
+    Keys: `settled` [s]; `machine`; `published` and `methods`, rows of the first table; `recordings`,
+    each with its `scores`, where `quantiles` are minimum, quartiles and maximum of the estimate.
     """
     return {
         "settled": SETTLED,
@@ -101,11 +103,11 @@ def comparison_dict(compared: Sequence[Compared], rows: Sequence[Row]) -> dict[s
         "methods": [asdict(row) for row in rows],
         "recordings": [
             {
-                "name": _name(one),
-                "declared": one.subject.declared,
-                "declared_from": one.subject.origin,
-                "duration": _duration(one),
-                "samples": int(one.subject.settled.sum()),
+                "name": _name(result),
+                "declared": result.case.declared,
+                "declared_from": result.case.origin,
+                "duration": _duration(result),
+                "samples": int(result.case.settled.sum()),
                 "scores": [
                     {
                         "method": score.method,
@@ -114,16 +116,16 @@ def comparison_dict(compared: Sequence[Compared], rows: Sequence[Row]) -> dict[s
                         "theta": score.theta,
                         "quantiles": np.quantile(score.mu, QUANTILES).tolist(),
                     }
-                    for score in one.scores
+                    for score in result.scores
                 ],
             }
-            for one in compared
+            for result in results
         ],
     }
 
 
 def processor() -> str:
-    """What the times were measured on."""
+    """Name of the processor that the times were measured on."""
     try:
         text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
     except OSError:
@@ -134,16 +136,16 @@ def processor() -> str:
     return names[0] if names else platform.processor() or platform.machine()
 
 
-def _markdown(sheet: Sheet) -> str:
-    rules = ["---", *(["---:"] * (len(sheet.headings) - 1))]
-    return "\n".join(_line(cells) for cells in (sheet.headings, rules, *sheet.lines))
+def _markdown(table: TextTable) -> str:
+    rules = ["---", *(["---:"] * (len(table.headings) - 1))]
+    return "\n".join(_line(cells) for cells in (table.headings, rules, *table.lines))
 
 
 def _line(cells: Sequence[str]) -> str:
     return f"| {' | '.join(cell.replace('|', '/') for cell in cells)} |"
 
 
-def _cells(name: str, row: Row) -> tuple[str, ...]:
+def _cells(name: str, row: MethodSummary) -> tuple[str, ...]:
     beyond = "in part" if row.works_beyond_five_zones is None else _yes(row.works_beyond_five_zones)
     return (
         name,
@@ -155,20 +157,20 @@ def _cells(name: str, row: Row) -> tuple[str, ...]:
     )
 
 
-def _rmse(one: Compared, row: Row) -> float | None:
-    return next((score.rmse for score in one.scores if score.method == row.method), None)
+def _rmse(result: CaseScores, row: MethodSummary) -> float | None:
+    return next((score.rmse for score in result.scores if score.method == row.method), None)
 
 
-def _theta(one: Compared, row: Row) -> float | None:
-    return next((score.theta for score in one.scores if score.method == row.method), None)
+def _theta(result: CaseScores, row: MethodSummary) -> float | None:
+    return next((score.theta for score in result.scores if score.method == row.method), None)
 
 
-def _name(one: Compared) -> str:
-    return one.subject.recording.name
+def _name(result: CaseScores) -> str:
+    return result.case.recording.name
 
 
-def _duration(one: Compared) -> float:
-    t = one.subject.recording.t
+def _duration(result: CaseScores) -> float:
+    t = result.case.recording.t
     return float(t[-1] - t[0])
 
 

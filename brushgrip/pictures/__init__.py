@@ -1,16 +1,19 @@
-"""The pictures of the report, drawn without pyplot and its global state."""
+"""Pictures, drawn without pyplot and its global state.
 
-from brushgrip.pictures.boxes import draw_boxes
-from brushgrip.pictures.candidates import draw_candidates
-from brushgrip.pictures.decay import draw_free_decay
-from brushgrip.pictures.experiment import draw_experiment
+Of a diagnosis (diagnosis), of friction (friction), of identified parameters (parameters), and after the
+figures of [Györök 2022] (thesis_figures); style holds what they share.
+"""
+
+from brushgrip.pictures.diagnosis import (
+    draw_candidates,
+    draw_experiment,
+    draw_loops,
+    draw_residuals,
+    draw_signatures,
+)
 from brushgrip.pictures.friction import draw_friction
-from brushgrip.pictures.loops import draw_loops
-from brushgrip.pictures.profile import draw_profile
-from brushgrip.pictures.residuals import draw_residuals
-from brushgrip.pictures.signatures import draw_signatures
-from brushgrip.pictures.style import representative
-from brushgrip.pictures.zones import draw_zones
+from brushgrip.pictures.parameters import draw_free_decay, draw_profile
+from brushgrip.pictures.thesis_figures import draw_boxes, draw_zones
 
 __all__ = [
     "draw_boxes",
@@ -23,5 +26,4 @@ __all__ = [
     "draw_residuals",
     "draw_signatures",
     "draw_zones",
-    "representative",
 ]

@@ -9,25 +9,25 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from brushgrip.friction import FrictionTrack
+from brushgrip.estimation import FrictionTrack
 from brushgrip.pictures.style import AFTER, MEASURED, TRACKS, legend_above, literal, picture
 
 BAND = 2.0
 """Standard deviations to either side of the estimate."""
 DASHES = ("-", "-", (0, (4, 3)), (0, (1, 2)))
-"""Strokes in the order of `TRACKS`: where two observers agree, the one below shows through."""
+"""Strokes in the order of `TRACKS`; where two observers agree, both lines are visible."""
 CHANGE = (0, (1, 1.5))
 """Stroke of a change of the ground."""
-Look = tuple[str, str | tuple[int, tuple[int, int]]]
+LineStyle = tuple[str, str | tuple[int, tuple[int, int]]]
 """Colour and stroke."""
 
 
 def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
-    """One panel per recording; bold where it is informed, pale while it rests on the prior."""
+    """Draw one panel per recording; bold where the estimate is informed, pale where it is the prior."""
     names = list(dict.fromkeys(track.name for track in tracks))
     labels = list(dict.fromkeys(track.label for track in tracks))
     palette = TRACKS if len(labels) > 1 else (AFTER,)
-    looks: dict[str, Look] = {
+    line_styles: dict[str, LineStyle] = {
         label: (palette[i % len(palette)], DASHES[i % len(DASHES)]) for i, label in enumerate(labels)
     }
     with picture(path, 1.1 + 2.4 * len(names)) as figure:
@@ -35,17 +35,17 @@ def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
         for axes, name in zip(panels, names, strict=True):
             own = [track for track in tracks if track.name == name]
             for track in own:
-                _track(axes, track, looks[track.label])
+                _track(axes, track, line_styles[track.label])
             axes.set_title(literal(name))
             axes.set_ylabel("friction coefficient μ [1]")
             axes.set_ylim(*_limits(own))
             axes.margins(x=0.01)
         panels[-1].set_xlabel("time t [s]")
-        legend_above(figure, _key(tracks, looks))
+        legend_above(figure, _key(tracks, line_styles))
 
 
-def _track(axes: Axes, track: FrictionTrack, look: Look) -> None:
-    colour, stroke = look
+def _track(axes: Axes, track: FrictionTrack, line_style: LineStyle) -> None:
+    colour, stroke = line_style
     low, high = track.mu - BAND * track.mu_std, track.mu + BAND * track.mu_std
     for where, alpha in ((track.informed, 0.18), (~track.informed, 0.06)):
         axes.fill_between(track.t, low, high, where=where.tolist(), color=colour, alpha=alpha, lw=0)
@@ -58,7 +58,7 @@ def _track(axes: Axes, track: FrictionTrack, look: Look) -> None:
 
 
 def _limits(tracks: Sequence[FrictionTrack]) -> tuple[float, float]:
-    """A range for what is informed; the wide band before that may leave the picture."""
+    """Limits of the axis for the informed estimates; the wide band before may be cut off."""
     low, high = [], []
     for track in tracks:
         chosen = track.informed if track.informed.any() else np.ones(track.t.size, dtype=bool)
@@ -76,17 +76,17 @@ def _limits(tracks: Sequence[FrictionTrack]) -> tuple[float, float]:
     return max(0.0, min(low) - margin), max(high) + margin
 
 
-def _key(tracks: Sequence[FrictionTrack], looks: dict[str, Look]) -> list[Artist]:
+def _key(tracks: Sequence[FrictionTrack], line_styles: dict[str, LineStyle]) -> list[Artist]:
     key: list[Artist] = [
         Line2D([], [], color=colour, lw=1.8, ls=stroke, label=label)
-        for label, (colour, stroke) in looks.items()
+        for label, (colour, stroke) in line_styles.items()
     ]
     if any(np.isfinite(track.mu_std).any() for track in tracks):
         label = f"± {BAND:.0f} standard deviations"
         key.append(Patch(color="#777777", alpha=0.25, lw=0, label=label))
     key.append(Line2D([], [], color="#777777", lw=0.8, alpha=0.6, label="pale: rests on the prior"))
     if any(track.changes.size for track in tracks):
-        key.append(Line2D([], [], color="#777777", lw=0.9, ls=CHANGE, label="the ground has changed"))
+        key.append(Line2D([], [], color="#777777", lw=0.9, ls=CHANGE, label="change of the ground"))
     references = dict.fromkeys(t.reference_label for t in tracks if t.reference is not None)
     if references:
         label = ", ".join(references)

@@ -1,9 +1,9 @@
-"""Which experiment would tell two effects apart that the recordings cannot.
+"""The experiment that would distinguish two effects which the recordings cannot.
 
-T-optimal design (Atkinson and Fedorov, Biometrika 62 (1975) 57): take one model for true, let the rival
-be refitted to the torque that it would make, and choose the manoeuvre in which most is left. The rival's
-refit also has to keep to the recordings that are there, as it will when all are fitted together; these
-enter to first order, through the Jacobian of its fit.
+T-optimal design (Atkinson and Fedorov, Biometrika 62 (1975) 57): take one model for true, refit the
+rival to its torque, and choose the manoeuvre with the largest remaining difference. The rival's refit is
+penalised for its error in the recordings at hand, as when all are fitted together; these enter to first
+order, through the Jacobian of its fit.
 """
 
 from collections.abc import Sequence
@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from identification.experiments.manoeuvres import manoeuvres
-from identification.experiments.proposals import Proposal, proposal, seen_step
+from identification.experiments.proposals import Proposal, proposal, sample_period
 from identification.experiments.steering import STEP, Manoeuvre, reach_of
 from identification.fits.fitting import Fit, torque_range
+from identification.fits.loss import rmse_of
 from identification.reading.recordings import Recording
-from identification.selection.scoring import rmse_of
-from symbolic import simulate
-from symbolic.serialisation import parameter_name
+from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
+from symbolic import parameter_name, simulate
 
 __all__ = ["Proposal", "propose"]
 
@@ -31,26 +31,32 @@ _ROUGH, _THOROUGH = 3, 20
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Outcome:
-    """What a manoeuvre shows: the torques of both models [N m], and where the rival's refit ended."""
+    """The torques of both models in a manoeuvre [N m], and the solution of the rival's refit."""
 
     manoeuvre: Manoeuvre
     torque: Array
     rival_torque: Array
-    at: Array
+    solution: Array
 
     @property
     def difference(self) -> float:
-        """How far the two are apart [N m]."""
+        """Rms difference of the two torques [N m]."""
         return rmse_of(self.torque - self.rival_torque)
 
 
-def propose(found: Fit, rival: Fit, recordings: Sequence[Recording]) -> Proposal:
+def propose(
+    found: Fit,
+    rival: Fit,
+    recordings: Sequence[Recording],
+    criteria: SelectionCriteria = DEFAULT_CRITERIA,
+) -> Proposal:
     """The manoeuvre within the rig's reach that would separate two fitted models best.
 
     Args:
         found: the model that is taken for true, fitted to the recordings.
         rival: another one that does as well, fitted to the same.
         recordings: those that both were fitted to; the fits may have seen thinned ones.
+        criteria: thresholds of the search, by which the two have to be distinguished.
     """
     typical = _typical(found, recordings)
     span = float(np.mean([torque_range(r) for r in recordings]))
@@ -58,19 +64,20 @@ def propose(found: Fit, rival: Fit, recordings: Sequence[Recording]) -> Proposal
     rough = []
     for manoeuvre in manoeuvres(reach_of(recordings)):
         torque = truth.torque(manoeuvre, truth.theta)[0]
-        rough.append(other.refitted(manoeuvre, torque, other.origin, _ROUGH))
+        rough.append(other.refit(manoeuvre, torque, other.origin, _ROUGH))
     rough.sort(key=lambda outcome: -outcome.difference)
-    best = other.settled(rough[0])
-    # A refit that goes on leaves less: once the best is ahead of what is rough, it stays ahead.
+    best = other.refine(rough[0])
+    # A longer refit lowers the difference: a rough one that is below the best stays below it.
     for outcome in rough[1:]:
         if best.difference >= outcome.difference:
             break
-        best = max(best, other.settled(outcome), key=lambda outcome: outcome.difference)
-    return proposal(found, rival, recordings, best.manoeuvre, (best.torque, best.rival_torque))
+        best = max(best, other.refine(outcome), key=lambda outcome: outcome.difference)
+    torques = best.torque, best.rival_torque
+    return proposal(found, rival, recordings, best.manoeuvre, torques, criteria)
 
 
 def _typical(fitted: Fit, recordings: Sequence[Recording]) -> Recording:
-    """The recording of median mu: what belongs to a recording is taken to be as there."""
+    """The recording of median mu, whose own parameters are assumed in the experiment."""
     ordered = sorted(recordings, key=lambda r: fitted.values.own[r.name]["mu"])
     return ordered[(len(ordered) - 1) // 2]
 
@@ -88,74 +95,75 @@ class _Simulated:
         """Torque [N m] and its derivatives by theta."""
         # All directions always, as in the fit: that Function is compiled already.
         directions = np.eye(theta.size)
-        made = simulate(self.model, manoeuvre.signals, theta, self.geometry, directions)
-        return made.M_z, made.sensitivities
+        simulated = simulate(self.model, manoeuvre.signals, theta, self.geometry, directions)
+        return simulated.M_z, simulated.sensitivities
 
 
 class _Rival(_Simulated):
-    """The rival, refitted to a torque while it keeps to the recordings that are there."""
+    """The rival, refitted to a torque and, to first order, to the recordings at hand."""
 
     def __init__(self, fitted: Fit, typical: Recording, span: float) -> None:
         super().__init__(fitted, typical)
         names = [parameter_name(e, p) for e, p in fitted.model.parameters]
-        mine = [i for i, (owner, _) in enumerate(fitted.labels) if owner in (None, typical.name)]
-        self.free = np.array([names.index(fitted.labels[i][1]) for i in mine])
-        self.scales = fitted.scales[mine]
+        columns = [i for i, (owner, _) in enumerate(fitted.labels) if owner in (None, typical.name)]
+        self.free = np.array([names.index(fitted.labels[i][1]) for i in columns])
+        self.scales = fitted.scales[columns]
         self.origin: Array = self.theta[self.free] / self.scales
-        ends = []
+        bounds = []
         for column in self.free:
             parameter = fitted.model.parameters[column][1]
             lower, upper = (parameter.to_coordinate(v) for v in (parameter.lower, parameter.upper))
-            ends.append(sorted((lower, upper)))
-        self.bounds = np.array(ends).T / self.scales
-        self.kept = _kept(fitted, mine)
-        self.weight = np.sqrt(STEP / seen_step(fitted, typical)) / span
+            bounds.append(sorted((lower, upper)))
+        self.bounds = np.array(bounds).T / self.scales
+        self.information_root = _information_root(fitted, columns)
+        self.weight = np.sqrt(STEP / sample_period(fitted, typical)) / span
 
-    def settled(self, rough: _Outcome) -> _Outcome:
-        """A rough refit taken to its end."""
-        return self.refitted(rough.manoeuvre, rough.torque, rough.at, _THOROUGH)
+    def refine(self, rough: _Outcome) -> _Outcome:
+        """Continue a rough refit until it converges."""
+        return self.refit(rough.manoeuvre, rough.torque, rough.solution, _THOROUGH)
 
-    def refitted(self, manoeuvre: Manoeuvre, torque: Array, start: Array, most: int) -> _Outcome:
-        """The least squares of its torque error here and of what it gives up in the recordings."""
+    def refit(self, manoeuvre: Manoeuvre, torque: Array, start: Array, most: int) -> _Outcome:
+        """Least squares of its torque error here and, weighted by information, of its change [1]."""
 
-        def made(x: Array) -> tuple[Array, Array]:
-            """What is left, and its derivatives; kept, as it is asked for twice."""
-            if x.tobytes() not in known:
+        def errors(x: Array) -> tuple[Array, Array]:
+            """Errors and their derivatives; cached, as the solver asks for each in turn."""
+            if x.tobytes() not in cached:
                 theta = self.theta.copy()
                 theta[self.free] = x * self.scales
-                there, along = self.torque(manoeuvre, theta)
-                left = np.concatenate([self.kept @ (x - self.origin), (there - torque) * self.weight])
-                slopes = along[:, self.free] * self.scales * self.weight
-                known[x.tobytes()] = (left, np.concatenate([self.kept, slopes]))
-            return known[x.tobytes()]
+                simulated, sensitivities = self.torque(manoeuvre, theta)
+                change = self.information_root @ (x - self.origin)
+                error = np.concatenate([change, (simulated - torque) * self.weight])
+                slopes = sensitivities[:, self.free] * self.scales * self.weight
+                cached[x.tobytes()] = (error, np.concatenate([self.information_root, slopes]))
+            return cached[x.tobytes()]
 
-        known: dict[bytes, tuple[Array, Array]] = {}
+        cached: dict[bytes, tuple[Array, Array]] = {}
         low, high = self.bounds
         solved = least_squares(
-            lambda x: made(x)[0],
+            lambda x: errors(x)[0],
             np.clip(start, low, high),
-            jac=lambda x: made(x)[1],
+            jac=lambda x: errors(x)[1],
             bounds=(low, high),
             ftol=1e-4,
             xtol=1e-4,
             gtol=1e-12,
             max_nfev=most,
         )
-        left = solved.fun[len(self.kept) :] / self.weight
-        return _Outcome(manoeuvre=manoeuvre, torque=torque, rival_torque=torque + left, at=solved.x)
+        rival_torque = torque + solved.fun[len(self.information_root) :] / self.weight
+        return _Outcome(manoeuvre=manoeuvre, torque=torque, rival_torque=rival_torque, solution=solved.x)
 
 
-def _kept(fitted: Fit, mine: Sequence[int]) -> Array:
-    """Square root of the information on the shared parameters in the recordings, own ones let go.
+def _information_root(fitted: Fit, columns: Sequence[int]) -> Array:
+    """Square root of the recordings' information on the shared parameters, own ones eliminated.
 
-    Columns as in `mine`, those of the recording's own parameters zero: a new recording has its own.
+    Columns as given, those of the recording's own parameters zero: a new recording has its own.
     """
     shared = [i for i, (owner, _) in enumerate(fitted.labels) if owner is None]
     own = [i for i, (owner, _) in enumerate(fitted.labels) if owner is not None]
-    along, beside = fitted.jacobian[:, shared], fitted.jacobian[:, own]
-    left = along - beside @ np.linalg.lstsq(beside, along, rcond=None)[0]
-    root: Array = np.linalg.qr(left, mode="reduced").R
-    kept = np.zeros((root.shape[0], len(mine)))
+    by_shared, by_own = fitted.jacobian[:, shared], fitted.jacobian[:, own]
+    projected = by_shared - by_own @ np.linalg.lstsq(by_own, by_shared, rcond=None)[0]
+    root: Array = np.linalg.qr(projected, mode="reduced").R
+    padded = np.zeros((root.shape[0], len(columns)))
     for column, label in enumerate(shared):
-        kept[:, mine.index(label)] = root[:, column]
-    return kept
+        padded[:, columns.index(label)] = root[:, column]
+    return padded

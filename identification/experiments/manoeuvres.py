@@ -1,10 +1,18 @@
-"""The manoeuvres that a rig could make next to tell two effects apart."""
+"""The standard manoeuvres among which the discriminating experiment is chosen."""
 
 from itertools import chain, pairwise
 
 import numpy as np
 
-from identification.experiments.steering import LENGTH, Leg, Manoeuvre, Reach, between, made, turns
+from identification.experiments.steering import (
+    LENGTH,
+    Leg,
+    Manoeuvre,
+    Reach,
+    between,
+    manoeuvre_of,
+    turns,
+)
 
 
 def manoeuvres(reach: Reach) -> tuple[Manoeuvre, ...]:
@@ -25,14 +33,14 @@ def _sweeps(reach: Reach) -> list[Manoeuvre]:
     """Sweeps to both ends, to one, fast or slow throughout."""
     fast = reach.speed
     return [
-        made(reach, f"sweep {between(reach)} at {fast:.2g} rad/s", turns(reach, [1, -1], fast)),
-        made(
+        manoeuvre_of(reach, f"sweep {between(reach)} at {fast:.2g} rad/s", turns(reach, [1, -1], fast)),
+        manoeuvre_of(
             reach,
             f"turn to and fro between {reach.centre:.2f} and {reach.high:.2f} rad at {fast / 2:.2g}"
             " rad/s",
             turns(reach, [1, 0], fast / 2),
         ),
-        made(
+        manoeuvre_of(
             reach,
             f"sweep {between(reach, 0.5)} at {fast / 8:.2g} rad/s",
             turns(reach, [0.5, -0.5], fast / 8),
@@ -41,7 +49,7 @@ def _sweeps(reach: Reach) -> list[Manoeuvre]:
 
 
 def _speeds(reach: Reach) -> list[Manoeuvre]:
-    """The same way at several speeds."""
+    """The same turn at several speeds."""
     fast, slowest = reach.speed, reach.slow
     ladder = np.geomspace(fast, slowest, 5)
     rungs = [turns(reach, [s, -s], v) for s, v in zip([0.5, 0.5, 0.5, 0.5, 0.3], ladder, strict=True)]
@@ -49,31 +57,31 @@ def _speeds(reach: Reach) -> list[Manoeuvre]:
     places, paces = (-1.0, 0.0, 0.15, 0.6, 0.75, 1.0), (fast, slowest, fast, slowest, fast)
     changing = [
         leg
-        for way in (1.0, -1.0)
-        for (of, to), pace in zip(pairwise(places), paces, strict=True)
-        for leg in turns(reach, [way * to], pace, way * of)
+        for sign in (1.0, -1.0)
+        for (start, to), pace in zip(pairwise(places), paces, strict=True)
+        for leg in turns(reach, [sign * to], pace, sign * start)
     ]
     slow = min(max(slowest, 4 * reach.amplitude / (LENGTH / 2)), fast / 4)
     many = max(1, int(LENGTH / 2 * fast / (4 * reach.amplitude)))
     return [
-        made(
+        manoeuvre_of(
             reach,
             f"sweep {between(reach)}, {many} to and fro at {fast:.2g} rad/s and one at {slow:.2g} rad/s",
             [*many * turns(reach, [1, -1], fast), *turns(reach, [1, -1], slow)],
         ),
-        made(
+        manoeuvre_of(
             reach,
             f"sweep {between(reach, 0.5)}, each time slower, from {fast:.2g} to {slowest:.2g} rad/s"
             f" (the last one {between(reach, 0.3)})",
             list(chain.from_iterable(rungs)),
         ),
-        made(
+        manoeuvre_of(
             reach,
             f"sweep {between(reach)} at {fast:.2g} rad/s and, while the patch slides, slow down to"
             f" {slowest:.2g} rad/s for {0.15 * reach.amplitude:.2g} rad twice in each sweep",
             changing,
         ),
-        made(
+        manoeuvre_of(
             reach,
             f"turn to {reach.high:.2f} rad at {fast:.2g} rad/s and back to {reach.low:.2f} rad at"
             f" {fast / 6:.2g} rad/s",
@@ -87,18 +95,19 @@ def _rests(reach: Reach) -> list[Manoeuvre]:
     fast = reach.speed
     stairs = [0.5, 1.0, 0.5, 0.0, -0.5, -1.0, -0.5, 0.0]
     return [
-        made(
+        manoeuvre_of(
             reach,
             f"sweep {between(reach)} at {fast:.2g} rad/s with rests of 3 s at either end",
             [*turns(reach, [1], fast, -1.0), Leg(1, 3), *turns(reach, [-1], fast, 1.0), Leg(-1, 3)],
         ),
-        made(
+        manoeuvre_of(
             reach,
             f"turn in steps of {0.5 * reach.amplitude:.2g} rad {between(reach)} at {fast:.2g}"
             " rad/s, resting 1.5 s after each",
             list(
                 chain.from_iterable(
-                    [*turns(reach, [to], fast, of), Leg(to, 1.5)] for of, to in pairwise([0.0, *stairs])
+                    [*turns(reach, [to], fast, start), Leg(to, 1.5)]
+                    for start, to in pairwise([0.0, *stairs])
                 )
             ),
         ),
@@ -106,14 +115,14 @@ def _rests(reach: Reach) -> list[Manoeuvre]:
 
 
 def _loops(reach: Reach) -> list[Manoeuvre]:
-    """Small loops: about several centres, growing, shrinking, and on the way of a slide."""
+    """Small loops: about several centres, growing, shrinking, and during a slide."""
     fast, size = reach.speed, reach.amplitude
     centres = (-0.6, 0.0, 0.6)
     places = ", ".join(f"{reach.centre + centre * size:.2f}" for centre in centres)
     growing = [sign * share for share in (0.05, 0.1, 0.15, 0.2, 0.3, 0.45, 0.7, 1.0) for sign in (1, -1)]
     slide = [-1 + 0.25 * i + back for i in range(1, 9) for back in (0.0, -0.15)]
     about = [
-        made(
+        manoeuvre_of(
             reach,
             f"oscillate by ±{share * size:.2g} rad, {times} times about each of {places} rad, at up to"
             f" {fast / 2:.2g} rad/s",
@@ -123,19 +132,19 @@ def _loops(reach: Reach) -> list[Manoeuvre]:
     ]
     return [
         *about,
-        made(
+        manoeuvre_of(
             reach,
             f"oscillate with an amplitude that grows from {0.05 * size:.2g} to {size:.2g} rad at up to"
             f" {fast / 2:.2g} rad/s",
             turns(reach, [*growing, 0.0], fast / 2),
         ),
-        made(
+        manoeuvre_of(
             reach,
             f"oscillate with an amplitude that shrinks from {size:.2g} to {0.05 * size:.2g} rad at up to"
             f" {fast / 2:.2g} rad/s",
             turns(reach, [*growing[::-1], 0.0], fast / 2),
         ),
-        made(
+        manoeuvre_of(
             reach,
             f"slide from {reach.low:.2f} to {reach.high:.2f} rad, turning back by {0.15 * size:.2g} rad"
             f" after every {0.25 * size:.2g} rad, at up to {fast:.2g} rad/s",
@@ -145,18 +154,18 @@ def _loops(reach: Reach) -> list[Manoeuvre]:
 
 
 def _loadings(reach: Reach) -> list[Manoeuvre]:
-    """Steps of the load, at a held angle and while the wheel turns."""
+    """Steps of the load, at rest and while the wheel turns."""
     fast, (light, _, heavy) = reach.speed, reach.loads
     loads = f"load in steps of 2 s between {light:.0f} and {heavy:.0f} N"
-    held = [*turns(reach, [1], fast, -1.0), Leg(1, 6), *turns(reach, [-1], fast, 1.0), Leg(-1, 6)]
+    cycle = [*turns(reach, [1], fast, -1.0), Leg(1, 6), *turns(reach, [-1], fast, 1.0), Leg(-1, 6)]
     return [
-        made(
+        manoeuvre_of(
             reach,
             f"sweep {between(reach)} at {fast:.2g} rad/s with rests of 6 s at either end, {loads}",
-            held,
+            cycle,
             load_step=2.0,
         ),
-        made(
+        manoeuvre_of(
             reach,
             f"sweep {between(reach)} at {fast / 2:.2g} rad/s, {loads}",
             turns(reach, [1, -1], fast / 2),

@@ -1,4 +1,4 @@
-"""A proposed experiment: what it would show, and what the test of the search would say of it then."""
+"""A proposed experiment: by how much two models would differ, and how significant that would be."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -9,12 +9,13 @@ from numpy.typing import NDArray
 from identification.experiments.steering import STEP, Manoeuvre
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.fitting import Fit, torque_range
+from identification.fits.loss import rmse_of
 from identification.reading.recordings import Recording
-from identification.selection.scoring import BLOCK, CLEAR, LEAST_GAIN, RESOLUTION, rmse_of
+from identification.selection.criteria import SelectionCriteria
 
 Array = NDArray[np.float64]
 PATIENCE = 600.0
-"""Longer than this nobody steers to tell two effects apart [s]."""
+"""Longest total duration of an experiment that is proposed [s]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -23,16 +24,16 @@ class Proposal:
 
     Attributes:
         found: effects that the model taken for true has and the rival lacks; empty for none.
-        rival: the other way round.
-        manoeuvre: what to steer.
-        torque: what the model makes of it [N m].
-        rival_torque: what the rival does, refitted to it [N m].
+        rival: effects that the rival has and the model taken for true lacks; empty for none.
+        manoeuvre: how to turn the wheel.
+        torque: the model's torque in it [N m].
+        rival_torque: the rival's, after a refit to the model's torque [N m].
         separation: rms of their difference, share of the torque range of the recordings [1].
-        now: the same in the recordings that are there [1].
-        noise: rms of the residual that the model leaves in those [1].
-        times: how often to do it; None where not even `PATIENCE` would do.
-        standard_errors: by how many the paired test over seconds would then tell the two apart, on all
-            recordings; after one time where `times` is None [1].
+        now: the same in the recordings at hand [1].
+        noise: rms residual of the model in those [1].
+        times: number of repetitions; None where not even `PATIENCE` would do.
+        standard_errors: by how many the paired test over seconds would then distinguish the two, on all
+            recordings; after one repetition where `times` is None [1].
     """
 
     found: str
@@ -48,18 +49,19 @@ class Proposal:
 
     @property
     def sentence(self) -> str:
-        """What to steer and what it would show, or that it is of no use."""
+        """How to turn the wheel and the expected difference, or that no standard manoeuvre would do."""
         one, other = _words(self.found), _words(self.rival)
         differ = f"differ by {self.separation:.2%} of range (now {self.now:.2%})"
-        left = f"with a residual of {self.noise:.2%}"
+        noise = f"with a residual of {self.noise:.2%}"
         if self.times is None:
             return (
-                f"{one} and {other} cannot be told apart by standard steering on this rig:"
-                f" where they do most ({self.manoeuvre.instruction}), they {differ}, {left}"
+                f"{one} and {other} cannot be distinguished by standard steering on this rig: in the"
+                f" manoeuvre that separates them most ({self.manoeuvre.instruction}) they {differ},"
+                f" {noise}"
             )
         often = f", {self.times} times" if self.times > 1 else ""
         return (
-            f"{self.manoeuvre.instruction}{often}: {one} and {other} then {differ}, {left};"
+            f"{self.manoeuvre.instruction}{often}: {one} and {other} then {differ}, {noise};"
             f" expect {self.standard_errors:.1f} standard errors"
         )
 
@@ -70,21 +72,22 @@ def proposal(
     recordings: Sequence[Recording],
     manoeuvre: Manoeuvre,
     torques: tuple[Array, Array],
+    criteria: SelectionCriteria,
 ) -> Proposal:
-    """The proposal of a manoeuvre in which the two models make these torques [N m]."""
+    """The proposal of a manoeuvre in which the two models have these torques [N m]."""
     spans = {r.name: torque_range(r) for r in recordings}
     difference = (torques[0] - torques[1]) / np.mean(list(spans.values()))
-    present = _Present(
+    present = _RecordedData(
         count=len(recordings),
         seconds=sum(float(r.t[-1] - r.t[0]) for r in recordings),
         now=_mean(rmse_of(found.residuals[n] - rival.residuals[n]) / span for n, span in spans.items()),
         noise=_mean(rmse_of(found.residuals[n]) / span for n, span in spans.items()),
         memory=_mean(
-            autocorrelation_time(found.residuals[r.name]) * seen_step(found, r) for r in recordings
+            autocorrelation_time(found.residuals[r.name]) * sample_period(found, r) for r in recordings
         ),
     )
     most = max(1, int(PATIENCE / manoeuvre.seconds))
-    enough = (n for n in range(1, most + 1) if _tells_apart(difference, present, n))
+    enough = (n for n in range(1, most + 1) if _distinguished(difference, present, n, criteria))
     times = next(enough, None)
     return Proposal(
         found=_apart(found, rival),
@@ -96,26 +99,26 @@ def proposal(
         now=present.now,
         noise=present.noise,
         times=times,
-        standard_errors=_standard_errors(difference, present, times or 1),
+        standard_errors=_standard_errors(difference, present, times or 1, criteria.block),
     )
 
 
-def seen_step(fitted: Fit, recording: Recording) -> float:
+def sample_period(fitted: Fit, recording: Recording) -> float:
     """Time between the samples of a recording that a fit has seen, on average [s]."""
     lasts = float(recording.t[-1] - recording.t[0])
     return lasts / (np.count_nonzero(np.isfinite(fitted.residuals[recording.name])) - 1)
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Present:
-    """The recordings that are there.
+class _RecordedData:
+    """Statistics of the recordings at hand.
 
     Attributes:
         count: how many.
         seconds: how long together [s].
         now: rms difference of the two models, share of range [1].
         noise: rms residual of the one that is taken for true, share of range [1].
-        memory: for how long that residual stays the same [s].
+        memory: autocorrelation time of that residual [s].
     """
 
     count: int
@@ -125,30 +128,32 @@ class _Present:
     memory: float
 
 
-def _tells_apart(difference: Array, present: _Present, times: int) -> bool:
-    """Whether the search would, once the manoeuvre is among the recordings so many times."""
+def _distinguished(
+    difference: Array, present: _RecordedData, times: int, criteria: SelectionCriteria
+) -> bool:
+    """Whether the search would distinguish them with the manoeuvre recorded so many times."""
     size = rmse_of(difference)
     noise = max(present.noise, 1e-12)
     errors = times * np.hypot(noise, size) + present.count * np.hypot(noise, present.now)
     gain = errors / (times + present.count) / noise - 1
-    clear = _standard_errors(difference, present, times) > CLEAR
-    return bool(size > RESOLUTION and gain > LEAST_GAIN and clear)
+    clear = _standard_errors(difference, present, times, criteria.block) > criteria.clear
+    return bool(size > criteria.resolution and gain > criteria.least_gain and clear)
 
 
-def _standard_errors(difference: Array, present: _Present, times: int) -> float:
-    """What the paired test over seconds would say on all recordings; see `scoring.advantage`.
+def _standard_errors(difference: Array, present: _RecordedData, times: int, block: float) -> float:
+    """Result of the paired test over blocks [s] on all recordings; see `criteria.advantage`.
 
     With the residual e of the true model and e + d of the other, the squares differ by 2 e d + d^2. The
-    mean of d^2 varies from second to second; e adds its own variance.
+    mean of d^2 varies from block to block; e adds its own variance.
     """
-    size = round(BLOCK / STEP)
+    size = round(block / STEP)
     whole = difference[: difference.size // size * size].reshape(-1, size)
     squares = (whole**2).mean(axis=1)
-    new, old = times * squares.size, present.seconds / BLOCK
+    new, old = times * squares.size, present.seconds / block
     share = new / (new + old)
     mean = share * squares.mean() + (1 - share) * present.now**2
     spread = share * (squares**2).mean() + (1 - share) * present.now**4 - mean**2
-    variance = spread + 4 * present.noise**2 * present.memory / BLOCK * mean
+    variance = spread + 4 * present.noise**2 * present.memory / block * mean
     return float(mean / np.sqrt(variance / (new + old))) if variance > 0 else 0.0
 
 

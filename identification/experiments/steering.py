@@ -1,4 +1,4 @@
-"""Standard steering within what a rig has been seen to do: turns at a speed, rests, steps of the load.
+"""Standard manoeuvres within the range that the recordings show: turns, rests, steps of the load.
 
 Angles and loads stay within those of the recordings and no turn is faster than theirs; slower ones and
 rests are always possible.
@@ -21,18 +21,18 @@ LENGTH = 40.0
 SLOWEST = 0.02
 """Slowest turning, where the rig has been turned clearly faster [rad/s]."""
 FASTEST = 0.99
-"""The fastest turning is this quantile of the speeds recorded: rates taken from an angle have spikes."""
+"""The fastest turning is this quantile of the recorded speeds: differentiated angles have spikes."""
 _EDGE, _STOP = 0.3, 0.45
-"""Turns begin and end within this time, and where it turns back a hand stops for a moment [s]."""
+"""Time in which a turn begins or ends, and duration of the stop at a reversal [s]."""
 _QUICKEST = 0.5
-"""No turn is asked for that lasts less [s]."""
+"""Shortest duration of a turn [s]."""
 _LOADED = (0.01, 0.99)
 """Least and greatest load are these quantiles of the loads recorded."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Reach:
-    """What the recordings show that the rig can do.
+    """The range of angle, speed and load of the recordings.
 
     Attributes:
         low: least yaw angle [rad].
@@ -48,7 +48,7 @@ class Reach:
 
     @property
     def slow(self) -> float:
-        """Slowest turning that is asked for [rad/s]."""
+        """Slowest turning of a manoeuvre [rad/s]."""
         return min(SLOWEST, self.speed / 4)
 
     @property
@@ -64,10 +64,10 @@ class Reach:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Manoeuvre:
-    """One way of turning the wheel, arrays of shape (n,).
+    """A course of angle and load over time, arrays of shape (n,).
 
     Attributes:
-        instruction: what to do, in words with numbers.
+        instruction: the manoeuvre in words with numbers.
         t: time [s].
         psi: yaw angle [rad].
         psi_dot: yaw rate [rad/s].
@@ -92,7 +92,7 @@ class Manoeuvre:
 
 
 def reach_of(recordings: Sequence[Recording]) -> Reach:
-    """The range of angle, speed and load that these recordings have used."""
+    """The range of angle, speed and load of these recordings."""
     speeds = np.concatenate([np.abs(r.psi_dot) for r in recordings])
     loads = np.concatenate([r.F_N for r in recordings])
     least, usual, greatest = np.quantile(loads, [_LOADED[0], 0.5, _LOADED[1]])
@@ -106,37 +106,37 @@ def reach_of(recordings: Sequence[Recording]) -> Reach:
 
 @dataclass(frozen=True)
 class Leg:
-    """A turn to an angle, or a rest where it is there already.
+    """A turn to an angle, or a rest where the wheel is at that angle already.
 
     Attributes:
-        share: where to, from the middle of the angles, as a share of the amplitude [1].
-        seconds: in what time [s].
+        share: target angle from the middle of the angles, as a share of the amplitude [1].
+        seconds: duration [s].
     """
 
     share: float
     seconds: float
 
 
-def turns(reach: Reach, shares: Sequence[float], speed: float, of: float | None = None) -> list[Leg]:
+def turns(reach: Reach, shares: Sequence[float], speed: float, start: float | None = None) -> list[Leg]:
     """Turns from angle to angle (shares of the amplitude) at a speed [rad/s].
 
-    The first begins at `of`; None for where the last ends, as in a cycle.
+    The first begins at `start`; None for where the last ends, as in a cycle.
     """
-    begin = shares[-1] if of is None else of
+    first = shares[-1] if start is None else start
     return [
-        Leg(to, max(abs(to - start) * reach.amplitude / speed, _QUICKEST))
-        for start, to in pairwise([begin, *shares])
+        Leg(to, max(abs(to - before) * reach.amplitude / speed, _QUICKEST))
+        for before, to in pairwise([first, *shares])
     ]
 
 
-def made(
+def manoeuvre_of(
     reach: Reach, instruction: str, cycle: Sequence[Leg], *, load_step: float | None = None
 ) -> Manoeuvre:
     """A manoeuvre: from rest in the middle to where the cycle begins, then the cycle, again and again.
 
     Args:
-        reach: what the rig can do.
-        instruction: what the cycle is, in words; load and time are added.
+        reach: range of angle, speed and load.
+        instruction: the cycle in words; load and time are added.
         cycle: its turns; the first begins where the last ends.
         load_step: time between changes from the least to the greatest load and back [s]; None for the
             usual load throughout.
@@ -156,11 +156,11 @@ def made(
     psi = _softened(np.interp(t, corners, angles))
     light, usual, heavy = reach.loads
     F_N = np.full(t.size, usual)
-    held = f", load {usual:.0f} N" if load_step is None else ""
+    constant = f", load {usual:.0f} N" if load_step is None else ""
     if load_step is not None:
         F_N = _softened(np.where((t // load_step) % 2 == 0, light, heavy))
     return Manoeuvre(
-        instruction=f"{instruction}{held}, {t[-1]:.0f} s",
+        instruction=f"{instruction}{constant}, {t[-1]:.0f} s",
         t=t,
         psi=psi,
         psi_dot=np.gradient(psi, STEP),
@@ -169,10 +169,10 @@ def made(
 
 
 def _with_stops(legs: Sequence[Leg]) -> list[Leg]:
-    """The same with a stop at every reversal.
+    """These legs with a stop at every reversal.
 
-    Friction that depends on speed makes much of a wheel that stands. A reversal in passing would stand
-    for a time that no sampling sees.
+    Friction that depends on speed is sensitive to standstill, and at a reversal without a stop the
+    standstill would be shorter than a sample.
     """
     stopped, heading = [legs[0]], 0.0
     for before, leg in pairwise(legs):
@@ -185,7 +185,7 @@ def _with_stops(legs: Sequence[Leg]) -> list[Leg]:
 
 
 def _softened(steps: Array) -> Array:
-    """The same without corners: averaged over `_EDGE`, which goes nowhere that it has not been."""
+    """The series without corners: a moving average over `_EDGE`, which stays within its range."""
     half = round(_EDGE / STEP / 2)
     window = np.hanning(2 * half + 3)[1:-1]
     padded = np.pad(steps, half, mode="edge")

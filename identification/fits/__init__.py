@@ -1,1 +1,1 @@
-"""Parameters by a nonlinear programme, and how sure they are."""
+"""Parameters by nonlinear programming, their covariance and their profiles."""

@@ -1,12 +1,11 @@
-"""Parameters by a nonlinear programme: bounded least squares on the free-run torque, exact Jacobians.
+"""Parameters by nonlinear programming: bounded least squares on the free-run torque, exact Jacobians.
 
-Every recording is simulated from its first sample to its last (never one step ahead), all of them share
-the rig's parameters and each has its own mu and whatever else belongs to a recording. Residuals are
-divided by the range of the recording's torque, so that each counts alike. What a residual costs is a
-value of its own (`identification.fits.loss`).
+Every recording is simulated from its first sample to its last (never one step ahead). All recordings
+share the rig's parameters; mu and whatever else belongs to a recording is each one's own. Residuals are
+divided by the range of the recording's torque, so that each recording counts alike.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,17 +13,13 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from identification.fits.loss import LEAST_SQUARES, Loss
+from identification.fits.options import FINE_FIT, FitOptions, Label
 from identification.reading.recordings import Recording
-from symbolic import InvalidInputError, Model, Parameter, full_slide_torque, simulate
-from symbolic.serialisation import parameter_name
+from symbolic import InvalidInputError, Model, Parameter, full_slide_torque, parameter_name, simulate
 
 Array = NDArray[np.float64]
-Label = tuple[str | None, str]
-"""A recording, None for all of them, and the name of a parameter."""
-TOLERANCE, MOST_EVALUATIONS = 1e-6, 60
-"""Relative change of cost and scaled parameters at which a fit ends; simulations of the whole set."""
-COARSE, MOST_COARSE = 1e-3, 20
-"""The same two where models are only ranked."""
+UPPER_QUANTILE = 0.98
+"""Quantile of the torque's size from which the first guess of mu is taken: spikes are above it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,12 +49,12 @@ class Fit:
         residuals: for each recording, simulated minus measured torque [N m], NaN where missing.
         jacobian: of the stacked residuals over torque range, in scaled coordinates, rows of missing
             samples left out; the loss does not enter it.
-        labels: whose parameter each Jacobian column is.
+        labels: recording and parameter of each Jacobian column.
         scales: size of a unit step of each column, in the parameter's coordinate.
-        room: unit steps that each may go down (<= 0) and up (>= 0) before its range ends, shape (2, p).
-        status: the solver's word on how it ended.
+        bound_distances: unit steps down (<= 0) and up (>= 0) to the bounds of each, shape (2, p).
+        status: the solver's message at its end.
         converged: False where the solver stopped for another reason than its tolerances.
-        loss: what was minimised.
+        loss: cost of a residual.
     """
 
     model: Model
@@ -68,14 +63,14 @@ class Fit:
     jacobian: Array
     labels: tuple[Label, ...]
     scales: Array
-    room: Array
+    bound_distances: Array
     status: str
     converged: bool
     loss: Loss = LEAST_SQUARES
 
 
 def signals_of(recording: Recording) -> Array:
-    """What the model sees of a recording: psi, psi_dot, F_N, dt as rows, shape (4, n)."""
+    """The model's inputs over a recording: psi, psi_dot, F_N, dt as rows, shape (4, n)."""
     dt = np.diff(recording.t)
     steps = np.concatenate([dt[:1], dt])
     return np.vstack([recording.psi, recording.psi_dot, recording.F_N, steps])
@@ -83,36 +78,36 @@ def signals_of(recording: Recording) -> Array:
 
 def torque_range(recording: Recording) -> float:
     """Greatest minus least measured torque [N m]."""
-    spread = float(np.nanmax(recording.M_z) - np.nanmin(recording.M_z))
-    if not spread > 0:
+    span = float(np.nanmax(recording.M_z) - np.nanmin(recording.M_z))
+    if not span > 0:
         raise InvalidInputError(
             f"{recording.name}: M_z is constant; a fit needs a recording in which the wheel is turned"
         )
-    return spread
+    return span
 
 
 def initial_guess(model: Model, recordings: Sequence[Recording]) -> Values:
-    """Where a fit begins: k as declared, mu from the largest torque, (3/8) mu F_N a."""
+    """The start of a fit: k as declared, mu from the largest torque, (3/8) mu F_N a."""
     own = {}
     for recording in recordings:
         slide = full_slide_torque(float(np.median(recording.F_N)), recording.rig.a)
-        largest = float(np.nanquantile(np.abs(recording.M_z), 0.98))
+        largest = float(np.nanquantile(np.abs(recording.M_z), UPPER_QUANTILE))
         own[recording.name] = {"mu": float(np.clip(largest / slide, 0.05, 5.0))}
     k = float(np.exp(np.mean([np.log(recording.tyre.k) for recording in recordings])))
     return with_effects(model, Values(shared={"k": k}, own=own), recordings)
 
 
 def with_effects(model: Model, values: Values, recordings: Sequence[Recording]) -> Values:
-    """The values, with those of every parameter of the model that they lack.
+    """The values, completed by those of every parameter of the model that they lack.
 
-    A parameter that is never fitted is what the recordings give, any other one begins at its start.
+    A parameter that is never fitted takes the value that the recordings give, any other one its start.
     """
     shared, own = dict(values.shared), {name: dict(v) for name, v in values.own.items()}
     lengths, loads = [r.rig.a for r in recordings], [float(r.F_N.mean()) for r in recordings]
     given = {
         f"{effect.name}.{name}": value
         for effect in model.effects
-        for name, value in effect.given(lengths, loads).items()
+        for name, value in effect.fixed_values(lengths, loads).items()
     }
     for effect, parameter in model.parameters:
         name = parameter_name(effect, parameter)
@@ -124,56 +119,47 @@ def with_effects(model: Model, values: Values, recordings: Sequence[Recording]) 
 def fit(
     model: Model,
     recordings: Sequence[Recording],
-    start: Values,
-    *,
-    free_shared: bool = True,
-    held: Collection[Label] = (),
-    loss: Loss = LEAST_SQUARES,
-    tolerance: float = TOLERANCE,
+    start: Values | None = None,
+    options: FitOptions = FINE_FIT,
 ) -> Fit:
-    """The least loss over all recordings, from `start`.
+    """Find the parameters of least loss over all recordings.
 
     Args:
         model: the model to fit.
-        recordings: what was measured; names must differ.
-        start: values to begin with; missing ones begin at their own start.
-        free_shared: False keeps every shared parameter where it is and fits only what belongs to a
-            recording, as on held-out data.
-        held: further parameters to keep where they are.
-        loss: what a residual costs.
-        tolerance: relative change of cost and of scaled parameters at which to end.
+        recordings: the measurements; names must differ.
+        start: values to begin with; missing ones begin at their own start. None for `initial_guess`.
+        options: loss, tolerance, and which parameters are fixed.
 
     Raises:
         InvalidInputError: a torque is constant, or no parameter is free.
     """
-    problem = _Problem(model, recordings, with_effects(model, start, recordings), free_shared, held)
+    begin = start or initial_guess(model, recordings)
+    problem = _Problem(model, recordings, with_effects(model, begin, recordings), options)
     low, high = problem.bounds()
-    origin = np.clip(problem.origin(), low, high)
     solution = least_squares(
         problem.residuals,
-        origin,
+        np.clip(problem.origin(), low, high),
         jac=problem.jacobian,
         bounds=(low, high),
-        loss=loss,
+        loss=options.loss,
         x_scale=1.0,
-        ftol=tolerance,
-        xtol=tolerance,
+        ftol=options.tolerance,
+        xtol=options.tolerance,
         gtol=1e-12,
-        max_nfev=MOST_EVALUATIONS if tolerance < COARSE else MOST_COARSE,
+        max_nfev=options.max_evaluations,
     )
-    values = problem.values(solution.x)
     return Fit(
         model=model,
-        values=values,
+        values=problem.values(solution.x),
         residuals=problem.torque_errors(solution.x),
         # The solver's own is weighted by the loss.
         jacobian=problem.jacobian(solution.x),
         labels=tuple(problem.labels),
         scales=problem.scales,
-        room=np.array([low, high]) - solution.x,
+        bound_distances=np.array([low, high]) - solution.x,
         status=str(solution.message),
         converged=solution.status > 0,
-        loss=loss,
+        loss=options.loss,
     )
 
 
@@ -185,15 +171,14 @@ class _Problem:
         model: Model,
         recordings: Sequence[Recording],
         start: Values,
-        free_shared: bool,
-        held: Collection[Label],
+        options: FitOptions,
     ) -> None:
         self.model, self.recordings, self.start = model, recordings, start
         self.parameters = [(parameter_name(e, p), p) for e, p in model.parameters]
         shared: list[Label] = [
             (None, name)
             for name, p in self.parameters
-            if p.scope == "shared" and free_shared and not p.given
+            if p.scope == "shared" and options.free_shared and not p.fixed
         ]
         own: list[Label] = [
             (recording.name, name)
@@ -201,9 +186,9 @@ class _Problem:
             for name, p in self.parameters
             if p.scope == "recording"
         ]
-        self.labels = [label for label in (*shared, *own) if label not in held]
+        self.labels = [label for label in (*shared, *own) if label not in options.fixed]
         if not self.labels:
-            raise InvalidInputError("every parameter is held; a fit needs at least one that is free")
+            raise InvalidInputError("every parameter is fixed; a fit needs at least one that is free")
         self.by_name = dict(self.parameters)
         self.scales: Array = np.array([self._scale(self.by_name[name]) for _, name in self.labels])
         self.signals = {r.name: signals_of(r) for r in recordings}
@@ -273,7 +258,7 @@ class _Problem:
         return np.concatenate(blocks) * self.scales
 
     def _simulated(self, x: Array) -> dict[str, tuple[Array, Array]]:
-        """Torque and its derivatives by every coordinate, kept for the last x."""
+        """Torque of every recording and its derivatives by every coordinate, cached for the last x."""
         key = x.tobytes()
         if self._last is None or self._last[0] != key:
             values = self.values(x)
@@ -282,7 +267,7 @@ class _Problem:
             for recording in self.recordings:
                 theta = np.asarray(self.model.theta(values.of(recording.name))).ravel()
                 geometry = np.array([recording.rig.a, recording.rig.e])
-                made = simulate(self.model, self.signals[recording.name], theta, geometry, directions)
-                torques[recording.name] = (made.M_z, made.sensitivities)
+                torque = simulate(self.model, self.signals[recording.name], theta, geometry, directions)
+                torques[recording.name] = (torque.M_z, torque.sensitivities)
             self._last = (key, torques)
         return self._last[1]

@@ -1,4 +1,4 @@
-"""What a residual costs: its square, or less where it is too large to be noise.
+"""Losses of residuals: squares, or Huber's, which limits the influence of outliers.
 
 A loss is rho(z) of the squared residual z, with its first two derivatives; a fit minimises half the sum
 of rho. Residuals are shares of the recording's torque range.
@@ -34,12 +34,13 @@ class Squares:
 
 @dataclass(frozen=True, kw_only=True)
 class Huber:
-    """Squares up to a threshold, from there on straight: an outlier pulls no harder than the threshold.
+    """Squares up to a threshold, linear beyond: an outlier has the influence of the threshold.
 
-    Huber (1964), eq. (1.3). Spikes widen the range that residuals are shares of, and so the threshold.
+    It is Huber's (1964), eq. (1.3). Spikes widen the range that residuals are shares of, and so the
+    threshold.
 
     Attributes:
-        threshold: residual from which the loss is straight, share of the torque range [1]; 1.345 times
+        threshold: residual from which the loss is linear, share of the torque range [1]; 1.345 times
             the noise's standard deviation costs 5 % more variance than squares do on normal noise.
 
     Raises:
@@ -49,7 +50,7 @@ class Huber:
     threshold: float
 
     def __post_init__(self) -> None:
-        """Holds the threshold against its range."""
+        """Check the range of the threshold."""
         if not 0 < self.threshold < np.inf:
             raise InvalidInputError(
                 f"threshold must be a finite number greater than 0, got {self.threshold:g}"
@@ -57,18 +58,23 @@ class Huber:
 
     def __call__(self, squares: Array) -> Array:
         """See `Loss`."""
-        straight = squares > self.threshold**2
-        size = np.sqrt(np.where(straight, squares, 1.0))
+        linear = squares > self.threshold**2
+        size = np.sqrt(np.where(linear, squares, 1.0))
         return np.vstack(
             [
-                np.where(straight, 2 * self.threshold * size - self.threshold**2, squares),
-                np.where(straight, self.threshold / size, 1.0),
-                np.where(straight, -self.threshold / (2 * size**3), 0.0),
+                np.where(linear, 2 * self.threshold * size - self.threshold**2, squares),
+                np.where(linear, self.threshold / size, 1.0),
+                np.where(linear, -self.threshold / (2 * size**3), 0.0),
             ]
         )
 
 
 LEAST_SQUARES = Squares()
+
+
+def rmse_of(residual: Array) -> float:
+    """Root mean square of a residual; missing samples are left out."""
+    return float(np.sqrt(np.nanmean(residual**2)))
 
 
 def cost(loss: Loss, residuals: Array) -> float:
@@ -83,7 +89,7 @@ def influence(loss: Loss, residuals: Array) -> Array:
 
 
 def curvature(loss: Loss, residuals: Array) -> Array:
-    """The derivative of psi(r): one for squares, 0 where Huber's loss is straight."""
+    """The derivative of psi(r): one for squares, 0 where Huber's loss is linear."""
     squares = residuals**2
     _, first, second = loss(squares)
     curved: Array = first + 2 * squares * second

@@ -1,33 +1,34 @@
-"""What trades off against what: one value held along a grid, all else fitted again at each point.
+"""Profile likelihood: one value fixed along a grid, all else fitted again at each point.
 
 The deviance n ln(cost / least cost), n the number of independent samples, is the likelihood ratio of
 noise whose size is unknown. By Wilks's theorem (1938) a value lies where its deviance is below the
-quantile of chi2(1). Where it stays below up to an end of the grid, the recordings do not tell how far
-the value goes there.
+quantile of chi2(1). Where the deviance stays below up to an end of the grid, the recordings do not bound
+the value on that side.
 """
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from identification.fits.fitting import TOLERANCE, Fit, Values, fit, torque_range, with_effects
-from identification.fits.loss import LEAST_SQUARES, Loss, cost
-from identification.fits.profile_axis import Along, units_of
+from identification.fits.autocorrelation import effective_samples
+from identification.fits.fitting import Fit, Values, fit, torque_range, with_effects
+from identification.fits.loss import cost
+from identification.fits.options import FINE_FIT, FitOptions
+from identification.fits.profile_axis import ProfileAxis
 from identification.reading.recordings import Recording
-from identification.selection.scoring import effective_samples
-from symbolic import InvalidInputError, Model
+from symbolic import InvalidInputError, Model, units_of
 
 Array = NDArray[np.float64]
 FittedAt = Callable[[float, Values], Fit]
-"""A fit with a value held, begun from other values."""
+"""A fit with a value fixed, begun from other values."""
 LIMIT = 3.841458820694124
 """95 % quantile of chi2(1)."""
 REFINEMENTS = 4
-"""Most values put in between to find the least cost."""
+"""Most values inserted to find the least cost."""
 LEAST_GAIN = 1e-6
-"""A lower cost is looked for as long as it may be lower by this share [1]."""
+"""A refinement has to promise a cost lower by this share [1]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -35,15 +36,15 @@ class Profile:
     """The deviance along one value.
 
     Attributes:
-        name: what was held.
+        name: the quantity along the axis.
         unit: its unit.
-        grid: the values held, the best one among them, increasing, shape (n,).
+        grid: its values, the best one among them, increasing, shape (n,).
         deviance: n ln(cost / least cost), shape (n,).
         samples: number of independent samples at the best one.
         best: the value of least deviance.
         interval: 95 % interval; None for an end that the grid does not reach: the profile is open there.
         paths: every other free parameter along the grid, shape (n,) each; the mean over recordings of
-            what belongs to them.
+            parameters that belong to a recording.
         units: unit of each of these.
         converged: False where one of the fits stopped early.
     """
@@ -64,43 +65,40 @@ def profile(
     model: Model,
     recordings: Sequence[Recording],
     start: Values,
-    along: Along,
+    axis: ProfileAxis,
     grid: ArrayLike,
-    *,
-    loss: Loss = LEAST_SQUARES,
-    tolerance: float = TOLERANCE,
+    options: FitOptions = FINE_FIT,
 ) -> Profile:
     """Fit everything else at every value of the grid, from the one nearest to the start outward.
 
-    A few more values are put in where a parabola through the least costs has its minimum.
+    A few more values are inserted where a parabola through the least costs has its minimum.
 
     Args:
         model: the model.
-        recordings: what was measured.
+        recordings: the measurements.
         start: values to begin with, best those of a fit.
-        along: what is held.
+        axis: the quantity to fix.
         grid: its values, at least three, increasing.
-        loss: what a residual costs.
-        tolerance: of the fits.
+        options: of the fits.
 
     Raises:
-        InvalidInputError: the grid is no such grid, a value of it is not allowed, or the parameter to
-            be held is not there.
+        InvalidInputError: the grid is no such grid, a value of it is not allowed, or the model has no
+            such parameter.
     """
-    name, unit = along.described(model)
+    name, unit = axis.name_and_unit(model)
     start = with_effects(model, start, recordings)
     values = _grid(name, grid)
 
     def fitted_at(value: float, near: Values) -> Fit:
-        with_value, begin = along.placed(value, recordings, near)
-        return fit(model, with_value, begin, held=along.held, loss=loss, tolerance=tolerance)
+        changed, begin = axis.point(value, recordings, near)
+        return fit(model, changed, begin, replace(options, fixed=(*options.fixed, *axis.fixed)))
 
-    first = int(np.argmin(np.abs(values - along.begin(start))))
+    first = int(np.argmin(np.abs(values - axis.initial(start))))
     fits = dict(_walk(values, first, start, fitted_at))
     _refine(fits, recordings, fitted_at)
     places = np.array(sorted(fits))
     ordered = [fits[place] for place in places]
-    costs = np.array([_cost(made, recordings) for made in ordered])
+    costs = np.array([_cost(one, recordings) for one in ordered])
     best = int(np.argmin(costs))
     samples = effective_samples(ordered[best].residuals)
     deviance = samples * np.log(costs / costs[best])
@@ -115,7 +113,7 @@ def profile(
         interval=_interval(places, deviance, best),
         paths=paths,
         units={path: units_of(model)[path] for path in paths},
-        converged=all(made.converged for made in ordered),
+        converged=all(one.converged for one in ordered),
     )
 
 
@@ -133,14 +131,14 @@ def _walk(values: Array, first: int, start: Values, fitted_at: FittedAt) -> Iter
     for side in (values[first + 1 :], values[:first][::-1]):
         near = middle.values
         for value in side.tolist():
-            made = fitted_at(value, near)
-            near = made.values
-            yield value, made
+            fitted = fitted_at(value, near)
+            near = fitted.values
+            yield value, fitted
 
 
 def _refine(fits: dict[float, Fit], recordings: Sequence[Recording], fitted_at: FittedAt) -> None:
-    """Puts fits in between, nearer and nearer to the least cost."""
-    costs = {value: _cost(made, recordings) for value, made in fits.items()}
+    """Insert fits nearer and nearer to the least cost."""
+    costs = {value: _cost(fitted, recordings) for value, fitted in fits.items()}
     for _ in range(REFINEMENTS):
         between = _minimum(costs)
         if between is None:
@@ -189,13 +187,11 @@ def _interval(grid: Array, deviance: Array, at: int) -> tuple[float | None, floa
 
 
 def _paths(fits: Sequence[Fit]) -> dict[str, Array]:
-    """Every free parameter along the fits; the mean over recordings of what belongs to them."""
+    """Every free parameter along the fits; the mean over recordings where it belongs to a recording."""
     paths: dict[str, Array] = {}
     for name in dict.fromkeys(name for _, name in fits[0].labels):
         owners = [owner for owner, label in fits[0].labels if label == name]
-        paths[name] = np.array(
-            [np.mean([_value(made, owner, name) for owner in owners]) for made in fits]
-        )
+        paths[name] = np.array([np.mean([_value(one, owner, name) for owner in owners]) for one in fits])
     return paths
 
 

@@ -1,35 +1,36 @@
-"""What a profile holds along its grid: a parameter of the model, or a length of the rig."""
+"""The axis of a profile: a parameter of the model, or a length of the rig."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from identification.fits.fitting import Label, Values
+from identification.fits.fitting import Values
+from identification.fits.options import Label
 from identification.reading.recordings import Recording
-from symbolic import InvalidInputError, Model, Rig
-from symbolic.serialisation import parameter_name
+from symbolic import InvalidInputError, Model, Rig, units_of
 
-Placed = tuple[list[Recording], Values]
+AxisPoint = tuple[list[Recording], Values]
+"""Recordings and parameters with a value of the axis in them."""
 
 
-class Along(Protocol):
-    """A value that can be put into recordings or parameters."""
+class ProfileAxis(Protocol):
+    """A quantity that recordings or parameters can be given a value of."""
 
     @property
-    def held(self) -> tuple[Label, ...]:
+    def fixed(self) -> tuple[Label, ...]:
         """Parameters that the fit has to leave alone."""
         ...
 
-    def described(self, model: Model) -> tuple[str, str]:
-        """Its name and unit."""
+    def name_and_unit(self, model: Model) -> tuple[str, str]:
+        """Name and unit of the quantity."""
         ...
 
-    def begin(self, values: Values) -> float:
-        """The value before anything is held."""
+    def initial(self, values: Values) -> float:
+        """The value that belongs to the start of the profile."""
         ...
 
-    def placed(self, value: float, recordings: Sequence[Recording], values: Values) -> Placed:
-        """Recordings and parameters with the value in them."""
+    def point(self, value: float, recordings: Sequence[Recording], values: Values) -> AxisPoint:
+        """Recordings and parameters at a value."""
         ...
 
 
@@ -49,28 +50,28 @@ class ModelParameter:
     recording: str | None = None
 
     @property
-    def held(self) -> tuple[Label, ...]:
-        """See `Along`."""
+    def fixed(self) -> tuple[Label, ...]:
+        """See `ProfileAxis`."""
         return ((self.recording, self.name),)
 
-    def described(self, model: Model) -> tuple[str, str]:
-        """See `Along`."""
+    def name_and_unit(self, model: Model) -> tuple[str, str]:
+        """See `ProfileAxis`."""
         units = units_of(model)
         if self.name not in units:
             raise InvalidInputError(f"unknown parameter {self.name!r}; the model has {', '.join(units)}")
         owner = f" [{self.recording}]" if self.recording else ""
         return f"{self.name}{owner}", units[self.name]
 
-    def begin(self, values: Values) -> float:
-        """See `Along`."""
+    def initial(self, values: Values) -> float:
+        """See `ProfileAxis`."""
         place = values.shared if self.recording is None else values.own.get(self.recording, {})
         if self.name not in place:
             owner = "all recordings" if self.recording is None else repr(self.recording)
             raise InvalidInputError(f"{self.name} is no parameter of {owner}")
         return place[self.name]
 
-    def placed(self, value: float, recordings: Sequence[Recording], values: Values) -> Placed:
-        """See `Along`."""
+    def point(self, value: float, recordings: Sequence[Recording], values: Values) -> AxisPoint:
+        """See `ProfileAxis`."""
         if self.recording is None:
             return list(recordings), replace(values, shared={**values.shared, self.name: value})
         own = {**values.own[self.recording], self.name: value}
@@ -85,44 +86,39 @@ class RigLength:
         name: what the value is.
         unit: its unit.
         neutral: the value that leaves the rig as declared.
-        put: the rig with a value.
+        change: function of the rig and a value that gives the changed rig.
     """
 
     name: str
     unit: str
     neutral: float
-    put: Callable[[Rig, float], Rig]
+    change: Callable[[Rig, float], Rig]
 
     @property
-    def held(self) -> tuple[Label, ...]:
-        """See `Along`; a length is no parameter of the fit."""
+    def fixed(self) -> tuple[Label, ...]:
+        """See `ProfileAxis`; a length is no parameter of the fit."""
         return ()
 
-    def described(self, model: Model) -> tuple[str, str]:
-        """See `Along`."""
+    def name_and_unit(self, model: Model) -> tuple[str, str]:
+        """See `ProfileAxis`."""
         del model
         return self.name, self.unit
 
-    def begin(self, values: Values) -> float:
-        """See `Along`."""
+    def initial(self, values: Values) -> float:
+        """See `ProfileAxis`."""
         del values
         return self.neutral
 
-    def placed(self, value: float, recordings: Sequence[Recording], values: Values) -> Placed:
-        """See `Along`."""
-        return [replace(r, rig=self.put(r.rig, value)) for r in recordings], values
+    def point(self, value: float, recordings: Sequence[Recording], values: Values) -> AxisPoint:
+        """See `ProfileAxis`."""
+        return [replace(r, rig=self.change(r.rig, value)) for r in recordings], values
 
 
 HALF_LENGTH = RigLength(
-    name="a over a as declared", unit="1", neutral=1.0, put=lambda rig, x: replace(rig, a=rig.a * x)
+    name="a over a as declared", unit="1", neutral=1.0, change=lambda rig, x: replace(rig, a=rig.a * x)
 )
 """The half-length of the patch, as a factor."""
 CASTER = RigLength(
-    name="e less e as declared", unit="m", neutral=0.0, put=lambda rig, x: replace(rig, e=rig.e + x)
+    name="e less e as declared", unit="m", neutral=0.0, change=lambda rig, x: replace(rig, e=rig.e + x)
 )
 """The caster length, as a shift [m]."""
-
-
-def units_of(model: Model) -> dict[str, str]:
-    """The unit of every parameter of the model, by name."""
-    return {parameter_name(effect, parameter): parameter.unit for effect, parameter in model.parameters}

@@ -1,1 +1,1 @@
-"""k and b_t from the free vibration after an impact."""
+"""k and b_t from the free vibration after an impact, by maximum likelihood."""

@@ -1,4 +1,4 @@
-"""k and b_t from free vibrations, by one nonlinear programme over all recordings."""
+"""k and b_t from free vibrations, by maximum likelihood over all recordings."""
 
 from collections.abc import Sequence
 
@@ -6,27 +6,34 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as students_t
 
-from identification.free_decay.consistency import Alone, agree, each_alone
-from identification.free_decay.identifiability import sentences
-from identification.free_decay.jackknife import Spread, spread_of
-from identification.free_decay.likelihood import COMMON, Programme, contact_of
-from identification.free_decay.noise_continuation import Solution, solve
-from identification.free_decay.onset import release
+from identification.free_decay.identifiability import (
+    ContactStiffness,
+    agree,
+    describe_identifiability,
+    stiffness_by_contact,
+)
+from identification.free_decay.likelihood import COMMON, Likelihood, contact_of
+from identification.free_decay.onset import find_vibration
 from identification.free_decay.recording import Decay
-from identification.free_decay.results import ContactFound, FreeDecay, Identified, Vibration
+from identification.free_decay.results import (
+    ContactResult,
+    FittedVibration,
+    FreeDecay,
+    IdentifiedParameter,
+)
+from identification.free_decay.solution import JackknifeCovariance, Solution, jackknife, solve
 from identification.free_decay.vibration import stiffness
-from identification.results import Estimate
-from identification.thesis.fft_decrement import source_way
-from symbolic.errors import InvalidInputError
+from identification.parameter_estimate import ParameterEstimate
+from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
 
 UNITS = ("N/m^2", "N m s/rad")
 _CONFIDENCE = 0.95
-_TOLD = 2.0
-"""A friction force is told from none when its slip is so many standard deviations from zero."""
+_SIGNIFICANT = 2.0
+"""A friction force is reported where its slip is so many standard deviations from zero."""
 _DETUNED = 1.3
-"""Largest factor between the frequency a recording shows and its sticking patch's; sliding lowers it."""
+"""Largest ratio of a recording's frequency and that of its sticking patch, which sliding lowers [1]."""
 _REMEDY = (
     "check that every recording holds one impact and the vibration after it, and that a, e and J_A are"
     " its own, or leave out those that do not"
@@ -34,36 +41,38 @@ _REMEDY = (
 
 
 def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> FreeDecay:
-    """Finds k and b_t with their standard deviations, and the source's values beside them.
+    """Find k and b_t with their standard deviations.
 
     Args:
         decays: recordings of free vibrations, at one contact length or at several.
-        sliding: whether the outermost bristles slide, as friction has it; False makes the patch the
-            linear spring of the source (5.6), which is off by percents wherever a swing is worth a
-            reading: sliding softens the spring and takes energy.
+        sliding: whether the outermost bristles slide, as friction requires; False makes the patch the
+            linear spring of [Györök 2022], (5.6). It is off by percents wherever a swing exceeds the
+            encoder's step: sliding softens the spring and dissipates energy.
 
     Raises:
-        InvalidInputError: there is no recording, in one of them nothing vibrates, or they tell nothing.
+        InvalidInputError: there is no recording, nothing vibrates in one of them, or they do not
+            determine k and b_t.
     """
     if not decays:
         raise InvalidInputError("no recording of a free vibration; at least one is needed")
-    programme = Programme([release(decay) for decay in decays], sliding=sliding)
+    likelihood = Likelihood([find_vibration(decay) for decay in decays], sliding=sliding)
     try:
-        solution = solve(programme)
-        spread = spread_of(programme, solution)
+        solution = solve(likelihood)
+        uncertainty = jackknife(likelihood, solution)
     except np.linalg.LinAlgError:
         raise InvalidInputError(f"these recordings do not tell k and b_t at all: {_REMEDY}") from None
-    _check_followed(programme, solution)
-    scales = programme.scales[: programme.shared]
-    covariance = spread.covariance * np.outer(scales, scales)
+    _check_plausible(likelihood, solution)
+    scales = likelihood.scales[: likelihood.shared]
+    covariance = uncertainty.covariance * np.outer(scales, scales)
     k, b_t = (
-        _identified(float(solution.x[i] * scales[i]), float(covariance[i, i]), spread, UNITS[i])
+        _parameter(float(solution.x[i] * scales[i]), float(covariance[i, i]), uncertainty, UNITS[i])
         for i in range(COMMON)
     )
     common = covariance[:COMMON, :COMMON]
-    alone = each_alone(programme)
-    contacts = _contacts(programme, solution, covariance, alone)
-    agreed = agree(alone)
+    stiffnesses = stiffness_by_contact(likelihood)
+    contacts = _contacts(likelihood, solution, covariance, stiffnesses)
+    agreed = agree(stiffnesses)
+    noise = solution.noise
     return FreeDecay(
         k=k,
         b_t=b_t,
@@ -71,56 +80,63 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
         correlation=float(common[0, 1] / (k.std * b_t.std)),
         contacts=contacts,
         contacts_agree=agreed,
-        encoder_step=float(np.median([r.step for r in programme.releases])),
-        noise=solution.noise,
-        condition=_condition(spread.information),
-        identifiability=sentences(programme, k, b_t, contacts, agreed, solution.noise),
-        vibrations=_vibrations(programme, solution, k.value, b_t.value),
+        encoder_step=float(np.median([vibration.step for vibration in likelihood.vibrations])),
+        noise=noise,
+        condition=_condition(uncertainty.information),
+        identifiability=describe_identifiability(likelihood, k, b_t, contacts, agreed, noise),
+        vibrations=_vibrations(likelihood, solution, k.value, b_t.value),
         converged=solution.converged,
         status=f"{'solved' if solution.converged else 'not solved'} in {solution.steps} steps",
         remedy="" if solution.converged else _REMEDY,
-        source=source_way(programme.releases),
     )
 
 
-def _identified(value: float, variance: float, spread: Spread, unit: str) -> Identified:
+def _parameter(
+    value: float, variance: float, uncertainty: JackknifeCovariance, unit: str
+) -> IdentifiedParameter:
     std = float(np.sqrt(variance))
-    reach = float(students_t.ppf((1 + _CONFIDENCE) / 2, spread.freedom)) * std
-    return Identified(value=value, std=std, interval=(value - reach, value + reach), unit=unit)
+    half = float(students_t.ppf((1 + _CONFIDENCE) / 2, uncertainty.freedom)) * std
+    return IdentifiedParameter(value=value, std=std, interval=(value - half, value + half), unit=unit)
 
 
-def _check_followed(programme: Programme, solution: Solution) -> None:
-    """Every recording has to vibrate as the programme has it, in rough outline at least."""
-    k = float(solution.x[0] * programme.scales[0])
-    for of, swing in zip(programme.releases, solution.look.swings, strict=True):
-        omega = float(np.sqrt(stiffness(k, *contact_of(of)) / of.decay.inertia))
-        if not 1 / _DETUNED < of.omega / omega < _DETUNED:
+def _check_plausible(likelihood: Likelihood, solution: Solution) -> None:
+    """Check that every recording follows the fitted vibration roughly."""
+    k = float(solution.x[0] * likelihood.scales[0])
+    for vibration, response in zip(likelihood.vibrations, solution.evaluation.responses, strict=True):
+        name = vibration.decay.name
+        omega = float(np.sqrt(stiffness(k, *contact_of(vibration)) / vibration.decay.inertia))
+        if not 1 / _DETUNED < vibration.omega / omega < _DETUNED:
             raise InvalidInputError(
-                f"{of.decay.name}: psi swings at {of.omega:.3g} rad/s, where its a, e and J_A with the"
+                f"{name}: psi swings at {vibration.omega:.3g} rad/s, where its a, e and J_A with the"
                 f" k of all recordings make {omega:.3g} rad/s: {_REMEDY}"
             )
         # Wrong readings count as no more than a swing.
-        left = np.minimum(np.abs(of.psi - swing.psi), abs(of.reach))
-        if not np.mean(left**2) < np.var(swing.psi):
+        residual = np.minimum(np.abs(vibration.psi - response.psi), abs(vibration.deflection))
+        if not np.mean(residual**2) < np.var(response.psi):
             raise InvalidInputError(
-                f"{of.decay.name}: psi does not follow the vibration that was fitted: {_REMEDY}"
+                f"{name}: psi does not follow the vibration that was fitted: {_REMEDY}"
             )
 
 
 def _contacts(
-    programme: Programme, solution: Solution, covariance: Array, alone: Sequence[Alone]
-) -> tuple[ContactFound, ...]:
-    """Of every contact the friction force, where its slip 1/(mu F_N) is told from zero, and its k."""
-    by_contact = {one.contact: Estimate(value=one.k, std=one.std, unit=UNITS[0]) for one in alone}
-    found = []
-    for i, contact in enumerate(programme.contacts, start=COMMON):
-        slip = float(solution.x[i] * programme.scales[i])
+    likelihood: Likelihood,
+    solution: Solution,
+    covariance: Array,
+    stiffnesses: Sequence[ContactStiffness],
+) -> tuple[ContactResult, ...]:
+    """Friction force of every contact, where its slip 1/(mu F_N) differs from zero, and its k."""
+    by_contact = {
+        one.contact: ParameterEstimate(value=one.k, std=one.std, unit=UNITS[0]) for one in stiffnesses
+    }
+    results = []
+    for i, contact in enumerate(likelihood.contacts, start=COMMON):
+        slip = float(solution.x[i] * likelihood.scales[i])
         std = float(np.sqrt(covariance[i, i]))
-        told = slip > _TOLD * std
-        force = Estimate(value=1 / slip, std=std / slip**2, unit="N") if told else None
+        significant = slip > _SIGNIFICANT * std
+        force = ParameterEstimate(value=1 / slip, std=std / slip**2, unit="N") if significant else None
         a, e = contact
-        found.append(ContactFound(a=a, e=e, force=force, k=by_contact.get(contact)))
-    return tuple(found)
+        results.append(ContactResult(a=a, e=e, force=force, k=by_contact.get(contact)))
+    return tuple(results)
 
 
 def _condition(information: Array) -> float:
@@ -129,25 +145,29 @@ def _condition(information: Array) -> float:
     return float(np.linalg.cond(information / np.outer(size, size)))
 
 
-def _vibrations(programme: Programme, solution: Solution, k: float, b_t: float) -> tuple[Vibration, ...]:
-    values = solution.x * programme.scales
-    made = []
-    for i, (of, swing) in enumerate(zip(programme.releases, solution.look.swings, strict=True)):
-        centre = float(values[programme.columns(i)[-1]])
-        residual = of.psi - swing.psi
-        omega_n = float(np.sqrt(stiffness(k, *contact_of(of)) / of.decay.inertia))
-        made.append(
-            Vibration(
-                name=of.decay.name,
-                a=of.decay.rig.a,
-                t=of.t,
-                psi=of.psi,
-                fitted=swing.psi,
+def _vibrations(
+    likelihood: Likelihood, solution: Solution, k: float, b_t: float
+) -> tuple[FittedVibration, ...]:
+    values = solution.x * likelihood.scales
+    fitted = []
+    pairs = zip(likelihood.vibrations, solution.evaluation.responses, strict=True)
+    for i, (vibration, response) in enumerate(pairs):
+        decay = vibration.decay
+        centre = float(values[likelihood.columns(i)[-1]])
+        residual = vibration.psi - response.psi
+        omega_n = float(np.sqrt(stiffness(k, *contact_of(vibration)) / decay.inertia))
+        fitted.append(
+            FittedVibration(
+                name=decay.name,
+                a=decay.rig.a,
+                t=vibration.t,
+                psi=vibration.psi,
+                fitted=response.psi,
                 centre=centre,
-                amplitude=float(abs(swing.psi[0] - centre)),
+                amplitude=float(abs(response.psi[0] - centre)),
                 rms=float(np.sqrt(np.mean(residual**2))),
-                rounded=float(np.mean(np.abs(residual) <= of.step / 2)),
-                sticking=(omega_n, b_t / (2 * of.decay.inertia * omega_n)),
+                rounded=float(np.mean(np.abs(residual) <= vibration.step / 2)),
+                sticking=(omega_n, b_t / (2 * decay.inertia * omega_n)),
             )
         )
-    return tuple(made)
+    return tuple(fitted)

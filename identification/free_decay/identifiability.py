@@ -1,13 +1,21 @@
-"""What recordings of free vibrations tell about k and b_t, and what would help, in plain words."""
+"""How well free vibrations determine k and b_t, whether contacts agree, and what would help.
+
+A wrong a or e changes the stiffness (5.7) of [Györök 2022] of a long contact otherwise than that of a
+short one, and a wrong J_A of some contacts changes theirs alone. Every recording may then fit well and
+every interval be narrow while k is off by percents; but the contacts, each for itself, give different k.
+"""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
+from scipy.stats import f as fishers_f
 
-from identification.free_decay.likelihood import Programme
-from identification.free_decay.onset import LEAST_STEPS, Release, without_spikes
-from identification.free_decay.results import ContactFound, Identified
+from identification.free_decay.likelihood import Contact, Likelihood, contact_of
+from identification.free_decay.onset import LEAST_STEPS, FreeVibration, without_spikes
+from identification.free_decay.results import ContactResult, IdentifiedParameter
+from identification.free_decay.solution import jackknife, solve
 from identification.free_decay.vibration import stiffness
 
 GOOD = (0.003, 0.02)
@@ -15,64 +23,120 @@ GOOD = (0.003, 0.02)
 _RIVAL = 0.3
 """A later deflection of this share of the first is another impact [1]."""
 _ROUGH = 0.5
-"""Noise that is more than this many steps of the encoder is worth a word."""
+"""Noise of more than this many steps of the encoder is reported."""
 _STRANGE = 3.0
-"""A k that is another one than declared by more than this factor is worth a word."""
+"""A k that differs from the declared one by more than this factor is reported."""
+_SIGNIFICANCE = 1e-3
+"""Probability that contacts with the same k are found to disagree [1]."""
 
 
-def sentences(
-    programme: Programme,
-    k: Identified,
-    b_t: Identified,
-    contacts: Sequence[ContactFound],
+@dataclass(frozen=True, kw_only=True)
+class ContactStiffness:
+    """k from the recordings of one contact alone.
+
+    Attributes:
+        contact: a and e [m].
+        k: distributed lateral stiffness [N/m^2].
+        std: its standard deviation.
+        freedom: degrees of freedom of the deviation.
+    """
+
+    contact: Contact
+    k: float
+    std: float
+    freedom: int
+
+
+def stiffness_by_contact(likelihood: Likelihood) -> tuple[ContactStiffness, ...]:
+    """The k of every contact that determines it alone; empty where there is only one contact."""
+    if len(likelihood.contacts) < 2:
+        return ()
+    stiffnesses = (_contact_stiffness(likelihood, contact) for contact in likelihood.contacts)
+    return tuple(one for one in stiffnesses if one is not None)
+
+
+def agree(stiffnesses: Sequence[ContactStiffness]) -> bool | None:
+    """Whether values of k differ by no more than chance allows; None for fewer than two."""
+    if len(stiffnesses) < 2:
+        return None
+    k, std = (np.array([getattr(one, name) for one in stiffnesses]) for name in ("k", "std"))
+    mean = np.average(k, weights=std**-2)
+    scatter = float((((k - mean) / std) ** 2).sum()) / (k.size - 1)
+    # The variances are estimates themselves; the least certain one bounds the freedom of all.
+    freedom = min(one.freedom for one in stiffnesses)
+    return bool(fishers_f.sf(scatter, k.size - 1, freedom) > _SIGNIFICANCE)
+
+
+def _contact_stiffness(likelihood: Likelihood, contact: Contact) -> ContactStiffness | None:
+    part = Likelihood([r for r in likelihood.vibrations if contact_of(r) == contact])
+    try:
+        solution = solve(part)
+        uncertainty = jackknife(part, solution)
+    except np.linalg.LinAlgError:
+        return None
+    if not solution.converged:
+        return None
+    k, std = np.array([solution.x[0], np.sqrt(uncertainty.covariance[0, 0])]) * part.scales[0]
+    return ContactStiffness(contact=contact, k=float(k), std=float(std), freedom=uncertainty.freedom)
+
+
+def describe_identifiability(
+    likelihood: Likelihood,
+    k: IdentifiedParameter,
+    b_t: IdentifiedParameter,
+    contacts: Sequence[ContactResult],
     agreed: bool | None,
     noise: float,
 ) -> tuple[str, ...]:
-    """How well k and b_t are known, what they rest on, and what would help."""
-    releases = programme.releases
-    said = [_known(releases, k, b_t), _given(releases, k.value)]
+    """Sentences: how well k and b_t are determined, on what they rest, and what would help."""
+    vibrations = likelihood.vibrations
+    sentences = [_precision(vibrations, k, b_t), _assumptions(vibrations, k.value)]
     if agreed is False:
-        said.append(_apart(contacts, k.value))
-    if len({r.decay.rig.a for r in releases}) == 1:
-        said.append(
+        sentences.append(_disagreement(contacts, k.value))
+    if len({r.decay.rig.a for r in vibrations}) == 1:
+        sentences.append(
             "All recordings have one contact length; several would show whether a and e are right."
         )
-    unseen = [f"{1000 * contact.a:g}" for contact in contacts if contact.force is None]
-    if unseen:
-        said.append(
-            f"The sliding at the ends of the patch is not told from none at a = {', '.join(unseen)} mm,"
+    lengths = [f"{1000 * contact.a:g}" for contact in contacts if contact.force is None]
+    if lengths:
+        sentences.append(
+            f"The sliding at the ends of the patch is not told from none at a = {', '.join(lengths)} mm,"
             " and k and b_t bear what it may be; stronger impacts slide further."
         )
     if any(_share(p) > good for p, good in zip((k, b_t), GOOD, strict=True)):
-        said.append("More impacts would help, and stronger ones more: they last longer above the noise.")
-    step = float(np.median([r.step for r in releases]))
+        sentences.append(
+            "More impacts would help, and stronger ones more: they last longer above the noise."
+        )
+    step = float(np.median([r.step for r in vibrations]))
     if noise > _ROUGH * step:
-        said.append(
+        sentences.append(
             f"Readings scatter about the fit by {noise * np.pi / np.sqrt(3):.2g} rad, beyond the"
             f" encoder's step of {step:.2g} rad; look whether the residuals are noise."
         )
-    return (*said, *_strange(releases, k.value), *_rivals(releases))
+    return (*sentences, *_implausible(vibrations, k.value), *_later_impacts(vibrations))
 
 
-def _share(parameter: Identified) -> float:
+def _share(parameter: IdentifiedParameter) -> float:
     """Half-width of the interval over the value."""
     return (parameter.interval[1] - parameter.interval[0]) / 2 / abs(parameter.value)
 
 
-def _known(releases: Sequence[Release], k: Identified, b_t: Identified) -> str:
-    lengths = len({r.decay.rig.a for r in releases})
+def _precision(
+    vibrations: Sequence[FreeVibration], k: IdentifiedParameter, b_t: IdentifiedParameter
+) -> str:
+    lengths = len({r.decay.rig.a for r in vibrations})
     return (
-        f"{_count(len(releases), 'recording')} at {_count(lengths, 'contact length')} tell k to"
+        f"{_count(len(vibrations), 'recording')} at {_count(lengths, 'contact length')} tell k to"
         f" {100 * _share(k):.2g} % and b_t to {100 * _share(b_t):.2g} % (95 %)."
     )
 
 
-def _given(releases: Sequence[Release], k: float) -> str:
-    """By how much k moves with what is taken as known, from the derivatives of (5.7)."""
+def _assumptions(vibrations: Sequence[FreeVibration], k: float) -> str:
+    """Change of k with a, e and J_A, from the derivatives of [Györök 2022], (5.7)."""
     a, e = ca.SX.sym("a"), ca.SX.sym("e")
     by = ca.Function("by", [a, e], [ca.gradient(ca.log(stiffness(k, a, e)), ca.vertcat(a, e))])
-    slopes = np.array([by(r.decay.rig.a, r.decay.rig.e).full().ravel() for r in releases])
-    lengths = np.array([r.decay.rig.a for r in releases])
+    slopes = np.array([by(r.decay.rig.a, r.decay.rig.e).full().ravel() for r in vibrations])
+    lengths = np.array([r.decay.rig.a for r in vibrations])
     by_a, by_e = float(np.mean(slopes[:, 0] * lengths)), float(np.mean(slopes[:, 1]))
     return (
         "They rest on a, e and J_A as given: 1 % more J_A is 1 % more k and b_t, which no free vibration"
@@ -81,10 +145,10 @@ def _given(releases: Sequence[Release], k: float) -> str:
     )
 
 
-def _apart(contacts: Sequence[ContactFound], k: float) -> str:
-    """Where k is least and greatest, one contact at a time."""
-    told = sorted((c.k.value, c.a) for c in contacts if c.k is not None)
-    (least, short), (most, long) = told[0], told[-1]
+def _disagreement(contacts: Sequence[ContactResult], k: float) -> str:
+    """Least and greatest k, one contact at a time."""
+    stiffnesses = sorted((c.k.value, c.a) for c in contacts if c.k is not None)
+    (least, short), (most, long) = stiffnesses[0], stiffnesses[-1]
     return (
         f"One contact at a time, k runs from {100 * (least / k - 1):+.2g} % (a = {1000 * short:g} mm) to"
         f" {100 * (most / k - 1):+.2g} % (a = {1000 * long:g} mm) of this value, more than chance"
@@ -92,9 +156,9 @@ def _apart(contacts: Sequence[ContactFound], k: float) -> str:
     )
 
 
-def _strange(releases: Sequence[Release], k: float) -> list[str]:
+def _implausible(vibrations: Sequence[FreeVibration], k: float) -> list[str]:
     """A k of another order than declared, as wrong units make it."""
-    declared = float(np.median([r.decay.tyre.k for r in releases]))
+    declared = float(np.median([r.decay.tyre.k for r in vibrations]))
     if 1 / _STRANGE < k / declared < _STRANGE:
         return []
     return [
@@ -107,18 +171,18 @@ def _less(slope: float) -> str:
     return "less" if slope >= 0 else "more"
 
 
-def _rivals(releases: Sequence[Release]) -> list[str]:
-    """Recordings that go on with another impact after the vibration that was used."""
-    said = []
-    for r in releases:
+def _later_impacts(vibrations: Sequence[FreeVibration]) -> list[str]:
+    """Recordings with another impact after the vibration that was used."""
+    sentences = []
+    for r in vibrations:
         rest = np.abs(without_spikes(r.decay.psi)[r.last :] - r.centre)
-        if rest.size and rest.max() > max(_RIVAL * abs(r.reach), LEAST_STEPS * r.step):
+        if rest.size and rest.max() > max(_RIVAL * abs(r.deflection), LEAST_STEPS * r.step):
             at = float(r.decay.t[r.last + int(np.argmax(rest))])
-            said.append(
+            sentences.append(
                 f"{r.decay.name} goes on with another deflection at t = {at:.3g} s; only the vibration"
                 f" from t = {r.t[0]:.3g} s on was used."
             )
-    return said
+    return sentences
 
 
 def _count(number: int, noun: str) -> str:

@@ -1,4 +1,4 @@
-"""Where in a recording the wheel swings freely, and a first guess of how."""
+"""Onset and end of the free vibration in a recording, with first guesses of its parameters."""
 
 from dataclasses import dataclass
 
@@ -6,35 +6,41 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
-from identification.free_decay.quantisation import encoder_step
 from identification.free_decay.recording import Decay
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
 
 LEAST_STEPS = 3.0
-"""Steps of the encoder that the first swing has to reach."""
+"""Least first deflection, in steps of the encoder."""
 MOST_SWING = 0.2
-"""Largest first swing [rad]; angles are small in all that is computed."""
+"""Largest first deflection [rad], as all formulas take angles for small."""
 LEAST_PERIODS = 1.5
-"""Periods that the recording has to hold after the first turning point."""
-_QUIET, _MOST = 0.25, 6.0
-"""The vibration ends at this share of a step, at the latest after so many of its time constants."""
+"""Least length of the recording after the first turning point, in periods."""
+_QUIET, _LONGEST = 0.25, 6.0
+"""Amplitude at which the vibration ends, in steps, and its greatest length, in time constants."""
 _LOUD = 0.05
 """Deflections below this share of the first one are no vibration."""
 _PADDING, _FILTER = 8, 5
 _SLOWEST, _FASTEST = 0.005, 0.5
 """Bounds of the guessed relative damping [1]."""
 
+_WHOLE = 0.05
+"""Largest deviation of the distance of two readings from a whole number of steps, in steps."""
+_LEVELS, _SELDOM = 4, 200
+"""Levels that determine the step, each the value of more than one reading in so many."""
+_NO_STEP = 1e-6
+"""A channel without steps has cells as wide as this share of its range [1]."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Release:
+class FreeVibration:
     """The free vibration within a recording.
 
     Attributes:
         decay: the recording.
         first: index of the sample at the first turning point: the largest deflection, after which no
-            impact acts any more.
+            impact acts.
         last: index after the last sample of the vibration, where it has sunk into the encoder's step.
         step: of the encoder [rad].
         peak: reading at the first turning point [rad].
@@ -63,13 +69,13 @@ class Release:
         return self.decay.psi[self.first : self.last]
 
     @property
-    def reach(self) -> float:
+    def deflection(self) -> float:
         """First deflection from the centre [rad]."""
         return self.peak - self.centre
 
 
-def release(decay: Decay) -> Release:
-    """Finds the free vibration.
+def find_vibration(decay: Decay) -> FreeVibration:
+    """Find the free vibration.
 
     Raises:
         InvalidInputError: the wheel stands still, or swings by too little, too far, or too short a time.
@@ -78,46 +84,70 @@ def release(decay: Decay) -> Release:
         raise InvalidInputError(f"{decay.name}: psi is constant; the wheel has to be struck")
     step = encoder_step(decay.psi)
     centre = float(np.median(decay.psi))
-    seen = without_spikes(decay.psi)
-    first = _middle_of_top(seen, int(np.argmax(np.abs(seen - centre))), step)
-    t, swing = decay.t[first:], seen[first:] - centre
-    reach = abs(float(swing[0]))
-    if reach < LEAST_STEPS * step:
+    psi = without_spikes(decay.psi)
+    first = _middle_of_top(psi, int(np.argmax(np.abs(psi - centre))), step)
+    t, swing = decay.t[first:], psi[first:] - centre
+    deflection = abs(float(swing[0]))
+    if deflection < LEAST_STEPS * step:
         raise InvalidInputError(
-            f"{decay.name}: the wheel swings by {1000 * reach:.2g} mrad, {reach / step:.2g} steps of the"
-            f" encoder; at least {LEAST_STEPS:g} steps are needed: strike it harder"
+            f"{decay.name}: the wheel swings by {1000 * deflection:.2g} mrad,"
+            f" {deflection / step:.2g} steps of the encoder; at least {LEAST_STEPS:g} steps are needed:"
+            " strike it harder"
         )
-    if reach > MOST_SWING:
+    if deflection > MOST_SWING:
         raise InvalidInputError(
-            f"{decay.name}: the wheel swings by {reach:.3g} rad; allowed: up to {MOST_SWING:g} rad, as"
-            " all angles are taken for small; is psi in rad?"
+            f"{decay.name}: the wheel swings by {deflection:.3g} rad; allowed: up to {MOST_SWING:g} rad,"
+            " as all angles are taken for small; is psi in rad?"
         )
     if t.size < 4:
         raise _too_short(decay, t)
     omega = _frequency(t, swing)
     if not (t[-1] - t[0]) * omega > LEAST_PERIODS * 2 * np.pi:
         raise _too_short(decay, t)
-    loud = max(1.5 * step, _LOUD * reach)
+    loud = max(1.5 * step, _LOUD * deflection)
     calm, end = _calm(t, np.abs(swing), loud, 2 * np.pi / omega)
     damping = _damping(t[:calm], swing[:calm], loud, omega)
-    length = min(np.log(reach / (_QUIET * step)), _MOST) / damping
+    length = min(np.log(deflection / (_QUIET * step)), _LONGEST) / damping
     length = max(length, LEAST_PERIODS * 2 * np.pi / omega)
-    return Release(
+    return FreeVibration(
         decay=decay,
         first=first,
         last=first + min(end, int(np.searchsorted(t - t[0], length))),
         step=step,
-        peak=float(seen[first]),
+        peak=float(psi[first]),
         centre=centre,
         omega=omega,
         damping=damping,
     )
 
 
+def encoder_step(psi: Array) -> float:
+    """Step by which readings differ [rad]; for a channel without steps a very small one.
+
+    Args:
+        psi: readings [rad], shape (n,), not all equal.
+    """
+    least = _NO_STEP * float(np.ptp(psi))
+    _, places, visits = np.unique(np.round(psi / least), return_index=True, return_counts=True)
+    levels = psi[places]
+    # A wrong reading stands alone; where the wheel turns back or comes to rest, levels are met often.
+    often = visits > psi.size // _SELDOM
+    if np.count_nonzero(often) >= _LEVELS:
+        levels = levels[often]
+    span = float(levels[-1] - levels[0])
+    gaps = np.diff(levels)
+    counts = gaps / gaps.min()
+    # Rounding in the file moves every gap a little; all of the range together tells the step best.
+    step = span / float(np.round(counts).sum())
+    if np.abs(gaps / step - np.round(gaps / step)).max() > _WHOLE:
+        return least
+    return max(step, least)
+
+
 def without_spikes(psi: Array) -> Array:
-    """Readings in which one or two wrong ones in a row are replaced by their neighbours [rad]."""
-    seen: Array = median_filter(psi, _FILTER, mode="reflect")
-    return seen
+    """Readings with one or two wrong ones in a row replaced by a median of their neighbours [rad]."""
+    filtered: Array = median_filter(psi, _FILTER, mode="reflect")
+    return filtered
 
 
 def _too_short(decay: Decay, t: Array) -> InvalidInputError:
@@ -139,17 +169,17 @@ def _middle_of_top(psi: Array, top: int, step: float) -> int:
 def _frequency(t: Array, swing: Array) -> float:
     """Place of the peak of the spectrum [rad/s]."""
     even = np.linspace(t[0], t[-1], t.size)
-    seen = np.interp(even, t, swing)
-    seen = seen - seen.mean()
+    even_swing = np.interp(even, t, swing)
+    even_swing = even_swing - even_swing.mean()
     count = _PADDING * t.size
-    spectrum = np.abs(np.fft.rfft(seen, count))
+    spectrum = np.abs(np.fft.rfft(even_swing, count))
     # Below one period in the whole recording there is drift, no vibration.
     spectrum[:_PADDING] = 0
     return 2 * np.pi * float(np.argmax(spectrum)) / (count * float(even[1] - even[0]))
 
 
 def _calm(t: Array, away: Array, loud: float, period: float) -> tuple[int, int]:
-    """Where a whole period begins in which nothing is loud, and where it is loud again; else the end."""
+    """Begin of a whole period without loud samples, and the next loud sample or else the end."""
     is_loud = np.flatnonzero(away > loud)
     pauses = np.flatnonzero(np.diff(t[is_loud]) > period)
     if pauses.size:
@@ -158,7 +188,7 @@ def _calm(t: Array, away: Array, loud: float, period: float) -> tuple[int, int]:
 
 
 def _damping(t: Array, swing: Array, least: float, omega: float) -> float:
-    """Decay rate from the centre of gravity of the energy, which lies at half a time constant [1/s]."""
+    """Decay rate from the centroid of the energy, which lies at half a time constant [1/s]."""
     energy = np.where(np.abs(swing) > least, swing**2, 0) * np.gradient(t)
     delay = float(((t - t[0]) * energy).sum() / energy.sum())
     return float(np.clip(1 / (2 * delay), _SLOWEST * omega, _FASTEST * omega))

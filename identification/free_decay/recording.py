@@ -1,5 +1,6 @@
 """Recordings of a free vibration: the wheel is struck, swings and comes to rest."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import cast
@@ -7,12 +8,10 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.csvfile import read_csv
-from identification.reading.matfile import read_mat
-from identification.reading.recordings import rig_of_table
-from identification.reading.table import DECAY_COLUMNS, MIN_SAMPLES, check
-from symbolic.errors import InvalidInputError
-from symbolic.parameters import Rig, Tyre
+from identification.reading.readers import READERS, Reader, read_table
+from identification.reading.rigfile import rig_of_table
+from identification.reading.table import DECAY_COLUMNS, MIN_SAMPLES
+from symbolic import InvalidInputError, Rig, Tyre
 
 Array = NDArray[np.float64]
 
@@ -41,7 +40,7 @@ class Decay:
     tyre: Tyre
 
     def __post_init__(self) -> None:
-        """Freezes the arrays and holds everything against what is allowed."""
+        """Freeze the arrays and check everything."""
         for field in ("t", "psi"):
             array = np.array(getattr(self, field), dtype=np.float64)
             array.setflags(write=False)
@@ -71,33 +70,37 @@ class Decay:
         return cast(float, self.rig.J_A)
 
 
-def read_decay(path: str | Path, rig: tuple[Rig, Tyre] | None = None) -> Decay:
-    """Reads a free vibration from CSV, or from MATLAB 5 where the name ends in ``.mat``.
+def read_decay(
+    path: str | Path,
+    rig: tuple[Rig, Tyre] | None = None,
+    *,
+    readers: Mapping[str, Reader] = READERS,
+) -> Decay:
+    """Read a free vibration from CSV, MATLAB 5, or a format of the user's own.
 
-    Only t and psi are needed (`time` and `Psi` in a MAT file); other columns are passed over.
+    Only t and psi are needed (`time` and `Psi` in a MAT file); other columns are ignored.
 
     Args:
         path: the file.
-        rig: rig and tyre as read by `read_rig`; what the recording says itself, such as
-            ``# a = 0.045``, ``# e = 0.009`` or ``# J_A = 0.15``, goes first.
+        rig: rig and tyre as read by `read_rig`; values that the recording declares, such as
+            ``# a = 0.045``, ``# e = 0.009`` or ``# J_A = 0.15``, override them.
+        readers: by the suffix of the file's name, as of `read_recording`.
 
     Raises:
         InvalidInputError: one line naming the file, the row, what is wrong and what is allowed.
     """
     path = Path(path)
-    read = read_mat if path.suffix.lower() == ".mat" else read_csv
-    table = read(path, DECAY_COLUMNS)
-    check(table, DECAY_COLUMNS)
+    table = read_table(path, DECAY_COLUMNS, readers)
     own_rig, own_tyre = rig_of_table(table, rig)
-    seen = np.isfinite(table.columns["psi"])
+    present = np.isfinite(table.columns["psi"])
     try:
         return Decay(
             name=path.stem,
-            t=table.columns["t"][seen],
-            psi=table.columns["psi"][seen],
+            t=table.columns["t"][present],
+            psi=table.columns["psi"][present],
             rig=own_rig,
             tyre=own_tyre,
         )
     except InvalidInputError as error:
-        # The recording's name leads the message; a file goes by its path.
+        # The message begins with the recording's name; that of a file begins with its path.
         raise InvalidInputError(f"{path}{str(error).removeprefix(path.stem)}") from None

@@ -1,4 +1,4 @@
-"""What an identification from free vibrations says: frozen results, and the dictionary for its file."""
+"""Results of an identification from free vibrations, and the dictionary for its file."""
 
 from dataclasses import asdict, dataclass
 from typing import Any
@@ -6,20 +6,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.results import Estimate
-from identification.thesis.fft_decrement import SourceWay
+from identification.parameter_estimate import ParameterEstimate
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, kw_only=True)
-class Identified:
+class IdentifiedParameter:
     """An identified parameter.
 
     Attributes:
         value: the estimate, in `unit`.
         std: its standard deviation.
-        interval: between these it lies with 95 % confidence.
+        interval: 95 % confidence interval.
         unit: the unit of all of these.
     """
 
@@ -30,25 +29,26 @@ class Identified:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ContactFound:
-    """What belongs to one contact.
+class ContactResult:
+    """Results of one contact.
 
     Attributes:
         a: half-length of the contact patch [m].
         e: caster length [m].
-        force: mu F_N as the sliding at the patch's ends shows it [N]; None where that is not told from
-            none at all.
-        k: from the recordings of this contact alone; None where they are all there is, or do not tell.
+        force: mu F_N from the sliding at the patch's ends [N]; None where that does not differ
+            significantly from zero sliding.
+        k: from the recordings of this contact alone; None where there is no other contact, or where they
+            do not determine it.
     """
 
     a: float
     e: float
-    force: Estimate | None
-    k: Estimate | None
+    force: ParameterEstimate | None
+    k: ParameterEstimate | None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Vibration:
+class FittedVibration:
     """One recording beside its fit; arrays of shape (n,), from the first turning point on.
 
     Attributes:
@@ -62,7 +62,7 @@ class Vibration:
         rms: root mean square of reading minus fitted angle [rad].
         rounded: share of the readings that are the fitted angle, rounded to the encoder's step [1].
         sticking: natural angular frequency [rad/s] and relative damping [1] with the identified k and
-            b_t if no bristle slid, source (5.7) and (5.8) with J_A.
+            b_t if no bristle slid, [Györök 2022], (5.7) and (5.8) with J_A.
     """
 
     name: str
@@ -86,36 +86,34 @@ class FreeDecay:
         b_t: torsional damping.
         covariance: of k and b_t, shape (2, 2) [N^2/m^4, N^2 s/(m rad), (N m s/rad)^2].
         correlation: of k and b_t [1].
-        contacts: every contact; none where the patch was said to stick.
-        contacts_agree: whether these tell one k; None where fewer than two tell it. Where they do not,
-            the intervals do not cover what is wrong.
+        contacts: every contact; none where the patch was assumed to stick.
+        contacts_agree: whether their values of k agree; None where fewer than two determine it. Where
+            they do not, the intervals do not cover the fault.
         encoder_step: of the yaw angle [rad].
         noise: scale of the logistic noise besides the step [rad].
         condition: condition number of the information on k, b_t and the friction forces, each in units
             of its standard deviation if all others were known [1].
-        identifiability: what the recordings tell and what would help, in plain words, a sentence each.
+        identifiability: sentences: how well the recordings determine k and b_t, and what would help.
         vibrations: every recording.
-        converged: whether the programme was solved; values of one that was not are no result.
+        converged: whether the solver converged; otherwise the values are no result.
         status: how it ended.
-        remedy: what to do where it was not solved, else empty.
-        source: the source's way on the same recordings.
+        remedy: what to do where it did not converge, else empty.
     """
 
-    k: Identified
-    b_t: Identified
+    k: IdentifiedParameter
+    b_t: IdentifiedParameter
     covariance: Array
     correlation: float
-    contacts: tuple[ContactFound, ...]
+    contacts: tuple[ContactResult, ...]
     contacts_agree: bool | None
     encoder_step: float
     noise: float
     condition: float
     identifiability: tuple[str, ...]
-    vibrations: tuple[Vibration, ...]
+    vibrations: tuple[FittedVibration, ...]
     converged: bool
     status: str
     remedy: str
-    source: SourceWay
 
     def to_dict(self) -> dict[str, Any]:
         """The content of the result's file; SI units, named where they stand."""
@@ -149,25 +147,17 @@ class FreeDecay:
                     "readings_met": v.rounded,
                     "omega_n": v.sticking[0],
                     "zeta": v.sticking[1],
-                    "source_omega_n": swing.omega_n,
-                    "source_zeta": swing.zeta,
                 }
-                for v, swing in zip(self.vibrations, self.source.swings, strict=True)
+                for v in self.vibrations
             ],
             "recordings_units": {
                 "a": "m", "begin": "s", "end": "s", "amplitude": "rad", "residual_rms": "rad",
                 "readings_met": "1", "omega_n": "rad/s", "zeta": "1",
-                "source_omega_n": "rad/s", "source_zeta": "1",
-            },
-            "source": {
-                "k": {"value": self.source.k, "unit": "N/m^2"},
-                "b_t": {"value": self.source.b_t, "unit": "N m s/rad"},
-                "b_t_printed": {"value": self.source.b_t_printed, "unit": "1/s"},
             },
         }  # fmt: skip
 
 
-def _identified(parameter: Identified) -> dict[str, Any]:
+def _identified(parameter: IdentifiedParameter) -> dict[str, Any]:
     return {
         "value": parameter.value,
         "std": parameter.std,

@@ -1,9 +1,9 @@
 r"""The free vibration with what the ends of the patch slide, as a casadi Function.
 
-Sticking bristles make a spring, J_A psi'' + b_t psi' + K psi = 0 with K = 2 a k (e^2 + a^2/3) (source
-(5.6) at rest, (5.7)). But friction holds nothing where the pressure ends, so the outermost bristles
-slide in every swing, however small: on the source's rig, 5 mrad take 4 % off the stiffness and add 7 %
-to the damping. What sliding takes off the torque of the virgin patch is
+Sticking bristles make a spring, J_A psi'' + b_t psi' + K psi = 0 with K = 2 a k (e^2 + a^2/3)
+([Györök 2022], (5.6) at rest, (5.7)). But friction holds nothing where the pressure ends, so
+the outermost bristles slide in every swing, however small: on the rig of [Györök 2022], 5 mrad lower the
+stiffness by 4 % and raise the damping by 7 %. Sliding lowers the torque of the virgin patch by
 
     M_v(psi) + K psi = k psi G(c / |psi|),     c = 3 F_N mu / (4 a^3 k),
 
@@ -25,13 +25,13 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic import compiled, full_slide_level, unit_moment
-from symbolic.patch import Expression
+from symbolic import Expression, compiled, full_slide_level
+from symbolic.deformation import unit_moment
 
 Array = NDArray[np.float64]
 
 UNKNOWNS = ("k", "b_t", "slip", "psi", "psi_dot", "centre")
-"""What a free vibration depends on: k [N/m^2], b_t [N m s/rad], 1/(mu F_N) [1/N], then angle [rad] and
+"""Unknowns of a free vibration: k [N/m^2], b_t [N m s/rad], 1/(mu F_N) [1/N], then angle [rad] and
 rate [rad/s] at the first sample and the angle about which the wheel swings [rad]."""
 GEOMETRY = ("a", "e", "J_A")
 _STATES = ("psi", "psi_dot", "psi_r", "S_r", "S", "heading")
@@ -42,7 +42,7 @@ _STRETCH = 100
 """Samples in one call."""
 
 
-class Swing(NamedTuple):
+class Response(NamedTuple):
     """Angles, shape (n,) [rad], and their derivatives by `UNKNOWNS`, shape (n, 6)."""
 
     psi: Array
@@ -50,14 +50,14 @@ class Swing(NamedTuple):
 
 
 def stiffness(k: Expression, a: Expression, e: Expression) -> Expression:
-    """K = 2 a k (e^2 + a^2/3), the stiffness of the sticking patch [N m/rad], source (5.7)."""
+    """K = 2 a k (e^2 + a^2/3), the stiffness of the sticking patch [N m/rad], [Györök 2022], (5.7)."""
     return k * unit_moment(0, a, e)
 
 
 def slip_torque(
     turn: Expression, k: Expression, slip: Expression, a: Expression, e: Expression
 ) -> Expression:
-    """What sliding takes off the torque of a virgin patch, M_v + K psi [N m]; odd in turn and slip.
+    """Torque that a virgin patch lacks by sliding, M_v + K psi [N m]; odd in turn and slip.
 
     Args:
         turn: psi [rad].
@@ -71,7 +71,7 @@ def slip_torque(
     return k * turn * ca.fabs(turn) * per_turn * unit_moment(1 / reach, a, e) / reach
 
 
-def swing(t: Array, unknowns: Array, geometry: Array) -> Swing:
+def simulate_vibration(t: Array, unknowns: Array, geometry: Array) -> Response:
     """The vibration at given times.
 
     Args:
@@ -83,11 +83,17 @@ def swing(t: Array, unknowns: Array, geometry: Array) -> Swing:
         NaN where the wheel would not vibrate, 4 K J_A <= b_t^2.
     """
     first, stretch = _functions()
-    state, carried = (made.full() for made in first(unknowns, geometry))
+    state, sensitivity = (matrix.full() for matrix in first(unknowns, geometry))
     theta = unknowns[[UNKNOWNS.index(name) for name in _PARAMETERS]]
     # Matrices of casadi lie column by column: the transposes of these arrays, sample after sample.
     dt = np.empty(_STRETCH)
-    given = (state.ravel(), carried.T.copy(), np.tile(theta, _STRETCH), np.tile(geometry, _STRETCH), dt)
+    given = (
+        state.ravel(),
+        sensitivity.T.copy(),
+        np.tile(theta, _STRETCH),
+        np.tile(geometry, _STRETCH),
+        dt,
+    )
     states = np.empty((_STRETCH, len(_STATES)))
     along = np.empty((_STRETCH, len(UNKNOWNS), len(_STATES)))
     # Reads and writes these arrays; handing matrices over would take longer than the work. The stubs of
@@ -98,14 +104,14 @@ def swing(t: Array, unknowns: Array, geometry: Array) -> Swing:
     for i, array in enumerate((states, along)):
         buffer.set_res(i, memoryview(array.data))  # type: ignore[call-arg]
     psi, sensitivities = np.empty(t.size), np.empty((t.size, len(UNKNOWNS)))
-    psi[0], sensitivities[0] = state[0, 0], carried[0]
+    psi[0], sensitivities[0] = state[0, 0], sensitivity[0]
     for at in range(1, t.size, _STRETCH):
         count = min(_STRETCH, t.size - at)
         dt[:count], dt[count:] = np.diff(t[at - 1 : at + count]), 0
         evaluate()
         psi[at : at + count], sensitivities[at : at + count] = states[:count, 0], along[:count, :, 0]
         given[0][:], given[1][:] = states[-1], along[-1]
-    return Swing(psi, sensitivities)
+    return Response(psi, sensitivities)
 
 
 def _parts(vector: Expression) -> list[Expression]:
@@ -116,19 +122,19 @@ def _parts(vector: Expression) -> list[Expression]:
 def _functions() -> tuple[ca.Function, ca.Function]:
     """The state at the first sample, and a stretch of samples; with derivatives by `UNKNOWNS`."""
     unknowns, geometry = ca.SX.sym("unknowns", len(UNKNOWNS)), ca.SX.sym("geometry", len(GEOMETRY))
-    state = _released(unknowns, geometry)
+    state = _initial_state(unknowns, geometry)
     first = ca.Function(
         "swing_first",
         [unknowns, geometry],
         [state, ca.densify(ca.jacobian(state, unknowns))],
         ["unknowns", "geometry"],
-        ["state", "carried"],
+        ["state", "sensitivity"],
     )
-    return first, compiled(_along().mapaccum("swing_along", _STRETCH, 2, {}))
+    return first, compiled(_step_with_sensitivities().mapaccum("swing_along", _STRETCH, 2, {}))
 
 
-def _released(unknowns: Expression, geometry: Expression) -> Expression:
-    """The state close to the first turning point; a parabola tells where that is."""
+def _initial_state(unknowns: Expression, geometry: Expression) -> Expression:
+    """The state close to the first turning point, which a parabola locates."""
     k, b_t, slip, psi, psi_dot, centre = _parts(unknowns)
     a, e, J_A = _parts(geometry)
     pull = (-b_t * psi_dot - stiffness(k, a, e) * (psi - centre)) / J_A
@@ -137,19 +143,22 @@ def _released(unknowns: Expression, geometry: Expression) -> Expression:
     return ca.vertcat(psi, psi_dot, psi_r, 0, S, 0)
 
 
-def _along() -> ca.Function:
-    state, carried = ca.SX.sym("state", len(_STATES)), ca.SX.sym("carried", len(_STATES), len(UNKNOWNS))
+def _step_with_sensitivities() -> ca.Function:
+    state, sensitivity = (
+        ca.SX.sym("state", len(_STATES)),
+        ca.SX.sym("sensitivity", len(_STATES), len(UNKNOWNS)),
+    )
     theta, geometry = ca.SX.sym("theta", len(_PARAMETERS)), ca.SX.sym("geometry", len(GEOMETRY))
     dt = ca.SX.sym("dt")
     after = _step(state, theta, geometry, dt)
     seeds = ca.DM([[name == unknown for unknown in UNKNOWNS] for name in _PARAMETERS])
-    along = ca.jtimes(after, ca.vertcat(state, theta), ca.vertcat(carried, seeds))
+    along = ca.jtimes(after, ca.vertcat(state, theta), ca.vertcat(sensitivity, seeds))
     return ca.Function(
         "swing_step",
-        [state, carried, theta, geometry, dt],
+        [state, sensitivity, theta, geometry, dt],
         [after, ca.densify(along)],
-        ["state", "carried", "theta", "geometry", "dt"],
-        ["state_next", "carried_next"],
+        ["state", "sensitivity", "theta", "geometry", "dt"],
+        ["state_next", "sensitivity_next"],
         {"cse": True},
     )
 

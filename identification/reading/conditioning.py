@@ -1,8 +1,14 @@
-"""Raw channels made clean in steps: units, offsets, filtering and resampling.
+"""From raw channels to a recording: units, offsets, filtering and resampling.
 
-Nothing of this is causal, and nothing shifts a channel in time: it is for recordings, not for a loop.
+The rig of [Györök 2022] samples at 4 kHz. Its evaluation removes the offsets of angle, force and torque,
+smooths the angle by a moving average and keeps every fortieth sample (section 5.3), which aliases mains
+hum and all noise above 50 Hz. Here every channel goes through a low-pass first, the same for all,
+so that angle and torque stay simultaneous.
+
+No step is causal and none shifts a channel in time: they are for recordings, not for a control loop.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Protocol
@@ -11,11 +17,17 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import butter, resample_poly, sosfiltfilt
 
-from symbolic.errors import InvalidInputError
+from identification.reading.recordings import Recording
+from identification.reading.smoothing import smoothed_rate
+from symbolic import InvalidInputError, Rig, Tyre
 
 Array = NDArray[np.float64]
+CHANNELS = ("psi", "M_z", "F_N")
+"""What a recording needs: yaw angle [rad], aligning torque [N m], vertical load [N]."""
 _LEAST_QUIET = 10
+"""Samples that the mean of an offset needs."""
 _FINEST_RATIO = 1000
+"""Largest denominator of a ratio of rates."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -44,16 +56,16 @@ class Channel:
             raise InvalidInputError(f"sample {gap} is not finite; a filter needs a channel without gaps")
 
 
-class Step(Protocol):
-    """One step from a raw channel to a clean one."""
+class PipelineStep(Protocol):
+    """One step of a pipeline."""
 
     def __call__(self, channel: Channel) -> Channel:
-        """The channel after it."""
+        """The channel after the step."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scaled:
-    """Volts to a unit.
+    """Converts volts to a unit.
 
     Attributes:
         factor: of the sensor and its amplifier, in units a volt; negative where it counts the other way.
@@ -73,7 +85,7 @@ class Scaled:
 
 @dataclass(frozen=True, kw_only=True)
 class OffsetRemoved:
-    """The mean over a quiet stretch taken off: there the true value is `level`.
+    """Subtracts the mean over a quiet stretch, where the true value is `level`.
 
     Attributes:
         start, stop: the stretch [s] from the first sample. For angle and torque the wheel stands
@@ -95,7 +107,7 @@ class OffsetRemoved:
             raise InvalidInputError(f"level must be finite, got {self.level}")
 
     def __call__(self, channel: Channel) -> Channel:
-        """The channel with its zero where it should be."""
+        """The channel without its offset."""
         first, last = round(self.start * channel.rate), round(self.stop * channel.rate)
         quiet = channel.values[first:last]
         if last > channel.values.size or quiet.size < _LEAST_QUIET:
@@ -108,10 +120,10 @@ class OffsetRemoved:
 
 @dataclass(frozen=True, kw_only=True)
 class LowPass:
-    """Butterworth's filter forwards and backwards: no phase shift, 6 dB of loss at the edge.
+    """Butterworth's filter, run forwards and backwards: no phase shift, 6 dB of loss at the edge.
 
-    Beyond its ends the channel goes on as its mirror image. A point reflection, which is usual, would
-    pin the first and the last sample to their noise.
+    Beyond its ends the channel is extended by its mirror image. The usual point reflection would pin the
+    first and the last sample to their noise.
 
     Attributes:
         cutoff: edge of the pass band [Hz].
@@ -129,21 +141,21 @@ class LowPass:
             raise InvalidInputError(f"order must be a whole number from 1 to 10, got {self.order}")
 
     def __call__(self, channel: Channel) -> Channel:
-        """The channel without what is faster."""
+        """The channel without frequencies above the edge."""
         if not self.cutoff < channel.rate / 2:
             raise InvalidInputError(
                 f"cutoff must be less than half the rate, {channel.rate / 2:g} Hz, got {self.cutoff} Hz"
             )
         sections = butter(self.order, self.cutoff, fs=channel.rate, output="sos")
         # Three periods of the edge settle at the ends, as far as the channel is long enough.
-        room = min(round(3 * channel.rate / self.cutoff), channel.values.size - 1)
-        values = sosfiltfilt(sections, channel.values, padtype="even", padlen=room)
+        padding = min(round(3 * channel.rate / self.cutoff), channel.values.size - 1)
+        values = sosfiltfilt(sections, channel.values, padtype="even", padlen=padding)
         return Channel(values=values, rate=channel.rate)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Resampled:
-    """Another rate, with a filter of linear phase against folding, its delay taken out.
+    """Resamples by a filter of linear phase against aliasing, its delay compensated.
 
     Attributes:
         rate: samples a second afterwards [Hz].
@@ -177,7 +189,7 @@ class Pipeline:
         steps: as `Scaled`, `OffsetRemoved`, `LowPass`, `Resampled`.
     """
 
-    steps: tuple[Step, ...]
+    steps: tuple[PipelineStep, ...]
 
     def __call__(self, channel: Channel) -> Channel:
         """The channel after all of them."""
@@ -194,7 +206,7 @@ def default_pipeline(
     cutoff: float = 20.0,
     rate: float = 100.0,
 ) -> Pipeline:
-    """Unit, offset, low-pass, rate: what a channel of a wheel turned by hand needs.
+    """Scale, offset, low-pass and resampling for a channel of a wheel turned by hand.
 
     Args:
         factor: as of `Scaled`.
@@ -211,4 +223,54 @@ def default_pipeline(
             LowPass(cutoff=cutoff),
             Resampled(rate=rate),
         )
+    )
+
+
+def recording_from_raw(
+    name: str,
+    raw: Mapping[str, Channel],
+    pipelines: Mapping[str, Pipeline],
+    rig: Rig,
+    tyre: Tyre,
+) -> Recording:
+    """A recording from raw channels that begin at the same instant.
+
+    Args:
+        name: of the recording.
+        raw: channels by the names in `CHANNELS`.
+        pipelines: the pipeline of each; all must end at the same rate.
+        rig: geometry.
+        tyre: the tyre as declared.
+
+    Raises:
+        InvalidInputError: a channel or its pipeline is missing, a step cannot be done (the message
+            names the channel), or the channels end up with different rates or lengths.
+    """
+    missing = [channel for channel in CHANNELS if channel not in raw or channel not in pipelines]
+    if missing:
+        raise InvalidInputError(
+            f"{name}: {', '.join(missing)} needs a raw channel and a pipeline; give both for"
+            f" {', '.join(CHANNELS)}"
+        )
+    clean = {}
+    for channel in CHANNELS:
+        try:
+            clean[channel] = pipelines[channel](raw[channel])
+        except InvalidInputError as error:
+            raise InvalidInputError(f"{name}: {channel}: {error}") from None
+    kinds = {(channel.rate, channel.values.size) for channel in clean.values()}
+    if len(kinds) > 1:
+        ends = ", ".join(f"{n} {c.values.size} at {c.rate:g} Hz" for n, c in clean.items())
+        raise InvalidInputError(f"{name}: all channels must end alike, got samples of {ends}")
+    ((rate, size),) = kinds
+    t, psi = np.arange(size) / rate, clean["psi"].values
+    return Recording(
+        name=name,
+        t=t,
+        psi=psi,
+        psi_dot=smoothed_rate(t, psi),
+        M_z=clean["M_z"].values,
+        F_N=clean["F_N"].values,
+        rig=rig,
+        tyre=tyre,
     )

@@ -10,7 +10,7 @@ import numpy as np
 from identification.reading.files import read_text
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.table import OPTIONAL_COLUMNS, REQUIRED_COLUMNS, Fault, Table
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 from symbolic.parsing import excerpt
 
 _DECLARATION = re.compile(rf"#\s*({'|'.join(DECLARABLE)})\s*=(.*)")
@@ -21,7 +21,7 @@ Rows = list[tuple[int, list[str]]]
 
 
 def read_csv(path: Path, needed: Sequence[str]) -> Table:
-    """Reads the table; unknown columns are left out, other comment lines passed over.
+    """Read the table; unknown columns and other comment lines are ignored.
 
     Args:
         path: the file.

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 from symbolic.parsing import naming, text_of
 
 

@@ -1,19 +1,38 @@
-"""Recordings in MATLAB 5 files, as published: time, Psi, Mz, Fz and scalars such as a, e, k."""
+"""Recordings in MATLAB 5 files, as published: time, Psi, Mz, Fz and scalars such as a, e, k.
 
-from collections.abc import Mapping, Sequence
+The parser follows The MathWorks, "MAT-File Format", chapter "Level 5 MAT-File Format". It reads real
+arrays alone; `scipy.io.loadmat` reads everything, but a damaged file can end the process there.
+"""
+
+import struct
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from math import prod
 from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
 
 from identification.reading.files import read_bytes
-from identification.reading.matlab5 import DamagedFileError, read_arrays
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.table import Array, Table
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 _VARIABLES = {"t": "time", "psi": "Psi", "M_z": "Mz", "F_N": "Fz"}
+"""Variable of each column."""
+_HEADER_BYTES = 128
+_NUMBERS = {
+    1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"
+}  # fmt: skip
+_MATRIX, _COMPRESSED = 14, 15
+_NUMERIC_CLASSES = range(6, 16)
+_OPAQUE_CLASS = 17
+_COMPLEX_FLAG = 0x0800
 
 
 def read_mat(path: Path, needed: Sequence[str]) -> Table:
-    """Reads the table; other variables in the file are passed over.
+    """Read the table; other variables in the file are ignored.
 
     Args:
         path: the file.
@@ -85,3 +104,90 @@ def _scalar(path: Path, variable: str, value: Array | None) -> float:
     if vector.size != 1:
         raise InvalidInputError(f"{path}: {variable} must be one number, it holds {vector.size}")
     return float(vector[0])
+
+
+class DamagedFileError(ValueError):
+    """The content contradicts the format."""
+
+
+class _Element(NamedTuple):
+    kind: int
+    data: bytes
+
+
+def read_arrays(content: bytes) -> dict[str, NDArray[np.float64] | None]:
+    """All variables by name, in their shape; None for what is not an array of real numbers.
+
+    Raises:
+        DamagedFileError: the content is not that of a whole MATLAB 5 file.
+    """
+    order = {b"IM": "<", b"MI": ">"}.get(content[_HEADER_BYTES - 2 : _HEADER_BYTES])
+    if order is None:
+        raise DamagedFileError("no mark of the byte order")
+    try:
+        return dict(_variables(content[_HEADER_BYTES:], order))
+    except (struct.error, zlib.error, UnicodeDecodeError, KeyError) as error:
+        raise DamagedFileError(str(error)) from error
+
+
+def _variables(content: bytes, order: str) -> Iterator[tuple[str, NDArray[np.float64] | None]]:
+    for element in _elements(content, order):
+        if element.kind == _COMPRESSED:
+            yield from _variables(zlib.decompress(element.data), order)
+        elif element.kind == _MATRIX:
+            yield _variable(element.data, order)
+        else:
+            raise DamagedFileError(f"element of type {element.kind} outside an array")
+
+
+def _variable(content: bytes, order: str) -> tuple[str, NDArray[np.float64] | None]:
+    parts = _elements(content, order)
+    flags = next(parts, None)
+    if flags is None or len(flags.data) < 4:
+        raise DamagedFileError("an array without flags")
+    (flag,) = struct.unpack_from(order + "I", flags.data)
+    if flag & 0xFF not in range(1, _OPAQUE_CLASS + 1):
+        raise DamagedFileError(f"array of class {flag & 0xFF}")
+    if flag & 0xFF == _OPAQUE_CLASS:  # its name comes at once
+        return _part(parts).data.decode("ascii"), None
+    shape = [int(length) for length in _numbers(_part(parts), order)]
+    name = _part(parts).data.decode("ascii")
+    if flag & 0xFF not in _NUMERIC_CLASSES or flag & _COMPLEX_FLAG:
+        return name, None
+    values = _numbers(_part(parts), order)
+    if min(shape, default=-1) < 0 or prod(shape) != values.size:
+        raise DamagedFileError(f"{name} holds {values.size} numbers, its shape is {shape}")
+    return name, values.astype(np.float64).reshape(shape, order="F")
+
+
+def _part(parts: Iterator[_Element]) -> _Element:
+    part = next(parts, None)
+    if part is None:
+        raise DamagedFileError("an array that ends early")
+    return part
+
+
+def _numbers(element: _Element, order: str) -> NDArray[np.generic]:
+    dtype = np.dtype(order + _NUMBERS[element.kind])
+    if len(element.data) % dtype.itemsize:
+        raise DamagedFileError("a fraction of a number")
+    return np.frombuffer(element.data, dtype)
+
+
+def _elements(content: bytes, order: str) -> Iterator[_Element]:
+    """The elements in turn: a tag of 8 bytes, then data, padded to 8 unless compressed."""
+    at = 0
+    while at < len(content):
+        kind, size = struct.unpack_from(order + "II", content, at)
+        start, end = at + 8, at + 8 + size
+        if kind >> 16:  # a small element: size and type share four bytes, data in the other four
+            kind, size = kind & 0xFFFF, kind >> 16
+            start, end = at + 4, at + 4 + size
+            if size > 4:
+                raise DamagedFileError("a small element that is not small")
+            at += 8
+        else:
+            at = end if kind == _COMPRESSED else end + -size % 8
+        if end > len(content):
+            raise DamagedFileError("an element that goes on beyond the end")
+        yield _Element(kind, content[start:end])

@@ -1,18 +1,17 @@
 """Recordings of a turning wheel at standstill."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from identification.reading.csvfile import read_csv
-from identification.reading.matfile import read_mat
-from identification.reading.rigfile import read_rig, with_declared
+from identification.reading.readers import READERS, Reader, read_table
+from identification.reading.rigfile import read_rig, rig_of_table
 from identification.reading.smoothing import smoothed_rate
-from identification.reading.table import Table, check, required_columns
-from symbolic.errors import InvalidInputError
-from symbolic.parameters import Rig, Tyre
+from identification.reading.table import Table, required_columns
+from symbolic import InvalidInputError, Rig, Tyre
 
 __all__ = ["Recording", "read_recording", "read_rig"]
 
@@ -31,8 +30,8 @@ class Recording:
             psi was filled in.
         psi_dot: yaw rate [rad/s], without gaps.
         psi_dot_recorded: True where the rate was measured, False where it was taken from psi.
-        M_z: moment of the ground on the wheel about the kingpin [N m], negative for a positive
-            virgin turn; NaN where the sample is missing.
+        M_z: moment of the ground on the wheel about the kingpin [N m], negative for a positive turn
+            from rest; NaN where the sample is missing.
         F_N: vertical load [N], greater than 0, without gaps.
         M: steering torque [N m], NaN where the sample is missing; None where not recorded.
         rig: the rig as declared.
@@ -56,7 +55,7 @@ class Recording:
     tyre: Tyre
 
     def __post_init__(self) -> None:
-        """Freezes the arrays and holds them against what is allowed."""
+        """Freeze the arrays and check them."""
         for field in ("t", "psi", "psi_dot", "M_z", "F_N", "M"):
             value = getattr(self, field)
             if value is not None:
@@ -90,31 +89,30 @@ def read_recording(
     *,
     torque_required: bool = True,
     causal: bool = False,
+    readers: Mapping[str, Reader] = READERS,
 ) -> Recording:
-    """Reads a recording from CSV, or from MATLAB 5 where the name ends in ``.mat``.
+    """Read a recording from CSV, MATLAB 5, or a format of the user's own.
 
-    Gaps in psi, psi_dot and F_N are interpolated linearly, at the ends the nearest sample is held.
-    Without a column psi_dot, the rate is the smoothed derivative of psi.
+    Gaps in psi, psi_dot and F_N are interpolated linearly, and at the ends extrapolated by the nearest
+    sample. Without a column psi_dot, the rate is the smoothed derivative of psi.
 
     Args:
         path: the file.
-        rig: rig and tyre as read by `read_rig`; what the recording says itself goes first.
+        rig: rig and tyre as read by `read_rig`; values that the recording declares override them.
         torque_required: whether a recording without any M_z is a fault; otherwise M_z is all NaN.
         causal: fill gaps in psi, psi_dot and F_N with the last sample before them alone, as an observer
             has to; a gap at the very beginning is then a fault.
+        readers: by the suffix of the file's name; `{**READERS, ".log": reader}` adds a format.
 
     Raises:
         InvalidInputError: one line naming the file, the row, what is wrong and what is allowed.
     """
     path = Path(path)
-    read = read_mat if path.suffix.lower() == ".mat" else read_csv
-    needed = required_columns(torque_required=torque_required)
-    table = read(path, needed)
-    check(table, needed)
+    table = read_table(path, required_columns(torque_required=torque_required), readers)
     own_rig, own_tyre = rig_of_table(table, rig)
     columns = table.columns
     t = columns["t"]
-    fill = _held if causal else _filled
+    fill = _forward_filled if causal else _interpolated
     if causal:
         _require_beginning(table)
     psi = fill(t, columns["psi"])
@@ -135,27 +133,12 @@ def read_recording(
     )
 
 
-def rig_of_table(table: Table, nominal: tuple[Rig, Tyre] | None) -> tuple[Rig, Tyre]:
-    """The nominal rig and tyre, overridden by what the table declares.
-
-    Raises:
-        InvalidInputError: a, e or k is known from neither, or a value is outside its range.
-    """
-    try:
-        return with_declared(nominal, table.declared)
-    except InvalidInputError as error:
-        # The message begins with the parameter; where the file itself gave it, name the place.
-        name = str(error).split()[0]
-        place = f"{table.place(name)}: " if name in table.declared else ""
-        raise InvalidInputError(f"{table.path}: {place}{error}") from None
-
-
-def _filled(t: Array, values: Array) -> Array:
+def _interpolated(t: Array, values: Array) -> Array:
     known = ~np.isnan(values)
     return np.interp(t, t[known], values[known])
 
 
-def _held(t: Array, values: Array) -> Array:
+def _forward_filled(t: Array, values: Array) -> Array:
     known = np.flatnonzero(~np.isnan(values))
     return values[known[np.searchsorted(known, np.arange(t.size), side="right") - 1]]
 

@@ -1,20 +1,20 @@
-"""Rig and tyre from a TOML file, and what a recording itself says about them."""
+"""Rig and tyre from a TOML file, overridden by values that a recording declares."""
 
 from collections.abc import Mapping
 from pathlib import Path
 
 from identification.reading.files import read_bytes
-from symbolic.errors import InvalidInputError
-from symbolic.parameters import Rig, Tyre
+from identification.reading.table import Table
+from symbolic import InvalidInputError, Rig, Tyre, rig_from_tables
 from symbolic.parsing import naming, toml_of
-from symbolic.serialisation import REQUIRED_KEYS, RIG_KEYS, rig_described, rig_of
+from symbolic.serialisation import REQUIRED_KEYS, RIG_KEYS, rig_from_values
 
 DECLARABLE = (*RIG_KEYS["rig"], *RIG_KEYS["tyre"])
 """Parameters that a recording may give for itself."""
 
 
 def read_rig(path: str | Path) -> tuple[Rig, Tyre]:
-    """Reads ``[rig] a, e, J_A, b_t`` and ``[tyre] k, mu`` (SI units; J_A, b_t and mu optional).
+    """Read ``[rig] a, e, J_A, b_t`` and ``[tyre] k, mu`` (SI units; J_A, b_t and mu optional).
 
     Raises:
         InvalidInputError: the file cannot be read, a section or key is missing or unknown, or a
@@ -23,11 +23,11 @@ def read_rig(path: str | Path) -> tuple[Rig, Tyre]:
     path = Path(path)
     content = read_bytes(path)
     with naming(path):
-        return rig_described(toml_of(content))
+        return rig_from_tables(toml_of(content))
 
 
 def with_declared(nominal: tuple[Rig, Tyre] | None, declared: Mapping[str, float]) -> tuple[Rig, Tyre]:
-    """The nominal rig and tyre, overridden by what a recording says.
+    """The nominal rig and tyre, overridden by values that a recording declares.
 
     Args:
         nominal: rig and tyre from elsewhere; None where only the recording knows them.
@@ -43,4 +43,19 @@ def with_declared(nominal: tuple[Rig, Tyre] | None, declared: Mapping[str, float
             "and k in the recording: lines such as '# a = 0.045' before a CSV header, scalars in "
             "a MAT file"
         )
-    return rig_of(declared, nominal)
+    return rig_from_values(declared, nominal)
+
+
+def rig_of_table(table: Table, nominal: tuple[Rig, Tyre] | None) -> tuple[Rig, Tyre]:
+    """The nominal rig and tyre, overridden by the values that the table declares.
+
+    Raises:
+        InvalidInputError: a, e or k is known from neither, or a value is outside its range.
+    """
+    try:
+        return with_declared(nominal, table.declared)
+    except InvalidInputError as error:
+        # The message begins with the parameter; where the file itself gave it, name its place.
+        name = str(error).split()[0]
+        place = f"{table.place(name)}: " if name in table.declared else ""
+        raise InvalidInputError(f"{table.path}: {place}{error}") from None

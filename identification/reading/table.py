@@ -1,4 +1,4 @@
-"""A recording as it stands in a file, and everything that can be wrong with its samples."""
+"""A recording as it stands in a file, and the checks of its samples."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
 
@@ -16,7 +16,7 @@ MIN_SAMPLES = 10
 REQUIRED_COLUMNS = ("t", "psi", "M_z", "F_N")
 OPTIONAL_COLUMNS = ("psi_dot", "M")
 DECAY_COLUMNS = ("t", "psi")
-"""Columns that a recording of a free vibration cannot do without."""
+"""Columns that a recording of a free vibration needs."""
 LARGEST = {
     "t": (1e9, "s"),
     "psi": (100.0, "rad"),
@@ -25,11 +25,11 @@ LARGEST = {
     "M_z": (1e6, "N m"),
     "M": (1e6, "N m"),
 }
-"""Beyond these a number is a fault of the file, not a measurement."""
+"""A number beyond these is a fault of the file."""
 
 
 class Fault(NamedTuple):
-    """Something wrong with one sample."""
+    """One faulty sample, and what is wrong with it."""
 
     sample: int
     what: str
@@ -43,7 +43,7 @@ class Table:
         path: the file.
         columns: float arrays (n,) by name: t, psi, M_z, F_N, psi_dot, M.
         declared: values that the file itself gives for a, e, k, mu, J_A, b_t.
-        faults: what could not be read.
+        faults: samples that could not be read.
         place: names the place of a sample (index from 0) or of a declared value, for messages: the
             line in a CSV file, the sample in a MAT file, both counted from 1.
     """
@@ -56,12 +56,12 @@ class Table:
 
 
 def required_columns(*, torque_required: bool) -> tuple[str, ...]:
-    """Names of the columns that a recording of a turning wheel cannot do without."""
+    """Names of the columns that a recording of a turning wheel needs."""
     return tuple(name for name in REQUIRED_COLUMNS if torque_required or name != "M_z")
 
 
 def check(table: Table, needed: Sequence[str]) -> None:
-    """Holds every sample against what a recording allows.
+    """Check every sample.
 
     Args:
         table: the samples.

@@ -1,1 +1,1 @@
-"""What a residual follows, and whether it is more than noise."""
+"""Which signals a residual follows, and whether it is more than noise."""

@@ -1,7 +1,7 @@
 """Correlation of residuals with signals, and how much of it chance explains.
 
-A residual and a signal that know nothing of each other correlate by chance, and the more the slower
-both are. To first order the sample correlation of two independent series of n samples has the variance
+An independent residual and signal correlate by chance, the more so the more slowly both vary. To first
+order the sample correlation of two independent series of n samples has the variance
 
     1/n sum_k rho_x(k) rho_y(k),
 
@@ -28,8 +28,8 @@ CONFIDENCE = 0.99
 """Share of independent residuals whose correlation stays within its band [1]."""
 NEIGHBOURS = 3
 """Frequencies of each recording that stand in for frequency zero."""
-LEAST_LEFT = 1e-3
-"""A signal that was absorbed but for this share tells nothing any more [1]."""
+LEAST_REMAINING = 1e-3
+"""A signal of which the projection leaves less than this share is not tested [1]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -52,10 +52,10 @@ class Rows:
 
     def columns(self, signals: Sequence[Array]) -> Array:
         """A column for each recording: its signal over its torque range, zero elsewhere."""
-        made = np.zeros((self.residual.size, len(self.places)))
+        columns = np.zeros((self.residual.size, len(self.places)))
         for i, (place, span) in enumerate(zip(self.places.values(), self.spans, strict=True)):
-            made[place, i] = np.where(self.present[place], signals[i] / span, 0.0)
-        return made
+            columns[place, i] = np.where(self.present[place], signals[i] / span, 0.0)
+        return columns
 
     def means(self) -> Array:
         """A column of ones for each recording."""
@@ -97,20 +97,20 @@ def directions_of(columns: Array) -> Array:
     scaled = columns[:, size > 0] / size[size > 0]
     if not scaled.size:
         return np.zeros((columns.shape[0], 0))
-    found, strength, _ = np.linalg.svd(scaled, full_matrices=False)
-    return np.asarray(found[:, strength > 1e-8 * strength[0]])
+    directions, strength, _ = np.linalg.svd(scaled, full_matrices=False)
+    return np.asarray(directions[:, strength > 1e-8 * strength[0]])
 
 
-def without(columns: Array, directions: Array) -> Array:
-    """What least squares on orthonormal directions leaves of these columns."""
+def projected_off(columns: Array, directions: Array) -> Array:
+    """The columns less their projection on orthonormal directions."""
     return np.asarray(columns - directions @ (directions.T @ columns))
 
 
-def added(columns: Array, directions: Array) -> Array:
-    """Orthonormal directions that these columns have beyond those; none where they hardly leave them."""
-    left = without(columns, directions)
-    new = np.linalg.norm(left, axis=0) > LEAST_LEFT * np.linalg.norm(columns, axis=0)
-    return directions_of(left[:, new])
+def new_directions(columns: Array, directions: Array) -> Array:
+    """Orthonormal directions of these columns beyond those; none of columns that lie in their span."""
+    remaining = projected_off(columns, directions)
+    new = np.linalg.norm(remaining, axis=0) > LEAST_REMAINING * np.linalg.norm(columns, axis=0)
+    return directions_of(remaining[:, new])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -120,7 +120,7 @@ class Noise:
     Attributes:
         rows: where its recordings are.
         lags: one for each sample of the longest recording [s].
-        correlation: pooled over recordings, tapered by the share of samples that a lag leaves [1].
+        correlation: pooled over recordings, tapered by the share of sample pairs at each lag [1].
         energies: sum of squares of each recording [1].
         counts: samples of each recording.
         freedom: degrees of freedom of the estimate at frequency zero.
@@ -133,21 +133,21 @@ class Noise:
     counts: Array
     freedom: int
 
-    def covered(self, columns: Array) -> Array:
+    def covariance_times(self, columns: Array) -> Array:
         """Covariance matrix of the noise times these columns."""
-        made = np.zeros_like(columns)
+        product = np.zeros_like(columns)
         for i, (place, step) in enumerate(zip(self.rows.places.values(), self.rows.steps, strict=True)):
             n = place.stop - place.start
             half = np.interp(step * np.arange(n), self.lags, self.correlation, right=0.0)
-            both = np.concatenate([half[:0:-1], half])[:, None]
+            kernel = np.concatenate([half[:0:-1], half])[:, None]
             level = self.energies[i] / self.counts[i]
-            made[place] = level * fftconvolve(columns[place], both, axes=0)[n - 1 : 2 * n - 1]
-        return np.where(self.rows.present[:, None], made, 0.0)
+            product[place] = level * fftconvolve(columns[place], kernel, axes=0)[n - 1 : 2 * n - 1]
+        return np.where(self.rows.present[:, None], product, 0.0)
 
 
 def noise_of(rows: Rows) -> Noise:
     """The process of which these residuals, less their means, may be a sample."""
-    centred = without(rows.residual, directions_of(rows.means()))
+    centred = projected_off(rows.residual, directions_of(rows.means()))
     longest = max(
         step * (p.stop - p.start) for p, step in zip(rows.places.values(), rows.steps, strict=True)
     )
@@ -177,7 +177,7 @@ def correlation(
 ) -> tuple[float, float, Array]:
     """Partial correlation of the residual with columns.
 
-    What is absorbed, orthonormal directions, is taken out of both. For one column the correlation has a
+    Both are projected off the directions in `absorbed`. For one column the correlation has a
     sign; for several it is the multiple correlation. By chance its square is a sum of squares of normal
     numbers, to which the gamma distribution of the same mean and variance is fitted (Satterthwaite
     1946); with one column that is exact.
@@ -185,29 +185,29 @@ def correlation(
     Args:
         columns: the signal, one column for each strength that it may have.
         absorbed: orthonormal directions.
-        noise: the residual, and what it would be by chance.
+        noise: the residual and its covariance by chance.
         freedom: degrees of freedom with which the variance by chance is known; `noise.freedom` where the
             columns are not centred and it rests on the lowest frequencies.
 
     Returns:
         The correlation, the half-width of its band, and the slope of each column.
     """
-    left, residual = without(columns, absorbed), without(noise.rows.residual, absorbed)
+    remaining, residual = (projected_off(c, absorbed) for c in (columns, noise.rows.residual))
     length = float(np.linalg.norm(residual))
-    if not length > 0 or np.linalg.norm(left) <= LEAST_LEFT * np.linalg.norm(columns):
+    if not length > 0 or np.linalg.norm(remaining) <= LEAST_REMAINING * np.linalg.norm(columns):
         return 0.0, 1.0, np.zeros(columns.shape[1])
-    directions, strength, axes = np.linalg.svd(left, full_matrices=False)
-    kept = strength > LEAST_LEFT * strength[0]
-    directions, axes = directions[:, kept], axes[kept] / strength[kept, None]
-    along = directions.T @ residual
-    chance = directions.T @ noise.covered(directions)
-    mean, spread = float(np.trace(chance)), float(np.sum(chance * chance.T))
+    directions, strength, axes = np.linalg.svd(remaining, full_matrices=False)
+    used = strength > LEAST_REMAINING * strength[0]
+    directions, axes = directions[:, used], axes[used] / strength[used, None]
+    projection = directions.T @ residual
+    by_chance = directions.T @ noise.covariance_times(directions)
+    mean, spread = float(np.trace(by_chance)), float(np.sum(by_chance * by_chance.T))
     # mean is above 0: the residual is not zero, and its covariance is that of a moving average.
     quantile = f.ppf(CONFIDENCE, mean**2 / spread, freedom)
     band = float(np.sqrt(mean * quantile)) / length
-    slopes = axes.T @ along
+    slopes = axes.T @ projection
     sign = np.sign(slopes[0]) if slopes.size == 1 else 1.0
-    return float(sign * np.linalg.norm(along) / length), min(band, 1.0), slopes
+    return float(sign * np.linalg.norm(projection) / length), min(band, 1.0), slopes
 
 
 def _of_the_mean(centred: Array, count: float) -> float:

@@ -1,12 +1,13 @@
-"""What a residual may follow: signals of a recording, what each means, and the effects that leave it."""
+"""Signals of a recording that a residual may follow, and what each means."""
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.recordings import Recording
+from symbolic import Effect, InvalidInputError
 
 Array = NDArray[np.float64]
 REVERSAL = 1e-3
@@ -16,8 +17,8 @@ SLOW = 0.05
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Motion:
-    """A recording as the signals see it; arrays of shape (n,).
+class MotionSignals:
+    """The motion of a recording, from which signals are computed; arrays of shape (n,).
 
     Attributes:
         t: time since the first sample [s].
@@ -26,8 +27,8 @@ class Motion:
         F_N: vertical load [N].
         M_z: torque of the model [N m], which has no noise; interpolated where no torque was measured.
         heading: 1 or -1 from one reversal to the next, 0 before the first turn.
-        way: angle turned since the last reversal [rad].
-        pause: time since the last reversal [s].
+        travel: angle turned since the last reversal [rad].
+        elapsed: time since the last reversal [s].
     """
 
     t: Array
@@ -36,8 +37,8 @@ class Motion:
     F_N: Array
     M_z: Array
     heading: Array
-    way: Array
-    pause: Array
+    travel: Array
+    elapsed: Array
 
     @property
     def direction(self) -> Array:
@@ -59,118 +60,76 @@ class Motion:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reading:
-    """What physics usually leaves a signature.
-
-    Attributes:
-        meaning: it in plain words.
-        effects: names of the candidate effects that do, in `symbolic.EFFECTS`.
-    """
-
-    meaning: str
-    effects: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, kw_only=True)
 class Signal:
     """One signal that a residual may follow.
 
     Attributes:
-        name: it in plain words, as in "the residual follows ...".
+        name: in plain words, as in "the residual follows ..."; signatures refer to it.
         unit: of its values.
         of: its values, shape (n,).
-        along: what it means if the residual, simulated minus measured, has the signal's sign.
-        against: what it means if it has the opposite sign.
-        own: True where every recording has a strength and a sign of its own; both then mean the same.
+        positive: what physics usually leaves a residual, simulated minus measured, of the signal's sign.
+        negative: what leaves one of the opposite sign; the same where the sign tells nothing.
+        own: True where the signal's strength and sign differ from recording to recording.
         centred: whether its mean over each recording is taken out, which leaves that to the constant.
     """
 
     name: str
     unit: str
-    of: Callable[[Motion], Array]
-    along: Reading
-    against: Reading
+    of: Callable[[MotionSignals], Array]
+    positive: str
+    negative: str
     own: bool = False
     centred: bool = True
 
 
-def _own(name: str, unit: str, of: Callable[[Motion], Array], reading: Reading) -> Signal:
-    """A signal to which every recording has a strength of its own, with either sign."""
-    return Signal(name=name, unit=unit, of=of, along=reading, against=reading, own=True)
+def _unsigned(
+    name: str,
+    unit: str,
+    of: Callable[[MotionSignals], Array],
+    meaning: str,
+    *,
+    own: bool = False,
+    centred: bool = True,
+) -> Signal:
+    """A signal that has the same meaning with either sign."""
+    return Signal(
+        name=name, unit=unit, of=of, positive=meaning, negative=meaning, own=own, centred=centred
+    )
 
 
-_LOOP = Reading(
-    meaning="the loop is bent otherwise than a parabola of pressure over stiff bristles bends it",
-    effects=("carcass_torsion", "pressure_shape", "pressure_skew", "patch_width"),
-)
-_DIRECTION = Reading(
-    meaning="friction differs by direction of turning", effects=("asymmetric_friction",)
-)
-_LOAD = Reading(
-    meaning="friction, or the length of the patch, depends on the load",
-    effects=("load_dependent_friction", "contact_length"),
-)
-_DRIFT = Reading(meaning="friction changes as the patch beds in", effects=("friction_drift",))
-_LEAKING = Reading(
-    meaning="the load enters the torque channel, or changes the length of the patch",
-    effects=("contact_length",),
-)
-_SINCE_REVERSAL = Reading(
-    meaning="friction builds up as the wheel turns on",
-    effects=("rate_friction", "frictional_creep", "asymmetric_friction", "friction_drift"),
-)
-_FADING = Reading(
-    meaning="friction is less the longer the wheel turns on", effects=("stribeck", "sensor_delay")
-)
+_FALLING = "friction that falls with speed, or a delayed torque channel"
+_AFTER_REVERSAL = ("friction grows after a reversal", "friction falls after a reversal")
+_TWISTED = "the patch is twisted at the first sample"
 
-SIGNALS: tuple[Signal, ...] = (
-    replace(
-        _own(
-            "a constant of each recording",
-            "1",
-            lambda motion: np.ones(motion.t.size),
-            Reading(
-                meaning="a zero error of the torque channel, or a patch that came twisted",
-                effects=("torque_offset", "pretwist"),
-            ),
-        ),
+RESIDUAL_SIGNALS: tuple[Signal, ...] = (
+    _unsigned(
+        "a constant of each recording",
+        "1",
+        lambda motion: np.ones(motion.t.size),
+        f"a zero error of the torque channel, or {_TWISTED}",
+        own=True,
         centred=False,
     ),
     Signal(
         name="the angle",
         unit="rad",
         of=lambda motion: motion.psi,
-        along=Reading(
-            meaning="a return torque, stress that relaxes, or a pressure centre off the middle",
-            effects=("steering_return", "viscoelastic_relaxation", "frictional_creep", "pressure_skew"),
-        ),
-        against=_LOOP,
+        positive="a return torque, stress that relaxes, or a pressure centre off the middle",
+        negative="the loop's curvature differs from that of parabolic pressure on a rigid carcass",
     ),
     Signal(
         name="the yaw rate",
         unit="rad/s",
         of=lambda motion: motion.psi_dot,
-        along=Reading(
-            meaning="viscous damping, or friction that grows with speed",
-            effects=("contact_damping", "rate_friction", "frictional_creep"),
-        ),
-        against=Reading(
-            meaning="friction that falls with speed, or a late torque channel",
-            effects=("stribeck", "sensor_delay"),
-        ),
+        positive="viscous damping, or friction that grows with speed",
+        negative=_FALLING,
     ),
     Signal(
         name="the direction of turning",
         unit="1",
         of=lambda motion: motion.direction,
-        along=Reading(
-            meaning="dry friction in the kingpin or the sensor's mount",
-            effects=("bearing_friction", "rate_friction"),
-        ),
-        against=Reading(
-            meaning="friction that falls with speed, or a late torque channel",
-            effects=("stribeck", "sensor_delay"),
-        ),
+        positive="dry friction in the kingpin or the sensor's mount",
+        negative=_FALLING,
     ),
     Signal(
         # Where the patch slides, -M_z is the direction times the level of friction; where it sticks,
@@ -178,97 +137,122 @@ SIGNALS: tuple[Signal, ...] = (
         name="the direction of friction times log speed",
         unit="N m",
         of=lambda motion: -motion.M_z * motion.log_speed,
-        along=Reading(
-            meaning="friction grows with sliding speed", effects=("rate_friction", "frictional_creep")
-        ),
-        against=Reading(meaning="friction falls with sliding speed", effects=("stribeck",)),
+        positive="friction grows with sliding speed",
+        negative="friction falls with sliding speed",
     ),
-    Signal(name="the load", unit="N", of=lambda motion: motion.F_N, along=_LEAKING, against=_LEAKING),
-    Signal(
-        name="the torque times the load",
-        unit="N m",
-        of=lambda motion: motion.M_z * (motion.F_N / motion.F_N.mean() - 1),
-        along=_LOAD,
-        against=_LOAD,
+    _unsigned(
+        "the load",
+        "N",
+        lambda motion: motion.F_N,
+        "the torque channel is sensitive to the load, or the length of the patch depends on it",
     ),
-    Signal(
-        # Not centred: friction that differs by direction shifts the loop as a whole.
-        name="the size of the torque",
-        unit="1",
-        of=lambda motion: np.abs(motion.M_z),
-        along=_DIRECTION,
-        against=_DIRECTION,
+    _unsigned(
+        "the torque times the load",
+        "N m",
+        lambda motion: motion.M_z * (motion.F_N / motion.F_N.mean() - 1),
+        "friction, or the length of the patch, depends on the load",
+    ),
+    _unsigned(
+        "the magnitude of the torque",
+        "1",
+        lambda motion: np.abs(motion.M_z),
+        "friction differs by direction of turning",
+        # Friction that differs by direction shifts the loop as a whole.
         centred=False,
     ),
     Signal(
-        name="the way since the last reversal, signed",
+        name="the signed angle since the last reversal",
         unit="rad",
-        of=lambda motion: motion.heading * motion.way,
-        along=_SINCE_REVERSAL,
-        against=_FADING,
+        of=lambda motion: motion.heading * motion.travel,
+        positive=_AFTER_REVERSAL[0],
+        negative=_AFTER_REVERSAL[1],
     ),
     Signal(
-        name="the time since the last reversal, signed",
+        name="the signed time since the last reversal",
         unit="s",
-        of=lambda motion: motion.heading * motion.pause,
-        along=_SINCE_REVERSAL,
-        against=_FADING,
+        of=lambda motion: motion.heading * motion.elapsed,
+        positive=_AFTER_REVERSAL[0],
+        negative=_AFTER_REVERSAL[1],
     ),
-    _own(
-        "time",
-        "s",
-        lambda motion: motion.t,
-        Reading(meaning="the torque channel drifts, or the patch came twisted", effects=("pretwist",)),
+    _unsigned(
+        "time", "s", lambda motion: motion.t, f"the torque channel drifts, or {_TWISTED}", own=True
     ),
-    Signal(
-        name="the torque times the time",
-        unit="N m s",
-        of=lambda motion: motion.M_z * (motion.t - motion.t.mean()),
-        along=_DRIFT,
-        against=_DRIFT,
+    _unsigned(
+        "the torque times the time",
+        "N m s",
+        lambda motion: motion.M_z * (motion.t - motion.t.mean()),
+        "friction changes in the course of a recording",
     ),
     Signal(
         name="the rate of the torque",
         unit="s",
         of=lambda motion: np.gradient(motion.M_z, motion.t),
-        along=Reading(
-            meaning="a late torque channel, or a compliance in series",
-            effects=("sensor_delay", "carcass_torsion", "pressure_shape"),
-        ),
-        against=Reading(
-            meaning="stress that relaxes, or damping",
-            effects=("viscoelastic_relaxation", "frictional_creep", "contact_damping"),
-        ),
+        positive="a delayed torque channel, or a compliance in series",
+        negative="stress that relaxes, or damping",
     ),
-    _own(
-        "what is not yet overturned of the first twist",
+    _unsigned(
+        "the initial twist that remains",
         "1",
-        lambda motion: 1 - _extent(motion.psi),
-        Reading(meaning="the patch came twisted", effects=("pretwist",)),
+        lambda motion: 1 - _relative_extent(motion.psi),
+        _TWISTED,
+        own=True,
     ),
 )
 """In the order in which a person would look; slopes are in N m per unit of the signal."""
 
 
-def motion_of(recording: Recording, residual: Array) -> Motion:
-    """The recording as the signals see it, with the torque of the model that left this residual."""
+def effects_leaving(signal: Signal, sign: int, effects: Iterable[Effect]) -> tuple[str, ...]:
+    """Names of the effects that declare this signature, the likeliest first.
+
+    Args:
+        signal: what the residual follows.
+        sign: 1 or -1, of the correlation; of no meaning for signals with a strength per recording.
+        effects: those that may be named.
+    """
+    declared = [
+        (signature.rank, effect.name)
+        for effect in effects
+        for signature in effect.signatures
+        if signature.signal == signal.name and (signal.own or signature.sign in (0, sign))
+    ]
+    return tuple(name for _, name in sorted(declared, key=lambda one: one[0]))
+
+
+def check_signatures(effects: Iterable[Effect]) -> None:
+    """Check that the signatures which effects declare are of signals that are looked at.
+
+    Raises:
+        InvalidInputError: an effect names an unknown signal.
+    """
+    known = [signal.name for signal in RESIDUAL_SIGNALS]
+    for effect in effects:
+        for signature in effect.signatures:
+            if signature.signal not in known:
+                raise InvalidInputError(
+                    f"effect {effect.name!r} declares a signature of an unknown signal"
+                    f" {signature.signal!r}; known are {', '.join(known)}"
+                )
+
+
+def motion_of(recording: Recording, residual: Array) -> MotionSignals:
+    """The motion of a recording, with the torque of the model that left this residual [N m]."""
     modelled = residual + recording.M_z
     known = np.isfinite(modelled)
-    heading, way, pause = _since_reversal(recording.t, recording.psi)
-    return Motion(
+    heading, travel, elapsed = _since_reversal(recording.t, recording.psi)
+    return MotionSignals(
         t=recording.t - recording.t[0],
         psi=recording.psi,
         psi_dot=recording.psi_dot,
         F_N=recording.F_N,
         M_z=np.interp(recording.t, recording.t[known], modelled[known]),
         heading=heading,
-        way=way,
-        pause=pause,
+        travel=travel,
+        elapsed=elapsed,
     )
 
 
 def _since_reversal(t: Array, psi: Array) -> tuple[Array, Array, Array]:
-    """Heading, way and time since the last reversal.
+    """Heading [1], angle [rad] and time [s] since the last reversal.
 
     A reversal is known once the wheel has turned back by `REVERSAL`, and counts from where it turned.
     """
@@ -289,10 +273,10 @@ def _since_reversal(t: Array, psi: Array) -> tuple[Array, Array, Array]:
     return heading, np.abs(psi - psi[start]), t - t[start]
 
 
-def _extent(psi: Array) -> Array:
-    """Range of angles met so far over the whole range [1]."""
-    met = np.maximum.accumulate(psi) - np.minimum.accumulate(psi)
-    return np.asarray(met / max(float(met[-1]), 1e-12))
+def _relative_extent(psi: Array) -> Array:
+    """Range of angles up to each sample over the whole range [1]."""
+    extent = np.maximum.accumulate(psi) - np.minimum.accumulate(psi)
+    return np.asarray(extent / max(float(extent[-1]), 1e-12))
 
 
 def _rms(values: Array) -> float:

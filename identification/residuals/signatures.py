@@ -1,6 +1,6 @@
-"""What the residual of a fit follows, before any effect is tried: signatures with their chance bands."""
+"""Which signals the residual of a fit follows: partial correlations with their bands by chance."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -14,24 +14,31 @@ from identification.residuals.correlation import (
     CONFIDENCE,
     Noise,
     Rows,
-    added,
     correlation,
     directions_of,
+    new_directions,
     noise_of,
+    projected_off,
     rows_of,
-    without,
 )
-from identification.residuals.signals import SIGNALS, Signal, motion_of
+from identification.residuals.signals import (
+    RESIDUAL_SIGNALS,
+    Signal,
+    check_signatures,
+    effects_leaving,
+    motion_of,
+)
+from symbolic import EFFECTS, Effect
 
 Array = NDArray[np.float64]
 LONGEST = 2.0
 """Longest lag of the autocorrelation that is kept [s]."""
 LEAST_SIZE = 1.5e-3
-"""Structure below this share of the torque range goes without a word; the model resolves no finer."""
+"""Structure below this share of the torque range is not reported; the model resolves no finer."""
 LEAST_CORRELATION = 0.1
-"""So does a signature that explains less than one per cent of the residual."""
+"""Nor is a signature that explains less than one per cent of the residual."""
 MOST_FOLLOWED = 3
-"""Signals that are looked for one after the other."""
+"""Most signals that are extracted one after the other."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -64,7 +71,7 @@ class Signature:
         slope: change of the residual with the signal [N m per unit]; rms over the recordings where each
             has its own.
         size: rms of what the signal explains, over torque range [1].
-        effects: candidate effects that usually leave it, the likeliest first; empty if there is none.
+        effects: candidate effects that declare it, the likeliest first; empty if there is none.
         reading: what physics usually leaves it, in plain words.
     """
 
@@ -79,7 +86,7 @@ class Signature:
 
     @property
     def leaves_band(self) -> bool:
-        """Whether chance leaves as much in less than one of a hundred cases."""
+        """Whether it is significant: by chance it would be in less than one of a hundred cases."""
         return abs(self.correlation) > self.band
 
     @property
@@ -95,11 +102,11 @@ class Signatures:
 
     Attributes:
         rms: root mean square of the residuals over torque range [1].
-        autocorrelation: how long they remember.
-        signatures: one for every signal, in the order of `SIGNALS`.
-        followed: the strongest signature that leaves its band, then the strongest in what that one
-            leaves of the residual, and so on. Signals go together: the angle's rate and its direction
-            both stand out where only one of them is followed.
+        autocorrelation: of the residuals.
+        signatures: one for every signal, in the order of `RESIDUAL_SIGNALS`.
+        followed: the strongest significant signature, then the strongest in the residual that remains
+            without it, and so on. Signals are collinear: the yaw rate and the direction of turning are
+            both significant where the residual follows only one of them.
     """
 
     rms: float
@@ -111,30 +118,28 @@ class Signatures:
     def reading(self) -> str:
         """All in one paragraph, the strongest first."""
         if not self.followed:
-            return self._quiet()
-        first, *then = [f"{_figures(s)}: {s.reading}" for s in self.followed]
-        shadows = [s for s in self.signatures if s.stands_out]
-        known = {s.signal for s in self.followed}
-        names = [s.signal for s in sorted(shadows, key=lambda s: -abs(s.correlation))]
-        others = ", ".join(name for name in names if name not in known)
-        also = f" What that leaves follows {'; then '.join(then)}." if then else ""
-        shade = f" Outside their bands because they go along with these: {others}." if others else ""
-        return f"The residual follows {first}.{also}{shade}"
+            return self._without_signal()
+        first, *others = [f"{_figures(s)}: {s.reading}" for s in self.followed]
+        followed = {s.signal for s in self.followed}
+        significant = [s for s in self.signatures if s.stands_out and s.signal not in followed]
+        names = [s.signal for s in sorted(significant, key=lambda s: -abs(s.correlation))]
+        rest = f" The remaining residual follows {'; then '.join(others)}." if others else ""
+        collinear = f" Also significant, but collinear with these: {', '.join(names)}." if names else ""
+        return f"The residual follows {first}.{rest}{collinear}"
 
-    def _quiet(self) -> str:
+    def _without_signal(self) -> str:
         known = self.autocorrelation
-        kept = self.rms * float(np.sqrt(max(0.0, known.values[0]))) if known.memory > 0 else 0.0
-        if kept > LEAST_SIZE:
+        correlated = self.rms * float(np.sqrt(max(0.0, known.values[0]))) if known.memory > 0 else 0.0
+        if correlated > LEAST_SIZE:
             closest = max(self.signatures, key=lambda s: abs(s.correlation))
             return (
-                f"The residual is correlated over {known.memory:.2g} s, so it is not only noise, yet it"
-                " follows none of the signals by more than chance may leave; closest comes"
-                f" {_figures(closest)}."
+                f"The residual is correlated over {known.memory:.2g} s, so it is not white noise, but it"
+                f" follows none of the signals significantly; the strongest is {_figures(closest)}."
             )
-        return "The residual is nothing but noise: it follows none of the signals."
+        return "The residual is noise: it follows none of the signals."
 
     def to_dict(self) -> dict[str, Any]:
-        """Everything, as JSON knows it."""
+        """The content of `diagnosis.json`."""
         known = self.autocorrelation
         return {
             "rms": self.rms,
@@ -151,22 +156,31 @@ class Signatures:
 
 
 def signatures(
-    residuals: Mapping[str, Array], recordings: Sequence[Recording], fits: Sequence[Fit] = ()
+    residuals: Mapping[str, Array],
+    recordings: Sequence[Recording],
+    fits: Sequence[Fit] = (),
+    effects: Iterable[Effect] = tuple(EFFECTS.values()),
 ) -> Signatures:
-    """What these residuals follow.
+    """Which signals these residuals follow.
 
     Residuals and signals are divided by the torque range of their recording and stacked, as in the fit:
     a slope is one number for all recordings, and a recording counts by the square of its residual over
-    range. Taken out of both by least squares are the mean of every recording (not before the constant
-    and the size of the torque are looked at) and the sensitivities of all parameters that `fits` has
-    adjusted. For what k and mu can absorb they have absorbed, and the residual is orthogonal to it; a
-    signal that keeps its part of it seems to be followed less than it is.
+    range. Both are projected, by least squares, off the sensitivities of all parameters that `fits` has
+    adjusted and off the mean of every recording (not for the constant and the magnitude of the torque).
+    The residual is orthogonal to these sensitivities; a signal that is not would seem to be followed
+    less than it is.
 
     Args:
         residuals: simulated minus measured torque of every recording [N m], NaN where missing.
         recordings: what was measured, two samples or more of each with a torque.
-        fits: what left the residuals: the fit to the training recordings, that to the held-out ones.
+        fits: those that left the residuals: to the training recordings and to the held-out ones.
+        effects: candidates, whose declared signatures say which of them a signal points at.
+
+    Raises:
+        InvalidInputError: an effect declares a signature of an unknown signal.
     """
+    candidates = tuple(effects)
+    check_signatures(candidates)
     rows = rows_of(residuals, recordings)
     adjusted = rows.sensitivities(fits)
     absorbed = _Absorbed(
@@ -174,21 +188,21 @@ def signatures(
     )
     motions = [motion_of(recording, residuals[recording.name]) for recording in recordings]
     columns = {}
-    for signal in SIGNALS:
+    for signal in RESIDUAL_SIGNALS:
         each = rows.columns([signal.of(motion) for motion in motions])
         columns[signal] = each if signal.own else each.sum(axis=1, keepdims=True)
-    found = _look(columns, absorbed, noise_of(rows))
+    marginal = _correlate(columns, absorbed, noise_of(rows), candidates)
     return Signatures(
         rms=_rms(rows),
         autocorrelation=_autocorrelation(noise_of(rows)),
-        signatures=found,
-        followed=_followed(columns, absorbed, rows, found),
+        signatures=marginal,
+        followed=_followed(columns, absorbed, rows, marginal, candidates),
     )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Absorbed:
-    """Orthonormal directions that are taken out: of every signal, and of those that are centred."""
+    """Orthonormal directions off which signals are projected: every signal, and the centred ones."""
 
     adjusted: Array
     centred: Array
@@ -196,20 +210,21 @@ class _Absorbed:
     def of(self, signal: Signal) -> Array:
         return self.centred if signal.centred else self.adjusted
 
-    def and_also(self, columns: Array) -> "_Absorbed":
+    def extended(self, columns: Array) -> "_Absorbed":
         parts = (self.adjusted, self.centred)
-        adjusted, centred = (np.hstack([p, added(columns, p)]) for p in parts)
+        adjusted, centred = (np.hstack([p, new_directions(columns, p)]) for p in parts)
         return _Absorbed(adjusted=adjusted, centred=centred)
 
 
-def _look(columns: Mapping[Signal, Array], absorbed: _Absorbed, noise: Noise) -> tuple[Signature, ...]:
+def _correlate(
+    columns: Mapping[Signal, Array], absorbed: _Absorbed, noise: Noise, effects: Sequence[Effect]
+) -> tuple[Signature, ...]:
     """How far the residual follows each signal."""
-    found, rms = [], _rms(noise.rows)
+    every, rms = [], _rms(noise.rows)
     for signal, own in columns.items():
         freedom = 1e9 if signal.centred else noise.freedom
         value, band, slopes = correlation(own, absorbed.of(signal), noise, freedom)
-        reading = signal.along if value >= 0 else signal.against
-        found.append(
+        every.append(
             Signature(
                 signal=signal.name,
                 unit=signal.unit,
@@ -217,28 +232,33 @@ def _look(columns: Mapping[Signal, Array], absorbed: _Absorbed, noise: Noise) ->
                 band=band,
                 slope=float(np.sqrt(np.mean(slopes**2))) if signal.own else float(slopes[0]),
                 size=abs(value) * rms,
-                effects=reading.effects,
-                reading=reading.meaning,
+                effects=effects_leaving(signal, 1 if value >= 0 else -1, effects),
+                reading=signal.positive if value >= 0 else signal.negative,
             )
         )
-    return tuple(found)
+    return tuple(every)
 
 
 def _followed(
-    columns: Mapping[Signal, Array], absorbed: _Absorbed, rows: Rows, found: tuple[Signature, ...]
+    columns: Mapping[Signal, Array],
+    absorbed: _Absorbed,
+    rows: Rows,
+    marginal: tuple[Signature, ...],
+    effects: Sequence[Effect],
 ) -> tuple[Signature, ...]:
-    """The strongest that stands out, then the strongest in what is left without it."""
+    """The strongest that stands out, then the strongest in the residual that remains without it."""
     by_name = {signal.name: signal for signal in columns}
     followed: list[Signature] = []
+    every = marginal
     least = LEAST_CORRELATION * _rms(rows)
     while len(followed) < MOST_FOLLOWED:
-        outside = [s for s in found if s.stands_out and s.size > least]
-        if not outside:
+        candidates = [s for s in every if s.stands_out and s.size > least]
+        if not candidates:
             break
-        followed.append(max(outside, key=lambda s: abs(s.correlation)))
-        absorbed = absorbed.and_also(columns[by_name[followed[-1].signal]])
-        left = replace(rows, residual=without(rows.residual, absorbed.adjusted))
-        found = _look(columns, absorbed, noise_of(left))
+        followed.append(max(candidates, key=lambda s: abs(s.correlation)))
+        absorbed = absorbed.extended(columns[by_name[followed[-1].signal]])
+        remaining = replace(rows, residual=projected_off(rows.residual, absorbed.adjusted))
+        every = _correlate(columns, absorbed, noise_of(remaining), effects)
     return tuple(followed)
 
 
@@ -249,14 +269,14 @@ def _rms(rows: Rows) -> float:
 def _autocorrelation(noise: Noise) -> Autocorrelation:
     """The pooled autocorrelation, over at most a quarter of the longest recording."""
     last = min(LONGEST, float(noise.lags[-1]) / 4)
-    shown = slice(1, max(2, int(np.searchsorted(noise.lags, last, side="right"))))
-    values = noise.correlation[shown]
+    lags_used = slice(1, max(2, int(np.searchsorted(noise.lags, last, side="right"))))
+    values = noise.correlation[lags_used]
     # Each recording's autocorrelation has the variance 1/n and counts by its energy.
     weights = noise.energies / max(float(noise.energies.sum()), 1e-300)
     band = float(norm.ppf((1 + CONFIDENCE) / 2) * np.sqrt(np.sum(weights**2 / noise.counts)))
     within = np.flatnonzero(np.abs(values) < band)
     end = int(within[0]) if within.size else values.size - 1
-    lags = noise.lags[shown]
+    lags = noise.lags[lags_used]
     return Autocorrelation(
         lags=lags, values=values, band=band, memory=float(lags[end]) if end > 0 else 0.0
     )
@@ -272,4 +292,4 @@ def _as_dict(signature: Signature) -> dict[str, Any]:
 
 def _figures(signature: Signature) -> str:
     """The signature with its figures."""
-    return f"{signature.signal} ({signature.correlation:+.2f}, chance within {signature.band:.2f})"
+    return f"{signature.signal} ({signature.correlation:+.2f}, by chance within ±{signature.band:.2f})"

@@ -1,28 +1,35 @@
-"""What the residual still holds: is it noise, and if not, what does it follow?"""
+"""Whether the residual is noise, and if not, which signals it follows."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.fitting import torque_range
-from identification.fits.loss import LEAST_SQUARES, Loss, influence
+from identification.fits.loss import LEAST_SQUARES, Loss, influence, rmse_of
 from identification.reading.recordings import Recording
 from identification.residuals.signatures import LEAST_SIZE, Signatures
-from identification.results import Unexplained
-from identification.selection.scoring import rmse_of
 
 Array = NDArray[np.float64]
 LEAST_RATIO = 1.15
 """Residuals count as noise up to this multiple of the noise of the torque channel."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Unexplained:
+    """Whether the residual has structure, and the evidence in plain words."""
+
+    present: bool
+    evidence: str
+
+
 def white_noise(torque: Array) -> float:
     """Standard deviation of the white noise on a torque channel [N m].
 
-    From second differences of neighbouring samples, which a smooth torque hardly enters; the median
-    makes it deaf to the few corners of the torque.
+    From second differences of neighbouring samples, to which a smooth torque contributes little; the
+    median is robust to the few corners of the torque.
     """
     second = np.diff(torque, 2)
     second = second[np.isfinite(second)]
@@ -32,32 +39,32 @@ def white_noise(torque: Array) -> float:
 def unexplained(
     residuals: Mapping[str, Array],
     recordings: Sequence[Recording],
-    found: Signatures,
+    followed: Signatures,
     loss: Loss = LEAST_SQUARES,
 ) -> Unexplained:
-    """Whether structure is left in the residuals of these recordings, and what it follows.
+    """Whether the residuals of these recordings have structure, and which signals it follows.
 
     Args:
         residuals: simulated minus measured torque [N m].
         recordings: what was measured.
-        found: the signatures of these residuals, as `signatures` makes them.
+        followed: the signatures of these residuals, see `signatures`.
         loss: what a residual costs; an outlier counts as little as in the fit.
     """
-    left, noise, memory = [], [], []
+    errors, noise, samples = [], [], []
     for recording in recordings:
         span = torque_range(recording)
         share = residuals[recording.name] / span
-        left.append(rmse_of(np.sqrt(loss(share**2)[0])))
+        errors.append(rmse_of(np.sqrt(loss(share**2)[0])))
         noise.append(white_noise(recording.M_z) / span)
-        memory.append(autocorrelation_time(influence(loss, share)))
-    rms, floor = float(np.mean(left)), float(np.mean(noise))
+        samples.append(autocorrelation_time(influence(loss, share)))
+    rms, floor = float(np.mean(errors)), float(np.mean(noise))
     structured = float(np.sqrt(max(0.0, rms**2 - floor**2)))
-    correlated = float(np.median(memory))
+    correlated = float(np.median(samples))
     present = structured > LEAST_SIZE and rms > LEAST_RATIO * floor and correlated > 2
     opening = (
         f"residual {rms:.2%} of range, white noise of the torque channel {floor:.2%},"
-        f" structured part {structured:.2%}, {correlated:.0f} samples correlated"
+        f" structured part {structured:.2%}, correlated over {correlated:.0f} samples"
     )
     if not present:
         return Unexplained(present=False, evidence=f"{opening}: nothing beyond noise")
-    return Unexplained(present=True, evidence=f"{opening}. {found.reading}")
+    return Unexplained(present=True, evidence=f"{opening}. {followed.reading}")

@@ -1,1 +1,1 @@
-"""The search for the missing effects: trials, their scores, and what is selected."""
+"""Stepwise selection of the missing effects: trials, the criteria that compare them, and the search."""

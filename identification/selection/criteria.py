@@ -1,53 +1,138 @@
-"""When an effect is worth having: rules by which the search goes on."""
+"""When one model is preferred to another: error on judged data, information criterion, paired test."""
 
 from collections.abc import Sequence
+from dataclasses import asdict, dataclass
 
+import numpy as np
+
+from identification.fits.autocorrelation import effective_samples
+from identification.fits.fitting import Fit, torque_range
+from identification.fits.loss import cost, influence
 from identification.reading.recordings import Recording
-from identification.selection.scoring import (
-    CLEAR,
-    LEAST_GAIN,
-    LONG_BLOCK,
-    RESOLUTION,
-    STRONG,
-    advantage,
-    delta_bic,
-    falls_clearly,
-)
-from identification.selection.trials import Trial
+from identification.selection.trials import Judgement, Trial
+from symbolic import InvalidInputError
 
 
-def earns_its_place(trial: Trial, current: Trial, training: Sequence[Recording]) -> bool:
-    """Lower judged error by a clear margin, and by the information criterion on the training data.
+@dataclass(frozen=True, kw_only=True)
+class SelectionCriteria:
+    """Every threshold of the search.
 
-    That may speak against it, though not strongly, where recordings that were held out speak for it
-    clearly. Leaving training recordings out in turn is no evidence beyond the criterion's own, nor is an
-    error that falls because something of a held-out recording's own is fitted to it.
+    Attributes:
+        least_gain: an effect has to lower the judged error by this share [1].
+        resolution: it has to explain more than this share of the torque range, the accuracy of the
+            discretised patch [1].
+        gain_standard_errors: standard errors of the paired test by which that error has to fall [1].
+        clear: standard errors by which two models have to differ to be distinguished [1].
+        strong: difference in the information criterion from which evidence is strong (Kass and Raftery,
+            JASA 90 (1995) 773) [1].
+        block: length of the blocks in which residuals are taken as independent [s].
+        long_block: length that outlasts the correlation of a real tyre's residual [s].
+        runners_up: candidates fitted to the whole recordings where the best is not confirmed there.
+        idle_steps: steps in a row in which a candidate may gain next to nothing before it is left out.
+        exchanges: candidates that may replace another effect when no effect can be added.
+        rough_above: judged error over range above which 40 bristles rank candidates, ten times the error
+            that those have [1].
     """
-    if not falls_clearly(trial.judgement, current.judgement):
-        return False
-    if not current.nrmse**2 - trial.nrmse**2 > RESOLUTION**2:
-        return False
-    mean, error = advantage(trial.judgement, current.judgement, LONG_BLOCK)
-    foreseen = trial.held_out is not None and _own(trial) == _own(current)
-    allowed = STRONG if foreseen and mean > CLEAR * error else 0.0
-    return delta_bic(trial.fitted, current.fitted, training) < allowed
+
+    least_gain: float = 0.02
+    resolution: float = 5e-4
+    gain_standard_errors: float = 1.0
+    clear: float = 2.0
+    strong: float = 6.0
+    block: float = 1.0
+    long_block: float = 4.0
+    runners_up: int = 2
+    idle_steps: int = 2
+    exchanges: int = 3
+    rough_above: float = 0.015
+
+    def __post_init__(self) -> None:
+        """Check that no threshold is negative and that blocks and steps are above zero.
+
+        Raises:
+            InvalidInputError: one is.
+        """
+        for name, value in asdict(self).items():
+            positive = name in ("block", "long_block", "idle_steps")
+            if not (value > 0 if positive else value >= 0):
+                least = "greater than 0" if positive else "at least 0"
+                raise InvalidInputError(f"criteria: {name} must be {least}, got {value}")
 
 
-def _own(trial: Trial) -> int:
-    """Parameters that belong to a recording."""
+DEFAULT_CRITERIA = SelectionCriteria()
+
+
+def addition_justified(
+    richer: Trial, present: Trial, training: Sequence[Recording], criteria: SelectionCriteria
+) -> bool:
+    """Whether an effect is worth adding: lower judged error, and a lower information criterion.
+
+    The criterion, taken on the training data, may rise, though not strongly, where held-out recordings
+    show the effect clearly. Leaving training recordings out in turn is no evidence beyond the criterion,
+    nor is an error that falls because a parameter of a held-out recording is fitted to it.
+    """
+    if not error_falls(richer.judgement, present.judgement, criteria):
+        return False
+    if not present.nrmse**2 - richer.nrmse**2 > criteria.resolution**2:
+        return False
+    mean, error = advantage(richer.judgement, present.judgement, criteria.long_block)
+    predicted = richer.held_out is not None and _own_parameters(richer) == _own_parameters(present)
+    allowed = criteria.strong if predicted and mean > criteria.clear * error else 0.0
+    return delta_bic(richer.fitted, present.fitted, training) < allowed
+
+
+def _own_parameters(trial: Trial) -> int:
+    """Number of parameters that belong to a recording."""
     return sum(owner is not None for owner, _ in trial.fitted.labels)
 
 
-def is_better(trial: Trial, current: Trial, training: Sequence[Recording]) -> bool:
-    """Lower judged error by a clear margin; more parameters have to be paid for on the training data."""
-    if not falls_clearly(trial.judgement, current.judgement):
+def exchange_justified(
+    trial: Trial, present: Trial, training: Sequence[Recording], criteria: SelectionCriteria
+) -> bool:
+    """Whether the judged error is lower, and with more parameters the information criterion too."""
+    if not error_falls(trial.judgement, present.judgement, criteria):
         return False
-    if len(trial.fitted.labels) <= len(current.fitted.labels):
+    if len(trial.fitted.labels) <= len(present.fitted.labels):
         return True
-    return delta_bic(trial.fitted, current.fitted, training) < 0
+    return delta_bic(trial.fitted, present.fitted, training) < 0
 
 
-def tells_apart(best: Trial, other: Trial) -> bool:
-    """Whether the judged data can tell the best from another one."""
-    mean, error = advantage(best.judgement, other.judgement)
-    return mean > CLEAR * error and other.nrmse - best.nrmse > LEAST_GAIN * best.nrmse
+def distinguishable(best: Trial, other: Trial, criteria: SelectionCriteria) -> bool:
+    """Whether the judged data distinguish the best trial from another one."""
+    mean, error = advantage(best.judgement, other.judgement, criteria.block)
+    lower = other.nrmse - best.nrmse > criteria.least_gain * best.nrmse
+    return mean > criteria.clear * error and lower
+
+
+def error_falls(after: Judgement, before: Judgement, criteria: SelectionCriteria) -> bool:
+    """Whether the judged error falls by the least share, and by more than chance."""
+    mean, error = advantage(after, before, criteria.block)
+    lower = after.nrmse < (1 - criteria.least_gain) * before.nrmse
+    return lower and mean > criteria.gain_standard_errors * error
+
+
+def advantage(better: Judgement, worse: Judgement, block: float) -> tuple[float, float]:
+    """How much lower the mean squared error over range is, and the standard error of that [1].
+
+    Paired over blocks of so many seconds of the same recordings; infinite for a single block.
+    """
+    difference = worse.block_errors(block) - better.block_errors(block)
+    n = difference.size
+    return float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(n)) if n > 1 else np.inf
+
+
+def delta_bic(richer: Fit, poorer: Fit, recordings: Sequence[Recording]) -> float:
+    """Change of the Bayesian information criterion from the poorer to the richer model.
+
+    n ln(loss) + p ln(n) with n the effective number of samples of the richer model's residuals, as
+    samples 10 ms apart are far from independent. Negative speaks for the richer model.
+    """
+    n = effective_samples(
+        {r.name: influence(richer.loss, richer.residuals[r.name] / torque_range(r)) for r in recordings}
+    )
+    gain = np.log(_loss(richer, recordings) / _loss(poorer, recordings))
+    return float(n * gain + (len(richer.labels) - len(poorer.labels)) * np.log(n))
+
+
+def _loss(fitted: Fit, recordings: Sequence[Recording]) -> float:
+    return sum(cost(fitted.loss, fitted.residuals[r.name] / torque_range(r)) for r in recordings)

@@ -1,8 +1,9 @@
-"""Trials kept on disk, so that an interrupted search goes on where it was.
+"""Trials kept on disk, so that an interrupted search goes on from them.
 
-A search is deterministic: asked again for a trial that it has made, it takes it from here. A trial is
-one file, named by a digest of the effects, the start, the precision, the recordings and the format. What
-cannot be read counts as not there.
+A search is deterministic: a trial that it has run before is taken from here. A trial is one file, named
+by a digest of the model's Functions, the start, the precision, the recordings and the format. A file
+that cannot be read counts as absent. joblib.Memory and diskcache would unpickle what they read, which
+executes code that a file may hold; here only JSON and arrays without objects are read.
 """
 
 import hashlib
@@ -19,10 +20,10 @@ import numpy as np
 
 from identification.fits.fitting import Fit, Values
 from identification.reading.recordings import Recording
-from identification.selection.trials import Task, Trial, judged_trial, model_of
+from identification.selection.trials import Trial, TrialTask, model_of, trial_of
 
-FORMAT = 2
-"""Changes with whatever makes a kept trial differ from one made anew."""
+FORMAT = 3
+"""Changes with whatever makes a kept trial differ from one run anew."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,13 +31,13 @@ class Journal:
     """A folder of trials.
 
     Attributes:
-        folder: where they are kept; made when the first is.
+        folder: where they are kept; created with the first.
     """
 
     folder: Path
 
-    def recall(self, task: Task) -> Trial | None:
-        """The trial of this task, None if it was not made yet."""
+    def recall(self, task: TrialTask) -> Trial | None:
+        """The trial of this task, None if it is not kept."""
         path = self._path(task)
         try:
             with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
@@ -45,15 +46,18 @@ class Journal:
             fits = [_fit(task, text, arrays, i) for i, text in enumerate(texts)]
         except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile):
             return None
-        return judged_trial(task, fits[0], fits[1] if len(fits) > 1 else None)
+        return trial_of(task, fits[0], fits[1] if len(fits) > 1 else None)
 
-    def note(self, task: Task, trial: Trial) -> None:
+    def note(self, task: TrialTask, trial: Trial) -> None:
         """Keep the trial of this task, whole or not at all; where nothing can be written, not at all."""
         fits = [trial.fitted, *([trial.held_out] if trial.held_out else [])]
         arrays: dict[str, Any] = {"texts": json.dumps([_text(fitted) for fitted in fits])}
         for i, fitted in enumerate(fits):
             arrays |= {f"{i}/residual/{name}": r for name, r in fitted.residuals.items()}
-            arrays |= {f"{i}/{name}": getattr(fitted, name) for name in ("jacobian", "scales", "room")}
+            arrays |= {
+                f"{i}/{name}": getattr(fitted, name)
+                for name in ("jacobian", "scales", "bound_distances")
+            }
         path = self._path(task)
         stage = path.with_name(f"{secrets.token_hex(4)}.part")
         with suppress(OSError):
@@ -62,12 +66,14 @@ class Journal:
                 np.savez(file, **arrays)
             stage.replace(path)
 
-    def _path(self, task: Task) -> Path:
+    def _path(self, task: TrialTask) -> Path:
         start = asdict(task.start) if task.start else None
-        # What an effect is belongs to the key: with other bounds a trial comes out otherwise.
-        model = repr(model_of(task.effects, task.precision).parameters)
-        plain = [FORMAT, task.effects, model, start, asdict(task.precision), repr(task.loss)]
+        model = model_of(task.effects, task.precision)
+        # What the effects do belongs to the key, and with other bounds a trial comes out otherwise.
+        plain = [FORMAT, repr(model.parameters), start, asdict(task.precision), repr(task.loss)]
         digest = hashlib.sha256(json.dumps(plain, sort_keys=True).encode())
+        for function in (model.initial, model.step):
+            digest.update(function.serialize().encode())
         for place in (task.training, task.holdout):
             digest.update(b"|")
             for recording in place:
@@ -93,7 +99,7 @@ def _text(fitted: Fit) -> dict[str, Any]:
     }
 
 
-def _fit(task: Task, text: Mapping[str, Any], arrays: Mapping[str, Any], i: int) -> Fit:
+def _fit(task: TrialTask, text: Mapping[str, Any], arrays: Mapping[str, Any], i: int) -> Fit:
     prefix = f"{i}/residual/"
     labels: Sequence[Sequence[Any]] = text["labels"]
     return Fit(
@@ -103,7 +109,7 @@ def _fit(task: Task, text: Mapping[str, Any], arrays: Mapping[str, Any], i: int)
         jacobian=arrays[f"{i}/jacobian"],
         labels=tuple((owner, name) for owner, name in labels),
         scales=arrays[f"{i}/scales"],
-        room=arrays[f"{i}/room"],
+        bound_distances=arrays[f"{i}/bound_distances"],
         status=text["status"],
         converged=text["converged"],
         loss=task.loss,

@@ -1,66 +1,66 @@
-"""The search for the missing effects: stepwise selection, judged on recordings that were held out.
+"""The search for the missing effects: stepwise selection, judged on held-out recordings.
 
-Forward, one effect at a time; when nothing more earns its place, backward: an effect without which the
-others do as well is dropped; and sideways: an effect is exchanged for another. What was dropped does not
-come back, so the search ends.
+Each step adds an effect; if none is worth adding, it removes one that the others make superfluous; if
+there is none, it exchanges one effect for another. An effect that was removed does not return, so the
+search ends.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 from identification.fits.fitting import Values
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
+from identification.selection.criteria import (
+    DEFAULT_CRITERIA,
+    SelectionCriteria,
+    addition_justified,
+    distinguishable,
+    exchange_justified,
+)
 from identification.selection.journal import Journal
-from identification.selection.moves import Move, Way, moves
-from identification.selection.scoring import LEAST_GAIN
-from identification.selection.trial_runner import Attempts, precision_for
-from identification.selection.trials import Trial
-from identification.selection.workers import workers
-from symbolic import EFFECTS
-
-RUNNERS_UP = 2
-"""Candidates tried on the whole recordings where the first does not hold there."""
-IDLE_STEPS = 2
-"""Steps in which a candidate may do next to nothing before it is left out."""
+from identification.selection.trial_runner import Effects, TrialRunner, workers
+from identification.selection.trials import RANKING, ROUGH, Precision, Trial
+from symbolic import EFFECTS, Effect, effects_named
 
 Progress = Callable[[str, int, int], None]
+Justified = Callable[[Trial, Trial, Sequence[Recording], SelectionCriteria], bool]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Step:
+class SearchStep:
     """One step of the search.
 
     Attributes:
         before: the model before it.
-        ranked_before: the same as the candidates were compared with, coarsely fitted.
-        tried: what was tried, one effect more or less, best first, coarsely fitted.
-        chosen: the model after it; None in the last step.
-        indistinguishable: effects that would have done as well as the chosen one.
-        dropped: the effect that went, in a step backward or an exchange; None in a step forward.
+        ranked_before: the same, fitted as coarsely as the candidates that it was compared with.
+        trials: of the models with one effect more or less, least judged error first, coarsely fitted.
+        after: the model after it; None in the last step.
+        indistinguishable: effects that would have done as well as the one that was added.
+        removed_effect: the effect that was removed or exchanged; None where one was added.
     """
 
     before: Trial
     ranked_before: Trial
-    tried: tuple[Trial, ...]
-    chosen: Trial | None
-    indistinguishable: tuple[str, ...] = ()
-    dropped: str | None = None
+    trials: tuple[Trial, ...]
+    after: Trial | None
+    indistinguishable: Effects = ()
+    removed_effect: Effect | None = None
 
     @property
-    def nearest_rival(self) -> str:
+    def nearest_rival(self) -> Effect:
         """Of the effects that would have done as well, the one with the least judged error."""
-        ranked = (trial.effects[-1] for trial in self.tried)
-        return next(name for name in ranked if name in self.indistinguishable)
+        ranked = (trial.effects[-1] for trial in self.trials)
+        return next(effect for effect in ranked if effect in self.indistinguishable)
 
-    def start_of(self, effects: tuple[str, ...]) -> Values:
-        """Where the trial of these effects ended."""
-        return next(t.fitted.values for t in self.tried if set(t.effects) == set(effects))
+    def values_of(self, effects: Effects) -> Values:
+        """The values fitted in the trial of these effects."""
+        return next(t.fitted.values for t in self.trials if set(t.effects) == set(effects))
 
-    def idle(self) -> set[str]:
+    def idle(self, criteria: SelectionCriteria) -> set[Effect]:
         """Effects that lowered the judged error by less than half of what is needed."""
-        least = (1 - LEAST_GAIN / 2) * self.ranked_before.nrmse
-        return {trial.effects[-1] for trial in self.tried if trial.nrmse > least}
+        least = (1 - criteria.least_gain / 2) * self.ranked_before.nrmse
+        return {trial.effects[-1] for trial in self.trials if trial.nrmse > least}
 
 
 def search(
@@ -69,86 +69,221 @@ def search(
     *,
     jobs: int | None = None,
     progress: Progress | None = None,
-    candidates: Sequence[str] = tuple(EFFECTS),
+    candidates: Iterable[str | Effect] = tuple(EFFECTS),
+    criteria: SelectionCriteria = DEFAULT_CRITERIA,
     loss: Loss = LEAST_SQUARES,
     journal: Journal | None = None,
-) -> list[Step]:
-    """Add effects one at a time, drop what has become idle; the last step has nothing chosen.
+) -> list[SearchStep]:
+    """Add effects one at a time, remove those that become superfluous; the last step chooses nothing.
 
-    Candidates are ranked on thinned recordings with coarse fits; what is chosen is fitted again on
-    everything. A candidate that did next to nothing in two steps running is left out of the next ones,
-    then tried once more before the search turns back. An effect that was dropped does not come back.
+    Candidates are ranked on thinned recordings with coarse fits; the best are fitted again to the whole
+    recordings, where they have to be confirmed. A candidate that gained next to nothing in the last
+    steps is left out, then tried once more before an effect is removed.
 
     Args:
         training: recordings that the shared parameters are fitted to.
         holdout: recordings that judge; empty for leave-one-out over the training ones.
         jobs: processes to use; None for one per core.
-        progress: called with what is being done, trials done, and trials in this step.
-        candidates: names of the effects that may be picked.
+        progress: called with (what is being done, trials done, trials in this step).
+        candidates: effects that may be added: names of the library's, or effects of your own.
+        criteria: thresholds of the search.
         loss: what a residual costs.
-        journal: where trials are kept, so that a search that was interrupted goes on; None for nowhere.
+        journal: where trials are kept, so that an interrupted search can go on; None for nowhere.
+
+    Raises:
+        InvalidInputError: a candidate is unknown, or two have the same name.
     """
+    effects = effects_named(candidates)
     with workers(jobs) as submit:
-        made = Attempts(training=training, holdout=holdout, loss=loss, submit=submit, journal=journal)
-        return walk(made, progress or silent, candidates)
+        runner = TrialRunner(
+            training=training, holdout=holdout, loss=loss, submit=submit, journal=journal
+        )
+        return Search(runner, effects, criteria, progress or silent).run()
 
 
-def walk(made: Attempts, report: Progress, candidates: Sequence[str] = tuple(EFFECTS)) -> list[Step]:
-    """`search`, with the trials made where the caller wants them."""
-    report("fitting the declared structure", 0, 1)
-    current = made.whole(())
-    steps: list[Step] = []
-    while True:
-        precision = precision_for(current)
-        ranked = made.ranked(current.effects, current.fitted.values, precision)
+@dataclass(frozen=True)
+class RankedCandidate:
+    """A model that coarse trials propose, and the effects that would do as well as its last one."""
 
-        def try_all(sets: Sequence[tuple[str, ...]], label: str) -> list[Trial]:
-            return made.all(ranked, sets, precision, lambda done: report(label, done, len(sets)))  # noqa: B023
-
-        for move in moves(ranked, _waves(candidates, steps), made.thin_training, try_all):
-            found = held(move, current, made)
-            if found:
-                way, after = found
-                steps.append(_step(current, ranked, move, after, way.others))
-                current = after
-                break
-            if move.forward:
-                last = _step(current, ranked, move, None)
-        else:
-            return [*steps, last]
+    trial: Trial
+    indistinguishable: Effects = ()
 
 
-def held(move: Move, current: Trial, made: Attempts) -> tuple[Way, Trial] | None:
-    """The first way that holds on the whole recordings as well, and the trial there."""
-    for way in move.ways[: 1 + RUNNERS_UP]:
-        after = made.whole(way.trial.effects, way.trial.fitted.values)
-        if move.holds(after, current, made.training):
-            return way, after
-    return None
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _PresentModel:
+    """The present model, fitted to the whole recordings and as coarsely as its rivals."""
+
+    fine: Trial
+    coarse: Trial
+    precision: Precision
 
 
-def _step(
-    current: Trial, ranked: Trial, move: Move, after: Trial | None, others: tuple[str, ...] = ()
-) -> Step:
-    gone = set(current.effects) - set(after.effects) if after else set()
-    return Step(
-        before=current,
-        ranked_before=ranked,
-        tried=tuple(move.tried),
-        chosen=after,
-        indistinguishable=others,
-        dropped=next(iter(gone), None),
-    )
+@dataclass(frozen=True)
+class Search:
+    """What a search consists of.
+
+    Attributes:
+        runner: runs its trials.
+        candidates: effects that may be added.
+        criteria: its thresholds.
+        report: called with (what is being done, trials done, trials in this step).
+    """
+
+    runner: TrialRunner
+    candidates: Effects
+    criteria: SelectionCriteria
+    report: Progress
+
+    def run(self) -> list[SearchStep]:
+        """Every step, the last one with nothing chosen."""
+        self.report("fitting the declared structure", 0, 1)
+        current: Trial | None = self.runner.run_fine(())
+        steps: list[SearchStep] = []
+        while current:
+            steps.append(self._step(current, steps))
+            current = steps[-1].after
+        return steps
+
+    def _step(self, current: Trial, steps: Sequence[SearchStep]) -> SearchStep:
+        """Add an effect, else remove one, else exchange one, else nothing."""
+        precision = ROUGH if current.nrmse > self.criteria.rough_above else RANKING
+        coarse = self.runner.run_coarse(current.effects, current.fitted.values, precision)
+        present = _PresentModel(fine=current, coarse=coarse, precision=precision)
+        active, idle = self._active_and_idle(current.effects, steps)
+        added = self._add(present, active, ())
+        if added.after is None:
+            added = self._add(present, idle, added.trials)
+        if added.after is not None:
+            return added
+        return self._remove(present) or self._exchange(present, added.trials) or added
+
+    def _active_and_idle(
+        self, present: Effects, steps: Sequence[SearchStep]
+    ) -> tuple[list[Effect], list[Effect]]:
+        """Candidates to try, and those to try only if none of them is added: idle in the last steps."""
+        recent = [step for step in steps if step.removed_effect is None][-self.criteria.idle_steps :]
+        idle: set[Effect] = set()
+        if len(recent) == self.criteria.idle_steps:
+            idle = set.intersection(*(step.idle(self.criteria) for step in recent))
+        excluded = {*present, *(step.removed_effect for step in steps)}
+        allowed = [effect for effect in self.candidates if effect not in excluded]
+        return [e for e in allowed if e not in idle], [e for e in allowed if e in idle]
+
+    def _add(
+        self, present: _PresentModel, effects: Sequence[Effect], earlier: Sequence[Trial]
+    ) -> SearchStep:
+        """Add the best of these effects that is confirmed on the whole recordings, if there is one.
+
+        Args:
+            present: the present model.
+            effects: the effects to try.
+            earlier: trials of other effects on top of the same model.
+        """
+        label = f"trying effects on top of {', '.join(present.fine.names) or 'the declared structure'}"
+        trials = self._rank(present, [(*present.fine.effects, effect) for effect in effects], label)
+        justified = [t for t in trials if self._improves(t, present, addition_justified)]
+        best = ranked_candidates(justified, self.criteria)
+        ranked = sorted([*earlier, *trials], key=lambda trial: trial.nrmse)
+        candidate, after = self._first_confirmed(best, present, addition_justified) or (None, None)
+        return SearchStep(
+            before=present.fine,
+            ranked_before=present.coarse,
+            trials=tuple(ranked),
+            after=after,
+            indistinguishable=candidate.indistinguishable if candidate else (),
+        )
+
+    def _remove(self, present: _PresentModel) -> SearchStep | None:
+        """Remove an effect that is not worth its addition any more; not the one added last."""
+        effects = present.fine.effects
+        label = f"trying to do without one of {', '.join(present.fine.names)}"
+        trials = self._rank(present, [_without(effects, removed) for removed in effects[:-1]], label)
+        return self._replaced(present, trials, removal_justified)
+
+    def _exchange(self, present: _PresentModel, additions: Sequence[Trial]) -> SearchStep | None:
+        """Exchange one effect for one of the candidates that gained most, though not enough."""
+        effects = present.fine.effects
+        least = (1 - self.criteria.least_gain) * present.coarse.nrmse
+        helpful = [trial.effects[-1] for trial in additions if trial.nrmse < least]
+        label = f"exchanging one of {', '.join(present.fine.names)}"
+        sets = [
+            (*_without(effects, removed), effect)
+            for effect in helpful[: self.criteria.exchanges]
+            for removed in effects
+        ]
+        return self._replaced(present, self._rank(present, sets, label), exchange_justified)
+
+    def _replaced(
+        self, present: _PresentModel, trials: Sequence[Trial], justified: Justified
+    ) -> SearchStep | None:
+        """The step to the first of these models that is confirmed, None where none is."""
+        best = [RankedCandidate(t) for t in trials if self._improves(t, present, justified)]
+        confirmed = self._first_confirmed(best, present, justified)
+        if confirmed is None:
+            return None
+        after = confirmed[1]
+        return SearchStep(
+            before=present.fine,
+            ranked_before=present.coarse,
+            trials=tuple(trials),
+            after=after,
+            removed_effect=next(e for e in present.fine.effects if e not in after.effects),
+        )
+
+    def _rank(self, present: _PresentModel, sets: Sequence[Effects], label: str) -> list[Trial]:
+        """Coarse trials of these sets of effects, least judged error first."""
+        if not sets:
+            return []
+
+        def report(done: int) -> None:
+            self.report(label, done, len(sets))
+
+        return self.runner.rank(present.coarse, sets, present.precision, report)
+
+    def _improves(self, trial: Trial, present: _PresentModel, justified: Justified) -> bool:
+        """Whether a coarse trial is justified beside the present model, as coarse."""
+        return justified(trial, present.coarse, self.runner.thinned_training, self.criteria)
+
+    def _first_confirmed(
+        self, best: Sequence[RankedCandidate], present: _PresentModel, justified: Justified
+    ) -> tuple[RankedCandidate, Trial] | None:
+        """The first candidate that is justified on the whole recordings too, and its trial there."""
+        for candidate in best[: 1 + self.criteria.runners_up]:
+            after = self.runner.run_fine(candidate.trial.effects, candidate.trial.fitted.values)
+            if justified(after, present.fine, self.runner.training, self.criteria):
+                return candidate, after
+        return None
 
 
-def _waves(candidates: Sequence[str], steps: Sequence[Step]) -> tuple[list[str], list[str]]:
-    """Candidates to try, and those to try only if none of them helps: idle in the last two steps."""
-    present = steps[-1].chosen.effects if steps and steps[-1].chosen else ()
-    gone = {step.dropped for step in steps}
-    forward = [step for step in steps if step.dropped is None][-IDLE_STEPS:]
-    idle = set.intersection(*(step.idle() for step in forward)) if len(forward) == IDLE_STEPS else set()
-    left = [name for name in candidates if name not in present and name not in gone]
-    return [n for n in left if n not in idle], [n for n in left if n in idle]
+def _without(effects: Effects, removed: Effect) -> Effects:
+    return tuple(effect for effect in effects if effect != removed)
+
+
+def removal_justified(
+    poorer: Trial, present: Trial, training: Sequence[Recording], criteria: SelectionCriteria
+) -> bool:
+    """Whether the addition of the effect that the poorer model lacks would not be justified."""
+    return not addition_justified(present, poorer, training, criteria)
+
+
+def ranked_candidates(justified: Sequence[Trial], criteria: SelectionCriteria) -> list[RankedCandidate]:
+    """Candidates in the order in which they should be confirmed.
+
+    First comes the best, or the one with the fewest parameters of those that cannot be distinguished
+    from it; then the same among the rest.
+
+    Args:
+        justified: coarse trials, least judged error first.
+        criteria: thresholds of the search.
+    """
+    ranked, rest = [], list(justified)
+    while rest:
+        equals = [trial for trial in rest if not distinguishable(rest[0], trial, criteria)]
+        leader = min(equals, key=lambda trial: (len(trial.fitted.labels), trial.nrmse))
+        others = tuple(trial.effects[-1] for trial in equals if trial is not leader)
+        ranked.append(RankedCandidate(leader, others))
+        rest.remove(leader)
+    return ranked
 
 
 def silent(message: str, done: int, total: int) -> None:

@@ -1,33 +1,32 @@
-"""Trials made for a search: coarse ones many at a time on thinned recordings, fine ones on all."""
+"""Trials of one search run in processes: coarse ones on thinned recordings, fine ones on the whole."""
 
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import as_completed
+import os
+import signal
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
+from multiprocessing import get_context
+from typing import Any
 
 from identification.fits.fitting import Values
 from identification.fits.loss import Loss
 from identification.reading.recordings import Recording
 from identification.selection.journal import Journal
-from identification.selection.trials import (
-    RANKING,
-    ROUGH,
-    ROUGH_ABOVE,
-    Precision,
-    Task,
-    Trial,
-    attempt,
-    model_of,
-    thinned,
-)
-from identification.selection.workers import Submit
+from identification.selection.trials import Precision, Trial, TrialTask, model_of, run_trial, thin
+from symbolic import Effect
 
-Effects = tuple[str, ...]
+Effects = tuple[Effect, ...]
+Submit = Callable[..., Future[Any]]
+"""Takes a function and its arguments, returns the future of its result."""
+THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
+"""What the libraries of linear algebra read once, when they are loaded."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Attempts:
-    """Where the trials of one search are made.
+class TrialRunner:
+    """Runs the trials of one search.
 
     Attributes:
         training: recordings that the shared parameters are fitted to.
@@ -44,90 +43,135 @@ class Attempts:
     journal: Journal | None = None
 
     @cached_property
-    def thin_training(self) -> Sequence[Recording]:
-        """The training recordings as candidates are compared on them."""
-        return [thinned(recording) for recording in self.training]
+    def thinned_training(self) -> Sequence[Recording]:
+        """The training recordings on which candidates are ranked."""
+        return [thin(recording) for recording in self.training]
 
     @cached_property
-    def thin_holdout(self) -> Sequence[Recording]:
+    def thinned_holdout(self) -> Sequence[Recording]:
         """The held-out ones."""
-        return [thinned(recording) for recording in self.holdout]
+        return [thin(recording) for recording in self.holdout]
 
-    def whole(self, effects: Effects, start: Values | None = None) -> Trial:
+    def run_fine(self, effects: Effects, start: Values | None = None) -> Trial:
         """A trial on the whole recordings."""
-        return self._one(Task(effects, self.training, self.holdout, start, loss=self.loss))
+        return self._run(TrialTask(effects, self.training, self.holdout, start, loss=self.loss))
 
-    def ranked(self, effects: Effects, start: Values | None, precision: Precision) -> Trial:
-        """A trial as candidates are compared, on thinned recordings."""
-        return self._one(self._thin_task(effects, start, precision))
+    def run_coarse(self, effects: Effects, start: Values | None, precision: Precision) -> Trial:
+        """A trial on the thinned recordings, to be compared with candidates."""
+        return self._run(self._coarse_task(effects, start, precision))
 
-    def all(
+    def rank(
         self,
         present: Trial,
         sets: Sequence[Effects],
         precision: Precision,
         report: Callable[[int], None],
     ) -> list[Trial]:
-        """Sets of effects ranked from the present values, best first.
+        """Coarse trials of these sets of effects, least judged error first.
 
         Args:
             present: the trial whose values they begin with.
             sets: effects of each trial.
-            precision: how finely.
+            precision: how finely the models are fitted.
             report: called with the number of trials done.
         """
         # The heaviest first, so that no core waits for one of them at the end.
         ordered = sorted(sets, key=lambda effects: -model_of(effects, precision).memory_size)
-        wanted = [(effects, values_for(present, effects)) for effects in ordered]
-        return sorted(self.together(wanted, precision, report), key=lambda trial: trial.nrmse)
+        starts = [(effects, values_for(present, effects)) for effects in ordered]
+        return sorted(self.run_all(starts, precision, report), key=lambda trial: trial.nrmse)
 
-    def together(
+    def run_all(
         self,
-        wanted: Sequence[tuple[Effects, Values]],
+        starts: Sequence[tuple[Effects, Values]],
         precision: Precision,
         report: Callable[[int], None],
     ) -> list[Trial]:
-        """Effects ranked on thinned recordings, each from its own values; in the order given."""
+        """Coarse trials of these sets of effects, each from its own values; in the order given."""
         report(0)
-        tasks = [self._thin_task(effects, start, precision) for effects, start in wanted]
-        made = {i: kept for i, task in enumerate(tasks) if (kept := self._recall(task))}
-        waiting = {self.submit(attempt, tasks[i]): i for i in range(len(tasks)) if i not in made}
-        report(len(made))
-        for future in as_completed(waiting):
-            i = waiting[future]
-            made[i] = future.result()
-            self._note(tasks[i], made[i])
-            report(len(made))
-        return [made[i] for i in range(len(tasks))]
+        tasks = [self._coarse_task(effects, start, precision) for effects, start in starts]
+        trials = {i: trial for i, task in enumerate(tasks) if (trial := self._recall(task))}
+        futures = {self.submit(run_trial, tasks[i]): i for i in range(len(tasks)) if i not in trials}
+        report(len(trials))
+        for future in as_completed(futures):
+            i = futures[future]
+            trials[i] = future.result()
+            self._note(tasks[i], trials[i])
+            report(len(trials))
+        return [trials[i] for i in range(len(tasks))]
 
-    def _thin_task(self, effects: Effects, start: Values | None, precision: Precision) -> Task:
-        return Task(effects, self.thin_training, self.thin_holdout, start, precision, self.loss)
+    def _coarse_task(self, effects: Effects, start: Values | None, precision: Precision) -> TrialTask:
+        return TrialTask(
+            effects, self.thinned_training, self.thinned_holdout, start, precision, self.loss
+        )
 
-    def _one(self, task: Task) -> Trial:
+    def _run(self, task: TrialTask) -> Trial:
         trial = self._recall(task)
         if trial is None:
-            trial = attempt(task)
+            trial = run_trial(task)
             self._note(task, trial)
         return trial
 
-    def _recall(self, task: Task) -> Trial | None:
+    def _recall(self, task: TrialTask) -> Trial | None:
         return self.journal.recall(task) if self.journal else None
 
-    def _note(self, task: Task, trial: Trial) -> None:
+    def _note(self, task: TrialTask, trial: Trial) -> None:
         if self.journal:
             self.journal.note(task, trial)
 
 
-def precision_for(trial: Trial) -> Precision:
-    """How finely candidates on top of this trial have to be fitted to be ranked."""
-    return ROUGH if trial.nrmse > ROUGH_ABOVE else RANKING
+def values_for(present: Trial, effects: Sequence[Effect]) -> Values:
+    """The values of a trial without those of effects that are not in the set."""
+    values, names = present.fitted.values, {effect.name for effect in effects}
+
+    def of_the_set(parameters: Mapping[str, float]) -> dict[str, float]:
+        return {n: v for n, v in parameters.items() if "." not in n or n.split(".")[0] in names}
+
+    own = {name: of_the_set(values) for name, values in values.own.items()}
+    return Values(shared=of_the_set(values.shared), own=own)
 
 
-def values_for(present: Trial, effects: Sequence[str]) -> Values:
-    """The present values without those of effects that are not in the set."""
-    values = present.fitted.values
+@contextmanager
+def workers(jobs: int | None) -> Iterator[Submit]:
+    """Processes to which work can be submitted; with one job it runs in this process, at once.
 
-    def kept(given: Mapping[str, float]) -> dict[str, float]:
-        return {n: v for n, v in given.items() if "." not in n or n.split(".")[0] in effects}
+    An interruption cancels what waits in the queue; running trials are finished first, in seconds.
 
-    return Values(shared=kept(values.shared), own={name: kept(own) for name, own in values.own.items()})
+    Args:
+        jobs: processes; None for one per core.
+    """
+    count = jobs or os.cpu_count() or 1
+    if count == 1:
+        yield _run_at_once
+        return
+    pool = ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=_ignore_interruptions)
+    with _one_thread_each():
+        try:
+            yield pool.submit
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+@contextmanager
+def _one_thread_each() -> Iterator[None]:
+    """Processes started within do their linear algebra in one thread: there is one for every core."""
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                del os.environ[name]
+            else:
+                os.environ[name] = value
+
+
+def _ignore_interruptions() -> None:
+    """Ctrl-C reaches every process of the terminal; only the first one may act on it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+
+def _run_at_once(function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+    future: Future[Any] = Future()
+    future.set_result(function(*arguments))
+    return future

@@ -1,16 +1,18 @@
-"""One model tried on recordings: fitted, judged, and thinned where it is only ranked."""
+"""A trial: one model fitted to the training recordings and judged, by held-out ones if there are any."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from identification.fits.fitting import COARSE, TOLERANCE, Fit, Values, fit, initial_guess
-from identification.fits.loss import LEAST_SQUARES, Loss
+from identification.fits.fitting import Fit, Values, fit, initial_guess, torque_range
+from identification.fits.loss import LEAST_SQUARES, Loss, rmse_of
+from identification.fits.options import COARSE_FIT, FINE_FIT, FitOptions
 from identification.reading.recordings import Recording
-from identification.selection.scoring import Judgement, judged, leave_one_out
-from symbolic import Model, effects_named
+from symbolic import Effect, Model
 
+Array = NDArray[np.float64]
 CORNERS = 16
 """Zone corners kept in identification; beyond this depth they carry less than 1e-6 of the torque."""
 RANKING_STEP = 0.02
@@ -24,38 +26,36 @@ class Precision:
     Attributes:
         bristles: over the length of the patch, where the model has bristles.
         discretised: True takes bristles, which are quicker, even where the exact patch would do.
-        tolerance: of the fit, see `identification.fit`.
+        options: of the fit; the loss is the task's.
     """
 
     bristles: int = 80
     discretised: bool = False
-    tolerance: float = TOLERANCE
+    options: FitOptions = FINE_FIT
 
 
 FINE = Precision()
 """For whatever is reported."""
-RANKING = Precision(discretised=True, tolerance=COARSE)
+RANKING = Precision(discretised=True, options=COARSE_FIT)
 """For candidates that are only compared; the patch is right to 4e-4 of range."""
-ROUGH = Precision(bristles=40, discretised=True, tolerance=COARSE)
-"""The same in half the time, where errors are above `ROUGH_ABOVE`."""
-ROUGH_ABOVE = 0.015
-"""Ten times the error over range that 40 bristles have [1]."""
+ROUGH = Precision(bristles=40, discretised=True, options=COARSE_FIT)
+"""The same in half the time, for errors far above that of 40 bristles, 1.5e-3 of range."""
 
 
 @dataclass(frozen=True, eq=False)
-class Task:
-    """A trial to be made.
+class TrialTask:
+    """The inputs of a trial; can be pickled where the classes of its effects can be imported.
 
     Attributes:
-        effects: names of the effects, in order of selection.
+        effects: in order of selection.
         training: recordings that the shared parameters are fitted to.
         holdout: recordings that judge; empty for leave-one-out over the training ones.
         start: values to begin with; None for those of `initial_guess`.
-        precision: how finely.
+        precision: how finely the model is fitted.
         loss: what a residual costs.
     """
 
-    effects: tuple[str, ...]
+    effects: tuple[Effect, ...]
     training: Sequence[Recording]
     holdout: Sequence[Recording] = ()
     start: Values | None = None
@@ -64,20 +64,67 @@ class Task:
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Judgement:
+    """The errors of a model on the recordings by which it is judged.
+
+    Attributes:
+        residuals: torque error of each recording [N m], outliers as small as the loss counts them.
+        ranges: torque range of each [N m].
+        times: time of each [s].
+    """
+
+    residuals: Mapping[str, Array]
+    ranges: Mapping[str, float]
+    times: Mapping[str, Array]
+
+    @property
+    def nrmse(self) -> float:
+        """Root mean square error over range, averaged over recordings [1]."""
+        return float(np.mean([rmse_of(self.residuals[n]) / self.ranges[n] for n in self.ranges]))
+
+    def block_errors(self, seconds: float) -> Array:
+        """Mean squared error over range in blocks, the blocks of all recordings in one row [1].
+
+        Every recording is cut into equal blocks of about so many seconds; blocks in which less than half
+        of the samples have a torque are left out.
+        """
+        blocks = []
+        for name, residual in self.residuals.items():
+            since = self.times[name] - self.times[name][0]
+            count = max(1, round(float(since[-1]) / seconds))
+            index = np.minimum((since / since[-1] * count).astype(int), count - 1)
+            squared = (residual / self.ranges[name]) ** 2
+            present = np.isfinite(squared)
+            sums = np.bincount(index[present], squared[present], minlength=count)
+            counts = np.bincount(index[present], minlength=count)
+            enough = 2 * counts >= counts.max()
+            blocks.append(sums[enough] / counts[enough])
+        return np.concatenate(blocks)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Trial:
     """A model fitted to the training recordings and judged.
 
     Attributes:
-        effects: names of its effects, in order of selection.
         fitted: the fit on the training recordings.
         held_out: the fit of what belongs to each held-out recording; None without any.
-        judgement: how it does on the recordings by which it is judged.
+        judgement: its errors on the recordings by which it is judged.
     """
 
-    effects: tuple[str, ...]
     fitted: Fit
     held_out: Fit | None
     judgement: Judgement
+
+    @property
+    def effects(self) -> tuple[Effect, ...]:
+        """Its effects, in order of selection."""
+        return self.fitted.model.effects
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of its effects."""
+        return tuple(effect.name for effect in self.effects)
 
     @property
     def nrmse(self) -> float:
@@ -85,43 +132,43 @@ class Trial:
         return self.judgement.nrmse
 
 
-def model_of(effects: Sequence[str], precision: Precision = FINE) -> Model:
+def model_of(effects: Sequence[Effect], precision: Precision = FINE) -> Model:
     """The model with these effects as the search uses it."""
     return Model(
-        effects=effects_named(effects),
+        effects=tuple(effects),
         corners=CORNERS,
         discretised=precision.discretised,
         lengthways=precision.bristles,
     )
 
 
-def attempt(task: Task) -> Trial:
+def run_trial(task: TrialTask) -> Trial:
     """Fit a model and judge it.
 
     With held-out recordings every shared parameter stays frozen on them. Without, each training
     recording is left out in turn (two or more of them), and the judged errors are those.
     """
     model = model_of(task.effects, task.precision)
-    begin = task.start or initial_guess(model, task.training)
-    fitted = fit(model, task.training, begin, tolerance=task.precision.tolerance, loss=task.loss)
-    held_out = freeze(fitted, task.holdout, task.precision.tolerance) if task.holdout else None
-    return judged_trial(task, fitted, held_out)
+    options = replace(task.precision.options, loss=task.loss)
+    fitted = fit(model, task.training, task.start, options)
+    held_out = fit_own_parameters(fitted, task.holdout, options) if task.holdout else None
+    return trial_of(task, fitted, held_out)
 
 
-def judged_trial(task: Task, fitted: Fit, held_out: Fit | None) -> Trial:
-    """The trial that these fits make."""
+def trial_of(task: TrialTask, fitted: Fit, held_out: Fit | None) -> Trial:
+    """The trial with these fits, judged."""
     if held_out:
-        judgement = judged(held_out.residuals, task.holdout, task.loss)
+        judgement = judge(held_out.residuals, task.holdout, task.loss)
     else:
-        judgement = judged(leave_one_out(fitted, task.training), task.training, task.loss)
-    return Trial(effects=task.effects, fitted=fitted, held_out=held_out, judgement=judgement)
+        judgement = judge(leave_one_out(fitted, task.training), task.training, task.loss)
+    return Trial(fitted=fitted, held_out=held_out, judgement=judgement)
 
 
-def thinned(recording: Recording) -> Recording:
+def thin(recording: Recording) -> Recording:
     """Every so many samples of a recording, such that they are at most `RANKING_STEP` apart.
 
-    Between reversals it hardly matters how often the patch is looked at: without creep not at all, with
-    it by 1e-3 of range rms at the strongest. A recording with missing torques stays as it is.
+    The torque between reversals hardly depends on the time between samples: without creep not at all,
+    with the strongest creep by 1e-3 of range rms. A recording with missing torques stays as it is.
     """
     if not np.isfinite(recording.M_z).all():
         return recording
@@ -130,8 +177,87 @@ def thinned(recording: Recording) -> Recording:
     return replace(recording, M=None, **{name: getattr(recording, name)[::stride] for name in arrays})
 
 
-def freeze(fitted: Fit, recordings: Sequence[Recording], tolerance: float = TOLERANCE) -> Fit:
+def fit_own_parameters(
+    fitted: Fit, recordings: Sequence[Recording], options: FitOptions = FINE_FIT
+) -> Fit:
     """Fit only what belongs to these recordings, with the shared parameters of `fitted`."""
     own = initial_guess(fitted.model, recordings).own
     start = Values(shared=fitted.values.shared, own=own)
-    return fit(fitted.model, recordings, start, free_shared=False, tolerance=tolerance, loss=fitted.loss)
+    return fit(fitted.model, recordings, start, replace(options, free_shared=False, loss=fitted.loss))
+
+
+def judge(
+    residuals: Mapping[str, Array], recordings: Sequence[Recording], loss: Loss = LEAST_SQUARES
+) -> Judgement:
+    """The judgement by these residuals of these recordings [N m]."""
+    ranges = {r.name: torque_range(r) for r in recordings}
+    return Judgement(
+        residuals={n: np.sqrt(loss((residuals[n] / span) ** 2)[0]) * span for n, span in ranges.items()},
+        ranges=ranges,
+        times={r.name: r.t for r in recordings},
+    )
+
+
+def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Array]:
+    """Residuals of every recording had it not been fitted, to first order of the parameters [N m].
+
+    The shared parameters move by the Gauss-Newton step of the other recordings alone, as far as their
+    ranges allow; then what belongs to the recording is refitted. A single recording keeps its residuals.
+    """
+    if len(recordings) < 2:
+        return dict(fitted.residuals)
+    owners = np.array([owner or "" for owner, _ in fitted.labels])
+    blocks, at = {}, 0
+    for recording in recordings:
+        present = np.isfinite(fitted.residuals[recording.name])
+        rows = slice(at, at + int(present.sum()))
+        blocks[recording.name] = (rows, present, torque_range(recording))
+        at = rows.stop
+    stacked = np.concatenate(
+        [fitted.residuals[name][present] / span for name, (_, present, span) in blocks.items()]
+    )
+    # An outlier pulls as little as the loss lets it: rows weighted as in reweighted least squares.
+    weight = np.sqrt(fitted.loss(stacked**2)[1])
+    jacobian = fitted.jacobian * weight[:, None]
+    residuals = {}
+    for name, (rows, present, span) in blocks.items():
+        others, own = owners != name, owners == name
+        shared = owners == ""
+        rest = np.ones(stacked.size, dtype=bool)
+        rest[rows] = False
+        step = np.zeros(owners.size)
+        step[others] = _bounded_least_squares(
+            fitted.bound_distances[:, others], jacobian[np.ix_(rest, others)], -(weight * stacked)[rest]
+        )
+        unseen = stacked[rows] + fitted.jacobian[rows][:, shared] @ step[shared]
+        refit = _bounded_least_squares(
+            fitted.bound_distances[:, own], jacobian[rows][:, own], -weight[rows] * unseen
+        )
+        residual = np.full(present.size, np.nan)
+        residual[present] = (unseen + fitted.jacobian[rows][:, own] @ refit) * span
+        residuals[name] = residual
+    return residuals
+
+
+def _bounded_least_squares(bounds: Array, matrix: Array, target: Array) -> Array:
+    """Least squares within bounds: components that reach theirs are fixed there (active set)."""
+    step = np.zeros(matrix.shape[1])
+    free = np.ones(step.size, dtype=bool)
+    while free.any():
+        step[free] = _least_squares(matrix[:, free], target - matrix[:, ~free] @ step[~free])
+        clipped = np.clip(step, *bounds)
+        free &= clipped == step
+        if np.array_equal(clipped, step):
+            break
+        step = clipped
+    return step
+
+
+def _least_squares(matrix: Array, target: Array) -> Array:
+    """Least squares; directions that the data do not determine stay zero."""
+    size = np.sqrt((matrix**2).sum(axis=0))
+    known = size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300)
+    solution = np.zeros(matrix.shape[1])
+    scaled = matrix[:, known] / size[known]
+    solution[known] = np.linalg.lstsq(scaled, target, rcond=1e-8)[0] / size[known]
+    return solution

@@ -1,4 +1,4 @@
-"""The author's own estimate, as published beside a recording: author_estimate_*.csv."""
+"""Friction as estimated for [Györök 2022], published beside a recording: author_estimate_*.csv."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.files import read_text
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
 COLUMNS = (
@@ -24,23 +24,23 @@ COLUMNS = (
     "mu",
     "declared",
 )
-"""Columns of the author's files, SI units; their own header is NaN throughout."""
+"""Columns of these files, SI units; their own header is NaN throughout."""
 _TOLERANCE = 1e-6
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AuthorEstimate:
-    """What the author found in a recording; arrays of shape (n,).
+    """A published estimate; arrays of shape (n,).
 
-    His samples begin where the wheel begins to turn, and his time with them.
+    Its samples and its time begin where the wheel begins to turn.
 
     Attributes:
-        t: his time [s], 0 at his first sample.
+        t: time [s], 0 at the first sample.
         psi: yaw angle [rad].
         psi_max: angle of the last reversal, 0 before the first [rad].
         direction: of turning, 1 or -1.
         zones: number of zones, 3 or 5.
-        mu: his estimate [1].
+        mu: the estimate [1].
         declared: friction coefficient from towing a block [1].
     """
 
@@ -54,12 +54,12 @@ class AuthorEstimate:
 
 
 def author_file(folder: Path, recording: str) -> Path:
-    """Where a recording's file is: under its name less the author's mark `_ident`."""
+    """The path of a recording's file: its name without the suffix `_ident`."""
     return folder / f"author_estimate_{recording.removesuffix('_ident')}.csv"
 
 
 def read_author_estimate(path: Path) -> AuthorEstimate:
-    """Reads a file of the author.
+    """Read a published estimate.
 
     Raises:
         InvalidInputError: it cannot be read, is no table of twelve columns, or holds no number
@@ -91,7 +91,7 @@ def read_author_estimate(path: Path) -> AuthorEstimate:
 
 
 def aligned(psi: Array, part: Array) -> int:
-    """Where the samples `part` begin in the angle `psi` of the whole recording, both in [rad].
+    """Index at which the samples `part` begin in the angle `psi` of the whole recording, both in [rad].
 
     Raises:
         InvalidInputError: they are not in it.

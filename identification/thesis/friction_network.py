@@ -1,9 +1,9 @@
-"""Friction straight from the signals by a neural network, as in the source's sections 4.1 and 4.2.
+"""Friction from single samples by a neural network, [Györök 2022], sections 4.1 and 4.2.
 
-The network sees one sample's numbers and no more. Alone it is to give mu; on top of an analytic estimate
-n(p) it is to give what that misses, mu = n(p) + U(p, q), source (4.9), which the source calls scientific
-machine learning. Both learn from recordings with a declared mu and therefore say what those labels said:
-`LabelMean`, which looks at nothing, is what they have to beat.
+The inputs of the network are the signals of one sample. Its output is mu, or the error of an analytic
+estimate n(p), mu = n(p) + U(p, q), [Györök 2022], (4.9), called scientific machine learning there. Both
+are trained on recordings with a declared mu and reproduce these labels; `LabelMean`, which has no input,
+is the baseline that they have to beat.
 
 The networks are scikit-learn's, an extra of this package: `pip install 'brushgrip[networks]'`.
 """
@@ -18,17 +18,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.reading.recordings import Recording
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
 Inputs = Callable[[Recording], Array]
-"""What a network sees of a recording, a row a sample: shape (n, inputs), finite."""
+"""Inputs of a network over a recording, a row for each sample: shape (n, inputs), finite."""
 LEAST_SAMPLES = 100
-"""Fewer labelled samples are not worth a training."""
+"""Least number of labelled samples of a training."""
 
 
 class Activation(StrEnum):
-    """Activations of the hidden layers, source (4.3) to (4.5), by scikit-learn's names."""
+    """Activations of the hidden layers, [Györök 2022], (4.3) to (4.5), by scikit-learn's names."""
 
     RELU = "relu"
     SIGMOID = "logistic"
@@ -37,17 +37,17 @@ class Activation(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Design:
-    """A network and its training; the defaults are the source's, save the layers.
+    """A network and its training; the defaults are those of [Györök 2022] except for the layers.
 
     Attributes:
-        hidden: neurons of each hidden layer. The source has (1024, 512), on top of the analytic estimate
-            (2048, 1024); these do no worse on its tests and train in a second.
+        hidden: neurons of each hidden layer. [Györök 2022] has (1024, 512), and (2048, 1024) on top of
+            the analytic estimate; these do no worse on its tests and train in a second.
         activation: of the hidden layers; the output has none.
         epochs: passes over the samples; the weights that did best on `held_back` are kept.
         batch: samples a step of Adam.
         rate: learning rate of Adam.
-        held_back: share of the samples that judges the passes and is not learned from; of labels that
-            are all the same it keeps the first pass.
+        held_back: share of the samples that validates the passes and is not trained on; where all
+            labels are the same, the first pass is kept.
         seed: of the first weights, the shuffling and the split.
     """
 
@@ -62,16 +62,16 @@ class Design:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrictionNetwork:
-    """A trained network as a method that gives mu over a recording.
+    """A trained network as an estimator of mu over a recording.
 
     Attributes:
         name: what tables call it.
-        inputs: what it sees of a recording.
+        inputs: its inputs over a recording.
         base: column of the inputs to which its output is added; None where its output is mu.
         regressor: scikit-learn's pipeline, inputs -> output.
         losses: half the mean square of the error, in units of the labels' variance, after every pass.
-        works_beyond_five_zones: whether nothing in it is tied to five zones.
-        gives_deviation: it says nothing of how sure it is.
+        works_beyond_five_zones: whether it does not assume five zones at most.
+        gives_deviation: whether it gives a standard deviation.
     """
 
     name: str
@@ -88,19 +88,19 @@ class FrictionNetwork:
 
     def at(self, rows: Array) -> Array:
         """Friction for any rows of inputs, shape (n,) [1]."""
-        said = np.asarray(self.regressor.predict(rows), dtype=float)
-        return said if self.base is None else said + rows[:, self.base]
+        output = np.asarray(self.regressor.predict(rows), dtype=float)
+        return output if self.base is None else output + rows[:, self.base]
 
 
 @dataclass(frozen=True, kw_only=True)
 class LabelMean:
-    """The mean of the training labels, whatever is measured: what a method has to beat.
+    """The mean of the training labels, whatever is measured: the baseline of every method.
 
     Attributes:
         mu: that mean [1].
         name: what tables call it.
-        works_beyond_five_zones: it does not look.
-        gives_deviation: it says nothing of how sure it is.
+        works_beyond_five_zones: whether it does not assume five zones at most.
+        gives_deviation: whether it gives a standard deviation.
     """
 
     mu: float
@@ -114,7 +114,7 @@ class LabelMean:
 
 
 def label_mean(recordings: Sequence[Recording]) -> LabelMean:
-    """The guess that these recordings leave to one who does not measure.
+    """The mean label over all samples of these recordings.
 
     Raises:
         InvalidInputError: a recording declares no mu.
@@ -132,12 +132,12 @@ def train(
 ) -> FrictionNetwork:
     """Train a network on recordings whose mu is declared.
 
-    Inputs and output are scaled to variance one over the training samples, which the source does not do;
-    without it the angle, the load and k of table 3.1 differ by seven powers of ten.
+    Inputs and output are scaled to variance one over the training samples, which [Györök 2022] does
+    not do; without it the angle, the load and k of table 3.1 differ by seven powers of ten.
 
     Args:
         recordings: with a declared mu.
-        inputs: what the network is to see.
+        inputs: of the network.
         design: network and training; None for the defaults.
         base: column of the inputs, an estimate of mu, to which the output is added; None for none.
         name: what tables call the method.

@@ -1,9 +1,9 @@
-"""The friction of a plate by towing a loaded block over it: F = mu N, source (5.1) and section 5.2.1.
+"""The friction of a plate by towing a loaded block over it: [Györök 2022], (5.1) and section 5.2.1.
 
-A tow is one reading, however many samples it has: these share the place, the zero of the sensor and the
-rubber's mood. So every tow counts by its means, and the deviation comes from the scatter between tows.
-The source takes F = sqrt(F_x^2 + F_y^2) sample by sample, which turns noise into force; here the
-components are averaged first.
+The samples of a tow share the place on the plate, the zero of the sensor and the state of the rubber, so
+they are one observation of F = mu N. Every tow counts by its means, and the deviation comes from the
+scatter between tows. [Györök 2022] takes F = sqrt(F_x^2 + F_y^2) sample by sample, which turns noise
+into force; here the components are averaged first.
 """
 
 from collections.abc import Sequence
@@ -13,14 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-from identification.results import Estimate
+from identification.parameter_estimate import ParameterEstimate
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
 LEAST_TOWS = 4
-"""Two parameters, and two tows to tell their deviation."""
+"""Two parameters, and two more tows for their deviation."""
 LEAST_SPREAD = 0.05
-"""Standard deviation of the loads over their mean below which the offset cannot be told [1]."""
+"""Standard deviation of the loads over their mean below which the offset is not determined [1]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -40,35 +40,35 @@ class Tow:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TowedFriction:
-    """What the tows say; deviations follow Student's t.
+    """Friction from tows; deviations follow Student's t.
 
     Attributes:
         mu: coefficient of friction of F = mu N.
         mu_with_offset: coefficient of friction of F = mu N + F_0.
-        offset: F_0, which adhesion or a zero error of the sensor makes [N].
+        offset: F_0, caused by adhesion or a zero error of the sensor [N].
         proportional: True where the offset is within its 95 % interval of zero, so that F = mu N holds.
         N: normal force of every tow, shape (tows,) [N].
         F: friction force of every tow, shape (tows,) [N].
     """
 
-    mu: Estimate
-    mu_with_offset: Estimate
-    offset: Estimate
+    mu: ParameterEstimate
+    mu_with_offset: ParameterEstimate
+    offset: ParameterEstimate
     proportional: bool
     N: Array
     F: Array
 
     def interval(self, probability: float = 0.95) -> tuple[float, float]:
-        """The interval that holds mu of F = mu N with a probability [1]."""
-        reach = _quantile(probability, len(self.N) - 1) * (self.mu.std or 0.0)
-        return self.mu.value - reach, self.mu.value + reach
+        """Confidence interval of mu of F = mu N for a probability [1]."""
+        half = _quantile(probability, len(self.N) - 1) * (self.mu.std or 0.0)
+        return self.mu.value - half, self.mu.value + half
 
 
 def friction_by_towing(tows: Sequence[Tow]) -> TowedFriction:
     """Fit F = mu N, with and without an offset, by least squares over the tows.
 
-    The scatter of F grows with the load, or does not, where the sensor's zero makes it. A variance in
-    proportion to the load stands between the two; with it mu is the sum of F over the sum of N. The
+    The scatter of F grows with the load, or is constant where the sensor's zero causes it. A variance
+    proportional to the load is between the two; with it mu is the sum of F over the sum of N. The
     deviations hold in either case (HC3, MacKinnon and White 1985).
 
     Args:
@@ -88,9 +88,9 @@ def friction_by_towing(tows: Sequence[Tow]) -> TowedFriction:
     ((mu, mu_std),) = _fit(root[:, None], F / root)
     (slope, slope_std), (offset, offset_std) = _fit(np.column_stack([root, 1 / root]), F / root)
     return TowedFriction(
-        mu=Estimate(value=mu, std=mu_std, unit="1"),
-        mu_with_offset=Estimate(value=slope, std=slope_std, unit="1"),
-        offset=Estimate(value=offset, std=offset_std, unit="N"),
+        mu=ParameterEstimate(value=mu, std=mu_std, unit="1"),
+        mu_with_offset=ParameterEstimate(value=slope, std=slope_std, unit="1"),
+        offset=ParameterEstimate(value=offset, std=offset_std, unit="N"),
         proportional=abs(offset) <= _quantile(0.95, len(N) - 2) * offset_std,
         N=N,
         F=F,
@@ -116,9 +116,9 @@ def _fit(columns: Array, values: Array) -> list[tuple[float, float]]:
     solution = inverse @ columns.T @ values
     leverage = np.einsum("ij,jk,ik->i", columns, inverse, columns)
     jackknifed = (values - columns @ solution) / (1 - leverage)
-    spread = inverse @ columns.T * jackknifed
-    deviations = np.sqrt(np.sum(spread**2, axis=1))
-    return list(zip(solution.tolist(), deviations.tolist(), strict=True))
+    influence = inverse @ columns.T * jackknifed
+    stds = np.sqrt(np.sum(influence**2, axis=1))
+    return list(zip(solution.tolist(), stds.tolist(), strict=True))
 
 
 def _quantile(probability: float, freedom: int) -> float:

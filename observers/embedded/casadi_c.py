@@ -15,7 +15,7 @@ from typing import Any
 import casadi as ca
 
 from observers.embedded.scalar_type import MATH_FUNCTIONS, Real, count_names, in_type
-from symbolic.errors import BrushgripError
+from symbolic import BrushgripError
 
 CONDITIONS = {
     "#ifdef CASADI_CODEGEN_PREFIX": False,

@@ -6,9 +6,7 @@ depend on the observer.
 """
 
 import hashlib
-import importlib.metadata
 import json
-import re
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
@@ -22,12 +20,13 @@ from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_ekf import is_quick, quick_body
 from observers.embedded.compact_mhe import is_quick_window, quick_window_body
 from observers.embedded.function_observer import RIG_UNITS, FunctionObserver, function_observer
+from observers.embedded.names import require_usable
+from observers.embedded.origin import mark, release, require_replaceable
 from observers.embedded.reference_samples import reference_table
 from observers.embedded.scalar_type import SINGLE, Real, in_type
 from observers.embedded.templating import Body, render
 from observers.measurement_model import SENSIBLE
 from observers.protocol import LONGEST_STEP, Status
-from symbolic import InvalidInputError
 from symbolic.serialisation import units_of
 
 REFUSED = 128
@@ -59,12 +58,13 @@ def generate(
         The files written.
 
     Raises:
-        InvalidInputError: the observer is no Ekf or Mhe, the name is none in C, or a constant is beyond
-            the type.
+        InvalidInputError: the observer is no Ekf or Mhe, the name is none in C or is taken, a constant
+            is beyond the type, or a file that was not generated is in the way.
     """
     texts = source_texts(observer, real, name)
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
+    require_replaceable(folder / file for file in texts)
     for file, text in texts.items():
         (folder / file).write_text(text, encoding="utf-8", newline="\n")
     return [folder / file for file in texts]
@@ -72,10 +72,7 @@ def generate(
 
 def source_texts(observer: ModelObserver, real: Real, name: str) -> dict[str, str]:
     """The text of every file, by its name; errors as for `generate`."""
-    if not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", name):
-        raise InvalidInputError(
-            f"name must be a name in C, small letters, digits and _, at most 31, got {name!r}"
-        )
+    require_usable(name)
     functions = function_observer(observer)
     terms = template_terms(functions, real, name)
     body = _body(observer, functions, real, terms)
@@ -106,6 +103,7 @@ def template_terms(observer: FunctionObserver, real: Real, name: str) -> dict[st
         "title": f"{observer.title}; {real.c_type}.",
         "torque": observer.channel,
         "brushgrip": release(),
+        "generated": mark(),
         "casadi": ca.CasadiMeta.version(),
         "flags": STATUS_FLAGS,
         "constants": [
@@ -119,14 +117,6 @@ def template_terms(observer: FunctionObserver, real: Real, name: str) -> dict[st
         "longest_step": repr(LONGEST_STEP),
         "largest_value": repr(SENSIBLE),
     }
-
-
-def release() -> str:
-    """The version of brushgrip; a checkout that is not installed has none."""
-    try:
-        return importlib.metadata.version("brushgrip")
-    except importlib.metadata.PackageNotFoundError:
-        return "(not installed)"
 
 
 def _body(
@@ -160,6 +150,7 @@ def _parameters(observer: ModelObserver, functions: FunctionObserver, real: Real
     units = units_of(observer.model)
     rig = zip(asdict(observer.rig).items(), RIG_UNITS, strict=True)
     document = {
+        "generated": mark(),
         "version": version,
         "observer": functions.name,
         "real": real.c_type,

@@ -57,7 +57,7 @@ def quick_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> Body:
 
 
 def _layout(observer: Ekf) -> Layout:
-    return layout(_handed(observer), observer.sensing)
+    return layout(_handed(observer), observer.measurement_model)
 
 
 def _places(observer: Ekf) -> dict[str, int]:
@@ -81,7 +81,7 @@ def _meeting(observer: Ekf) -> dict[str, str]:
             else default
         )
 
-    if not observer.sensing.turns:
+    if not observer.measurement_model.turns:
         # The states that the torque depends on only walk: the patch meets them as they were.
         stiffness = state("before", "stiffness", "1.0")
         psi = "is_known(sample[0]) ? sample[0] : state->patch.angle"
@@ -130,9 +130,9 @@ def _build_begin(observer: Ekf) -> ca.Function:
 
 def _build_filter(observer: Ekf) -> ca.Function:
     """(state, sample) -> (state_next, said), the parameters as numbers."""
-    step = build_step(_handed(observer), observer.sensing, observer.iterations)
+    step = build_step(_handed(observer), observer.measurement_model, observer.iterations)
     flat = scalars("filter", step, {"constants": observer.constants})
     places = _places(observer)
     # Where the torque was taken, and what was last said of mu, is exp of the state that stands for it.
-    mu = places["said"] if observer.sensing.turns else places["memory"] + HELD_MU
+    mu = places["said"] if observer.measurement_model.turns else places["memory"] + HELD_MU
     return with_known_exponentials(flat, {places["x"]: mu})

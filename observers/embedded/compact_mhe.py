@@ -33,7 +33,7 @@ STATE = """\
 
 def is_quick_window(observer: ModelObserver) -> bool:
     """True where the angle is known, for one iteration on the declared model, two samples or more."""
-    if not isinstance(observer, Mhe) or observer.sensing.turns or observer.window < 2:
+    if not isinstance(observer, Mhe) or observer.measurement_model.turns or observer.window < 2:
         return False
     return observer.iterations == 1 and is_declared(observer)
 

@@ -8,8 +8,8 @@ import casadi as ca
 
 from observers.base import ModelObserver
 from observers.embedded.scalar_type import Real
-from symbolic import edge_distance, full_slide_level, unit_moment
-from symbolic.deformation import edge_moment
+from symbolic import full_slide_level
+from symbolic.deformation import edge_distance, edge_moment, unit_moment
 
 DEPTH = 16
 """Corners of the patch, 33 zones; where a path nests deeper, the one that is felt least is given up."""
@@ -38,7 +38,7 @@ def patch_numbers(observer: ModelObserver) -> dict[str, str]:
         "level": repr(float(full_slide_level(1.0, a))),
         "still_moment": repr(float(unit_moment(0.0, a, e))),
         "depth": str(DEPTH),
-        "turns": str(int(observer.sensing.turns)),
+        "turns": str(int(observer.measurement_model.turns)),
     }
 
 

@@ -18,10 +18,10 @@ from pathlib import Path
 from observers.base import ModelObserver
 from observers.embedded.codegen import source_texts, template_terms
 from observers.embedded.function_observer import function_observer
+from observers.embedded.origin import require_replaceable
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
-from symbolic import InvalidInputError
-from symbolic.compiled import compiler
+from symbolic import InvalidInputError, compiler
 
 HOST = ("Linux", "x86_64")
 COMPILER_FLAGS = (
@@ -100,6 +100,7 @@ def generate_fmu(
     }
     file = Path(folder) / f"{name}.fmu"
     file.parent.mkdir(parents=True, exist_ok=True)
+    require_replaceable([file])
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         for path, content in files.items():
             entry = zipfile.ZipInfo(path, DATE)

@@ -62,7 +62,7 @@ def function_observer(observer: ModelObserver) -> FunctionObserver:
     if type(observer) not in KINDS:
         raise InvalidInputError(f"observer must be an Ekf or an Mhe, got {type(observer).__name__}")
     title, build = KINDS[type(observer)]
-    channel = "M" if observer.sensing.turns else "M_z"
+    channel = "M" if observer.measurement_model.turns else "M_z"
     effects = ", ".join(effect.name for effect in observer.model.effects)
     settings = {n: getattr(observer, n) for n in ("iterations", "window") if hasattr(observer, n)}
     return FunctionObserver(
@@ -78,7 +78,7 @@ def function_observer(observer: ModelObserver) -> FunctionObserver:
         informed_below=INFORMED * observer.tuning.log_std,
         prior=observer.estimate(observer.init(Sample(psi=0.0, psi_dot=0.0, F_N=1.0, dt=0.01))),
         settings={
-            "sensing": type(observer.sensing).__name__,
+            "sensing": type(observer.measurement_model).__name__,
             "states": list(observer.states),
             "beliefs": asdict(observer.tuning),
             "settings": settings,
@@ -87,11 +87,13 @@ def function_observer(observer: ModelObserver) -> FunctionObserver:
 
 
 def _ekf_step(observer: Any) -> ca.Function:
-    return build_step(observer.model, observer.sensing, observer.iterations)
+    return build_step(observer.model, observer.measurement_model, observer.iterations)
 
 
 def _mhe_step(observer: Any) -> ca.Function:
-    return build_window_step(observer.model, observer.sensing, observer.window, observer.iterations)
+    return build_window_step(
+        observer.model, observer.measurement_model, observer.window, observer.iterations
+    )
 
 
 KINDS: dict[type[ModelObserver], tuple[str, Callable[[Any], ca.Function]]] = {

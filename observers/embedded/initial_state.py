@@ -43,7 +43,9 @@ def build_start(observer: ModelObserver, layout: Layout | None = None) -> ca.Fun
     given = dict(zip(SAMPLE, ca.vertsplit(sample), strict=True))
     rate = ca.if_else(is_known(given["psi_dot"]), given["psi_dot"], 0)
     first: Any = _First(psi=given["psi"], psi_dot=rate, F_N=given["F_N"], dt=given["dt"])
-    prior = observer.sensing.prior(observer.tuning, first, full_slide_torque(first.F_N, rig[0]))
+    prior = observer.measurement_model.prior(
+        observer.tuning, first, full_slide_torque(first.F_N, rig[0])
+    )
     mean, std = (ca.vertcat(*(prior[name][i] for name in observer.states)) for i in range(2))
     signals = [getattr(first, name) for name in SIGNALS]
     held_at = ca.DM([observer.tuning.mu, 1.0])[: 1 + ("stiffness" in observer.states)]
@@ -66,7 +68,7 @@ def build_start(observer: ModelObserver, layout: Layout | None = None) -> ca.Fun
             "P_newest": ca.diag(std**2),
         }
     if layout is None:
-        parts["memory"] = observer.model.start(ca.vertcat(*signals), theta, rig[:2])
+        parts["memory"] = observer.model.initial(ca.vertcat(*signals), theta, rig[:2])
     state = _filled(layout or observer.layout, parts)
     return ca.Function("start", [sample, constants], [state], ["sample", "constants"], ["state"])
 

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from symbolic import SIGNALS
-from symbolic.model import DECLARED
+from symbolic import DECLARED, SIGNALS
 
 
 @dataclass(frozen=True)
@@ -44,7 +43,7 @@ class HandedTorque:
         M_z = M_z + by_mu * (theta[0] - mu)
         return ca.Function("torque", inputs, [M_z + by_k * (theta[1] - k) if self.stiff else M_z])
 
-    def remembers(self, coordinate: str) -> bool:
+    def memory_depends_on(self, coordinate: str) -> bool:
         """False: the exact patch remembers angles and loads, no parameter."""
         del coordinate
         return False

@@ -81,7 +81,7 @@ def _row(row: ca.MX) -> tuple[ca.MX, dict[str, ca.MX]]:
 def _slopes(observer: Mhe, torque: ca.MX, x: ca.MX) -> ca.MX:
     """Slopes of the torque by the states of the tyre, from those by mu and by k."""
     by_tyre = torque[1:3] if "stiffness" in observer.states else torque[1]
-    return by_states(observer.sensing, by_tyre, x)
+    return by_states(observer.measurement_model, by_tyre, x)
 
 
 def _begin(observer: Mhe) -> ca.Function:
@@ -90,7 +90,7 @@ def _begin(observer: Mhe) -> ca.Function:
     given = dict(zip(SAMPLE, ca.vertsplit(sample), strict=True))
     nothing: Any = _NoSample()
     slide: Any = full_slide_torque(given["F_N"], rig[0])
-    prior = observer.sensing.prior(observer.tuning, nothing, slide)
+    prior = observer.measurement_model.prior(observer.tuning, nothing, slide)
     mean, std = (ca.vertcat(*(prior[name][i] for name in observer.states)) for i in range(2))
     last = ca.vertcat(*(given[n] if n in ("psi", "F_N") else 0 for n in CLEAN))
     return _function("begin_window", [sample, rig], [mean, ca.diag(std**2), last])
@@ -103,18 +103,20 @@ class _NoSample:
 def _clean(observer: Mhe) -> ca.Function:
     """(sample, last) -> the sample cleaned, and whether something is held."""
     sample, last = _symbols(observer, "sample", "last")
-    return _function("clean", [sample, last], list(build_clean(observer.sensing)(sample, last)))
+    return _function(
+        "clean", [sample, last], list(build_clean(observer.measurement_model)(sample, last))
+    )
 
 
 def _limit(observer: Mhe) -> ca.Function:
     """(x) -> within bounds."""
     x, beliefs = _symbols(observer, "x", "beliefs")
-    return _function("limit", [x, beliefs], [projected(observer.sensing, x, beliefs)])
+    return _function("limit", [x, beliefs], [projected(observer.measurement_model, x, beliefs)])
 
 
 def _motion(observer: Mhe, x: ca.MX, last: ca.MX, now: ca.MX, rig: ca.MX, beliefs: ca.MX) -> Any:
     """x_next, A, Q and b; the torque does not move the states where the angle is known."""
-    move = build_motion(observer.sensing)
+    move = build_motion(observer.measurement_model)
     return move(x, 0, ca.DM(move.size1_in("slopes"), 1), last, now, rig, beliefs)
 
 
@@ -125,7 +127,9 @@ def _predict(observer: Mhe) -> ca.Function:
     )
     newest, A, Q, _ = _motion(observer, x, last, now, rig, beliefs)
     return _function(
-        "predict", inputs, [projected(observer.sensing, newest, beliefs), A @ P @ A.T + ca.diag(Q)]
+        "predict",
+        inputs,
+        [projected(observer.measurement_model, newest, beliefs), A @ P @ A.T + ca.diag(Q)],
     )
 
 
@@ -134,7 +138,7 @@ def _judge(observer: Mhe) -> ca.Function:
     names = ("newest", "torque", "now", "P", "counts", "rig", "beliefs")
     newest, torque, now, P, counts, rig, beliefs = inputs = _symbols(observer, *names)
     slopes = _slopes(observer, torque, newest)
-    read = build_reading(observer.sensing)(newest, torque[0], slopes, now, rig, beliefs)
+    read = build_reading(observer.measurement_model)(newest, torque[0], slopes, now, rig, beliefs)
     innovation, H, weight, expected, ordinary = read
     verdict = build_gate()(innovation, ca.dot(H, P @ H), weight, ordinary, counts, beliefs)
     believed, reset, run, after = verdict
@@ -148,7 +152,7 @@ def _forth(observer: Mhe) -> ca.Function:
     slopes = _slopes(observer, torque, x)
     (now, kept), (coming, then) = _row(row), _row(after)
     columns = ca.vertcat(now, kept["believed"], kept["jump"])
-    z, H, weight = build_counted(observer.sensing)(x, torque[0], slopes, columns, rig, beliefs)
+    z, H, weight = build_counted(observer.measurement_model)(x, torque[0], slopes, columns, rig, beliefs)
     _, A, Q, b = _motion(observer, x, now, coming, rig, beliefs)
     Q = ca.vertcat(Q[0] + then["jump"], Q[1:])
     update = build_update(len(observer.states))(mean, factor, z, H, weight, A, b, Q)
@@ -169,7 +173,7 @@ def _back(observer: Mhe) -> ca.Function:
     )
     _, A, _, _ = _motion(observer, x, _row(row)[0], _row(after)[0], rig, beliefs)
     before, smoothed = build_back(n)(costate, x, ca.reshape(spread, n, n), H, K, score, A)
-    return _function("back", inputs, [before, projected(observer.sensing, smoothed, beliefs)])
+    return _function("back", inputs, [before, projected(observer.measurement_model, smoothed, beliefs)])
 
 
 def _say(observer: Mhe) -> ca.Function:

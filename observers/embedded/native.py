@@ -16,8 +16,7 @@ from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
 from observers.protocol import Estimates
 from observers.run import as_estimates
-from symbolic import InvalidInputError
-from symbolic.compiled import compiler
+from symbolic import InvalidInputError, compiler
 
 Array = NDArray[np.float64]
 COMPILER_FLAGS = ("-std=c99", "-O2", "-fno-math-errno", "-fPIC", "-shared", "-I.")

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observers.base import ModelObserver
+from observers.embedded.origin import mark
 from observers.embedded.scalar_type import Real
 from observers.loop import Loop
 from observers.protocol import Sample
@@ -30,7 +31,7 @@ def reference_table(observer: ModelObserver, real: Real, torque: str) -> str:
         *expected_estimates(observer, samples),
     ]
     comment = COMMENT.format(mu=reference_friction(observer), seed=SEED).splitlines()
-    lines = [*(f"# {line}" for line in comment), ",".join((*inputs, *OUTPUTS))]
+    lines = [f"# {mark()}", *(f"# {line}" for line in comment), ",".join((*inputs, *OUTPUTS))]
     lines += [",".join(_number(v, real) for v in row) for row in zip(*columns, strict=True)]
     return "\n".join(lines) + "\n"
 
@@ -57,7 +58,7 @@ def reference_samples(observer: ModelObserver) -> Array:
     signals, geometry = np.vstack([psi, rate, F_N, dt]), np.array([rig.a, rig.e])
     M_z = simulate(observer.model, signals, np.asarray(theta).ravel(), geometry).M_z
     M = -M_z
-    if observer.sensing.turns:
+    if observer.measurement_model.turns:
         M = M + (rig.b_t or 0.0) * rate + (rig.J_A or 0.0) * np.gradient(rate, STEP)
     noise = 0.004 * np.ptp(M_z) * rng.standard_normal((2, COUNT))
     samples = np.vstack([psi, rate, M_z + noise[0], M + noise[1], F_N, dt])

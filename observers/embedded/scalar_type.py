@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 MATH_FUNCTIONS = frozenset(
     {

@@ -19,7 +19,7 @@ Counts = NDArray[np.int64]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Course:
+class ZoneHistory:
     """What becomes of the patch; arrays of shape (n,).
 
     Attributes:
@@ -35,7 +35,7 @@ class Course:
     true_zones: Counts
 
 
-def course(psi: Array, least_turn: float = 5e-4) -> Course:
+def zone_history(psi: Array, least_turn: float = 5e-4) -> ZoneHistory:
     """Direction and zones at every sample, causally.
 
     Args:
@@ -55,7 +55,7 @@ def course(psi: Array, least_turn: float = 5e-4) -> Course:
         state = turned(state, angle, least_turn)
         states.append(state)
     reversed_once = np.array([state.psi_max for state in states])
-    return Course(
+    return ZoneHistory(
         direction=np.array([state.direction for state in states]),
         psi_max=np.where(reversed_once != 0, reversed_once + psi[0], 0.0),
         zones=np.array([state.zones for state in states]),

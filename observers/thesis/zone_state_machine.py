@@ -24,14 +24,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic import Rig, full_slide_level, unit_moment
+from symbolic import Rig, virgin_torque
 
 Array = NDArray[np.float64]
 Expression = Any
 POINT = ("mu", "turn", "turn_back", "F_N", "k", "a", "e")
 """What the torque of the zones is made of: [1], [rad], [rad], [N], [N/m^2], [m], [m]."""
-LEAST_ANGLE = 1e-12
-"""Turns below this are taken for this, as the virgin curve divides by the turn [rad]."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -80,26 +78,6 @@ def turned(before: Fragmentation, psi: float, least_turn: float) -> Fragmentatio
 def branch(state: Fragmentation, psi: float) -> tuple[float, float]:
     """The turn from rest and the turn since the last reversal, 0 in three zones [rad]."""
     return (psi, 0.0) if state.zones == 3 else (state.psi_max, psi - state.psi_max)
-
-
-def virgin_torque(
-    psi: Expression, F_N: Expression, mu: Expression, k: Expression, a: Expression, e: Expression
-) -> Expression:
-    """M_v: torque of a patch turned once from rest, three zones [N m], source (2.3) with (3.4).
-
-    Args:
-        psi: the turn [rad].
-        F_N: vertical load [N].
-        mu: coefficient of friction [1].
-        k: distributed lateral stiffness [N/m^2].
-        a: half-length of the contact patch [m].
-        e: caster length [m].
-
-    Returns:
-        The moment of the ground on the wheel, negative for a positive turn.
-    """
-    slip = full_slide_level(F_N, a) * mu / k / ca.fmax(ca.fabs(psi), LEAST_ANGLE)
-    return -k * psi * (unit_moment(0, a, e) - unit_moment(slip, a, e))
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)

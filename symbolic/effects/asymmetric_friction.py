@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from symbolic.effects.base import Effect, Expression, Parameter, Signals, Values
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Signals, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,6 +18,11 @@ class AsymmetricFriction(Effect):
     summary: str = "friction differs by direction of turning"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="ratio", unit="1", neutral=1.0, start=1.05, lower=0.3, upper=3.0, scale=0.2),
+    )
+    signatures: tuple[ResidualSignature, ...] = (
+        ResidualSignature("the magnitude of the torque"),
+        ResidualSignature("the signed angle since the last reversal", sign=1),
+        ResidualSignature("the signed time since the last reversal", sign=1),
     )
 
     def friction(self, signals: Signals, memory: Expression, values: Values) -> Expression:

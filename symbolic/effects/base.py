@@ -1,4 +1,4 @@
-"""What an effect is: a frozen value that declares its parameters and where it enters the model."""
+"""The interface of an effect: a frozen value with its parameters and its hooks in the model."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -6,7 +6,6 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.patch_output import PatchOutput
 from symbolic.errors import InvalidInputError
 
 Expression = Any
@@ -28,7 +27,7 @@ class Parameter:
         scope: "shared" by all recordings of a rig, or belonging to one "recording".
         scale: size of a plain change, by which a solver scales it.
         inverse: fit one over the value, for compliances whose neutral value is an infinite stiffness.
-        given: never fitted; what the recordings declare says it, see `Effect.given`.
+        fixed: never fitted; the recordings give its value, see `Effect.fixed_values`.
     """
 
     name: str
@@ -40,7 +39,7 @@ class Parameter:
     scale: float
     scope: Scope = "shared"
     inverse: bool = False
-    given: bool = False
+    fixed: bool = False
 
     @property
     def coordinate(self) -> str:
@@ -60,13 +59,31 @@ class Parameter:
                 f"parameter {self.name}: start must lie in"
                 f" [{self.lower}, {self.upper}], got {self.start}"
             )
-        if self.given and self.scope != "shared":
-            raise InvalidInputError(f"parameter {self.name}: what is given is shared by all recordings")
+        if self.fixed and self.scope != "shared":
+            raise InvalidInputError(
+                f"parameter {self.name}: a fixed parameter is shared by all recordings"
+            )
+
+
+@dataclass(frozen=True)
+class ResidualSignature:
+    """A signal that the residual follows where an effect is missing from the model.
+
+    Attributes:
+        signal: name of the signal, one of `identification.RESIDUAL_SIGNALS`.
+        sign: 1 or -1, the sign of the correlation of simulated minus measured torque with the signal;
+            0 where it may be either.
+        rank: place among the effects that leave the same signature, 0 for the likeliest.
+    """
+
+    signal: str
+    sign: Literal[-1, 0, 1] = 0
+    rank: int = 0
 
 
 @dataclass(frozen=True, kw_only=True)
 class Signals:
-    """One sample as the model sees it, after effects on the sensors; casadi expressions.
+    """Signals of one sample at the patch, after effects on the sensors; CasADi expressions.
 
     Attributes:
         psi: yaw angle [rad].
@@ -91,11 +108,12 @@ class Effect:
 
     Attributes:
         name: the name in files and reports.
-        parameters: what it adds to the parameter vector, in this order.
+        parameters: its part of the parameter vector, in this order.
         summary: one line in plain words.
-        memory: how many numbers it remembers from sample to sample.
+        memory: length of its own memory from sample to sample.
         discrete: True where it breaks the parabola and so needs the bristle patch.
-        sensor: True where `sense` changes what everything else sees, so that it comes first.
+        sensor: True where `transform_inputs` changes what everything else sees, so that it comes first.
+        signatures: what the residual follows where the effect is missing; empty if no signal shows it.
     """
 
     name: str
@@ -104,8 +122,9 @@ class Effect:
     memory: int = 0
     discrete: bool = False
     sensor: bool = False
+    signatures: tuple[ResidualSignature, ...] = ()
 
-    def given(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:
+    def fixed_values(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:
         """Values of the parameters that are never fitted, by name.
 
         Args:
@@ -116,15 +135,17 @@ class Effect:
         return {}
 
     def initial(self, signals: Signals) -> Expression:
-        """What it remembers before the first sample, shape (memory,)."""
+        """Memory before the first sample, shape (memory,)."""
         raise NotImplementedError(f"{self.name} has memory but no initial value")
 
-    def sense(self, signals: Signals, memory: Expression, values: Values) -> tuple[Signals, Expression]:
-        """What reaches the patch of the sample that was recorded, and the next memory."""
+    def transform_inputs(
+        self, signals: Signals, memory: Expression, values: Values
+    ) -> tuple[Signals, Expression]:
+        """Signals at the patch, from the recorded ones, and the next memory."""
         del values
         return signals, memory
 
-    def start_angle(self, values: Values) -> Expression:
+    def initial_angle(self, values: Values) -> Expression:
         """Angle by which the patch was turned before the first sample [rad]."""
         del values
         return 0
@@ -135,7 +156,7 @@ class Effect:
         return 1
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
-        """How the bristles differ; add to what is there."""
+        """The traits of the bristles with those of this effect added."""
         del values
         return traits
 
@@ -145,13 +166,8 @@ class Effect:
         return None
 
     def torque(self, signals: Signals, values: Values) -> Expression:
-        """Torque added to what the patch makes [N m]."""
+        """Torque added to that of the patch [N m]."""
         del signals, values
-        return 0
-
-    def leftover(self, signals: Signals, memory: Expression, made: PatchOutput) -> Expression:
-        """Torque added last, to what patch and effects have made [N m]."""
-        del signals, memory, made
         return 0
 
 

@@ -1,13 +1,13 @@
 """Dry friction in the kingpin or in the mount of the sensor.
 
-Source: Armstrong-Helouvry, Control of Machines with Friction (1991); the smooth step is ours.
+Reference: Armstrong-Helouvry, Control of Machines with Friction (1991); the smooth step is ours.
 """
 
 from dataclasses import dataclass
 
 import casadi as ca
 
-from symbolic.effects.base import Effect, Expression, Parameter, Signals, Values
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Signals, Values
 
 TURNING = 0.01
 """Yaw rate above which the wheel counts as turning [rad/s]."""
@@ -22,6 +22,7 @@ class BearingFriction(Effect):
     parameters: tuple[Parameter, ...] = (
         Parameter(name="M_c", unit="N m", neutral=0.0, start=0.1, lower=0.0, upper=20.0, scale=0.5),
     )
+    signatures: tuple[ResidualSignature, ...] = (ResidualSignature("the direction of turning", sign=1),)
 
     def torque(self, signals: Signals, values: Values) -> Expression:
         """Dry friction torque, against the motion for M_c > 0 [N m]."""

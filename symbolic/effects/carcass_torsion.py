@@ -1,12 +1,12 @@
 """Torsion of carcass and rim in series with the contact patch.
 
-Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), on carcass compliance.
+Reference: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), on carcass compliance.
 """
 
 import math
 from dataclasses import dataclass
 
-from symbolic.effects.base import Effect, Expression, Parameter, Values
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,6 +26,10 @@ class CarcassTorsion(Effect):
             scale=300.0,
             inverse=True,
         ),
+    )
+    signatures: tuple[ResidualSignature, ...] = (
+        ResidualSignature("the angle", sign=-1),
+        ResidualSignature("the rate of the torque", sign=1, rank=1),
     )
 
     def compliance(self, values: Values) -> Expression:

@@ -5,7 +5,7 @@ The linear viscous term; on the standing tyre: Pacejka, Tire and Vehicle Dynamic
 
 from dataclasses import dataclass
 
-from symbolic.effects.base import Effect, Expression, Parameter, Signals, Values
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Signals, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -16,6 +16,10 @@ class ContactDamping(Effect):
     summary: str = "a torque proportional to the yaw rate"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="c", unit="N m s/rad", neutral=0.0, start=0.1, lower=0.0, upper=20.0, scale=1.0),
+    )
+    signatures: tuple[ResidualSignature, ...] = (
+        ResidualSignature("the yaw rate", sign=1),
+        ResidualSignature("the rate of the torque", sign=-1, rank=1),
     )
 
     def torque(self, signals: Signals, values: Values) -> Expression:

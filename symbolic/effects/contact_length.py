@@ -1,7 +1,7 @@
 """A patch whose length follows the load.
 
 Declared half-lengths are measured at some load, to as many millimetres as were read; a recording, and a
-sample of it, at another load has another one. Source: Besselink, Schmeitz, Pacejka, An improved Magic
+sample of it, at another load has another one. Reference: Besselink, Schmeitz, Pacejka, An improved Magic
 Formula/Swift tyre model that can handle inflation pressure changes, Vehicle System Dynamics 48 (2010)
 sup. 1, 337: half the contact length is a sum of terms in F_N and its square root.
 """
@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.base import Effect, Expression, Parameter, Values
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values
 
 REFERENCE_LENGTH = 0.045
 """The a_0 that goes with the load F_0 [m]."""
@@ -38,16 +38,20 @@ class ContactLength(Effect):
         Parameter(name="n", unit="1", neutral=0.0, start=0.1, lower=0.0, upper=1.0, scale=0.2),
         Parameter(
             name="F_0", unit="N", neutral=None, start=400.0, lower=1e-3, upper=1e9, scale=100.0,
-            given=True,
+            fixed=True,
         ),
         Parameter(
             name="m", unit="1", neutral=None, start=USUAL_POWER, lower=1.0, upper=5.0, scale=1.0,
-            given=True,
+            fixed=True,
         ),
     )  # fmt: skip
+    signatures: tuple[ResidualSignature, ...] = (
+        ResidualSignature("the load"),
+        ResidualSignature("the torque times the load"),
+    )
     discrete: bool = True
 
-    def given(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:
+    def fixed_values(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:
         """F_0 and m, see above; m within its bounds."""
         lengths, loads = np.log(np.divide(a, REFERENCE_LENGTH)), np.log(F_N)
         spread = lengths - lengths.mean()

@@ -1,4 +1,4 @@
-"""Friction that beds in with the way turned.
+"""Friction that beds in with the angle turned, counted both ways.
 
 An empirical form; on rubber friction in general: Persson, Sliding Friction, 2nd ed. (2000).
 """
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from symbolic.effects.base import Effect, Expression, Parameter, Signals, Values
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Signals, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,17 +20,24 @@ class FrictionDrift(Effect):
         Parameter(name="gain", unit="1", neutral=0.0, start=0.1, lower=-0.9, upper=3.0, scale=0.1),
         Parameter(name="scale", unit="rad", neutral=None, start=0.5, lower=0.05, upper=20.0, scale=0.5),
     )
+    signatures: tuple[ResidualSignature, ...] = (
+        ResidualSignature("the torque times the time"),
+        ResidualSignature("the signed angle since the last reversal", sign=1),
+        ResidualSignature("the signed time since the last reversal", sign=1),
+    )
     memory: int = 2
 
     def initial(self, signals: Signals) -> Expression:
-        """The last angle [rad] and the way turned so far [rad]."""
+        """The last angle [rad] and the travel so far, counted both ways [rad]."""
         return ca.vertcat(signals.psi, 0)
 
-    def sense(self, signals: Signals, memory: Expression, values: Values) -> tuple[Signals, Expression]:
-        """Count the way turned."""
+    def transform_inputs(
+        self, signals: Signals, memory: Expression, values: Values
+    ) -> tuple[Signals, Expression]:
+        """Add up the travel."""
         del values
-        way = memory[1] + ca.fabs(signals.psi - memory[0])
-        return signals, ca.vertcat(signals.psi, way)
+        travel = memory[1] + ca.fabs(signals.psi - memory[0])
+        return signals, ca.vertcat(signals.psi, travel)
 
     def friction(self, signals: Signals, memory: Expression, values: Values) -> Expression:
         """Factor on the friction limit [1]."""

@@ -5,7 +5,7 @@ speed at which the bristle slides (`symbolic.slip`). One that the turning wheel 
 slide yet, and one that is no longer driven creeps on, ever slower, in place of losing stress at once.
 The mu of a model with it is that at 1 mm/s.
 
-Source: Rice, Lapusta, Ranjith, Rate and state dependent friction and the stability of sliding between
+Reference: Rice, Lapusta, Ranjith, Rate and state dependent friction and the stability of sliding between
 elastically deformable solids, J. Mech. Phys. Solids 49 (2001) 1865: the direct effect, linear in log
 speed (cut off at v_0 here, an arcsinh there); for rubber Grosch, Proc. R. Soc. A 274 (1963) 21.
 """
@@ -13,7 +13,7 @@ speed (cut off at v_0 here, an arcsinh there); for rubber Grosch, Proc. R. Soc. 
 from dataclasses import dataclass, replace
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.base import Effect, Parameter, Values
+from symbolic.effects.base import Effect, Parameter, ResidualSignature, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,6 +26,14 @@ class FrictionalCreep(Effect):
     )
     parameters: tuple[Parameter, ...] = (
         Parameter(name="c", unit="1", neutral=0.0, start=0.02, lower=0.0, upper=0.3, scale=0.05),
+    )
+    signatures: tuple[ResidualSignature, ...] = (
+        ResidualSignature("the direction of friction times log speed", sign=1),
+        ResidualSignature("the signed angle since the last reversal", sign=1),
+        ResidualSignature("the signed time since the last reversal", sign=1),
+        ResidualSignature("the yaw rate", sign=1, rank=1),
+        ResidualSignature("the rate of the torque", sign=-1, rank=1),
+        ResidualSignature("the angle", sign=1, rank=2),
     )
     discrete: bool = True
 

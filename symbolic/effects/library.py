@@ -1,6 +1,7 @@
 """Every effect that the search may pick, by name, in the order of the vocabulary."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from types import ModuleType
 
 from symbolic.effects.asymmetric_friction import AsymmetricFriction
 from symbolic.effects.base import Effect
@@ -48,16 +49,72 @@ EFFECTS: dict[str, Effect] = {
 }
 
 
-def effects_named(names: Iterable[str]) -> tuple[Effect, ...]:
-    """The effects of these names.
+RESERVED = ("learned",)
+"""Names that a model file gives another meaning."""
+
+
+def effects_named(chosen: Iterable[str | Effect], own: Iterable[Effect] = ()) -> tuple[Effect, ...]:
+    """The effects of these names; an effect stands for itself.
+
+    Args:
+        chosen: names of effects of the library or of `own`, or effects.
+        own: effects beside the library's that a name may stand for.
 
     Raises:
-        InvalidInputError: a name is not in the vocabulary, or stands twice.
+        InvalidInputError: a name is unknown or stands twice, or an effect is not one that can stand
+            beside the library's, see `effects_in`.
     """
-    chosen = tuple(names)
-    for name in chosen:
-        if name not in EFFECTS:
-            raise InvalidInputError(f"unknown effect {name!r}; known are {', '.join(EFFECTS)}")
-        if chosen.count(name) > 1:
-            raise InvalidInputError(f"effect {name!r} is named twice")
-    return tuple(EFFECTS[name] for name in chosen)
+    wanted = tuple(chosen)
+    known = EFFECTS | {effect.name: effect for effect in checked_effects(own)}
+    effects = tuple(known.get(item, item) if isinstance(item, str) else item for item in wanted)
+    for effect in effects:
+        if isinstance(effect, str):
+            raise InvalidInputError(
+                f"unknown effect {effect!r}; known are {', '.join(known)}; pass an effect of your own as"
+                " effects=[...], on the command line as --effects MODULE"
+            )
+    return checked_effects(effects)
+
+
+def effects_in(module: ModuleType) -> tuple[Effect, ...]:
+    """The effects that a user's module declares as `EFFECTS`, an iterable of `Effect` objects.
+
+    Raises:
+        InvalidInputError: the module declares none, something else is among them, two have the same
+            name, a name is no identifier, or it is that of another effect of the library.
+    """
+    name = module.__name__
+    declared = getattr(module, "EFFECTS", None)
+    if not isinstance(declared, Iterable) or isinstance(declared, str | Mapping):
+        raise InvalidInputError(
+            f"module {name} must declare its effects as EFFECTS = [MyEffect(), ...], objects of Effect"
+        )
+    try:
+        return checked_effects(declared)
+    except InvalidInputError as error:
+        raise InvalidInputError(f"module {name}: {error}") from None
+
+
+def checked_effects(effects: Iterable[object]) -> tuple[Effect, ...]:
+    """These effects, each with a name of its own that means no other effect of the library.
+
+    Raises:
+        InvalidInputError: see `effects_in`.
+    """
+    checked: dict[str, Effect] = {}
+    for effect in effects:
+        if not isinstance(effect, Effect):
+            raise InvalidInputError(f"an effect must be an object of Effect, got {effect!r}")
+        if not effect.name.isidentifier() or effect.name in RESERVED:
+            raise InvalidInputError(
+                f"an effect's name must be an identifier other than {', '.join(RESERVED)}, got"
+                f" {effect.name!r}"
+            )
+        if EFFECTS.get(effect.name, effect) != effect:
+            raise InvalidInputError(
+                f"effect {effect.name!r} has the name of another one in the library; choose another name"
+            )
+        if effect.name in checked:
+            raise InvalidInputError(f"effect {effect.name!r} is named twice")
+        checked[effect.name] = effect
+    return tuple(checked.values())

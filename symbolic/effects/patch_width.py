@@ -3,13 +3,13 @@
 A bristle at (x, y) moves along its circle about the kingpin, always in the same direction, so the
 two-dimensional stop is a scalar one with the lever arm sqrt((x - e)^2 + y^2).
 
-Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), on the brush model with turn slip.
+Reference: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), on the brush model with turn slip.
 """
 
 from dataclasses import dataclass, replace
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.base import Effect, Parameter, Values
+from symbolic.effects.base import Effect, Parameter, ResidualSignature, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,6 +23,7 @@ class PatchWidth(Effect):
             name="half_width", unit="m", neutral=0.0, start=0.015, lower=0.0, upper=0.15, scale=0.02
         ),
     )
+    signatures: tuple[ResidualSignature, ...] = (ResidualSignature("the angle", sign=-1, rank=1),)
     discrete: bool = True
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:

@@ -1,6 +1,6 @@
 """Pressure flatter or sharper than the parabola.
 
-Source: after the idea of Guo, Ren, A unified semi-empirical tire model with higher accuracy and less
+Reference: after the idea of Guo, Ren, A unified semi-empirical tire model with higher accuracy and less
 parameters, SAE 1999-01-0785 (pressure distributions of general shape).
 """
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.base import Effect, Expression, Parameter, Values, with_shape
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values, with_shape
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,6 +20,10 @@ class PressureShape(Effect):
     summary: str = "the pressure is flatter or sharper than a parabola"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="exponent", unit="1", neutral=2.0, start=2.3, lower=0.6, upper=12.0, scale=1.0),
+    )
+    signatures: tuple[ResidualSignature, ...] = (
+        ResidualSignature("the angle", sign=-1),
+        ResidualSignature("the rate of the torque", sign=1, rank=1),
     )
     discrete: bool = True
 

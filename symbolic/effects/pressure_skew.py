@@ -1,12 +1,12 @@
 """Pressure centre in front of or behind the middle of the patch.
 
-Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), on the brush model.
+Reference: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), on the brush model.
 """
 
 from dataclasses import dataclass
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.base import Effect, Expression, Parameter, Values, with_shape
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values, with_shape
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -17,6 +17,10 @@ class PressureSkew(Effect):
     summary: str = "the pressure centre is off the middle"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="skew", unit="1", neutral=0.0, start=0.1, lower=-0.95, upper=0.95, scale=0.2),
+    )
+    signatures: tuple[ResidualSignature, ...] = (
+        ResidualSignature("the angle", sign=-1),
+        ResidualSignature("the angle", sign=1, rank=2),
     )
     discrete: bool = True
 

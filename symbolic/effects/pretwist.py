@@ -1,11 +1,11 @@
 """A patch that is already deformed at the first sample.
 
-Source: section 3.1 of the source assumes zero deformation at t = 0; this takes the assumption away.
+[Györök 2022], section 3.1, assumes zero deformation at t = 0; this effect drops the assumption.
 """
 
 from dataclasses import dataclass
 
-from symbolic.effects.base import Effect, Expression, Parameter, Values
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +26,12 @@ class Pretwist(Effect):
             scope="recording",
         ),
     )
+    signatures: tuple[ResidualSignature, ...] = (
+        ResidualSignature("a constant of each recording"),
+        ResidualSignature("time"),
+        ResidualSignature("the initial twist that remains"),
+    )
 
-    def start_angle(self, values: Values) -> Expression:
+    def initial_angle(self, values: Values) -> Expression:
         """Angle turned before the recording begins [rad]."""
         return values["psi_0"]

@@ -1,6 +1,6 @@
 """Friction that grows, or falls, with the logarithm of the sliding speed, as that of rubber does.
 
-Source: Grosch, The relation between the friction and visco-elastic properties of rubber,
+Reference: Grosch, The relation between the friction and visco-elastic properties of rubber,
 Proc. R. Soc. A 274 (1963) 21: over part of the rising flank of his master curve, a line in log speed.
 """
 
@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.base import Effect, Expression, Parameter, Values, with_limit
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values, with_limit
 from symbolic.slip import REFERENCE_SPEED, REST_SPEED
 
 LEAST_FACTOR = 0.05
@@ -27,6 +27,13 @@ class RateFriction(Effect):
     summary: str = "friction changes with log sliding speed; mu is that at 1 mm/s"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="c", unit="1", neutral=0.0, start=0.02, lower=-0.3, upper=0.3, scale=0.05),
+    )
+    signatures: tuple[ResidualSignature, ...] = (
+        ResidualSignature("the direction of friction times log speed", sign=1),
+        ResidualSignature("the signed angle since the last reversal", sign=1),
+        ResidualSignature("the signed time since the last reversal", sign=1),
+        ResidualSignature("the yaw rate", sign=1, rank=1),
+        ResidualSignature("the direction of turning", sign=1, rank=1),
     )
     discrete: bool = True
 

@@ -1,11 +1,11 @@
 """Elastic or gravity return torque of the steering.
 
-Source: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012).
+Reference: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012).
 """
 
 from dataclasses import dataclass
 
-from symbolic.effects.base import Effect, Expression, Parameter, Signals, Values
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Signals, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,6 +25,7 @@ class SteeringReturn(Effect):
             scale=1.0,
         ),
     )
+    signatures: tuple[ResidualSignature, ...] = (ResidualSignature("the angle", sign=1),)
 
     def torque(self, signals: Signals, values: Values) -> Expression:
         """Return torque towards psi = 0 for stiffness > 0 [N m]."""

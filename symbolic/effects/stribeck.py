@@ -1,8 +1,8 @@
 """Static friction above kinetic, falling exponentially with sliding speed.
 
-Source: the exponential form reviewed in Armstrong-Helouvry, Dupont, Canudas de Wit, A survey of models,
-analysis tools and compensation methods for the control of machines with friction, Automatica 30 (1994)
-1083.
+Reference: the exponential form reviewed in Armstrong-Helouvry, Dupont, Canudas de Wit, A survey of
+models, analysis tools and compensation methods for the control of machines with friction,
+Automatica 30 (1994) 1083.
 """
 
 from dataclasses import dataclass
@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.base import Effect, Expression, Parameter, Values, with_limit
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values, with_limit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -27,6 +27,13 @@ class Stribeck(Effect):
         Parameter(
             name="v_s", unit="m/s", neutral=None, start=0.003, lower=0.0002, upper=0.03, scale=0.003
         ),
+    )
+    signatures: tuple[ResidualSignature, ...] = (
+        ResidualSignature("the direction of friction times log speed", sign=-1),
+        ResidualSignature("the yaw rate", sign=-1),
+        ResidualSignature("the direction of turning", sign=-1),
+        ResidualSignature("the signed angle since the last reversal", sign=-1),
+        ResidualSignature("the signed time since the last reversal", sign=-1),
     )
     discrete: bool = True
 

@@ -1,11 +1,11 @@
 """Zero error of the torque channel.
 
-Source: section 5.3 of the source, where offsets are taken off by hand before the evaluation.
+[Györök 2022], section 5.3, subtracts such offsets by hand before the evaluation.
 """
 
 from dataclasses import dataclass
 
-from symbolic.effects.base import Effect, Expression, Parameter, Signals, Values
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Signals, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,6 +26,7 @@ class TorqueOffset(Effect):
             scope="recording",
         ),
     )
+    signatures: tuple[ResidualSignature, ...] = (ResidualSignature("a constant of each recording"),)
 
     def torque(self, signals: Signals, values: Values) -> Expression:
         """The zero error [N m]."""

@@ -1,12 +1,12 @@
 """A Maxwell branch beside the bristle springs: stress that fades while the wheel rests.
 
-Source: Ferry, Viscoelastic Properties of Polymers, 3rd ed. (1980): the standard linear solid.
+Reference: Ferry, Viscoelastic Properties of Polymers, 3rd ed. (1980): the standard linear solid.
 """
 
 from dataclasses import dataclass, replace
 
 from symbolic.bristles import BristleTraits, Relaxation
-from symbolic.effects.base import Effect, Parameter, Values
+from symbolic.effects.base import Effect, Parameter, ResidualSignature, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,6 +18,10 @@ class ViscoelasticRelaxation(Effect):
     parameters: tuple[Parameter, ...] = (
         Parameter(name="gain", unit="1", neutral=0.0, start=0.3, lower=0.0, upper=10.0, scale=0.3),
         Parameter(name="time", unit="s", neutral=None, start=0.5, lower=0.02, upper=20.0, scale=0.5),
+    )
+    signatures: tuple[ResidualSignature, ...] = (
+        ResidualSignature("the rate of the torque", sign=-1),
+        ResidualSignature("the angle", sign=1, rank=1),
     )
     discrete: bool = True
 

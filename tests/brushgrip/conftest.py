@@ -1,4 +1,4 @@
-"""A diagnosis made by hand, recordings on disk, and the command as a user meets it."""
+"""A hand-made diagnosis, recordings on disk, and the command as a user calls it."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -8,28 +8,22 @@ import numpy as np
 import pytest
 
 from brushgrip.app import main
-from brushgrip.friction import FrictionTrack
+from brushgrip.estimation import FrictionTrack
 from identification.experiments.proposals import Proposal
 from identification.experiments.steering import Manoeuvre
 from identification.fits.fitting import Values
-from identification.residuals.signals import SIGNALS
+from identification.parameter_estimate import ParameterEstimate
+from identification.residuals.signals import RESIDUAL_SIGNALS, effects_leaving
 from identification.residuals.signatures import Autocorrelation, Signature, Signatures
-from identification.results import (
-    Candidate,
-    Diagnosis,
-    Errors,
-    Estimate,
-    FoundEffect,
-    Series,
-    Unexplained,
-)
+from identification.residuals.unexplained import Unexplained
+from identification.results import Candidate, Diagnosis, Errors, FoundEffect, Series
 from symbolic import EFFECTS, Model, effects_named
 
 RIG = "[rig]\na = 0.045\ne = 0.009\n\n[tyre]\nk = 2.4e6\nmu = 1.2\n"
 
 
 class Outcome(NamedTuple):
-    """What a command left: exit status, standard output, standard error."""
+    """Result of a command: exit status, standard output, standard error."""
 
     status: int
     out: str
@@ -38,7 +32,7 @@ class Outcome(NamedTuple):
 
 @pytest.fixture(autouse=True)
 def own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No data of this user or machine is found by chance."""
+    """Hide the data of this user and machine."""
     monkeypatch.delenv("BRUSHGRIP_DATA", raising=False)
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "user_data"))
     monkeypatch.setenv("COLUMNS", "120")
@@ -128,10 +122,10 @@ def _signatures(strength: float) -> Signatures:
             band=0.3,
             slope=1.0,
             size=0.01 * strength,
-            effects=signal.along.effects,
-            reading=signal.along.meaning,
+            effects=effects_leaving(signal, 1, EFFECTS.values()),
+            reading=signal.positive,
         )
-        for number, signal in enumerate(SIGNALS)
+        for number, signal in enumerate(RESIDUAL_SIGNALS)
     )
     return Signatures(
         rms=0.01,
@@ -168,7 +162,7 @@ def _effects() -> tuple[FoundEffect, ...]:
         FoundEffect(
             name="carcass_torsion",
             summary=EFFECTS["carcass_torsion"].summary,
-            parameters={"k_t": Estimate(value=391.234, std=4.2, unit="N m/rad")},
+            parameters={"k_t": ParameterEstimate(value=391.234, std=4.2, unit="N m/rad")},
             holdout_nrmse_after=0.03,
             delta_bic=-412.3,
             indistinguishable_from=("patch_width",),
@@ -177,7 +171,7 @@ def _effects() -> tuple[FoundEffect, ...]:
         FoundEffect(
             name="torque_offset",
             summary=EFFECTS["torque_offset"].summary,
-            parameters={"M_0 [train_a]": Estimate(value=-0.12, std=None, unit="N m")},
+            parameters={"M_0 [train_a]": ParameterEstimate(value=-0.12, std=None, unit="N m")},
             holdout_nrmse_after=0.023,
             delta_bic=-55.1,
             indistinguishable_from=(),
@@ -220,9 +214,9 @@ def make_diagnosis() -> Callable[..., Diagnosis]:
             ),
             unexplained=Unexplained(present=unexplained, evidence="follows psi_dot <by> 0.4 & F_N"),
             parameters={
-                "k": Estimate(value=2.4312e6, std=1.2e4, unit="N/m^2"),
-                **{f"mu [{n}]": Estimate(value=1.3, std=0.012, unit="1") for n in names},
-                "carcass_torsion.k_t": Estimate(value=391.234, std=4.2, unit="N m/rad"),
+                "k": ParameterEstimate(value=2.4312e6, std=1.2e4, unit="N/m^2"),
+                **{f"mu [{n}]": ParameterEstimate(value=1.3, std=0.012, unit="1") for n in names},
+                "carcass_torsion.k_t": ParameterEstimate(value=391.234, std=4.2, unit="N m/rad"),
             },
             signatures_before=_signatures(0.8),
             signatures_after=_signatures(0.1),

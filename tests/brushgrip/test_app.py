@@ -8,7 +8,7 @@ import pytest
 
 from brushgrip.app import main, repeat_lists
 from brushgrip.fetch import FetchError
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_unknown_errors_propagate(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_as_a_process(tmp_path: Path, repository_root: Path) -> None:
-    made = subprocess.run(
+    process = subprocess.run(
         [sys.executable, "-m", "brushgrip", "diagnose", "nowhere", "--out", str(tmp_path / "out")],
         cwd=repository_root,
         capture_output=True,
@@ -91,10 +91,10 @@ def test_as_a_process(tmp_path: Path, repository_root: Path) -> None:
         check=False,
     )
 
-    assert made.returncode == 2
-    assert made.stdout == ""
-    assert made.stderr.startswith("brushgrip: nowhere: no such recording; looked for nowhere, ")
-    assert made.stderr.count("\n") == 1
+    assert process.returncode == 2
+    assert process.stdout == ""
+    assert process.stderr.startswith("brushgrip: nowhere: no such recording; looked for nowhere, ")
+    assert process.stderr.count("\n") == 1
 
 
 def test_fetch_goes_to_the_users_folder(

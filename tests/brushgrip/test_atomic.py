@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from brushgrip.atomic import staged_directory, staged_file, write_text_atomic
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 
 def names(folder: Path) -> list[str]:
@@ -82,6 +82,13 @@ class TestWriteText:
     def test_folder_in_its_place(self, tmp_path: Path) -> None:
         with pytest.raises(InvalidInputError, match=r"is a folder, expected the name of a file$"):
             write_text_atomic(tmp_path, "x")
+
+
+def test_what_is_not_finished_is_hidden(tmp_path: Path) -> None:
+    with staged_file(tmp_path / "figure.png") as stage, staged_directory(tmp_path / "out") as folder:
+        assert stage.name.startswith(".figure-")
+        assert folder.name.startswith(".")
+        stage.write_text("new")
 
 
 class TestStagedFile:

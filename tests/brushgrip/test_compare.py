@@ -1,4 +1,4 @@
-"""`brushgrip compare` on a recording of the reference rig, with a file of the author made by hand."""
+"""`brushgrip compare` on a recording of the reference rig, with a hand-made file of the author."""
 
 import json
 from collections.abc import Callable
@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from brushgrip.comparison import scores
-from reference_rig.record import RigRecording, make_recording, write_csv
-from symbolic.compiled import compiler
+from reference_rig import RigRecording, make_recording, write_csv
+from symbolic import compiler
 
 Run = Callable[..., Any]
 MU, BEGINS = 1.3, 150
@@ -22,20 +22,20 @@ OURS += ["EKF in C"] if compiler() else []
 @pytest.fixture(autouse=True)
 def timed_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """No test waits for a steady time."""
-    monkeypatch.setattr(scores, "ROUNDS", 1)
-    monkeypatch.setattr(scores, "LONG_ENOUGH", 0.0)
+    monkeypatch.setattr(scores, "LEAST_ROUNDS", 1)
+    monkeypatch.setattr(scores, "LEAST_TIME", 0.0)
 
 
 @pytest.fixture(scope="module")
-def made() -> RigRecording:
+def rig_recording() -> RigRecording:
     return make_recording(4, duration=6.0, mu=MU, bristles=800)
 
 
 @pytest.fixture
-def recording(made: RigRecording, tmp_path: Path) -> Path:
+def recording(rig_recording: RigRecording, tmp_path: Path) -> Path:
     path = tmp_path / "data" / "run.csv"
     path.parent.mkdir()
-    write_csv(path, made)
+    write_csv(path, rig_recording)
     return path
 
 
@@ -68,20 +68,20 @@ def assert_one_line(outcome: Any, *words: str) -> None:
 def test_json_table_and_pictures(run: Run, rig: Path, recording: Path, tmp_path: Path) -> None:
     out, table, picture = (tmp_path / "out" / name for name in ("c.json", "c.md", "c.png"))
     outcome = compare(run, rig, recording, out, "--declared", MU, "--table", table, "--picture", picture)
-    made = json.loads(out.read_text())
+    content = json.loads(out.read_text())
 
     assert outcome.status == 0
-    assert list(made) == ["settled", "machine", "published", "methods", "recordings"]
-    assert [(row["rmse"], row["theta"]) for row in made["published"]] == [
+    assert list(content) == ["settled", "machine", "published", "methods", "recordings"]
+    assert [(row["rmse"], row["theta"]) for row in content["published"]] == [
         (0.638, 0.525), (0.4794, 0.0085), (0.3837, 0.538),
     ]  # fmt: skip
-    assert [row["method"] for row in made["methods"]] == OURS
-    for row in made["methods"]:
+    assert [row["method"] for row in content["methods"]] == OURS
+    for row in content["methods"]:
         assert list(row) == [
             "method", "rmse", "spread", "theta", "works_beyond_five_zones", "gives_deviation",
         ]  # fmt: skip
         assert row["works_beyond_five_zones"] == row["gives_deviation"] == ("root" not in row["method"])
-    (one,) = made["recordings"]
+    (one,) = content["recordings"]
     assert (one["name"], one["declared"], one["declared_from"]) == ("run", MU, "--declared")
     assert one["duration"] == pytest.approx(6.0)
     for score in one["scores"]:
@@ -109,10 +109,10 @@ def test_the_right_model_is_right_and_the_filter_is_nearest(
 
 
 def test_rmse_and_spread_against_a_calculation_by_hand(
-    run: Run, rig: Path, recording: Path, made: RigRecording, tmp_path: Path
+    run: Run, rig: Path, recording: Path, rig_recording: RigRecording, tmp_path: Path
 ) -> None:
     # Wildly off until 1.89 s after his first sample, then 0.3 above and 0.4 below by turns.
-    n = made.t.size - BEGINS
+    n = rig_recording.t.size - BEGINS
     mu = np.where(np.arange(n) < 189, 90.0, np.where(np.arange(n) % 2 == 1, 1.8, 1.1))
     write_author(recording.parent, recording, mu)
     outcome = compare(run, rig, recording, tmp_path / "c.json")
@@ -126,7 +126,7 @@ def test_rmse_and_spread_against_a_calculation_by_hand(
     assert (author["method"], author["theta"]) == ("author's estimate", None)
     assert author["rmse"] == pytest.approx(np.sqrt(up * 0.3**2 + (1 - up) * 0.4**2))
     assert author["quantiles"][0] == pytest.approx(1.1)
-    torque = np.abs(made.M_z[BEGINS:])
+    torque = np.abs(rig_recording.M_z[BEGINS:])
     slid = int(np.flatnonzero(torque > 0.9 * torque.max())[0])
     assert author["spread"] == pytest.approx(np.std(mu[slid:]))
 
@@ -246,9 +246,9 @@ def test_networks_stand_in_the_table_where_there_is_something_to_learn_from(
     run: Run, rig: Path, recording: Path, tmp_path: Path
 ) -> None:
     pytest.importorskip("sklearn", reason="the networks need scikit-learn")
-    lesson = recording.with_name("lesson.csv")
-    write_csv(lesson, make_recording(9, duration=6.0, mu=MU, bristles=800))
-    outcome = compare(run, rig, recording, tmp_path / "out.json", "--train", lesson)
+    training = recording.with_name("training.csv")
+    write_csv(training, make_recording(9, duration=6.0, mu=MU, bristles=800))
+    outcome = compare(run, rig, recording, tmp_path / "out.json", "--train", training)
     content = json.loads((tmp_path / "out.json").read_text())
 
     assert outcome.status == 0

@@ -46,6 +46,16 @@ def asked(monkeypatch: pytest.MonkeyPatch, make_diagnosis: Callable[..., Diagnos
 
 
 @pytest.fixture
+def no_report(monkeypatch: pytest.MonkeyPatch) -> None:
+    """An empty page, for tests that do not look at it."""
+
+    def blank(folder: Path, *_: object) -> None:
+        (folder / "report.html").touch()
+
+    monkeypatch.setattr(diagnosing, "write_report", blank)
+
+
+@pytest.fixture
 def paths(write_csv: Write) -> list[Path]:
     return [
         write_csv(f"{name}.csv", {"M_z": [float(number + i) for i in range(60)]})
@@ -70,6 +80,7 @@ def test_writes_everything(
     assert json.loads((out / "model.json").read_text())["effects"][0] == "carcass_torsion"
 
 
+@pytest.mark.usefixtures("no_report")
 def test_says_what_was_found(
     run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path
 ) -> None:
@@ -89,6 +100,7 @@ def test_says_what_was_found(
         assert words in outcome.out
 
 
+@pytest.mark.usefixtures("no_report")
 def test_repeated_flags(
     run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path
 ) -> None:
@@ -98,6 +110,7 @@ def test_repeated_flags(
     assert asked == [(("a",), ("b", "c", "d"), None)]
 
 
+@pytest.mark.usefixtures("no_report")
 def test_no_holdout(run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path) -> None:
     outcome = run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
 
@@ -117,16 +130,12 @@ def test_options_reach_the_search(
     monkeypatch.setattr(diagnosing, "close_the_loop", stop)
     run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig, "--robust", 0.01)
     assert asked["loss"] == Huber(threshold=0.01)
-    assert asked["learn_rest"] is False
-    run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig, "--learn")
-    assert asked["learn_rest"] is True
-    both = run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig, "--learn", "--robust", 0.01)
-    assert (both.status, both.err.count("\n")) == (2, 1)
     outcome = run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig, "--robust", 0)
     assert outcome.status == 2
     assert "threshold must be a finite number greater than 0" in outcome.err
 
 
+@pytest.mark.usefixtures("no_report")
 def test_an_interrupted_search_keeps_its_trials(
     run: Run,
     monkeypatch: pytest.MonkeyPatch,
@@ -153,6 +162,51 @@ def test_an_interrupted_search_keeps_its_trials(
 
     monkeypatch.setattr(diagnosing, "close_the_loop", finish)
     assert run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig).status == 0
+    assert not (tmp_path / ".out.unfinished").exists()
+
+
+def test_a_fault_keeps_the_trials_too(
+    run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
+) -> None:
+    def faulty(*_: object, **__: object) -> None:
+        raise InvalidInputError("a: M_z is constant")
+
+    kept = tmp_path / ".out.unfinished"
+    kept.mkdir()
+    (kept / "trial").touch()
+    monkeypatch.setattr(diagnosing, "close_the_loop", faulty)
+    outcome = run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
+
+    assert outcome.status == 2
+    assert (kept / "trial").exists()
+    said, fault = outcome.err.splitlines()
+    assert f"kept in {kept}" in said
+    assert fault == "brushgrip: a: M_z is constant"
+
+
+@pytest.mark.usefixtures("asked")
+def test_a_folder_in_the_way_of_the_report_does_not_cost_the_search(
+    run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
+) -> None:
+    finish = diagnosing.close_the_loop
+
+    def searching(*given: Any, journal: Journal, **options: Any) -> Diagnosis:
+        journal.folder.mkdir(exist_ok=True)
+        (journal.folder / "trial").touch()
+        return finish(*given, journal=journal, **options)
+
+    (tmp_path / "out" / "report.html").mkdir(parents=True)
+    monkeypatch.setattr(diagnosing, "close_the_loop", searching)
+    command = ("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
+    outcome = run(*command)
+
+    assert outcome.status == 2
+    assert "report.html: is in the way" in outcome.err
+    assert "the same command goes on" in outcome.err
+    assert (tmp_path / ".out.unfinished" / "trial").exists()
+
+    (tmp_path / "out" / "report.html").rmdir()
+    assert run(*command).status == 0
     assert not (tmp_path / ".out.unfinished").exists()
 
 
@@ -192,24 +246,27 @@ def test_constant_torque_takes_one_line(run: Run, write_csv: Write, rig: Path, t
 
 
 class TestDemo:
+    @pytest.mark.usefixtures("no_report")
     def test_runs_on_the_embedded_recordings(
         self, run: Run, asked: list[Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     ) -> None:
-        monkeypatch.setattr(demonstrating, "friction_of", lambda *_: [])
+        monkeypatch.setattr(demonstrating, "estimate_friction", lambda *_: [])
         outcome = run("demo", "--out", tmp_path / "out")
         (training, held_out, _) = asked[0]
 
         assert outcome.status == 0
         assert len(training) >= 2
         assert len(held_out) >= 1
-        assert sorted(path.name for path in (tmp_path / "out").iterdir()) == FILES
+        written = sorted(path.name for path in (tmp_path / "out").iterdir())
+        assert written == ["diagnosis.json", "model.json", "report.html"]
 
+    @pytest.mark.usefixtures("interpreted")
     def test_friction_by_both_models_and_every_observer(
         self, make_diagnosis: Callable[..., Diagnosis], write_csv: Write, rig: Path
     ) -> None:
         path = write_csv("held.csv")
         diagnosis = make_diagnosis(("a",), ("held",))
-        tracks = demonstrating.friction_of(read_all([str(path)], rig), diagnosis)
+        tracks = demonstrating.estimate_friction(read_all([str(path)], rig), diagnosis)
 
         assert [track.label for track in tracks] == [
             "EKF, declared model",

@@ -5,8 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from reference_rig.ground import make_ground_recording
-from reference_rig.steering import make_steering_recording
+from reference_rig import make_ground_recording, make_steering_recording
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 Run = Callable[..., Any]
@@ -108,8 +107,8 @@ def test_unknown_observer(run: Run, simulated: Path, rig: Path, tmp_path: Path) 
 @pytest.fixture
 def steered(write_csv: Write) -> Path:
     """A recording of the steering torque alone, mu = 1.3."""
-    made = make_steering_recording(3, duration=4.0)
-    columns = {"t": made.t, "psi": made.psi, "M_z": None, "F_N": made.F_N, "M": made.M}
+    recorded = make_steering_recording(3, duration=4.0)
+    columns = {"t": recorded.t, "psi": recorded.psi, "M_z": None, "F_N": recorded.F_N, "M": recorded.M}
     return write_csv("steered.csv", columns)
 
 
@@ -124,12 +123,12 @@ def test_from_the_steering_torque(
     run: Run, steered: Path, steering_rig: Path, tmp_path: Path, observer: str
 ) -> None:
     outcome = estimate(run, steering_rig, steered, tmp_path / "mu.csv", observer)
-    made = columns_of(tmp_path / "mu.csv")
+    estimated = columns_of(tmp_path / "mu.csv")
 
     assert outcome.status == 0
-    assert made["informed"][-1] == 1
-    assert abs(made["mu"][-1] - 1.3) < 3 * made["mu_std"][-1]
-    assert made["mu_std"][-1] < 0.1
+    assert estimated["informed"][-1] == 1
+    assert abs(estimated["mu"][-1] - 1.3) < 3 * estimated["mu_std"][-1]
+    assert estimated["mu_std"][-1] < 0.1
 
 
 def test_steering_torque_needs_the_wheel(run: Run, steered: Path, rig: Path, tmp_path: Path) -> None:
@@ -153,12 +152,12 @@ def test_aligning_torque_goes_first(
 def test_root_has_no_standard_deviation(run: Run, simulated: Path, rig: Path, tmp_path: Path) -> None:
     outcome = estimate(run, rig, simulated, tmp_path / "mu.csv", "root")
     header, *rows = (tmp_path / "mu.csv").read_text().splitlines()
-    made = columns_of(tmp_path / "mu.csv")
+    estimated = columns_of(tmp_path / "mu.csv")
 
     assert outcome.status == 0
     assert header == HEADER
     assert {row.split(",")[2] for row in rows} == {""}
-    assert np.median(made["mu"][made["informed"] == 1]) == pytest.approx(1.2, abs=1e-3)
+    assert np.median(estimated["mu"][estimated["informed"] == 1]) == pytest.approx(1.2, abs=1e-3)
     assert "±" not in outcome.out
     assert (tmp_path / "mu.png").read_bytes().startswith(b"\x89PNG")
 
@@ -184,9 +183,9 @@ def test_root_needs_the_aligning_torque(
 def test_says_that_the_ground_has_changed(
     run: Run, write_csv: Write, rig: Path, tmp_path: Path, observer: str
 ) -> None:
-    made = make_ground_recording(31, lambda t: np.where(t < 7, 1.5, 0.4))
+    recorded = make_ground_recording(31, lambda t: np.where(t < 7, 1.5, 0.4))
     names = ("t", "psi", "M_z", "F_N")
-    path = write_csv("ground.csv", {name: getattr(made, name) for name in names})
+    path = write_csv("ground.csv", {name: getattr(recorded, name) for name in names})
     outcome = estimate(run, rig, path, tmp_path / "mu.csv", observer)
     summary, _ = outcome.out.splitlines()
 

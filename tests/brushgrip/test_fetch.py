@@ -7,12 +7,18 @@ import pooch
 import pytest
 
 from brushgrip import fetch as fetching
-from brushgrip.digests import PUBLICATIONS, Publication
 from brushgrip.fetch import FetchError, fetch, published_files
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 CONTENT = {"run1.mat": b"first", "run2.mat": b"second", "estimate_run1.csv": b"third"}
 URL = "https://example.invalid/commit"
+
+
+SERVED = {
+    f"{URL}/rig/run1.mat": b"first",
+    f"{URL}/rig/run2.mat": b"second",
+    f"{URL}/estimates/run1.csv": b"third",
+}
 
 
 def sha256(content: bytes) -> str:
@@ -35,16 +41,15 @@ def no_network(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def publications(monkeypatch: pytest.MonkeyPatch) -> None:
+def registry(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> None:
     """Three made-up files in place of the published ones; two folders use the same name."""
-    digests = {name: sha256(content) for name, content in CONTENT.items()}
-    measured = {name: digests[name] for name in ("run1.mat", "run2.mat")}
-    estimates = {"run1.csv": digests["estimate_run1.csv"]}
-    made_up = (
-        Publication(url=f"{URL}/rig", digests=measured),
-        Publication(url=f"{URL}/estimates", prefix="estimate_", digests=estimates),
-    )
-    monkeypatch.setattr(fetching, "PUBLICATIONS", made_up)
+    lines = [
+        f"{name} sha256:{sha256(content)} {url}"
+        for (name, content), url in zip(CONTENT.items(), SERVED, strict=True)
+    ]
+    path = tmp_path_factory.mktemp("registry") / "registry.txt"
+    path.write_text("# made up\n" + "\n".join(lines) + "\n")
+    monkeypatch.setattr(fetching, "REGISTRY", path)
 
 
 def local_copy(folder: Path, monkeypatch: pytest.MonkeyPatch, **changes: bytes | None) -> Path:
@@ -73,33 +78,27 @@ def serve(monkeypatch: pytest.MonkeyPatch, contents: dict[str, bytes]) -> list[s
     return asked
 
 
-SERVED = {
-    f"{URL}/rig/run1.mat": b"first",
-    f"{URL}/rig/run2.mat": b"second",
-    f"{URL}/estimates/run1.csv": b"third",
-}
+def test_what_is_published(tmp_path: Path) -> None:
+    published = published_files(tmp_path)
+    registry = published.registry
 
-
-def test_what_is_published() -> None:
-    files = {file.name: file for file in published_files()}
-
-    assert len(files) == 13 + 13 + 3
-    assert sum(name.endswith(".mat") for name in files) == 13
-    assert files["fem4_ident.mat"].url == (
+    assert len(registry) == 13 + 13 + 3
+    assert sum(name.endswith(".mat") for name in registry) == 13
+    assert published.get_url("fem4_ident.mat") == (
         "https://raw.githubusercontent.com/gyorokbendeguz/GyB_TDK_2023/"
         "dd82a2b79db81138d017f91cbf45e8afcfbc5335/SimulationEnv/Old_meas/fem4_ident.mat"
     )
-    assert files["author_estimate_fem4.csv"].url.endswith("/ANN_ErrorPrediction/Data/fem4.csv")
-    assert files["sim_mu_05.csv"].url == (
+    assert published.get_url("author_estimate_fem4.csv").endswith("/ANN_ErrorPrediction/Data/fem4.csv")
+    assert published.get_url("sim_mu_05.csv") == (
         "https://raw.githubusercontent.com/gyorokbendeguz/BSc-Thesis/"
         "02fc92afd2953d63f70f9ecc485552959e782eec/MachineLearning/SimulationResults/sim_mu_05.csv"
     )
-    assert all(re.fullmatch("[0-9a-f]{64}", file.sha256) for file in files.values())
-    assert len({file.sha256 for file in files.values()}) == len(files)
-    assert all(publication.url.startswith("https://") for publication in PUBLICATIONS)
+    assert all(re.fullmatch("sha256:[0-9a-f]{64}", digest) for digest in registry.values())
+    assert len(set(registry.values())) == len(registry)
+    assert all(published.get_url(name).startswith("https://") for name in registry)
 
 
-@pytest.mark.usefixtures("publications")
+@pytest.mark.usefixtures("registry")
 class TestLocalCopy:
     def test_copies(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         local_copy(tmp_path / "local", monkeypatch)
@@ -110,11 +109,11 @@ class TestLocalCopy:
 
     def test_names_what_is_absent(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         source = local_copy(tmp_path / "local", monkeypatch, run2=None)
-        said: list[str] = []
-        paths = fetch(tmp_path / "out", say=said.append)
+        lines: list[str] = []
+        paths = fetch(tmp_path / "out", say=lines.append)
 
         assert [path.name for path in paths] == ["run1.mat", "estimate_run1.csv"]
-        assert said == [f"copied 2 files from {source}", f"absent from {source}: run2.mat"]
+        assert lines == [f"copied 2 files from {source}", f"absent from {source}: run2.mat"]
 
     def test_simulations_may_stand_beside(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         source = local_copy(tmp_path / "measured", monkeypatch, run2=None)
@@ -153,16 +152,16 @@ class TestLocalCopy:
             fetch(tmp_path / "out")
 
 
-@pytest.mark.usefixtures("publications")
+@pytest.mark.usefixtures("registry")
 class TestDownload:
     def test_downloads(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         asked = serve(monkeypatch, SERVED)
-        said: list[str] = []
-        paths = fetch(tmp_path / "out", say=said.append)
+        lines: list[str] = []
+        paths = fetch(tmp_path / "out", say=lines.append)
 
         assert {path.name: path.read_bytes() for path in paths} == CONTENT
         assert asked == list(SERVED)
-        assert said[0] == "1/3 run1.mat"
+        assert lines[0] == "1/3 run1.mat"
 
     def test_keeps_what_is_whole(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         (tmp_path / "run1.mat").write_bytes(b"first")

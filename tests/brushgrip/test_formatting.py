@@ -1,20 +1,26 @@
+import json
 import math
 from collections.abc import Callable
 
+import numpy as np
 import pytest
 
 from brushgrip.formatting import (
-    doubts,
-    fate,
+    csv_text,
+    estimates_summary,
     headline,
+    indistinguishable_effects,
+    is_worse,
+    json_text,
     listed,
+    outcome,
     percent,
     quantity,
-    remainder,
+    residual_structure,
     torque,
-    worse,
 )
-from identification.results import Diagnosis, Estimate
+from identification import Diagnosis, ParameterEstimate
+from observers import Estimates, Status
 
 Make = Callable[..., Diagnosis]
 
@@ -39,7 +45,7 @@ Make = Callable[..., Diagnosis]
     ],
 )
 def test_quantity(value: float, std: float | None, unit: str, text: str) -> None:
-    assert quantity(Estimate(value=value, std=std, unit=unit)) == text
+    assert quantity(ParameterEstimate(value=value, std=std, unit=unit)) == text
 
 
 def test_figures() -> None:
@@ -83,26 +89,101 @@ def test_headline_when_nothing_known_explains_the_residual(make_diagnosis: Make)
     assert text.startswith("No known effect explains what the declared model misses: held-out")
 
 
-def test_doubts(make_diagnosis: Make) -> None:
-    assert doubts(make_diagnosis()) == ("These recordings cannot tell carcass torsion from patch width.")
-    assert doubts(make_diagnosis(found=False)) == ""
+def test_indistinguishable_effects(make_diagnosis: Make) -> None:
+    assert indistinguishable_effects(make_diagnosis()) == (
+        "These recordings cannot tell carcass torsion from patch width."
+    )
+    assert indistinguishable_effects(make_diagnosis(found=False)) == ""
 
 
-def test_remainder(make_diagnosis: Make) -> None:
-    assert "Structure is left" in remainder(make_diagnosis(unexplained=True))
-    assert "Nothing" in remainder(make_diagnosis(unexplained=False))
+def test_residual_structure(make_diagnosis: Make) -> None:
+    assert "The residual has structure" in residual_structure(make_diagnosis(unexplained=True))
+    assert "no structure left" in residual_structure(make_diagnosis(unexplained=False))
 
 
-def test_fate_of_candidates(make_diagnosis: Make) -> None:
+def test_outcomes_of_candidates(make_diagnosis: Make) -> None:
     diagnosis = make_diagnosis()
 
-    assert fate(diagnosis, "carcass_torsion") == "added, no. 1"
-    assert fate(diagnosis, "torque_offset") == "added, no. 2"
-    assert fate(diagnosis, "patch_width") == "not told from carcass torsion"
-    assert fate(diagnosis, "stribeck") == ""
+    assert outcome(diagnosis, "carcass_torsion") == "added, no. 1"
+    assert outcome(diagnosis, "torque_offset") == "added, no. 2"
+    assert outcome(diagnosis, "patch_width") == "indistinguishable from carcass torsion"
+    assert outcome(diagnosis, "stribeck") == ""
 
 
 def test_worse(make_diagnosis: Make) -> None:
     diagnosis = make_diagnosis(worse=("held_d",))
 
-    assert [name for name in diagnosis.after.nrmse if worse(diagnosis, name)] == ["held_d"]
+    assert [name for name in diagnosis.after.nrmse if is_worse(diagnosis, name)] == ["held_d"]
+
+
+def estimates(*status: Status, std: float = 0.02) -> Estimates:
+    size = len(status)
+    return Estimates(
+        t=np.arange(size) * 0.01,
+        mu=np.linspace(1.0, 1.25, size),
+        mu_std=np.full(size, std),
+        M_z_predicted=np.zeros(size),
+        informed=np.arange(size) >= size / 2,
+        status=np.array(status, dtype=np.int64),
+    )
+
+
+def test_nothing_to_complain_about() -> None:
+    line = estimates_summary(estimates(*[Status.USED] * 4))
+
+    assert line == "mu = 1.250 ± 0.020 at the end, informed in 50 % of 4 samples"
+
+
+def test_without_standard_deviation() -> None:
+    assert estimates_summary(estimates(*[Status.USED] * 4, std=np.nan)).startswith(
+        "mu = 1.250 at the end, "
+    )
+
+
+@pytest.mark.parametrize(
+    ("status", "words"),
+    [
+        ([Status.MISSING], "1 sample: no measurement"),
+        ([Status.MISSING | Status.HELD, Status.HELD], "2 samples: angle, load or steering torque"),
+        ([Status.REJECTED] * 2 + [Status.MISSING] * 3, "2 samples rejected; 3 samples: no measurement"),
+        ([Status.RESET], "1 change of the ground; 1 sample: the ground has changed"),
+        (
+            [Status.RESET] * 2 + [Status.REJECTED],
+            "1 sample rejected, 2 changes of the ground; 2 samples",
+        ),
+    ],
+)
+def test_faults_are_counted_and_the_most_frequent_gets_its_remedy(
+    status: list[Status], words: str
+) -> None:
+    line = estimates_summary(estimates(*status, *[Status.USED] * 4))
+
+    assert words in line
+    assert "\n" not in line
+
+
+def test_floats_round_trip() -> None:
+    values = np.random.default_rng(1).normal(size=100)
+    text = csv_text({"t": np.arange(100), "M_z": values})
+    header, *rows = text.splitlines()
+
+    assert header == "t,M_z"
+    assert [float(row.split(",")[1]) for row in rows] == values.tolist()
+
+
+def test_truth_values_are_digits() -> None:
+    assert csv_text({"informed": np.array([True, False])}) == "informed\n1\n0\n"
+
+
+def test_missing_values_in_csv() -> None:
+    assert csv_text({"mu": np.array([np.nan, 1.0])}) == "mu\n\n1.0\n"
+
+
+def test_json_is_strict() -> None:
+    content = {"a": [math.nan, 1.5, {"b": math.inf}], "c": "μ", "d": (True, None, 3)}
+
+    assert json.loads(json_text(content)) == {
+        "a": [None, 1.5, {"b": None}],
+        "c": "μ",
+        "d": [True, None, 3],
+    }

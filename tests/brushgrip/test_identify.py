@@ -8,7 +8,9 @@ import pytest
 
 from brushgrip.commands import identify as identifying
 from identification.free_decay.estimator import identify_free_decay
-from reference_rig.impact import B_T, TYRE, make_impacts, rig_text, write_impacts
+from reference_rig import THESIS_DAMPING as B_T
+from reference_rig import THESIS_TYRE as TYRE
+from reference_rig import impact_rig_toml, make_impacts, write_impacts
 
 Run = Callable[..., Any]
 LENGTHS = (0.036, 0.050)
@@ -25,7 +27,7 @@ def struck(tmp_path: Path) -> list[Path]:
 @pytest.fixture
 def rig(tmp_path: Path) -> Path:
     path = tmp_path / "rig.toml"
-    path.write_text(rig_text())
+    path.write_text(impact_rig_toml())
     return path
 
 
@@ -62,9 +64,12 @@ def test_identifies(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> 
         assert found["unit"] == unit
     assert [recording["a"] for recording in content["recordings"]] == sorted(LENGTHS * 2)
     assert [recording["name"] for recording in content["recordings"]] == [path.stem for path in struck]
+    assert content["source"]["b_t_printed"]["unit"] == "1/s"
+    assert content["recordings_units"].keys() < content["recordings"][0].keys()
+    assert all(0.005 < recording["source_zeta"] < 0.2 for recording in content["recordings"])
     assert out.with_suffix(".png").read_bytes().startswith(b"\x89PNG")
     assert sorted(path.name for path in out.parent.iterdir()) == ["id.json", "id.png"]
-    for words in ("nonlinear programme", "(2.4", "source's way", "1/s", "4 recordings at 2 contact"):
+    for words in ("maximum likelihood", "(2.4", "FFT and decrement", "1/s", "4 recordings at 2 contact"):
         assert words in outcome.out
     assert outcome.out.endswith(f"wrote {out} and {out.with_suffix('.png')}\n")
 
@@ -143,9 +148,9 @@ def test_no_result_without_a_solution(
     run: Run, rig: Path, struck: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def unsolved(*arguments: Any) -> Any:
-        made = identify_free_decay(*arguments)
-        changed = vars(made) | {"converged": False, "status": "not solved", "remedy": "strike harder"}
-        return type(made)(**changed)
+        result = identify_free_decay(*arguments)
+        changed = vars(result) | {"converged": False, "status": "not solved", "remedy": "strike harder"}
+        return type(result)(**changed)
 
     monkeypatch.setattr(identifying, "identify_free_decay", unsolved)
     out = tmp_path / "id.json"

@@ -1,4 +1,4 @@
-"""What the source's networks see of a recording."""
+"""Inputs of the networks of [Györök 2022]."""
 
 from dataclasses import replace
 
@@ -8,8 +8,7 @@ import pytest
 from brushgrip.comparison.networks import ANALYTIC, all_inputs, plain_inputs
 from identification import Recording
 from observers import ZoneRootSolver, run
-from reference_rig.patch import RigTyre
-from reference_rig.record import make_recording
+from reference_rig import RigTyre, make_recording
 from tests.identification.factories import as_read
 
 
@@ -23,7 +22,7 @@ def part(recording: Recording, samples: int) -> Recording:
     return replace(recording, **{name: getattr(recording, name)[:samples] for name in names})
 
 
-def test_the_plain_network_sees_angle_last_reversal_and_torque(recording: Recording) -> None:
+def test_inputs_of_the_neural_network_are_angle_last_reversal_and_torque(recording: Recording) -> None:
     psi, psi_max, M = plain_inputs(recording).T
     reversal = int(np.flatnonzero(psi_max)[0])
 
@@ -34,7 +33,7 @@ def test_the_plain_network_sees_angle_last_reversal_and_torque(recording: Record
     assert (psi_max[:reversal] == 0).all()
 
 
-def test_the_other_sees_all_and_the_analytic_estimate(recording: Recording) -> None:
+def test_inputs_of_the_correcting_network_hold_the_analytic_estimate(recording: Recording) -> None:
     rows = all_inputs(recording)
     mu = run(
         ZoneRootSolver(rig=recording.rig, k=recording.tyre.k),

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from brushgrip.recordings import download_folder, locate, read_all
-from symbolic.errors import InvalidInputError
+from symbolic import InvalidInputError
 
 Write = Callable[..., Path]
 
@@ -78,7 +78,9 @@ class TestLocate:
         with pytest.raises(InvalidInputError) as error:
             locate(str(tmp_path / "fem9"))
 
-        assert str(error.value).endswith(f"looked for fem9, fem9.mat and fem9.csv in {tmp_path}")
+        assert str(error.value).endswith(
+            f"looked for fem9, fem9.mat, fem9.csv and fem9.txt in {tmp_path}"
+        )
 
 
 class TestReadAll:

@@ -7,9 +7,11 @@ from pathlib import Path
 import matplotlib
 import pytest
 
-from brushgrip.friction import FrictionTrack
+from brushgrip import report
+from brushgrip.estimation import FrictionTrack
+from brushgrip.pictures import draw_signatures
 from brushgrip.report import write_report
-from identification.results import Diagnosis
+from identification import Diagnosis, SelectionCriteria
 
 Make = Callable[..., Diagnosis]
 PNG = b"\x89PNG\r\n\x1a\n"
@@ -51,6 +53,27 @@ def full(
 ) -> Path:
     """The page of a diagnosis with everything in it."""
     return write_report(tmp_path_factory.mktemp("full"), make_diagnosis(), tracks)
+
+
+@pytest.fixture
+def no_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Empty pictures, for tests of what the page says; up to three recordings have residuals."""
+
+    def blank(path: Path, *_: object) -> None:
+        path.write_bytes(PNG)
+
+    def blank_residuals(path: Path, diagnosis: Diagnosis) -> int:
+        blank(path)
+        return min(3, len(diagnosis.series))
+
+    for name in ("draw_candidates", "draw_experiment", "draw_friction", "draw_loops", "draw_signatures"):
+        monkeypatch.setattr(report, name, blank)
+    monkeypatch.setattr(report, "draw_residuals", blank_residuals)
+
+
+def text_of(folder: Path, diagnosis: Diagnosis) -> str:
+    """The text of a page, with single spaces."""
+    return " ".join(Page(write_report(folder, diagnosis).read_text("utf-8")).text.split())
 
 
 def test_writes_page_and_pictures(full: Path) -> None:
@@ -99,6 +122,7 @@ def test_page_says_everything_in_order(full: Path) -> None:
     assert "Follows psi_dot <by> 0.4 & F_N." in page.text
 
 
+@pytest.mark.usefixtures("no_drawing")
 def test_a_recording_that_got_worse_is_marked_and_tracks_may_be_absent(
     tmp_path: Path, make_diagnosis: Make
 ) -> None:
@@ -112,20 +136,60 @@ def test_a_recording_that_got_worse_is_marked_and_tracks_may_be_absent(
     assert "friction.png" not in written(tmp_path)
 
 
-def test_names_are_escaped(tmp_path: Path, make_diagnosis: Make) -> None:
-    diagnosis = make_diagnosis(training=(r"<b>$x_1\frac$</b>",), holdout=())
-    page = Page(write_report(tmp_path, diagnosis).read_text("utf-8"))
+@pytest.mark.usefixtures("no_drawing")
+@pytest.mark.parametrize(
+    ("training", "holdout", "words"),
+    [
+        (1, 0, "1 recording for training, none held out: with a single recording the errors"),
+        (2, 0, "2 recordings for training, none held out: each was left out in turn to judge."),
+        (2, 1, "2 recordings for training, 1 held out to judge every candidate and the result."),
+    ],
+)
+def test_page_says_what_judges(
+    tmp_path: Path, make_diagnosis: Make, training: int, holdout: int, words: str
+) -> None:
+    names = tuple(f"train_{i}" for i in range(training)), tuple(f"held_{i}" for i in range(holdout))
 
-    assert r"<b>$x_1\frac$</b>" in page.text
+    assert words in text_of(tmp_path, make_diagnosis(*names))
+
+
+@pytest.mark.usefixtures("no_drawing")
+def test_page_says_of_which_recordings_residuals_are_shown(tmp_path: Path, make_diagnosis: Make) -> None:
+    assert "The picture shows 3 of 5 recordings." in text_of(tmp_path, make_diagnosis())
+    assert "The picture shows" not in text_of(tmp_path, make_diagnosis(holdout=("held_c",)))
+
+
+@pytest.mark.usefixtures("no_drawing")
+def test_page_gives_the_thresholds_of_the_search(tmp_path: Path, make_diagnosis: Make) -> None:
+    text = text_of(tmp_path, make_diagnosis())
+
+    criteria = SelectionCriteria()
+    assert criteria.clear != criteria.strong
+    assert f"up to {criteria.strong:g} is accepted where the error of held-out" in text
+    assert f"falls by more than {criteria.clear:g} standard errors" in text
+
+
+def test_signatures_before_and_after_are_not_mixed_up(
+    full: Path, tmp_path: Path, make_diagnosis: Make
+) -> None:
+    diagnosis = make_diagnosis()
+    before, after = diagnosis.signatures_before, diagnosis.signatures_after
+    draw_signatures(tmp_path / "signatures.png", before, after)
+    text = Page(full.read_text("utf-8")).text
+
+    assert before.reading != after.reading
+    assert f"Before any effect is tried: {before.reading}" in text
+    assert f"After the effects found: {after.reading}" in text
+    assert (full.parent / "signatures.png").read_bytes() == (tmp_path / "signatures.png").read_bytes()
 
 
 @pytest.mark.parametrize(("training", "holdout"), [(1, 0), (2, 0), (1, 1), (9, 4)])
-def test_any_number_of_recordings(
+def test_any_number_of_recordings_of_any_name(
     tmp_path: Path, make_diagnosis: Make, training: int, holdout: int
 ) -> None:
     diagnosis = make_diagnosis(
-        training=tuple(f"train_{i}" for i in range(training)),
-        holdout=tuple(f"held_{i}" for i in range(holdout)),
+        training=tuple(rf"<b>$x_{i}\frac$</b>" for i in range(training)),
+        holdout=tuple(f"held & {i}" for i in range(holdout)),
         found=training != 2,
         unexplained=False,
     )

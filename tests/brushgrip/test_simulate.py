@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+pytestmark = pytest.mark.usefixtures("interpreted")
 Run = Callable[..., Any]
 Write = Callable[..., Path]
 
@@ -32,14 +33,14 @@ def read(path: Path) -> np.ndarray:
 def test_one_recording(run: Run, write_csv: Write, rig: Path, tmp_path: Path, table: Any) -> None:
     out = tmp_path / "new" / "out.csv"
     outcome = run("simulate", "--rig", rig, write_csv(), "--out", out)
-    made = read(out)
+    rows = read(out)
 
     assert outcome.status == 0
-    assert np.array_equal(made[:, 0], table["t"])
+    assert np.array_equal(rows[:, 0], table["t"])
     # Full slide bounds the torque: 3/8 mu F_N a for e = 0, less than 5 % more for this caster.
-    assert 0.5 < np.abs(made[:, 1]).max() / (0.375 * 1.2 * 400 * 0.045) < 1.05
+    assert 0.5 < np.abs(rows[:, 1]).max() / (0.375 * 1.2 * 400 * 0.045) < 1.05
     first_turn = slice(1, 15)
-    assert (made[first_turn, 1] < 0).all()
+    assert (rows[first_turn, 1] < 0).all()
 
 
 def test_no_torque_is_needed(run: Run, write_csv: Write, rig: Path, tmp_path: Path) -> None:

@@ -10,47 +10,76 @@ from pathlib import Path
 import pytest
 
 from observers.embedded.fmu import is_host
-from symbolic.compiled import compiler
-
-ROOT = Path(__file__).resolve().parents[2]
-NUMBER = r"([-+.\de]+)"
-
-
-def printed_by(
-    example: str, tmp_path: Path, *arguments: str, data: Path | None = None, leaves: str = ""
-) -> str:
-    """What the script prints, run from elsewhere against this checkout.
-
-    Args:
-        example: the script.
-        tmp_path: an empty folder to run it in.
-        arguments: of the script.
-        data: folder of the published measurements; None hides them.
-        leaves: the file that it may leave.
-    """
-    elsewhere = {key: value for key, value in os.environ.items() if key != "BRUSHGRIP_DATA"}
-    own = {"PYTHONPATH": str(ROOT), "PYTHONIOENCODING": "utf-8", "XDG_DATA_HOME": str(tmp_path / "none")}
-    result = subprocess.run(
-        [sys.executable, "-W", "error", ROOT / "examples" / example, *arguments],
-        cwd=tmp_path,
-        env={**elsewhere, **own, **({} if data is None else {"BRUSHGRIP_DATA": str(data)})},
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        check=False,
-        timeout=600,
-    )
-    assert result.returncode == 0, result.stderr
-    assert result.stderr == ""
-    assert [path.name for path in tmp_path.iterdir()] == ([leaves] if leaves else [])
-    return result.stdout
+from symbolic import compiler
+from tests.examples.running import EXAMPLES, NUMBER, execute, printed_by
 
 
 def truth_of(recording: str) -> float:
     """Friction that was planted, from the table beside the recordings."""
-    text = (ROOT / "examples" / "recordings" / "TRUTH.md").read_text(encoding="utf-8")
+    text = (EXAMPLES / "recordings" / "TRUTH.md").read_text(encoding="utf-8")
     (mu,) = re.findall(rf"^\| {recording} \| {NUMBER} \|", text, flags=re.MULTILINE)
     return float(mu)
+
+
+SCRIPT = """
+import runpy, sys
+from pathlib import Path
+sys.path[0] = sys.argv[1]
+for script in sorted(Path(sys.argv[1]).glob("*.py")):
+    module = runpy.run_path(str(script), run_name="imported")
+    assert callable(module["main"]), script
+    assert script.read_text("utf-8").rstrip().splitlines()[-2].startswith("if __name__ =="), script
+"""
+
+
+def python(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]:
+    """An interpreter started in a folder, which has only this checkout to import from."""
+    own = {"PYTHONPATH": str(EXAMPLES.parent), "PYTHONIOENCODING": "utf-8"}
+    command = [sys.executable, "-W", "error", *map(str, arguments)]
+    return subprocess.run(
+        command,
+        cwd=folder,
+        env={**os.environ, **own},
+        capture_output=True,
+        encoding="utf-8",
+        check=False,
+        timeout=300,
+    )
+
+
+def test_every_example_loads_as_a_script(tmp_path: Path) -> None:
+    result = python(tmp_path, "-c", SCRIPT, EXAMPLES)
+
+    assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
+
+
+def test_a_script_prints_what_its_main_function_prints(tmp_path: Path) -> None:
+    result = python(tmp_path, EXAMPLES / "observability.py")
+
+    assert result.stdout == printed_by("observability.py", tmp_path)
+    assert (result.returncode, result.stderr) == (0, "")
+
+
+def test_no_example_needs_the_tests() -> None:
+    imports = re.compile(r"^(from|import) tests\b", re.MULTILINE)
+
+    assert [p.name for p in EXAMPLES.glob("*.py") if imports.search(p.read_text("utf-8"))] == []
+
+
+def test_rig_recordings(tmp_path: Path) -> None:
+    text = printed_by("rig_recordings.py", tmp_path)
+    ((low, high),) = re.findall(rf"^M_z from {NUMBER} to {NUMBER} N m$", text, flags=re.MULTILINE)
+
+    assert text.startswith("1401 samples in 14 s\n")
+    assert -10 < float(low) < -5 < 5 < float(high) < 10
+
+
+def test_own_reader(tmp_path: Path) -> None:
+    text = printed_by("own_reader.py", tmp_path)
+    found = {name: float(mu) for name, mu in re.findall(rf"^(\w+): mu = {NUMBER}$", text, re.MULTILINE)}
+
+    assert found.keys() == {"holdout_c", "run"}
+    assert found["run"] == pytest.approx(found["holdout_c"], abs=1e-6)
 
 
 def test_estimate_in_a_loop(tmp_path: Path) -> None:
@@ -137,22 +166,14 @@ def test_find_the_missing_effect(tmp_path: Path) -> None:
 
 
 def test_left_out_search_says_what_it_needs_before_it_searches(tmp_path: Path) -> None:
-    command = [sys.executable, ROOT / "examples" / "left_out_search.py", tmp_path]
     lost = tmp_path / "nowhere" / "page.md"
-    said = [
-        subprocess.run(
-            [*command, *more],
-            env={**os.environ, "PYTHONPATH": str(ROOT)},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        for more in ((), ("--out", lost))
+    printed = [
+        execute("left_out_search.py", tmp_path, tmp_path, *more) for more in ((), ("--out", lost))
     ]
 
-    assert [result.returncode for result in said] == [2, 2]
-    assert f"{tmp_path} holds 0 recordings; three are needed" in said[0].stderr
-    assert f"there is no folder {lost.parent}; make it first" in said[1].stderr
+    assert [each.status for each in printed] == [2, 2]
+    assert f"{tmp_path} holds 0 recordings; three are needed" in printed[0].err
+    assert f"there is no folder {lost.parent}; make it first" in printed[1].err
 
 
 def test_free_decay(tmp_path: Path) -> None:
@@ -321,8 +342,8 @@ def test_measured_evaluation_measured(tmp_path: Path, measured_dir: Path) -> Non
         assert float(theta["EKF in C"]) < 5e-5
 
 
-def test_source_simulation(tmp_path: Path) -> None:
-    text = printed_by("source_simulation.py", tmp_path, "sim.png", leaves="sim.png")
+def test_thesis_simulation(tmp_path: Path) -> None:
+    text = printed_by("thesis_simulation.py", tmp_path, "sim.png", leaves="sim.png")
     turns = re.search(rf"^turns back at {NUMBER} s, {NUMBER} s; ", text, re.MULTILINE)
     zones = re.findall(rf"^t = {NUMBER} s: (\d+) zones, ", text, re.MULTILINE)
     (exact,) = re.findall(rf"^error of M_z over its range: {NUMBER} in", text, re.MULTILINE)
@@ -336,8 +357,8 @@ def test_source_simulation(tmp_path: Path) -> None:
 
 
 @pytest.mark.measured
-def test_source_simulation_published(tmp_path: Path, measured_dir: Path, simulation_dir: Path) -> None:
-    text = printed_by("source_simulation.py", tmp_path, data=measured_dir)
+def test_thesis_simulation_published(tmp_path: Path, measured_dir: Path, simulation_dir: Path) -> None:
+    text = printed_by("thesis_simulation.py", tmp_path, data=measured_dir)
     pattern = rf"against (\w+)(?: bristles)?: psi {NUMBER}, M_z {NUMBER} of range$"
     off = {
         scheme: max(float(psi), float(M_z))
@@ -371,3 +392,16 @@ def test_towing(tmp_path: Path) -> None:
         assert abs(found - planted) < 4 * spread < 0.1 * planted
     assert all(91 < float(share) < 98 for share in shares)
     assert (tmp_path / "tows.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_own_effect(tmp_path: Path) -> None:
+    found, errors = printed_by("own_effect.py", tmp_path).splitlines()
+    named = re.fullmatch(rf"found boot_spring: c = {NUMBER} ± {NUMBER} N m/rad\^3", found)
+    matched = re.fullmatch(rf"error {NUMBER}% of range before, {NUMBER}% after", errors)
+
+    assert named, found
+    assert matched, errors
+    value, spread = map(float, named.groups())
+    assert abs(value - 80) < 3 * spread
+    before, after = map(float, matched.groups())
+    assert after < 0.4 < 0.5 * before

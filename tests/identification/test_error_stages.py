@@ -3,16 +3,16 @@
 import numpy as np
 import pytest
 
-from identification import Fit, Recording, Values, fit, initial_guess
+from identification import Fit, FitOptions, Recording, Values, fit, initial_guess
 from identification.error_stages import declared_residuals, left_out_errors
 from identification.fits.fitting import torque_range
-from identification.selection.scoring import leave_one_out, rmse_of
-from identification.selection.trials import Task, Trial, attempt
-from identification.selection.workers import workers
+from identification.fits.loss import rmse_of
+from identification.selection.trial_runner import workers
+from identification.selection.trials import Trial, TrialTask, leave_one_out, run_trial
 from symbolic import Model, effects_named
 from tests.identification.factories import read_campaign
 
-EFFECTS = ("contact_damping",)
+EFFECTS = effects_named(["contact_damping"])
 
 
 @pytest.fixture(scope="module")
@@ -22,19 +22,19 @@ def recordings() -> list[Recording]:
 
 @pytest.fixture(scope="module")
 def trial(recordings: list[Recording]) -> Trial:
-    return attempt(Task(EFFECTS, recordings))
+    return run_trial(TrialTask(EFFECTS, recordings))
 
 
 def predicted(fitted: Fit, left: Recording) -> float:
     """Error on a recording that the fit has not seen, mu alone fitted to it."""
     own = initial_guess(fitted.model, [left]).own
     start = Values(shared=fitted.values.shared, own=own)
-    alone = fit(fitted.model, [left], start, free_shared=False)
+    alone = fit(fitted.model, [left], start, FitOptions(free_shared=False))
     return rmse_of(alone.residuals[left.name]) / torque_range(left)
 
 
 def test_left_out_in_turn(trial: Trial, recordings: list[Recording]) -> None:
-    model = Model(effects=effects_named(EFFECTS))
+    model = Model(effects=EFFECTS)
     with workers(1) as submit:
         errors = left_out_errors(trial, recordings, submit)
 

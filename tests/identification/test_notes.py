@@ -27,7 +27,7 @@ def fitted() -> Fit:
         jacobian=np.zeros((0, 0)),
         labels=(),
         scales=np.zeros(0),
-        room=np.zeros((2, 0)),
+        bound_distances=np.zeros((2, 0)),
         status="converged",
         converged=True,
     )

@@ -4,13 +4,12 @@ from typing import Any
 import pytest
 
 from observers import Ekf, Mhe, Tuning
-from reference_rig.record import RigRecording, make_recording
-from reference_rig.steering import SteeringRecording, Wheel, make_steering_recording
+from reference_rig import RigRecording, SteeringRecording, Wheel, make_recording, make_steering_recording
 from symbolic import Model, Rig
 
 RIG = Rig(a=0.045, e=0.009, J_A=Wheel().J_A, b_t=Wheel().b_t)
 K = 2.4e6
-OWN = ("model", "values", "rig", "sensing", "iterations", "window")
+OWN = ("model", "values", "rig", "measurement_model", "iterations", "window")
 """Keywords that are the observer's; all others are those of `Tuning`."""
 
 

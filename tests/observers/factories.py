@@ -10,11 +10,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import Observer, Sample, causal_rate, run
-from reference_rig.patch import RigTyre
-from reference_rig.patch import simulate as simulate_bristles
-from reference_rig.path import hand_path
-from reference_rig.record import RigRecording
-from reference_rig.steering import SteeringRecording
+from reference_rig import RigRecording, RigTyre, SteeringRecording, hand_path, simulate_bristles
 from symbolic import Model, simulate
 from tests.observers.conftest import RIG, K
 

@@ -17,8 +17,7 @@ from observers import AligningTorque, Ekf, Sample, SteeringTorque, Tuning
 from observers.base import SAID
 from observers.ekf import build_step
 from observers.embedded.scalar_type import SINGLE, in_type
-from symbolic import Model, Rig, effects_named
-from symbolic.compiled import compiler
+from symbolic import Model, Rig, compiler, effects_named
 
 Floats = NDArray[np.float32]
 RIG, K = Rig(a=0.045, e=0.009, J_A=0.15, b_t=1.0), 2.4e6
@@ -36,7 +35,7 @@ OPEN: dict[str, Any] = {
     "mu_std": 1e3, "zero_std": 1e2, "stiffness_std": 1e2, "psi_dot_std": 1e2, "least": 1e-4,
     "greatest": 1e3,
 }  # fmt: skip
-BRISTLES: dict[str, Any] = {"model": Model(discretised=True, lengthways=40), "sensing": THREE}
+BRISTLES: dict[str, Any] = {"model": Model(discretised=True, lengthways=40), "measurement_model": THREE}
 FOUND: dict[str, Any] = {
     "model": Model(effects=effects_named(["rate_friction", "carcass_torsion"])),
     "values": {"k": K, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0},
@@ -68,19 +67,19 @@ CASES = {
     "tiny noise, no walk, no gate": Case(tuning=TRUSTING),
     "huge prior": Case(tuning=OPEN),
     "huge prior, tiny noise": Case(tuning=OPEN | SHARP),
-    "mu alone, huge prior, no walk": Case(settings={"sensing": ONE}, tuning=OPEN | TRUSTING),
-    "3 states": Case(settings={"sensing": THREE}),
-    "3 states, huge prior, tiny noise": Case(settings={"sensing": THREE}, tuning=OPEN | SHARP),
-    "3 states, huge prior, no walk": Case(settings={"sensing": THREE}, tuning=OPEN | TRUSTING),
+    "mu alone, huge prior, no walk": Case(settings={"measurement_model": ONE}, tuning=OPEN | TRUSTING),
+    "3 states": Case(settings={"measurement_model": THREE}),
+    "3 states, huge prior, tiny noise": Case(settings={"measurement_model": THREE}, tuning=OPEN | SHARP),
+    "3 states, huge prior, no walk": Case(settings={"measurement_model": THREE}, tuning=OPEN | TRUSTING),
     "3 states, huge prior, 3 iterations": Case(
-        settings={"sensing": THREE, "iterations": 3}, tuning=OPEN | SHARP
+        settings={"measurement_model": THREE, "iterations": 3}, tuning=OPEN | SHARP
     ),
     "3 states, bristles": Case(settings=BRISTLES, tuning=SHARP),
     "carcass and rate friction": Case(settings=FOUND, tuning=SHARP),
-    "steering": Case(settings={"sensing": WHEEL}),
-    "steering, 5 states": Case(settings={"sensing": FIVE}),
-    "steering, 5 states, huge prior": Case(settings={"sensing": FIVE}, tuning=OPEN | SHARP),
-    "steering, 5 states, no walk": Case(settings={"sensing": FIVE}, tuning=OPEN | TRUSTING),
+    "steering": Case(settings={"measurement_model": WHEEL}),
+    "steering, 5 states": Case(settings={"measurement_model": FIVE}),
+    "steering, 5 states, huge prior": Case(settings={"measurement_model": FIVE}, tuning=OPEN | SHARP),
+    "steering, 5 states, no walk": Case(settings={"measurement_model": FIVE}, tuning=OPEN | TRUSTING),
 }
 """Filters by what is special about them."""
 
@@ -204,7 +203,8 @@ class Single:
         return Setup(
             size=layout.size, n=len(self.observer.states), factor=at["factor"].start,
             last=at["last"].start, last_size=at["last"].stop - at["last"].start,
-            status=at["said"].start + SAID.index("status"), steering=self.observer.sensing.turns,
+            status=at["said"].start + SAID.index("status"),
+            steering=self.observer.measurement_model.turns,
             a=rig.a, J_A=rig.J_A, b_t=rig.b_t, bouts=trial.bouts, wildest=trial.wildest,
             heaviest=trial.heaviest,
         )  # fmt: skip
@@ -230,7 +230,7 @@ def build(observer: Ekf, folder: Path) -> Single:
     tyre = Model(corners=16).step
     symbols = [ca.MX.sym(tyre.name_in(i), tyre.size1_in(i)) for i in range(tyre.n_in())]
     renamed = ca.Function("tyre", symbols, tyre.call(symbols, True, False))
-    step = build_step(observer.model, observer.sensing, observer.iterations)
+    step = build_step(observer.model, observer.measurement_model, observer.iterations)
     (folder / "step.c").write_text(in_single(step, renamed), "utf-8")
     command, library = compiler(), folder / "single.so"
     if command is None:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from observers import causal_rate
-from reference_rig.ground import GroundRecording
+from reference_rig import GroundRecording
 from symbolic import Model, simulate
 from tests.observers.conftest import RIG, K
 from tests.observers.monte_carlo import ALLOWANCE, GREATEST, LEAST, NOISE, PRIOR

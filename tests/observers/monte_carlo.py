@@ -10,16 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observers import AligningTorque, Estimates, SteeringTorque, run
-from reference_rig.ground import (
+from reference_rig import (
+    FOURTEEN_BIT_STEP,
     WALK_KNOT,
     Friction,
     GroundRecording,
-    between,
-    constant,
+    SteeringRecording,
+    constant_friction,
+    friction_between,
+    full_slide_moment,
     make_ground_recording,
+    make_steering_recording,
 )
-from reference_rig.record import FOURTEEN_BIT_STEP
-from reference_rig.steering import SteeringRecording, full_slide_torque, make_steering_recording
 from tests.observers.conftest import make
 from tests.observers.factories import columns_of, slide
 
@@ -46,10 +48,10 @@ def drawn(seed: int) -> float:
 def ground(seed: int, walk: float = 0.0, duration: float = 10.0) -> Friction:
     """Friction that begins with the draw and walks by a share of itself [1/sqrt(s)], or stays."""
     if walk == 0:
-        return constant(drawn(seed))
+        return constant_friction(drawn(seed))
     t = np.arange(round(duration / WALK_KNOT) + 1) * WALK_KNOT
     steps = np.random.default_rng([seed, 98]).standard_normal(t.size - 1) * np.sqrt(WALK_KNOT)
-    return between(t, drawn(seed) * np.exp(walk * np.concatenate([[0.0], np.cumsum(steps)])))
+    return friction_between(t, drawn(seed) * np.exp(walk * np.concatenate([[0.0], np.cumsum(steps)])))
 
 
 @cache
@@ -67,7 +69,7 @@ def steered_by_hand(
 
 
 def tuned(made: Recording, *, scale: float = ALLOWANCE, **beliefs: Any) -> dict[str, Any]:
-    """Sensing and tuning for a sensor whose white noise is known, without a zero, friction constant.
+    """Measurement model and tuning for known white sensor noise, no torque zero, constant friction.
 
     Args:
         made: the recording, whose torque range says how large the noise is.
@@ -82,8 +84,8 @@ def tuned(made: Recording, *, scale: float = ALLOWANCE, **beliefs: Any) -> dict[
         "noise": scale * NOISE * np.ptp(torque) / slide() * rate, "error": inf, "gate": inf, **PRIOR,
         "mu_walk": 0.0 if aligning else 1e-3, "psi_noise": FOURTEEN_BIT_STEP,
     }  # fmt: skip
-    sensing = AligningTorque(zero=False) if aligning else SteeringTorque()
-    return {"sensing": sensing, **usual, **beliefs}
+    measurement_model = AligningTorque(zero=False) if aligning else SteeringTorque()
+    return {"measurement_model": measurement_model, **usual, **beliefs}
 
 
 def estimated(kind: Any, made: Recording, **settings: Any) -> Estimates:
@@ -116,7 +118,7 @@ class Errors:
 
 def errors(made: Recording, estimates: Estimates) -> Errors:
     """What the estimates are off by."""
-    full = SLID * full_slide_torque(made.tyre, 1.0) * made.mu_true * made.F_N_true
+    full = SLID * full_slide_moment(made.tyre, 1.0) * made.mu_true * made.F_N_true
     near = np.abs(made.M_z_true) > full
     return Errors(
         of_mu=estimates.mu - made.mu_true,

@@ -8,16 +8,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from reference_rig import faults
-from reference_rig.ground import (
+from reference_rig import (
+    FOURTEEN_BIT_STEP,
     GroundRecording,
-    constant,
+    SteeringRecording,
+    add_outliers,
+    constant_friction,
+    drop_samples,
+    jitter_instants,
     make_ground_recording,
     quantise,
     sample_instants,
 )
-from reference_rig.record import FOURTEEN_BIT_STEP
-from reference_rig.steering import SteeringRecording
 from tests.observers.monte_carlo import (
     Recording,
     drawn,
@@ -38,8 +40,8 @@ CLEAN_WITH_FAULTS: dict[str, Any] = {"mu_walk": 0.005, "gate": 5.0}
 @cache
 def jittered(seed: int) -> GroundRecording:
     """The run of `turned_by_hand`, sampled by an uneven clock."""
-    times = faults.jittered(seed, sample_instants(10.0, 100.0), spread=SPREAD)
-    return make_ground_recording(seed, constant(drawn(seed)), times=times)
+    times = jitter_instants(seed, sample_instants(10.0, 100.0), spread=SPREAD)
+    return make_ground_recording(seed, constant_friction(drawn(seed)), times=times)
 
 
 def coarse(made: GroundRecording) -> GroundRecording:
@@ -49,13 +51,13 @@ def coarse(made: GroundRecording) -> GroundRecording:
 
 def with_outliers(seed: int, made: GroundRecording) -> GroundRecording:
     """One torque in a hundred is off by a whole range."""
-    return replace(made, M_z=faults.outliers(seed, made.M_z))
+    return replace(made, M_z=add_outliers(seed, made.M_z))
 
 
 def with_lost(seed: int, made: Recording, channel: str) -> Recording:
     """A fifth of a channel is missing; not the same fifth in every channel."""
     own = 1000 * ("M_z", "psi", "F_N", "M").index(channel)
-    return replace(made, **{channel: faults.dropped(seed + own, getattr(made, channel))})
+    return replace(made, **{channel: drop_samples(seed + own, getattr(made, channel))})
 
 
 def everything(seed: int) -> GroundRecording:
@@ -99,9 +101,7 @@ def holding_torque(seed: int) -> SteeringRecording:
 
 STEERED_FAULTS: dict[str, RecordingFactory] = {
     "lost angle": lambda seed: with_lost(seed, steered(seed), "psi"),
-    "outliers of angle": lambda seed: replace(
-        steered(seed), psi=faults.outliers(seed, steered(seed).psi)
-    ),
+    "outliers of angle": lambda seed: replace(steered(seed), psi=add_outliers(seed, steered(seed).psi)),
     "held torque": holding_torque,
 }
 """Faults that observers of the steering torque bear."""

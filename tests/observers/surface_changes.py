@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from observers import Estimates
-from reference_rig.ground import GroundRecording, free_path, make_ground_recording, step_change
+from reference_rig import GroundRecording, free_path, friction_step, make_ground_recording
 from symbolic import Model
 from tests.observers.monte_carlo import estimated
 
@@ -48,7 +48,7 @@ def crossing(seed: int, place: float, before: float, after: float, psi_dot: floa
     corners = np.concatenate([[0.0], np.cumsum(legs)])
     when = legs[0] + place / psi_dot
     drive = free_path(corners, np.array(CORNERS))
-    made = make_ground_recording(seed, step_change(when, before, after), drive=drive)
+    made = make_ground_recording(seed, friction_step(when, before, after), drive=drive)
     return Crossing(made=made, when=when, after=after)
 
 

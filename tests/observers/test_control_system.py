@@ -25,7 +25,7 @@ from observers import (
 )
 from observers.base import ModelObserver
 from observers.control_system import OUTPUTS, as_system
-from reference_rig.record import RigRecording
+from reference_rig import RigRecording
 from symbolic import InvalidInputError, Model
 from tests.observers.conftest import RIG, K
 
@@ -36,7 +36,9 @@ WHEEL = replace(RIG, J_A=0.15, b_t=1.0)
 OBSERVERS: dict[str, Callable[[], ModelObserver]] = {
     "ekf": lambda: Ekf(model=Model(), values={"k": K}, rig=RIG),
     "mhe": lambda: Mhe(model=Model(), values={"k": K}, rig=RIG, window=10),
-    "steering": lambda: Ekf(model=Model(), values={"k": K}, rig=WHEEL, sensing=SteeringTorque()),
+    "steering": lambda: Ekf(
+        model=Model(), values={"k": K}, rig=WHEEL, measurement_model=SteeringTorque()
+    ),
 }
 
 
@@ -97,7 +99,7 @@ def test_nan_is_a_missing_measurement(observer: ModelObserver, recording: RigRec
     first = first_of(columns_of(recording))
     system, start = as_system(observer, first), observer.init(first)
     given = {name: getattr(first, name) for name in system.input_labels}
-    given["psi" if observer.sensing.turns else "M_z"] = np.nan
+    given["psi" if observer.measurement_model.turns else "M_z"] = np.nan
     u = np.array(list(given.values()))
     after = observer.step(start, Sample(**{"psi_dot": np.nan, **given, "dt": 0.01}))
 
@@ -117,7 +119,7 @@ def test_zeros_stand_for_the_start(observer: ModelObserver, recording: RigRecord
 
 def test_its_signals_have_the_names_of_samples(observer: ModelObserver, recording: RigRecording) -> None:
     system = as_system(observer, first_of(columns_of(recording)))
-    hand = observer.sensing.turns
+    hand = observer.measurement_model.turns
 
     assert system.input_labels == (["psi", "F_N", "M"] if hand else ["psi", "psi_dot", "F_N", "M_z"])
     assert system.output_labels == ["mu", "mu_std", "M_z_predicted", "informed", "status"]

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 
 from observers import AligningTorque, Ekf, Sample, SteeringTorque, covariance_of
-from reference_rig.record import RigRecording
-from reference_rig.steering import SteeringRecording
+from reference_rig import RigRecording, SteeringRecording
 from symbolic import Model, effects_named, simulate
 from tests.observers.conftest import RIG, K
 from tests.observers.factories import CLEAN_RIG, columns_of, samples_of, slide, sparse, states_of
@@ -66,7 +65,7 @@ def test_equals_filterpy(
 
 
 @pytest.mark.parametrize(
-    "sensing",
+    "measurement_model",
     [
         AligningTorque(zero=False),
         AligningTorque(stiffness=True),
@@ -76,24 +75,25 @@ def test_equals_filterpy(
 )
 @pytest.mark.parametrize("discretised", [False, True], ids=["exact", "bristles"])
 def test_equals_filterpy_with_the_tyre_as_a_state(
-    recording: RigRecording, ekf: Make, sensing: AligningTorque, discretised: bool
+    recording: RigRecording, ekf: Make, measurement_model: AligningTorque, discretised: bool
 ) -> None:
     observer = ekf(
-        model=Model(discretised=discretised), sensing=sensing, stiffness_walk=0.03, mu_walk=0.1,
+        model=Model(discretised=discretised), measurement_model=measurement_model,
+        stiffness_walk=0.03, mu_walk=0.1,
         zero_time=5.0, **CLEAN_RIG,
     )  # fmt: skip
     assert_equals_filterpy(observer, sparse(samples_of(columns_of(recording, slice(40, 190)))), 1e-8)
 
 
 @pytest.mark.parametrize(
-    "sensing",
+    "measurement_model",
     [SteeringTorque(), SteeringTorque(zero=True), SteeringTorque(stiffness=True)],
     ids=repr,
 )
 def test_equals_filterpy_where_the_steering_torque_is_measured(
-    steered: SteeringRecording, ekf: Make, sensing: SteeringTorque
+    steered: SteeringRecording, ekf: Make, measurement_model: SteeringTorque
 ) -> None:
-    observer = ekf(sensing=sensing, **CLEAN_RIG)
+    observer = ekf(measurement_model=measurement_model, **CLEAN_RIG)
     samples = sparse(samples_of(columns_of(steered, slice(250, 600))))
     assert_equals_filterpy(observer, samples, 1e-8)
 
@@ -169,10 +169,20 @@ def test_wheel_at_rest_leaves_the_textbook_filter_of_the_torque_zero(ekf: Make) 
     assert not observer.estimate(state).informed
 
 
-@pytest.mark.parametrize("sensing", [AligningTorque(stiffness=True), AligningTorque()], ids=repr)
-def test_variances_stay_positive(recording: RigRecording, ekf: Make, sensing: AligningTorque) -> None:
+@pytest.mark.parametrize(
+    "measurement_model", [AligningTorque(stiffness=True), AligningTorque()], ids=repr
+)
+def test_variances_stay_positive(
+    recording: RigRecording, ekf: Make, measurement_model: AligningTorque
+) -> None:
     observer = ekf(
-        sensing=sensing, noise=1e-4, error=inf, gate=inf, mu_walk=0.0, zero_walk=0.0, stiffness_walk=0.0
+        measurement_model=measurement_model,
+        noise=1e-4,
+        error=inf,
+        gate=inf,
+        mu_walk=0.0,
+        zero_walk=0.0,
+        stiffness_walk=0.0,
     )
     for state in states_of(observer, samples_of(columns_of(recording)) * 3):
         assert (np.diag(state["factor"]) > 0).all()

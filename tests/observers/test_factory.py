@@ -9,8 +9,8 @@ import pytest
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque, Tuning, from_files, run
 from observers.factory import read_model_file, read_rig_file
-from reference_rig.record import RigRecording
-from symbolic import InvalidInputError, Model, Rig, Tyre, effects_named
+from reference_rig import RigRecording
+from symbolic import Effect, InvalidInputError, Model, Rig, Tyre, effects_named
 
 TOML = "[rig]\na = 0.045\ne = 0.009\nJ_A = 0.15\nb_t = 1.0\n\n[tyre]\nk = 2.8e6\nmu = 1.1\n"
 FOUND = {
@@ -59,7 +59,7 @@ def test_a_model_that_was_found(rig: Path, tmp_path: Path) -> None:
     assert observer.model == Model(effects=effects, discretised=True)
     # The k of the model goes before that of the rig; nothing fitted to one recording is believed.
     assert observer.values == {"k": 2.4e6, "carcass_torsion.k_t": 390.0, "torque_offset.M_0": 0.0}
-    assert (observer.window, observer.sensing) == (7, AligningTorque())
+    assert (observer.window, observer.measurement_model) == (7, AligningTorque())
 
 
 def test_it_runs(rig: Path, tmp_path: Path, recording: RigRecording) -> None:
@@ -122,12 +122,22 @@ def test_files_that_are_not_there(rig: Path, tmp_path: Path) -> None:
 
 
 def test_the_steering_torque_needs_the_wheel(rig: Path) -> None:
-    assert from_files(Ekf, rig, sensing=SteeringTorque()).rig.J_A == 0.15
+    assert from_files(Ekf, rig, measurement_model=SteeringTorque()).rig.J_A == 0.15
     rig.write_text(TOML.replace("J_A = 0.15\n", ""), encoding="utf-8")
 
     assert from_files(Ekf, rig).rig.J_A is None
-    assert message_of(Ekf, rig, sensing=SteeringTorque()).startswith(f"{rig}: the rig lacks J_A")
+    assert message_of(Ekf, rig, measurement_model=SteeringTorque()).startswith(
+        f"{rig}: the rig lacks J_A"
+    )
 
 
 def test_faults_of_settings_name_no_file(rig: Path) -> None:
     assert message_of(Mhe, rig, window=0).startswith("window must be a whole number of at least 1")
+
+
+def test_a_model_with_an_effect_of_the_users_own(rig: Path, tmp_path: Path) -> None:
+    own = Effect(name="own", summary="the user's own", parameters=())
+    path = write_model(tmp_path, effects=[*FOUND["effects"], "own"])
+
+    assert own in from_files(Ekf, rig, path, effects=[own]).model.effects
+    assert "--effects MODULE" in message_of(Ekf, rig, path)

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Mhe, run
-from reference_rig.record import RigRecording, make_recording
+from reference_rig import RigRecording, make_recording
 from symbolic import Model, effects_named, simulate
 from tests.observers.conftest import RIG, K, make
 from tests.observers.factories import (
@@ -49,7 +49,7 @@ def test_converges_to_the_true_friction(
 
 @pytest.mark.parametrize(("kind", "settings"), KINDS)
 def test_stiffness_is_found_too(recording: RigRecording, kind: Any, settings: Any) -> None:
-    wrong = {"values": {"k": 1.25 * K}, "sensing": AligningTorque(stiffness=True)}
+    wrong = {"values": {"k": 1.25 * K}, "measurement_model": AligningTorque(stiffness=True)}
     observer = make(kind, **wrong, **CLEAN_RIG, **settings)
     *_, state = states_of(observer, samples_of(columns_of(recording)))
     found = state["x"] if kind is Ekf else state["x"][:, -1]

@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from observers import AligningTorque, Sensing, SteeringTorque, Tuning
+from observers import AligningTorque, MeasurementModel, SteeringTorque, Tuning
 from observers.linearisation import build_motion, build_reading, directions
 from observers.measurement_model import CLEAN
 from tests.observers.conftest import RIG
@@ -18,7 +18,9 @@ Array = NDArray[np.float64]
 NUMBERS = np.array([RIG.a, RIG.e, RIG.J_A, RIG.b_t])
 TUNING = Tuning(zero_time=3.0, stiffness_walk=0.01)
 CHOICES = [(zero, stiffness) for zero in (False, True) for stiffness in (False, True)]
-SENSINGS = [kind(zero=z, stiffness=s) for kind in (AligningTorque, SteeringTorque) for z, s in CHOICES]
+MEASUREMENT_MODELS = [
+    kind(zero=z, stiffness=s) for kind in (AligningTorque, SteeringTorque) for z, s in CHOICES
+]
 MEANINGS = {"log_mu": 0.1, "M_0": 0.2, "stiffness": 0.9, "psi": 0.03, "psi_dot": -0.4}
 
 
@@ -27,17 +29,19 @@ def clean(**values: float) -> Array:
     return np.array([(usual | values)[name] for name in CLEAN])
 
 
-def moved(sensing: Sensing, x: Array, M_z: float, slopes: Array, **settings: Any) -> tuple[Array, ...]:
+def moved(
+    measurement_model: MeasurementModel, x: Array, M_z: float, slopes: Array, **settings: Any
+) -> tuple[Array, ...]:
     last, now = settings.get("last", clean(dt=0.012)), settings.get("now", clean())
     tuning = settings.get("tuning", TUNING)
-    made = build_motion(sensing)(x, M_z, slopes, last, now, NUMBERS, tuning.beliefs)
+    made = build_motion(measurement_model)(x, M_z, slopes, last, now, NUMBERS, tuning.beliefs)
     x_next, A, Q, b = (np.asarray(part) for part in made)
     np.testing.assert_allclose(b.ravel(), x_next.ravel() - A @ x, rtol=0, atol=1e-12)
     return x_next.ravel(), A, Q.ravel()
 
 
-def usual_x(sensing: Sensing) -> Array:
-    return np.array([MEANINGS[name] for name in sensing.states])
+def usual_x(measurement_model: MeasurementModel) -> Array:
+    return np.array([MEANINGS[name] for name in measurement_model.states])
 
 
 def by_differences(f: Any, x: Array, step: float = 1e-3) -> Array:
@@ -46,47 +50,60 @@ def by_differences(f: Any, x: Array, step: float = 1e-3) -> Array:
     return np.array([(f(x + d) - f(x - d)) / (2 * step) for d in steps]).T
 
 
-def along_slopes(sensing: Sensing, x: Array, M_z: float, slopes: Array) -> Any:
+def along_slopes(measurement_model: MeasurementModel, x: Array, M_z: float, slopes: Array) -> Any:
     """M_z as a function of the states, linear with these slopes."""
-    places = [sensing.states.index(name) for name in directions(sensing)]
+    places = [measurement_model.states.index(name) for name in directions(measurement_model)]
     return lambda moved_x: M_z + slopes @ (moved_x - x)[places]
 
 
-@pytest.mark.parametrize("sensing", SENSINGS, ids=repr)
-def test_states_stand_in_their_one_order(sensing: Sensing) -> None:
-    order = [name for name in ("log_mu", "M_0", "stiffness", "psi", "psi_dot") if name in sensing.states]
+@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS, ids=repr)
+def test_states_stand_in_their_one_order(measurement_model: MeasurementModel) -> None:
+    order = [
+        name
+        for name in ("log_mu", "M_0", "stiffness", "psi", "psi_dot")
+        if name in measurement_model.states
+    ]
 
-    assert list(sensing.states) == order
-    assert sensing.states[0] == "log_mu"
-    assert ("psi" in sensing.states) is sensing.turns
-    tyre = [name for name in ("log_mu", "stiffness") if name in sensing.states]
-    assert list(directions(sensing)) == ["psi"] * sensing.turns + tyre
+    assert list(measurement_model.states) == order
+    assert measurement_model.states[0] == "log_mu"
+    assert ("psi" in measurement_model.states) is measurement_model.turns
+    tyre = [name for name in ("log_mu", "stiffness") if name in measurement_model.states]
+    assert list(directions(measurement_model)) == ["psi"] * measurement_model.turns + tyre
 
 
-@pytest.mark.parametrize("sensing", SENSINGS, ids=repr)
-def test_derivative_of_the_motion(sensing: Sensing) -> None:
-    x, slopes = usual_x(sensing), np.array([-60.0, -5.0, 2.0][: len(directions(sensing))])
-    M_z = along_slopes(sensing, x, -3.0, slopes)
-    _, A, _ = moved(sensing, x, -3.0, slopes)
+@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS, ids=repr)
+def test_derivative_of_the_motion(measurement_model: MeasurementModel) -> None:
+    x, slopes = (
+        usual_x(measurement_model),
+        np.array([-60.0, -5.0, 2.0][: len(directions(measurement_model))]),
+    )
+    M_z = along_slopes(measurement_model, x, -3.0, slopes)
+    _, A, _ = moved(measurement_model, x, -3.0, slopes)
 
-    expected = by_differences(lambda y: moved(sensing, y, M_z(y), slopes)[0], x)
+    expected = by_differences(lambda y: moved(measurement_model, y, M_z(y), slopes)[0], x)
     np.testing.assert_allclose(A, expected, rtol=0, atol=1e-9)
-    if sensing.turns:
-        assert abs(A[sensing.states.index("psi_dot"), sensing.states.index("log_mu")]) > 0.1
+    if measurement_model.turns:
+        assert (
+            abs(A[measurement_model.states.index("psi_dot"), measurement_model.states.index("log_mu")])
+            > 0.1
+        )
 
 
-@pytest.mark.parametrize("sensing", SENSINGS, ids=repr)
-def test_derivative_of_the_reading(sensing: Sensing) -> None:
-    x, slopes = usual_x(sensing), np.array([-60.0, -5.0, 2.0][: len(directions(sensing))])
-    M_z = along_slopes(sensing, x, -3.0, slopes)
+@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS, ids=repr)
+def test_derivative_of_the_reading(measurement_model: MeasurementModel) -> None:
+    x, slopes = (
+        usual_x(measurement_model),
+        np.array([-60.0, -5.0, 2.0][: len(directions(measurement_model))]),
+    )
+    M_z = along_slopes(measurement_model, x, -3.0, slopes)
 
     def read(y: Array, now: Array) -> list[Array]:
-        made = build_reading(sensing)(y, M_z(y), slopes, now, NUMBERS, TUNING.beliefs)
+        made = build_reading(measurement_model)(y, M_z(y), slopes, now, NUMBERS, TUNING.beliefs)
         return [np.asarray(part).ravel() for part in made]
 
     innovation, H, weight, expected, _ = read(x, clean())
     np.testing.assert_allclose(H, by_differences(lambda y: read(y, clean())[3][0], x), rtol=0, atol=1e-9)
-    measured = 0.03 if sensing.turns else -3.0
+    measured = 0.03 if measurement_model.turns else -3.0
     assert innovation[0] == pytest.approx(measured - expected[0], abs=1e-15)
     assert weight[0] > 0
     for nothing in (np.nan, np.inf, -np.inf):
@@ -94,13 +111,13 @@ def test_derivative_of_the_reading(sensing: Sensing) -> None:
         assert (gone[0], no_weight[0]) == (0.0, 0.0)
 
 
-@pytest.mark.parametrize("sensing", SENSINGS, ids=repr)
+@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS, ids=repr)
 @pytest.mark.parametrize("last_dt", [0.0, 0.01])
-def test_into_an_empty_place_nothing_moves(sensing: Sensing, last_dt: float) -> None:
-    x, slopes = usual_x(sensing), np.ones(len(directions(sensing)))
+def test_into_an_empty_place_nothing_moves(measurement_model: MeasurementModel, last_dt: float) -> None:
+    x, slopes = usual_x(measurement_model), np.ones(len(directions(measurement_model)))
     empty = clean(dt=0.0, M=0.0, M_z=0.0)
-    x_next, A, Q = moved(sensing, x, 3.0, slopes, last=clean(dt=last_dt), now=empty)
-    weight = build_reading(sensing)(x, 3.0, slopes, empty, NUMBERS, TUNING.beliefs)[2]
+    x_next, A, Q = moved(measurement_model, x, 3.0, slopes, last=clean(dt=last_dt), now=empty)
+    weight = build_reading(measurement_model)(x, 3.0, slopes, empty, NUMBERS, TUNING.beliefs)[2]
 
     np.testing.assert_array_equal(x_next, x)
     np.testing.assert_array_equal(A, np.eye(x.size))
@@ -108,17 +125,17 @@ def test_into_an_empty_place_nothing_moves(sensing: Sensing, last_dt: float) -> 
     assert float(weight) == 0
 
 
-@pytest.mark.parametrize("sensing", SENSINGS[3::4], ids=repr)
-def test_walks_grow_with_time_and_not_with_samples(sensing: Sensing) -> None:
+@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS[3::4], ids=repr)
+def test_walks_grow_with_time_and_not_with_samples(measurement_model: MeasurementModel) -> None:
     tuning = Tuning(mu_walk=0.1, zero_walk=0.02, stiffness_walk=0.3, noise=0.2)
-    x, slopes = usual_x(sensing), np.zeros(len(directions(sensing)))
+    x, slopes = usual_x(measurement_model), np.zeros(len(directions(measurement_model)))
     of_a_second = []
     for steps in (np.full(100, 0.01), np.full(1000, 0.001), np.random.default_rng(1).random(300)):
         steps, total = steps / steps.sum(), 0.0
         for before, dt in zip([steps[0], *steps[:-1]], steps, strict=True):
             clocks = {"last": clean(dt=before), "now": clean(dt=dt)}
-            total = total + moved(sensing, x, 0.0, slopes, tuning=tuning, **clocks)[2]
-        of_a_second.append(dict(zip(sensing.states, total, strict=True)))
+            total = total + moved(measurement_model, x, 0.0, slopes, tuning=tuning, **clocks)[2]
+        of_a_second.append(dict(zip(measurement_model.states, total, strict=True)))
 
     level = slide(410.0)
     expected = {"log_mu": 0.01, "M_0": (0.02 * level) ** 2, "stiffness": 0.09, "psi": 0.0}
@@ -129,9 +146,9 @@ def test_walks_grow_with_time_and_not_with_samples(sensing: Sensing) -> None:
 
 
 def test_zero_fades_with_its_time() -> None:
-    sensing, x = AligningTorque(), np.array([1.0, 0.4])
+    measurement_model, x = AligningTorque(), np.array([1.0, 0.4])
     for _ in range(100):
-        x, *_ = moved(sensing, x, 0.0, np.zeros(1), now=clean(dt=0.03))
+        x, *_ = moved(measurement_model, x, 0.0, np.zeros(1), now=clean(dt=0.03))
 
     np.testing.assert_allclose(x, [1.0, 0.4 * np.exp(-1)], rtol=1e-12)
 
@@ -178,13 +195,13 @@ def push(t: Any) -> Any:
 
 def leapfrogged(steps: Array) -> tuple[Array, Array]:
     """Angle at the samples and rate in the middle before each, the wheel driven by `push`."""
-    sensing = SteeringTorque()
+    measurement_model = SteeringTorque()
     times = np.concatenate([[0.0], np.cumsum(steps)])
     x, made = np.array([1.0, 0.0, 0.0]), []
     last = clean(psi=0.0, M=push(0.0), dt=0.0)
     for t, dt in zip(times[1:], steps, strict=True):
         now = clean(dt=dt, M=push(t))
-        x, *_ = moved(sensing, x, -SPRING * x[1], np.array([-SPRING, 0.0]), last=last, now=now)
+        x, *_ = moved(measurement_model, x, -SPRING * x[1], np.array([-SPRING, 0.0]), last=last, now=now)
         made.append(x[1:])
         last = now
     angle, rate = np.array(made).T

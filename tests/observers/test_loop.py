@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from observers import Ekf, Loop, Mhe, Observer, Sample, Status, SteeringTorque, ZoneRootSolver, run
-from reference_rig.record import RigRecording
+from reference_rig import RigRecording
 from symbolic import InvalidInputError, Model
 from tests.observers.conftest import RIG, K
 
@@ -20,7 +20,9 @@ OBSERVERS: dict[str, Callable[[], Observer]] = {
     "ekf": lambda: Ekf(model=Model(), values={"k": K}, rig=RIG),
     "mhe": lambda: Mhe(model=Model(), values={"k": K}, rig=RIG, window=10),
     "root": lambda: ZoneRootSolver(rig=RIG, k=K),
-    "steering": lambda: Ekf(model=Model(), values={"k": K}, rig=WHEEL, sensing=SteeringTorque()),
+    "steering": lambda: Ekf(
+        model=Model(), values={"k": K}, rig=WHEEL, measurement_model=SteeringTorque()
+    ),
 }
 
 

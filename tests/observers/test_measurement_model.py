@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from observers import SAMPLE, AligningTorque, Ekf, Mhe, Sample, Sensing, SteeringTorque, Tuning
+from observers import SAMPLE, AligningTorque, Ekf, MeasurementModel, Mhe, Sample, SteeringTorque, Tuning
 from observers.linearisation import build_clean
 from observers.measurement_model import CLEAN
 from symbolic import InvalidInputError, Rig
@@ -19,9 +19,9 @@ LAST = {"psi": 0.05, "psi_dot": 0.3, "F_N": 390.0, "dt": 0.02, "M_z": -1.0, "M":
 NOTHING = (nan, inf, -inf)
 
 
-def cleaned(sensing: Sensing, **fault: float) -> tuple[dict[str, float], bool]:
+def cleaned(measurement_model: MeasurementModel, **fault: float) -> tuple[dict[str, float], bool]:
     sample = [(GOOD | fault)[name] for name in SAMPLE]
-    now, held = build_clean(sensing)(sample, [LAST[name] for name in CLEAN])
+    now, held = build_clean(measurement_model)(sample, [LAST[name] for name in CLEAN])
     return dict(zip(CLEAN, np.asarray(now).ravel().tolist(), strict=True)), bool(held)
 
 
@@ -60,25 +60,27 @@ def test_steering_torque_without_a_sensor(nothing: float) -> None:
         assert (now[name], held) == (0.0, False)
 
 
-@pytest.mark.parametrize("sensing", [AligningTorque(), SteeringTorque()], ids=repr)
+@pytest.mark.parametrize("measurement_model", [AligningTorque(), SteeringTorque()], ids=repr)
 @pytest.mark.parametrize("nothing", [*NOTHING, 0.0, -400.0])
-def test_without_a_load_the_last_one_is_held(sensing: Sensing, nothing: float) -> None:
-    now, held = cleaned(sensing, F_N=nothing)
+def test_without_a_load_the_last_one_is_held(
+    measurement_model: MeasurementModel, nothing: float
+) -> None:
+    now, held = cleaned(measurement_model, F_N=nothing)
     assert (now["F_N"], held) == (LAST["F_N"], True)
 
 
-@pytest.mark.parametrize("sensing", [AligningTorque(), SteeringTorque()], ids=repr)
-def test_without_any_sensor_time_goes_on(sensing: Sensing) -> None:
-    now, held = cleaned(sensing, **dict.fromkeys(("psi", "psi_dot", "F_N", "M_z", "M"), nan))
+@pytest.mark.parametrize("measurement_model", [AligningTorque(), SteeringTorque()], ids=repr)
+def test_without_any_sensor_time_goes_on(measurement_model: MeasurementModel) -> None:
+    now, held = cleaned(measurement_model, **dict.fromkeys(("psi", "psi_dot", "F_N", "M_z", "M"), nan))
     assert (now["dt"], now["F_N"], held) == (GOOD["dt"], LAST["F_N"], True)
 
 
 @pytest.mark.parametrize("kind", [Ekf, Mhe])
 @pytest.mark.parametrize(
-    "sensing", [AligningTorque(stiffness=True), SteeringTorque(zero=True)], ids=repr
+    "measurement_model", [AligningTorque(stiffness=True), SteeringTorque(zero=True)], ids=repr
 )
-def test_prior(kind: Any, sensing: Sensing) -> None:
-    observer = make(kind, sensing=sensing, mu=1.2, mu_std=0.3, psi_dot_std=0.7)
+def test_prior(kind: Any, measurement_model: MeasurementModel) -> None:
+    observer = make(kind, measurement_model=measurement_model, mu=1.2, mu_std=0.3, psi_dot_std=0.7)
     tuning = observer.tuning
     state = observer.init(Sample(psi=0.4, psi_dot=nan, F_N=300.0, dt=0.01))
     said = observer.estimate(state)
@@ -126,8 +128,8 @@ def test_a_sample_may_lack_all_else() -> None:
 def test_steering_torque_needs_the_inertia_and_the_damping(kind: Any) -> None:
     for rig, missing in ((Rig(a=0.045, e=0.009), "J_A and b_t"), (replace(RIG, b_t=None), "lacks b_t")):
         with pytest.raises(InvalidInputError, match=missing):
-            make(kind, rig=rig, sensing=SteeringTorque())
-        make(kind, rig=rig, sensing=AligningTorque())
+            make(kind, rig=rig, measurement_model=SteeringTorque())
+        make(kind, rig=rig, measurement_model=AligningTorque())
 
 
 def test_tuning_is_of_the_observer() -> None:

@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque, run
-from reference_rig.record import RigRecording, make_recording
-from reference_rig.steering import SteeringRecording
+from reference_rig import RigRecording, SteeringRecording, make_recording
 from symbolic import Model, effects_named, simulate
 from tests.observers.conftest import RIG, K, make
 from tests.observers.factories import (
@@ -60,7 +59,7 @@ def test_sticking_wheel_leaves_the_kalman_filter(window: int, iterations: int) -
     psi[0] = 0.0
     columns = {"t": t, "psi": psi, "F_N": np.full(t.size, 400.0), "M": M}
     believed = {"noise": 1e-6, "psi_noise": 1e-8, "psi_dot_std": 1e-6, "error": inf, "gate": inf}
-    settings = {"sensing": SteeringTorque(), **believed}
+    settings = {"measurement_model": SteeringTorque(), **believed}
     filter_, estimator = (
         make(Ekf, **settings), make(Mhe, window=window, iterations=iterations, **settings)
     )  # fmt: skip
@@ -77,10 +76,10 @@ def test_sticking_wheel_leaves_the_kalman_filter(window: int, iterations: int) -
 ORACLES = [
     pytest.param({}, id="aligning"),
     pytest.param(
-        {"sensing": AligningTorque(stiffness=True), "stiffness_walk": 0.02, "mu_walk": 0.1},
+        {"measurement_model": AligningTorque(stiffness=True), "stiffness_walk": 0.02, "mu_walk": 0.1},
         id="stiffness",
     ),
-    pytest.param({"sensing": SteeringTorque()}, id="steering"),
+    pytest.param({"measurement_model": SteeringTorque()}, id="steering"),
     pytest.param({"greatest": 1.25}, id="on its bound"),
     pytest.param({"model": Model(discretised=True, lengthways=20)}, id="bristles"),
 ]
@@ -93,7 +92,9 @@ def test_moving_window_equals_dense_equations_by_the_book(
 ) -> None:
     observer = make(Mhe, window=window, iterations=iterations, **{**CLEAN_RIG, **settings})
     made, part = (
-        (steered, slice(0, 1200, 10)) if observer.sensing.turns else (recording, slice(40, 160, 2))
+        (steered, slice(0, 1200, 10))
+        if observer.measurement_model.turns
+        else (recording, slice(40, 160, 2))
     )
     samples = sparse(samples_of(columns_of(made, part)))
     oracle = WindowOracle(observer).run(samples)

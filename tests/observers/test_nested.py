@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from observers import Ekf, Mhe, Observer, Tuning, ZoneRootSolver, run
-from reference_rig.patch import RigTyre
-from reference_rig.steering import STEP, Motion, Wheel, move
+from reference_rig import MOTION_STEP as STEP
+from reference_rig import RigTyre, SteeredMotion, Wheel, simulate_steering
 from symbolic import Model, Rig
 
 RIG, K, LOAD, SECONDS = Rig(a=0.04, e=0.01), 6e4, 180.0, 5.11
@@ -15,10 +15,10 @@ CLEAN = Tuning(noise=1e-3, error=1e-3, mu_walk=1e-3, zero_std=1e-4, zero_walk=0.
 
 
 @pytest.fixture(scope="module", params=[0.5, 1.4])
-def motion(request: pytest.FixtureRequest) -> Motion:
+def motion(request: pytest.FixtureRequest) -> SteeredMotion:
     mu = request.param
     t = np.arange(round(SECONDS / STEP) + 1) * STEP
-    made = move(
+    made = simulate_steering(
         2 * mu * np.interp(t, *np.array(KNOTS).T),
         np.full(t.size, LOAD),
         np.full(t.size, mu),
@@ -28,7 +28,7 @@ def motion(request: pytest.FixtureRequest) -> Motion:
     return made.at(t[::100])
 
 
-def errors(observer: Observer, motion: Motion) -> tuple[float, float]:
+def errors(observer: Observer, motion: SteeredMotion) -> tuple[float, float]:
     """Greatest relative errors of mu in five zones and beyond."""
     estimates = run(observer, motion.t, motion.psi, motion.F_N, motion.M_z)
     error = np.abs(estimates.mu / motion.mu - 1)
@@ -39,7 +39,7 @@ def errors(observer: Observer, motion: Motion) -> tuple[float, float]:
     return float(error[settled & five].max()), float(error[second + 10 :].max())
 
 
-def test_the_root_solve_is_lost_beyond_five_zones(motion: Motion) -> None:
+def test_the_root_solve_is_lost_beyond_five_zones(motion: SteeredMotion) -> None:
     five, beyond = errors(ZoneRootSolver(rig=RIG, k=K), motion)
 
     print(f"root: off by {five:.1%} in five zones, by {beyond:.0%} beyond")
@@ -48,7 +48,7 @@ def test_the_root_solve_is_lost_beyond_five_zones(motion: Motion) -> None:
 
 
 @pytest.mark.parametrize("kind", [Ekf, Mhe])
-def test_the_filters_are_not(motion: Motion, kind: type[Ekf] | type[Mhe]) -> None:
+def test_the_filters_are_not(motion: SteeredMotion, kind: type[Ekf] | type[Mhe]) -> None:
     observer = kind(model=Model(), values={"k": K}, rig=RIG, tuning=CLEAN)
     five, beyond = errors(observer, motion)
 

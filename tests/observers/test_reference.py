@@ -9,8 +9,7 @@ import pytest
 
 from observers import AligningTorque, Mhe, SteeringTorque
 from observers.reference import solve_window
-from reference_rig.record import RigRecording
-from reference_rig.steering import SteeringRecording
+from reference_rig import RigRecording, SteeringRecording
 from symbolic import Model
 from tests.observers.factories import CLEAN_RIG, columns_of, samples_of, sparse, states_of
 
@@ -40,7 +39,7 @@ def compare(observer: Mhe, made: RigRecording | SteeringRecording, count: int, e
     [
         pytest.param(WALKING, id="least squares"),
         pytest.param({**WALKING, "error": 0.01}, id="Huber's loss"),
-        pytest.param({**WALKING, "sensing": AligningTorque(stiffness=True)}, id="stiffness"),
+        pytest.param({**WALKING, "measurement_model": AligningTorque(stiffness=True)}, id="stiffness"),
         pytest.param({**WALKING, "model": Model(discretised=True)}, id="bristles"),
         # Nothing disturbs the states: equalities hold them, to the arrival or to one another.
         pytest.param({**CLEAN_RIG, "mu_walk": 0.0, "zero_walk": 0.0}, id="nothing walks"),
@@ -52,9 +51,11 @@ def test_settled_equals_ipopt(mhe: Make, recording: RigRecording, settings: dict
 
 
 def test_settled_equals_ipopt_with_the_steering_torque(mhe: Make, steered: SteeringRecording) -> None:
-    sensing = SteeringTorque(zero=True, stiffness=True)
+    measurement_model = SteeringTorque(zero=True, stiffness=True)
     settings = {"noise": 0.005, "error": inf, "gate": inf, "mu_walk": 0.01}
-    compare(mhe(**SETTLED, **settings, sensing=sensing), steered, count=800, every=200)
+    compare(
+        mhe(**SETTLED, **settings, measurement_model=measurement_model), steered, count=800, every=200
+    )
 
 
 def test_one_step_from_afar_is_not_the_minimum_yet(mhe: Make, recording: RigRecording) -> None:

@@ -8,8 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Mhe, Status, SteeringTorque, Tuning, ZoneRootSolver, run
-from reference_rig.record import RigRecording
-from reference_rig.steering import SteeringRecording
+from reference_rig import RigRecording, SteeringRecording
 from symbolic import InvalidInputError, Model
 from tests.interpreted import without_machine_code
 from tests.observers.conftest import RIG, K, make
@@ -25,12 +24,12 @@ from tests.observers.factories import (
 Array = NDArray[np.float64]
 OBSERVERS: dict[str, Any] = {
     "ekf": make(Ekf),
-    "ekf, stiffness": make(Ekf, sensing=AligningTorque(stiffness=True)),
+    "ekf, stiffness": make(Ekf, measurement_model=AligningTorque(stiffness=True)),
     "ekf, bristles": make(Ekf, model=Model(discretised=True)),
-    "ekf, steering": make(Ekf, sensing=SteeringTorque()),
+    "ekf, steering": make(Ekf, measurement_model=SteeringTorque()),
     "mhe": make(Mhe, window=20),
-    "mhe, stiffness": make(Mhe, window=20, sensing=AligningTorque(stiffness=True)),
-    "mhe, steering": make(Mhe, window=20, sensing=SteeringTorque()),
+    "mhe, stiffness": make(Mhe, window=20, measurement_model=AligningTorque(stiffness=True)),
+    "mhe, steering": make(Mhe, window=20, measurement_model=SteeringTorque()),
     "root": ZoneRootSolver(rig=RIG, k=K),
 }
 
@@ -43,7 +42,7 @@ def observer(request: pytest.FixtureRequest) -> Any:
 @pytest.fixture
 def columns(observer: Any, recording: RigRecording, steered: SteeringRecording) -> dict[str, Array]:
     """What suits the observer, of a length that is no multiple of a stretch."""
-    steers = isinstance(getattr(observer, "sensing", None), SteeringTorque)
+    steers = isinstance(getattr(observer, "measurement_model", None), SteeringTorque)
     made = steered if steers else recording
     return columns_of(made, slice(0, 777 if steers else 333))
 

@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from observers import Ekf, run
-from reference_rig.record import RigRecording
-from reference_rig.steering import SteeringRecording
-from symbolic.compiled import compiler
+from reference_rig import RigRecording, SteeringRecording
+from symbolic import compiler
 from tests.observers.factories import columns_of, samples_of
 from tests.observers.float32 import (
     CASES,
@@ -36,7 +35,7 @@ def single(tmp_path_factory: pytest.TempPathFactory) -> FilterFactory:
     built: dict[Any, Path] = {}
 
     def made(observer: Ekf) -> Single:
-        kind = (observer.model, observer.sensing, observer.iterations)
+        kind = (observer.model, observer.measurement_model, observer.iterations)
         if kind not in built:
             built[kind] = build(observer, tmp_path_factory.mktemp("single")).library
         return Single(observer, built[kind])

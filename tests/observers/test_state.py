@@ -9,20 +9,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from observers import AligningTorque, Ekf, Mhe, Sample, State, SteeringTorque, run
+from observers import AligningTorque, Ekf, Mhe, ObserverState, Sample, SteeringTorque, run
 from observers.layout import Layout
-from reference_rig.record import RigRecording
-from reference_rig.steering import SteeringRecording
+from reference_rig import RigRecording, SteeringRecording
 from tests.observers.conftest import make
 from tests.observers.factories import columns_of, samples_of, states_of
 
 KINDS = [
     pytest.param(Ekf, {}, id="ekf"),
     pytest.param(Mhe, {"window": 20}, id="mhe"),
-    pytest.param(Ekf, {"sensing": SteeringTorque()}, id="ekf steering"),
-    pytest.param(Mhe, {"sensing": SteeringTorque(), "window": 20}, id="mhe steering"),
-    pytest.param(Ekf, {"sensing": AligningTorque(stiffness=True)}, id="ekf stiffness"),
-    pytest.param(Mhe, {"sensing": AligningTorque(stiffness=True), "window": 20}, id="mhe stiffness"),
+    pytest.param(Ekf, {"measurement_model": SteeringTorque()}, id="ekf steering"),
+    pytest.param(Mhe, {"measurement_model": SteeringTorque(), "window": 20}, id="mhe steering"),
+    pytest.param(Ekf, {"measurement_model": AligningTorque(stiffness=True)}, id="ekf stiffness"),
+    pytest.param(
+        Mhe, {"measurement_model": AligningTorque(stiffness=True), "window": 20}, id="mhe stiffness"
+    ),
 ]
 
 
@@ -34,7 +35,7 @@ def samples(recording: RigRecording, steered: SteeringRecording) -> dict[type, l
     }
 
 
-def last_of(observer: Any, samples: list[Sample]) -> State:
+def last_of(observer: Any, samples: list[Sample]) -> ObserverState:
     *_, state = states_of(observer, samples)
     return state  # type: ignore[no-any-return]
 
@@ -42,7 +43,7 @@ def last_of(observer: Any, samples: list[Sample]) -> State:
 @pytest.mark.parametrize(("kind", "settings"), KINDS)
 def test_step_leaves_the_state_that_it_was_given(kind: Any, settings: Any, samples: Any) -> None:
     observer = make(kind, **settings)
-    first, *rest = samples[type(observer.sensing)]
+    first, *rest = samples[type(observer.measurement_model)]
     start = observer.init(first)
     untouched = start.values.copy()
     state = last_of(observer, [first, *rest[:-1]])
@@ -60,7 +61,7 @@ def test_step_leaves_the_state_that_it_was_given(kind: Any, settings: Any, sampl
 @pytest.mark.parametrize(("kind", "settings"), KINDS)
 def test_a_state_that_cannot_be_written_to_will_do(kind: Any, settings: Any, samples: Any) -> None:
     observer = make(kind, **settings)
-    first, second, *_ = samples[type(observer.sensing)]
+    first, second, *_ = samples[type(observer.measurement_model)]
     state = observer.init(first)
     state.values.flags.writeable = False
 
@@ -71,7 +72,7 @@ def test_a_state_that_cannot_be_written_to_will_do(kind: Any, settings: Any, sam
 @pytest.mark.parametrize("way", ["equal", "deepcopy", "pickle"])
 def test_an_equal_observer_says_the_same(kind: Any, settings: Any, way: str, samples: Any) -> None:
     observer = make(kind, **settings)
-    mine = samples[type(observer.sensing)]
+    mine = samples[type(observer.measurement_model)]
     before = last_of(observer, mine[:-1])
     other, state = {
         "equal": lambda: (make(kind, **settings), before),
@@ -100,7 +101,7 @@ def test_an_observer_is_pickled_before_and_after_its_first_step(samples: Any) ->
 @pytest.mark.parametrize(("kind", "settings"), KINDS[:4])
 def test_threads_share_an_observer(kind: Any, settings: Any, samples: Any) -> None:
     observer = make(kind, **settings)
-    mine = samples[type(observer.sensing)]
+    mine = samples[type(observer.measurement_model)]
     parts = [mine, [replace(s, F_N=0.9 * s.F_N) for s in mine]] * 2
     alone = [last_of(make(kind, **settings), part).values for part in parts[:2]] * 2
     together: list[Any] = [None] * len(parts)
@@ -139,7 +140,7 @@ def test_threads_run_whole_recordings(recording: RigRecording) -> None:
 @pytest.mark.parametrize(("kind", "settings"), KINDS)
 def test_parts_of_a_state(kind: Any, settings: Any, samples: Any) -> None:
     observer = make(kind, **settings)
-    state = last_of(observer, samples[type(observer.sensing)][:5])
+    state = last_of(observer, samples[type(observer.measurement_model)][:5])
     n, window = len(observer.states), settings.get("window", 1)
 
     assert state.values.shape == (observer.layout.size,)

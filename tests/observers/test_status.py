@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from observers import AligningTorque, Ekf, Mhe, Sample, Status, SteeringTorque
-from reference_rig.record import RigRecording
-from reference_rig.steering import SteeringRecording
+from reference_rig import RigRecording, SteeringRecording
 from tests.observers.conftest import make
 from tests.observers.factories import CLEAN_RIG, columns_of, full_slide, samples_of, states_of
 
@@ -19,10 +18,12 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 KINDS = [
     pytest.param(Ekf, {}, id="ekf"),
     pytest.param(Mhe, {"window": 20}, id="mhe"),
-    pytest.param(Ekf, {"sensing": SteeringTorque()}, id="ekf steering"),
-    pytest.param(Mhe, {"sensing": SteeringTorque(), "window": 20}, id="mhe steering"),
-    pytest.param(Ekf, {"sensing": AligningTorque(stiffness=True)}, id="ekf stiffness"),
-    pytest.param(Mhe, {"sensing": AligningTorque(stiffness=True), "window": 20}, id="mhe stiffness"),
+    pytest.param(Ekf, {"measurement_model": SteeringTorque()}, id="ekf steering"),
+    pytest.param(Mhe, {"measurement_model": SteeringTorque(), "window": 20}, id="mhe steering"),
+    pytest.param(Ekf, {"measurement_model": AligningTorque(stiffness=True)}, id="ekf stiffness"),
+    pytest.param(
+        Mhe, {"measurement_model": AligningTorque(stiffness=True), "window": 20}, id="mhe stiffness"
+    ),
 ]
 FLAGS = [flag for flag in Status if flag]
 
@@ -62,7 +63,7 @@ def test_nothing_at_any_input_at_any_time_spoils_no_estimate(
     kind: Any, settings: Any, nothing: float, samples: Any
 ) -> None:
     observer = make(kind, **settings)
-    mine = samples[type(observer.sensing)]
+    mine = samples[type(observer.measurement_model)]
     rng = np.random.default_rng(6)
     names = ("psi", "psi_dot", "F_N", "M_z", "M")
     faulty = []
@@ -89,22 +90,22 @@ def test_one_sensor_lost_for_good_at_the_first_sample(
     kind: Any, settings: Any, name: str, samples: Any
 ) -> None:
     observer = make(kind, **settings)
-    mine = samples[type(observer.sensing)][:60]
+    mine = samples[type(observer.measurement_model)][:60]
     first = observer.init(mine[0])
     state = first
     for sample in mine:
         state = observer.step(state, replace(sample, **{name: nan}))
         now = observer.estimate(state)
         assert np.isfinite([now.mu, now.mu_std, now.M_z_predicted]).all()
-    needed = ("psi", "F_N", "M") if observer.sensing.turns else ("psi", "F_N", "M_z")
+    needed = ("psi", "F_N", "M") if observer.measurement_model.turns else ("psi", "F_N", "M_z")
     assert bool(now.status & (Status.MISSING | Status.HELD)) is (name in needed)
 
 
 @pytest.mark.parametrize(("kind", "settings"), KINDS)
 def test_without_a_measurement_there_is_only_the_walk(kind: Any, settings: Any, samples: Any) -> None:
     observer = make(kind, mu_walk=0.3, **settings)
-    mine = samples[type(observer.sensing)]
-    lacking = {"psi": nan} if observer.sensing.turns else {"M_z": nan}
+    mine = samples[type(observer.measurement_model)]
+    lacking = {"psi": nan} if observer.measurement_model.turns else {"M_z": nan}
     states = list(states_of(observer, [replace(s, **lacking) if i else s for i, s in enumerate(mine)]))
     said = [observer.estimate(state) for state in states]
 
@@ -133,7 +134,7 @@ def test_the_angle_alone_may_be_lost_for_a_while(kind: Any, samples: Any) -> Non
 
 @pytest.mark.parametrize("kind", [Ekf, Mhe])
 def test_a_lost_steering_torque_makes_mu_less_sure(kind: Any, samples: Any) -> None:
-    observer = make(kind, sensing=SteeringTorque(), **CLEAN_RIG)
+    observer = make(kind, measurement_model=SteeringTorque(), **CLEAN_RIG)
     mine = samples[SteeringTorque]
     lost = [replace(s, M=nan) if 600 <= i < 640 else s for i, s in enumerate(mine)]
     said, whole = said_of(observer, lost), said_of(observer, mine)

@@ -8,8 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import Ekf, Estimates, Mhe, SteeringTorque, run
-from reference_rig.patch import RigTyre
-from reference_rig.steering import SteeringRecording, make_steering_recording
+from reference_rig import RigTyre, SteeringRecording, make_steering_recording
 from symbolic import InvalidInputError, Model, effects_named
 from tests.observers.conftest import RIG, K, make
 from tests.observers.factories import CLEAN_RIG, columns_of, samples_of, slide, states_of
@@ -18,7 +17,7 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 
 Array = NDArray[np.float64]
 KINDS = [pytest.param(Ekf, {}, id="ekf"), pytest.param(Mhe, {"window": 20}, id="mhe")]
-SENSINGS = [SteeringTorque(), SteeringTorque(zero=True), SteeringTorque(stiffness=True)]
+MEASUREMENT_MODELS = [SteeringTorque(), SteeringTorque(zero=True), SteeringTorque(stiffness=True)]
 
 
 @pytest.fixture(scope="module", params=[(5, 1.3), (6, 0.7), (8, 1.6)], ids=str)
@@ -37,12 +36,15 @@ def estimated(kind: Any, made: SteeringRecording, **settings: Any) -> Estimates:
     return run(make(kind, **settings), **columns_of(made))
 
 
-@pytest.mark.parametrize("sensing", SENSINGS, ids=repr)
+@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS, ids=repr)
 @pytest.mark.parametrize(("kind", "settings"), KINDS)
 def test_friction_is_found(
-    made: SteeringRecording, kind: Any, settings: Any, sensing: SteeringTorque
+    made: SteeringRecording, kind: Any, settings: Any, measurement_model: SteeringTorque
 ) -> None:
-    estimates, late = estimated(kind, made, sensing=sensing, **CLEAN_RIG, **settings), slid(made)
+    estimates, late = (
+        estimated(kind, made, measurement_model=measurement_model, **CLEAN_RIG, **settings),
+        slid(made),
+    )
     error = np.abs(estimates.mu - made.mu_true)[late]
 
     assert estimates.informed[late].all()
@@ -55,16 +57,16 @@ def test_friction_is_found(
 def test_friction_is_found_as_the_tuning_stands(
     made: SteeringRecording, kind: Any, settings: Any
 ) -> None:
-    estimates, late = estimated(kind, made, sensing=SteeringTorque(), **settings), slid(made)
+    estimates, late = estimated(kind, made, measurement_model=SteeringTorque(), **settings), slid(made)
 
     assert np.abs(estimates.mu - made.mu_true)[late].max() < 0.1
     np.testing.assert_array_equal(estimates.status & ~np.int64(32), 0)
 
 
-@pytest.mark.parametrize("sensing", SENSINGS, ids=repr)
-def test_window_and_filter_agree(made: SteeringRecording, sensing: SteeringTorque) -> None:
+@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS, ids=repr)
+def test_window_and_filter_agree(made: SteeringRecording, measurement_model: SteeringTorque) -> None:
     filtered, windowed = (
-        estimated(kind, made, sensing=sensing, **CLEAN_RIG, **settings)
+        estimated(kind, made, measurement_model=measurement_model, **CLEAN_RIG, **settings)
         for kind, settings in ((Ekf, {}), (Mhe, {"window": 20}))
     )
     late = slid(made)
@@ -79,7 +81,7 @@ def test_window_and_filter_agree(made: SteeringRecording, sensing: SteeringTorqu
 def test_angle_rate_and_aligning_torque_are_found_below_the_noise(
     steered: SteeringRecording, kind: Any, settings: Any
 ) -> None:
-    observer = make(kind, sensing=SteeringTorque(), **CLEAN_RIG, **settings)
+    observer = make(kind, measurement_model=SteeringTorque(), **CLEAN_RIG, **settings)
     states = list(states_of(observer, samples_of(columns_of(steered))))
     x = np.array([state["x"].reshape(3, -1)[:, -1] for state in states])
     late = slid(steered)
@@ -97,7 +99,7 @@ def test_angle_rate_and_aligning_torque_are_found_below_the_noise(
 def test_the_clock_may_be_uneven() -> None:
     times = np.sort(np.random.default_rng(3).uniform(0.0, 4.0, 1500))
     uneven = make_steering_recording(5, duration=4.0, times=times)
-    estimates = estimated(Ekf, uneven, sensing=SteeringTorque(), **CLEAN_RIG)
+    estimates = estimated(Ekf, uneven, measurement_model=SteeringTorque(), **CLEAN_RIG)
 
     assert np.abs(estimates.mu - 1.3)[slid(uneven)].max() < 0.03
     assert estimates.mu[-1] == pytest.approx(1.3, abs=3 * estimates.mu_std[-1])
@@ -106,7 +108,7 @@ def test_the_clock_may_be_uneven() -> None:
 def test_a_zero_of_the_channel_is_told_from_friction(steered: SteeringRecording) -> None:
     columns = columns_of(steered)
     shifted = {**columns, "M": columns["M"] + 0.3}
-    observer = make(Ekf, sensing=SteeringTorque(zero=True), **CLEAN_RIG)
+    observer = make(Ekf, measurement_model=SteeringTorque(zero=True), **CLEAN_RIG)
     *_, state = states_of(observer, samples_of(shifted))
     said = observer.estimate(state)
 
@@ -120,7 +122,9 @@ def test_a_torque_lost_for_long_counts_alike_at_any_rate(kind: Any, settings: An
     # What is held errs to one side; ten times as many samples of it say no more.
     made = make_steering_recording(11, duration=4.0, rate=rate)
     M = np.where((made.t > 2.0) & (made.t < 3.0), np.nan, made.M)
-    observer = make(kind, sensing=SteeringTorque(), noise=0.03, error=inf, gate=inf, **settings)
+    observer = make(
+        kind, measurement_model=SteeringTorque(), noise=0.03, error=inf, gate=inf, **settings
+    )
     said = run(observer, made.t, made.psi, made.F_N, M=M)
     off = np.abs(said.mu - made.mu_true) / said.mu_std
 
@@ -131,4 +135,4 @@ def test_a_sensor_of_the_other_torque_is_refused() -> None:
     model = Model(effects=effects_named(["sensor_delay"]))
     values = {"k": K, "sensor_delay.delay": 0.01}
     with pytest.raises(InvalidInputError, match="sensor_delay"):
-        Ekf(model=model, values=values, rig=RIG, sensing=SteeringTorque())
+        Ekf(model=model, values=values, rig=RIG, measurement_model=SteeringTorque())

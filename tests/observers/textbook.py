@@ -52,7 +52,7 @@ class Beliefs:
         }
         x = np.array([means.get(name, 0.0) for name in self.at])
         signals = np.array([first.psi, first.psi_dot, first.F_N, first.dt])
-        memory = np.asarray(self.model.start(signals, self.theta, self.geometry)).ravel()
+        memory = np.asarray(self.model.initial(signals, self.theta, self.geometry)).ravel()
         tyre = self.tyre(x)
         history = History(memory=memory, carried=np.zeros((memory.size, tyre.size)), held_at=tyre)
         return x, np.diag([spreads[name] ** 2 for name in self.at]), history

@@ -6,11 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reference_rig.creep import REFERENCE_SPEED, REST_SPEED
-from reference_rig.hooks import Array, Drive, History
-from reference_rig.patch import RigTyre, simulate
-from reference_rig.path import hand_path
-from reference_rig.record import EFFECTS, Planted, build_effects
+from reference_rig import (
+    REFERENCE_SPEED,
+    REST_SPEED,
+    RIG_EFFECTS,
+    Array,
+    EffectValues,
+    RigDrive,
+    RigHistory,
+    RigTyre,
+    build_effects,
+    hand_path,
+    simulate_bristles,
+)
 
 LOAD = 400.0
 CENTRED = RigTyre(e=0.0)
@@ -18,11 +26,11 @@ TRAILED = RigTyre(e=0.009)
 SLIDE = 3 / 8 * CENTRED.mu * LOAD * CENTRED.a
 
 
-def turn(psi: Array | list[float], psi_dot: float = 0.1, load: float = LOAD) -> Drive:
+def turn(psi: Array | list[float], psi_dot: float = 0.1, load: float = LOAD) -> RigDrive:
     """Turn to the angles at a stated rate; its sign follows the way."""
     psi = np.asarray(psi, dtype=float)
     way = np.sign(np.diff(psi, prepend=0.0))
-    return Drive(
+    return RigDrive(
         t=np.arange(len(psi)) * 0.01,
         psi=psi,
         psi_dot=psi_dot * way,
@@ -31,19 +39,19 @@ def turn(psi: Array | list[float], psi_dot: float = 0.1, load: float = LOAD) -> 
     )
 
 
-def run(drive: Drive, tyre: RigTyre, planted: Planted | None = None) -> History:
-    return simulate(drive, tyre, build_effects(planted or {}))
+def run(drive: RigDrive, tyre: RigTyre, planted: EffectValues | None = None) -> RigHistory:
+    return simulate_bristles(drive, tyre, build_effects(planted or {}))
 
 
-def last_torque(drive: Drive, tyre: RigTyre, **planted: Mapping[str, float]) -> float:
+def last_torque(drive: RigDrive, tyre: RigTyre, **planted: Mapping[str, float]) -> float:
     return float(run(drive, tyre, planted).M_z[-1])
 
 
-def slid(psi_dot: float = 0.1, load: float = LOAD) -> Drive:
+def slid(psi_dot: float = 0.1, load: float = LOAD) -> RigDrive:
     return turn([0.0, 500.0], psi_dot, load)
 
 
-@pytest.mark.parametrize("name", EFFECTS)
+@pytest.mark.parametrize("name", RIG_EFFECTS)
 def test_neutral_effect_changes_nothing(name: str) -> None:
     drive = hand_path(1, 6.0, rate=100.0)
 
@@ -65,7 +73,7 @@ def test_rate_friction_has_a_floor() -> None:
     )
 
 
-def steady(psi_dot: float, angle: float = 6.0) -> Drive:
+def steady(psi_dot: float, angle: float = 6.0) -> RigDrive:
     """Turn at a steady rate until everything slides."""
     return turn(np.arange(0, angle, psi_dot * 0.01), psi_dot)
 
@@ -278,7 +286,7 @@ def test_torque_swings_only_while_sliding() -> None:
     law = {"slide_oscillation": {"amplitude": 0.5, "frequency": 5.0}}
     sticking, sliding = turn(np.linspace(0, 1e-6, 50)), turn(np.linspace(0, 5000, 50))
 
-    def swing(drive: Drive) -> float:
+    def swing(drive: RigDrive) -> float:
         return float(np.max(np.abs(run(drive, CENTRED, law).M_z - run(drive, CENTRED).M_z)))
 
     assert swing(sticking) < 0.01
@@ -310,4 +318,4 @@ def test_one_branch_only() -> None:
     branch = build_effects({"viscoelastic_relaxation": {"gain": 0.2}})
 
     with pytest.raises(ValueError, match="one Maxwell branch"):
-        simulate(turn([0.0, 0.1]), TRAILED, [*branch, *branch])
+        simulate_bristles(turn([0.0, 0.1]), TRAILED, [*branch, *branch])

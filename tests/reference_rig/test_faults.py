@@ -6,16 +6,23 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-from reference_rig.faults import dropped, encoded, jittered, late, outliers
-from reference_rig.ground import constant, make_ground_recording
-from reference_rig.hooks import Array
+from reference_rig import (
+    Array,
+    add_outliers,
+    constant_friction,
+    delay_samples,
+    drop_samples,
+    encode_angle,
+    jitter_instants,
+    make_ground_recording,
+)
 
 T = np.arange(1001) / 100
 SIGNAL = 3.0 * np.sin(T)
 SEEDED: dict[str, Callable[[int], Array]] = {
-    "outliers": lambda seed: outliers(seed, SIGNAL),
-    "dropped": lambda seed: dropped(seed, SIGNAL),
-    "jittered": lambda seed: jittered(seed, T, spread=0.03),
+    "outliers": lambda seed: add_outliers(seed, SIGNAL),
+    "dropped": lambda seed: drop_samples(seed, SIGNAL),
+    "jittered": lambda seed: jitter_instants(seed, T, spread=0.03),
 }
 
 
@@ -28,7 +35,7 @@ def test_seed_decides(fault: str) -> None:
 
 
 def test_outliers_are_one_range_off() -> None:
-    faulty = outliers(3, SIGNAL)
+    faulty = add_outliers(3, SIGNAL)
     off = faulty - SIGNAL
     struck = off != 0
 
@@ -38,39 +45,41 @@ def test_outliers_are_one_range_off() -> None:
 
 
 def test_outliers_strike_finite_samples_only() -> None:
-    signal = dropped(1, SIGNAL, share=0.5)
+    signal = drop_samples(1, SIGNAL, share=0.5)
 
-    faulty = outliers(2, signal, share=0.1, size=100.0)
+    faulty = add_outliers(2, signal, share=0.1, size=100.0)
 
     np.testing.assert_array_equal(np.isnan(faulty), np.isnan(signal))
     assert np.count_nonzero(np.abs(faulty) > 90) == 50
 
 
 def test_dropped_samples() -> None:
-    faulty = dropped(3, SIGNAL)
+    faulty = drop_samples(3, SIGNAL)
     lost = np.isnan(faulty)
 
     assert np.count_nonzero(lost) == 200
     assert not lost[0]
     np.testing.assert_array_equal(faulty[~lost], SIGNAL[~lost])
-    assert np.count_nonzero(np.isnan(dropped(3, SIGNAL, share=1.0))) == 1000
+    assert np.count_nonzero(np.isnan(drop_samples(3, SIGNAL, share=1.0))) == 1000
 
 
 def test_encoder() -> None:
     step = 2 * np.pi / 16384
 
-    assert np.max(np.abs(encoded(SIGNAL) - SIGNAL)) <= 0.5 * step * (1 + 1e-9)
-    np.testing.assert_allclose(encoded(SIGNAL) / step, np.round(encoded(SIGNAL) / step), atol=1e-8)
+    assert np.max(np.abs(encode_angle(SIGNAL) - SIGNAL)) <= 0.5 * step * (1 + 1e-9)
+    np.testing.assert_allclose(
+        encode_angle(SIGNAL) / step, np.round(encode_angle(SIGNAL) / step), atol=1e-8
+    )
 
 
 def test_late_samples() -> None:
-    np.testing.assert_array_equal(late(SIGNAL, 3), np.append([np.nan] * 3, SIGNAL[:-3]))
-    np.testing.assert_array_equal(late(SIGNAL, 0), SIGNAL)
+    np.testing.assert_array_equal(delay_samples(SIGNAL, 3), np.append([np.nan] * 3, SIGNAL[:-3]))
+    np.testing.assert_array_equal(delay_samples(SIGNAL, 0), SIGNAL)
 
 
 @pytest.mark.parametrize("spread", [0.0, 0.005, 0.03, 0.5])
 def test_jitter_keeps_increasing_within_the_time(spread: float) -> None:
-    moved = jittered(3, T, spread=spread)
+    moved = jitter_instants(3, T, spread=spread)
 
     assert len(moved) == len(T)
     assert np.all(np.diff(moved) > 0.99e-4)
@@ -80,13 +89,13 @@ def test_jitter_keeps_increasing_within_the_time(spread: float) -> None:
 
 
 def test_jitter_below_the_interval_is_uniform() -> None:
-    moved = jittered(3, T, spread=0.008)[1:-1] - T[1:-1]
+    moved = jitter_instants(3, T, spread=0.008)[1:-1] - T[1:-1]
 
     assert np.std(moved) == pytest.approx(0.008 / np.sqrt(12), rel=0.05)
 
 
 def test_long_jitter_makes_uneven_intervals() -> None:
-    intervals = np.diff(jittered(3, T, spread=0.03))
+    intervals = np.diff(jitter_instants(3, T, spread=0.03))
 
     assert intervals.min() < 0.002
     assert intervals.max() > 0.025
@@ -94,10 +103,14 @@ def test_long_jitter_makes_uneven_intervals() -> None:
 
 
 def test_nothing_else_changes() -> None:
-    made = make_ground_recording(2, constant(1.1), duration=3.0)
+    made = make_ground_recording(2, constant_friction(1.1), duration=3.0)
     before = {field.name: np.copy(getattr(made, field.name)) for field in fields(made)}
 
-    faulty = replace(made, M_z=outliers(1, dropped(1, made.M_z)), psi=dropped(2, encoded(made.psi_true)))
+    faulty = replace(
+        made,
+        M_z=add_outliers(1, drop_samples(1, made.M_z)),
+        psi=drop_samples(2, encode_angle(made.psi_true)),
+    )
 
     for name, value in before.items():
         np.testing.assert_array_equal(getattr(made, name), value, err_msg=name)
@@ -109,14 +122,14 @@ def test_nothing_else_changes() -> None:
 @pytest.mark.parametrize("share", [-0.1, 1.1, np.nan])
 def test_share_is_checked(share: float) -> None:
     with pytest.raises(ValueError, match="share is between 0 and 1"):
-        dropped(1, SIGNAL, share=share)
+        drop_samples(1, SIGNAL, share=share)
 
 
 def test_lateness_is_checked() -> None:
     with pytest.raises(ValueError, match="late by 0 to 1001"):
-        late(SIGNAL, -1)
+        delay_samples(SIGNAL, -1)
 
 
 def test_jitter_needs_room() -> None:
     with pytest.raises(ValueError, match="do not fit"):
-        jittered(1, T, spread=0.01, least=0.01)
+        jitter_instants(1, T, spread=0.01, least=0.01)

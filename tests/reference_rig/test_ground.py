@@ -3,30 +3,31 @@
 import numpy as np
 import pytest
 
-from reference_rig.faults import jittered
-from reference_rig.ground import (
+from reference_rig import (
+    Array,
     Friction,
-    between,
-    constant,
+    RigTyre,
+    constant_friction,
     constant_turn,
     free_path,
+    friction_between,
+    friction_step,
+    friction_walk,
+    full_slide_moment,
+    hand_path,
+    jitter_instants,
     make_ground_recording,
-    random_walk,
+    make_recording,
+    simulate_bristles,
     simulate_ground,
-    step_change,
 )
-from reference_rig.hooks import Array
-from reference_rig.patch import RigTyre, simulate
-from reference_rig.path import hand_path
-from reference_rig.record import make_recording
-from reference_rig.steering import full_slide_torque
 
 LOAD = 400.0
 TYRE = RigTyre()
 CHANGES: dict[str, Friction] = {
-    "fall": step_change(5.0, 1.2, 0.5),
-    "rise": step_change(5.0, 0.5, 1.2),
-    "walk": random_walk(4, 1.0, 0.3, 10.0),
+    "fall": friction_step(5.0, 1.2, 0.5),
+    "rise": friction_step(5.0, 0.5, 1.2),
+    "walk": friction_walk(4, 1.0, 0.3, 10.0),
 }
 
 
@@ -43,15 +44,15 @@ def stopped(turned: float, limits: list[float]) -> float:
 def test_constant_friction_is_the_steady_rig() -> None:
     drive = hand_path(3, 10.0)
 
-    M_z = simulate_ground(drive, constant(1.3)(drive.t), TYRE)
+    M_z = simulate_ground(drive, constant_friction(1.3)(drive.t), TYRE)
 
-    np.testing.assert_allclose(M_z, simulate(drive, TYRE, bristles=400).M_z, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(M_z, simulate_bristles(drive, TYRE, bristles=400).M_z, rtol=0, atol=1e-11)
 
 
 def test_recording_on_constant_ground_is_the_rigs() -> None:
     usual = make_recording(5, duration=6.0, bristles=400)
 
-    made = make_ground_recording(5, constant(1.3), duration=6.0)
+    made = make_ground_recording(5, constant_friction(1.3), duration=6.0)
 
     for channel in ("t", "psi", "M_z", "psi_true", "psi_dot_true", "M_z_true", "F_N_true"):
         np.testing.assert_allclose(
@@ -70,10 +71,10 @@ def test_four_hundred_bristles_are_enough(change: str) -> None:
 
 def test_full_slide_follows_the_friction() -> None:
     made = make_ground_recording(
-        1, step_change(5.0, 1.2, 0.5), drive=constant_turn(50.0, 10.0, load=LOAD), noise=0.0
+        1, friction_step(5.0, 1.2, 0.5), drive=constant_turn(50.0, 10.0, load=LOAD), noise=0.0
     )
 
-    expected = np.where(made.t < 5.0, 1.2, 0.5) * -full_slide_torque(TYRE, LOAD)
+    expected = np.where(made.t < 5.0, 1.2, 0.5) * -full_slide_moment(TYRE, LOAD)
     settled = made.t > 0.2
     np.testing.assert_allclose(made.M_z[settled], expected[settled], rtol=1e-4)
     np.testing.assert_array_equal(made.mu_true, np.where(made.t < 5.0, 1.2, 0.5))
@@ -84,7 +85,7 @@ def test_full_slide_torque(e: float) -> None:
     x = np.linspace(-TYRE.a, TYRE.a, 20001)
     pressure = 3 * LOAD / (4 * TYRE.a) * (1 - (x / TYRE.a) ** 2)
 
-    assert full_slide_torque(RigTyre(e=e), 1.3 * LOAD) == pytest.approx(
+    assert full_slide_moment(RigTyre(e=e), 1.3 * LOAD) == pytest.approx(
         1.3 * np.trapezoid(pressure * np.abs(x - e), x), rel=1e-6
     )
 
@@ -102,7 +103,7 @@ def test_falling_friction_cuts_the_deformation_and_rising_friction_leaves_it() -
 
 def test_rise_has_to_be_turned_into() -> None:
     made = make_ground_recording(
-        1, step_change(5.0, 0.5, 1.2), drive=constant_turn(0.2, 10.0), noise=0.0
+        1, friction_step(5.0, 0.5, 1.2), drive=constant_turn(0.2, 10.0), noise=0.0
     )
 
     at = np.searchsorted(made.t, 5.0)
@@ -110,30 +111,32 @@ def test_rise_has_to_be_turned_into() -> None:
     stiffness = 2 * TYRE.a * TYRE.k * (TYRE.e**2 + TYRE.a**2 / 3)
     jump = np.diff(made.M_z_true)[at - 1]
     assert -0.002 * stiffness <= jump < 0
-    assert made.M_z[-1] == pytest.approx(-1.2 * full_slide_torque(TYRE, LOAD), rel=0.01)
+    assert made.M_z[-1] == pytest.approx(-1.2 * full_slide_moment(TYRE, LOAD), rel=0.01)
 
 
 def test_walk_has_its_intensity_and_its_bounds() -> None:
     t = np.arange(2001) * 0.05
-    walks = np.array([random_walk(seed, 1.0, 0.1, 100.0)(t) for seed in range(40)])
+    walks = np.array([friction_walk(seed, 1.0, 0.1, 100.0)(t) for seed in range(40)])
 
     # The walks are thrown back seldom this early.
     assert np.std(walks[:, 20] - 1.0) == pytest.approx(0.1, rel=0.35)
     assert np.std(np.diff(walks[:, :200])) == pytest.approx(0.1 * np.sqrt(0.05), rel=0.05)
     assert np.all(walks[:, 0] == pytest.approx(1.0))
     assert walks.min() >= 0.1
-    assert random_walk(1, 1.0, 2.0, 100.0)(t).max() > 2.4
+    assert friction_walk(1, 1.0, 2.0, 100.0)(t).max() > 2.4
 
 
 def test_walk_does_not_depend_on_the_sampling() -> None:
-    walk = random_walk(2, 1.0, 0.2, 10.0)
+    walk = friction_walk(2, 1.0, 0.2, 10.0)
     t = np.arange(101) * 0.1
 
     np.testing.assert_allclose(walk(t), walk(np.arange(1001) / 100)[::10], atol=1e-12)
 
 
 def test_friction_may_be_given() -> None:
-    made = make_ground_recording(1, between(np.array([0.0, 10.0]), np.array([1.0, 0.6])), noise=0.0)
+    made = make_ground_recording(
+        1, friction_between(np.array([0.0, 10.0]), np.array([1.0, 0.6])), noise=0.0
+    )
 
     np.testing.assert_allclose(made.mu_true, 1.0 - 0.04 * made.t, atol=1e-12)
     assert made.tyre.mu == 1.0
@@ -143,7 +146,9 @@ def test_path_may_be_free() -> None:
     t = np.linspace(0.0, 4.0, 81)
     psi = 0.1 + 0.2 * np.sin(2 * t)
 
-    made = make_ground_recording(1, constant(1.0), drive=free_path(t, psi), noise=0.0, encoder_step=0.0)
+    made = make_ground_recording(
+        1, constant_friction(1.0), drive=free_path(t, psi), noise=0.0, encoder_step=0.0
+    )
 
     np.testing.assert_allclose(made.psi[::5], psi, atol=1e-12)
     np.testing.assert_allclose(made.psi_dot_true, 0.4 * np.cos(2 * made.t), atol=0.03)
@@ -152,16 +157,16 @@ def test_path_may_be_free() -> None:
 
 def test_seed_decides() -> None:
     def torque(seed: int) -> Array:
-        return make_ground_recording(seed, constant(1.0), duration=3.0).M_z
+        return make_ground_recording(seed, constant_friction(1.0), duration=3.0).M_z
 
     np.testing.assert_array_equal(torque(5), torque(5))
     assert not np.array_equal(torque(5), torque(6))
 
 
 def test_uneven_samples_lie_on_the_even_recordings_path() -> None:
-    fading = between(np.array([0.0, 10.0]), np.array([1.3, 0.8]))
+    fading = friction_between(np.array([0.0, 10.0]), np.array([1.3, 0.8]))
     even = make_ground_recording(2, fading, noise=0.0, encoder_step=0.0, rate=400.0)
-    times = jittered(1, np.arange(1001) / 100, spread=0.03)
+    times = jitter_instants(1, np.arange(1001) / 100, spread=0.03)
 
     made = make_ground_recording(2, fading, times=times, noise=0.0, encoder_step=0.0)
 
@@ -174,4 +179,4 @@ def test_uneven_samples_lie_on_the_even_recordings_path() -> None:
 
 def test_instants_have_to_lie_within_the_drive() -> None:
     with pytest.raises(ValueError, match="instants must increase"):
-        make_ground_recording(2, constant(1.0), duration=2.0, times=np.array([0.0, 2.5]))
+        make_ground_recording(2, constant_friction(1.0), duration=2.0, times=np.array([0.0, 2.5]))

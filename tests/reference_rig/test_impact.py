@@ -6,20 +6,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reference_rig.impact import (
-    LENGTHS,
-    PULSE,
-    STEP,
-    TYRE,
+from reference_rig import CONTACT_HALF_LENGTHS as LENGTHS
+from reference_rig import (
+    FOURTEEN_BIT_STEP,
+    IMPACT_PULSE,
+    Wheel,
     inertia,
     load_at,
     make_impact,
     make_impacts,
-    strike,
+    simulate_impact,
+    simulate_steering,
     write_impacts,
 )
-from reference_rig.record import FOURTEEN_BIT_STEP
-from reference_rig.steering import Wheel, move
+from reference_rig import IMPACT_STEP as STEP
+from reference_rig import THESIS_TYRE as TYRE
 
 WHEEL = Wheel(J_A=inertia(TYRE.e), b_t=1.04)
 STIFFNESS = 2 * TYRE.a * TYRE.k * (TYRE.e**2 + TYRE.a**2 / 3)
@@ -30,30 +31,30 @@ def test_inertia_is_the_authors() -> None:
 
 
 def test_sticking_patch_is_a_damped_spring() -> None:
-    t, psi = strike(TYRE, WHEEL, 0.02, load=np.inf, at=0.0)
+    t, psi = simulate_impact(TYRE, WHEEL, 0.02, load=np.inf, at=0.0)
     decay = WHEEL.b_t / (2 * WHEEL.J_A)
     omega = np.sqrt(STIFFNESS / WHEEL.J_A - decay**2)
-    middle = PULSE / 2
+    middle = IMPACT_PULSE / 2
 
     # A blow in the middle of the impact throws it as far, but for the square of its duration.
     expected = 0.02 / (WHEEL.J_A * omega) * np.exp(-decay * (t - middle)) * np.sin(omega * (t - middle))
-    free = t > PULSE
+    free = t > IMPACT_PULSE
     np.testing.assert_allclose(psi[free], expected[free], rtol=0, atol=3e-3 * expected.max())
 
 
 def test_step_is_short_enough() -> None:
-    _, coarse = strike(TYRE, WHEEL, 0.05, load=400.0)
-    _, fine = strike(TYRE, WHEEL, 0.05, load=400.0, step=STEP / 4)
+    _, coarse = simulate_impact(TYRE, WHEEL, 0.05, load=400.0)
+    _, fine = simulate_impact(TYRE, WHEEL, 0.05, load=400.0, step=STEP / 4)
 
     np.testing.assert_allclose(coarse, fine[::4], rtol=0, atol=2e-4 * np.ptp(fine))
 
 
 def test_patch_is_the_steered_wheels() -> None:
-    t, psi = strike(TYRE, WHEEL, 0.05, load=400.0, at=0.0, duration=0.6)
-    shape = np.where(t < PULSE, np.sin(np.pi * t / PULSE), 0.0)
+    t, psi = simulate_impact(TYRE, WHEEL, 0.05, load=400.0, at=0.0, duration=0.6)
+    shape = np.where(t < IMPACT_PULSE, np.sin(np.pi * t / IMPACT_PULSE), 0.0)
     command, n = 0.05 * shape / (STEP * shape.sum()), len(t)
 
-    steered = move(
+    steered = simulate_steering(
         command, np.full(n, 400.0), np.full(n, TYRE.mu), step=STEP, tyre=TYRE, wheel=WHEEL, bristles=5000
     )
 

@@ -9,21 +9,29 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from reference_rig.campaign import campaign, plant, write_campaign
-from reference_rig.hooks import Array, Drive
-from reference_rig.patch import RigTyre, simulate
-from reference_rig.path import hand_path
-from reference_rig.record import RigRecording, csv_text, make_recording
+from reference_rig import (
+    Array,
+    RigDrive,
+    RigRecording,
+    RigTyre,
+    hand_path,
+    make_campaign,
+    make_recording,
+    plant_effect,
+    recording_csv,
+    simulate_bristles,
+    write_campaign,
+)
 
 LOAD = 400.0
 TYRE = RigTyre()
 
 
-def steady(psi: Array) -> Drive:
+def steady(psi: Array) -> RigDrive:
     """A path of small steps at constant load."""
     t = np.arange(len(psi)) * 0.01
     rate = np.gradient(psi, t)
-    return Drive(t=t, psi=psi, psi_dot=rate, F_N=np.full_like(psi, LOAD), psi_virgin=0.0)
+    return RigDrive(t=t, psi=psi, psi_dot=rate, F_N=np.full_like(psi, LOAD), psi_virgin=0.0)
 
 
 def virgin_torque(psi: float, tyre: RigTyre, load: float = LOAD) -> float:
@@ -47,7 +55,7 @@ def test_first_turn_follows_the_integral(e: float) -> None:
     tyre = RigTyre(e=e)
     psi = np.linspace(0, 0.5, 41)
 
-    M_z = simulate(steady(psi), tyre, bristles=4000).M_z
+    M_z = simulate_bristles(steady(psi), tyre, bristles=4000).M_z
 
     expected = [virgin_torque(angle, tyre) if angle else 0.0 for angle in psi]
     np.testing.assert_allclose(M_z, expected, atol=3e-6 * np.ptp(expected))
@@ -58,7 +66,9 @@ def test_torque_does_not_depend_on_the_step() -> None:
     coarse, fine = np.linspace(0, 0.3, 4), np.linspace(0, 0.3, 301)
 
     np.testing.assert_allclose(
-        simulate(steady(coarse), TYRE).M_z, simulate(steady(fine), TYRE).M_z[::100], atol=1e-11
+        simulate_bristles(steady(coarse), TYRE).M_z,
+        simulate_bristles(steady(fine), TYRE).M_z[::100],
+        atol=1e-11,
     )
 
 
@@ -66,7 +76,7 @@ def test_grid_converges() -> None:
     psi = np.array([0.0, 0.07])
 
     errors = [
-        abs(simulate(steady(psi), TYRE, bristles=n).M_z[-1] - virgin_torque(0.07, TYRE))
+        abs(simulate_bristles(steady(psi), TYRE, bristles=n).M_z[-1] - virgin_torque(0.07, TYRE))
         for n in (100, 2000)
     ]
 
@@ -74,7 +84,7 @@ def test_grid_converges() -> None:
 
 
 def test_full_slide() -> None:
-    M_z = simulate(steady(np.array([0.0, 500.0])), RigTyre(e=0.0)).M_z[-1]
+    M_z = simulate_bristles(steady(np.array([0.0, 500.0])), RigTyre(e=0.0)).M_z[-1]
 
     assert M_z == pytest.approx(-3 / 8 * TYRE.mu * LOAD * TYRE.a, rel=1e-5)
 
@@ -82,7 +92,7 @@ def test_full_slide() -> None:
 def test_masing_and_madelung() -> None:
     back = np.array([0.2, 0.15, 0.05, 0.12, 0.05, -0.1, 0.2, 0.3])
 
-    M_z = simulate(steady(np.concatenate([[0.0], back])), TYRE, bristles=4000).M_z[1:]
+    M_z = simulate_bristles(steady(np.concatenate([[0.0], back])), TYRE, bristles=4000).M_z[1:]
 
     def virgin(psi: float) -> float:
         return virgin_torque(psi, TYRE)
@@ -133,7 +143,7 @@ def test_silent_recording_is_the_truth() -> None:
 
 def test_seed_decides() -> None:
     def text(seed: int) -> str:
-        return csv_text(plant("rate_friction", seed, duration=3.0))
+        return recording_csv(plant_effect("rate_friction", seed, duration=3.0))
 
     assert text(5) == text(5)
     assert text(5) != text(6)
@@ -147,11 +157,11 @@ def _share(made: RigRecording) -> float:
 
 @pytest.mark.parametrize("name", ["carcass_torsion", "friction_drift", "gust"])
 def test_planted_effect_is_as_strong_as_asked(name: str) -> None:
-    assert _share(plant(name, 12, share=0.06)) == pytest.approx(0.06, rel=0.03)
+    assert _share(plant_effect(name, 12, share=0.06)) == pytest.approx(0.06, rel=0.03)
 
 
 def test_campaign_shares_the_tyre_and_not_the_day() -> None:
-    made = campaign("torque_offset", 4, duration=6.0)
+    made = make_campaign("torque_offset", 4, duration=6.0)
     tyres = [recording.tyre for recording in made.recordings]
 
     assert len({tyre.k for tyre in tyres}) == len({tyre.a for tyre in tyres}) == 1
@@ -162,14 +172,14 @@ def test_campaign_shares_the_tyre_and_not_the_day() -> None:
 
 
 def test_campaign_keeps_a_shared_effect() -> None:
-    made = campaign("bearing_friction", 4, 2, duration=3.0, also={"torque_offset": {"M_0": 0.2}})
+    made = make_campaign("bearing_friction", 4, 2, duration=3.0, also={"torque_offset": {"M_0": 0.2}})
 
     assert made.recordings[0].effects == made.recordings[1].effects
     assert set(made.recordings[0].effects) == {"bearing_friction", "torque_offset"}
 
 
 def test_campaign_files(tmp_path: Path) -> None:
-    made = campaign(None, 4, 2, duration=2.0)
+    made = make_campaign(None, 4, 2, duration=2.0)
 
     paths = write_campaign(tmp_path, made)
 

@@ -3,20 +3,23 @@
 import numpy as np
 import pytest
 
-from reference_rig.faults import jittered
-from reference_rig.ground import step_change
-from reference_rig.hooks import Array, Drive
-from reference_rig.patch import RigTyre, simulate
-from reference_rig.path import Hand, hand_path
-from reference_rig.steering import (
-    STEP,
+from reference_rig import MOTION_STEP as STEP
+from reference_rig import (
+    Array,
     Grip,
-    Motion,
+    Hand,
+    RigDrive,
+    RigTyre,
+    SteeredMotion,
     SteeringRecording,
     Wheel,
-    full_slide_torque,
+    friction_step,
+    full_slide_moment,
+    hand_path,
+    jitter_instants,
     make_steering_recording,
-    move,
+    simulate_bristles,
+    simulate_steering,
     torque_profile,
 )
 
@@ -25,21 +28,21 @@ TYRE = RigTyre()
 WHEEL = Wheel()
 STIFFNESS = 2 * TYRE.a * TYRE.k * (TYRE.e**2 + TYRE.a**2 / 3)
 """Sticking, q = -(x - e) psi: M_z = -psi times the integral of k (x - e)² over the patch [N m/rad]."""
-FULL = full_slide_torque(TYRE, TYRE.mu * LOAD)
+FULL = full_slide_moment(TYRE, TYRE.mu * LOAD)
 
 
-def push(torque: Array, wheel: Wheel = WHEEL, step: float = STEP) -> Motion:
+def push(torque: Array, wheel: Wheel = WHEEL, step: float = STEP) -> SteeredMotion:
     """Impose a torque at constant load and friction."""
     n = len(torque)
-    return move(torque, np.full(n, LOAD), np.full(n, TYRE.mu), step=step, wheel=wheel)
+    return simulate_steering(torque, np.full(n, LOAD), np.full(n, TYRE.mu), step=step, wheel=wheel)
 
 
-def plucked(wheel: Wheel) -> Motion:
+def plucked(wheel: Wheel) -> SteeredMotion:
     """A push so short and weak that every bristle sticks in what follows."""
     return push(np.where(np.arange(20001) < 10, 0.2, 0.0), wheel)
 
 
-def crossings(motion: Motion) -> Array:
+def crossings(motion: SteeredMotion) -> Array:
     """Instants at which the angle passes zero upwards [s], after the push."""
     psi = motion.psi
     up = np.flatnonzero((psi[:-1] < 0) & (psi[1:] >= 0))
@@ -92,9 +95,9 @@ def test_wheel_runs_away_in_full_slide() -> None:
 
 def test_patch_is_the_rigs() -> None:
     motion = push(torque_profile(1, np.arange(10001) * STEP, 0.9 * FULL))
-    drive = Drive(t=motion.t, psi=motion.psi, psi_dot=motion.psi_dot, F_N=motion.F_N, psi_virgin=0.0)
+    drive = RigDrive(t=motion.t, psi=motion.psi, psi_dot=motion.psi_dot, F_N=motion.F_N, psi_virgin=0.0)
 
-    M_z = simulate(drive, TYRE, bristles=400).M_z
+    M_z = simulate_bristles(drive, TYRE, bristles=400).M_z
 
     np.testing.assert_allclose(motion.M_z, M_z, rtol=0, atol=1e-10)
 
@@ -136,7 +139,7 @@ def test_bristles_are_enough() -> None:
 @pytest.mark.parametrize("seed", range(6))
 def test_hand_slides_fully_and_reverses(seed: int) -> None:
     made = clean(seed)
-    used = made.M_z_true / full_slide_torque(TYRE, 1.0) / (TYRE.mu * made.F_N)
+    used = made.M_z_true / full_slide_moment(TYRE, 1.0) / (TYRE.mu * made.F_N)
     rate = made.psi_dot_true[np.abs(made.psi_dot_true) > 0.01]
 
     assert used.min() < -0.95
@@ -179,8 +182,8 @@ def test_torque_needs_a_value_a_sample() -> None:
 
 
 def test_friction_may_fall_while_turning() -> None:
-    made = clean(friction=step_change(5.0, 1.2, 0.5))
-    limit = full_slide_torque(TYRE, 1.0) * made.mu_true * made.F_N
+    made = clean(friction=friction_step(5.0, 1.2, 0.5))
+    limit = full_slide_moment(TYRE, 1.0) * made.mu_true * made.F_N
 
     assert set(made.mu_true) == {0.5, 1.2}
     assert made.tyre.mu == 1.2
@@ -197,7 +200,7 @@ def test_slower_sampling_shows_the_same_motion() -> None:
 
 def test_uneven_samples_lie_on_the_same_motion() -> None:
     even = clean(duration=3.0)
-    times = jittered(1, np.arange(301) / 100, spread=0.03)
+    times = jitter_instants(1, np.arange(301) / 100, spread=0.03)
 
     made = clean(duration=3.0, times=times)
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic import Model, Torque, simulate
+from symbolic import Model, TorqueTrajectory, simulate
 
 Array = NDArray[np.float64]
 PERIOD = 0.01
@@ -51,7 +51,7 @@ def run(
     *,
     directions: Array | None = None,
     **effect_values: float,
-) -> Torque:
+) -> TorqueTrajectory:
     """Simulate; effect values by coordinate with a double underscore: effect__parameter."""
     values = {name.replace("__", "."): value for name, value in effect_values.items()}
     theta = model.theta({"mu": path.tyre.mu, "k": path.tyre.k} | values)

@@ -6,10 +6,12 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from symbolic import BristlePatch, BristleTraits, InvalidInputError, Model, PatchInputs, Relaxation
-from symbolic.patch import Expression
+from symbolic import BristleTraits, Expression, InvalidInputError, Model, Relaxation
+from symbolic.bristles import SPAN, BristlePatch
+from symbolic.patch import PatchInputs
 from tests.symbolic.oracles import Array, Path, Tyre, grid_torque, random_path, run, worst
 
+pytestmark = pytest.mark.usefixtures("interpreted")
 LOAD = 400.0
 TYRE = Tyre()
 
@@ -22,9 +24,9 @@ def last_torque(traits: BristleTraits, *turns: float, speed: float = 0.1, tyre: 
     )
     memory, M_z = ca.DM(patch.initial()), ca.DM(0)
     for turn in turns:
-        drive = ca.evalf(ca.MX(patch.drive(inputs)))
-        memory = patch.advance(memory, turn, drive)
-        M_z = patch.torque(memory, drive)
+        coefficients = ca.evalf(ca.MX(patch.coefficients(inputs)))
+        memory = patch.advance(memory, turn, coefficients)
+        M_z = patch.torque(memory, coefficients)
     return float(ca.evalf(ca.MX(M_z)))
 
 
@@ -70,6 +72,24 @@ def test_shape_moves_the_load() -> None:
     load = pressure * (1 + 0.4 * u) * (1 - 0.1 * u)
     expected = -TYRE.mu * np.sum(load * np.abs(x - TYRE.e)) * (x[1] - x[0])
     assert last_torque(traits, 1e4) == pytest.approx(expected, rel=1e-4)
+
+
+def test_pressure_factor_acts_up_to_the_edge() -> None:
+    """The factor 1 / (1 - u^2) makes the pressure even, 3 F_N / (4 a) from edge to edge."""
+    traits = BristleTraits(shape=(lambda u: 1 / (1 - u**2),))
+
+    expected = -TYRE.mu * 3 * LOAD / (4 * TYRE.a) * (TYRE.a**2 + TYRE.e**2)
+    assert last_torque(traits, 1e4) == pytest.approx(expected, rel=1e-4)
+
+
+def test_patch_that_outgrows_its_bristles_keeps_the_whole_load() -> None:
+    tyre = replace(TYRE, e=0.0)
+    slide = -3 / 8 * tyre.mu * LOAD * tyre.a
+
+    for growth in (1.1, SPAN, 2.0):
+        traits = BristleTraits(growth=lambda *_, growth=growth: growth)
+        expected = min(growth, SPAN) * slide
+        assert last_torque(traits, 1e4, tyre=tyre) == pytest.approx(expected, rel=1e-4)
 
 
 def test_limit_follows_the_local_sliding_speed() -> None:
@@ -123,11 +143,11 @@ def test_memory_and_drive_have_their_declared_sizes() -> None:
     ):
         patch = BristlePatch(traits=traits)
         size = states * patch.bristles
-        memory = patch.advance(ca.DM(patch.initial()), 0.1, ca.DM.ones(patch.drive_size))
+        memory = patch.advance(ca.DM(patch.initial()), 0.1, ca.DM.ones(patch.coefficient_size))
 
         assert (patch.size, len(patch.initial())) == (size, size)
         assert memory.shape == (size, 1)
-        assert ca.MX(patch.drive(inputs)).shape == (patch.drive_size, 1)
+        assert ca.MX(patch.coefficients(inputs)).shape == (patch.coefficient_size, 1)
 
 
 @pytest.mark.parametrize("counts", [{"lengthways": 3}, {"rows": 0}])

@@ -1,5 +1,8 @@
 """Machine code against the interpreter, and every way in which there may be no machine code."""
 
+import hashlib
+import os
+import stat
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -9,8 +12,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from symbolic import EFFECTS, Model, compiled, effects_named, step_along
-from symbolic.compiled import cache_directory, compiler
+from symbolic import EFFECTS, Model, compiled, compiler, effects_named, sensitivity_step
+from symbolic.compiled import cache_directory
 from tests.symbolic.oracles import random_path, signals
 from tests.symbolic.test_effects import VALUES
 
@@ -18,6 +21,7 @@ OTHERS = [
     n for n in EFFECTS if n not in ("viscoelastic_relaxation", "frictional_creep", "carcass_torsion")
 ]
 OTHER_VALUES = tuple(value for name in OTHERS for value in VALUES[name].values())
+needs_users = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="files have no owner here")
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
 
 
@@ -58,13 +62,13 @@ def libraries(folder: Path) -> list[Path]:
 def test_machine_code_gives_the_interpreters_numbers(
     model: Model, own: tuple[float, ...], vectorised: bool
 ) -> None:
-    step = step_along(model, 2)
+    step = sensitivity_step(model, 2)
     fast = compiled(step, vectorised=vectorised)
     path = random_path(3, depth=4, samples=150)
     samples, geometry = signals(path.psi, path.F_N), np.array([path.tyre.a, path.tyre.e])
     theta = np.array([path.tyre.mu, path.tyre.k, *own])
     seeds = np.eye(len(theta), 2) @ np.diag([path.tyre.mu, path.tyre.k])
-    state = [np.asarray(model.start(samples[:, 0], theta, geometry)), np.zeros((model.memory_size, 2))]
+    state = [np.asarray(model.initial(samples[:, 0], theta, geometry)), np.zeros((model.memory_size, 2))]
     scale, error = [1e-300] * 4, [0.0] * 4
 
     assert fast is not step
@@ -133,15 +137,189 @@ def test_function_is_interpreted_where_nothing_can_be_kept(
 
 
 @needs_compiler
-def test_function_is_interpreted_where_the_library_is_broken(tmp_path: Path) -> None:
+@pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.99], ids=lambda share: f"{share:.0%} of it")
+def test_a_truncated_library_is_built_anew(tmp_path: Path, share: float) -> None:
     compiled(small(5.0))
     (library,) = libraries(tmp_path)
+    whole = library.read_bytes()
     # Another inode: a library that is loaded must not be written into.
     library.unlink()
-    library.write_bytes(b"not a library")
+    library.write_bytes(whole[: int(share * len(whole))])
+    library.chmod(0o700)
     function = small(5.0)
+    again = compiled(function)
 
-    np.testing.assert_allclose(np.asarray(compiled(function)([1, 2, 3])[1]), 6.0)
+    assert again is not function
+    np.testing.assert_allclose(np.asarray(again([1, 2, 3])[1]), 6.0)
+    assert [path.read_bytes() for path in libraries(tmp_path)] == [whole]
+
+
+@needs_compiler
+@pytest.mark.parametrize("is_named_so", [False, True], ids=["damaged", "of another machine"])
+def test_what_does_not_load_is_built_anew(tmp_path: Path, is_named_so: bool) -> None:
+    compiled(small(5.0))
+    (library,) = libraries(tmp_path)
+    library.unlink()
+    content = b"not a library"
+    if is_named_so:
+        digest = hashlib.sha256(content).hexdigest()[:24]
+        library = library.with_stem("_".join([*library.stem.split("_")[:2], digest]))
+    library.write_bytes(content)
+    library.chmod(0o700)
+    function = small(5.0)
+    again = compiled(function)
+
+    assert again is not function
+    np.testing.assert_allclose(np.asarray(again([1, 2, 3])[1]), 6.0)
+    assert len(libraries(tmp_path)) == 1
+
+
+def planted(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Moves the cache; where the library of `small(2)` should be, there is that of `small(3)`."""
+    compiled(small(2.0))
+    (two,) = libraries(folder)
+    compiled(small(3.0))
+    (three,) = set(libraries(folder)) - {two}
+    cache = folder / "planted" / "cache"
+    cache.mkdir(parents=True, mode=0o700)
+    stem = "_".join([*two.stem.split("_")[:2], *three.stem.split("_")[2:]])
+    three.rename(cache / f"{stem}.so")
+    monkeypatch.setenv("BRUSHGRIP_CACHE", str(cache))
+    return cache
+
+
+def is_doubling(function: ca.Function) -> bool:
+    return bool(np.allclose(np.asarray(function([1, 1, 1])[0]), 2 * np.sin(1)))
+
+
+@needs_compiler
+def test_a_planted_library_would_be_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    # Without this the tests below would show nothing.
+    planted(tmp_path, monkeypatch)
+
+    assert not is_doubling(compiled(small(2.0)))
+
+
+@needs_compiler
+@needs_users
+@pytest.mark.parametrize("mode", [0o720, 0o702, 0o777, 0o1777], ids=oct)
+def test_a_folder_that_others_may_write_to_is_not_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, mode: int
+) -> None:
+    cache = planted(tmp_path, monkeypatch)
+    before = sorted(cache.iterdir())
+    cache.chmod(mode)
+    made = [compiled(small(factor)) for factor in (2.0, 4.0, 2.0)]
+
+    assert [is_doubling(function) for function in made] == [True, False, True]
+    assert sorted(cache.iterdir()) == before
+    (line,) = caplog.messages
+    assert f"{cache} may be written by other users" in line
+    assert "Remove that folder, or name one of your own in BRUSHGRIP_CACHE" in line
+    assert stat.S_IMODE(cache_directory().stat().st_mode) == 0o700
+
+
+@needs_compiler
+@needs_users
+def test_a_folder_of_another_user_is_not_used(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    cache = planted(tmp_path, monkeypatch)
+    monkeypatch.setattr(os, "geteuid", lambda: cache.stat().st_uid + 1)
+
+    assert is_doubling(compiled(small(2.0)))
+    assert f"{cache} belongs to another user" in caplog.text
+
+
+@needs_compiler
+@needs_users
+def test_a_link_to_a_folder_that_others_may_write_to(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    cache = planted(tmp_path, monkeypatch)
+    cache.chmod(0o777)
+    (tmp_path / "link").symlink_to(cache)
+    monkeypatch.setenv("BRUSHGRIP_CACHE", str(tmp_path / "link"))
+
+    assert is_doubling(compiled(small(2.0)))
+
+
+@needs_compiler
+@needs_users
+@pytest.mark.parametrize("fault", ["group", "others", "owner", "link"])
+def test_a_library_that_others_may_have_written_is_built_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, fault: str
+) -> None:
+    cache = planted(tmp_path, monkeypatch)
+    (library,) = cache.iterdir()
+    if fault == "link":
+        library.rename(tmp_path / library.name)
+        library.symlink_to(tmp_path / library.name)
+    elif fault == "owner":
+        if os.geteuid() != 0:
+            pytest.skip("only the superuser gives files away")
+        os.chown(library, 12345, -1)
+    else:
+        library.chmod({"group": 0o720, "others": 0o702}[fault])
+
+    assert is_doubling(compiled(small(2.0)))
+    (library,) = cache.iterdir()
+    assert not library.is_symlink()
+    assert library.stat().st_uid == os.geteuid()
+    assert not library.stat().st_mode & 0o022
+
+
+@needs_compiler
+def test_without_users_nothing_is_asked(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.delattr(os, "geteuid", raising=False)
+    (tmp_path / "cache").mkdir()
+    (tmp_path / "cache").chmod(0o777)
+    compiled(small())
+
+    assert len(libraries(tmp_path)) == 1
+    assert caplog.messages == []
+
+
+@needs_compiler
+@needs_users
+def test_what_is_kept_is_the_users_alone(tmp_path: Path) -> None:
+    before = os.umask(0)
+    try:
+        compiled(small())
+    finally:
+        os.umask(before)
+    kept = [tmp_path / "cache", *libraries(tmp_path)]
+
+    assert [stat.S_IMODE(path.stat().st_mode) for path in kept] == [0o700, 0o700]
+
+
+@needs_compiler
+@needs_users
+def test_the_folder_in_its_place_goes_with_the_process(tmp_path: Path, repository_root: Path) -> None:
+    for name in ("cache", "temporary"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name).chmod(0o777)
+    child = "import subprocess, sys; subprocess.run([sys.executable, '-c', sys.argv[1], ''], check=True)"
+    code = (
+        "import sys, casadi as ca; from symbolic import compiled; x = ca.SX.sym('x');"
+        "f = ca.Function('f', [x], [ca.sin(x)]); assert compiled(f) is not f;"
+        f"sys.argv[1] and exec({child!r})"
+    )
+    environment = {**os.environ, "TMPDIR": str(tmp_path / "temporary")}
+    ended = subprocess.run(
+        [sys.executable, "-c", code, code],
+        cwd=repository_root,
+        env=environment,
+        capture_output=True,
+        text=True,
+    )
+
+    assert ended.returncode == 0, ended.stderr
+    assert ended.stderr.count("\n") == 1, "a process that this one starts uses its folder"
+    assert str(tmp_path / "cache") in ended.stderr
+    assert [list((tmp_path / name).iterdir()) for name in ("cache", "temporary")] == [[], []]
 
 
 @needs_compiler

@@ -6,10 +6,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from reference_rig.path import hand_path
+from reference_rig import hand_path
 from symbolic import EFFECTS, Model
 from tests.symbolic.oracles import Array, Path, Tyre, grid_torque, run, signals, straight, wandering_load
 
+pytestmark = pytest.mark.usefixtures("interpreted")
 LOAD = 400.0
 TYRE = Tyre()
 GO = TYRE.slope(LOAD) * TYRE.a
@@ -41,7 +42,7 @@ def solve(model: Model, path: Path, k_t: float) -> tuple[Array, Array]:
     theta = model.theta({"mu": TYRE.mu, "k": TYRE.k, "carcass_torsion.k_t": k_t})
     geometry = ca.DM([TYRE.a, TYRE.e])
     samples = signals(path.psi, path.F_N)
-    memory, made = model.start(samples[:, 0], theta, geometry), []
+    memory, made = model.initial(samples[:, 0], theta, geometry), []
     for sample in samples.T:
         memory, M_z = model.step(memory, sample, theta, geometry)
         made.append((float(memory[0]), float(M_z)))
@@ -124,7 +125,7 @@ def test_compliances_add() -> None:
     path = random_turns(3, steps=100)
     theta, geometry = ca.DM([TYRE.mu, TYRE.k, 1 / 400, 1 / 150]), ca.DM([TYRE.a, TYRE.e])
     samples = signals(path.psi, path.F_N)
-    memory, torques = twice.start(samples[:, 0], theta, geometry), []
+    memory, torques = twice.initial(samples[:, 0], theta, geometry), []
     for sample in samples.T:
         memory, M_z = twice.step(memory, sample, theta, geometry)
         torques.append(float(M_z))

@@ -6,15 +6,20 @@ from decimal import Decimal, getcontext
 import casadi as ca
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from symbolic import edge_distance, full_slide_level, position, unit_moment
+from symbolic import full_slide_level
+from symbolic.deformation import edge_distance, position, unit_moment
 from tests.symbolic.oracles import Tyre, virgin_torque
 
 getcontext().prec = 60
 HALF_LENGTH = 0.045
 CASTERS = [0.0, 0.009, -0.02, 0.0449, -0.04499]
 LEVELS = [0.0, 1e-6, 0.3, 7.0, 40.0, 1e3, 1e5]
+ANY_CASTER = st.floats(-0.9998, 0.9998).map(lambda share: share * HALF_LENGTH)
+ANY_LEVEL = st.floats(-6.0, 5.0).map(lambda power: 10.0**power)
 
 
 def exact_edge_distance(z: float, a: float, arm: float) -> float:
@@ -37,16 +42,20 @@ def integrate(integrand: Callable[[float, float], float], z: float, a: float, e:
     return total
 
 
-@pytest.mark.parametrize("e", CASTERS)
-@pytest.mark.parametrize("z", LEVELS)
+@given(z=ANY_LEVEL, e=ANY_CASTER)
+@example(z=0.0, e=0.0)
+@example(z=0.0, e=0.0449)
+@example(z=1e5, e=-0.04499)
 def test_unit_moment_is_its_integral(z: float, e: float) -> None:
     expected = integrate(lambda lever, parabola: (lever - z * parabola) * lever, z, HALF_LENGTH, e)
 
     assert float(unit_moment(z, HALF_LENGTH, e)) == pytest.approx(expected, rel=1e-12, abs=0)
 
 
-@pytest.mark.parametrize("e", CASTERS)
-@pytest.mark.parametrize("z", LEVELS)
+@given(z=ANY_LEVEL, e=ANY_CASTER)
+@example(z=0.0, e=0.0)
+@example(z=0.0, e=0.0449)
+@example(z=1e5, e=-0.04499)
 def test_slope_of_unit_moment_is_its_integral(z: float, e: float) -> None:
     at = ca.SX.sym("z")
     slope = ca.Function("slope", [at], [ca.gradient(unit_moment(at, HALF_LENGTH, e), at)])
@@ -62,8 +71,10 @@ def test_unit_moment_of_the_whole_patch_is_the_sticking_stiffness(e: float) -> N
     assert float(unit_moment(0, a, e)) == pytest.approx(2 * a * (a * a / 3 + e * e), rel=1e-14)
 
 
-@pytest.mark.parametrize("arm_share", [1e-6, 0.2, 1.0, 1.7, 2 - 1e-6])
-@pytest.mark.parametrize("z", [1e-9, *LEVELS[2:], 1e12])
+@given(z=st.floats(-9.0, 12.0).map(lambda power: 10.0**power), arm_share=st.floats(1e-6, 2 - 1e-6))
+@example(z=1e-9, arm_share=2 - 1e-6)
+@example(z=1e12, arm_share=1e-6)
+@example(z=40.0, arm_share=1.0)
 def test_edge_distance_solves_its_quadratic(z: float, arm_share: float) -> None:
     a, arm = HALF_LENGTH, HALF_LENGTH * arm_share
     root = exact_edge_distance(z, a, arm)

@@ -8,23 +8,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from reference_rig.patch import RigTyre
-from reference_rig.patch import simulate as on_the_rig
-from reference_rig.path import Hand, hand_path
-from reference_rig.record import build_effects
+from reference_rig import Hand, RigTyre, build_effects, hand_path
+from reference_rig import simulate_bristles as on_the_rig
 from symbolic import (
     EFFECTS,
-    BristlePatch,
     BristleTraits,
     Effect,
     InvalidInputError,
     Model,
     Parameter,
     Signals,
+    TorqueTrajectory,
+    Values,
     simulate,
 )
-from symbolic.effects.base import Values
-from symbolic.trajectory import Torque
+from symbolic.bristles import BristlePatch
 from tests.symbolic.oracles import Array, worst
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -71,7 +69,9 @@ def samples() -> Array:
     return np.vstack([DRIVE.psi, DRIVE.psi_dot, DRIVE.F_N, dt])
 
 
-def simulated(model: Model, planted: Mapping[str, Mapping[str, float]], signals: Array) -> Torque:
+def simulated(
+    model: Model, planted: Mapping[str, Mapping[str, float]], signals: Array
+) -> TorqueTrajectory:
     values = {f"{name}.{p}": v for name, parameters in planted.items() for p, v in parameters.items()}
     theta = np.asarray(model.theta({"mu": TYRE.mu, "k": TYRE.k} | values)).ravel()
     # Derivatives are made where nobody looks at them, too: these Functions are the ones that fits run.

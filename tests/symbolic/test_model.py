@@ -111,14 +111,14 @@ def test_functions_name_what_they_take_and_give() -> None:
 
     assert model.step.name_in() == ["memory", "signals", "theta", "geometry"]
     assert model.step.name_out() == ["memory_next", "M_z"]
-    assert model.start.name_in() == ["signals", "theta", "geometry"]
-    assert model.start.name_out() == ["memory"]
+    assert model.initial.name_in() == ["signals", "theta", "geometry"]
+    assert model.initial.name_out() == ["memory"]
     assert (SIGNALS, GEOMETRY) == (("psi", "psi_dot", "F_N", "dt"), ("a", "e"))
     assert [parameter.name for parameter in DECLARED] == ["mu", "k"]
     assert model.coordinates == (
         "mu", "k", "friction_drift.gain", "friction_drift.scale", "carcass_torsion.1/k_t"
     )  # fmt: skip
-    assert model.step.size1_in("memory") == model.memory_size == model.start.size1_out("memory")
+    assert model.step.size1_in("memory") == model.memory_size == model.initial.size1_out("memory")
 
 
 def test_equal_models_share_their_functions() -> None:
@@ -170,8 +170,8 @@ def test_bristles_are_taken_only_where_needed() -> None:
 
 
 @REALISATIONS
-def test_start_is_the_untouched_patch(model: Model) -> None:
-    memory = model.start(ca.DM([0.3, 0.1, LOAD, 0.01]), ca.DM([1.3, 2.4e6]), ca.DM([TYRE.a, TYRE.e]))
+def test_initial_memory_is_the_untouched_patch(model: Model) -> None:
+    memory = model.initial(ca.DM([0.3, 0.1, LOAD, 0.01]), ca.DM([1.3, 2.4e6]), ca.DM([TYRE.a, TYRE.e]))
 
     assert float(memory[0]) == 0.3
     assert not np.any(np.asarray(memory[1:]))

@@ -4,15 +4,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reference_rig import steering
-from reference_rig.patch import RigTyre
+from reference_rig import RigTyre, Wheel, simulate_steering
 from symbolic import (
     InvalidInputError,
     Model,
-    Motion,
     Rig,
     TorqueProfile,
     Tyre,
+    WheelMotion,
     lateral_deformation,
     simulate,
     simulate_motion,
@@ -37,8 +36,8 @@ def against_rig(
     assert rig.J_A is not None
     assert rig.b_t is not None
     assert tyre.mu is not None
-    wheel = steering.Wheel(J_A=rig.J_A, b_t=rig.b_t)
-    other = steering.move(
+    wheel = Wheel(J_A=rig.J_A, b_t=rig.b_t)
+    other = simulate_steering(
         profile.at(t),
         np.full_like(t, load),
         np.full_like(t, tyre.mu),
@@ -115,7 +114,7 @@ def test_energy_is_kept(rig: Rig, tyre: Tyre, load: float, profile: TorqueProfil
         assert patch[i] >= stored - 1e-6 * np.max(given)
 
 
-def work(motion: Motion, torque: np.ndarray) -> np.ndarray:
+def work(motion: WheelMotion, torque: np.ndarray) -> np.ndarray:
     """Work of a torque up to every sample [N m]."""
     power = torque * motion.psi_dot
     return np.concatenate([[0.0], np.cumsum(0.5 * np.diff(motion.t) * (power[1:] + power[:-1]))])
@@ -235,6 +234,6 @@ def test_published_simulation(name: str, mu: float, scale: float, simulation_dir
     rig = Rig(a=0.04, e=0.01, J_A=0.1, b_t=0.4827)
     motion = simulate_motion(rig, Tyre(k=6e4, mu=mu), profile, LOAD, duration=t[-1], rate=100.0)
 
-    # The source's own 201 bristles account for the most of it; its torque is a sample late.
+    # The 201 bristles of the published simulation account for most of it; its torque is a sample late.
     assert np.max(np.abs(motion.psi - psi)) < 1.5e-4 * np.ptp(psi)
     assert np.max(np.abs(motion.M_z[:-1] + late[1:])) < 3e-4 * np.ptp(late)

@@ -1,6 +1,7 @@
 """More zones than there are places: the figures that the exact patch degrades to."""
 
 import numpy as np
+import pytest
 
 from symbolic import Model
 from tests.symbolic.oracles import (
@@ -15,6 +16,7 @@ from tests.symbolic.oracles import (
     worst,
 )
 
+pytestmark = pytest.mark.usefixtures("interpreted")
 LOAD = 400.0
 TYRE = Tyre()
 GO = TYRE.slope(LOAD) * TYRE.a

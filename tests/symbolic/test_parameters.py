@@ -4,8 +4,7 @@ from typing import Any
 
 import pytest
 
-from symbolic.errors import BrushgripError, InvalidInputError
-from symbolic.parameters import Rig, Tyre
+from symbolic import BrushgripError, InvalidInputError, Rig, Tyre
 
 RIG: dict[str, Any] = {"a": 0.04, "e": 0.009}
 

@@ -6,17 +6,21 @@ from typing import Any
 
 import pytest
 
-from symbolic import EFFECTS, InvalidInputError, Model, Rig, Tyre, effects_named
-from symbolic.parsing import excerpt, json_of, naming, text_of, toml_of
-from symbolic.serialisation import (
-    MODEL_VERSION,
+from symbolic import (
+    EFFECTS,
     FoundModel,
-    model_described,
+    InvalidInputError,
+    Model,
+    Rig,
+    Tyre,
+    effects_named,
+    model_from_tables,
     parameter_name,
-    rig_described,
-    rig_of,
+    rig_from_tables,
     units_of,
 )
+from symbolic.parsing import excerpt, json_of, naming, text_of, toml_of
+from symbolic.serialisation import MODEL_VERSION, rig_from_values
 
 RIG = {"rig": {"a": 0.045, "e": 0.009, "J_A": 0.15, "b_t": 1}, "tyre": {"k": 2_400_000, "mu": 1.5}}
 MODEL = {
@@ -32,11 +36,11 @@ def changed(document: dict[str, Any], place: str, **values: Any) -> dict[str, An
 
 
 def test_a_rig() -> None:
-    rig, tyre = rig_described(RIG)
+    rig, tyre = rig_from_tables(RIG)
 
     assert (rig, tyre) == (Rig(a=0.045, e=0.009, J_A=0.15, b_t=1.0), Tyre(k=2.4e6, mu=1.5))
     assert isinstance(tyre.k, float)
-    least = rig_described({"rig": {"a": 1.0, "e": 0}, "tyre": {"k": 1e4}})
+    least = rig_from_tables({"rig": {"a": 1.0, "e": 0}, "tyre": {"k": 1e4}})
     assert least == (Rig(a=1.0, e=0.0), Tyre(k=1e4))
 
 
@@ -56,22 +60,22 @@ def test_a_rig() -> None:
 )
 def test_faults_of_a_rig(document: dict[str, Any], fault: str) -> None:
     with pytest.raises(InvalidInputError) as caught:
-        rig_described(document)
+        rig_from_tables(document)
     assert str(caught.value).startswith(fault)
 
 
 def test_values_go_before_the_nominal_ones() -> None:
     nominal = (Rig(a=0.045, e=0.009, J_A=0.15), Tyre(k=2.4e6))
 
-    assert rig_of({}, nominal) == nominal
-    assert rig_of({"a": 0.05, "mu": 0.9}, nominal) == (
+    assert rig_from_values({}, nominal) == nominal
+    assert rig_from_values({"a": 0.05, "mu": 0.9}, nominal) == (
         Rig(a=0.05, e=0.009, J_A=0.15),
         Tyre(k=2.4e6, mu=0.9),
     )
 
 
 def test_a_model() -> None:
-    found = model_described(MODEL)
+    found = model_from_tables(MODEL)
 
     assert found.model == Model(effects=effects_named(MODEL["effects"]))
     assert found.shared == MODEL["shared"]
@@ -80,8 +84,8 @@ def test_a_model() -> None:
 
 
 def test_values_for_what_is_to_come_leave_recordings_out() -> None:
-    found = model_described(changed(MODEL, "shared", mu=1.1))
-    values = found.coming_values()
+    found = model_from_tables(changed(MODEL, "shared", mu=1.1))
+    values = found.values_for_estimation()
 
     assert values == {
         "k": 2.4e6,
@@ -94,7 +98,7 @@ def test_values_for_what_is_to_come_leave_recordings_out() -> None:
 
 
 def test_the_declared_model_needs_k_alone() -> None:
-    assert FoundModel(model=Model(), shared={"k": 2e6}, own={}).coming_values() == {"k": 2e6}
+    assert FoundModel(model=Model(), shared={"k": 2e6}, own={}).values_for_estimation() == {"k": 2e6}
 
 
 @pytest.mark.parametrize(
@@ -118,7 +122,7 @@ def test_the_declared_model_needs_k_alone() -> None:
 )
 def test_faults_of_a_model(document: Any, fault: str) -> None:
     with pytest.raises(InvalidInputError) as caught:
-        model_described(document)
+        model_from_tables(document)
     assert str(caught.value).startswith(fault)
 
 
@@ -130,10 +134,10 @@ def test_another_unit_is_refused(effect: str) -> None:
     units = units_of(model)
 
     assert list(units) == list(values)
-    assert model_described({**document, "units": units}).shared == values
+    assert model_from_tables({**document, "units": units}).shared == values
     for name, unit in units.items():
         with pytest.raises(InvalidInputError) as caught:
-            model_described({**document, "units": {**units, name: "furlong"}})
+            model_from_tables({**document, "units": {**units, name: "furlong"}})
         assert str(caught.value) == (
             f"{name} has the unit 'furlong', expected '{unit}'; convert the value"
         )
@@ -190,6 +194,6 @@ def test_an_observer_takes_bristles_behind_a_compliance() -> None:
         for name in ("contact_damping", "carcass_torsion")
     )
 
-    assert rigid.coming_model() is rigid.model
+    assert rigid.model_for_estimation() is rigid.model
     assert compliant.model.exact
-    assert not compliant.coming_model().exact
+    assert not compliant.model_for_estimation().exact

@@ -1,4 +1,4 @@
-"""Whole recordings: the author's files, and derivatives against finite differences at every kink."""
+"""Whole recordings: the published files, and derivatives against finite differences at every kink."""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -8,8 +8,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from reference_rig.path import hand_path
-from symbolic import EFFECTS, InvalidInputError, Model, simulate, step_along
+from reference_rig import hand_path
+from symbolic import EFFECTS, InvalidInputError, Model, sensitivity_step, simulate
 from tests.symbolic.oracles import Array, Path, Tyre, random_path, run, signals, straight
 from tests.symbolic.test_effects import VALUES
 
@@ -209,12 +209,12 @@ def test_recording_of_any_length_is_the_beginning_of_a_longer_one(count: int) ->
     np.testing.assert_array_equal(short.sensitivities, whole.sensitivities[:count])
 
 
-def test_step_along_names_what_it_carries() -> None:
-    step = step_along(Model(corners=8), 2)
+def test_sensitivity_step_names_its_inputs_and_outputs() -> None:
+    step = sensitivity_step(Model(corners=8), 2)
 
-    assert step.name_in() == ["memory", "carried", "signals", "theta", "seeds", "geometry"]
-    assert step.name_out() == ["memory_next", "carried_next", "M_z", "derivative"]
-    assert step.size_in("carried") == ca.Sparsity.dense(17, 2).size()
+    assert step.name_in() == ["memory", "memory_sensitivity", "signals", "theta", "seeds", "geometry"]
+    assert step.name_out() == ["memory_next", "memory_sensitivity_next", "M_z", "derivative"]
+    assert step.size_in("memory_sensitivity") == ca.Sparsity.dense(17, 2).size()
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,9 @@
 /* Compares this build with the estimates of Python: check ${name}_vector.csv
 
    Prints the largest differences; status 0 if those of mu and mu_std are at most ${tolerance}, that of the torque
-   at most ${tolerance} of its largest value, and all flags equal. */
+   at most ${tolerance} of its largest value, and all flags equal.
+
+   ${generated} */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

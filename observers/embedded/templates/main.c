@@ -3,7 +3,9 @@
        example RECORDING.csv
 
    The table has columns t,psi,F_N,${torque} and may have psi_dot, in any order, in SI units; other columns are
-   ignored. Lines that begin with # are comments; an empty field or nan is a missing sample. */
+   ignored. Lines that begin with # are comments; an empty field or nan is a missing sample.
+
+   ${generated} */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,23 +1,21 @@
-"""What methods claim of themselves holds on a path with more than five zones."""
+"""The properties that methods declare are true on a path with more than five zones."""
 
 from itertools import pairwise
 
 import numpy as np
 import pytest
 
-from brushgrip.comparison.methods import Method, Observed, methods
+from brushgrip.comparison.methods import Method, ObserverMethod, default_methods
 from identification import Recording
-from observers import Sample, course
-from reference_rig.hooks import Drive
-from reference_rig.patch import RigTyre, simulate
-from symbolic import Rig, Tyre
-from symbolic.compiled import compiler
+from observers import Sample, zone_history
+from reference_rig import RigDrive, RigTyre, simulate_bristles
+from symbolic import Rig, Tyre, compiler
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 MU = 1.2
 RATE = 100.0
 NESTED_FROM = 7
-"""Zones from which the source has no formula."""
+"""Zones from which [Györök 2022] has no formula."""
 
 
 @pytest.fixture(scope="module")
@@ -28,14 +26,14 @@ def nested() -> Recording:
     psi = np.concatenate([[0.0], *legs])
     t = np.arange(psi.size) / RATE
     rate, load = np.gradient(psi, t), np.full(t.size, 400.0)
-    drive = Drive(t=t, psi=psi, psi_dot=rate, F_N=load, psi_virgin=0.0)
+    drive = RigDrive(t=t, psi=psi, psi_dot=rate, F_N=load, psi_virgin=0.0)
     tyre = RigTyre(mu=MU)
     return Recording(
         name="nested",
         t=t,
         psi=psi,
         psi_dot=rate,
-        M_z=simulate(drive, tyre, bristles=4000).M_z,
+        M_z=simulate_bristles(drive, tyre, bristles=4000).M_z,
         F_N=load,
         rig=Rig(a=tyre.a, e=tyre.e),
         tyre=Tyre(k=tyre.k),
@@ -43,14 +41,14 @@ def nested() -> Recording:
 
 
 def named(name: str) -> Method:
-    (method,) = [method for method in methods() if method.name == name]
+    (method,) = [method for method in default_methods() if method.name == name]
     return method
 
 
-@pytest.mark.parametrize("name", [method.name for method in methods()])
+@pytest.mark.parametrize("name", [method.name for method in default_methods()])
 def test_beyond_five_zones(nested: Recording, name: str) -> None:
     method = named(name)
-    beyond = course(nested.psi).true_zones >= NESTED_FROM
+    beyond = zone_history(nested.psi).true_zones >= NESTED_FROM
     error = np.abs(method.estimate(nested)[beyond] / MU - 1)
     print(f"{name}: off by up to {error.max():.2%} in {beyond.mean():.0%} of the samples")
 
@@ -60,19 +58,19 @@ def test_beyond_five_zones(nested: Recording, name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "method", [m for m in methods() if isinstance(m, Observed)], ids=lambda m: m.name
+    "method", [m for m in default_methods() if isinstance(m, ObserverMethod)], ids=lambda m: m.name
 )
-def test_deviation(nested: Recording, method: Observed) -> None:
+def test_deviation(nested: Recording, method: ObserverMethod) -> None:
     # That of the C is held against the observer's in tests/observers/embedded.
-    observer = method.observer(nested)
+    observer = method.factory(nested, None)
     first = Sample(psi=0.0, psi_dot=0.0, F_N=400.0, dt=0.01, M_z=0.0)
 
-    said = observer.estimate(observer.step(observer.init(first), first))
-    assert np.isfinite(said.mu_std) == method.gives_deviation
+    estimate = observer.estimate(observer.step(observer.init(first), first))
+    assert np.isfinite(estimate.mu_std) == method.gives_deviation
 
 
 def test_names_are_unique_and_c_is_there_where_a_compiler_is() -> None:
-    names = [method.name for method in methods()]
+    names = [method.name for method in default_methods()]
 
     assert len(set(names)) == len(names)
     assert ("EKF in C" in names) == (compiler() is not None)

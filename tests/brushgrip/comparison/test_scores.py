@@ -1,4 +1,4 @@
-"""Any method with the four members of `Method` is scored and timed."""
+"""Any object with the members of `Method` is scored and timed, and any observer as a method."""
 
 from dataclasses import dataclass
 from time import process_time
@@ -6,27 +6,36 @@ from time import process_time
 import numpy as np
 import pytest
 
-from brushgrip.comparison.cases import SETTLED, Subject, subject_of
-from brushgrip.comparison.scores import PUBLISHED, compare, rows
-from brushgrip.comparison.tables import comparison_dict, markdown_text
+from brushgrip.comparison import (
+    Case,
+    ObserverMethod,
+    compare,
+    comparison_dict,
+    make_case,
+    markdown_text,
+    summarise,
+)
+from brushgrip.comparison.cases import SETTLED
+from brushgrip.comparison.scores import PUBLISHED
 from identification import Recording
-from reference_rig.hooks import Array
+from observers import Estimate, Sample
+from reference_rig import Array
 from symbolic import Rig, Tyre
 
 BUSY = 0.02
-"""What the made-up method takes [s]."""
+"""Time that the made-up method takes [s]."""
 OFF = 0.25
 
 
 def busy(seconds: float) -> None:
-    """Keeps the processor so long."""
+    """Keep the processor busy for so long [s]."""
     begin = process_time()
     while process_time() < begin + seconds:
         pass
 
 
 @dataclass(frozen=True)
-class Learned:
+class Slow:
     """Takes its time and is always off by so much."""
 
     name: str = "neural network"
@@ -39,12 +48,12 @@ class Learned:
 
 
 @pytest.fixture
-def subject() -> Subject:
+def case() -> Case:
     t = np.arange(1001) * 0.01
     psi = 0.3 * np.sin(t - 1) * (t > 1)
-    return subject_of(
+    return make_case(
         Recording(
-            name="made",
+            name="run",
             t=t,
             psi=psi,
             psi_dot=np.gradient(psi, t),
@@ -58,8 +67,8 @@ def subject() -> Subject:
     )
 
 
-def test_a_method_from_elsewhere_gets_its_row(subject: Subject) -> None:
-    (row,) = rows(compared := compare([subject], [Learned()]), [Learned()])
+def test_a_method_from_elsewhere_gets_its_row(case: Case) -> None:
+    (row,) = summarise(compared := compare([case], [Slow()]), [Slow()])
 
     assert (row.method, row.works_beyond_five_zones, row.gives_deviation) == (
         "neural network", True, False,
@@ -68,46 +77,79 @@ def test_a_method_from_elsewhere_gets_its_row(subject: Subject) -> None:
     assert row.spread == pytest.approx(0, abs=1e-12)
     assert row.theta == pytest.approx(BUSY / 10, rel=0.1)
     assert "| neural network | 0.250 | 0.000 | 2." in markdown_text(compared, [row])
-    made = comparison_dict(compared, [row])
-    assert made["recordings"][0]["scores"][0]["quantiles"] == pytest.approx([1.3 + OFF] * 5)
+    content = comparison_dict(compared, [row])
+    assert content["recordings"][0]["scores"][0]["quantiles"] == pytest.approx([1.3 + OFF] * 5)
 
 
 @dataclass
 class Remembering:
-    """Takes long once, and has learned the answer when it is asked again."""
+    """Is slow in the first call only, and right from the second on."""
 
     name: str = "remembering"
     works_beyond_five_zones: bool = True
     gives_deviation: bool = False
-    asked: int = 0
+    calls: int = 0
 
     def estimate(self, recording: Recording) -> Array:
-        self.asked += 1
-        busy(10 * BUSY if self.asked == 1 else BUSY)
-        return np.full(recording.t.size, 1.3 + (OFF if self.asked == 1 else 0))
+        self.calls += 1
+        busy(10 * BUSY if self.calls == 1 else BUSY)
+        return np.full(recording.t.size, 1.3 + (OFF if self.calls == 1 else 0))
 
 
-def test_the_first_estimate_counts_and_the_least_time(subject: Subject) -> None:
-    ((score,),) = (one.scores for one in compare([subject], [Remembering()]))
+@dataclass(frozen=True)
+class FullSlide:
+    """An observer of a user's own: mu from the greatest torque so far, over that of full slide."""
+
+    lever: float
+
+    def init(self, first: Sample) -> float:
+        del first
+        return 0.0
+
+    def step(self, state: float, sample: Sample) -> float:
+        return max(state, abs(sample.M_z) / (self.lever * sample.F_N))
+
+    def estimate(self, state: float) -> Estimate:
+        return Estimate(mu=state, mu_std=0.3, M_z_predicted=0.0, informed=True)
+
+
+def test_an_observer_from_elsewhere_is_compared(case: Case) -> None:
+    own = ObserverMethod(
+        name="full slide", factory=lambda recording, _: FullSlide(lever=0.375 * recording.rig.a)
+    )
+    results = compare([case], methods=[own])
+    (summary,) = summarise(results, [own])
+    torque = np.abs(case.recording.M_z)
+
+    assert (summary.method, summary.works_beyond_five_zones, summary.gives_deviation) == (
+        "full slide", True, True,
+    )  # fmt: skip
+    assert summary.rmse == pytest.approx(
+        case.rmse(np.maximum.accumulate(torque) / (0.375 * 0.045 * 400))
+    )
+
+
+def test_the_first_estimate_counts_and_the_least_time(case: Case) -> None:
+    ((score,),) = (one.scores for one in compare([case], [Remembering()]))
 
     assert score.rmse == pytest.approx(OFF)
     assert score.theta == pytest.approx(BUSY / 10, rel=0.1)
 
 
-def test_errors_count_from_when_the_wheel_has_turned_for_a_while(subject: Subject) -> None:
-    first = int(np.argmax(np.abs(subject.recording.psi) >= 0.02))
-    mu = np.full(subject.recording.t.size, 1.3)
+def test_errors_count_from_when_the_wheel_has_turned_for_a_while(case: Case) -> None:
+    first = int(np.argmax(np.abs(case.recording.psi) >= 0.02))
+    mu = np.full(case.recording.t.size, 1.3)
     mu[: first + 189] = 99.0
 
-    assert subject.span.start == first
+    assert case.span.start == first
     assert SETTLED == 1.89
-    assert subject.rmse(mu) == 0
+    assert case.rmse(mu) == 0
     mu[first + 189] = 1.3 + OFF
-    assert subject.rmse(mu) == pytest.approx(OFF / np.sqrt(subject.settled.sum()))
+    assert case.rmse(mu) == pytest.approx(OFF / np.sqrt(case.settled.sum()))
 
 
 def test_what_is_published() -> None:
-    # Table 6.1 of the source, with the time in fig. 5.13's measure (5.10).
+    # [Györök 2022], Table 6.1, with the time of figure 5.13 as in (5.10).
     assert [(row.rmse, row.theta, row.works_beyond_five_zones) for row in PUBLISHED] == [
         (0.638, 0.525, False), (0.4794, 0.0085, True), (0.3837, 0.538, None),
     ]  # fmt: skip

@@ -7,30 +7,24 @@ import pytest
 
 from identification import Fit, Recording, Values, fit, smoothed_rate
 from identification.experiments.discriminating_experiment import Proposal, propose
-from identification.experiments.proposals import CLEAR, _Present, _standard_errors, seen_step
+from identification.experiments.proposals import _RecordedData, _standard_errors, sample_period
 from identification.experiments.steering import STEP, Manoeuvre
 from identification.fits.autocorrelation import autocorrelation_time
-from identification.fits.fitting import COARSE, initial_guess, torque_range
-from identification.selection.scoring import (
-    Judgement,
-    advantage,
-    judged,
-    leave_one_out,
-)
-from identification.selection.trials import thinned
-from reference_rig.campaign import Campaign
-from reference_rig.hooks import Drive
-from reference_rig.patch import simulate
-from reference_rig.record import SUBSTEPS, build_effects
+from identification.fits.fitting import torque_range
+from identification.fits.options import COARSE_FIT
+from identification.selection.criteria import DEFAULT_CRITERIA, advantage
+from identification.selection.trials import Judgement, judge, leave_one_out, thin
+from reference_rig import SUBSTEPS, Campaign, RigDrive, build_effects, simulate_bristles
 from symbolic import Model, effects_named
 from tests.identification.factories import read_campaign
 
 NOISE = 0.004
+CLEAR, BLOCK = DEFAULT_CRITERIA.clear, DEFAULT_CRITERIA.block
 
 
 def fitted(effect: str, recordings: list[Recording], start: Values | None = None) -> Fit:
     model = Model(effects=effects_named([effect]), corners=16, discretised=True)
-    return fit(model, recordings, start or initial_guess(model, recordings), tolerance=COARSE)
+    return fit(model, recordings, start, COARSE_FIT)
 
 
 def steered(manoeuvre: Manoeuvre, made: Campaign, like: Recording) -> Recording:
@@ -41,14 +35,16 @@ def steered(manoeuvre: Manoeuvre, made: Campaign, like: Recording) -> Recording:
     psi = np.convolve(
         np.pad(np.interp(t, manoeuvre.t, manoeuvre.psi), 10, mode="edge"), np.full(21, 1 / 21), "valid"
     )
-    drive = Drive(
+    drive = RigDrive(
         t=t,
         psi=psi,
         psi_dot=np.gradient(psi, t),
         F_N=np.interp(t, manoeuvre.t, manoeuvre.F_N),
         psi_virgin=float(psi[0]),
     )
-    torque = simulate(drive, truth.tyre, build_effects(truth.effects), bristles=400).M_z[::SUBSTEPS]
+    torque = simulate_bristles(drive, truth.tyre, build_effects(truth.effects), bristles=400).M_z[
+        ::SUBSTEPS
+    ]
     noise = np.random.default_rng(7).standard_normal(torque.size) * NOISE * torque_range(like)
     return replace(
         like,
@@ -63,11 +59,11 @@ def steered(manoeuvre: Manoeuvre, made: Campaign, like: Recording) -> Recording:
 
 
 def judgement(found: Fit, recordings: list[Recording]) -> Judgement:
-    return judged(leave_one_out(found, recordings), recordings)
+    return judge(leave_one_out(found, recordings), recordings)
 
 
 def standard_errors(better: Fit, worse: Fit, recordings: list[Recording]) -> float:
-    mean, error = advantage(judgement(better, recordings), judgement(worse, recordings))
+    mean, error = advantage(judgement(better, recordings), judgement(worse, recordings), BLOCK)
     return mean / error
 
 
@@ -82,7 +78,7 @@ class Ambiguous:
 @pytest.fixture(scope="module")
 def ambiguous() -> Ambiguous:
     made, whole = read_campaign("stribeck", 2, duration=6.0)
-    recordings = [thinned(recording) for recording in whole]
+    recordings = [thin(recording) for recording in whole]
     true, rival = (fitted(name, recordings) for name in ("stribeck", "rate_friction"))
     return Ambiguous(made=made, recordings=recordings, true=true, rival=rival)
 
@@ -93,7 +89,7 @@ def proposed(ambiguous: Ambiguous) -> Proposal:
 
 
 def with_experiment(pair: Ambiguous, proposal: Proposal) -> tuple[list[Recording], Fit, Fit]:
-    new = thinned(steered(proposal.manoeuvre, pair.made, pair.recordings[0]))
+    new = thin(steered(proposal.manoeuvre, pair.made, pair.recordings[0]))
     recordings = [*pair.recordings, new]
     again = []
     for before in (pair.true, pair.rival):
@@ -162,7 +158,7 @@ def test_seconds_that_a_residual_remembers_are_the_same_where_torques_are_missin
     half = replace(full, residuals={recording.name: gaps})
 
     seconds, with_gaps = (
-        autocorrelation_time(found.residuals[recording.name]) * seen_step(found, recording)
+        autocorrelation_time(found.residuals[recording.name]) * sample_period(found, recording)
         for found in (full, half)
     )
     assert with_gaps == pytest.approx(seconds, rel=0.15)
@@ -173,11 +169,11 @@ def test_a_model_cannot_be_told_from_itself(ambiguous: Ambiguous) -> None:
 
     assert proposal.times is None
     assert proposal.separation < 1e-6
-    assert "cannot be told apart by standard steering on this rig" in proposal.sentence
+    assert "cannot be distinguished by standard steering on this rig" in proposal.sentence
 
 
 def test_carcass_and_pressure_are_alike_in_every_manoeuvre() -> None:
-    recordings = [thinned(r) for r in read_campaign("carcass_torsion", 1)[1]]
+    recordings = [thin(r) for r in read_campaign("carcass_torsion", 1)[1]]
     carcass, pressure = (fitted(name, recordings) for name in ("carcass_torsion", "pressure_shape"))
     proposal = propose(carcass, pressure, recordings)
 
@@ -192,7 +188,7 @@ def test_foretells_the_paired_test(size: float, times: int) -> None:
     t = np.arange(2000) * STEP
     difference = size * (1 + np.sin(0.7 * t)) * np.sin(9 * t)
     old, now, memory = 1000, 0.5 * size, 5
-    present = _Present(count=2, seconds=old * STEP, now=now, noise=NOISE, memory=memory * STEP)
+    present = _RecordedData(count=2, seconds=old * STEP, now=now, noise=NOISE, memory=memory * STEP)
     whole = np.concatenate([np.full(old, now), *times * [difference]])
     clock = np.arange(whole.size) * STEP
     found = []
@@ -202,6 +198,8 @@ def test_foretells_the_paired_test(size: float, times: int) -> None:
             Judgement(residuals={"r": left}, ranges={"r": 1.0}, times={"r": clock})
             for left in (noise, noise + whole)
         ]
-        found.append(np.divide(*advantage(*pair)))
+        found.append(np.divide(*advantage(*pair, BLOCK)))
 
-    assert _standard_errors(difference, present, times) == pytest.approx(np.median(found), rel=0.15)
+    assert _standard_errors(difference, present, times, BLOCK) == pytest.approx(
+        np.median(found), rel=0.15
+    )

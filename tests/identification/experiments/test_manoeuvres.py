@@ -4,8 +4,7 @@ import pytest
 from identification import Recording
 from identification.experiments.manoeuvres import manoeuvres
 from identification.experiments.steering import STEP, Manoeuvre, Reach, reach_of
-from reference_rig.patch import RigTyre
-from reference_rig.record import make_recording
+from reference_rig import RigTyre, make_recording
 from tests.identification.factories import as_read
 
 REACH = Reach(low=-0.3, high=0.4, speed=0.3, loads=(380.0, 400.0, 430.0))

@@ -6,11 +6,10 @@ from scipy.signal import lfilter
 
 from identification import Fit, Recording, fit, initial_guess
 from identification.fits.covariance import (
-    autoregression,
     correlation,
     covariance,
-    deviations,
     scores_variance,
+    standard_deviations,
 )
 from identification.fits.fitting import torque_range
 from symbolic import Model, effects_named
@@ -56,7 +55,7 @@ def test_white_noise_of_one_size_has_the_textbooks_covariance(noiseless) -> None
     expected = expected * np.outer(fitted.scales, fitted.scales)
     size = np.sqrt(np.diag(expected))
 
-    np.testing.assert_allclose(deviations(fitted, given), size, rtol=0.15)
+    np.testing.assert_allclose(standard_deviations(fitted, given), size, rtol=0.15)
     np.testing.assert_allclose(correlation(fitted, given), expected / np.outer(size, size), atol=0.1)
 
 
@@ -67,7 +66,7 @@ def test_intervals_hold_the_truth(noiseless, phi: float, sizes: tuple[float, flo
     for seed in range(40):
         given = noisy(recordings, phi, seed, sizes)
         fitted = fit(start.model, given, start.values)
-        apart.append((positions(fitted) - truth) / deviations(fitted, given))
+        apart.append((positions(fitted) - truth) / standard_deviations(fitted, given))
     apart = np.array(apart)
 
     assert 0.9 <= np.mean(np.abs(apart) < 1.96) <= 0.99
@@ -77,7 +76,7 @@ def test_intervals_hold_the_truth(noiseless, phi: float, sizes: tuple[float, flo
 def test_a_louder_recording_has_the_wider_friction(noiseless) -> None:
     start, recordings = noiseless
     evenly, unevenly = (
-        deviations(fit(start.model, given, start.values), given)
+        standard_deviations(fit(start.model, given, start.values), given)
         for given in (noisy(recordings, 0.9, 2), noisy(recordings, 0.9, 2, (1, 4)))
     )
     # The friction of the quiet recording bears what the loud one does to k, and no more.
@@ -106,7 +105,7 @@ def test_about_as_a_block_bootstrap_says(noiseless) -> None:
         at += n
 
     bootstrap = moved.std(axis=0) * fitted.scales
-    ratio = deviations(fitted, given) / bootstrap
+    ratio = standard_deviations(fitted, given) / bootstrap
     assert (ratio > 0.85).all()
     assert (ratio < 1.7).all()
 
@@ -140,20 +139,19 @@ def test_variance_of_a_sum_with_gaps() -> None:
     assert np.mean(holed) / np.mean(whole) == pytest.approx(kept * expected, rel=0.2)
 
 
-def test_autoregression_finds_what_made_the_series() -> None:
-    made = [1.0, -1.5, 0.7]
-    series = autoregressive(made, 20_000, np.random.default_rng(2))
-    holed = series.copy()
-    holed[::50] = np.nan
-    for given in (series, holed):
-        found = autoregression(given)
-        np.testing.assert_allclose(found[:3], made, atol=0.05)
-        assert np.abs(found[3:]).max(initial=0) < 0.05
+@pytest.mark.parametrize("n", [40, 80])
+def test_variance_where_there_are_few_samples_for_each_parameter(n: int) -> None:
+    # Least squares of white noise on a quarter as many columns as samples: the variances are (J' J)^-1.
+    rng, ratios = np.random.default_rng(4), []
+    for _ in range(100):
+        jacobian = rng.standard_normal((n, n // 4))
+        inverse = np.linalg.inv(jacobian.T @ jacobian)
+        noise = rng.standard_normal(n)
+        residual = noise - jacobian @ inverse @ jacobian.T @ noise
+        variance = inverse @ scores_variance(jacobian, residual, n / 4) @ inverse
+        ratios.append(np.trace(variance) / np.trace(inverse))
 
-
-@pytest.mark.parametrize("series", [np.zeros(50), np.full(50, np.nan), np.ones(3)])
-def test_autoregression_of_next_to_nothing(series: np.ndarray) -> None:
-    assert np.isfinite(autoregression(series)).all()
+    assert np.mean(ratios) == pytest.approx(1, abs=0.15)
 
 
 def test_what_the_data_say_nothing_about_has_no_deviation(noiseless) -> None:
@@ -163,7 +161,7 @@ def test_what_the_data_say_nothing_about_has_no_deviation(noiseless) -> None:
     blind = replace(fitted, jacobian=fitted.jacobian * np.array([0.0, 1, 1]))
     spread = covariance(blind, given)
 
-    assert np.isinf(deviations(replace(fitted, jacobian=0 * fitted.jacobian), given)).all()
+    assert np.isinf(standard_deviations(replace(fitted, jacobian=0 * fitted.jacobian), given)).all()
     assert np.isinf(spread[0, 0])
     assert np.isnan(spread[0, 1:]).all()
     assert np.isfinite(spread[1:, 1:]).all()
@@ -179,14 +177,33 @@ def test_what_cannot_be_told_apart_has_no_deviation(noiseless) -> None:
         labels=(*fitted.labels, (None, "again")),
         scales=np.append(fitted.scales, 1.0),
     )
-    spread = deviations(twice, given)
+    spread = standard_deviations(twice, given)
 
     assert np.isinf(spread[[0, 3]]).all()
     assert np.isfinite(spread[1:3]).all()
 
 
+def test_whatever_takes_part_in_what_cannot_be_told_apart_has_no_deviation(noiseless) -> None:
+    # A hundredth of the second column in the copy of the first one leaves all three undetermined.
+    start, recordings = noiseless
+    given = noisy(recordings, 0.5, 1)
+    fitted = fit(start.model, given, start.values)
+    first, second = fitted.jacobian[:, 0], fitted.jacobian[:, 1]
+    mixed = first + 0.01 * np.linalg.norm(first) / np.linalg.norm(second) * second
+    mixture = replace(
+        fitted,
+        jacobian=np.column_stack([fitted.jacobian, mixed]),
+        labels=(*fitted.labels, (None, "mixture")),
+        scales=np.append(fitted.scales, 1.0),
+    )
+    spread = standard_deviations(mixture, given)
+
+    assert np.isinf(spread[[0, 1, 3]]).all()
+    assert np.isfinite(spread[2])
+
+
 def test_bristles_and_carcass_are_correlated() -> None:
-    recordings = read_campaign("carcass_torsion", 1, duration=8.0)[1]
+    recordings = read_campaign("carcass_torsion", 1, recordings=1, duration=6.0)[1]
     model = Model(effects=effects_named(["carcass_torsion"]), corners=16)
     fitted = fit(model, recordings, initial_guess(model, recordings))
     told = correlation(fitted, recordings)

@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from identification import Fit, Recording, fit, initial_guess
-from identification.fits.covariance import deviations
+from identification import Fit, FitOptions, Recording, fit, initial_guess
+from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import torque_range
 from identification.fits.loss import LEAST_SQUARES, Huber, Loss, cost, curvature, influence
 from symbolic import InvalidInputError, Model
@@ -75,12 +75,12 @@ def positions(fitted: Fit) -> np.ndarray:
 def test_outliers_do_not_move_a_robust_fit(clean: list[Recording]) -> None:
     model = Model(corners=16)
     reference = fit(model, clean, initial_guess(model, clean))
-    spread = deviations(reference, clean)
+    spread = standard_deviations(reference, clean)
     moved: dict[Loss, list[np.ndarray]] = {LEAST_SQUARES: [], HUBER: []}
     for seed in range(5):
         spoilt = with_outliers(clean, seed)
         for loss, found in moved.items():
-            fitted = fit(model, spoilt, reference.values, loss=loss)
+            fitted = fit(model, spoilt, reference.values, FitOptions(loss=loss))
             assert fitted.converged
             found.append(np.abs(positions(fitted) - positions(reference)) / spread)
 
@@ -100,8 +100,10 @@ def test_deviations_of_a_robust_fit_are_those_of_repeated_noise(clean: list[Reco
             with_torque(r, r.M_z + NOISE * torque_range(r) * rng.standard_normal(r.t.size))
             for r in noiseless
         ]
-        fitted = fit(model, spoilt := with_outliers(noisy, seed, 0.1), reference.values, loss=HUBER)
+        fitted = fit(
+            model, spoilt := with_outliers(noisy, seed, 0.1), reference.values, FitOptions(loss=HUBER)
+        )
         found.append(positions(fitted))
-        said.append(deviations(fitted, spoilt))
+        said.append(standard_deviations(fitted, spoilt))
 
     np.testing.assert_allclose(np.std(found, axis=0, ddof=1), np.mean(said, axis=0), rtol=0.35)

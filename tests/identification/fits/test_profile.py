@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from identification import Fit, Recording, Values, fit, initial_guess
-from identification.fits.covariance import deviations
+from identification import Fit, FitOptions, Recording, Values, fit, initial_guess
+from identification.fits import profile as profiling
+from identification.fits.covariance import standard_deviations
 from identification.fits.loss import Huber
+from identification.fits.options import COARSE_FIT
 from identification.fits.profile import LIMIT, profile
-from identification.fits.profile_axis import CASTER, HALF_LENGTH, Along, ModelParameter
-from reference_rig.patch import RigTyre
-from reference_rig.record import make_recording
+from identification.fits.profile_axis import CASTER, HALF_LENGTH, ModelParameter, ProfileAxis
+from reference_rig import RigTyre, make_recording
 from symbolic import InvalidInputError, Model, Rig, effects_named
 from tests.identification.factories import as_read, read_campaign
 
@@ -30,11 +31,11 @@ def test_limit_is_the_quantile() -> None:
 @pytest.mark.parametrize("loss", [None, Huber(threshold=0.006)])
 def test_the_interval_of_white_noise_is_that_of_the_deviation(fitted, loss: Huber | None) -> None:
     _, recordings = fitted
-    chosen = {"loss": loss} if loss else {}
-    best = fit(MODEL, recordings, fitted[0].values, **chosen)
-    k, spread = best.values.shared["k"], deviations(best, recordings)[0]
+    options = FitOptions(loss=loss) if loss else FitOptions()
+    best = fit(MODEL, recordings, fitted[0].values, options)
+    k, spread = best.values.shared["k"], standard_deviations(best, recordings)[0]
     grid = k + spread * np.array([-3.3, -1.5, 0.4, 2.1, 3.5])
-    made = profile(MODEL, recordings, best.values, ModelParameter(name="k"), grid, **chosen)
+    made = profile(MODEL, recordings, best.values, ModelParameter(name="k"), grid, options)
 
     assert made.converged
     assert made.best == pytest.approx(k, abs=0.05 * spread)
@@ -46,9 +47,9 @@ def test_the_interval_of_white_noise_is_that_of_the_deviation(fitted, loss: Hube
 def test_one_recordings_friction(fitted) -> None:
     best, recordings = fitted
     name = recordings[1].name
-    mu, spread = best.values.own[name]["mu"], deviations(best, recordings)[2]
-    along = ModelParameter(name="mu", recording=name)
-    made = profile(MODEL, recordings, best.values, along, mu + spread * np.linspace(-4, 4, 5))
+    mu, spread = best.values.own[name]["mu"], standard_deviations(best, recordings)[2]
+    axis = ModelParameter(name="mu", recording=name)
+    made = profile(MODEL, recordings, best.values, axis, mu + spread * np.linspace(-4, 4, 5))
 
     ends = (np.array(made.interval, dtype=float) - mu) / spread
     np.testing.assert_allclose(ends, [-1.96, 1.96], rtol=0.2)
@@ -61,7 +62,7 @@ def test_without_caster_only_mu_a_is_told() -> None:
     # M_z = mu F_N a f(psi k a^2 / (mu F_N)) where e = 0.
     recordings = [as_read(make_recording(3, e=0.0, duration=8.0), RigTyre(e=0.0))]
     start = initial_guess(MODEL, recordings)
-    made = profile(MODEL, recordings, start, HALF_LENGTH, [0.8, 1.0, 1.3], tolerance=1e-8)
+    made = profile(MODEL, recordings, start, HALF_LENGTH, [0.8, 1.0, 1.3], FitOptions(tolerance=1e-8))
 
     np.testing.assert_allclose(made.deviance, 0, atol=0.01)
     assert made.interval == (None, None)
@@ -86,7 +87,7 @@ def test_the_caster_that_was_declared_wrongly_is_found(fitted) -> None:
 
 def test_a_profile_is_open_where_the_grid_ends_too_soon(fitted) -> None:
     best, recordings = fitted
-    k, spread = best.values.shared["k"], deviations(best, recordings)[0]
+    k, spread = best.values.shared["k"], standard_deviations(best, recordings)[0]
     grid = k + spread * np.array([-4.0, -2.0, -1.0])
     made = profile(MODEL, recordings, best.values, ModelParameter(name="k"), grid)
 
@@ -95,20 +96,41 @@ def test_a_profile_is_open_where_the_grid_ends_too_soon(fitted) -> None:
     assert made.best == made.grid[-1]
 
 
+def test_every_fit_begins_where_its_neighbour_ended(fitted, monkeypatch: pytest.MonkeyPatch) -> None:
+    best, recordings = fitted
+    begun: dict[float, Values] = {}
+
+    def watched(model: Model, given: list[Recording], start: Values, options: FitOptions) -> Fit:
+        begun[start.shared["k"]] = start
+        return fit(model, given, start, options)
+
+    monkeypatch.setattr(profiling, "fit", watched)
+    k = best.values.shared["k"]
+    grid = k * np.array([0.8, 0.9, 1.0, 1.1, 1.2])
+    made = profile(MODEL, recordings, best.values, ModelParameter(name="k"), grid)
+
+    friction = dict(zip(made.grid.tolist(), made.paths["mu"].tolist(), strict=True))
+    for value, neighbour in ((0.8, 0.9), (0.9, 1.0), (1.1, 1.0), (1.2, 1.1)):
+        start = begun[k * value]
+        mean = np.mean([own["mu"] for own in start.own.values()])
+        assert mean == pytest.approx(friction[k * neighbour], rel=1e-9)
+    assert np.ptp(list(friction.values())) > 1e-4
+
+
 def test_a_softer_carcass_makes_up_for_stiffer_bristles() -> None:
-    recordings = read_campaign("carcass_torsion", 1, recordings=1, duration=8.0)[1]
+    recordings = read_campaign("carcass_torsion", 1, recordings=1, duration=5.0)[1]
     model = Model(effects=effects_named(["carcass_torsion"]), corners=16)
     best = fit(model, recordings, initial_guess(model, recordings))
     k = best.values.shared["k"]
     grid = k * np.array([0.98, 1.0, 1.02])
-    made = profile(model, recordings, best.values, ModelParameter(name="k"), grid, tolerance=1e-3)
+    made = profile(model, recordings, best.values, ModelParameter(name="k"), grid, COARSE_FIT)
 
     assert (np.diff(made.paths["carcass_torsion.k_t"]) < 0).all()
     assert made.deviance.min() == 0
 
 
 @pytest.mark.parametrize(
-    ("along", "grid", "match"),
+    ("axis", "grid", "match"),
     [
         (ModelParameter(name="k"), [1e6, 2e6], "the grid of k must be at least three increasing values"),
         (ModelParameter(name="k"), [1e6, 3e6, 2e6], "increasing"),
@@ -120,10 +142,10 @@ def test_a_softer_carcass_makes_up_for_stiffer_bristles() -> None:
         (HALF_LENGTH, [0.01, 0.5, 1], "e must lie between -a and a"),
     ],
 )
-def test_what_cannot_be_profiled(fitted, along: Along, grid: list[float], match: str) -> None:
+def test_what_cannot_be_profiled(fitted, axis: ProfileAxis, grid: list[float], match: str) -> None:
     best, recordings = fitted
     with pytest.raises(InvalidInputError, match=match):
-        profile(MODEL, recordings, best.values, along, grid)
+        profile(MODEL, recordings, best.values, axis, grid)
 
 
 def test_values_that_are_missing_begin_at_their_own_start(fitted) -> None:
@@ -131,8 +153,8 @@ def test_values_that_are_missing_begin_at_their_own_start(fitted) -> None:
     start = initial_guess(MODEL, recordings)
     model = Model(effects=effects_named(["contact_damping"]), corners=16)
     bare = Values(shared=start.shared, own=start.own)
-    along = ModelParameter(name="contact_damping.c")
-    made = profile(model, recordings, bare, along, [0.0, 0.05, 0.1])
+    axis = ModelParameter(name="contact_damping.c")
+    made = profile(model, recordings, bare, axis, [0.0, 0.05, 0.1])
 
     assert made.unit == "N m s/rad"
     assert set(made.paths) == {"mu", "k"}

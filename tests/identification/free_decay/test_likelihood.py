@@ -1,38 +1,38 @@
-"""The programme of free vibrations: what depends on what, and its derivatives."""
+"""The likelihood of free vibrations: what depends on what, and its derivatives."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from identification.free_decay.likelihood import Programme
-from identification.free_decay.onset import release
-from reference_rig.impact import make_impacts
-from reference_rig.record import FOURTEEN_BIT_STEP
+from identification.free_decay.likelihood import Likelihood, misfit
+from identification.free_decay.onset import find_vibration
+from reference_rig import FOURTEEN_BIT_STEP as STEP
+from reference_rig import make_impacts
 from tests.identification.factories import as_decay
 
 
 @pytest.fixture(scope="module")
-def programme() -> Programme:
+def likelihood() -> Likelihood:
     """Two contacts, of which the first has two recordings."""
     made = make_impacts(4, lengths=(0.036, 0.050), impacts=2)[:3]
-    return Programme([release(as_decay(recording)) for recording in made])
+    return Likelihood([find_vibration(as_decay(recording)) for recording in made])
 
 
-def test_who_depends_on_what(programme: Programme) -> None:
-    assert programme.shared == 4
-    assert programme.columns(0) == [0, 1, 2, 4, 5, 6]
-    assert programme.columns(1) == [0, 1, 2, 7, 8, 9]
-    assert programme.columns(2) == [0, 1, 3, 10, 11, 12]
-    assert Programme(programme.releases, sliding=False).columns(1) == [0, 1, 5, 6, 7]
+def test_who_depends_on_what(likelihood: Likelihood) -> None:
+    assert likelihood.shared == 4
+    assert likelihood.columns(0) == [0, 1, 2, 4, 5, 6]
+    assert likelihood.columns(1) == [0, 1, 2, 7, 8, 9]
+    assert likelihood.columns(2) == [0, 1, 3, 10, 11, 12]
+    assert Likelihood(likelihood.vibrations, sliding=False).columns(1) == [0, 1, 5, 6, 7]
 
 
-def test_derivatives(programme: Programme) -> None:
-    x, noise = programme.start(), FOURTEEN_BIT_STEP
-    look = programme.look(x, noise)
+def test_derivatives(likelihood: Likelihood) -> None:
+    x, noise = likelihood.start(), STEP
+    look = likelihood.evaluate(x, noise)
 
     def difference(direction: np.ndarray) -> float:
-        ahead, behind = (programme.look(x + step * direction, noise).cost for step in (1e-6, -1e-6))
+        ahead, behind = (likelihood.evaluate(x + step * direction, noise).cost for step in (1e-6, -1e-6))
         return (ahead - behind) / 2e-6
 
     slopes = [difference(axis) for axis in np.eye(x.size)]
@@ -42,22 +42,65 @@ def test_derivatives(programme: Programme) -> None:
     assert not look.hessian[4:7, 7:].any()
 
 
-def test_a_wheel_that_would_not_vibrate(programme: Programme) -> None:
-    x = programme.start()
+def test_a_wheel_that_would_not_vibrate(likelihood: Likelihood) -> None:
+    x = likelihood.start()
     x[1] = 100.0
 
-    assert programme.look(x, FOURTEEN_BIT_STEP).cost == np.inf
+    assert likelihood.evaluate(x, STEP).cost == np.inf
 
 
 @pytest.mark.parametrize("share", [0.1, 1.0, 5.0])
-def test_likeliest_noise(programme: Programme, share: float) -> None:
-    swings = programme.look(programme.start(), 1.0).swings
+def test_likeliest_noise(likelihood: Likelihood, share: float) -> None:
+    responses = likelihood.evaluate(likelihood.start(), 1.0).responses
     rng = np.random.default_rng(2)
     noisy = []
-    for of, made in zip(programme.releases, swings, strict=True):
+    for of, made in zip(likelihood.vibrations, responses, strict=True):
         psi = of.decay.psi.copy()
         seen = made.psi + rng.logistic(0, share * of.step, made.psi.size)
         psi[of.first : of.last] = of.step * np.round(seen / of.step)
         noisy.append(replace(of, decay=replace(of.decay, psi=psi)))
 
-    assert Programme(noisy).likeliest_noise(swings) == pytest.approx(share * FOURTEEN_BIT_STEP, rel=0.1)
+    assert Likelihood(noisy).likeliest_noise(responses) == pytest.approx(share * STEP, rel=0.1)
+
+
+@pytest.mark.parametrize("scale", [0.01 * STEP, 0.3 * STEP, 3 * STEP])
+def test_cells_share_all_probability(scale: float) -> None:
+    cells = STEP * np.arange(-400, 401)
+
+    told = misfit(cells, np.array(0.123 * STEP), STEP, scale)
+
+    assert np.exp(-told.cost).sum() == pytest.approx(1, abs=1e-9)
+
+
+def test_hard_limits_without_noise() -> None:
+    inside, outside = misfit(
+        np.zeros(2),
+        np.array([0.49, 0.51]) * STEP,
+        STEP,
+        1e-4 * STEP,
+    ).cost
+
+    assert inside == pytest.approx(0, abs=1e-12)
+    assert outside == pytest.approx(100, rel=1e-6)
+
+
+def test_density_without_steps() -> None:
+    # The logistic density exp(-u) / (s (1 + exp(-u))^2), times the width of the cell.
+    told = misfit(np.array([0.3]), np.array([0.0]), 1e-9, 1.0)
+
+    assert told.cost[0] == pytest.approx(0.3 + 2 * np.log1p(np.exp(-0.3)) - np.log(1e-9), rel=1e-6)
+
+
+@pytest.mark.parametrize("scale", [0.02 * STEP, STEP])
+def test_derivatives_of_the_misfit(scale: float) -> None:
+    read, angle = np.zeros(7), STEP * np.array([-3.0, -0.51, -0.49, 0.1, 0.5, 0.52, 40.0])
+    h = 1e-4 * scale
+    below, at, above = (misfit(read, angle + d, STEP, scale) for d in (-h, 0, h))
+
+    np.testing.assert_allclose(
+        at.slope, (above.cost - below.cost) / (2 * h), rtol=1e-6, atol=1e-6 / scale
+    )
+    np.testing.assert_allclose(
+        at.curvature, (above.slope - below.slope) / (2 * h), rtol=1e-6, atol=1e-6 / scale**2
+    )
+    assert (at.curvature >= 0).all()

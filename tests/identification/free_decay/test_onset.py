@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 
-from identification.free_decay.onset import release
+from identification.free_decay.onset import encoder_step, find_vibration
 from identification.free_decay.recording import Decay
-from reference_rig.impact import make_impact
+from reference_rig import make_impact
 from symbolic import InvalidInputError, Rig, Tyre
 
 RIG, TYRE = Rig(a=0.045, e=0.009, J_A=0.15), Tyre(k=2e6)
 T = np.arange(1500) / 1000
 STEP = 2 * np.pi / 2**14
+ANGLE = 0.0123 + 0.006 * np.exp(-4 * T) * np.cos(33 * T)
+RNG = np.random.default_rng(5)
 
 
 def decay(psi: np.ndarray, t: np.ndarray = T) -> Decay:
@@ -23,11 +25,11 @@ def swinging(reach: float = 0.006, damping: float = 4.0, omega: float = 33.0) ->
 
 def test_finds_the_turning_point_after_the_impact() -> None:
     made = make_impact(6)
-    found = release(decay(made.psi, made.t))
+    found = find_vibration(decay(made.psi, made.t))
     true = int(np.argmax(np.abs(made.psi_true)))
 
     assert abs(found.first - true) <= 3
-    assert abs(found.reach - made.psi_true[true]) < 1.5 * STEP
+    assert abs(found.deflection - made.psi_true[true]) < 1.5 * STEP
     assert found.omega == pytest.approx(33, rel=0.05)
     assert found.damping == pytest.approx(3.4, rel=0.4)
     assert found.step == pytest.approx(STEP)
@@ -36,7 +38,7 @@ def test_finds_the_turning_point_after_the_impact() -> None:
 
 
 def test_guesses() -> None:
-    found = release(decay(swinging()))
+    found = find_vibration(decay(swinging()))
 
     # The turning point is on the encoder's first plateau, which begins the recording.
     assert found.first < 10
@@ -52,11 +54,11 @@ def test_wrong_readings_are_no_impact() -> None:
     spoiled = psi.copy()
     spoiled[[300, 301, -1]] += 0.02
 
-    assert release(decay(spoiled)).first == release(decay(psi)).first
+    assert find_vibration(decay(spoiled)).first == find_vibration(decay(psi)).first
 
 
 def test_ends_with_the_recording() -> None:
-    found = release(decay(swinging(damping=0.2)))
+    found = find_vibration(decay(swinging(damping=0.2)))
 
     assert found.last == T.size
 
@@ -80,5 +82,28 @@ def test_ends_with_the_recording() -> None:
 )
 def test_faults(psi: np.ndarray, fault: str) -> None:
     with pytest.raises(InvalidInputError, match=fault) as caught:
-        release(decay(psi))
+        find_vibration(decay(psi))
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("digits", [6, 8, 12])
+def test_step_survives_rounding_in_the_file(digits: int) -> None:
+    psi = np.round(np.round(ANGLE / STEP) * STEP, digits)
+
+    assert encoder_step(psi) == pytest.approx(STEP, rel=2 * 10.0**-digits / np.ptp(psi))
+
+
+def test_step_despite_wrong_readings() -> None:
+    psi = np.round(ANGLE / STEP) * STEP
+    psi[RNG.choice(psi.size, 20, replace=False)] += RNG.normal(0, 0.01, 20)
+
+    assert encoder_step(psi) == pytest.approx(STEP, rel=1e-9)
+
+
+def test_few_levels() -> None:
+    assert encoder_step(np.array([0.0, 3 * STEP, 2 * STEP])) == pytest.approx(STEP)
+
+
+def test_no_step() -> None:
+    assert encoder_step(ANGLE) == pytest.approx(1e-6 * np.ptp(ANGLE))
+    assert encoder_step(ANGLE + RNG.normal(0, 1e-4, T.size)) < 1e-5 * np.ptp(ANGLE)

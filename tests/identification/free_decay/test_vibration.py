@@ -4,8 +4,9 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from identification.free_decay.vibration import UNKNOWNS, slip_torque, stiffness, swing
-from reference_rig.impact import TYRE, inertia, make_impact
+from identification.free_decay.vibration import UNKNOWNS, simulate_vibration, slip_torque, stiffness
+from reference_rig import THESIS_TYRE as TYRE
+from reference_rig import inertia, make_impact
 from symbolic import Model, simulate
 
 GEOMETRY = np.array([TYRE.a, TYRE.e, inertia(TYRE.e)])
@@ -30,22 +31,27 @@ def linear(t: np.ndarray, psi_dot: float = 0.01) -> np.ndarray:
 def test_sticking_patch_is_exact_at_any_step(stride: int) -> None:
     t = T[::stride]
 
-    np.testing.assert_allclose(swing(t, unknowns(slip=0.0), GEOMETRY).psi, linear(t), atol=1e-15)
+    np.testing.assert_allclose(
+        simulate_vibration(t, unknowns(slip=0.0), GEOMETRY).psi, linear(t), atol=1e-15
+    )
 
 
 def test_uneven_steps() -> None:
     t = np.sort(np.random.default_rng(1).uniform(0, 0.9, 300))
 
-    np.testing.assert_allclose(swing(t, unknowns(slip=0.0), GEOMETRY).psi, linear(t - t[0]), atol=1e-15)
+    np.testing.assert_allclose(
+        simulate_vibration(t, unknowns(slip=0.0), GEOMETRY).psi, linear(t - t[0]), atol=1e-15
+    )
 
 
 def test_one_sample() -> None:
-    made = swing(T[:1], unknowns(), GEOMETRY)
+    made = simulate_vibration(T[:1], unknowns(), GEOMETRY)
 
     assert made.psi.tolist() == [PSI]
     assert made.sensitivities.tolist() == [[float(name == "psi") for name in UNKNOWNS]]
 
 
+@pytest.mark.usefixtures("interpreted")
 @pytest.mark.parametrize("psi", [1e-5, 0.002, 0.01, 0.3])
 def test_slip_is_what_the_patch_lacks_of_a_spring(psi: float) -> None:
     path = np.linspace(0, psi, 5)
@@ -73,7 +79,9 @@ def test_slip_is_smooth_where_nothing_slides() -> None:
 
 
 def test_half_a_cycle_is_a_balance_of_work() -> None:
-    made = swing(np.arange(1200) / 10000, unknowns(b_t=1e-9, psi_dot=0.0, centre=0.0), GEOMETRY).psi
+    made = simulate_vibration(
+        np.arange(1200) / 10000, unknowns(b_t=1e-9, psi_dot=0.0, centre=0.0), GEOMETRY
+    ).psi
     first, last = made[0], made.min()
     reach = np.linspace(0, (first - last) / 2, 101)
     slipped = [float(slip_torque(turn, K, SLIP, TYRE.a, TYRE.e)) for turn in reach]
@@ -92,7 +100,7 @@ def test_is_the_rigs(swung: float, rate: float) -> None:
 
     # Angle and rate at the turning point and the centre are the recording's own.
     for _ in range(8):
-        fit = swing(t, values, GEOMETRY)
+        fit = simulate_vibration(t, values, GEOMETRY)
         along = fit.sensitivities[:, 3:]
         values[3:] += np.linalg.solve(along.T @ along, along.T @ (psi - fit.psi))
 
@@ -103,12 +111,12 @@ def test_is_the_rigs(swung: float, rate: float) -> None:
 def test_sensitivities(slip: float) -> None:
     sizes = np.array([K, B_T, SLIP, PSI, 0.1, PSI])
     values = unknowns(slip=slip)
-    made = swing(T, values, GEOMETRY).sensitivities
+    made = simulate_vibration(T, values, GEOMETRY).sensitivities
 
     for column, size in enumerate(sizes):
         step = np.zeros(len(UNKNOWNS))
         step[column] = 1e-6 * size
-        ahead, behind = (swing(T, values + sign * step, GEOMETRY).psi for sign in (1, -1))
+        ahead, behind = (simulate_vibration(T, values + sign * step, GEOMETRY).psi for sign in (1, -1))
         difference = (ahead - behind) / (2e-6 * size)
         # The samples next to a reversal take turns at being it.
         np.testing.assert_allclose(
@@ -117,4 +125,4 @@ def test_sensitivities(slip: float) -> None:
 
 
 def test_no_vibration() -> None:
-    assert np.isnan(swing(T, unknowns(b_t=20.0), GEOMETRY).psi[-1])
+    assert np.isnan(simulate_vibration(T, unknowns(b_t=20.0), GEOMETRY).psi[-1])

@@ -8,8 +8,7 @@ import pytest
 from scipy.io import savemat
 
 from identification.reading.recordings import Recording, read_recording
-from symbolic.errors import InvalidInputError
-from symbolic.parameters import Rig, Tyre
+from symbolic import InvalidInputError, Rig, Tyre
 
 RIG = (Rig(a=0.04, e=0.009, J_A=0.15), Tyre(k=2.4e6, mu=1.6))
 N = 20

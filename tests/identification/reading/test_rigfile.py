@@ -3,8 +3,7 @@ from pathlib import Path
 import pytest
 
 from identification.reading.rigfile import read_rig, with_declared
-from symbolic.errors import InvalidInputError
-from symbolic.parameters import Rig, Tyre
+from symbolic import InvalidInputError, Rig, Tyre
 
 COMPLETE = "[rig]\na = 0.04\ne = 0.009\nJ_A = 0.15\nb_t = 1\n\n[tyre]\nk = 2438000\nmu = 1.67\n"
 

@@ -5,10 +5,8 @@ from identification import Recording
 from identification.fits.fitting import torque_range
 from identification.fits.loss import Huber
 from identification.residuals.signatures import signatures
-from identification.residuals.unexplained import unexplained, white_noise
-from identification.results import Unexplained
-from reference_rig.patch import RigTyre
-from reference_rig.record import make_recording
+from identification.residuals.unexplained import Unexplained, unexplained, white_noise
+from reference_rig import RigTyre, make_recording
 from tests.identification.factories import as_read, with_torque
 
 
@@ -38,6 +36,12 @@ def test_white_noise_on_a_smooth_torque(level: float) -> None:
     assert white_noise(torque) == pytest.approx(level, rel=0.1)
     torque[::50] = np.nan
     assert white_noise(torque) == pytest.approx(level, rel=0.1)
+
+
+def test_the_scale_of_white_noise_is_right() -> None:
+    noise = np.random.default_rng(2).standard_normal(200_000)
+
+    assert white_noise(noise) == pytest.approx(1, rel=0.02)
 
 
 def test_white_noise_of_the_rig(recording: Recording) -> None:
@@ -80,6 +84,23 @@ def test_a_slow_wave_is_reported(recording: Recording) -> None:
     wave = 0.006 * torque_range(recording) * np.sin(2 * np.pi * 0.7 * recording.t)
 
     assert rest(recording, wave + noise_of(recording)).present
+
+
+@pytest.mark.parametrize(("ratio", "present"), [(1.08, False), (1.22, True)])
+def test_structure_has_to_stand_above_the_noise(
+    recording: Recording, ratio: float, present: bool
+) -> None:
+    """An error 8 % above that of the noise is noise, one 22 % above it is not."""
+    t, noise = recording.t, noise_of(recording)
+    floor = white_noise((shown := with_torque(recording, recording.M_z + noise)).M_z)
+    wave = np.sin(2 * np.pi * 0.3 * t)
+    residual = noise_of(recording, 2)
+    level = np.sqrt(max(0.0, (ratio * floor) ** 2 - np.mean(residual**2)) / np.mean(wave**2))
+    residual = residual + level * wave
+    residual *= ratio * floor / np.sqrt(np.mean(residual**2))
+    found = signatures({recording.name: residual}, [shown])
+
+    assert unexplained({recording.name: residual}, [shown], found).present is present
 
 
 def test_structure_finer_than_the_model_is_not_reported(recording: Recording) -> None:

@@ -5,10 +5,22 @@ from dataclasses import replace
 import numpy as np
 
 from identification import Recording
-from identification.selection.scoring import BLOCK, Judgement, effective_samples
-from identification.selection.trials import Trial
+from identification.fits.autocorrelation import effective_samples
+from identification.selection.criteria import DEFAULT_CRITERIA
+from identification.selection.trials import Judgement, Trial
+from symbolic import Effect
 
 SECONDS, PER_SECOND = 80, 50
+
+
+def effect_of(name: str) -> Effect:
+    return Effect(name=name, summary=name, parameters=())
+
+
+def with_effects(trial: Trial, names: str) -> Trial:
+    """The trial as if its effects were these letters."""
+    model = replace(trial.fitted.model, effects=tuple(effect_of(name) for name in names))
+    return replace(trial, fitted=replace(trial.fitted, model=model))
 
 
 def judgement(sizes: np.ndarray) -> Judgement:
@@ -21,7 +33,7 @@ def judgement(sizes: np.ndarray) -> Judgement:
 
 
 def trials(
-    pair: tuple[Trial, list[Recording]], bic: float, error: float, block: float = BLOCK
+    pair: tuple[Trial, list[Recording]], bic: float, error: float, block: float = DEFAULT_CRITERIA.block
 ) -> tuple[Trial, Trial]:
     """A model with one more parameter, and one without.
 

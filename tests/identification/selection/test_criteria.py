@@ -1,4 +1,4 @@
-"""When an effect earns its place: errors made up such that each figure is known beforehand."""
+"""When an effect is worth adding: errors made up such that each figure is known beforehand."""
 
 from dataclasses import replace
 
@@ -7,13 +7,19 @@ import pytest
 
 from identification import Recording
 from identification.selection.criteria import (
-    earns_its_place,
-    is_better,
-    tells_apart,
+    DEFAULT_CRITERIA,
+    SelectionCriteria,
+    addition_justified,
+    delta_bic,
+    distinguishable,
+    exchange_justified,
 )
-from identification.selection.scoring import BLOCK, LONG_BLOCK, RESOLUTION, delta_bic
 from identification.selection.trials import Trial
+from symbolic import InvalidInputError
 from tests.identification.selection.compared import SECONDS, judgement, trials
+
+BLOCK, LONG_BLOCK = DEFAULT_CRITERIA.block, DEFAULT_CRITERIA.long_block
+RESOLUTION = DEFAULT_CRITERIA.resolution
 
 
 @pytest.mark.parametrize(
@@ -21,6 +27,8 @@ from tests.identification.selection.compared import SECONDS, judgement, trials
     [
         (-1.0, 1.5, BLOCK, True),
         (-1.0, 0.5, BLOCK, False),
+        (-1.0, 0.995, BLOCK, False),
+        (-1.0, 1.005, BLOCK, True),
         (1.0, 1.5, LONG_BLOCK, False),
         (1.0, 2.5, LONG_BLOCK, True),
         (5.5, 2.5, LONG_BLOCK, True),
@@ -34,13 +42,13 @@ def test_what_was_held_out_outweighs_a_weak_objection(
     training = pair[1][:1]
 
     assert delta_bic(after.fitted, before.fitted, training) == pytest.approx(bic, abs=1e-6)
-    assert earns_its_place(after, before, training) == earned
+    assert addition_justified(after, before, training, DEFAULT_CRITERIA) == earned
 
 
 def test_without_held_out_recordings_an_objection_stands(pair: tuple[Trial, list[Recording]]) -> None:
     after, before = (replace(t, held_out=None) for t in trials(pair, 1.0, 2.5, LONG_BLOCK))
 
-    assert not earns_its_place(after, before, pair[1][:1])
+    assert not addition_justified(after, before, pair[1][:1], DEFAULT_CRITERIA)
 
 
 def test_what_is_fitted_to_each_recording_is_not_foreseen(pair: tuple[Trial, list[Recording]]) -> None:
@@ -48,22 +56,22 @@ def test_what_is_fitted_to_each_recording_is_not_foreseen(pair: tuple[Trial, lis
     labels = (*before.fitted.labels, (pair[1][0].name, "more"))
     after = replace(after, fitted=replace(after.fitted, labels=labels))
 
-    assert not earns_its_place(after, before, pair[1][:1])
+    assert not addition_justified(after, before, pair[1][:1], DEFAULT_CRITERIA)
 
 
 def test_an_exchange_pays_for_its_parameters(pair: tuple[Trial, list[Recording]]) -> None:
     training = pair[1][:1]
     dearer, before = trials(pair, 1.0, 2.5)
 
-    assert not is_better(dearer, before, training)
-    assert is_better(replace(dearer, fitted=before.fitted), before, training)
+    assert not exchange_justified(dearer, before, training, DEFAULT_CRITERIA)
+    assert exchange_justified(replace(dearer, fitted=before.fitted), before, training, DEFAULT_CRITERIA)
 
 
 @pytest.mark.parametrize(("error", "apart"), [(1.5, False), (2.5, True)])
 def test_told_apart_by_two_standard_errors(
     pair: tuple[Trial, list[Recording]], error: float, apart: bool
 ) -> None:
-    assert tells_apart(*trials(pair, 0.0, error)) == apart
+    assert distinguishable(*trials(pair, 0.0, error), DEFAULT_CRITERIA) == apart
 
 
 def test_too_little_for_the_discretised_patch_is_nothing(pair: tuple[Trial, list[Recording]]) -> None:
@@ -74,4 +82,18 @@ def test_too_little_for_the_discretised_patch_is_nothing(pair: tuple[Trial, list
         for trial, size in ((after, 0.9 * RESOLUTION), (before, RESOLUTION))
     ]
 
-    assert not earns_its_place(*small, pair[1][:1])
+    assert not addition_justified(*small, pair[1][:1], DEFAULT_CRITERIA)
+
+
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        ({"least_gain": -0.1}, "criteria: least_gain must be at least 0, got -0.1"),
+        ({"strong": np.nan}, "criteria: strong must be at least 0, got nan"),
+        ({"block": 0.0}, "criteria: block must be greater than 0, got 0.0"),
+        ({"idle_steps": 0}, "criteria: idle_steps must be greater than 0, got 0"),
+    ],
+)
+def test_thresholds_have_a_range(fault: dict[str, float], message: str) -> None:
+    with pytest.raises(InvalidInputError, match=f"^{message}$"):
+        SelectionCriteria(**fault)  # type: ignore[arg-type]

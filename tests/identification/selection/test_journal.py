@@ -1,14 +1,17 @@
 """An interrupted search goes on where it was, and comes to the same."""
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
+import casadi as ca
 import numpy as np
 import pytest
 
 from identification import Journal, Recording, search
 from identification.fits.loss import Huber
-from identification.selection.trials import RANKING, Task, Trial, attempt
+from identification.selection.trials import RANKING, Trial, TrialTask, run_trial
+from symbolic import Effect, Parameter, Signals, effects_named
+from symbolic.effects.base import Expression, Values
 from tests.identification.factories import read_campaign, with_torque
 
 CANDIDATES = ("contact_damping", "steering_return", "torque_offset")
@@ -40,8 +43,8 @@ def same(one: Trial, other: Trial) -> bool:
 @pytest.mark.parametrize("held_out", [False, True])
 def test_a_trial_comes_back_as_it_was(damped: list[Recording], journal: Journal, held_out: bool) -> None:
     training, holdout = (damped[:1], damped[1:]) if held_out else (damped, [])
-    task = Task(("torque_offset",), training, holdout, None, RANKING)
-    made = attempt(task)
+    task = TrialTask(effects_named(["torque_offset"]), training, holdout, None, RANKING)
+    made = run_trial(task)
     assert journal.recall(task) is None
     journal.note(task, made)
     kept = journal.recall(task)
@@ -51,14 +54,16 @@ def test_a_trial_comes_back_as_it_was(damped: list[Recording], journal: Journal,
 
 
 def test_another_task_is_another_trial(damped: list[Recording], journal: Journal) -> None:
-    task = Task(("torque_offset",), damped)
-    made = attempt(task)
+    task = TrialTask(effects_named(["torque_offset"]), damped)
+    made = run_trial(task)
     journal.note(task, made)
 
     nudged = [with_torque(damped[0], damped[0].M_z + 1e-9), damped[1]]
+    softer = [replace(damped[0], tyre=replace(damped[0].tyre, k=0.9 * damped[0].tyre.k)), damped[1]]
     for other in (
-        replace(task, effects=("contact_damping",)),
+        replace(task, effects=effects_named(["contact_damping"])),
         replace(task, training=nudged),
+        replace(task, training=softer),
         replace(task, training=damped[:1], holdout=damped[1:]),
         replace(task, start=made.fitted.values),
         replace(task, precision=RANKING),
@@ -68,9 +73,50 @@ def test_another_task_is_another_trial(damped: list[Recording], journal: Journal
     assert journal.recall(task) is not None
 
 
+@dataclass(frozen=True, kw_only=True)
+class Spring(Effect):
+    """A user's effect: a torque by a power of the angle."""
+
+    name: str = "spring"
+    summary: str = "a spring"
+    parameters: tuple[Parameter, ...] = (
+        Parameter(name="c", unit="1", neutral=0.0, start=0.1, lower=0.0, upper=9.0, scale=1.0),
+    )
+    power: int = 3
+
+    def torque(self, signals: Signals, values: Values) -> Expression:
+        """Torque of the spring [N m]."""
+        return -values["c"] * signals.psi**self.power
+
+
+class Edited(Spring):
+    """The same name and fields after its formula was changed."""
+
+    def torque(self, signals: Signals, values: Values) -> Expression:
+        """Torque of the spring [N m]."""
+        return -values["c"] * ca.sin(signals.psi) ** self.power
+
+
+Edited.__qualname__ = Spring.__qualname__
+
+
+def test_effects_of_the_same_name_are_different_trials(
+    damped: list[Recording], journal: Journal
+) -> None:
+    task = TrialTask((Spring(),), damped, precision=RANKING)
+    journal.note(task, run_trial(task))
+
+    narrower = replace(Spring().parameters[0], upper=5.0)
+    for other in (Edited(), Spring(power=1), Spring(parameters=(narrower,))):
+        assert other.name == "spring"
+        assert repr(other).startswith("Spring(")
+        assert journal.recall(replace(task, effects=(other,))) is None
+    assert journal.recall(replace(task, effects=(Spring(),))) is not None
+
+
 def test_what_cannot_be_read_is_made_anew(damped: list[Recording], journal: Journal) -> None:
-    task = Task((), damped)
-    journal.note(task, attempt(task))
+    task = TrialTask((), damped)
+    journal.note(task, run_trial(task))
     (path,) = journal.folder.iterdir()
     for content in (b"", path.read_bytes()[:500], b"no archive"):
         path.write_bytes(content)
@@ -81,18 +127,18 @@ def test_goes_on_after_an_interruption(
     damped: list[Recording], journal: Journal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     whole = search(damped, (), jobs=1, candidates=CANDIDATES)
-    made: list[Task] = []
+    made: list[TrialTask] = []
 
-    def counting(task: Task) -> Trial:
+    def counting(task: TrialTask) -> Trial:
         made.append(task)
-        return attempt(task)
+        return run_trial(task)
 
     def interrupt(message: str, done: int, total: int) -> None:
         del message, total
         if done == 2:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr("identification.selection.trial_runner.attempt", counting)
+    monkeypatch.setattr("identification.selection.trial_runner.run_trial", counting)
     with pytest.raises(KeyboardInterrupt):
         search(damped, (), jobs=1, candidates=CANDIDATES, journal=journal, progress=interrupt)
     before = len(made)
@@ -105,6 +151,6 @@ def test_goes_on_after_an_interruption(
     assert len({id(task) for task in made}) == in_all
     assert len(resumed) == len(whole)
     for one, other in zip(resumed, whole, strict=True):
-        assert [t.effects for t in one.tried] == [t.effects for t in other.tried]
-        assert all(same(a, b) for a, b in zip(one.tried, other.tried, strict=True))
+        assert [t.effects for t in one.trials] == [t.effects for t in other.trials]
+        assert all(same(a, b) for a, b in zip(one.trials, other.trials, strict=True))
         assert same(one.before, other.before)

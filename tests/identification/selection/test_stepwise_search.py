@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from identification import Recording, search
-from identification.selection.stepwise_search import Step
+from identification.selection.stepwise_search import SearchStep
 from tests.identification.factories import read_campaign
 
 CANDIDATES = ("contact_damping", "steering_return", "torque_offset")
@@ -14,25 +14,25 @@ def damped() -> list[Recording]:
 
 
 @pytest.fixture(scope="module")
-def steps(damped: list[Recording]) -> list[Step]:
+def steps(damped: list[Recording]) -> list[SearchStep]:
     return search(damped, (), jobs=1, candidates=CANDIDATES)
 
 
-def test_adds_one_effect_at_a_time(steps: list[Step]) -> None:
+def test_adds_one_effect_at_a_time(steps: list[SearchStep]) -> None:
     first, last = steps
 
-    assert first.before.effects == ()
-    assert first.chosen is not None
-    assert first.chosen.effects == ("contact_damping",)
-    assert {trial.effects[-1] for trial in first.tried} == set(CANDIDATES)
-    assert last.before.effects == ("contact_damping",)
-    assert last.chosen is None
-    assert {trial.effects for trial in last.tried} == {
+    assert first.before.names == ()
+    assert first.after is not None
+    assert first.after.names == ("contact_damping",)
+    assert {trial.names[-1] for trial in first.trials} == set(CANDIDATES)
+    assert last.before.names == ("contact_damping",)
+    assert last.after is None
+    assert {trial.names for trial in last.trials} == {
         ("contact_damping", "steering_return"),
         ("contact_damping", "torque_offset"),
     }
     for step in steps:
-        errors = [trial.nrmse for trial in step.tried]
+        errors = [trial.nrmse for trial in step.trials]
         assert errors == sorted(errors)
     assert last.before.nrmse == pytest.approx(0.004, rel=0.1)
 
@@ -45,13 +45,13 @@ def test_reports_its_progress(damped: list[Recording]) -> None:
     assert ("trying effects on top of the declared structure", 1, 1) in said
 
 
-def test_two_processes_find_the_same(damped: list[Recording], steps: list[Step]) -> None:
+def test_two_processes_find_the_same(damped: list[Recording], steps: list[SearchStep]) -> None:
     again = search(damped, (), jobs=2, candidates=CANDIDATES)
 
     assert len(again) == len(steps)
     for one, other in zip(again, steps, strict=True):
-        assert [t.effects for t in one.tried] == [t.effects for t in other.tried]
-        assert [t.nrmse for t in one.tried] == [t.nrmse for t in other.tried]
+        assert [t.effects for t in one.trials] == [t.effects for t in other.trials]
+        assert [t.nrmse for t in one.trials] == [t.nrmse for t in other.trials]
         assert one.indistinguishable == other.indistinguishable
         assert one.before.fitted.values == other.before.fitted.values
 
@@ -60,15 +60,15 @@ def test_held_out_recordings_only_judge(damped: list[Recording]) -> None:
     training, held_out = damped
     first, *_ = search([training], [held_out], jobs=1, candidates=CANDIDATES[:2])
 
-    assert first.chosen is not None
-    assert first.chosen.effects == ("contact_damping",)
-    assert set(first.chosen.judgement.residuals) == {held_out.name}
-    assert set(first.chosen.fitted.residuals) == {training.name}
-    frozen = first.chosen.held_out
+    assert first.after is not None
+    assert first.after.names == ("contact_damping",)
+    assert set(first.after.judgement.residuals) == {held_out.name}
+    assert set(first.after.fitted.residuals) == {training.name}
+    frozen = first.after.held_out
     assert frozen is not None
-    assert frozen.values.shared == first.chosen.fitted.values.shared
+    assert frozen.values.shared == first.after.fitted.values.shared
     residual = frozen.residuals[held_out.name]
-    assert first.chosen.nrmse == pytest.approx(np.sqrt(np.mean(residual**2)) / np.ptp(held_out.M_z))
+    assert first.after.nrmse == pytest.approx(np.sqrt(np.mean(residual**2)) / np.ptp(held_out.M_z))
 
 
 def test_finds_a_compliant_carcass() -> None:
@@ -76,8 +76,8 @@ def test_finds_a_compliant_carcass() -> None:
     rivals = ("carcass_torsion", "contact_damping", "sensor_delay", "steering_return")
     first, *others = search(recordings, (), jobs=1, candidates=rivals)
 
-    assert first.chosen is not None
-    assert first.chosen.effects == ("carcass_torsion",)
-    assert [step.chosen for step in others] == [None]
+    assert first.after is not None
+    assert first.after.names == ("carcass_torsion",)
+    assert [step.after for step in others] == [None]
     k_t = made.recordings[0].effects["carcass_torsion"]["k_t"]
     assert others[0].before.fitted.values.shared["carcass_torsion.k_t"] == pytest.approx(k_t, rel=0.05)

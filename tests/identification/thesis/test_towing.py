@@ -2,7 +2,8 @@ import numpy as np
 import pytest
 
 from identification import Tow, TowedFriction, friction_by_towing
-from reference_rig.towing import LOADS, Towing, make_tows
+from reference_rig import TOWING_LOADS as LOADS
+from reference_rig import Towing, make_tows
 from symbolic import InvalidInputError
 
 

@@ -11,12 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from observers import Ekf, Estimate, Loop, Mhe, Sample, State, Tuning
-from observers.compiled_step import Stepper
+from observers import Ekf, Estimate, Loop, Mhe, ObserverState, Sample, Tuning
+from observers.compiled_step import CompiledStep
 from observers.embedded import Real, generate
 from observers.embedded.function_observer import function_observer
-from symbolic import Model, effects_named
-from symbolic.compiled import compiler
+from symbolic import Model, compiler, effects_named
 from tests.observers.conftest import RIG, K
 
 Array = NDArray[np.float64]
@@ -34,7 +33,7 @@ DECLARED: dict[str, Any] = {"model": Model(), "values": {"k": K}}
 
 def observer_of(kind: type[Ekf] | type[Mhe], model: dict[str, Any], sensing: Any, **tuning: Any) -> Any:
     """An observer on the rig's usual tyre."""
-    return kind(**model, rig=RIG, sensing=sensing, tuning=Tuning(**tuning))
+    return kind(**model, rig=RIG, measurement_model=sensing, tuning=Tuning(**tuning))
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +73,7 @@ class GeneratedCode:
 
     def compile(self, *flags: str, sources: tuple[str, ...], out: str, command: str = "") -> Path:
         """Compile sources, relative to the folder, into a file of it."""
-        torque = "M" if self.observer.sensing.turns else "M_z"
+        torque = "M" if self.observer.measurement_model.turns else "M_z"
         arguments = [command or str(compiler()), f"-DREAL={self.real.c_type}", f"-DTORQUE={torque}"]
         arguments += ["-ffp-contract=off", "-I.", *flags, *sources, "-o", out]
         arguments += [] if {"-c", "-fsyntax-only"} & set(flags) else ["-lm"]
@@ -110,16 +109,16 @@ class InterpretedObserver:
     def __init__(self, observer: Any) -> None:
         """Take over an observer."""
         self.observer = observer
-        self._stepper = Stepper(function_observer(observer).step_function, observer.constants)
+        self._compiled_step = CompiledStep(function_observer(observer).step_function, observer.constants)
 
-    def init(self, first: Sample) -> State:
-        state: State = self.observer.init(first)
+    def init(self, first: Sample) -> ObserverState:
+        state: ObserverState = self.observer.init(first)
         return state
 
-    def step(self, state: State, sample: Sample) -> State:
-        return State(self._stepper(state.values, sample), state.layout)
+    def step(self, state: ObserverState, sample: Sample) -> ObserverState:
+        return ObserverState(self._compiled_step(state.values, sample), state.layout)
 
-    def estimate(self, state: State) -> Estimate:
+    def estimate(self, state: ObserverState) -> Estimate:
         estimate: Estimate = self.observer.estimate(state)
         return estimate
 

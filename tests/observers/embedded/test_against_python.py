@@ -12,10 +12,8 @@ from observers import AligningTorque, Ekf, Mhe, Status, SteeringTorque, Tuning, 
 from observers.embedded import DOUBLE, SINGLE
 from observers.embedded.compact_ekf import is_quick
 from observers.embedded.compact_mhe import is_quick_window
-from reference_rig.record import RigRecording
-from reference_rig.steering import SteeringRecording
-from symbolic import Tyre
-from symbolic.compiled import compiler
+from reference_rig import RigRecording, SteeringRecording
+from symbolic import Tyre, compiler
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.generated_code import (
@@ -158,7 +156,7 @@ def test_outliers_and_changes_of_the_ground(
     rows = np.column_stack([psi, np.full(t.size, np.nan), M_z, F_N, np.full(t.size, 0.01)])[:1000]
     tuning = Tuning(noise=0.01, error=0.02, gate=4.0, reset_after=3, zero_time=20.0)
     observer = kind(
-        **DECLARED, rig=RIG, tuning=tuning, sensing=AligningTorque(stiffness=True), **settings
+        **DECLARED, rig=RIG, tuning=tuning, measurement_model=AligningTorque(stiffness=True), **settings
     )
     estimates, expected = (
         generated(observer, DOUBLE).run(rows),

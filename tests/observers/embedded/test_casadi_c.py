@@ -18,8 +18,7 @@ from observers.measurement_model import AligningTorque
 from observers.mhe import Mhe
 from observers.protocol import Sample
 from observers.steering_torque import SteeringTorque
-from symbolic import BrushgripError
-from symbolic.compiled import compiler
+from symbolic import BrushgripError, compiler
 from tests.observers.embedded.generated_code import (
     DECLARED,
     FEW_BRISTLES,

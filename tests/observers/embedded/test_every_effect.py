@@ -7,10 +7,8 @@ import pytest
 
 from observers import AligningTorque, Ekf
 from observers.embedded import DOUBLE
-from reference_rig.record import RigRecording
-from symbolic import EFFECTS, Effect, Model
-from symbolic.compiled import compiler
-from symbolic.serialisation import parameter_name
+from reference_rig import RigRecording
+from symbolic import EFFECTS, Effect, Model, compiler, parameter_name
 from tests.observers.conftest import K
 from tests.observers.embedded.generated_code import (
     NO_COMPILER,

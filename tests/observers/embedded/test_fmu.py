@@ -14,8 +14,7 @@ from identification import read_recording
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real, generate_fmu
 from observers.embedded.fmu import is_host
-from symbolic import InvalidInputError, Tyre
-from symbolic.compiled import compiler
+from symbolic import InvalidInputError, Tyre, compiler
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.fmu_instance import OUTPUTS, initialise, instances

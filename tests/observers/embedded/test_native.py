@@ -9,10 +9,8 @@ import pytest
 
 from observers import Ekf, Mhe, SteeringTorque, run
 from observers.embedded import DOUBLE, SINGLE, native
-from reference_rig.record import RigRecording
-from reference_rig.steering import SteeringRecording
-from symbolic import InvalidInputError
-from symbolic.compiled import compiler
+from reference_rig import RigRecording, SteeringRecording
+from symbolic import InvalidInputError, compiler
 from tests.observers.conftest import RIG
 from tests.observers.embedded.generated_code import DECLARED, NO_COMPILER, observer_of
 

@@ -13,11 +13,8 @@ from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE
 from observers.embedded.compact_mhe import KEPT
 from observers.embedded.compact_patch import DEPTH
-from reference_rig.patch import RigTyre
-from reference_rig.patch import simulate as simulate_bristles
-from reference_rig.path import hand_path
-from symbolic import Model, full_slide_level, simulate
-from symbolic.compiled import compiler
+from reference_rig import RigTyre, hand_path, simulate_bristles
+from symbolic import Model, compiler, full_slide_level, simulate
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.generated_code import (

@@ -13,7 +13,7 @@ import pytest
 
 from observers import AligningTorque, Ekf, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE
-from symbolic.compiled import compiler
+from symbolic import compiler
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.generated_code import DECLARED, NO_COMPILER, STRICT, observer_of
 

@@ -11,7 +11,7 @@ import pytest
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE
-from symbolic.compiled import compiler
+from symbolic import compiler
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.generated_code import (
     DECLARED,

@@ -5,8 +5,7 @@ import pytest
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import SINGLE
-from reference_rig.record import RigRecording
-from reference_rig.steering import SteeringRecording
+from reference_rig import RigRecording, SteeringRecording
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.cortex.target import M4F, M7, TOOLS, Board, Cost, run_on, tools_installed
 from tests.observers.embedded.generated_code import DECLARED, observer_of, python_estimates

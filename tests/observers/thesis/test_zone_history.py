@@ -9,9 +9,10 @@ import pytest
 
 from identification import read_recording
 from identification.thesis.author_estimate import aligned, author_file, read_author_estimate
-from observers import course
-from symbolic import InvalidInputError, ZonePatch
+from observers import zone_history
+from symbolic import InvalidInputError
 from symbolic.patch import PatchInputs
+from symbolic.zones import ZonePatch
 
 
 def path(*corners: float, step: float = 0.01) -> np.ndarray:
@@ -26,7 +27,7 @@ def runs(values: np.ndarray) -> list[int]:
 
 
 def test_a_growing_swing_has_three_and_five_zones() -> None:
-    made = course(path(0.0, 0.1, -0.2, 0.3))
+    made = zone_history(path(0.0, 0.1, -0.2, 0.3))
 
     assert runs(made.zones) == runs(made.true_zones) == [3, 5, 3, 5, 3]
     assert runs(made.direction) == [0, 1, -1, 1]
@@ -35,7 +36,7 @@ def test_a_growing_swing_has_three_and_five_zones() -> None:
 
 def test_nested_reversals_make_more_zones_until_their_loops_close() -> None:
     # Every corner lies within the last two; then the angle runs over them all.
-    made = course(path(0.0, 0.4, -0.2, 0.2, 0.0, 0.3, -0.5))
+    made = zone_history(path(0.0, 0.4, -0.2, 0.2, 0.0, 0.3, -0.5))
 
     assert runs(made.true_zones) == [3, 5, 7, 9, 11, 7, 9, 5, 3]
     assert runs(made.zones) == [3, 5, 3]
@@ -43,7 +44,7 @@ def test_nested_reversals_make_more_zones_until_their_loops_close() -> None:
 
 def test_angles_count_from_the_first_sample() -> None:
     psi = path(0.0, 0.1, -0.2)
-    moved, there = course(psi + 0.7), course(psi)
+    moved, there = zone_history(psi + 0.7), zone_history(psi)
 
     np.testing.assert_array_equal(moved.zones, there.zones)
     np.testing.assert_array_equal(moved.true_zones, there.true_zones)
@@ -56,14 +57,16 @@ def test_true_zones_are_those_of_the_exact_patch() -> None:
     patch = ZonePatch()
     inputs = PatchInputs(speed=0.0, dt=0.01, F_N=400.0, factor=1.0, mu=1.2, k=2.4e6, a=0.045, e=0.009)
     before, turn = ca.MX.sym("memory", patch.size), ca.MX.sym("turn")
-    advance = ca.Function("advance", [before, turn], [patch.advance(before, turn, patch.drive(inputs))])
+    advance = ca.Function(
+        "advance", [before, turn], [patch.advance(before, turn, patch.coefficients(inputs))]
+    )
     memory, found = patch.initial(), []
     for angle in np.diff(psi, prepend=psi[0]):
         memory = advance(memory, angle).full().ravel()
         corners = memory[: patch.corners]
         found.append(1 + 2 * len(np.unique(np.round(corners))))
 
-    made = course(psi)
+    made = zone_history(psi)
     assert made.true_zones.max() == 15
     np.testing.assert_array_equal(found, made.true_zones)
 
@@ -71,9 +74,9 @@ def test_true_zones_are_those_of_the_exact_patch() -> None:
 @pytest.mark.parametrize("psi", [np.zeros((2, 2)), np.array([]), np.array([0.0, np.nan])])
 def test_nonsense_is_refused(psi: np.ndarray) -> None:
     with pytest.raises(InvalidInputError, match="psi"):
-        course(psi)
+        zone_history(psi)
     with pytest.raises(InvalidInputError, match="least_turn"):
-        course(np.zeros(3), least_turn=-1.0)
+        zone_history(np.zeros(3), least_turn=-1.0)
 
 
 @pytest.mark.measured
@@ -83,7 +86,7 @@ def test_the_author_counts_the_same(measured_dir: Path) -> None:
         author = read_author_estimate(author_file(measured_dir, file.stem))
         first = aligned(recording.psi, author.psi)
         same = slice(first, first + author.psi.size)
-        made = course(recording.psi)
+        made = zone_history(recording.psi)
         zones = (made.zones[same] == author.zones).mean()
         direction = (made.direction[same] == author.direction).mean()
         print(f"{file.stem}: zones {zones:.1%}, direction {direction:.1%} as the author's")

@@ -1,0 +1,269 @@
+"""Pictures of a diagnosis: loops, residuals and what they follow, candidates, experiments."""
+
+import re
+from collections.abc import Sequence
+from math import ceil
+from pathlib import Path
+from textwrap import fill
+
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from brushgrip.formatting import outcome, percent, plain, signed
+from brushgrip.pictures.style import (
+    AFTER,
+    BEFORE,
+    MEASURED,
+    QUIET,
+    legend_above,
+    literal,
+    ordered,
+    picture,
+    set_title,
+)
+from identification import Candidate, Diagnosis, Proposal, Series, Signatures
+
+Stage = tuple[Signatures, str, str]
+"""Signatures of one stage of the model, their colour and their label."""
+MOST_RECORDINGS = 6
+"""Most recordings in the picture of residuals; the representative and held-out ones come first."""
+_MOST_COLUMNS = 4
+"""Most small loops in a row."""
+_INDISTINGUISHABLE = "#9cc3e0"
+"""Colour of effects that are indistinguishable from an added one."""
+_TITLE_WIDTH = 130
+"""Letters of a title that fit above the picture of an experiment."""
+
+
+def draw_loops(path: Path, diagnosis: Diagnosis) -> None:
+    """Draw torque over yaw angle: one recording large, all others small below it."""
+    first, *others = ordered(diagnosis)
+    rows = ceil(len(others) / _MOST_COLUMNS)
+    columns = max(2, ceil(len(others) / rows)) if rows else 1
+    with picture(path, 4.8 + 2.2 * rows) as figure:
+        grid = figure.add_gridspec(rows + 1, columns, height_ratios=[4.4] + [2.2] * rows)
+        large = figure.add_subplot(grid[0, :])
+        artists = _loop(large, first, diagnosis)
+        large.set_xlabel("yaw angle ψ [rad]")
+        large.set_ylabel("aligning torque $M_z$ [N m]")
+        for number, series in enumerate(others):
+            small = figure.add_subplot(grid[1 + number // columns, number % columns])
+            _loop(small, series, diagnosis, width=0.8)
+            if number + columns >= len(others):
+                small.set_xlabel("ψ [rad]")
+            if number % columns == 0:
+                small.set_ylabel("$M_z$ [N m]")
+        legend_above(figure, artists)
+
+
+def _loop(axes: Axes, series: Series, diagnosis: Diagnosis, width: float = 1.2) -> list[Artist]:
+    curves = (
+        (series.measured, MEASURED, "measured", 2.2),
+        (series.before, BEFORE, "before: declared structure, refitted", 0.9),
+        (series.after, AFTER, "after: with the effects found", 0.9),
+    )
+    artists: list[Artist] = []
+    for torque, colour, label, share in curves:
+        artists += axes.plot(series.psi, torque, color=colour, lw=width * share, label=label)
+    before, after = diagnosis.before.nrmse[series.name], diagnosis.after.nrmse[series.name]
+    if width < 1:
+        axes.set_title(f"{literal(series.name)}\n{percent(before)} → {percent(after)}", fontsize=8)
+    else:
+        set_title(axes, series, f", error {percent(before)} → {percent(after)} of range")
+    return artists
+
+
+def draw_residuals(path: Path, diagnosis: Diagnosis) -> int:
+    """Draw simulated minus measured torque, before and after; returns the number of recordings shown."""
+    shown = ordered(diagnosis)[:MOST_RECORDINGS]
+    with picture(path, 0.9 + 1.9 * len(shown)) as figure:
+        grid = figure.add_gridspec(len(shown), 2, width_ratios=[2, 1])
+        for row, series in enumerate(shown):
+            over_time = figure.add_subplot(grid[row, 0])
+            over_angle = figure.add_subplot(grid[row, 1], sharey=over_time)
+            artists = _residual(over_time, over_angle, series)
+            over_time.set_ylabel("model − measured\n[N m]")
+            set_title(over_time, series)
+            over_angle.tick_params(labelleft=False)
+        _label_time_and_angle(figure, over_time, over_angle)
+        legend_above(figure, artists)
+    return len(shown)
+
+
+def _residual(over_time: Axes, over_angle: Axes, series: Series) -> list[Artist]:
+    artists: list[Artist] = []
+    for torque, colour, label in (
+        (series.before, BEFORE, "before: declared structure, refitted"),
+        (series.after, AFTER, "after: with the effects found"),
+    ):
+        residual = torque - series.measured
+        artists += over_time.plot(series.t, residual, color=colour, lw=0.9, label=label)
+        over_angle.plot(series.psi, residual, color=colour, lw=0.6, alpha=0.85)
+    for axes in (over_time, over_angle):
+        axes.axhline(0, color=MEASURED, lw=0.7)
+    over_time.margins(x=0.01)
+    return artists
+
+
+def _label_time_and_angle(figure: Figure, over_time: Axes, over_angle: Axes) -> None:
+    over_time.set_xlabel("time t [s]")
+    over_angle.set_xlabel("yaw angle ψ [rad]")
+    figure.align_ylabels()
+
+
+def draw_signatures(path: Path, before: Signatures, after: Signatures | None = None) -> None:
+    """Draw the autocorrelation over lag and the correlation with each signal, with their 99 % bands.
+
+    Args:
+        path: the picture, PNG.
+        before: signatures of the declared structure, refitted.
+        after: signatures with the effects found; None where there are none.
+    """
+    stages: list[Stage] = [(before, BEFORE, "before: declared structure, refitted")]
+    if after is not None:
+        stages.append((after, AFTER, "after: with the effects found"))
+    with picture(path, 1.2 + 0.34 * len(before.signatures)) as figure:
+        autocorrelation, correlations = figure.subplots(1, 2, width_ratios=[2, 3])
+        _autocorrelation(autocorrelation, stages)
+        _correlations(correlations, stages)
+        key: list[Artist] = [Patch(color=colour, label=label) for _, colour, label in stages]
+        key.append(Patch(color=QUIET, label="99 % band of chance"))
+        legend_above(figure, key)
+
+
+def _autocorrelation(axes: Axes, stages: Sequence[Stage]) -> None:
+    """Autocorrelation over lag; that of white noise stays within the band."""
+    widest = max(signatures.autocorrelation.band for signatures, _, _ in stages)
+    axes.axhspan(-widest, widest, color=QUIET, alpha=0.7, lw=0)
+    for signatures, colour, _ in stages:
+        series = signatures.autocorrelation
+        axes.plot([0.0, *series.lags], [1.0, *series.values], color=colour)
+    axes.axhline(0, color=MEASURED, lw=0.7)
+    axes.set_ylim(top=1.04)
+    axes.margins(x=0)
+    axes.set_xlabel("lag [s]")
+    axes.set_ylabel("autocorrelation [1]")
+    axes.set_title("Autocorrelation of the residual")
+
+
+def _correlations(axes: Axes, stages: Sequence[Stage]) -> None:
+    """Bars of correlation on the band of independent residuals of the same autocorrelation."""
+    names = [signature.signal for signature in stages[0][0].signatures]
+    height = 0.8 / len(stages)
+    for number, (signatures, colour, _) in enumerate(stages):
+        for row, signature in enumerate(signatures.signatures):
+            y = row + (number - (len(stages) - 1) / 2) * height
+            axes.barh(y, 2 * signature.band, left=-signature.band, height=height, color=QUIET, alpha=0.7)
+            axes.barh(y, signature.correlation, height=0.55 * height, color=colour)
+    axes.axvline(0, color=MEASURED, lw=0.7)
+    axes.set_yticks(range(len(names)), names)
+    axes.invert_yaxis()
+    axes.grid(visible=False, axis="y")
+    axes.set_xlim(-1.02, 1.02)
+    axes.set_xlabel("correlation of model − measured [1]")
+    axes.set_title("Correlation of the residual with signals")
+
+
+def draw_candidates(path: Path, diagnosis: Diagnosis) -> None:
+    """Draw the error of each candidate as a bar, best on top, with error and ΔBIC as figures."""
+    candidates = diagnosis.candidates
+    with picture(path, 1.3 + 0.26 * max(1, len(candidates))) as figure:
+        axes = figure.add_subplot()
+        errors = [100 * candidate.holdout_nrmse for candidate in candidates]
+        colours = [_colour(diagnosis, candidate) for candidate in candidates]
+        axes.barh(range(len(candidates)), errors, color=colours, height=0.7)
+        axes.set_yticks(range(len(candidates)), [plain(c.name) for c in candidates])
+        axes.invert_yaxis()
+        axes.grid(visible=False, axis="y")
+        baseline = _baseline(diagnosis)
+        _limit(axes, errors, baseline)
+        _figures(axes, candidates)
+        judged = "held-out" if diagnosis.holdout else "left-out"
+        axes.set_xlabel(f"{judged} torque error with this effect alone [% of range]")
+        legend_above(figure, _key(axes, diagnosis, baseline))
+
+
+def _baseline(diagnosis: Diagnosis) -> float | None:
+    """Held-out error without any effect [% of range]; None where nothing is held out."""
+    share = diagnosis.before.summary()["holdout_torque_nrmse"]
+    return None if share is None else 100 * share
+
+
+def _colour(diagnosis: Diagnosis, candidate: Candidate) -> str:
+    text = outcome(diagnosis, candidate.name)
+    return AFTER if text.startswith("added") else _INDISTINGUISHABLE if text else QUIET
+
+
+def _limit(axes: Axes, errors: list[float], baseline: float | None) -> None:
+    """Limit the error axis, which begins at 0; bars far beyond the others are cut off at the right."""
+    usual = max(sorted(errors)[: max(1, len(errors) // 2)], default=1.0)
+    longest = max([*errors, baseline or 0.0, 1e-9])
+    axes.set_xlim(0, 1.04 * min(longest, 2.5 * max(usual, baseline or 0.0, 1e-9)))
+
+
+def _figures(axes: Axes, candidates: tuple[Candidate, ...]) -> None:
+    beside = axes.get_yaxis_transform()
+    rows = [("error", "ΔBIC", -1.0)] + [
+        (f"{100 * c.holdout_nrmse:.2f} %", signed(c.delta_bic), float(row))
+        for row, c in enumerate(candidates)
+    ]
+    for error, evidence, row in rows:
+        for place, text in ((1.08, error), (1.17, evidence)):
+            axes.text(place, row, text, transform=beside, ha="right", va="center", fontsize=8)
+
+
+def _key(axes: Axes, diagnosis: Diagnosis, baseline: float | None) -> list[Artist]:
+    key: list[Artist] = []
+    if diagnosis.effects:
+        key.append(Patch(color=AFTER, label="added to the model"))
+    if any(effect.indistinguishable_from for effect in diagnosis.effects):
+        key.append(Patch(color=_INDISTINGUISHABLE, label="indistinguishable from an added one"))
+    key.append(Patch(color=QUIET, label="not added"))
+    if baseline is not None:
+        label = f"no effect: {baseline:.2f} %"
+        key.append(axes.axvline(baseline, color=BEFORE, lw=1.4, label=label))
+    return key
+
+
+def draw_experiment(path: Path, proposal: Proposal) -> None:
+    """Draw angle and load over time, the torques of the two models, and their difference."""
+    manoeuvre = proposal.manoeuvre
+    with picture(path, 7.2) as figure:
+        rows = figure.subplots(4, 1, sharex=True, height_ratios=[2.0, 1.0, 2.4, 1.4])
+        angle, load, torques, difference = rows
+        angle.plot(manoeuvre.t, manoeuvre.psi, color=MEASURED)
+        angle.set_ylabel("yaw angle ψ\n[rad]")
+        angle.set_title(_title(manoeuvre.instruction))
+        load.plot(manoeuvre.t, manoeuvre.F_N, color=MEASURED)
+        load.set_ylabel("load $F_N$\n[N]")
+        _widen_load_axis(load)
+        artists: list[Artist] = []
+        for torque, name, colour, width in (
+            (proposal.rival_torque, proposal.rival, BEFORE, 2.0),
+            (proposal.torque, proposal.found, AFTER, 1.0),
+        ):
+            artists += torques.plot(manoeuvre.t, torque, color=colour, lw=width, label=plain(name))
+        torques.set_ylabel("aligning torque\n$M_z$ [N m]")
+        difference.plot(manoeuvre.t, proposal.torque - proposal.rival_torque, color=MEASURED)
+        difference.set_ylabel("difference\n[N m]")
+        difference.set_xlabel("time t [s]")
+        difference.set_title(
+            f"difference {percent(proposal.separation)} of range; in the given recordings it"
+            f" is {percent(proposal.now)}"
+        )
+        figure.align_ylabels(rows)
+        legend_above(figure, artists)
+
+
+def _title(instruction: str) -> str:
+    """The instruction in lines that fit, each unit on the line of its number."""
+    return fill(re.sub(r"(?<=\d) (?=(?:rad|s|N)\b)", "\N{NO-BREAK SPACE}", instruction), _TITLE_WIDTH)
+
+
+def _widen_load_axis(axes: Axes) -> None:
+    """Widen the vertical axis to 5 % of the load at least, so that a constant load looks constant."""
+    low, high = axes.get_ylim()
+    middle, half = (low + high) / 2, max((high - low) / 2, 0.05 * (low + high) / 2)
+    axes.set_ylim(middle - half, middle + half)

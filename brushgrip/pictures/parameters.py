@@ -1,0 +1,148 @@
+"""How well parameters are determined: fits of free vibrations, and profiles of the deviance."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+
+from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, literal, picture
+from identification import LIMIT, FittedVibration, FreeDecay, Profile
+from identification.thesis import DecrementEstimate
+
+MOST_VIBRATIONS = 3
+"""Most recordings in the picture, from the shortest contact to the longest."""
+
+
+def draw_free_decay(path: Path, result: FreeDecay, decrement: DecrementEstimate) -> None:
+    """Draw fit and residual of some recordings, and the curves of [Györök 2022] over contact length."""
+    shown = spread_out(result.vibrations)
+    with picture(path, 3.4 + 2.0 * len(shown)) as figure:
+        grid = figure.add_gridspec(len(shown) + 1, 2, height_ratios=[2.0] * len(shown) + [2.8])
+        artists: list[Artist] = []
+        for row, vibration in enumerate(shown):
+            angle, residual = (figure.add_subplot(grid[row, column]) for column in range(2))
+            artists = _vibration(angle, residual, vibration, result.encoder_step)
+            if row == len(shown) - 1:
+                for axes in (angle, residual):
+                    axes.set_xlabel("time t [s]")
+        frequency, damping = (figure.add_subplot(grid[-1, column]) for column in range(2))
+        artists += _over_length(frequency, damping, result, decrement)
+        figure.align_ylabels()
+        legend_above(figure, artists)
+
+
+def spread_out(vibrations: Sequence[FittedVibration]) -> list[FittedVibration]:
+    """Up to `MOST_VIBRATIONS` recordings, evenly spaced in the order of contact length."""
+    ordered = sorted(vibrations, key=lambda v: v.a)
+    places = np.linspace(0, len(ordered) - 1, min(MOST_VIBRATIONS, len(ordered)))
+    return [ordered[round(place)] for place in places]
+
+
+def _vibration(angle: Axes, residual: Axes, vibration: FittedVibration, step: float) -> list[Artist]:
+    readings = 1000 * (vibration.psi - vibration.centre)
+    fitted = 1000 * (vibration.fitted - vibration.centre)
+    artists: list[Artist] = []
+    artists += angle.plot(vibration.t, readings, color=MEASURED, lw=2.0, label="encoder")
+    artists += angle.plot(vibration.t, fitted, color=AFTER, lw=1.0, label="fit, with sliding ends")
+    angle.set_title(f"{literal(vibration.name)}, a = {1000 * vibration.a:g} mm")
+    angle.set_ylabel("ψ from its centre\n[mrad]")
+    residual_steps = (vibration.psi - vibration.fitted) / step
+    residual.plot(vibration.t, residual_steps, color=AFTER, lw=0.6)
+    for edge in (-0.5, 0.5):
+        residual.axhline(edge, color=MEASURED, lw=0.7, ls="--")
+    residual.set_ylabel("encoder − fit\n[steps]")
+    return artists
+
+
+def _over_length(
+    frequency: Axes, damping: Axes, result: FreeDecay, decrement: DecrementEstimate
+) -> list[Artist]:
+    """Points by the method of [Györök 2022], and the sticking patch with k and b_t as identified."""
+    swings = decrement.vibrations
+    a = np.array([1000 * swing.a for swing in swings])
+    order = np.argsort(a)
+    rigid = np.array([v.sticking for v in result.vibrations])
+    artists: list[Artist] = []
+    for axes, points, curve, label in (
+        (frequency, [s.omega_n for s in swings], rigid[:, 0], "natural frequency\n$ω_n$ [rad/s]"),
+        (damping, [s.zeta for s in swings], rigid[:, 1], "relative damping\nζ [1]"),
+    ):
+        dots = axes.plot(a, points, "x", color=BEFORE, label="FFT and decrement, a recording each")
+        line = axes.plot(
+            a[order], curve[order], color=AFTER, lw=1.4, label="identified, whole patch sticking"
+        )
+        axes.set_xlabel("contact half-length a [mm]")
+        axes.set_ylabel(label)
+        artists = [*dots, *line]
+    return artists
+
+
+_HIGHEST = 5.0
+"""The deviance is shown up to this multiple of the limit, if it goes so far."""
+
+
+def draw_profile(path: Path, profiles: Mapping[str, tuple[Profile, str]]) -> None:
+    """Draw the deviance along one parameter, and below it another one refitted; a column a profile.
+
+    Args:
+        path: of the picture, PNG.
+        profiles: title of each column, its profile, and the parameter whose path stands below it.
+    """
+    with picture(path, 5.0) as figure:
+        panels = figure.subplots(2, len(profiles), squeeze=False, sharex="col")
+        artists: list[Artist] = []
+        for (above, below), (title, (profile, partner)) in zip(panels.T, profiles.items(), strict=True):
+            artists = _deviance(above, profile)
+            above.set_title(f"{literal(title)}\n{_interval_text(profile)}")
+            artists += below.plot(
+                profile.grid,
+                profile.paths[partner],
+                "o-",
+                color=BEFORE,
+                ms=3,
+                label="the other, refitted at every value",
+            )
+            _shade(below, profile)
+            below.set_ylabel(_with_unit(partner, profile.units[partner]))
+            below.set_xlabel(_with_unit(profile.name, profile.unit))
+        panels[0, 0].set_ylabel("deviance n ln(cost / least) [1]")
+        figure.align_ylabels()
+        legend_above(figure, artists)
+
+
+def _deviance(axes: Axes, profile: Profile) -> list[Artist]:
+    artists: list[Artist] = [_shade(axes, profile)]
+    artists += axes.plot(profile.grid, profile.deviance, "o-", color=AFTER, ms=3, label="deviance")
+    label = f"95 % limit, {LIMIT:.2f}"
+    artists.append(axes.axhline(LIMIT, color=MEASURED, ls="--", lw=1.0, label=label))
+    highest = min(float(profile.deviance.max()), _HIGHEST * LIMIT)
+    axes.set_ylim(-0.05 * _HIGHEST * LIMIT, 1.05 * max(highest, 1.5 * LIMIT))
+    return artists
+
+
+def _shade(axes: Axes, profile: Profile) -> Artist:
+    """The interval; where it is open, up to the end of the grid."""
+    low, high = profile.interval
+    ends = (
+        profile.grid[0] if low is None else low,
+        profile.grid[-1] if high is None else high,
+    )
+    label = "95 % interval, up to the grid's end where open"
+    return axes.axvspan(*ends, color=AFTER, alpha=0.1, lw=0, label=label)
+
+
+def _interval_text(profile: Profile) -> str:
+    low, high = profile.interval
+    if low is None and high is None:
+        return "every value shown fits"
+    if low is None:
+        return f"95 %: at most {high:.4g}"
+    if high is None:
+        return f"95 %: at least {low:.4g}"
+    return f"95 %: {low:.4g} to {high:.4g}"
+
+
+def _with_unit(name: str, unit: str) -> str:
+    return f"{literal(name)} [{unit}]"

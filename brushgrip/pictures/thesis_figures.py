@@ -1,0 +1,148 @@
+"""Figures as in [Györök 2022]: box charts of friction, and zones over time."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.patches import Patch
+
+from brushgrip.comparison.scores import AUTHOR, CaseScores
+from brushgrip.pictures.style import (
+    AFTER,
+    BEFORE,
+    MEASURED,
+    QUIET,
+    TRACKS,
+    legend_above,
+    literal,
+    picture,
+)
+from identification import Recording
+from observers import ZoneHistory
+
+_COLOURS = (*TRACKS, MEASURED, "#c9a500", "#79b4e0")
+_BOXES_WIDTH = 0.8
+"""Share of a recording's width that its boxes take [1]."""
+
+
+def draw_boxes(path: Path, compared: Sequence[CaseScores], methods: Sequence[str]) -> None:
+    """Draw distribution, error and calculation time of each method, as in [Györök 2022], figure 5.10.
+
+    Args:
+        path: of the picture, PNG.
+        compared: the scores of all methods, a recording each.
+        methods: names of the methods, in the order of the boxes.
+    """
+    own = [name for name in methods if name != AUTHOR]
+    colours = {name: QUIET for name in methods if name == AUTHOR}
+    colours |= {name: _COLOURS[i % len(_COLOURS)] for i, name in enumerate(own)}
+    with picture(path, 7.0) as figure:
+        grid = figure.add_gridspec(2, 2, height_ratios=[3.4, 2.6])
+        _estimates(figure.add_subplot(grid[0, :]), compared, colours)
+        error, time = (figure.add_subplot(grid[1, column]) for column in range(2))
+        _over_recordings(error, compared, colours, "rmse")
+        error.set_ylabel("RMSE of μ [1]")
+        error.set_ylim(bottom=0)
+        _over_recordings(time, compared, colours, "theta")
+        time.set_yscale("log")
+        time.set_ylabel("calculation time /\nmeasurement time ϑ [1]")
+        key: list[Artist] = [Patch(color=colour, label=name) for name, colour in colours.items()]
+        dashes = error.plot([], [], color=MEASURED, lw=1.2, ls="--", label="declared μ")
+        legend_above(figure, [*key, *dashes])
+
+
+def _estimates(axes: Axes, compared: Sequence[CaseScores], colours: dict[str, str]) -> None:
+    width = _BOXES_WIDTH / len(colours)
+    for place, one in enumerate(compared):
+        for score in one.scores:
+            at = place - _BOXES_WIDTH / 2 + width * (list(colours).index(score.method) + 0.5)
+            _box(axes, score.mu, at, width, colours[score.method])
+        axes.plot([place - 0.45, place + 0.45], [one.case.declared] * 2, color=MEASURED, ls="--")
+    axes.set_xticks(range(len(compared)), [literal(one.case.recording.name) for one in compared])
+    axes.set_ylabel("friction coefficient μ [1]")
+    axes.set_xlim(-0.5, len(compared) - 0.5)
+    axes.grid(visible=False, axis="x")
+    axes.set_ylim(0, top := _top(compared))
+    greatest = max(float(score.mu.max()) for one in compared for score in one.scores)
+    beyond = f"; cut off, the greatest is {greatest:.3g}" if greatest > top else ""
+    axes.set_title(f"ParameterEstimate over time: median, quartiles, least and greatest{beyond}")
+
+
+def _top(compared: Sequence[CaseScores]) -> float:
+    """Upper limit of the axis; the greatest values of a root solve may lie above it."""
+    high = [np.quantile(score.mu, 0.97) for one in compared for score in one.scores]
+    return 1.1 * float(max([*high, *(one.case.declared for one in compared)]))
+
+
+def _over_recordings(
+    axes: Axes, compared: Sequence[CaseScores], colours: dict[str, str], quantity: str
+) -> None:
+    """One box per method over the recordings; where there is one recording, its value."""
+    for place, (name, colour) in enumerate(colours.items()):
+        values = [
+            getattr(score, quantity) for one in compared for score in one.scores if score.method == name
+        ]
+        known = np.array([value for value in values if value is not None])
+        if known.size:
+            _box(axes, known, place, _BOXES_WIDTH, colour)
+    axes.set_xticks(range(len(colours)), colours, rotation=20, ha="right", rotation_mode="anchor")
+    axes.set_xlim(-0.5, len(colours) - 0.5)
+    axes.grid(visible=False, axis="x")
+
+
+def _box(axes: Axes, values: np.ndarray, at: float, width: float, colour: str) -> None:
+    axes.boxplot(
+        [values],
+        positions=[at],
+        widths=0.8 * width,
+        whis=(0, 100),
+        manage_ticks=False,
+        patch_artist=True,
+        boxprops={"facecolor": colour, "edgecolor": colour, "alpha": 0.7},
+        whiskerprops={"color": colour},
+        capprops={"color": colour},
+        medianprops={"color": "black", "linewidth": 1.2},
+    )
+
+
+_SHADES = {1: BEFORE, -1: AFTER}
+_SHADE = 0.15
+
+
+def draw_zones(path: Path, recording: Recording, history: ZoneHistory) -> None:
+    """Draw angle, last reversal and number of zones as in [Györök 2022], figures 5.6 and 5.7."""
+    t = recording.t
+    with picture(path, 5.2) as figure:
+        angle, zones = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
+        for side, colour in _SHADES.items():
+            for axes in (angle, zones):
+                axes.fill_between(
+                    t, 0, 1, where=(history.direction == side).tolist(), step="post", color=colour,
+                    alpha=_SHADE, lw=0, transform=axes.get_xaxis_transform(),
+                )  # fmt: skip
+        lines: list[Artist] = []
+        lines += angle.plot(t, recording.psi, color=MEASURED, label="yaw angle ψ")
+        label = "$ψ_{max}$, angle of the last reversal"
+        lines += angle.step(t, history.psi_max, where="post", color=AFTER, ls="--", label=label)
+        label = "zones, with every reversal counted"
+        lines += zones.step(t, history.true_zones, where="post", color=MEASURED, lw=0.9, label=label)
+        label = "zones by the state machine of [Györök 2022]"
+        lines += zones.step(t, history.zones, where="post", color=BEFORE, lw=2.2, label=label)
+        angle.set_title(literal(recording.name))
+        angle.set_ylabel("yaw angle [rad]")
+        angle.margins(x=0)
+        zones.set_ylabel("number of zones [1]")
+        most = int(history.true_zones.max())
+        zones.set_yticks(np.arange(3, most + 1, 2 * max(1, (most - 3) // 12)))
+        zones.set_ylim(2.5, most + 0.5)
+        zones.set_xlabel("time t [s]")
+        key = [
+            Patch(
+                color=_SHADES[side], alpha=_SHADE, lw=0, label=f"{name} direction, by the state machine"
+            )
+            for side, name in ((1, "positive"), (-1, "negative"))
+        ]
+        figure.align_ylabels()
+        legend_above(figure, [*lines, *key])

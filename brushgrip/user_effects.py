@@ -1,0 +1,54 @@
+"""Effects of a user's own, from the modules that `--effects` names."""
+
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+from pathlib import Path
+
+from symbolic import Effect, InvalidInputError, effects_in
+
+
+def user_effects(modules: Sequence[str] | None) -> tuple[Effect, ...]:
+    """The effects that modules declare as `EFFECTS`, in order; none for None.
+
+    The modules are imported, which runs their code; a model file alone never has anything imported.
+    They are looked for in the current directory first. The directory stays last on `sys.path`, where the
+    processes of a search find the modules.
+
+    Args:
+        modules: importable names; one entry may hold several, separated by commas.
+
+    Raises:
+        InvalidInputError: a module cannot be imported or declares no effects, or two effects have the
+            same name.
+    """
+    names = [name.strip() for entry in modules or () for name in entry.split(",") if name.strip()]
+    effects: dict[str, Effect] = {}
+    for name in dict.fromkeys(names):
+        for effect in _effects_of(name):
+            if effects.setdefault(effect.name, effect) is not effect:
+                raise InvalidInputError(
+                    f"--effects {name}: effect {effect.name!r} is declared by another module as well;"
+                    " every effect needs a name of its own"
+                )
+    return tuple(effects.values())
+
+
+def _effects_of(name: str) -> tuple[Effect, ...]:
+    here = str(Path.cwd())
+    sys.path.insert(0, here)
+    try:
+        module = import_module(name)
+    except Exception as error:  # a module's own code may raise anything
+        raise InvalidInputError(
+            f"--effects {name}: cannot be imported: {type(error).__name__}: {error}; give the name of a"
+            " module that Python finds here or on its path, such as mypackage.effects"
+        ) from None
+    finally:
+        sys.path.remove(here)
+        if here not in sys.path:
+            sys.path.append(here)
+    try:
+        return effects_in(module)
+    except InvalidInputError as error:
+        raise InvalidInputError(f"--effects {name}: {error}") from None

@@ -1,0 +1,47 @@
+"""Recordings of the independent rig as the toolkit reads them, for the other examples.
+
+    python examples/rig_recordings.py
+
+prints what one of them holds. The reference rig shares no code with the toolkit, so the conversion
+stands here.
+"""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
+
+from identification import Decay, Recording, smoothed_rate
+from reference_rig import ImpactRecording, RigRecording, RigTyre, make_recording
+from symbolic import Rig, Tyre
+
+
+def as_read(recorded: RigRecording, nominal: RigTyre) -> Recording:
+    """A recording with only the nominal parameters declared; psi_dot is that of the smoothed angle."""
+    return Recording(
+        name=recorded.name,
+        t=recorded.t,
+        psi=recorded.psi,
+        psi_dot=smoothed_rate(recorded.t, recorded.psi),
+        M_z=recorded.M_z,
+        F_N=recorded.F_N,
+        rig=Rig(a=nominal.a, e=nominal.e),
+        tyre=Tyre(k=nominal.k, mu=nominal.mu),
+    )
+
+
+def as_decay(recorded: ImpactRecording) -> Decay:
+    """The angle after an impact; the declared k is an initial guess of 2e6 N/m^2."""
+    rig = Rig(a=recorded.tyre.a, e=recorded.tyre.e, J_A=recorded.wheel.J_A)
+    return Decay(name=recorded.name, t=recorded.t, psi=recorded.psi, rig=rig, tyre=Tyre(k=2e6))
+
+
+def main() -> None:
+    """Print the size and the range of one recording."""
+    recording = as_read(make_recording(1), RigTyre())
+    print(f"{recording.t.size} samples in {recording.t[-1]:g} s")
+    print(f"M_z from {recording.M_z.min():.2f} to {recording.M_z.max():.2f} N m")
+
+
+if __name__ == "__main__":
+    main()

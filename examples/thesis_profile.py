@@ -1,0 +1,115 @@
+"""The source's simulation, section 2.2: a wheel turned by a steering torque that is piecewise linear.
+
+    python examples/thesis_profile.py [DIR]
+
+J_A psi'' = -b_t psi' + M_z + M with the values of the source's table 3.1; M_z is the exact patch. The
+source does not print its profile. The published motion gives it back: 0.4 to 0.8 N m in 2 s, to -0.9 N m
+in another two, then up by 1.1 N m/s, all times 1, 2 or 3 for mu = 0.5, 1 and 1.8. The 2 follows from the
+peaks of angle and torque that the source names for mu = 1: they are those of mu = 0.5 doubled.
+
+The second profile, with turns inside turns, is ours; the source does not describe its own. The other
+examples take their recordings from here; DIR holds the published simulations, default
+see published.py.
+"""
+
+import sys
+from functools import cache
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification import Recording
+from published import simulation_folder
+from symbolic import Model, Rig, Tyre, compiled
+
+Array = NDArray[np.float64]
+RIG, K, LOAD = Rig(a=0.04, e=0.01, J_A=0.1, b_t=0.4827), 6e4, 180.0
+KNOTS = ((0.0, 0.4), (2.0, 0.8), (4.0, -0.9), (6.0, 1.3))
+NESTED = ((0.0, 0.4), (1.4, 0.8), (2.4, -0.4), (3.4, 0.5), (4.3, -0.2), (6.0, 0.8))
+"""Time [s] and steering torque [N m] at the corners of the profile of one turn and back, and of ours."""
+FACTORS = {0.5: 1.0, 1.0: 2.0, 1.8: 3.0}
+"""What the source multiplies the torque by, for every coefficient of friction."""
+SECONDS, DT, FINE = 5.11, 0.01, 10
+"""Length [s], time between samples [s], steps of the motion to a sample."""
+PEAKS = (0.7126, 1.5129)
+"""Greatest angle [rad] and torque [N m] of the source's simulation with mu = 1, section 4.3."""
+MODEL = Model()
+
+
+@cache
+def steered(mu: float, knots: tuple[tuple[float, float], ...] = KNOTS) -> Recording:
+    """The recording that the source's simulation makes, without noise.
+
+    Velocity Verlet, damping in closed form; the patch follows every step exactly.
+
+    Args:
+        mu: coefficient of friction [1], one of `FACTORS`.
+        knots: corners of the profile before it is multiplied.
+    """
+    fine = DT / FINE
+    t = np.arange(round(SECONDS / fine) + 1) * fine
+    M = FACTORS[mu] * np.interp(t, *np.array(knots).T)
+    step, theta, geometry = compiled(MODEL.step), MODEL.theta({"mu": mu, "k": K}), [RIG.a, RIG.e]
+    memory = MODEL.initial([0.0, 0.0, LOAD, fine], theta, geometry)
+    psi, psi_dot, M_z = np.zeros((3, t.size))
+    half, damping = 0.5 * fine / RIG.J_A, RIG.b_t
+    for i in range(1, t.size):
+        middle = psi_dot[i - 1] + half * (M[i - 1] + M_z[i - 1] - damping * psi_dot[i - 1])
+        psi[i] = psi[i - 1] + fine * middle
+        memory, torque = step(memory, [psi[i], middle, LOAD, fine], theta, geometry)
+        M_z[i] = float(torque)
+        psi_dot[i] = (middle + half * (M[i] + M_z[i])) / (1 + half * damping)
+    seen = slice(None, None, FINE)
+    return Recording(
+        name=f"mu = {mu:g}{'' if knots is KNOTS else ', nested'}",
+        t=t[seen],
+        psi=psi[seen],
+        psi_dot=psi_dot[seen],
+        psi_dot_recorded=True,
+        M_z=M_z[seen],
+        F_N=np.full(t[seen].size, LOAD),
+        M=M[seen],
+        rig=RIG,
+        tyre=Tyre(k=K, mu=mu),
+    )
+
+
+def zones(psi: Array) -> NDArray[np.int_]:
+    """How many zones the patch has at every angle: 3, and 2 more for every turn not yet wiped out."""
+    turns: list[float] = []
+    counts, side = [3], 0.0
+    for before, now in pairwise(psi.tolist()):
+        if (now - before) * side < 0:
+            turns.append(before)
+        side = np.sign(now - before) or side
+        while len(turns) >= 2 and abs(now - turns[-1]) > abs(turns[-2] - turns[-1]):
+            del turns[-2:]
+        if len(turns) == 1 and abs(now) > abs(turns[0]):
+            turns.clear()
+        counts.append(3 + 2 * len(turns))
+    return np.array(counts)
+
+
+def main() -> None:
+    """Print the peaks of both profiles, and how close the first comes to what is published."""
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else simulation_folder()
+    for mu in FACTORS:
+        for knots in (KNOTS, NESTED):
+            made = steered(mu, knots)
+            print(
+                f"{made.name}: angle to {made.psi.max():.4f} rad, torque to {-made.M_z.min():.4f} N m,"
+                f" at most {zones(made.psi).max()} zones"
+            )
+    print(f"the source, mu = 1: angle to {PEAKS[0]} rad, torque to {PEAKS[1]} N m")
+    for mu in FACTORS:
+        file = folder / f"sim_mu_{10 * mu:02.0f}.csv"
+        if file.exists():
+            psi = np.genfromtxt(file, delimiter=",", skip_header=1)[:, 1]
+            off = np.abs(steered(mu).psi - psi).max() / np.ptp(psi)
+            print(f"mu = {mu:g}: angle within {off:.1%} of the published range")
+
+
+if __name__ == "__main__":
+    main()

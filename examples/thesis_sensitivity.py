@@ -1,0 +1,207 @@
+"""What a method makes of a wrong angle or torque: the source's section 4.3, for every method.
+
+    python examples/thesis_sensitivity.py [--mesh N] [PICTURE.png]
+
+The source takes the simulation with mu = 1 after its first reversal, at psi_max = 0.7126 rad, and lets
+angle and torque run over a mesh, everything else held. Most of the mesh cannot happen; what does lies on
+a line. For a method without memory of torques that is one evaluation a point. A filter has seen the
+samples before, so its sensitivity is one of two things, and both are drawn:
+
+- one sample alone: the patch remembers the turn up to psi_max, but of mu the filter knows only its
+  prior, 0.6 +- 0.5. What it makes of one sample is what the sample tells; where it says that it is not
+  informed it does not answer, where the others do.
+- one false sample in a stream: the filter has followed the simulation half way back, and then one sample
+  of the mesh comes in. This is how wrong one sample can make it. An error that lasts is another matter.
+
+Printed: the share of the mesh within 10 % of mu and the torque error at the true angle up to which a
+method stays within 10 % (the nearer of both signs), in the median over the line.
+"""
+
+import argparse
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from numpy.typing import NDArray
+
+from brushgrip.comparison.networks import all_inputs, corrected_root, neural_network, plain_inputs
+from brushgrip.pictures.style import BEFORE, MEASURED, picture
+from observers import Ekf, Mhe, Sample, Tuning
+from observers.thesis.zone_root_solver import CLOSE, nearest
+from observers.thesis.zone_state_machine import curve
+from symbolic import Model, full_slide_torque
+from thesis_profile import DT, LOAD, RIG, K, steered
+from thesis_table import CLEAN
+
+Array = NDArray[np.float64]
+REACH = (0.75, 1.5)
+"""The mesh goes this far to either side: yaw angle [rad], torque M = -M_z [N m]."""
+PRIOR = Tuning(mu=0.6, noise=1e-2, error=1e-2, mu_walk=1e-3, zero_std=1e-4, zero_walk=0.0)
+"""Beliefs for one sample alone; its torque is good to 1 % of full slide."""
+ITERATIONS = 10
+"""Linearisations of that sample, which tells all there is."""
+NEAR = 0.1
+"""An estimate so near, relatively, counts as right [1]."""
+SIMULATION = steered(1.0)
+TURN = int(np.argmax(SIMULATION.psi))
+BACK = slice(TURN + 1, int(np.argmin(SIMULATION.psi)) + 1)
+"""Samples of the line: from the first reversal to the second."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Surface:
+    """What a method makes of a set of points, arrays of shape (points,).
+
+    Attributes:
+        mu: its estimates [1].
+        informed: where it answers.
+    """
+
+    mu: Array
+    informed: NDArray[np.bool_]
+
+    @property
+    def right(self) -> NDArray[np.bool_]:
+        """Where it answers, and within `NEAR`."""
+        return self.informed & (np.abs(self.mu - 1) <= NEAR)
+
+
+def always(mu: Array) -> Surface:
+    """The surface of a method that always answers."""
+    return Surface(mu=mu, informed=np.full(mu.shape, True))
+
+
+def root(psi: Array, M: Array) -> Array:
+    """The root solve in five zones, from the last estimate, which is right."""
+    close, psi_max = CLOSE * full_slide_torque(LOAD, RIG.a), SIMULATION.psi[TURN]
+    found = []
+    for angle, torque in zip(psi, M, strict=True):
+        of_mu = curve((psi_max, angle - psi_max), LOAD, K, RIG)
+        found.append(nearest(of_mu, -torque, 1.0, (0.02, 4.0), close)[0])
+    return np.array(found)
+
+
+def filtered(observer: Ekf | Mhe, psi: Array, M: Array, after: int, *, heard: bool) -> Surface:
+    """What a filter says after one sample of the mesh; the simulation up to `after` goes before it.
+
+    Args:
+        observer: the filter.
+        psi: the sample's angle, shape (points,) [rad].
+        M: its torque, shape (points,) [N m].
+        after: last sample before it.
+        heard: whether the torques before it are heard.
+    """
+    state = None
+    for angle, rate, M_z in zip(
+        SIMULATION.psi[: after + 1], SIMULATION.psi_dot, SIMULATION.M_z, strict=False
+    ):
+        torque = M_z if heard else np.nan
+        sample = Sample(psi=angle, psi_dot=rate, F_N=LOAD, dt=DT, M_z=torque)
+        state = observer.step(observer.init(sample) if state is None else state, sample)
+    rate = float(SIMULATION.psi_dot[after])
+    said = []
+    for angle, torque in zip(psi, M, strict=True):
+        sample = Sample(psi=angle, psi_dot=rate, F_N=LOAD, dt=DT, M_z=-torque)
+        said.append(observer.estimate(observer.step(state, sample)))
+    return Surface(
+        mu=np.array([one.mu for one in said]), informed=np.array([one.informed for one in said])
+    )
+
+
+def surfaces(psi: Array, M: Array) -> dict[str, Surface]:
+    """Every method on these points."""
+    training = [steered(0.5), steered(1.8)]
+    plain, correcting = neural_network(training), corrected_root(training)
+    mu = root(psi, M)
+    # All that the mesh does not vary stays as half way back.
+    middle = (BACK.start + BACK.stop) // 2
+    few, many = (np.tile(make(SIMULATION)[middle], (psi.size, 1)) for make in (plain_inputs, all_inputs))
+    for rows in (few, many):
+        rows[:, 0], rows[:, 2] = psi, M
+    many[:, -1] = mu
+    common = {"model": Model(), "values": {"k": K}, "rig": RIG}
+    alone = Ekf(**common, tuning=PRIOR, iterations=ITERATIONS)
+    follow = {"EKF": Ekf(**common, tuning=CLEAN), "MHE": Mhe(**common, tuning=CLEAN)}
+    return {
+        "root": always(mu),
+        "neural network": always(plain.at(few)),
+        "root and network": always(correcting.at(many)),
+        "EKF, one sample alone": filtered(alone, psi, M, TURN, heard=False),
+        **{
+            f"{name}, one false sample in a stream": filtered(one, psi, M, middle, heard=True)
+            for name, one in follow.items()
+        },
+    }
+
+
+def tolerated(psi: Array, M: Array, right: NDArray[np.bool_]) -> float:
+    """Least torque error that takes a method out of `NEAR`, median over the line [N m].
+
+    Args:
+        psi: angles of the mesh, shape (n,) [rad].
+        M: its torques, shape (n,) [N m].
+        right: shape (n, n), torques along the rows.
+    """
+    along = np.argsort(SIMULATION.psi[BACK])
+    back, torque = SIMULATION.psi[BACK][along], -SIMULATION.M_z[BACK][along]
+    columns = np.flatnonzero((psi > back[0]) & (psi < back[-1]))
+    wide = []
+    for column in columns:
+        miss = np.abs(M - np.interp(psi[column], back, torque))
+        wide.append(miss[~right[:, column]].min(initial=np.ptp(M)))
+    return float(np.median(wide))
+
+
+def draw(path: Path, psi: Array, M: Array, made: dict[str, Surface]) -> None:
+    """The estimate over the mesh, the right tenth outlined, what is not answered left white."""
+    with picture(path, 6.6) as figure:
+        panels: list[Axes] = list(figure.subplots(2, 3, sharex=True, sharey=True).ravel())
+        for axes, (name, surface) in zip(panels, made.items(), strict=True):
+            mu, right = (
+                np.ma.masked_where(~shown, surface.mu).reshape(M.size, psi.size)
+                for shown in (surface.informed, surface.right)
+            )
+            shade = axes.pcolormesh(psi, M, mu, cmap="cividis", vmin=0, vmax=2)
+            axes.pcolormesh(psi, M, right, cmap=ListedColormap(["#00c08b"]))
+            axes.plot(SIMULATION.psi[BACK], -SIMULATION.M_z[BACK], "--", color=BEFORE, lw=0.9)
+            axes.set(
+                title=name, xlim=(-REACH[0], REACH[0]), ylim=(-REACH[1], REACH[1]), xticks=(-0.5, 0, 0.5)
+            )
+            axes.grid(False)
+        for axes in panels[3:]:
+            axes.set_xlabel("yaw angle ψ [rad]")
+        for axes in panels[::3]:
+            axes.set_ylabel("torque M [N m]")
+        figure.colorbar(shade, ax=panels, label="estimated μ [1]; above 2 as 2", shrink=0.7)
+        figure.suptitle(
+            "green: within 10 % of μ = 1;  orange: what the simulation passes through;"
+            "  white: the filter says it is not informed",
+            color=MEASURED, fontsize=9,
+        )  # fmt: skip
+
+
+def main() -> None:
+    """Print the shares and the tolerances, and draw the surfaces if asked."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--mesh", type=int, default=100)
+    parser.add_argument("picture", type=Path, nargs="?")
+    given = parser.parse_args()
+    psi, M = (np.linspace(-reach, reach, given.mesh) for reach in REACH)
+    print(f"psi_max = {SIMULATION.psi[TURN]:.4f} rad; {given.mesh} x {given.mesh} points")
+    made = surfaces(*(axis.ravel() for axis in np.meshgrid(psi, M)))
+    line = surfaces(SIMULATION.psi[BACK], -SIMULATION.M_z[BACK])
+    print("\n| method | answers | right, mesh | answers, line | right, line | torque error tolerated |")
+    print("|---|---:|---:|---:|---:|---:|")
+    for name, surface in made.items():
+        shares = [np.mean(part) for one in (surface, line[name]) for part in (one.informed, one.right)]
+        most = tolerated(psi, M, surface.right.reshape(M.size, psi.size))
+        limit = f"{most:.2f} N m" if most < np.ptp(M) else "any"
+        print(f"| {name} | " + " | ".join(f"{share:.0%}" for share in shares) + f" | {limit} |")
+    if given.picture:
+        draw(given.picture, psi, M, made)
+
+
+if __name__ == "__main__":
+    main()

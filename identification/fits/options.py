@@ -1,0 +1,46 @@
+"""What steers a fit, as one frozen value."""
+
+from collections.abc import Collection
+from dataclasses import dataclass
+
+from identification.fits.loss import LEAST_SQUARES, Loss
+from symbolic import InvalidInputError
+
+Label = tuple[str | None, str]
+"""The name of a recording, None for all of them, and the name of a parameter."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FitOptions:
+    """How a fit is made.
+
+    Attributes:
+        loss: cost of a residual.
+        tolerance: relative change of the cost and of the scaled parameters at which the fit ends.
+        max_evaluations: simulations of the whole set of recordings after which it ends all the same.
+        free_shared: False keeps every shared parameter at its start and fits only what belongs to a
+            recording, as on held-out data.
+        fixed: further parameters that keep their start.
+
+    Raises:
+        InvalidInputError: the tolerance is not greater than 0, or no evaluation is allowed.
+    """
+
+    loss: Loss = LEAST_SQUARES
+    tolerance: float = 1e-6
+    max_evaluations: int = 60
+    free_shared: bool = True
+    fixed: Collection[Label] = ()
+
+    def __post_init__(self) -> None:
+        """Check the ranges."""
+        if not self.tolerance > 0:
+            raise InvalidInputError(f"tolerance must be greater than 0, got {self.tolerance}")
+        if not self.max_evaluations >= 1:
+            raise InvalidInputError(f"max_evaluations must be at least 1, got {self.max_evaluations}")
+
+
+FINE_FIT = FitOptions()
+"""For whatever is reported."""
+COARSE_FIT = FitOptions(tolerance=1e-3, max_evaluations=20)
+"""For models that are only ranked."""

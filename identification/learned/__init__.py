@@ -1,1 +1,0 @@
-"""A torque learned from what no effect explains."""

@@ -1,0 +1,136 @@
+"""Recordings made on the rig, with its sensors' faults, and the files they are written to."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from reference_rig.effects import LIBRARY_EFFECTS, UNMODELLED_EFFECTS
+from reference_rig.hooks import Array, PlantedEffect
+from reference_rig.patch import RigTyre, simulate_bristles
+from reference_rig.path import SAMPLE_RATE, SUBSTEPS, Hand, hand_path
+from reference_rig.sensors import ENCODER_STEP, LOAD_NOISE, quantise
+
+RIG_EFFECTS: dict[str, type[PlantedEffect]] = LIBRARY_EFFECTS | UNMODELLED_EFFECTS
+"""Everything that can be planted, by name."""
+EffectValues = Mapping[str, Mapping[str, float]]
+"""Name of the effect -> its parameters."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RigRecording:
+    """Channels of the sensors with the true values beside them; arrays of shape (n,) at 100 Hz."""
+
+    name: str
+    t: Array
+    """Time [s]."""
+    psi: Array
+    """Yaw angle in steps of the encoder [rad]."""
+    M_z: Array
+    """Aligning torque with noise, moment of the ground on the wheel [N m]."""
+    F_N: Array
+    """Vertical load with noise [N]."""
+    psi_true: Array
+    """Yaw angle at the sensor [rad]."""
+    psi_dot_true: Array
+    """Yaw rate at the sensor [rad/s]."""
+    psi_patch: Array
+    """Angle of the contact patch [rad]."""
+    M_z_true: Array
+    """Torque with all effects, without noise [N m]."""
+    F_N_true: Array
+    """Vertical load [N]."""
+    tyre: RigTyre
+    """The true tyre."""
+    effects: EffectValues
+    """The true effects."""
+
+
+def build_effects(planted: EffectValues) -> tuple[PlantedEffect, ...]:
+    """Effects by name and parameters; parameters left out are neutral."""
+    return tuple(RIG_EFFECTS[name](**parameters) for name, parameters in planted.items())
+
+
+def make_recording(
+    seed: int,
+    effects: EffectValues | None = None,
+    *,
+    a: float = 0.045,
+    e: float = 0.009,
+    k: float = 2.4e6,
+    mu: float = 1.3,
+    load: float = 400.0,
+    duration: float = 14.0,
+    hand: Hand | None = None,
+    noise: float = 0.004,
+    encoder_step: float = ENCODER_STEP,
+    bristles: int = 2000,
+    name: str = "rig",
+) -> RigRecording:
+    """Steer the rig by hand and record it.
+
+    Args:
+        seed: of the path and of the noise; equal arguments give equal recordings.
+        effects: what to plant, e.g. ``{"rate_friction": {"c": 0.04}}``.
+        a: half-length of the patch [m].
+        e: caster [m].
+        k: distributed lateral stiffness [N/m²].
+        mu: friction coefficient [1].
+        load: mean vertical load [N].
+        duration: length [s].
+        hand: how the wheel is turned; None for the usual way.
+        noise: standard deviation of the torque channel in shares of the torque's range [1];
+            0 also silences the load.
+        encoder_step: angle step of the encoder [rad]; 0 for none.
+        bristles: number of bristles.
+        name: of the recording.
+    """
+    tyre, planted = RigTyre(a=a, e=e, k=k, mu=mu), effects or {}
+    drive = hand_path(seed, duration, hand=hand, load=load, rate=SAMPLE_RATE * SUBSTEPS)
+    history = simulate_bristles(drive, tyre, build_effects(planted), bristles=bristles)
+    M_z, psi, F_N = history.M_z[::SUBSTEPS], drive.psi[::SUBSTEPS], drive.F_N[::SUBSTEPS]
+    rng = np.random.default_rng([seed, 2])
+    sigma = noise * np.ptp(M_z)
+    load_sigma = LOAD_NOISE * load if noise > 0 else 0.0
+    return RigRecording(
+        name=name,
+        t=np.arange(len(psi)) / SAMPLE_RATE,
+        psi=quantise(psi, encoder_step),
+        M_z=M_z + sigma * rng.standard_normal(len(psi)),
+        F_N=F_N + load_sigma * rng.standard_normal(len(psi)),
+        psi_true=psi,
+        psi_dot_true=drive.psi_dot[::SUBSTEPS],
+        psi_patch=history.psi_patch[::SUBSTEPS],
+        M_z_true=M_z,
+        F_N_true=F_N,
+        tyre=tyre,
+        effects=planted,
+    )
+
+
+def recording_csv(recording: RigRecording) -> str:
+    """The recording as the tool reads it: six significant digits, lines end in LF."""
+    columns: Sequence[Array] = (recording.t, recording.psi, recording.M_z, recording.F_N)
+    # Adding zero turns -0.0 into 0.0.
+    rows = (",".join(f"{value + 0.0:.6g}" for value in row) for row in zip(*columns, strict=True))
+    return "\n".join(["t,psi,M_z,F_N", *rows]) + "\n"
+
+
+def write_csv(path: Path, recording: RigRecording) -> None:
+    """Write the recording for the tool."""
+    path.write_text(recording_csv(recording), encoding="utf-8", newline="\n")
+
+
+def rig_toml(nominal: RigTyre) -> str:
+    """The rig file for the tool, with first guesses of k and mu."""
+    return (
+        "# a and e were measured; k and mu are first guesses.\n"
+        "[rig]\n"
+        f"a = {nominal.a:.6g}  # half-length of the contact patch, m\n"
+        f"e = {nominal.e:.6g}  # caster length (trail), m\n"
+        "\n"
+        "[tyre]\n"
+        f"k = {nominal.k:.3g}  # distributed lateral stiffness, N/m^2\n"
+        f"mu = {nominal.mu:.3g}  # coefficient of friction, 1\n"
+    )

@@ -1,0 +1,110 @@
+"""The sensors: encoder, sampling instants, and faults of a channel or of the clock.
+
+A fault is a pure function of a seed and one channel. `dataclasses.replace` puts it on a recording;
+instants of `jitter_instants` are given to the rig as `times`. Faults of two channels need two seeds, or
+they strike the same samples.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reference_rig.hooks import Array
+
+ENCODER_STEP = 4.2e-5
+"""Angle step of a fine encoder [rad]."""
+FOURTEEN_BIT_STEP = 2 * np.pi / 2**14
+"""Angle step of an encoder of 14 bits a turn [rad]."""
+LOAD_NOISE = 4e-4
+"""Standard deviation of the load channel in shares of the mean load [1]."""
+ROUNDING = 1e-9
+"""So much may an instant lie outside the time [s]."""
+
+
+def sample_instants(end: float, rate: float) -> Array:
+    """Instants of an even sampling from zero to the end [s]."""
+    return np.arange(int(end * rate * (1 + 1e-12)) + 1) / rate
+
+
+def require_instants(times: Array, t: Array) -> None:
+    """Instants have to increase and, but for rounding, to lie within the time."""
+    if np.any(np.diff(times) <= 0) or times[0] < t[0] - ROUNDING or times[-1] > t[-1] + ROUNDING:
+        raise ValueError(f"instants must increase within {t[0]} s to {t[-1]} s")
+
+
+def quantise(psi: Array, step: float) -> Array:
+    """Angles as an encoder of this step shows them [rad]; a step of 0 for none."""
+    return np.round(psi / step) * step if step > 0 else psi
+
+
+def add_outliers(seed: int, signal: Array, *, share: float = 0.01, size: float | None = None) -> Array:
+    """Throw a share of the finite samples off, upwards or downwards alike.
+
+    Args:
+        seed: of which samples and which way.
+        signal: any channel, shape (n,).
+        share: of the finite samples [1].
+        size: how far, in the signal's unit; None for the signal's range.
+    """
+    rng = np.random.default_rng([seed, 11])
+    struck = _strike(rng, np.flatnonzero(np.isfinite(signal)), share)
+    size = float(np.nanmax(signal) - np.nanmin(signal)) if size is None else size
+    faulty = signal.copy()
+    faulty[struck] += size * rng.choice([-1.0, 1.0], len(struck))
+    return faulty
+
+
+def drop_samples(seed: int, signal: Array, *, share: float = 0.2) -> Array:
+    """Lose a share of the finite samples to NaN; never the first, from which observers start."""
+    struck = _strike(
+        np.random.default_rng([seed, 12]), 1 + np.flatnonzero(np.isfinite(signal[1:])), share
+    )
+    faulty = signal.copy()
+    faulty[struck] = np.nan
+    return faulty
+
+
+def encode_angle(psi: Array, *, bits: int = 14) -> Array:
+    """Angles [rad] as an encoder with so many bits a turn shows them."""
+    return quantise(psi, 2 * np.pi / 2**bits)
+
+
+def delay_samples(signal: Array, samples: int) -> Array:
+    """Hand every sample over so many samples late; NaN until the first arrives."""
+    if not 0 <= samples <= len(signal):
+        raise ValueError(f"late by 0 to {len(signal)} samples, not by {samples}")
+    return np.concatenate([np.full(samples, np.nan), signal[: len(signal) - samples]])
+
+
+def jitter_instants(seed: int, t: Array, *, spread: float, least: float = 1e-4) -> Array:
+    """Sampling instants of an uneven clock; they are known to the estimator.
+
+    Every instant moves by up to half the spread either way, thrown back at both ends of the time.
+    Where the spread is longer than the sampling interval, instants overtake each other and are
+    put in order: the intervals between them then are nearly those of a Poisson process.
+
+    Args:
+        seed: of the jitter.
+        t: even instants [s], increasing, shape (n,).
+        spread: width of the uniform jitter [s].
+        least: shortest interval [s].
+
+    Returns:
+        Increasing instants within the first and last of t [s], shape (n,).
+    """
+    if not least * (len(t) - 1) < t[-1] - t[0]:
+        raise ValueError(f"{len(t)} samples do not fit at intervals of {least} s")
+    rng = np.random.default_rng([seed, 13])
+    instants = np.abs(t - t[0] + spread * rng.uniform(-0.5, 0.5, len(t)))
+    length = t[-1] - t[0]
+    instants = np.sort(length - np.abs(length - instants))
+    # Push on whatever follows too closely, then push back what has been pushed over the end.
+    ladder = least * np.arange(len(t))
+    instants = np.maximum.accumulate(instants - ladder)
+    instants = np.minimum(instants, length - ladder[-1]) + ladder
+    return t[0] + np.clip(instants, 0.0, length)
+
+
+def _strike(rng: np.random.Generator, candidates: NDArray[np.intp], share: float) -> NDArray[np.intp]:
+    if not 0 <= share <= 1:
+        raise ValueError(f"a share is between 0 and 1, not {share}")
+    return rng.choice(candidates, round(share * len(candidates)), replace=False)

@@ -1,0 +1,31 @@
+import pytest
+
+from brushgrip import console
+from brushgrip.console import progress
+
+
+def test_progress_elsewhere_than_on_a_terminal(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seconds = iter([0.0, 1.0, 9.9, 10.0, 12.0, 21.0])
+    monkeypatch.setattr(console.time, "monotonic", lambda: next(seconds))
+    with progress() as report:
+        for done in range(5):
+            report("trying", done, 5)
+
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert captured.err == "trying: 2 of 5\ntrying: 4 of 5\n"
+
+
+def test_progress_on_a_terminal(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TTY_COMPATIBLE", "1")
+    monkeypatch.setenv("TERM", "xterm")
+    with progress() as report:
+        report("trying [1]", 1, 2)
+
+    captured = capsys.readouterr()
+    assert captured.out == ""
+    assert "trying [1]" in captured.err

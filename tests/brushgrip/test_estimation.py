@@ -1,0 +1,132 @@
+"""Observers on recordings: which signals they are given, on which model, and the track of friction."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from brushgrip.estimation import (
+    ObserverName,
+    friction_track,
+    has_aligning_torque,
+    has_steering_torque,
+    measured_angle,
+    model_observer,
+    observe,
+    run_observer,
+)
+from identification import FoundModel, Recording, read_recording
+from observers import Ekf, Estimate, Estimates, Sample, Status
+from symbolic import InvalidInputError, Model, Rig, Tyre
+
+Write = Callable[..., Path]
+NOMINAL = Rig(a=0.045, e=0.009), Tyre(k=2.4e6, mu=1.2)
+
+
+@dataclass(frozen=True)
+class SampleRecorder:
+    """An observer of a user's own: it keeps every sample, and estimates their number."""
+
+    samples: list[Sample] = field(default_factory=list)
+
+    def init(self, first: Sample) -> int:
+        del first
+        return 0
+
+    def step(self, state: int, sample: Sample) -> int:
+        self.samples.append(sample)
+        return state + 1
+
+    def estimate(self, state: int) -> Estimate:
+        return Estimate(mu=float(state), mu_std=0.1, M_z_predicted=0.0, informed=True)
+
+
+@pytest.fixture
+def recording(write_csv: Write) -> Recording:
+    return read_recording(write_csv(), NOMINAL)
+
+
+def samples_of(recording: Recording) -> list[Sample]:
+    recorder = SampleRecorder()
+    run_observer(recorder, recording)
+    return recorder.samples
+
+
+def test_an_observer_of_the_users_own_estimates(recording: Recording) -> None:
+    estimates = observe(lambda *_: SampleRecorder(), recording)
+
+    np.testing.assert_array_equal(estimates.mu, np.arange(1, recording.t.size + 1))
+
+
+def test_errors_of_an_observer_name_the_recording(recording: Recording) -> None:
+    def refuse(*_: object) -> SampleRecorder:
+        raise InvalidInputError("no such wheel")
+
+    with pytest.raises(InvalidInputError, match=r"^run: no such wheel$"):
+        observe(refuse, recording)
+
+
+def test_a_recorded_rate_is_used_and_a_derived_one_is_not(write_csv: Write) -> None:
+    # A derived rate is smoothed over later samples; a causal observer takes its own from the past.
+    rate = np.linspace(-3.0, 3.0, 60)
+    recorded = read_recording(write_csv(columns={"psi_dot": rate}), NOMINAL)
+    derived = read_recording(write_csv("derived.csv"), NOMINAL)
+
+    assert [sample.psi_dot for sample in samples_of(recorded)] == pytest.approx(rate)
+    rates = [sample.psi_dot for sample in samples_of(derived)]
+    assert rates[10:] != pytest.approx(derived.psi_dot[10:], rel=1e-3)
+
+
+def test_an_imputed_angle_reaches_the_observer_as_missing(recording: Recording) -> None:
+    measured = np.ones(recording.t.size, dtype=bool)
+    measured[20:23] = False
+    gaps = replace(recording, psi_recorded=measured)
+
+    np.testing.assert_array_equal(np.isnan(measured_angle(gaps)), ~measured)
+    np.testing.assert_array_equal([np.isnan(s.psi) for s in samples_of(gaps)], ~measured)
+    np.testing.assert_array_equal(measured_angle(recording), recording.psi)
+
+
+def test_an_aligning_torque_with_gaps_is_still_preferred(recording: Recording) -> None:
+    M_z = recording.M_z.copy()
+    M_z[5] = np.nan
+    gaps = replace(recording, M_z=M_z, M=np.full(M_z.size, 5.0))
+    missing = replace(gaps, M_z=np.full(M_z.size, np.nan))
+
+    assert has_aligning_torque(gaps)
+    assert has_steering_torque(gaps)
+    assert not has_aligning_torque(missing)
+    assert not has_steering_torque(recording)
+    assert all(np.isnan(sample.M) for sample in samples_of(gaps))
+    np.testing.assert_array_equal([sample.M_z for sample in samples_of(gaps)], M_z)
+
+
+def test_stiffness_comes_from_the_found_model_or_else_from_the_recording(recording: Recording) -> None:
+    found = FoundModel(model=Model(), shared={"k": 2.0e6}, own={})
+
+    assert model_observer(Ekf, recording).values["k"] == 2.4e6
+    assert model_observer(Ekf, recording, found).values["k"] == 2.0e6
+    with pytest.raises(InvalidInputError, match="k"):
+        model_observer(Ekf, recording, replace(found, shared={}))
+
+
+def test_a_track_has_the_declared_friction_and_the_changes_of_the_ground(recording: Recording) -> None:
+    n = recording.t.size
+    status = np.zeros(n, dtype=np.int64)
+    status[[12, 40]] = Status.RESET | Status.REJECTED
+    status[13] = Status.REJECTED
+    estimates = Estimates(
+        t=recording.t,
+        mu=np.ones(n),
+        mu_std=np.ones(n),
+        M_z_predicted=np.zeros(n),
+        informed=np.ones(n, dtype=bool),
+        status=status,
+    )
+    track = friction_track(ObserverName.EKF, recording, estimates, "declared model")
+
+    np.testing.assert_array_equal(track.changes, recording.t[[12, 40]])
+    assert (track.name, track.label, track.reference) == ("run", "EKF, declared model", 1.2)
+    assert track.reference_label == "declared μ"

@@ -1,0 +1,131 @@
+"""No command writes over what it reads, however the path is spelt."""
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from brushgrip.recordings import keep_inputs
+from identification.thesis.author_estimate import author_file
+from symbolic.errors import InvalidInputError
+
+Run = Callable[..., Any]
+Write = Callable[..., Path]
+
+
+@pytest.fixture
+def folder(rig: Path, write_csv: Write, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The working folder with good.csv, rig.toml, model.json, a file of the author, and links."""
+    good, tmp_path = write_csv("good.csv"), rig.parent
+    (tmp_path / "model.json").write_text("{}")
+    (tmp_path / "sub").mkdir()
+    (tmp_path / "link").symlink_to(tmp_path / "sub")
+    (tmp_path / "link.csv").symlink_to(good)
+    os.link(good, tmp_path / "hard.csv")
+    os.link(good, tmp_path / "hard.png")
+    author_file(tmp_path, "good").write_text("")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(path): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
+
+
+SPELLINGS = [
+    "good.csv",
+    "nosub/../good.csv",
+    "nosub/deeper/../../good.csv",
+    "sub/../good.csv",
+    "link/../good.csv",
+    "good.csv/../good.csv",
+    "link.csv",
+    "nosub/../link.csv",
+    "hard.csv",
+    "nosub/../hard.csv",
+]
+
+
+@pytest.mark.parametrize("spelling", SPELLINGS)
+def test_an_output_is_known_as_an_input(folder: Path, spelling: str) -> None:
+    assert folder
+    with pytest.raises(InvalidInputError, match="would overwrite what is read"):
+        keep_inputs([Path(spelling)], ["good.csv"])
+
+
+def test_another_file_of_the_same_name_may_be_written(folder: Path) -> None:
+    keep_inputs([Path("sub/good.csv"), Path("nosub/good.csv"), Path("new.csv")], ["good.csv"])
+    # What a link leads to counts, not how it reads.
+    (folder / "sub" / "deep").mkdir()
+    (folder / "far").symlink_to(folder / "sub" / "deep")
+    keep_inputs([Path("far/../good.csv")], ["good.csv"])
+
+
+ESTIMATE = ("estimate", "good.csv", "--rig", "rig.toml", "--observer", "ekf")
+COMPARE = ("compare", "good.csv", "--rig", "rig.toml", "--declared", "1.2")
+SIMULATE = ("simulate", "good.csv", "--rig", "rig.toml")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        (*ESTIMATE, "--out", "nosub/../good.csv"),
+        (*ESTIMATE, "--out", "nosub/../rig.toml"),
+        (*ESTIMATE, "--out", "new.csv", "--picture", "nosub/../hard.png"),
+        (*ESTIMATE, "--out", "nosub/../model.json", "--model", "model.json"),
+        (*COMPARE, "--out", "nosub/../good.csv", "--author", "sub"),
+        (*COMPARE, "--out", "new.json", "--table", "nosub/../good.csv", "--author", "sub"),
+        (*COMPARE, "--out", "new.json", "--picture", "nosub/../hard.png", "--author", "sub"),
+        (*SIMULATE, "--out", "nosub/../good.csv"),
+        (*SIMULATE, "--out", "nosub/../model.json", "--model", "model.json"),
+        ("identify", "--free-decay", "good.csv", "--rig", "rig.toml", "--out", "nosub/../good.csv"),
+    ],
+    ids=lambda arguments: " ".join(arguments),
+)
+def test_commands_that_write_files(
+    run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...]
+) -> None:
+    monkeypatch.setattr("brushgrip.commands.simulate.read_model", lambda *_, **__: None)
+    monkeypatch.setattr("brushgrip.commands.identify.read_decays", lambda *_: [])
+    monkeypatch.setattr("brushgrip.commands.compare._cases", lambda *_: [])
+    before = contents(folder)
+    outcome = run(*arguments)
+
+    assert outcome.status == 2
+    assert "would overwrite what is read" in outcome.err
+    assert outcome.err.count("\n") == 1
+    assert contents(folder) == before
+
+
+@pytest.mark.parametrize("author", [(), ("--author", "nosub/..")])
+def test_the_authors_estimates_are_read_too(
+    run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch, author: tuple[str, ...]
+) -> None:
+    (folder / "nosub").mkdir()
+    monkeypatch.setattr("brushgrip.commands.compare._cases", lambda *_: [])
+    before = contents(folder)
+    outcome = run(*COMPARE, *author, "--out", author_file(Path(), "good"))
+
+    assert outcome.status == 2
+    assert "would overwrite what is read" in outcome.err
+    assert contents(folder) == before
+
+
+@pytest.mark.parametrize("name", ["diagnosis.json", "model.json", "report.html", "loops.png"])
+def test_diagnose_looks_before_it_searches(
+    run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    def search(*_: object, **__: object) -> None:
+        raise AssertionError("the search began")
+
+    monkeypatch.setattr("brushgrip.commands.diagnose.close_the_loop", search)
+    (folder / "rig.toml").rename(folder / "sub" / name)
+    before = contents(folder)
+    outcome = run("diagnose", "good.csv", "--rig", f"sub/{name}", "--out", "nosub/../link")
+
+    assert outcome.status == 2
+    assert "would overwrite what is read" in outcome.err
+    assert outcome.err.count("\n") == 1
+    assert contents(folder) == before

@@ -1,0 +1,168 @@
+"""`--effects MODULE`: effects of a user's own reach the search and the readers of model files."""
+
+import json
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from brushgrip.commands import diagnose as diagnosing
+from brushgrip.user_effects import user_effects
+from symbolic import EFFECTS, InvalidInputError
+
+pytestmark = pytest.mark.usefixtures("interpreted")
+Run = Callable[..., Any]
+Write = Callable[..., Path]
+MODULE = """
+from dataclasses import dataclass
+
+from symbolic import Effect, Parameter
+
+@dataclass(frozen=True, kw_only=True)
+class {kind}(Effect):
+    name: str = "{name}"
+    summary: str = "an effect of the user's own"
+    parameters: tuple[Parameter, ...] = (
+        Parameter(name="c", unit="N m", neutral=0.0, start=0.1, lower=-9.0, upper=9.0, scale=1.0),
+    )
+
+    def torque(self, signals, values):
+        return values["c"] * signals.psi / signals.psi
+
+EFFECTS = [{kind}()]
+"""
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A current directory with two modules and a package; what is imported from it is forgotten."""
+    folder = tmp_path / "here"
+    (folder / "ownpackage").mkdir(parents=True)
+    (folder / "ownpackage" / "__init__.py").write_text("")
+    modules = {"own_stop": "Stop", "own_creak": "Creak", "ownpackage/effects": "Sag"}
+    for path, kind in modules.items():
+        (folder / f"{path}.py").write_text(MODULE.format(kind=kind, name=kind.lower()))
+    (folder / "own_empty.py").write_text("")
+    (folder / "own_broken.py").write_text("raise RuntimeError('out of\\norder')")
+    (folder / "own_again.py").write_text(MODULE.format(kind="Again", name="stop"))
+    monkeypatch.chdir(folder)
+    before, path = set(sys.modules), list(sys.path)
+    yield folder
+    sys.path[:] = path
+    for name in set(sys.modules) - before:
+        if name.startswith("own"):
+            del sys.modules[name]
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    """A model that the user's own effect belongs to: it adds 0.5 N m."""
+    path = tmp_path / "model.json"
+    shared = {"k": 2.4e6, "stop.c": 0.5}
+    path.write_text(json.dumps({"version": 1, "effects": ["stop"], "shared": shared, "recordings": {}}))
+    return path
+
+
+def names(*modules: str) -> list[str]:
+    return [effect.name for effect in user_effects(modules)]
+
+
+def test_modules_may_be_repeated_and_separated_by_commas() -> None:
+    assert names("own_stop, own_creak", "ownpackage.effects") == ["stop", "creak", "sag"]
+    assert names("own_stop", "own_stop") == ["stop"]
+    assert user_effects(None) == ()
+
+
+def test_the_current_directory_goes_first_for_the_import_and_last_afterwards(here: Path) -> None:
+    elsewhere = here.parent / "elsewhere"
+    elsewhere.mkdir()
+    (elsewhere / "own_stop.py").write_text("")
+    sys.path.insert(0, str(elsewhere))
+
+    assert names("own_stop") == ["stop"]
+    assert sys.path[0] == str(elsewhere)
+    assert sys.path.index(str(here)) == len(sys.path) - 1
+
+
+@pytest.mark.parametrize(
+    ("module", "words"),
+    [
+        ("own_absent", "--effects own_absent: cannot be imported: ModuleNotFoundError"),
+        ("own_broken", "--effects own_broken: cannot be imported: RuntimeError: out of order"),
+        ("../own_stop", "--effects ../own_stop: cannot be imported"),
+        ("own_empty", "EFFECTS"),
+        ("own_stop,own_again", "effect 'stop' is declared by another module as well"),
+    ],
+)
+@pytest.mark.parametrize("command", ["diagnose", "estimate", "simulate", "codegen", "compare"])
+def test_a_bad_module_takes_one_line(
+    run: Run, write_csv: Write, rig: Path, tmp_path: Path, command: str, module: str, words: str
+) -> None:
+    observer = ["--observer", "ekf"] if command in ("estimate", "codegen") else []
+    recording = [] if command == "codegen" else [write_csv()]
+    out = tmp_path / "out.any"
+    outcome = run(command, *recording, "--rig", rig, *observer, "--effects", module, "--out", out)
+
+    assert (outcome.status, outcome.out, outcome.err.count("\n")) == (2, "", 1)
+    assert words in outcome.err
+    assert not out.exists()
+
+
+def test_own_effects_are_candidates_beside_all_of_the_library(
+    run: Run, write_csv: Write, rig: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[list[Any]] = []
+
+    def stop(*_: object, candidates: list[Any], **__: object) -> None:
+        asked.append(candidates)
+        raise InvalidInputError("enough")
+
+    monkeypatch.setattr(diagnosing, "close_the_loop", stop)
+    for options in ([], ["--effects", "own_stop", "--effects", "own_creak"]):
+        run("diagnose", write_csv(), "--rig", rig, *options, "--out", tmp_path / "out")
+
+    alone, with_own = asked
+    assert alone == list(EFFECTS)
+    assert with_own[:-2] == alone
+    assert [effect.name for effect in with_own[-2:]] == ["stop", "creak"]
+
+
+def test_a_model_file_with_an_own_effect_simulates_and_estimates(
+    run: Run, write_csv: Write, rig: Path, model: Path, tmp_path: Path
+) -> None:
+    plain, own, mu = (tmp_path / f"{name}.csv" for name in ("plain", "own", "mu"))
+    recording, options = write_csv(), ["--rig", rig, "--model", model, "--effects", "own_stop"]
+    run("simulate", recording, "--rig", rig, "--out", plain)
+    outcome = run("simulate", recording, *options, "--out", own)
+    torques = [np.loadtxt(path, delimiter=",", skiprows=1)[1:, 1] for path in (plain, own)]
+
+    assert outcome.status == 0, outcome.err
+    np.testing.assert_allclose(torques[1], torques[0] + 0.5, atol=1e-12)
+    assert run("estimate", recording, *options, "--observer", "ekf", "--out", mu).status == 0
+    assert mu.exists()
+
+
+def test_nothing_is_imported_because_a_model_file_says_so(
+    run: Run, write_csv: Write, rig: Path, model: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out.csv"
+    outcome = run("simulate", write_csv(), "--rig", rig, "--model", model, "--out", out)
+
+    assert (outcome.status, outcome.err.count("\n")) == (2, 1)
+    assert "'stop'" in outcome.err
+    assert "own_stop" not in sys.modules
+    assert not out.exists()
+
+
+def test_code_is_generated_with_an_own_effect(run: Run, rig: Path, model: Path, tmp_path: Path) -> None:
+    out = tmp_path / "c"
+    outcome = run(
+        *("codegen", "--rig", rig, "--observer", "ekf", "--real", "double", "--name", "grip"),
+        *("--model", model, "--effects", "own_stop", "--out", out),
+    )
+
+    assert outcome.status == 0, outcome.err
+    assert "stop.c" in (out / "grip.json").read_text()

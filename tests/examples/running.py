@@ -1,0 +1,67 @@
+"""Runs an example in the process of the tests: what is imported and compiled once serves all of them."""
+
+import importlib
+import sys
+from contextlib import redirect_stderr, redirect_stdout
+from dataclasses import dataclass
+from io import StringIO
+from pathlib import Path
+from unittest.mock import patch
+
+import pytest
+
+EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
+NUMBER = r"([-+.\de]+)"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Printed:
+    """Exit status of a script, and what it printed."""
+
+    status: int
+    out: str
+    err: str
+
+
+def execute(example: str, folder: Path, *arguments: object, data: Path | None = None) -> Printed:
+    """Call the main function of a script as if it had been started in a folder.
+
+    Args:
+        example: the file's name.
+        folder: where it is started.
+        arguments: of the script.
+        data: folder of the published measurements; None hides them.
+    """
+    out, err = StringIO(), StringIO()
+    line = [str(EXAMPLES / example), *map(str, arguments)]
+    with pytest.MonkeyPatch.context() as place, redirect_stdout(out), redirect_stderr(err):
+        place.chdir(folder)
+        place.setenv("XDG_DATA_HOME", str(folder / "none"))
+        place.delenv("BRUSHGRIP_DATA", raising=False)
+        if data is not None:
+            place.setenv("BRUSHGRIP_DATA", str(data))
+        with patch.object(sys, "argv", line), patch.object(sys, "path", [*sys.path]):
+            try:
+                importlib.import_module(Path(example).stem).main()
+            except SystemExit as exit_:
+                return Printed(status=int(exit_.code or 0), out=out.getvalue(), err=err.getvalue())
+    return Printed(status=0, out=out.getvalue(), err=err.getvalue())
+
+
+def printed_by(
+    example: str, tmp_path: Path, *arguments: str, data: Path | None = None, leaves: str = ""
+) -> str:
+    """What the script prints, run from an empty folder, and nothing but this.
+
+    Args:
+        example: the script.
+        tmp_path: an empty folder to run it in.
+        arguments: of the script.
+        data: folder of the published measurements; None hides them.
+        leaves: the file that it may leave.
+    """
+    printed = execute(example, tmp_path, *arguments, data=data)
+    assert printed.status == 0, printed.err
+    assert printed.err == ""
+    assert [path.name for path in tmp_path.iterdir()] == ([leaves] if leaves else [])
+    return printed.out

@@ -1,0 +1,60 @@
+"""Formats of recordings: those that are known, and a user's own."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identification import READERS, Table, read_decay, read_recording
+from symbolic import InvalidInputError, Rig, Tyre
+
+RIG = (Rig(a=0.04, e=0.009, J_A=0.15), Tyre(k=2.4e6))
+T = np.arange(20) / 100
+COLUMNS = {"t": T, "psi": 0.1 * np.sin(20 * T), "M_z": -np.cos(T), "F_N": np.full(20, 400.0)}
+
+
+def read_columns(path: Path, needed: Sequence[str]) -> Table:
+    """A reader that knows the columns by heart."""
+    columns = {name: COLUMNS[name] for name in needed}
+    return Table(
+        path=path, columns=columns, declared={"a": 0.05}, faults=(), place=lambda at: f"line {at}"
+    )
+
+
+def test_a_format_of_the_users_own() -> None:
+    readers = {**READERS, ".log": read_columns}
+    recording = read_recording("run.LOG", RIG, readers=readers)
+    decay = read_decay("run.log", RIG, readers=readers)
+
+    np.testing.assert_array_equal(recording.M_z, COLUMNS["M_z"])
+    np.testing.assert_array_equal(decay.psi, COLUMNS["psi"])
+    assert recording.rig.a == decay.rig.a == 0.05
+
+
+def test_what_a_users_reader_reads_is_checked(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(COLUMNS, "F_N", np.where(T[3] == T, -1.0, 400.0))
+    with pytest.raises(InvalidInputError, match=r"^run.log: line 3: F_N = -1 N; a vertical load is"):
+        read_recording("run.log", RIG, readers={".log": read_columns})
+
+
+def test_an_unknown_format_names_the_known_ones(tmp_path: Path) -> None:
+    path = tmp_path / "run.xlsx"
+    path.write_text("t,psi\n")
+    with pytest.raises(InvalidInputError) as caught:
+        read_recording(path, RIG)
+    assert str(caught.value) == f"{path}: unknown format '.xlsx'; known are .csv, .mat, .txt"
+    with pytest.raises(
+        InvalidInputError, match=r"unknown format '.xlsx'; known are .csv, .log, .mat, .txt"
+    ):
+        read_decay(path, RIG, readers={**READERS, ".log": read_columns})
+
+
+def test_a_missing_file_is_no_unknown_format(tmp_path: Path) -> None:
+    with pytest.raises(InvalidInputError, match=r"run\.xlsx: no such file"):
+        read_recording(tmp_path / "run.xlsx", RIG)
+
+
+def test_readers_are_not_changed_in_place() -> None:
+    with pytest.raises(TypeError):
+        READERS[".log"] = read_columns  # type: ignore[index]

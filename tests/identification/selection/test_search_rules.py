@@ -1,0 +1,237 @@
+"""The order of trials and decisions of the search, on errors made up for every set of effects."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
+
+import numpy as np
+import pytest
+
+from identification import Recording
+from identification.fits.fitting import Values
+from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
+from identification.selection.stepwise_search import (
+    Effects,
+    Search,
+    SearchStep,
+    ranked_candidates,
+    silent,
+)
+from identification.selection.trial_runner import TrialRunner
+from identification.selection.trials import RANKING, ROUGH, Precision, Trial
+from tests.identification.selection.compared import (
+    SECONDS,
+    effect_of,
+    judgement,
+    trials,
+    with_effects,
+)
+
+Pair = tuple[Trial, list[Recording]]
+
+
+class Scripted:
+    """A runner whose trials have made-up errors: a letter is an effect, its parameters one each.
+
+    Attributes:
+        asked: sets of effects that were ranked, call by call.
+        fitted: sets of effects that were fitted to the whole recordings.
+        precisions: of the coarse trials.
+    """
+
+    def __init__(  # noqa: D107
+        self, pair: Pair, coarse: Callable[[str], float], fine: Callable[[str], float] | None = None
+    ) -> None:
+        self.pair, self.coarse, self.fine = pair, coarse, fine or coarse
+        self.asked: list[list[str]] = []
+        self.fitted: list[str] = []
+        self.precisions: list[Precision] = []
+        self.training = self.thinned_training = pair[1][:1]
+
+    def trial(self, names: str, error: float) -> Trial:
+        """A trial of this error; its training residual is so much smaller that parameters pay off."""
+        trial, (training, _) = self.pair
+        white = np.random.default_rng(3).standard_normal(training.t.size)
+        labels = tuple((None, str(i)) for i in range(4 + len(names)))
+        fitted = replace(trial.fitted, residuals={training.name: error * white}, labels=labels)
+        made = with_effects(replace(trial, fitted=fitted), names)
+        return replace(made, judgement=judgement(np.full(SECONDS, error)))
+
+    def run_fine(self, effects: Effects, start: Values | None = None) -> Trial:
+        del start
+        names = "".join(effect.name for effect in effects)
+        self.fitted.append(names)
+        return self.trial(names, self.fine(names))
+
+    def run_coarse(self, effects: Effects, start: Values, precision: Precision) -> Trial:
+        del start
+        self.precisions.append(precision)
+        names = "".join(effect.name for effect in effects)
+        return self.trial(names, self.coarse(names))
+
+    def rank(
+        self,
+        present: Trial,
+        sets: Sequence[Effects],
+        precision: Precision,
+        report: Callable[[int], None],
+    ) -> list[Trial]:
+        del present
+        self.precisions.append(precision)
+        report(len(sets))
+        names = ["".join(effect.name for effect in effects) for effects in sets]
+        self.asked.append(names)
+        return sorted((self.trial(n, self.coarse(n)) for n in names), key=lambda t: t.nrmse)
+
+
+def searched(
+    runner: Scripted, candidates: str, criteria: SelectionCriteria = DEFAULT_CRITERIA
+) -> list[SearchStep]:
+    effects = tuple(effect_of(name) for name in candidates)
+    return Search(cast(TrialRunner, runner), effects, criteria, silent).run()
+
+
+def path(steps: Sequence[SearchStep]) -> list[str]:
+    """The effects after each step but the last."""
+    return ["".join(step.after.names) for step in steps if step.after]
+
+
+def table(**errors: float) -> Callable[[str], float]:
+    """Errors in percent by effects in any order; 10 for those that are not there."""
+    by_set = {"".join(sorted(names)).replace("_", ""): error for names, error in errors.items()}
+    return lambda names: by_set.get("".join(sorted(names)), 10.0) / 100
+
+
+def test_adds_what_helps_most_until_nothing_helps(pair: Pair) -> None:
+    runner = Scripted(pair, table(a=8, b=5, ab=3, bc=4, abc=2.97))
+    steps = searched(runner, "abc")
+
+    assert path(steps) == ["b", "ba"]
+    assert runner.asked[:3] == [["a", "b", "c"], ["ba", "bc"], ["bac"]]
+    assert [trial.names for trial in steps[0].trials] == [("b",), ("a",), ("c",)]
+    assert steps[-1].after is None
+
+
+@pytest.mark.parametrize(("bad", "expected"), [("", "a"), ("a", "b"), ("ab", "c"), ("abc", None)])
+def test_the_next_best_is_tried_where_the_best_is_not_confirmed(
+    pair: Pair, bad: str, expected: str | None
+) -> None:
+    """What was ranked coarsely is fitted to the whole recordings, three candidates at most."""
+    errors = table(a=5, b=6, c=7, d=8)
+    runner = Scripted(pair, errors, lambda names: 0.1 if set(names) & set(bad) else errors(names))
+    steps = searched(runner, "abcd")
+
+    assert (path(steps) or [None])[0] == expected
+    tried = list("abc" if expected is None else "abcd"[: len(bad) + 1])
+    assert runner.fitted[: len(tried) + 1] == ["", *tried]
+
+
+def test_idle_candidates_are_tried_last(pair: Pair) -> None:
+    """Next to no gain in two steps; in the third it is tried only as nothing else helps."""
+    errors = table(a=9, b=8, c=9.95, d=9.85, ab=6, bc=7.95, bd=7.88, abc=5.95, abd=5.91)
+    runner = Scripted(pair, errors)
+    steps = searched(runner, "abcd", replace(DEFAULT_CRITERIA, exchanges=0))
+
+    assert path(steps) == ["b", "ba"]
+    # c gains 0.5 % twice, d gains 1.5 %: above half of the 2 % that are needed.
+    assert runner.asked[:4] == [["a", "b", "c", "d"], ["ba", "bc", "bd"], ["bad"], ["bac"]]
+
+
+def test_an_effect_that_the_others_replace_is_removed_and_stays_away(pair: Pair) -> None:
+    runner = Scripted(pair, table(a=7, b=8, c=8, ab=5, ac=6, bc=3.005, abc=3))
+    steps = searched(runner, "abc")
+
+    assert path(steps)[:4] == ["a", "ab", "abc", "bc"]
+    assert [step.removed_effect.name for step in steps if step.removed_effect] == ["a"]
+    backward = runner.asked[3]
+    assert backward == ["bc", "ac"], "not without the effect that was added last"
+    asked_after = [names for names in runner.asked[4:] if names]
+    assert not any("a" in names for sets in asked_after for names in sets)
+
+
+def test_three_candidates_at_most_are_exchanged_and_only_helpful_ones(pair: Pair) -> None:
+    # Adding gains enough by coarse trials, but is not confirmed by fine ones.
+    coarse = table(a=5, ab=4.8, ac=4.85, ad=4.87, ae=4.88, af=4.95, b=9, c=9, d=9, e=9, f=9)
+    fine = table(a=5)
+    runner = Scripted(pair, coarse, fine)
+    steps = searched(runner, "abcdef")
+
+    assert path(steps) == ["a"]
+    assert runner.asked[-1] == ["b", "c", "d"]
+    few = Scripted(pair, table(a=5, ab=4.8, ac=4.95), fine)
+    searched(few, "abc")
+    assert few.asked[-1] == ["b"]
+
+
+def test_an_exchange_has_to_lower_the_error(pair: Pair) -> None:
+    coarse = table(a=5, b=5.5, c=6, ab=4.8, ac=4.7)
+    runner = Scripted(pair, coarse, table(a=5, b=4, c=4.5))
+    steps = searched(runner, "abc")
+
+    assert path(steps) == ["a"], "better on the whole recordings, but not where they were ranked"
+    assert [trial.names for trial in steps[-1].trials] == [("a", "c"), ("a", "b")]
+
+    runner = Scripted(pair, table(a=5, b=5.5, ab=4.8), table(a=5, b=4))
+    assert path(searched(runner, "ab")) == ["a"]
+
+
+def test_an_exchange_is_a_step(pair: Pair) -> None:
+    errors = table(a=5, b=6, c=6, ab=4, ac=4.5, bc=3, abc=3.9)
+    runner = Scripted(pair, errors, table(a=5, b=6, c=6, ab=4, ac=4.5, bc=3))
+    steps = searched(runner, "abc")
+
+    assert path(steps)[:3] == ["a", "ab", "bc"]
+    assert [step.removed_effect.name for step in steps if step.removed_effect] == ["a"]
+
+
+@pytest.mark.parametrize(
+    ("error", "expected"), [(1.4, RANKING), (1.45, RANKING), (1.6, ROUGH), (1.9, ROUGH)]
+)
+def test_large_errors_are_ranked_with_few_bristles(
+    pair: Pair, error: float, expected: Precision
+) -> None:
+    runner = Scripted(pair, lambda _: error / 100)
+    searched(runner, "a")
+
+    assert set(runner.precisions) == {expected}
+
+
+def test_the_best_goes_on_where_it_is_distinguishable(pair: Pair) -> None:
+    best, other = (with_effects(t, n) for t, n in zip(trials(pair, 0.0, 2.5), "ab", strict=True))
+    ranked = ranked_candidates([best, other], DEFAULT_CRITERIA)
+
+    assert [candidate.trial for candidate in ranked] == [best, other]
+    assert [candidate.indistinguishable for candidate in ranked] == [(), ()]
+
+
+def test_of_equals_the_one_with_the_fewest_parameters_goes_on(pair: Pair) -> None:
+    dearer, other = (with_effects(t, n) for t, n in zip(trials(pair, 0.0, 1.5), "ab", strict=True))
+    ranked = ranked_candidates([dearer, other], DEFAULT_CRITERIA)
+
+    assert [candidate.trial for candidate in ranked] == [other, dearer]
+    assert [candidate.indistinguishable for candidate in ranked] == [(effect_of("a"),), ()]
+
+
+def test_a_difference_of_no_worth_does_not_distinguish(pair: Pair) -> None:
+    """Every block has a lower error, but by one per cent only; then by three."""
+    best, other = (with_effects(t, n) for t, n in zip(trials(pair, 0.0, 2.5), "ab", strict=True))
+    sizes = 0.05 * (1 + 0.01 * np.random.default_rng(2).standard_normal(SECONDS))
+    for factor, alike in ((1.01, True), (1.03, False)):
+        one = replace(best, judgement=judgement(sizes))
+        two = replace(other, judgement=judgement(factor * sizes))
+        (first, *_) = ranked_candidates([one, two], DEFAULT_CRITERIA)
+        assert bool(first.indistinguishable) == alike
+
+
+def test_the_nearest_rival_is_the_best_of_those_that_are_as_good(pair: Pair) -> None:
+    step = SearchStep(
+        before=pair[0],
+        ranked_before=pair[0],
+        trials=tuple(with_effects(pair[0], name) for name in "abcd"),
+        after=with_effects(pair[0], "a"),
+        indistinguishable=(effect_of("d"), effect_of("c")),
+    )
+
+    assert step.nearest_rival == effect_of("c")
+    assert SimpleNamespace(**vars(step)).removed_effect is None

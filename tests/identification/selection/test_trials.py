@@ -1,0 +1,221 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identification import Fit, Huber, Recording, fit
+from identification.fits.autocorrelation import effective_samples
+from identification.fits.covariance import standard_deviations
+from identification.fits.fitting import initial_guess
+from identification.fits.loss import rmse_of
+from identification.selection.criteria import DEFAULT_CRITERIA, advantage, delta_bic
+from identification.selection.trials import (
+    RANKING,
+    Judgement,
+    TrialTask,
+    fit_own_parameters,
+    judge,
+    leave_one_out,
+    model_of,
+    run_trial,
+)
+from symbolic import Model, effects_named
+from tests.identification.factories import read_campaign, with_torque
+
+BLOCK = DEFAULT_CRITERIA.block
+
+
+def test_missing_samples_do_not_count() -> None:
+    noise, other = (np.random.default_rng(1).standard_normal(n) for n in (4000, 500))
+    noise[::4] = np.nan
+
+    assert effective_samples({"a": noise, "b": other}) == pytest.approx(3500, rel=0.1)
+    assert rmse_of(np.array([3.0, np.nan, -3.0])) == 3
+
+
+@pytest.fixture(scope="module")
+def three() -> list[Recording]:
+    # The declared model has no damping: its residuals are structured.
+    return read_campaign("contact_damping", 5, recordings=3)[1]
+
+
+def test_leaving_out_to_first_order_is_like_refitting(three: list[Recording]) -> None:
+    trial = run_trial(TrialTask((), three, ()))
+    predicted = leave_one_out(trial.fitted, three)
+    for left_out in three:
+        others = [recording for recording in three if recording is not left_out]
+        refitted = fit(Model(corners=16), others, trial.fitted.values)
+        exact = fit_own_parameters(refitted, [left_out]).residuals[left_out.name]
+        moved = rmse_of(exact - trial.fitted.residuals[left_out.name])
+        assert rmse_of(predicted[left_out.name] - exact) < 0.15 * moved
+        assert rmse_of(predicted[left_out.name]) == pytest.approx(rmse_of(exact), rel=2e-3)
+
+
+def test_leaving_out_keeps_to_the_ranges_of_the_parameters() -> None:
+    """Contact damping cannot be negative, however much the torque asks for it."""
+    undamped = read_campaign(None, 2, recordings=3)[1]
+    model = model_of(effects_named(["contact_damping"]), RANKING)
+    inwards = [
+        with_torque(r, r.M_z + gain * r.psi_dot)
+        for r, gain in zip(undamped, (0.2, 0.5, 1.0), strict=True)
+    ]
+    fitted = fit(model, inwards, initial_guess(model, inwards))
+    column = fitted.labels.index((None, "contact_damping.c"))
+    assert fitted.bound_distances[0, column] == pytest.approx(0, abs=1e-2)
+
+    left = leave_one_out(fitted, inwards)
+    beyond = leave_one_out(
+        replace(fitted, bound_distances=np.sign(fitted.bound_distances) * np.inf), inwards
+    )
+
+    for recording in inwards:
+        others = [r for r in inwards if r is not recording]
+        refitted = fit(model, others, fitted.values)
+        exact = fit_own_parameters(refitted, [recording]).residuals[recording.name]
+        near, far = (rmse_of(made[recording.name] - exact) for made in (left, beyond))
+        assert near < 0.3 * far
+
+
+def test_leaving_out_with_missing_samples(three: list[Recording]) -> None:
+    gone = np.arange(three[0].t.size) % 3 == 0
+    holed = [with_torque(three[0], np.where(gone, np.nan, three[0].M_z)), *three[1:]]
+    fitted = run_trial(TrialTask((), holed, ())).fitted
+    left = leave_one_out(fitted, holed)
+
+    np.testing.assert_array_equal(np.isnan(left[holed[0].name]), gone)
+    whole = leave_one_out(run_trial(TrialTask((), three, ())).fitted, three)
+    assert rmse_of(left[holed[0].name]) == pytest.approx(rmse_of(whole[holed[0].name]), rel=0.05)
+
+
+def test_leaving_out_with_outliers(three: list[Recording]) -> None:
+    """An outlier pulls on the shared parameters as little as it does in a fit."""
+    spiked = three[0].M_z.copy()
+    spiked[100:140] += np.ptp(spiked)
+    wrong = [with_torque(three[0], spiked), *three[1:]]
+    task = TrialTask((), wrong, loss=Huber(threshold=0.03))
+    fitted = run_trial(task).fitted
+    predicted = leave_one_out(fitted, wrong)
+    for left_out in three[1:]:
+        others = [recording for recording in wrong if recording is not left_out]
+        refitted = run_trial(replace(task, training=others, start=fitted.values)).fitted
+        exact = fit_own_parameters(refitted, [left_out]).residuals[left_out.name]
+        moved = rmse_of(exact - fitted.residuals[left_out.name])
+        assert rmse_of(predicted[left_out.name] - exact) < 0.5 * moved
+
+
+def test_a_single_recording_keeps_its_residuals(three: list[Recording]) -> None:
+    fitted = run_trial(TrialTask((), three[:1], ())).fitted
+
+    assert leave_one_out(fitted, three[:1]) == dict(fitted.residuals)
+
+
+def test_the_information_criterion_speaks_for_what_is_there(three: list[Recording]) -> None:
+    declared = run_trial(TrialTask((), three, ()))
+    right, wrong = (
+        run_trial(TrialTask(effects_named([name]), three, (), declared.fitted.values))
+        for name in ("contact_damping", "torque_offset")
+    )
+
+    assert delta_bic(right.fitted, declared.fitted, three) < -100
+    assert delta_bic(right.fitted, declared.fitted, three) < delta_bic(
+        wrong.fitted, declared.fitted, three
+    )
+    assert right.nrmse < 0.5 * declared.nrmse
+
+
+def test_the_information_criterion_speaks_against_what_is_not() -> None:
+    _, recordings = read_campaign(None, 1)
+    declared = run_trial(TrialTask((), recordings, ()))
+    richer = run_trial(
+        TrialTask(
+            effects_named(["contact_damping", "torque_offset"]), recordings, (), declared.fitted.values
+        )
+    )
+
+    assert len(richer.fitted.labels) - len(declared.fitted.labels) == 3
+    assert delta_bic(richer.fitted, declared.fitted, recordings) > 0
+
+
+def test_information_criterion_of_white_residuals(three: list[Recording]) -> None:
+    fitted = run_trial(TrialTask((), three, ())).fitted
+    rng = np.random.default_rng(2)
+    white = {r.name: rng.standard_normal(r.t.size) for r in three}
+    poorer = replace(fitted, residuals={name: 2 * residual for name, residual in white.items()})
+    richer = replace(fitted, residuals=white, labels=(*fitted.labels, (None, "more")))
+    n = effective_samples(white)
+
+    assert delta_bic(richer, poorer, three) == pytest.approx(-2 * n * np.log(2) + np.log(n))
+    assert n == pytest.approx(sum(r.t.size for r in three), rel=0.1)
+
+
+def test_advantage_is_paired_over_seconds() -> None:
+    t = np.arange(400) / 100
+    better = Judgement(residuals={"a": np.full(400, 1.0)}, ranges={"a": 2.0}, times={"a": t})
+    steps = np.repeat([1.0, 2.0, 3.0, 4.0], 100)
+    worse = replace(better, residuals={"a": steps})
+    squares = (np.array([1.0, 4.0, 9.0, 16.0]) - 1) / 4
+
+    np.testing.assert_allclose(worse.block_errors(BLOCK), (squares * 4 + 1) / 4)
+    mean, error = advantage(better, worse, BLOCK)
+    assert mean == pytest.approx(squares.mean())
+    assert error == pytest.approx(squares.std(ddof=1) / 2)
+    assert advantage(worse, better, BLOCK) == (pytest.approx(-mean), pytest.approx(error))
+    assert advantage(better, better, BLOCK) == (0, 0)
+
+
+def test_the_last_sample_is_no_block_of_its_own() -> None:
+    """14.01 s are fourteen seconds, however large the error at the very end."""
+    t = np.arange(1402) / 100
+    residual = np.ones(t.size)
+    residual[-1] = 10.0
+    squares = Judgement(residuals={"a": residual}, ranges={"a": 1.0}, times={"a": t}).block_errors(BLOCK)
+
+    assert squares.size == 14
+    np.testing.assert_allclose(squares[:-1], 1)
+    assert squares[-1] == pytest.approx(1 + 99 / 101, rel=0.01)
+
+
+def test_a_second_without_a_torque_is_left_out() -> None:
+    t = np.arange(401) / 100
+    residual = np.where((t >= 1) & (t < 2), np.nan, 2.0)
+    judgement = Judgement(residuals={"a": residual}, ranges={"a": 1.0}, times={"a": t})
+
+    np.testing.assert_array_equal(judgement.block_errors(BLOCK), [4, 4, 4])
+    np.testing.assert_array_equal(judgement.block_errors(60.0), [4])
+
+
+def test_a_block_of_which_little_is_there_is_left_out() -> None:
+    t = np.arange(1401) / 100
+    residual = np.where(t > 13.02, np.nan, 1.0)
+    residual[-1] = 10.0
+    judgement = Judgement(residuals={"a": residual}, ranges={"a": 1.0}, times={"a": t})
+
+    np.testing.assert_array_equal(judgement.block_errors(BLOCK), np.ones(13))
+
+
+def test_a_single_block_tells_nothing() -> None:
+    t = np.arange(140) / 100
+    better, worse = (
+        Judgement(residuals={"a": np.full(t.size, size)}, ranges={"a": 1.0}, times={"a": t})
+        for size in (1.0, 2.0)
+    )
+
+    assert advantage(better, worse, BLOCK) == (3, np.inf)
+
+
+def test_judged_error_is_averaged_over_recordings(three: list[Recording]) -> None:
+    residuals = {r.name: np.full(r.t.size, size) for r, size in zip(three, (0.1, 0.2, 0.3), strict=True)}
+    spans = [np.ptp(r.M_z) for r in three]
+
+    assert judge(residuals, three).nrmse == pytest.approx(
+        np.mean(np.array([0.1, 0.2, 0.3]) / np.array(spans))
+    )
+
+
+def test_what_the_data_say_nothing_about_has_no_deviation(three: list[Recording]) -> None:
+    fitted = run_trial(TrialTask((), three, ())).fitted
+    blind: Fit = replace(fitted, jacobian=fitted.jacobian * np.array([0.0, 1, 1, 1]))
+    spread = standard_deviations(blind, three)
+
+    assert np.isinf(spread[0])
+    assert np.isfinite(spread[1:]).all()

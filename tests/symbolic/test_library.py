@@ -1,0 +1,89 @@
+"""Effects by name, the library's and the user's own."""
+
+from dataclasses import dataclass, replace
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from symbolic import EFFECTS, Effect, InvalidInputError, Model, Parameter, effects_in, effects_named
+from symbolic.serialisation import MODEL_VERSION, model_from_tables
+
+
+@dataclass(frozen=True, kw_only=True)
+class Stop(Effect):
+    """An effect of the user's own."""
+
+    name: str = "stop"
+    summary: str = "a stop"
+    parameters: tuple[Parameter, ...] = (
+        Parameter(name="c", unit="N m", neutral=0.0, start=0.1, lower=0.0, upper=9.0, scale=1.0),
+    )
+
+
+DOCUMENT = {
+    "version": MODEL_VERSION,
+    "effects": ["pretwist", "stop"],
+    "shared": {"k": 2e6, "stop.c": 0.5},
+}
+
+
+def module(**content: Any) -> ModuleType:
+    made = ModuleType("mine")
+    vars(made).update(content)
+    return made
+
+
+def test_an_effect_stands_for_itself_and_a_name_for_one_that_is_given() -> None:
+    stop = Stop()
+
+    assert effects_named(["pretwist", stop]) == (EFFECTS["pretwist"], stop)
+    assert effects_named(["stop", "pretwist"], [stop]) == (stop, EFFECTS["pretwist"])
+    assert effects_named([*EFFECTS, stop]) == (*EFFECTS.values(), stop)
+    with pytest.raises(InvalidInputError, match=r"unknown effect 'stop'; .* --effects MODULE"):
+        effects_named(["stop"])
+
+
+def test_a_module_declares_its_effects() -> None:
+    stop = Stop()
+
+    assert effects_in(module(EFFECTS=[stop])) == (stop,)
+    assert effects_in(module(EFFECTS=(effect for effect in (stop, EFFECTS["pretwist"])))) == (
+        stop,
+        EFFECTS["pretwist"],
+    )
+
+
+@pytest.mark.parametrize(
+    ("content", "fault"),
+    [
+        ({}, "module mine must declare its effects as EFFECTS = "),
+        ({"EFFECTS": 3}, "module mine must declare its effects as EFFECTS = "),
+        ({"EFFECTS": {"stop": Stop()}}, "module mine must declare its effects as EFFECTS = "),
+        ({"EFFECTS": [Stop]}, "module mine: an effect must be an object of Effect, got <class"),
+        ({"EFFECTS": ["stribeck"]}, "module mine: an effect must be an object of Effect, got 'str"),
+        ({"EFFECTS": [Stop(), Stop(summary="b")]}, "module mine: effect 'stop' is named twice"),
+        ({"EFFECTS": [Stop(name="stribeck")]}, "module mine: effect 'stribeck' has the name of another"),
+        (
+            {"EFFECTS": [replace(EFFECTS["stribeck"], summary="mine")]},
+            "module mine: effect 'stribeck' has the name of another one in the library",
+        ),
+        ({"EFFECTS": [Stop(name="learned")]}, "module mine: an effect's name must be an identifier oth"),
+        ({"EFFECTS": [Stop(name="a.b")]}, "module mine: an effect's name must be an identifier other"),
+    ],
+)
+def test_faults_of_a_module(content: dict[str, Any], fault: str) -> None:
+    with pytest.raises(InvalidInputError) as caught:
+        effects_in(module(**content))
+    assert str(caught.value).startswith(fault)
+
+
+def test_a_model_file_names_only_effects_that_are_given() -> None:
+    stop = Stop()
+    found = model_from_tables(DOCUMENT, [stop])
+
+    assert found.model == Model(effects=(EFFECTS["pretwist"], stop))
+    assert found.shared["stop.c"] == 0.5
+    assert [effect.name for effect in found.model.effects] == DOCUMENT["effects"]
+    with pytest.raises(InvalidInputError, match="unknown effect 'stop'"):
+        model_from_tables(DOCUMENT)
