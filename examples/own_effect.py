@@ -7,7 +7,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from identification import Recording, diagnose, smoothed_rate
-from reference_rig.record import make_recording
+from reference_rig import make_recording
 from symbolic import Effect, Parameter, ResidualSignature, Rig, Signals, Tyre
 from symbolic.effects.base import Expression, Values
 

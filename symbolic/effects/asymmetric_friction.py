@@ -21,8 +21,8 @@ class AsymmetricFriction(Effect):
     )
     signatures: tuple[ResidualSignature, ...] = (
         ResidualSignature("the magnitude of the torque"),
-        ResidualSignature("the signed angle since the last reversal", sign=1),
-        ResidualSignature("the signed time since the last reversal", sign=1),
+        ResidualSignature("the signed angle since the last reversal", sign=1, rank=2),
+        ResidualSignature("the signed time since the last reversal", sign=1, rank=2),
     )
 
     def friction(self, signals: Signals, memory: Expression, values: Values) -> Expression:

@@ -19,7 +19,7 @@ class ContactDamping(Effect):
     )
     signatures: tuple[ResidualSignature, ...] = (
         ResidualSignature("the yaw rate", sign=1),
-        ResidualSignature("the rate of the torque", sign=-1, rank=1),
+        ResidualSignature("the rate of the torque", sign=-1, rank=2),
     )
 
     def torque(self, signals: Signals, values: Values) -> Expression:

@@ -47,7 +47,7 @@ class ContactLength(Effect):
     )  # fmt: skip
     signatures: tuple[ResidualSignature, ...] = (
         ResidualSignature("the load"),
-        ResidualSignature("the torque times the load"),
+        ResidualSignature("the torque times the load", rank=1),
     )
     discrete: bool = True
 

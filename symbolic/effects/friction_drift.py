@@ -22,8 +22,8 @@ class FrictionDrift(Effect):
     )
     signatures: tuple[ResidualSignature, ...] = (
         ResidualSignature("the torque times the time"),
-        ResidualSignature("the signed angle since the last reversal", sign=1),
-        ResidualSignature("the signed time since the last reversal", sign=1),
+        ResidualSignature("the signed angle since the last reversal", sign=1, rank=3),
+        ResidualSignature("the signed time since the last reversal", sign=1, rank=3),
     )
     memory: int = 2
 

@@ -28,10 +28,10 @@ class FrictionalCreep(Effect):
         Parameter(name="c", unit="1", neutral=0.0, start=0.02, lower=0.0, upper=0.3, scale=0.05),
     )
     signatures: tuple[ResidualSignature, ...] = (
-        ResidualSignature("the direction of friction times log speed", sign=1),
-        ResidualSignature("the signed angle since the last reversal", sign=1),
-        ResidualSignature("the signed time since the last reversal", sign=1),
-        ResidualSignature("the yaw rate", sign=1, rank=1),
+        ResidualSignature("the direction of friction times log speed", sign=1, rank=1),
+        ResidualSignature("the signed angle since the last reversal", sign=1, rank=1),
+        ResidualSignature("the signed time since the last reversal", sign=1, rank=1),
+        ResidualSignature("the yaw rate", sign=1, rank=2),
         ResidualSignature("the rate of the torque", sign=-1, rank=1),
         ResidualSignature("the angle", sign=1, rank=2),
     )

@@ -1,56 +1,37 @@
-"""Every effect that the search may pick, by name, in the order of the vocabulary."""
+"""Every effect that the search may pick, by name: one module of this package each.
 
-from collections.abc import Iterable, Mapping
+A new effect is a new module here; nothing else lists it.
+"""
+
+from collections.abc import Iterable, Iterator, Mapping
+from importlib import import_module
+from pkgutil import iter_modules
 from types import ModuleType
 
-from symbolic.effects.asymmetric_friction import AsymmetricFriction
+from symbolic import effects as package
 from symbolic.effects.base import Effect
-from symbolic.effects.bearing_friction import BearingFriction
-from symbolic.effects.carcass_torsion import CarcassTorsion
-from symbolic.effects.contact_damping import ContactDamping
-from symbolic.effects.contact_length import ContactLength
-from symbolic.effects.friction_drift import FrictionDrift
-from symbolic.effects.frictional_creep import FrictionalCreep
-from symbolic.effects.load_dependent_friction import LoadDependentFriction
-from symbolic.effects.patch_width import PatchWidth
-from symbolic.effects.pressure_shape import PressureShape
-from symbolic.effects.pressure_skew import PressureSkew
-from symbolic.effects.pretwist import Pretwist
-from symbolic.effects.rate_friction import RateFriction
-from symbolic.effects.sensor_delay import SensorDelay
-from symbolic.effects.steering_return import SteeringReturn
-from symbolic.effects.stribeck import Stribeck
-from symbolic.effects.torque_offset import TorqueOffset
-from symbolic.effects.viscoelastic_relaxation import ViscoelasticRelaxation
 from symbolic.errors import InvalidInputError
 
-EFFECTS: dict[str, Effect] = {
-    effect.name: effect
-    for effect in (
-        RateFriction(),
-        FrictionalCreep(),
-        Stribeck(),
-        LoadDependentFriction(),
-        AsymmetricFriction(),
-        FrictionDrift(),
-        CarcassTorsion(),
-        ContactLength(),
-        PatchWidth(),
-        PressureShape(),
-        PressureSkew(),
-        ViscoelasticRelaxation(),
-        ContactDamping(),
-        BearingFriction(),
-        SteeringReturn(),
-        SensorDelay(),
-        TorqueOffset(),
-        Pretwist(),
-    )
-}
+NO_EFFECTS = ("base", "library")
+"""Modules of this package that hold no effect."""
 
 
-RESERVED = ("learned",)
-"""Names that a model file gives another meaning."""
+def _library() -> Iterator[Effect]:
+    """One object of each subclass of `Effect` that a module of this package defines, by module name."""
+    for name in sorted(module.name for module in iter_modules(package.__path__)):
+        if name in NO_EFFECTS:
+            continue
+        module = import_module(f"{package.__name__}.{name}")
+        for kind in vars(module).values():
+            if (
+                isinstance(kind, type)
+                and issubclass(kind, Effect)
+                and kind.__module__ == module.__name__
+            ):
+                yield kind()  # type: ignore[call-arg]
+
+
+EFFECTS: dict[str, Effect] = {effect.name: effect for effect in _library()}
 
 
 def effects_named(chosen: Iterable[str | Effect], own: Iterable[Effect] = ()) -> tuple[Effect, ...]:
@@ -105,11 +86,8 @@ def checked_effects(effects: Iterable[object]) -> tuple[Effect, ...]:
     for effect in effects:
         if not isinstance(effect, Effect):
             raise InvalidInputError(f"an effect must be an object of Effect, got {effect!r}")
-        if not effect.name.isidentifier() or effect.name in RESERVED:
-            raise InvalidInputError(
-                f"an effect's name must be an identifier other than {', '.join(RESERVED)}, got"
-                f" {effect.name!r}"
-            )
+        if not effect.name.isidentifier():
+            raise InvalidInputError(f"an effect's name must be an identifier, got {effect.name!r}")
         if EFFECTS.get(effect.name, effect) != effect:
             raise InvalidInputError(
                 f"effect {effect.name!r} has the name of another one in the library; choose another name"

@@ -23,7 +23,7 @@ class PatchWidth(Effect):
             name="half_width", unit="m", neutral=0.0, start=0.015, lower=0.0, upper=0.15, scale=0.02
         ),
     )
-    signatures: tuple[ResidualSignature, ...] = (ResidualSignature("the angle", sign=-1, rank=1),)
+    signatures: tuple[ResidualSignature, ...] = (ResidualSignature("the angle", sign=-1, rank=3),)
     discrete: bool = True
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:

@@ -22,8 +22,8 @@ class PressureShape(Effect):
         Parameter(name="exponent", unit="1", neutral=2.0, start=2.3, lower=0.6, upper=12.0, scale=1.0),
     )
     signatures: tuple[ResidualSignature, ...] = (
-        ResidualSignature("the angle", sign=-1),
-        ResidualSignature("the rate of the torque", sign=1, rank=1),
+        ResidualSignature("the angle", sign=-1, rank=1),
+        ResidualSignature("the rate of the torque", sign=1, rank=2),
     )
     discrete: bool = True
 

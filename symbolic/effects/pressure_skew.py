@@ -19,8 +19,8 @@ class PressureSkew(Effect):
         Parameter(name="skew", unit="1", neutral=0.0, start=0.1, lower=-0.95, upper=0.95, scale=0.2),
     )
     signatures: tuple[ResidualSignature, ...] = (
-        ResidualSignature("the angle", sign=-1),
-        ResidualSignature("the angle", sign=1, rank=2),
+        ResidualSignature("the angle", sign=-1, rank=2),
+        ResidualSignature("the angle", sign=1, rank=3),
     )
     discrete: bool = True
 

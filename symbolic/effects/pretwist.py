@@ -27,7 +27,7 @@ class Pretwist(Effect):
         ),
     )
     signatures: tuple[ResidualSignature, ...] = (
-        ResidualSignature("a constant of each recording"),
+        ResidualSignature("a constant of each recording", rank=1),
         ResidualSignature("time"),
         ResidualSignature("the initial twist that remains"),
     )

@@ -31,10 +31,10 @@ class SensorDelay(Effect):
     )
     signatures: tuple[ResidualSignature, ...] = (
         ResidualSignature("the rate of the torque", sign=1),
-        ResidualSignature("the yaw rate", sign=-1),
-        ResidualSignature("the direction of turning", sign=-1),
-        ResidualSignature("the signed angle since the last reversal", sign=-1),
-        ResidualSignature("the signed time since the last reversal", sign=-1),
+        ResidualSignature("the yaw rate", sign=-1, rank=1),
+        ResidualSignature("the direction of turning", sign=-1, rank=1),
+        ResidualSignature("the signed angle since the last reversal", sign=-1, rank=1),
+        ResidualSignature("the signed time since the last reversal", sign=-1, rank=1),
     )
     sensor: bool = True
     memory: int = (1 + len(CHANNELS)) * DEPTH
