@@ -1,13 +1,24 @@
 """Observers of the friction coefficient for controllers."""
 
 from observers.angle_derivative import causal_rate, next_rate
+from observers.casadi_observer import CasadiObserver
 from observers.ekf import Ekf
 from observers.factory import from_files
 from observers.layout import Layout, ObserverState
 from observers.loop import Loop
 from observers.measurement_model import AligningTorque, MeasurementModel
 from observers.mhe import Mhe
-from observers.protocol import SAMPLE, BatchObserver, Estimate, Estimates, Observer, Sample, Status
+from observers.protocol import (
+    OUTPUT,
+    SAMPLE,
+    BatchObserver,
+    Estimate,
+    Estimates,
+    FunctionObserver,
+    Observer,
+    Sample,
+    Status,
+)
 from observers.run import run
 from observers.steering_torque import SteeringTorque
 from observers.thesis.zone_history import ZoneHistory, zone_history
@@ -16,13 +27,16 @@ from observers.tuning import STATES, Tuning
 from observers.udu import covariance_of
 
 __all__ = [
+    "OUTPUT",
     "SAMPLE",
     "STATES",
     "AligningTorque",
     "BatchObserver",
+    "CasadiObserver",
     "Ekf",
     "Estimate",
     "Estimates",
+    "FunctionObserver",
     "Layout",
     "Loop",
     "MeasurementModel",

@@ -17,7 +17,7 @@ Kind = TypeVar("Kind", Ekf, Mhe)
 def from_files(
     kind: type[Kind], rig: str | Path, model: str | Path | None = None, **settings: Any
 ) -> Kind:
-    """A ready observer: the rig of a rig file, the declared model with its k, or a model that was found.
+    """An observer from a rig file and, optionally, the file of a model that a diagnosis found.
 
     Args:
         kind: `Ekf` or `Mhe`.
@@ -34,7 +34,7 @@ def from_files(
     geometry, tyre = read_rig_file(rig)
     if "measurement_model" in settings:
         with naming(rig):
-            settings["measurement_model"].check(geometry)
+            settings["measurement_model"].check(geometry, Model())
     found = FoundModel(model=Model(), shared={"k": tyre.k}, own={})
     if model is not None:
         found = read_model_file(model)

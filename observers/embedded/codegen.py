@@ -14,24 +14,25 @@ from pathlib import Path
 import casadi as ca
 
 from observers.angle_derivative import MEMORY
-from observers.base import ModelObserver
-from observers.ekf import Ekf, build_step
+from observers.ekf import Ekf
 from observers.embedded.casadi_c import embedded_source
-from observers.embedded.compact_ekf import is_quick, quick_body
-from observers.embedded.compact_mhe import is_quick_window, quick_window_body
-from observers.embedded.initial_state import build_start
+from observers.embedded.compact_ekf import compact_body, is_compact
+from observers.embedded.compact_mhe import compact_window_body, is_compact_window
 from observers.embedded.literals import in_type
 from observers.embedded.parameters import parameters_text
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import Body, filled
 from observers.embedded.test_vector import vector_text
-from observers.measurement_model import RIG, SENSIBLE
+from observers.measurement_model import SENSIBLE
 from observers.mhe import Mhe
-from observers.mhe_step import build_window_step
-from observers.protocol import LONGEST_STEP, Status
-from observers.tuning import BELIEFS, INFORMED
+from observers.protocol import (
+    LONGEST_STEP,
+    FunctionObserver,
+    Status,
+    prior_estimate,
+    torque_channel,
+)
 from symbolic import InvalidInputError
-from symbolic.serialisation import units_of
 
 REFUSED = 128
 """Status of a sample that generated code leaves out; Python raises an error there."""
@@ -39,16 +40,15 @@ REMEDIES = {
     **{int(status): status.remedy for status in Status if status & ~Status.NO_ROOT},
     REFUSED: "dt out of range, the sample was left out; or numbers failed",
 }
-KINDS = {"Ekf": "Extended Kalman filter", "Mhe": "Moving-horizon estimator"}
 
 
 def generate(
-    observer: ModelObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip"
+    observer: FunctionObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip"
 ) -> list[Path]:
     """Write an observer as C99: header, code, example, check, S-function, parameters, test vector.
 
     Args:
-        observer: an `Ekf` or an `Mhe`.
+        observer: an `Ekf`, an `Mhe`, or any other `FunctionObserver`.
         folder: where to; made if it is not there.
         real: the type of every number.
         name: begins every name in C and names the files.
@@ -57,7 +57,8 @@ def generate(
         The files written.
 
     Raises:
-        InvalidInputError: the observer is no Ekf or Mhe, the name is none in C, or a constant is beyond
+        InvalidInputError: the observer is no `FunctionObserver`, the name is none in C, or a constant is
+        beyond
             the type.
     """
     texts = texts_of(checked(observer, name), real, name)
@@ -68,10 +69,13 @@ def generate(
     return [folder / file for file in texts]
 
 
-def checked(observer: ModelObserver, name: str) -> Ekf | Mhe:
+def checked(observer: FunctionObserver, name: str) -> FunctionObserver:
     """The observer, if it can be written out under this name; else `InvalidInputError`."""
-    if not isinstance(observer, Ekf | Mhe):
-        raise InvalidInputError(f"observer must be an Ekf or an Mhe, got {type(observer).__name__}")
+    if not all(hasattr(type(observer), n) for n in ("layout", "initial_function", "step_function")):
+        raise InvalidInputError(
+            "observer must be an Ekf, an Mhe or another observer made of casadi Functions, got"
+            f" {type(observer).__name__}"
+        )
     if not re.fullmatch(r"[a-z][a-z0-9_]{0,30}", name):
         raise InvalidInputError(
             f"name must be a name in C, small letters, digits and _, at most 31, got {name!r}"
@@ -79,7 +83,7 @@ def checked(observer: ModelObserver, name: str) -> Ekf | Mhe:
     return observer
 
 
-def texts_of(observer: Ekf | Mhe, real: Real, name: str) -> dict[str, str]:
+def texts_of(observer: FunctionObserver, real: Real, name: str) -> dict[str, str]:
     """Every file's text by its name."""
     terms = terms_of(observer, real, name)
     body = body_of(observer, real, terms)
@@ -100,18 +104,18 @@ def texts_of(observer: Ekf | Mhe, real: Real, name: str) -> dict[str, str]:
     }
 
 
-def body_of(observer: Ekf | Mhe, real: Real, terms: Mapping[str, str]) -> Body:
-    """The quick code where there is one for the observer."""
-    if isinstance(observer, Ekf) and is_quick(observer):
-        return quick_body(observer, real, terms)
-    if isinstance(observer, Mhe) and is_quick_window(observer):
-        return quick_window_body(observer, real, terms)
+def body_of(observer: FunctionObserver, real: Real, terms: Mapping[str, str]) -> Body:
+    """The compact code where there is one for the observer."""
+    if isinstance(observer, Ekf) and is_compact(observer):
+        return compact_body(observer, real, terms)
+    if isinstance(observer, Mhe) and is_compact_window(observer):
+        return compact_window_body(observer, real, terms)
     return casadi_body(observer, real, terms)
 
 
-def casadi_body(observer: Ekf | Mhe, real: Real, terms: Mapping[str, str]) -> Body:
+def casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, str]) -> Body:
     """The observer's own Functions as casadi writes them; any model."""
-    step, start = step_of(observer), build_start(observer)
+    step, start = observer.step_function, observer.initial_function
     source = embedded_source([start, step], real, f"{terms['name']}_core")
     sizes = {"arg": str(source.arg), "res": str(source.res), "step": step.name()}
     state, integers = observer.layout.size, max(source.iw, 1)
@@ -128,17 +132,9 @@ def casadi_body(observer: Ekf | Mhe, real: Real, terms: Mapping[str, str]) -> Bo
     )
 
 
-def step_of(observer: Ekf | Mhe) -> ca.Function:
-    """One sample of the observer, as casadi has it: (state, sample, constants) -> (state_next, said)."""
-    model, measurement_model = observer.model, observer.measurement_model
-    if isinstance(observer, Mhe):
-        return build_window_step(model, measurement_model, observer.window, observer.iterations)
-    return build_step(model, measurement_model, observer.iterations)
-
-
-def terms_of(observer: Ekf | Mhe, real: Real, name: str) -> dict[str, str]:
+def terms_of(observer: FunctionObserver, real: Real, name: str) -> dict[str, str]:
     """What the templates are filled with."""
-    tuning, torque = observer.tuning, "M" if observer.measurement_model.turns else "M_z"
+    prior, torque = prior_estimate(observer), torque_channel(observer)
     said = {
         "M_z": "aligning torque, moment of the ground on the wheel [N m]",
         "M": "steering torque, of the hand or motor on the wheel [N m]",
@@ -152,7 +148,7 @@ def terms_of(observer: Ekf | Mhe, real: Real, name: str) -> dict[str, str]:
         "torque": torque,
         "torque_said": said[torque],
         "rate_said": "not used: the rate is estimated"
-        if observer.measurement_model.turns
+        if "psi_dot" not in observer.channels
         else "yaw rate [rad/s]; where there is none it is taken from the past of psi",
         "M_z": "sample->M_z" if torque == "M_z" else f"({real.c_type})NAN",
         "M": "sample->M" if torque == "M" else f"({real.c_type})NAN",
@@ -165,11 +161,11 @@ def terms_of(observer: Ekf | Mhe, real: Real, name: str) -> dict[str, str]:
         "constants_count": str(len(constants)),
         "constants": "\n".join(
             f"    {real.literal(value)}, /* {what} */"
-            for value, what in zip(constants, _constants_said(observer), strict=True)
+            for value, what in zip(constants, observer.constant_labels, strict=True)
         ),
-        "prior_mu": real.literal(tuning.mu),
-        "prior_std": real.literal(tuning.mu_std),
-        "informed_below": real.literal(INFORMED * tuning.log_std),
+        "prior_mu": real.literal(prior.mu),
+        "prior_std": real.literal(prior.mu_std),
+        "informed_below": real.literal(observer.informed_below),
         "memory": repr(MEMORY),
         "longest_step": repr(LONGEST_STEP),
         "sensible": repr(SENSIBLE),
@@ -178,14 +174,12 @@ def terms_of(observer: Ekf | Mhe, real: Real, name: str) -> dict[str, str]:
     }
 
 
-def described(observer: Ekf | Mhe, real: Real) -> str:
+def described(observer: FunctionObserver, real: Real) -> str:
     """One line that says what the code is."""
     effects = ", ".join(effect.name for effect in observer.model.effects)
-    kind = KINDS[type(observer).__name__]
-    window = f" over {observer.window} samples" if isinstance(observer, Mhe) else ""
-    torque = "steering" if observer.measurement_model.turns else "aligning"
+    torque = "steering" if torque_channel(observer) == "M" else "aligning"
     model = f"effects {effects}" if effects else "the declared model"
-    return f"{kind}{window} on the {torque} torque, {model}; {real.c_type}."
+    return f"{observer.title} on the {torque} torque, {model}; {real.c_type}."
 
 
 def release() -> str:
@@ -200,17 +194,6 @@ def _flag(number: int) -> str:
     return "REFUSED" if number == REFUSED else str(Status(number).name)
 
 
-def _constants_said(observer: Ekf | Mhe) -> list[str]:
-    """What each of the constants is, in their order."""
-    coordinates = observer.model.coordinates
-    units = list(units_of(observer.model).values())
-    named = [c if c in units_of(observer.model) else f"{c}, as the model counts it" for c in coordinates]
-    parameters = [f"{what} [{unit}]" for what, unit in zip(named, units, strict=True)]
-    rig = [f"{what} [{unit}]" for what, unit in zip(RIG, ("m", "m", "kg m^2", "N m s/rad"), strict=True)]
-    return [*parameters, *rig, *(f"belief: {what}" for what in BELIEFS)]
-
-
-def _version(observer: Ekf | Mhe, real: Real, code: str) -> str:
+def _version(observer: FunctionObserver, real: Real, code: str) -> str:
     digest = hashlib.sha256(code.encode()).hexdigest()[:12]
-    kind = type(observer).__name__.lower()
-    return f"brushgrip {release()} {kind} {real.c_type} {digest}"
+    return f"brushgrip {release()} {observer.name} {real.c_type} {digest}"

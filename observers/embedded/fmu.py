@@ -15,13 +15,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from xml.sax.saxutils import escape
 
-from observers.base import ModelObserver
-from observers.ekf import Ekf
 from observers.embedded.codegen import checked, terms_of, texts_of
 from observers.embedded.fmi_variables import variables_of
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import filled
-from observers.mhe import Mhe
+from observers.protocol import FunctionObserver
 from symbolic import InvalidInputError
 from symbolic.compiled import compiler
 
@@ -41,12 +39,12 @@ DATE = (1980, 1, 1, 0, 0, 0)
 
 
 def generate_fmu(
-    observer: ModelObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip"
+    observer: FunctionObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip"
 ) -> Path:
     """Write an observer as `name`.fmu: FMI 2.0 co-simulation, sources, a library for 64-bit Linux.
 
     Args:
-        observer: an `Ekf` or an `Mhe`.
+        observer: an `Ekf`, an `Mhe`, or any other `FunctionObserver`.
         folder: where to; made if it is not there.
         real: the type of every number inside; the variables are double in any case.
         name: of the model, and of the file.
@@ -96,7 +94,7 @@ def _compiler() -> str:
     return command
 
 
-def _texts(observer: Ekf | Mhe, real: Real, name: str) -> tuple[dict[str, str], str, str]:
+def _texts(observer: FunctionObserver, real: Real, name: str) -> tuple[dict[str, str], str, str]:
     """The sources by file, the model description, the parameters."""
     texts, terms = texts_of(observer, real, name), terms_of(observer, real, name)
     parameters = texts[f"{name}.json"]

@@ -12,12 +12,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.ekf import Ekf
 from observers.embedded.codegen import generate
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import filled
-from observers.mhe import Mhe
-from observers.protocol import Estimates
+from observers.protocol import Estimates, FunctionObserver, torque_channel
 from observers.run import as_estimates
 from symbolic import InvalidInputError
 from symbolic.compiled import compiler
@@ -66,7 +64,7 @@ class Hosted:
         return as_estimates(t, said.T.astype(float))
 
 
-def host(observer: Ekf | Mhe, real: Real = SINGLE) -> Hosted:
+def host(observer: FunctionObserver, real: Real = SINGLE) -> Hosted:
     """Generate an observer and compile it for this machine.
 
     Raises:
@@ -75,7 +73,7 @@ def host(observer: Ekf | Mhe, real: Real = SINGLE) -> Hosted:
     command = compiler()
     if command is None:
         raise InvalidInputError("no C compiler at hand; set CC, or put cc on the path")
-    torque = "M" if observer.measurement_model.turns else "M_z"
+    torque = torque_channel(observer)
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         generate(observer, folder, real, name=_NAME)

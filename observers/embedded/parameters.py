@@ -4,20 +4,18 @@ import json
 from dataclasses import asdict
 from typing import Any
 
-from observers.base import ModelObserver
 from observers.embedded.scalar_type import Real
+from observers.protocol import FunctionObserver
 from symbolic.serialisation import units_of
 
 
-def parameters_text(observer: ModelObserver, real: Real, version: str) -> str:
+def parameters_text(observer: FunctionObserver, real: Real, version: str) -> str:
     """JSON of model, values, rig, beliefs and settings; infinity stands as text."""
     units = units_of(observer.model)
     document = {
         "version": version,
-        "observer": type(observer).__name__.lower(),
+        "observer": observer.name,
         "real": real.c_type,
-        "sensing": type(observer.measurement_model).__name__,
-        "states": list(observer.states),
         "effects": [effect.name for effect in observer.model.effects],
         "parameters": {n: {"value": v, "unit": units[n]} for n, v in observer.values.items()},
         "rig": {
@@ -26,8 +24,7 @@ def parameters_text(observer: ModelObserver, real: Real, version: str) -> str:
                 asdict(observer.rig).items(), ("m", "m", "kg m^2", "N m s/rad"), strict=True
             )
         },
-        "beliefs": asdict(observer.tuning),
-        "settings": {n: getattr(observer, n) for n in ("iterations", "window") if hasattr(observer, n)},
+        **observer.settings,
     }
     return json.dumps(_plain(document), indent=2, allow_nan=False) + "\n"
 

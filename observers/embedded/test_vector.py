@@ -5,10 +5,9 @@ from math import isfinite, nan
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.base import ModelObserver
 from observers.embedded.scalar_type import Real
 from observers.loop import Loop
-from observers.protocol import Sample
+from observers.protocol import FunctionObserver, Sample, prior_estimate, torque_channel
 from symbolic import simulate
 
 Array = NDArray[np.float64]
@@ -32,7 +31,7 @@ load that swings by a tenth, torque noise of 0.4 % of range (seed {seed}). Senso
 the first two samples have no angle. Expected is what observers.Loop says in Python, in double."""
 
 
-def made_vector(observer: ModelObserver, real: Real) -> Array:
+def made_vector(observer: FunctionObserver, real: Real) -> Array:
     """Samples and what `observers.Loop` says after each, rows as in `COLUMNS`, numbers of the type."""
     samples = real.round(made_samples(observer))
     loop = Loop(observer)
@@ -43,7 +42,7 @@ def made_vector(observer: ModelObserver, real: Real) -> Array:
     return np.vstack([samples, np.array(said, dtype=float).T])
 
 
-def made_samples(observer: ModelObserver) -> Array:
+def made_samples(observer: FunctionObserver) -> Array:
     """Samples that turn the wheel through its zones, rows psi, psi_dot, M_z, M, F_N, dt."""
     rig, rng = observer.rig, np.random.default_rng(SEED)
     t = STEP * np.arange(COUNT)
@@ -58,7 +57,7 @@ def made_samples(observer: ModelObserver) -> Array:
     ).ravel()
     M_z = simulate(observer.model, np.vstack([psi, rate, F_N, dt]), theta, np.array([rig.a, rig.e])).M_z
     M = -M_z
-    if observer.measurement_model.turns:
+    if torque_channel(observer) == "M":
         M = M + (rig.b_t or 0.0) * rate + (rig.J_A or 0.0) * np.gradient(rate, STEP)
     noise = 0.004 * np.ptp(M_z) * rng.standard_normal((2, COUNT))
     samples = np.vstack([psi, rate, M_z + noise[0], M + noise[1], F_N, dt])
@@ -69,13 +68,12 @@ def made_samples(observer: ModelObserver) -> Array:
     return samples
 
 
-def vector_friction(observer: ModelObserver) -> float:
-    """The friction at which the samples are made: a little more than is believed."""
-    tuning = observer.tuning
-    return float(min(1.2 * tuning.mu, 0.5 * (tuning.mu + tuning.greatest)))
+def vector_friction(observer: FunctionObserver) -> float:
+    """Friction at which the samples are simulated: a little more than that of the prior."""
+    return 1.2 * prior_estimate(observer).mu
 
 
-def vector_text(observer: ModelObserver, real: Real, torque: str) -> str:
+def vector_text(observer: FunctionObserver, real: Real, torque: str) -> str:
     """The samples and what is expected of them as a table; `torque` names the one that is measured."""
     made = made_vector(observer, real)
     names = [name for name in COLUMNS if name not in {"M_z", "M"} - {torque}]

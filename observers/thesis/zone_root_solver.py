@@ -100,6 +100,11 @@ class ZoneRootSolver:
                 f"least_turn must be a finite number of at least 0 rad, got {self.least_turn}"
             )
 
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Fields of `Sample` that are used."""
+        return ("psi", "F_N", "M_z")
+
     def init(self, first: Sample) -> ZoneRootState:
         """The state before the first sample, the patch at rest at its angle."""
         return ZoneRootState(rest=first.psi, raw=self.mu, mu=self.mu)

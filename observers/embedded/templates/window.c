@@ -1,8 +1,8 @@
 /* The window: the last $window samples in a ring, the states at each, and the patch as each left it. */
 
 enum { STATES = $states, ROW = 5, CLEAN = 7 };
-/* A row of a sample: load, time, torque, whether it counts, and what a change of the ground adds. */
-enum { ROW_F_N, ROW_DT, ROW_M_Z, ROW_BELIEVED, ROW_JUMP };
+/* A row of a sample: load, time, torque, whether it is accepted, and the jump of the variance of ln mu. */
+enum { ROW_F_N, ROW_DT, ROW_M_Z, ROW_ACCEPTED, ROW_JUMP };
 
 /* Keeps the patch with a sample; of more corners than fit the ones that are felt least are given up. */
 static void keep_patch(${name}_state_t *state, int32_t at, $real scale) {
@@ -80,21 +80,27 @@ static void leave(${name}_state_t *state, int32_t oldest) {
     for (i = 0; i < STATES; ++i) state->mean[i] = limited[i];
 }
 
-/* Whether the newest sample counts, and where the ground has changed since when. judged: believed, reset,
-   run, missing, expected. */
+/* Which samples of the window count after the test of the newest innovation: accepted, reset, run, missing,
+   expected. Without a reset only the newest changes. */
 static void believe(${name}_state_t *state, const $real *judged) {
     const int32_t run = judged[2] < $window ? (int32_t)judged[2] : $window;
+    const int32_t count = judged[1] == 0.0 ? 1 : run;
     int32_t age;
-    state->row[state->newest][ROW_BELIEVED] = judged[0];
-    if (judged[1] == 0.0) return;
-    for (age = 0; age < run; ++age) {
-        const int32_t at = (state->newest + $window - age) % $window;
-        state->row[at][ROW_BELIEVED] = 1.0;
-        /* A run longer than the window began before it: its oldest sample stands for the first. */
-        if (age == run - 1) state->row[at][ROW_JUMP] = $prior_variance;
+    for (age = 0; age < count; ++age) {
+        $real *row = state->row[(state->newest + $window - age) % $window];
+        $real place = ($real)age, accepted = 0.0, jump = 0.0;
+        const $real *arg[3] = {row, &place, judged};
+        $real *res[2] = {&accepted, &jump};
+        accept(arg, res, 0, 0, 0);
+        row[ROW_ACCEPTED] = accepted;
+        row[ROW_JUMP] = jump;
     }
-    /* Nothing comes before the window's oldest sample: a change there comes in with the arrival. */
-    if (judged[2] >= $window) state->factor[0] += $prior_variance;
+    if (judged[1] != 0.0) {
+        const $real *arg[1] = {judged};
+        $real jump = 0.0, *res[1] = {&jump};
+        reset_arrival(arg, res, 0, 0, 0);
+        state->factor[0] += jump;
+    }
 }
 
 /* The states of the whole window: forth as a filter, and back. */
@@ -145,6 +151,7 @@ static int32_t advance(${name}_state_t *state, const $real *sample) {
     state->row[at][ROW_F_N] = now[2];
     state->row[at][ROW_DT] = now[3];
     state->row[at][ROW_M_Z] = now[4];
+    state->row[at][ROW_ACCEPTED] = 1.0;
     state->row[at][ROW_JUMP] = 0.0;
     state->newest = at;
     torque_at(state, at, newest, torque);
