@@ -14,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Sample, SteeringTorque, Tuning
-from observers.base import SAID
 from observers.ekf import build_step
 from observers.embedded.literals import in_type
 from observers.embedded.scalar_type import SINGLE
+from observers.protocol import OUTPUT
 from symbolic import Model, Rig, effects_named
 from symbolic.compiled import compiler
 
@@ -179,7 +179,7 @@ class Single:
         """What the filter says of samples (n, 6) in the order of `observers.SAMPLE`, (n, 4)."""
         psi, psi_dot, F_N, dt, *_ = samples[0].tolist()
         state = self.start(Sample(psi=psi, psi_dot=psi_dot, F_N=F_N, dt=dt))
-        said = np.empty((len(samples), len(SAID)), np.float32)
+        said = np.empty((len(samples), len(OUTPUT)), np.float32)
         self._loaded.follow(
             ctypes.c_longlong(state.size),
             ctypes.c_longlong(len(samples)),
@@ -205,8 +205,8 @@ class Single:
         return Setup(
             size=layout.size, n=len(self.observer.states), factor=at["factor"].start,
             last=at["last"].start, last_size=at["last"].stop - at["last"].start,
-            status=at["said"].start + SAID.index("status"),
-            steering=self.observer.measurement_model.turns,
+            status=at["output"].start + OUTPUT.index("status"),
+            steering="psi" in self.observer.states,
             a=rig.a, J_A=rig.J_A, b_t=rig.b_t, bouts=trial.bouts, wildest=trial.wildest,
             heaviest=trial.heaviest,
         )  # fmt: skip
@@ -237,7 +237,7 @@ def build(observer: Ekf, folder: Path) -> Single:
     command, library = compiler(), folder / "single.so"
     if command is None:
         raise RuntimeError(NO_COMPILER)
-    driver = str(Path(__file__).with_name("single.c"))
+    driver = str(Path(__file__).with_name("float32.c"))
     for arguments in (
         # No warning of this kind is the proof that nothing is computed in double precision.
         ("-Wdouble-promotion", "-c", "step.c", "-o", "step.o"),

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from observers import Ekf, Estimate, Loop, Mhe, ObserverState, Sample, Tuning
 from observers.compiled_step import CompiledStep
 from observers.embedded import Real, generate
-from observers.embedded.codegen import step_of
+from observers.protocol import torque_channel
 from symbolic import Model, effects_named
 from symbolic.compiled import compiler
 from tests.observers.conftest import RIG, K
@@ -73,7 +73,7 @@ class Built:
 
     def compile(self, *flags: str, sources: tuple[str, ...], out: str, command: str = "") -> Path:
         """Compile files of the folder, or by absolute path, into one of it."""
-        torque = "M" if self.observer.measurement_model.turns else "M_z"
+        torque = torque_channel(self.observer)
         arguments = [command or str(compiler()), f"-DREAL={self.real.c_type}", f"-DTORQUE={torque}"]
         arguments += ["-ffp-contract=off", "-I.", *flags, *sources, "-o", out]
         arguments += [] if {"-c", "-fsyntax-only"} & set(flags) else ["-lm"]
@@ -102,7 +102,7 @@ class Interpreted:
     def __init__(self, observer: Any) -> None:
         """Of an observer."""
         self.observer = observer
-        self._compiled_step = CompiledStep(step_of(observer), observer.constants)
+        self._compiled_step = CompiledStep(observer.step_function, observer.constants)
 
     def init(self, first: Sample) -> ObserverState:
         state: ObserverState = self.observer.init(first)

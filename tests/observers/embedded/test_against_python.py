@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from identification import read_recording
 from observers import AligningTorque, Ekf, Mhe, Status, SteeringTorque, Tuning, run
 from observers.embedded import DOUBLE, SINGLE
-from observers.embedded.compact_ekf import is_quick
-from observers.embedded.compact_mhe import is_quick_window
+from observers.embedded.compact_ekf import is_compact
+from observers.embedded.compact_mhe import is_compact_window
 from reference_rig.record import RigRecording
 from reference_rig.steering import SteeringRecording
 from symbolic import Tyre
@@ -56,7 +56,7 @@ def rows_of(made: RigRecording | SteeringRecording) -> Array:
 
 @pytest.fixture
 def rows(sensing: Any, recording: RigRecording, steered: SteeringRecording) -> Array:
-    return rows_of(steered if sensing.turns else recording)
+    return rows_of(steered if "M" in sensing.channels else recording)
 
 
 @pytest.mark.parametrize("sensing", SENSINGS)
@@ -65,10 +65,10 @@ def rows(sensing: Any, recording: RigRecording, steered: SteeringRecording) -> A
 def test_double_is_the_same(built: Build, kind: Any, model: Any, sensing: Any, rows: Array) -> None:
     observer = observer_of(kind, model, sensing)
     part = rows[: PART[kind]]
-    expected = said_by(Interpreted(observer), part, sensing.turns)
+    expected = said_by(Interpreted(observer), part, "M" in sensing.channels)
     said = built(observer, DOUBLE).follow(part)
 
-    if is_quick(observer) or is_quick_window(observer):
+    if is_compact(observer) or is_compact_window(observer):
         # Not the same operations: the patch is another one.
         np.testing.assert_allclose(said[:, :2], expected[:, :2], rtol=0, atol=1e-12)
         np.testing.assert_allclose(said[:, 2], expected[:, 2], rtol=0, atol=1e-10)
@@ -86,7 +86,7 @@ def test_single_is_as_close_as_it_can_be(
 ) -> None:
     observer = observer_of(kind, model, sensing)
     rounded = SINGLE.round(rows)
-    expected = said_by(observer, rounded, sensing.turns)
+    expected = said_by(observer, rounded, "M" in sensing.channels)
     said = built(observer, SINGLE).follow(rounded)
     off = np.abs(said - expected)[:, 0]
     second = np.cumsum(rows[:, 4]) > 1
@@ -94,7 +94,7 @@ def test_single_is_as_close_as_it_can_be(
 
     assert off.max() < 5e-5
     # Bristles that follow an angle estimated in single precision keep its rounding.
-    assert off[second].max() < (2e-5 if model is FOUND and sensing.turns else 5e-6)
+    assert off[second].max() < (2e-5 if model is FOUND and "M" in sensing.channels else 5e-6)
     np.testing.assert_allclose(said[:, 1], expected[:, 1], rtol=1e-4)
     np.testing.assert_array_equal(said[:, 4], expected[:, 4])
 

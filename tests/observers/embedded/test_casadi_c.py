@@ -8,17 +8,11 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from observers.ekf import Ekf
 from observers.embedded.casadi_c import embedded_source
-from observers.embedded.initial_state import build_start
 from observers.embedded.literals import names_in
 from observers.embedded.scalar_type import DOUBLE, SINGLE
-from observers.measurement_model import AligningTorque
-from observers.mhe import Mhe
-from observers.protocol import Sample
-from observers.steering_torque import SteeringTorque
 from symbolic.compiled import compiler
-from tests.observers.embedded.building import DECLARED, FOUND, NO_COMPILER, STRICT, observer_of
+from tests.observers.embedded.building import NO_COMPILER, STRICT
 
 
 def everything() -> ca.Function:
@@ -67,17 +61,3 @@ def test_nothing_is_exported_and_nothing_is_left_for_casadi() -> None:
     assert not {"everything_n_in", "everything_work", "CASADI_SYMBOL_EXPORT", "double"} & set(names)
     assert "long long" not in text
     assert not [line for line in text.splitlines() if line.startswith(("int ", "void ", "casadi_real "))]
-
-
-@pytest.mark.parametrize(
-    "sensing", [AligningTorque(), AligningTorque(stiffness=True), SteeringTorque(zero=True)]
-)
-@pytest.mark.parametrize("model", [DECLARED, FOUND], ids=["declared", "effects"])
-@pytest.mark.parametrize("kind", [Ekf, Mhe])
-def test_start_is_the_observers_own(kind: type, model: dict[str, object], sensing: object) -> None:
-    observer = observer_of(kind, model, sensing, mu=0.9)
-    first = Sample(psi=0.3, psi_dot=0.1, F_N=411.0, dt=0.013)
-    sample = np.array([first.psi, first.psi_dot, first.F_N, first.dt, 0.0, 0.0])
-    made = build_start(observer)(sample, observer.constants).full().ravel()
-
-    np.testing.assert_array_equal(made, observer.init(first).values)
