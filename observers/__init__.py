@@ -5,8 +5,9 @@ from observers.casadi_observer import CasadiObserver
 from observers.ekf import Ekf
 from observers.factory import from_files
 from observers.layout import Layout, ObserverState
+from observers.linearisation import build_clean
 from observers.loop import Loop
-from observers.measurement_model import AligningTorque, MeasurementModel
+from observers.measurement_model import CLEAN, AligningTorque, MeasurementModel
 from observers.mhe import Mhe
 from observers.protocol import (
     OUTPUT,
@@ -27,6 +28,7 @@ from observers.tuning import STATES, Tuning
 from observers.udu import covariance_of
 
 __all__ = [
+    "CLEAN",
     "OUTPUT",
     "SAMPLE",
     "STATES",
@@ -50,6 +52,7 @@ __all__ = [
     "ZoneHistory",
     "ZoneRootSolver",
     "ZoneRootState",
+    "build_clean",
     "causal_rate",
     "covariance_of",
     "from_files",

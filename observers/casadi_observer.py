@@ -78,7 +78,7 @@ class CasadiObserver:
 
     @property
     def step_function(self) -> ca.Function:
-        """(state, sample, constants) -> (state_next, output); one Function object per settings."""
+        """(state, sample, constants) -> (state_next, output), in the order of these arguments."""
         raise NotImplementedError
 
     @cached_property
@@ -135,7 +135,7 @@ class CasadiObserver:
     def run_samples(self, samples: Array) -> Array:
         """A whole recording; see `BatchObserver.run_samples`."""
         start = self.init(first_sample(samples)).values
-        stretch = compiled_stretch(self.step_function)
+        stretch = compiled_stretch(self._function)
         output = dict(zip(OUTPUT, run_stretches(stretch, start, samples, self.constants), strict=True))
         informed = output["mu_std"] < self.informed_below * output["mu"]
         return np.vstack(
@@ -157,8 +157,12 @@ class CasadiObserver:
         return self.layout.size
 
     @cached_property
+    def _function(self) -> ca.Function:
+        return self.step_function
+
+    @cached_property
     def _step(self) -> CompiledStep:
-        return CompiledStep(compiled_step(self.step_function), self.constants)
+        return CompiledStep(compiled_step(self._function), self.constants)
 
     def __getstate__(self) -> dict[str, Any]:
         """The fields; cached properties are computed again."""

@@ -117,7 +117,7 @@ def casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, str]
     """The observer's own Functions as casadi writes them; any model."""
     step, start = observer.step_function, observer.initial_function
     source = embedded_source([start, step], real, f"{terms['name']}_core")
-    sizes = {"arg": str(source.arg), "res": str(source.res), "step": step.name()}
+    sizes = {"arg": str(source.arg), "res": str(source.res), "start": start.name(), "step": step.name()}
     state, integers = observer.layout.size, max(source.iw, 1)
     private = (
         f"    {real.c_type} values[2][{state}]; /* before and after a sample */\n"

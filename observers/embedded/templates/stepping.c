@@ -7,7 +7,7 @@ $constants
 static void begin(${name}_state_t *state, const $real *sample) {
     const $real *arg[$arg] = {sample, constants};
     $real *res[$res] = {state->values[0]};
-    start(arg, res, state->integers, state->scratch, 0);
+    $start(arg, res, state->integers, state->scratch, 0);
     state->now = 0;
 }
 
