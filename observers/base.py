@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from observers.casadi_observer import CasadiObserver
 from observers.initial_state import build_initial_state
-from observers.layout import named
+from observers.layout import Layout, named
 from observers.linearisation import state_index
 from observers.measurement_model import RIG, AligningTorque, MeasurementModel
-from observers.protocol import Status
+from observers.patch_model import PatchModel, constants_size
+from observers.protocol import SAMPLE, Status
 from observers.tuning import TUNING_FIELDS, Tuning
 from symbolic import InvalidInputError, Model, Rig
 
@@ -104,7 +105,7 @@ STIFFNESS_BOUNDS = (0.1, 10.0)
 """Bounds of k over its nominal value, where it is a state [1]."""
 
 
-def status_flags(**conditions: ca.MX) -> ca.MX:
+def status_flags(**conditions: Any) -> ca.MX:
     """The status of a sample, `Status` as a number, from a condition a flag."""
     total = ca.MX(0)
     for name, condition in conditions.items():
@@ -132,6 +133,7 @@ def step_output(
     variance: ca.MX,
     M_z: ca.MX,
     tuning: ca.MX,
+    test: Mapping[str, ca.MX],
     **conditions: ca.MX,
 ) -> ca.MX:
     """The output of a step in the order of `observers.protocol.OUTPUT`.
@@ -142,9 +144,29 @@ def step_output(
         variance: that of ln mu [1].
         M_z: predicted aligning torque [N m].
         tuning: as in `TUNING_FIELDS`.
-        conditions: flags of `Status` in small letters; `bound` is added to them.
+        test: missing, accepted and reset of the innovation, see `observers.innovation_gate`.
+        conditions: further flags of `Status` in small letters.
     """
     log_mu, limits = x[state_index(measurement_model)], named(TUNING_FIELDS, tuning)
     bound = ca.logic_or(log_mu <= ca.log(limits["least"]), log_mu >= ca.log(limits["greatest"]))
     mu = ca.exp(log_mu) * ca.vertcat(1, ca.sqrt(variance))
-    return ca.vertcat(mu, M_z, status_flags(**conditions, bound=bound))
+    status = status_flags(
+        missing=test["missing"], rejected=ca.logic_not(test["accepted"]), reset=test["reset"],
+        bound=bound, **conditions,
+    )  # fmt: skip
+    return ca.vertcat(mu, M_z, status)
+
+
+def step_symbols(model: PatchModel, parts: Layout) -> list[ca.MX]:
+    """Symbols for state, sample and constants of a step."""
+    sizes = {"state": parts.size, "sample": len(SAMPLE), "constants": constants_size(model)}
+    return [ca.MX.sym(name, size) for name, size in sizes.items()]
+
+
+def build_step_function(
+    name: str, symbols: list[ca.MX], state_next: ca.MX, output: ca.MX
+) -> ca.Function:
+    """(state, sample, constants) -> (state_next, output)."""
+    return ca.Function(
+        name, symbols, [state_next, output], ["state", "sample", "constants"], ["state_next", "output"]
+    )

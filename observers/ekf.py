@@ -12,9 +12,9 @@ from functools import cache, partial
 
 import casadi as ca
 
-from observers.base import ModelObserver, clip_to_bounds, step_output
+from observers.base import ModelObserver, build_step_function, clip_to_bounds, step_output, step_symbols
 from observers.innovation_gate import COUNTS, build_innovation, huber_weight
-from observers.layout import Layout, named
+from observers.layout import Layout, named, outputs_of
 from observers.linearisation import (
     build_clean,
     build_measurement,
@@ -25,7 +25,7 @@ from observers.linearisation import (
     state_index,
 )
 from observers.measurement_model import CLEAN, MeasurementModel, log_mu_variance
-from observers.patch_model import PatchModel, constants_size, split_constants
+from observers.patch_model import PatchModel, split_constants
 from observers.patch_update import (
     build_patch_update,
     memory_depends_on_tyre,
@@ -36,7 +36,7 @@ from observers.patch_update import (
     slopes_by_states,
     tyre_parameters,
 )
-from observers.protocol import OUTPUT, SAMPLE
+from observers.protocol import OUTPUT
 from observers.tuning import TUNING_FIELDS
 from observers.udu import covariance
 from symbolic import GEOMETRY, InvalidInputError
@@ -106,8 +106,7 @@ def build_step(
 ) -> ca.Function:
     """One sample of the filter: (state, sample, constants) -> (state_next, output)."""
     parts = layout(model, measurement_model)
-    state, sample = ca.MX.sym("state", parts.size), ca.MX.sym("sample", len(SAMPLE))
-    constants = ca.MX.sym("constants", constants_size(model))
+    state, sample, constants = symbols = step_symbols(model, parts)
     before = parts.split(state)
     theta, rig, tuning = split_constants(model, constants)
     now, imputed = build_clean(measurement_model)(sample, before["last"])
@@ -118,14 +117,10 @@ def build_step(
     memory = _predicted_memory(model, measurement_model, before, Q)
     update_patch = partial(_update_patch, model, measurement_model, memory, now, theta, rig)
     patch = measurement_model.patch_before(before, partial(update_patch, x))
-    innovation = build_innovation(measurement_model)
-    test = dict(zip(
-        innovation.name_out(),
-        innovation(
-            x, covariance(factor), patch["M_z"], patch["slopes"], now, before["counts"], rig, tuning
-        ),
-        strict=True,
-    ))  # fmt: skip
+    test = outputs_of(
+        build_innovation(measurement_model), x, covariance(factor), patch["M_z"], patch["slopes"],
+        now, before["counts"], rig, tuning,
+    )  # fmt: skip
     at = state_index(measurement_model)
     variance = covariance(factor)[at, at]
     increment = test["reset"] * log_mu_variance(named(TUNING_FIELDS, tuning))
@@ -151,21 +146,13 @@ def build_step(
         retention = reset_retention(test["reset"], variance, increment)
         patch["memory_sensitivity"] = retention * patch["memory_sensitivity"]
     output = step_output(
-        measurement_model, corrected, covariance(after)[at, at], M_z, tuning,
-        missing=test["weight"] <= 0, held=imputed, rejected=ca.logic_not(test["accepted"]),
-        reset=test["reset"],
-    )  # fmt: skip
+        measurement_model, corrected, covariance(after)[at, at], M_z, tuning, test, held=imputed
+    )
     state_next = {
         **patch, "x": corrected, "factor": after, "last": now, "counts": test["counts_next"],
         "output": output,
     }  # fmt: skip
-    return ca.Function(
-        "ekf_step",
-        [state, sample, constants],
-        [parts.join(state_next), output],
-        ["state", "sample", "constants"],
-        ["state_next", "output"],
-    )
+    return build_step_function("ekf_step", symbols, parts.join(state_next), output)
 
 
 def _predicted_memory(
@@ -193,9 +180,8 @@ def _update_patch(
     update = build_patch_update(model, measurement_model)
     signals = patch_signals(measurement_model, x, now)
     tyre = tyre_parameters(measurement_model, x)
-    results = update(*memory.values(), signals, tyre, theta, rig[: len(GEOMETRY)])
-    names = (name.removesuffix("_next") for name in update.name_out())
-    patch = dict(zip(names, results, strict=True))
+    results = outputs_of(update, *memory.values(), signals, tyre, theta, rig[: len(GEOMETRY)])
+    patch = {name.removesuffix("_next"): result for name, result in results.items()}
     return {**patch, "slopes": slopes_by_states(measurement_model, patch["slopes"], x)}
 
 

@@ -74,9 +74,9 @@ def build_innovation(measurement_model: MeasurementModel) -> ca.Function:
     return ca.Function(
         "innovation",
         [inputs[name] for name in order],
-        [innovation, H, weight, expected, huber_scale, H_P_H, *test],
+        [innovation, H, weight, expected, huber_scale, H_P_H, weight <= 0, *test],
         order,
-        [*measurement.name_out(), "H_P_H", *build_gate().name_out()],
+        [*measurement.name_out(), "H_P_H", "missing", *build_gate().name_out()],
     )
 
 

@@ -84,3 +84,9 @@ class ObserverState:
 def named(names: Iterable[str], vector: Expression) -> dict[str, Expression]:
     """The elements of a casadi vector by name."""
     return dict(zip(names, ca.vertsplit(vector), strict=True))
+
+
+def outputs_of(function: ca.Function, *arguments: Expression) -> dict[str, Expression]:
+    """The outputs of a casadi Function by name."""
+    outputs = function.call(list(arguments), False, False)
+    return dict(zip(function.name_out(), outputs, strict=True))

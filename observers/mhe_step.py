@@ -25,9 +25,9 @@ from functools import cache, partial
 
 import casadi as ca
 
-from observers.base import clip_to_bounds, step_output
+from observers.base import build_step_function, clip_to_bounds, step_output, step_symbols
 from observers.innovation_gate import COUNTS, build_innovation
-from observers.layout import Layout, named
+from observers.layout import Layout, named, outputs_of
 from observers.linearisation import build_clean, state_index
 from observers.measurement_model import CLEAN, MeasurementModel, log_mu_variance
 from observers.mhe_terms import (
@@ -40,9 +40,9 @@ from observers.mhe_terms import (
     is_unsettled,
 )
 from observers.patch_history import PatchHistory
-from observers.patch_model import PatchModel, constants_size, split_constants
+from observers.patch_model import PatchModel, split_constants
 from observers.patch_update import memory_depends_on_tyre, reset_retention, sensitivity_retention
-from observers.protocol import OUTPUT, SAMPLE
+from observers.protocol import OUTPUT
 from observers.tuning import TUNING_FIELDS
 
 
@@ -103,8 +103,7 @@ def build_window_step(
 ) -> ca.Function:
     """One sample of the estimator: (state, sample, constants) -> (state_next, output)."""
     parts = layout(model, measurement_model, window)
-    state, sample = ca.MX.sym("state", parts.size), ca.MX.sym("sample", len(SAMPLE))
-    constants = ca.MX.sym("constants", constants_size(model))
+    state, sample, constants = symbols = step_symbols(model, parts)
     before = parts.split(state)
     theta, rig, tuning = split_constants(model, constants)
     patch = PatchHistory(model=model, measurement_model=measurement_model, window=window)
@@ -122,13 +121,10 @@ def build_window_step(
     history = measurement_model.patch_before(patch.without_oldest(before), partial(append, x=x_newest))
     x, samples = ca.horzcat(before["x"][:, 1:], x_newest), samples[:, 1:]
     M_z, slopes = torques(history, x)
-    test = dict(zip(
-        build_innovation(measurement_model).name_out(),
-        build_innovation(measurement_model)(
-            x_newest, P, M_z[-1], slopes[:, -1], now, before["counts"], rig, tuning
-        ),
-        strict=True,
-    ))  # fmt: skip
+    test = outputs_of(
+        build_innovation(measurement_model), x_newest, P, M_z[-1], slopes[:, -1], now,
+        before["counts"], rig, tuning,
+    )  # fmt: skip
     # A memory that depends on the old friction does not fit samples of the new ground: they stay
     # rejected.
     run = 1 if memory_depends_on_tyre(model, measurement_model) else test["run"]
@@ -152,21 +148,14 @@ def build_window_step(
     increment = log_mu_variance(named(TUNING_FIELDS, tuning))
     old = reset_retention(test["reset"], before["P_newest"][at, at], increment)
     output = step_output(
-        measurement_model, x_newest, P[at, at], M_z, tuning,
-        missing=test["weight"] <= 0, held=imputed, rejected=ca.logic_not(test["accepted"]),
-        reset=test["reset"], unsettled=is_unsettled(measurement_model, x_newest, previous[:, -1], P),
+        measurement_model, x_newest, P[at, at], M_z, tuning, test, held=imputed,
+        unsettled=is_unsettled(measurement_model, x_newest, previous[:, -1], P),
     )  # fmt: skip
     state_next = {
         **patch.scale_newest_sensitivity(history, old), "samples": samples, "x": x, "mean": mean,
         "factor": factor, "P_newest": P, "counts": test["counts_next"], "output": output,
     }  # fmt: skip
-    return ca.Function(
-        "mhe_step",
-        [state, sample, constants],
-        [parts.join(state_next), output],
-        ["state", "sample", "constants"],
-        ["state_next", "output"],
-    )
+    return build_step_function("mhe_step", symbols, parts.join(state_next), output)
 
 
 def _arrival(

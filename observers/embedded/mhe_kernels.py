@@ -13,7 +13,7 @@ from observers.base import clip_to_bounds, step_output
 from observers.embedded.scalarise import scalars
 from observers.initial_state import build_initial_state
 from observers.innovation_gate import COUNTS, build_innovation
-from observers.layout import Layout, named
+from observers.layout import Layout, named, outputs_of
 from observers.linearisation import build_clean, build_motion, directions, state_index
 from observers.measurement_model import CLEAN, RIG
 from observers.mhe import Mhe
@@ -136,12 +136,9 @@ def _judge(observer: Mhe) -> ca.Function:
     names = ("newest", "torque", "now", "P", "counts", "rig", "tuning")
     newest, torque, now, P, counts, rig, tuning = inputs = _symbols(observer, *names)
     innovation = build_innovation(observer.measurement_model)
-    results = dict(zip(
-        innovation.name_out(),
-        innovation(newest, P, *_torque(observer, torque, newest), now, counts, rig, tuning),
-        strict=True,
-    ))  # fmt: skip
-    results["missing"] = results["weight"] <= 0
+    results = outputs_of(
+        innovation, newest, P, *_torque(observer, torque, newest), now, counts, rig, tuning
+    )
     return _function(
         "judge", inputs, [ca.vertcat(*(results[name] for name in TEST)), results["counts_next"]]
     )
@@ -172,11 +169,7 @@ def _forth(observer: Mhe) -> ca.Function:
     mean, factor, x, torque, row, after, rig, tuning = inputs = _symbols(observer, *names)
     forward = build_forward(observer.measurement_model)
     rows = map(_full_row, (row, after))
-    results = dict(zip(
-        forward.name_out(),
-        forward(mean, factor, x, *_torque(observer, torque, x), *rows, rig, tuning),
-        strict=True,
-    ))  # fmt: skip
+    results = outputs_of(forward, mean, factor, x, *_torque(observer, torque, x), *rows, rig, tuning)
     outputs = [results["mean_next"], results["factor_next"], elimination(observer).join(results)]
     return _function("forth", inputs, outputs)
 
@@ -200,8 +193,7 @@ def _say(observer: Mhe) -> ca.Function:
     x, P, newest, test, imputed, tuning = inputs = _symbols(observer, *names)
     result, at = named(TEST, test), state_index(observer.measurement_model)
     output = step_output(
-        observer.measurement_model, x, P[at, at], result["expected"], tuning,
-        missing=result["missing"], held=imputed, rejected=ca.MX(ca.logic_not(result["accepted"])),
-        reset=result["reset"], unsettled=is_unsettled(observer.measurement_model, x, newest, P),
+        observer.measurement_model, x, P[at, at], result["expected"], tuning, result, held=imputed,
+        unsettled=is_unsettled(observer.measurement_model, x, newest, P),
     )  # fmt: skip
     return _function("say", inputs, [output])
