@@ -39,7 +39,7 @@ def build_gate() -> ca.Function:
     deviation = ca.sqrt(H_P_H + ca.fmin(huber_scale, 1 / ca.if_else(measured, weight, 1)))
     beyond = ca.logic_and(measured, ca.fabs(innovation) > limits["gate"] * deviation)
     side = ca.if_else(innovation > 0, 1, -1)
-    run = ca.if_else(beyond, ca.if_else(streak * side > 0, ca.fabs(streak), 0) + 1, 0)
+    run = ca.if_else(beyond, ca.fmax(streak * side, 0) + 1, 0)
     reset = run >= limits["reset_after"]
     accepted = ca.logic_or(ca.logic_not(beyond), reset)
     streak = ca.if_else(measured, ca.if_else(reset, 0, run * side), streak)

@@ -180,6 +180,6 @@ def _accept(samples: ca.MX, accepted: ca.MX, reset: ca.MX, run: ca.MX | int, tun
     window = samples.shape[1]
     ages, test = ca.DM(range(window - 1, -1, -1)).T, ca.vertcat(accepted, reset, run)
     rows = (samples[ROWS.index("accepted"), :], samples[ROWS.index("jump"), :])
-    acceptance = build_acceptance(window).map(window) if window > 1 else build_acceptance(window)
+    acceptance = build_acceptance().map(window) if window > 1 else build_acceptance()
     accepted, jump = acceptance(*rows, ages, ca.repmat(test, 1, window), ca.repmat(tuning, 1, window))
     return ca.vertcat(samples[: len(CLEAN), :], accepted, jump)

@@ -35,7 +35,7 @@ def build_prediction(measurement_model: MeasurementModel) -> ca.Function:
     return ca.Function(
         "prediction",
         [x, P, M_z, slopes, last, now, rig, tuning],
-        [clip_to_bounds(measurement_model, x_next, tuning), A @ P @ A.T + ca.diag(Q), Q],
+        [x_next, A @ P @ A.T + ca.diag(Q), Q],
         ["x", "P", "M_z", "slopes", "last", "now", "rig", "tuning"],
         ["x_next", "P_next", "Q"],
     )
@@ -98,18 +98,18 @@ def build_backward(measurement_model: MeasurementModel) -> ca.Function:
 
 
 @cache
-def build_acceptance(window: int) -> ca.Function:
+def build_acceptance() -> ca.Function:
     """(accepted, jump, age, test, tuning) -> (accepted_next, jump_next) of a sample in the window.
 
     age is 0 for the newest sample; test is accepted, reset and run of the newest one, see
     `observers.innovation_gate`. After a change of the ground the whole run is accepted, and ln mu jumps
-    before its first sample; the window's oldest sample stands for one that has left the window.
+    before its first sample; where that is not behind the window's oldest sample see `arrival_jump`.
     """
     accepted, jump, age = (ca.SX.sym(name) for name in ("accepted", "jump", "age"))
     test, tuning = ca.SX.sym("test", 3), ca.SX.sym("tuning", len(TUNING_FIELDS))
     newest, reset, run = ca.vertsplit(test)
     in_run = ca.logic_and(reset, age < run)
-    first = ca.logic_and(reset, age == ca.fmin(run, window) - 1)
+    first = ca.logic_and(reset, age == run - 1)
     variance = log_mu_variance(named(TUNING_FIELDS, tuning))
     return ca.Function(
         "acceptance",

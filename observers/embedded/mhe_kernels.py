@@ -148,7 +148,7 @@ def _accept(observer: Mhe) -> ca.Function:
     """(row, age, test) -> accepted, jump."""
     row, age, test, tuning = inputs = _symbols(observer, "row", "age", "test", "tuning")
     stored, three = named(ROW, row), test[: TEST.index("run") + 1]
-    acceptance = build_acceptance(observer.window)
+    acceptance = build_acceptance()
     return _function(
         "accept", inputs, [*acceptance(stored["accepted"], stored["jump"], age, three, tuning)]
     )
