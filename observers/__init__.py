@@ -22,16 +22,14 @@ from observers.protocol import (
 )
 from observers.run import run
 from observers.steering_torque import SteeringTorque
-from observers.thesis.zone_history import ZoneHistory, zone_history
-from observers.thesis.zone_root_solver import ZoneRootSolver, ZoneRootState
-from observers.tuning import STATES, Tuning
+from observers.thesis import ZoneHistory, ZoneRootSolver, ZoneRootState, zone_history
+from observers.tuning import Tuning
 from observers.udu import covariance_of
 
 __all__ = [
     "CLEAN",
     "OUTPUT",
     "SAMPLE",
-    "STATES",
     "AligningTorque",
     "BatchObserver",
     "CasadiObserver",

@@ -79,9 +79,9 @@ class Status(IntFlag):
 
 _REMEDIES = {
     Status.MISSING: "no measurement, predicted through: check the sensor if it lasts",
-    Status.HELD: "angle, load or steering torque missing, the last one held: check the sensor if it"
+    Status.HELD: "angle, load or steering torque missing, the last one used: check the sensor if it"
     " lasts",
-    Status.REJECTED: "measurement beyond the gate, not believed: if it lasts without a reset,"
+    Status.REJECTED: "measurement beyond the gate, rejected: if it lasts without a reset,"
     " raise Tuning.gate or Tuning.noise",
     Status.RESET: "the ground has changed, mu is being learnt anew: wait until informed",
     Status.BOUND: "mu is on its bound: check k, a, F_N and the sign of the torque, or widen the bounds",

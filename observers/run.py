@@ -98,7 +98,7 @@ def _check(t: Array, channels: Mapping[str, Array | None]) -> None:
 
 
 def _rate(t: Array, psi: Array) -> Array:
-    """The causal rate from the angles that are known, held where one is missing."""
+    """The causal rate from the angles that are known, the last one where one is missing."""
     known = np.flatnonzero(np.isfinite(psi))
     rate = causal_rate(t[known], psi[known])
     return rate[np.maximum(np.searchsorted(known, np.arange(t.size), side="right") - 1, 0)]
