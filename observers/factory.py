@@ -1,26 +1,26 @@
 """An observer from the files that describe rig and model."""
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from observers.ekf import Ekf
-from observers.mhe import Mhe
+from observers.casadi_observer import CasadiObserver
 from symbolic.errors import InvalidInputError
 from symbolic.model import Model
 from symbolic.parameters import Rig, Tyre
 from symbolic.parsing import json_of, naming, toml_of
 from symbolic.serialisation import FoundModel, model_described, rig_described
 
-Kind = TypeVar("Kind", Ekf, Mhe)
+Kind = TypeVar("Kind", bound=CasadiObserver)
 
 
 def from_files(
-    kind: type[Kind], rig: str | Path, model: str | Path | None = None, **settings: Any
+    kind: Callable[..., Kind], rig: str | Path, model: str | Path | None = None, **settings: Any
 ) -> Kind:
     """An observer from a rig file and, optionally, the file of a model that a diagnosis found.
 
     Args:
-        kind: `Ekf` or `Mhe`.
+        kind: `Ekf`, `Mhe` or another `CasadiObserver`.
         rig: the rig file, TOML with ``[rig] a, e, J_A, b_t`` and ``[tyre] k, mu`` in SI units; J_A and
             b_t are needed where the steering torque is measured, mu is not used.
         model: the model file that `brushgrip diagnose` writes, whose k goes before that of the rig; None

@@ -5,7 +5,7 @@ from functools import cache
 import casadi as ca
 
 from observers.layout import Layout, named
-from observers.measurement_model import CLEAN, MeasurementModel, is_known
+from observers.measurement_model import CLEAN, RIG, MeasurementModel, is_known
 from observers.patch_model import PatchModel, constants_size, split_constants
 from observers.patch_update import tyre_states
 from observers.protocol import SAMPLE
@@ -33,7 +33,7 @@ def build_initial_state(
     tuning, first = named(TUNING_FIELDS, vector), named(SAMPLE, sample)
     first["psi_dot"] = ca.if_else(is_known(first["psi_dot"]), first["psi_dot"], 0)
     signals = ca.vertcat(*(first[name] for name in SIGNALS))
-    prior = measurement_model.prior(tuning, first, full_slide_torque(first["F_N"], rig[0]))
+    prior = measurement_model.prior(tuning, first, full_slide_torque(first["F_N"], named(RIG, rig)["a"]))
     mean, variance = (
         ca.vertcat(*(prior[name][i] for name in measurement_model.states)) for i in range(2)
     )

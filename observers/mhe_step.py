@@ -128,9 +128,10 @@ def build_window_step(
     # A memory that depends on the old friction does not fit samples of the new ground: they stay
     # rejected.
     run = 1 if memory_depends_on_tyre(model, measurement_model) else test["run"]
-    samples = _accept(samples, test["accepted"], test["reset"], run, tuning)
+    unknown = log_mu_variance(named(TUNING_FIELDS, tuning))
+    samples = _accept(samples, ca.MX(ca.vertcat(test["accepted"], test["reset"], run)), unknown)
     at = state_index(measurement_model)
-    factor[at, at] += arrival_jump(window, test["reset"], run, tuning)
+    factor[at, at] += arrival_jump(window, test["reset"], run, unknown)
     previous = x
     for i in range(iterations):
         previous = x
@@ -145,8 +146,7 @@ def build_window_step(
         return added, torques(patch.newest(added), x_newest)[0]
 
     history, M_z = measurement_model.patch_after((history, test["expected"]), updated)
-    increment = log_mu_variance(named(TUNING_FIELDS, tuning))
-    old = reset_retention(test["reset"], before["P_newest"][at, at], increment)
+    old = reset_retention(test["reset"], before["P_newest"][at, at], unknown)
     output = step_output(
         measurement_model, x_newest, P[at, at], M_z, tuning, test, held=imputed,
         unsettled=is_unsettled(measurement_model, x_newest, previous[:, -1], P),
@@ -175,11 +175,10 @@ def _arrival(
     return clip_to_bounds(measurement_model, mean, tuning), factor
 
 
-def _accept(samples: ca.MX, accepted: ca.MX, reset: ca.MX, run: ca.MX | int, tuning: ca.MX) -> ca.MX:
-    """The samples of the window with the result of the newest one's test."""
-    window = samples.shape[1]
-    ages, test = ca.DM(range(window - 1, -1, -1)).T, ca.vertcat(accepted, reset, run)
+def _accept(samples: ca.MX, test: ca.MX, variance: ca.MX) -> ca.MX:
+    """The samples of the window after the newest one's test, see `build_acceptance`."""
+    window, ages = samples.shape[1], ca.DM(range(samples.shape[1] - 1, -1, -1)).T
     rows = (samples[ROWS.index("accepted"), :], samples[ROWS.index("jump"), :])
     acceptance = build_acceptance().map(window) if window > 1 else build_acceptance()
-    accepted, jump = acceptance(*rows, ages, ca.repmat(test, 1, window), ca.repmat(tuning, 1, window))
-    return ca.vertcat(samples[: len(CLEAN), :], accepted, jump)
+    constant = [ca.repmat(vector, 1, window) for vector in (test, variance)]
+    return ca.vertcat(samples[: len(CLEAN), :], *acceptance(*rows, ages, *constant))

@@ -11,9 +11,8 @@ import casadi as ca
 
 from observers.base import clip_to_bounds
 from observers.innovation_gate import huber_weight
-from observers.layout import named
 from observers.linearisation import build_measurement, build_motion, state_index
-from observers.measurement_model import CLEAN, MeasurementModel, log_mu_variance
+from observers.measurement_model import CLEAN, MeasurementModel
 from observers.mhe_solver import build_back, build_update
 from observers.tuning import TUNING_FIELDS
 
@@ -99,33 +98,28 @@ def build_backward(measurement_model: MeasurementModel) -> ca.Function:
 
 @cache
 def build_acceptance() -> ca.Function:
-    """(accepted, jump, age, test, tuning) -> (accepted_next, jump_next) of a sample in the window.
+    """(accepted, jump, age, test, variance) -> (accepted_next, jump_next) of a sample in the window.
 
     age is 0 for the newest sample; test is accepted, reset and run of the newest one, see
-    `observers.innovation_gate`. After a change of the ground the whole run is accepted, and ln mu jumps
-    before its first sample; where that is not behind the window's oldest sample see `arrival_jump`.
+    `observers.innovation_gate`; variance is that of ln mu on an unknown ground. After a change of the
+    ground the whole run is accepted, and ln mu jumps before its first sample; where that is not behind
+    the window's oldest sample see `arrival_jump`.
     """
-    accepted, jump, age = (ca.SX.sym(name) for name in ("accepted", "jump", "age"))
-    test, tuning = ca.SX.sym("test", 3), ca.SX.sym("tuning", len(TUNING_FIELDS))
+    names = ["accepted", "jump", "age", "test", "variance"]
+    accepted, jump, age, test, variance = inputs = [
+        ca.SX.sym(name, 3 if name == "test" else 1) for name in names
+    ]
     newest, reset, run = ca.vertsplit(test)
     in_run = ca.logic_and(reset, age < run)
     first = ca.logic_and(reset, age == run - 1)
-    variance = log_mu_variance(named(TUNING_FIELDS, tuning))
-    return ca.Function(
-        "acceptance",
-        [accepted, jump, age, test, tuning],
-        [
-            ca.if_else(in_run, 1, ca.if_else(age == 0, newest, accepted)),
-            ca.if_else(first, variance, jump),
-        ],
-        ["accepted", "jump", "age", "test", "tuning"],
-        ["accepted_next", "jump_next"],
-    )
+    accepted = ca.if_else(in_run, 1, ca.if_else(age == 0, newest, accepted))
+    jump = ca.if_else(first, variance, jump)
+    return ca.Function("acceptance", inputs, [accepted, jump], names, ["accepted_next", "jump_next"])
 
 
-def arrival_jump(window: int, reset: Expression, run: Expression, tuning: Expression) -> Expression:
+def arrival_jump(window: int, reset: Expression, run: Expression, variance: Expression) -> Expression:
     """Increment of the variance of ln mu in the arrival: a change before the window's oldest sample."""
-    return ca.if_else(run >= window, reset * log_mu_variance(named(TUNING_FIELDS, tuning)), 0)
+    return ca.if_else(run >= window, reset * variance, 0)
 
 
 def is_unsettled(

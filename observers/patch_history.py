@@ -84,7 +84,8 @@ class PatchHistory:
         tyre = tyre_parameters(self.measurement_model, x)
         *added, _, slopes = update(*memory.values(), signals, tyre, theta, rig[: len(GEOMETRY)])
         if "psi" in directions(self.measurement_model):
-            added.append(ca.vertcat(x[state_index(self.measurement_model, "psi")], slopes[0]))
+            slope = slopes[directions(self.measurement_model).index("psi")]
+            added.append(ca.vertcat(x[state_index(self.measurement_model, "psi")], slope))
         older = self.without_oldest(parts)
         return {
             name: ca.horzcat(older[name], new)

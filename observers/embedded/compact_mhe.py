@@ -19,6 +19,7 @@ from observers.embedded.literals import in_type
 from observers.embedded.mhe_kernels import elimination_size, window_functions
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, filled
+from observers.linearisation import state_index
 from observers.mhe import Mhe
 
 KEPT = 9
@@ -50,6 +51,7 @@ def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> 
         **patch_numbers(observer),
         "window": str(observer.window),
         "states": str(n),
+        "log_mu": str(state_index(observer.measurement_model)),
         "made": str(eliminated),
         "kept": str(KEPT),
         "stiffness": f"x{stiff}" if stiff else "1.0",

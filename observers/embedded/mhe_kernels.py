@@ -15,7 +15,7 @@ from observers.initial_state import build_initial_state
 from observers.innovation_gate import COUNTS, build_innovation
 from observers.layout import Layout, named, outputs_of
 from observers.linearisation import build_clean, build_motion, directions, state_index
-from observers.measurement_model import CLEAN, RIG
+from observers.measurement_model import CLEAN, RIG, log_mu_variance
 from observers.mhe import Mhe
 from observers.mhe_terms import (
     ROWS,
@@ -148,19 +148,17 @@ def _accept(observer: Mhe) -> ca.Function:
     """(row, age, test) -> accepted, jump."""
     row, age, test, tuning = inputs = _symbols(observer, "row", "age", "test", "tuning")
     stored, three = named(ROW, row), test[: TEST.index("run") + 1]
-    acceptance = build_acceptance()
-    return _function(
-        "accept", inputs, [*acceptance(stored["accepted"], stored["jump"], age, three, tuning)]
-    )
+    unknown = log_mu_variance(named(TUNING_FIELDS, tuning))
+    accepted = build_acceptance()(stored["accepted"], stored["jump"], age, three, unknown)
+    return _function("accept", inputs, [*accepted])
 
 
 def _reset_arrival(observer: Mhe) -> ca.Function:
     """(test) -> increment of the arrival's variance of ln mu."""
     test, tuning = inputs = _symbols(observer, "test", "tuning")
-    result = named(TEST, test)
-    return _function(
-        "reset_arrival", inputs, [arrival_jump(observer.window, result["reset"], result["run"], tuning)]
-    )
+    result, unknown = named(TEST, test), log_mu_variance(named(TUNING_FIELDS, tuning))
+    jump = arrival_jump(observer.window, result["reset"], result["run"], unknown)
+    return _function("reset_arrival", inputs, [jump])
 
 
 def _forth(observer: Mhe) -> ca.Function:

@@ -19,7 +19,7 @@ static void keep_patch(${name}_state_t *state, int32_t at, $real scale) {
 
 /* M_z [N m] of a sample at states x, with its derivatives by mu and by k over its nominal value. */
 static void torque_at(const ${name}_state_t *state, int32_t at, const $real *x, $real *torque) {
-    const $real stiffness = $stiffness, k = $k * stiffness, scale = exp(x[0]) / k;
+    const $real stiffness = $stiffness, k = $k * stiffness, scale = exp(x[$log_mu]) / k;
     $real total = state->slope[at] * $still_moment, along = 0.0, made[2];
     int32_t i;
     for (i = 0; i < state->corners[at]; ++i) {
@@ -99,7 +99,7 @@ static void believe(${name}_state_t *state, const $real *judged) {
         const $real *arg[1] = {judged};
         $real jump = 0.0, *res[1] = {&jump};
         reset_arrival(arg, res, 0, 0, 0);
-        state->factor[0] += jump;
+        state->factor[$log_mu * (STATES + 1)] += jump;
     }
 }
 
@@ -144,7 +144,7 @@ static int32_t advance(${name}_state_t *state, const $real *sample) {
         $real *res[2] = {newest, P};
         predict(arg, res, 0, 0, 0);
     }
-    scale = exp(newest[0]) / ($k * $stiffness_newest);
+    scale = exp(newest[$log_mu]) / ($k * $stiffness_newest);
     turn_patch(&state->patch, now[0], $level * now[2], scale);
     keep_patch(state, at, scale);
     for (i = 0; i < STATES; ++i) state->x[at][i] = newest[i];
