@@ -18,7 +18,7 @@ from observers.compiled_step import (
 )
 from observers.layout import Layout, ObserverState
 from observers.measurement_model import SENSIBLE
-from observers.protocol import OUTPUT, Estimate, Sample, Status
+from observers.protocol import OUTPUT, Estimate, Sample, Status, prior_estimate
 from observers.tuning import INFORMED
 from symbolic import DECLARED, GEOMETRY, InvalidInputError, Model, Rig
 from symbolic.serialisation import units_of
@@ -51,7 +51,25 @@ class CasadiObserver:
     @property
     def title(self) -> str:
         """One line about the observer."""
-        return self.name
+        torque = "steering" if self.channel == "M" else "aligning"
+        effects = ", ".join(effect.name for effect in self.model.effects)
+        model = f"effects {effects}" if effects else "the declared model"
+        return f"{self.kind} on the {torque} torque, {model}"
+
+    @property
+    def kind(self) -> str:
+        """What sort of estimator it is, for its title."""
+        return type(self).__name__
+
+    @property
+    def channel(self) -> str:
+        """The torque that is used: `M_z`, the aligning torque, or `M`, the steering torque."""
+        return "M" if "M" in self.channels else "M_z"
+
+    @property
+    def prior(self) -> Estimate:
+        """The estimate before any sample."""
+        return prior_estimate(self)
 
     @property
     def channels(self) -> tuple[str, ...]:

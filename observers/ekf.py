@@ -67,8 +67,8 @@ class Ekf(ModelObserver):
             )
 
     @property
-    def title(self) -> str:
-        """One line about the observer."""
+    def kind(self) -> str:
+        """What sort of estimator it is."""
         return "Extended Kalman filter"
 
     @property

@@ -45,8 +45,8 @@ class Mhe(ModelObserver):
                 raise InvalidInputError(f"{name} must be a whole number of at least 1, got {value}")
 
     @property
-    def title(self) -> str:
-        """One line about the observer."""
+    def kind(self) -> str:
+        """What sort of estimator it is."""
         return f"Moving-horizon estimator over {self.window} samples"
 
     @property

@@ -127,8 +127,8 @@ class Observer(Protocol):
     """An observer: its settings are its fields, its state is passed."""
 
     @property
-    def channels(self) -> tuple[str, ...]:
-        """Fields of `Sample` that it uses; the torque among them is M_z or M."""
+    def channel(self) -> str:
+        """The torque that it uses: `M_z`, the aligning torque, or `M`, the steering torque."""
 
     def init(self, first: Sample) -> Any:
         """The state before the first sample, at whose angle the patch is at rest."""
@@ -204,13 +204,12 @@ class FunctionObserver(Observer, Protocol):
         """Relative standard deviation of mu below which an estimate is informed [1]."""
 
     @property
+    def prior(self) -> Estimate:
+        """The estimate before any sample."""
+
+    @property
     def settings(self) -> Mapping[str, Any]:
         """Further settings as JSON values, for the parameter file of generated code."""
-
-
-def torque_channel(observer: Observer) -> str:
-    """The torque that an observer uses: `M_z`, the aligning torque, or `M`, the steering torque."""
-    return "M" if "M" in observer.channels else "M_z"
 
 
 def prior_estimate(observer: Observer, dt: float = 0.01) -> Estimate:

@@ -14,7 +14,6 @@ from observers.protocol import (
     Observer,
     Sample,
     Status,
-    torque_channel,
 )
 from symbolic import InvalidInputError
 
@@ -53,10 +52,9 @@ def run(
     M_z, psi_dot, M = (None if c is None else np.asarray(c, dtype=float) for c in (M_z, psi_dot, M))
     F_N = np.full(t.shape, F_N) if F_N.ndim == 0 else F_N
     _check(t, {"psi": psi, "F_N": F_N, "M_z": M_z, "psi_dot": psi_dot, "M": M})
-    channel = torque_channel(observer)
-    torque = M if channel == "M" else M_z
+    torque = M if observer.channel == "M" else M_z
     if torque is None or not np.isfinite(torque).any():
-        needed = "M, the steering torque" if channel == "M" else "M_z, the aligning torque"
+        needed = "M, the steering torque" if observer.channel == "M" else "M_z, the aligning torque"
         raise InvalidInputError(f"this observer needs {needed}, in at least one sample")
     known = np.isfinite(psi) & np.isfinite(F_N) & (F_N > 0)
     if not known.any():

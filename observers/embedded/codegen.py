@@ -29,8 +29,6 @@ from observers.protocol import (
     LONGEST_STEP,
     FunctionObserver,
     Status,
-    prior_estimate,
-    torque_channel,
 )
 from symbolic import InvalidInputError
 
@@ -134,7 +132,7 @@ def casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, str]
 
 def terms_of(observer: FunctionObserver, real: Real, name: str) -> dict[str, str]:
     """What the templates are filled with."""
-    prior, torque = prior_estimate(observer), torque_channel(observer)
+    prior, torque = observer.prior, observer.channel
     said = {
         "M_z": "aligning torque, moment of the ground on the wheel [N m]",
         "M": "steering torque, of the hand or motor on the wheel [N m]",
@@ -148,11 +146,11 @@ def terms_of(observer: FunctionObserver, real: Real, name: str) -> dict[str, str
         "torque": torque,
         "torque_said": said[torque],
         "rate_said": "not used: the rate is estimated"
-        if "psi_dot" not in observer.channels
+        if torque == "M"
         else "yaw rate [rad/s]; where there is none it is taken from the past of psi",
         "M_z": "sample->M_z" if torque == "M_z" else f"({real.c_type})NAN",
         "M": "sample->M" if torque == "M" else f"({real.c_type})NAN",
-        "described": described(observer, real),
+        "described": f"{observer.title}; {real.c_type}.",
         "brushgrip": release(),
         "casadi": ca.CasadiMeta.version(),
         "flags": "\n".join(
@@ -172,14 +170,6 @@ def terms_of(observer: FunctionObserver, real: Real, name: str) -> dict[str, str
         "tolerance": "1e-3" if real is SINGLE else "1e-9",
         "version": "@version@",
     }
-
-
-def described(observer: FunctionObserver, real: Real) -> str:
-    """One line that says what the code is."""
-    effects = ", ".join(effect.name for effect in observer.model.effects)
-    torque = "steering" if torque_channel(observer) == "M" else "aligning"
-    model = f"effects {effects}" if effects else "the declared model"
-    return f"{observer.title} on the {torque} torque, {model}; {real.c_type}."
 
 
 def release() -> str:

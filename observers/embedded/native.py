@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from observers.embedded.codegen import generate
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import filled
-from observers.protocol import Estimates, FunctionObserver, torque_channel
+from observers.protocol import Estimates, FunctionObserver
 from observers.run import as_estimates
 from symbolic import InvalidInputError
 from symbolic.compiled import compiler
@@ -73,7 +73,7 @@ def host(observer: FunctionObserver, real: Real = SINGLE) -> Hosted:
     command = compiler()
     if command is None:
         raise InvalidInputError("no C compiler at hand; set CC, or put cc on the path")
-    torque = torque_channel(observer)
+    torque = observer.channel
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         generate(observer, folder, real, name=_NAME)

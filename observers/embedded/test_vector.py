@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from observers.embedded.scalar_type import Real
 from observers.loop import Loop
-from observers.protocol import FunctionObserver, Sample, prior_estimate, torque_channel
+from observers.protocol import FunctionObserver, Sample
 from symbolic import simulate
 
 Array = NDArray[np.float64]
@@ -57,7 +57,7 @@ def made_samples(observer: FunctionObserver) -> Array:
     ).ravel()
     M_z = simulate(observer.model, np.vstack([psi, rate, F_N, dt]), theta, np.array([rig.a, rig.e])).M_z
     M = -M_z
-    if torque_channel(observer) == "M":
+    if observer.channel == "M":
         M = M + (rig.b_t or 0.0) * rate + (rig.J_A or 0.0) * np.gradient(rate, STEP)
     noise = 0.004 * np.ptp(M_z) * rng.standard_normal((2, COUNT))
     samples = np.vstack([psi, rate, M_z + noise[0], M + noise[1], F_N, dt])
@@ -70,7 +70,7 @@ def made_samples(observer: FunctionObserver) -> Array:
 
 def vector_friction(observer: FunctionObserver) -> float:
     """Friction at which the samples are simulated: a little more than that of the prior."""
-    return 1.2 * prior_estimate(observer).mu
+    return 1.2 * observer.prior.mu
 
 
 def vector_text(observer: FunctionObserver, real: Real, torque: str) -> str:

@@ -101,9 +101,9 @@ class ZoneRootSolver:
             )
 
     @property
-    def channels(self) -> tuple[str, ...]:
-        """Fields of `Sample` that are used."""
-        return ("psi", "F_N", "M_z")
+    def channel(self) -> str:
+        """The torque that is used."""
+        return "M_z"
 
     def init(self, first: Sample) -> ZoneRootState:
         """The state before the first sample, the patch at rest at its angle."""

@@ -216,7 +216,7 @@ def test_nonsense_is_no_angle(observer: Observer, nonsense: float) -> None:
 class Listener:
     """An observer whose state is the samples that it was given."""
 
-    channels = ("psi", "psi_dot", "F_N", "M_z")
+    channel = "M_z"
 
     def init(self, _first: Sample) -> list[Sample]:
         return []

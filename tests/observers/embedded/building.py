@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from observers import Ekf, Estimate, Loop, Mhe, ObserverState, Sample, Tuning
 from observers.compiled_step import CompiledStep
 from observers.embedded import Real, generate
-from observers.protocol import torque_channel
 from symbolic import Model, effects_named
 from symbolic.compiled import compiler
 from tests.observers.conftest import RIG, K
@@ -73,7 +72,7 @@ class Built:
 
     def compile(self, *flags: str, sources: tuple[str, ...], out: str, command: str = "") -> Path:
         """Compile files of the folder, or by absolute path, into one of it."""
-        torque = torque_channel(self.observer)
+        torque = self.observer.channel
         arguments = [command or str(compiler()), f"-DREAL={self.real.c_type}", f"-DTORQUE={torque}"]
         arguments += ["-ffp-contract=off", "-I.", *flags, *sources, "-o", out]
         arguments += [] if {"-c", "-fsyntax-only"} & set(flags) else ["-lm"]

@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.protocol import torque_channel
 from tests.observers.embedded.building import Built
 
 Array = NDArray[np.float64]
@@ -73,7 +72,7 @@ def run_on(board: Board, built: Built, samples: Array) -> Cost:
     """Single-precision code along samples (n, 5) psi, psi_dot, torque, F_N, dt."""
     folder = built.folder
     (folder / "samples.h").write_text(_samples(samples), "utf-8")
-    torque = torque_channel(built.observer)
+    torque = built.observer.channel
     _compile(folder, board, *CODE, "-c", "brushgrip.c", "-o", "target.o")
     usual = ("-O1", f"-DTORQUE={torque}", "-I.", "-nostartfiles")
     program = [str(HERE / name) for name in ("startup.c", "run.c")]
