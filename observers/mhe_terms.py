@@ -69,7 +69,7 @@ def build_forward(measurement_model: MeasurementModel) -> ca.Function:
         [mean_next, factor_next, filtered, P, K, score, H, A],
         ["mean", "factor", "x", "M_z", "slopes", "row", "row_next", "rig", "tuning"],
         ["mean_next", "factor_next", "filtered", "P", "K", "score", "H", "A"],
-    )
+    ).expand("forward", {"cse": True})
 
 
 @cache
@@ -93,7 +93,7 @@ def build_backward(measurement_model: MeasurementModel) -> ca.Function:
         [before, clip_to_bounds(measurement_model, smoothed, tuning)],
         ["costate", "filtered", "P", "K", "score", "H", "A", "tuning"],
         ["costate_before", "x"],
-    )
+    ).expand("backward", {"cse": True})
 
 
 @cache
