@@ -48,7 +48,7 @@ class Ekf(ModelObserver):
 
     Attributes:
         iterations: linearisations of a measurement; 1 is the plain filter. More pay where one sample
-            says much: under a clean torque, while little is known of mu.
+            is very informative: under a clean torque, while little is known of mu.
 
     Parts of its state: `memory` (m,) of the patch and, where it depends on the tyre,
     `memory_sensitivity` (m, t) and the tyre's parameters `linearisation_point` (t,) that it holds for;

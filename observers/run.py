@@ -46,7 +46,7 @@ def run(
 
     Raises:
         InvalidInputError: shapes differ, time does not increase, or nothing is known of the torque that
-            the observer hears, of the angle or of the load.
+            the observer uses, of the angle or of the load.
     """
     t, psi, F_N = (np.asarray(channel, dtype=float) for channel in (t, psi, F_N))
     M_z, psi_dot, M = (None if c is None else np.asarray(c, dtype=float) for c in (M_z, psi_dot, M))
