@@ -15,18 +15,18 @@ from typing import Any
 import casadi as ca
 
 from observers.angle_derivative import MEMORY
-from observers.base import ModelObserver
+from observers.base import RIG_UNITS
 from observers.embedded.casadi_c import embedded_code
-from observers.embedded.compact_ekf import is_quick, quick_body
-from observers.embedded.compact_mhe import is_quick_window, quick_window_body
-from observers.embedded.function_observer import RIG_UNITS, FunctionObserver, function_observer
+from observers.embedded.compact_ekf import compact_body, is_compact
+from observers.embedded.compact_mhe import compact_window_body, is_compact_window
 from observers.embedded.names import require_usable
 from observers.embedded.origin import mark, release, require_replaceable
 from observers.embedded.reference_samples import reference_table
 from observers.embedded.scalar_type import SINGLE, Real, in_type
 from observers.embedded.templating import Body, render
 from observers.measurement_model import SENSIBLE
-from observers.protocol import LONGEST_STEP, Status
+from observers.protocol import LONGEST_STEP, FunctionObserver, Status
+from symbolic import InvalidInputError
 from symbolic.serialisation import units_of
 
 REFUSED = 128
@@ -36,20 +36,20 @@ STATUS_FLAGS = (
     ("REFUSED", REFUSED, "dt out of range, the sample was ignored; or an estimate was not finite"),
 )
 """Name, number and remedy of every status."""
-COMPACT: tuple[tuple[Callable[[ModelObserver], bool], Callable[..., Body]], ...] = (
-    (is_quick, quick_body),
-    (is_quick_window, quick_window_body),
+COMPACT: tuple[tuple[Callable[[Any], bool], Callable[..., Body]], ...] = (
+    (is_compact, compact_body),
+    (is_compact_window, compact_window_body),
 )
 """Observers for which smaller and faster code exists, and its builder."""
 
 
 def generate(
-    observer: ModelObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip"
+    observer: FunctionObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip"
 ) -> list[Path]:
     """Write an observer as C99: header, code, example, check, S-function, parameters, reference samples.
 
     Args:
-        observer: an `Ekf` or an `Mhe`.
+        observer: an `Ekf`, an `Mhe`, or any other `FunctionObserver`.
         folder: where the files go; it is created if necessary.
         real: the type of every number.
         name: begins every name in C and names the files.
@@ -58,8 +58,8 @@ def generate(
         The files written.
 
     Raises:
-        InvalidInputError: the observer is no Ekf or Mhe, the name is none in C or is taken, a constant
-            is beyond the type, or a file that was not generated is in the way.
+        InvalidInputError: the observer is no `FunctionObserver`, the name is none in C or is taken, a
+            constant is beyond the type, or a file that was not generated is in the way.
     """
     texts = source_texts(observer, real, name)
     folder = Path(folder)
@@ -70,15 +70,19 @@ def generate(
     return [folder / file for file in texts]
 
 
-def source_texts(observer: ModelObserver, real: Real, name: str) -> dict[str, str]:
+def source_texts(observer: FunctionObserver, real: Real, name: str) -> dict[str, str]:
     """The text of every file, by its name; errors as for `generate`."""
     require_usable(name)
-    functions = function_observer(observer)
-    terms = template_terms(functions, real, name)
-    body = _body(observer, functions, real, terms)
+    if not all(hasattr(type(observer), n) for n in ("layout", "initial_function", "step_function")):
+        raise InvalidInputError(
+            "observer must be an Ekf, an Mhe or another observer made of casadi Functions, got"
+            f" {type(observer).__name__}"
+        )
+    terms = template_terms(observer, real, name)
+    body = _body(observer, real, terms)
     terms |= {**vars(body), "bytes": body.bytes + 7 * real.size + 8, "version": ""}
     digest = hashlib.sha256(render("observer.c", terms).encode()).hexdigest()[:12]
-    terms["version"] = f"brushgrip {release()} {functions.name} {real.c_type} {digest}"
+    terms["version"] = f"brushgrip {release()} {observer.name} {real.c_type} {digest}"
     templates = {
         f"{name}.h": "observer.h", f"{name}.c": "observer.c", "main.c": "main.c", "check.c": "check.c",
         f"{name}_sfun.c": "sfunction.c", "CMakeLists.txt": "CMakeLists.txt",
@@ -87,13 +91,14 @@ def source_texts(observer: ModelObserver, real: Real, name: str) -> dict[str, st
     texts[f"{name}.c"] = in_type(texts[f"{name}.c"], real)
     return {
         **texts,
-        f"{name}.json": _parameters(observer, functions, real, terms["version"]),
-        f"{name}_vector.csv": reference_table(observer, real, functions.channel),
+        f"{name}.json": _parameters(observer, real, terms["version"]),
+        f"{name}_vector.csv": reference_table(observer, real),
     }
 
 
 def template_terms(observer: FunctionObserver, real: Real, name: str) -> dict[str, Any]:
     """The values that all templates share."""
+    prior = observer.prior
     return {
         "name": name,
         "NAME": name.upper(),
@@ -110,8 +115,8 @@ def template_terms(observer: FunctionObserver, real: Real, name: str) -> dict[st
             (real.literal(value), label)
             for value, label in zip(observer.constants, observer.constant_labels, strict=True)
         ],
-        "prior_mu": real.literal(observer.prior.mu),
-        "prior_std": real.literal(observer.prior.mu_std),
+        "prior_mu": real.literal(prior.mu),
+        "prior_std": real.literal(prior.mu_std),
         "informed_below": real.literal(observer.informed_below),
         "rate_time_constant": repr(MEMORY),
         "longest_step": repr(LONGEST_STEP),
@@ -119,14 +124,12 @@ def template_terms(observer: FunctionObserver, real: Real, name: str) -> dict[st
     }
 
 
-def _body(
-    observer: ModelObserver, functions: FunctionObserver, real: Real, terms: Mapping[str, Any]
-) -> Body:
+def _body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any]) -> Body:
     """The compact code where there is one for the observer, else CasADi's own."""
     for applies, build in COMPACT:
         if applies(observer):
             return build(observer, real, terms)
-    return _casadi_body(functions, real, terms)
+    return _casadi_body(observer, real, terms)
 
 
 def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any]) -> Body:
@@ -145,19 +148,19 @@ def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any
     )
 
 
-def _parameters(observer: ModelObserver, functions: FunctionObserver, real: Real, version: str) -> str:
+def _parameters(observer: FunctionObserver, real: Real, version: str) -> str:
     """JSON of model, values, rig and settings; an infinite number is written as a string."""
     units = units_of(observer.model)
     rig = zip(asdict(observer.rig).items(), RIG_UNITS, strict=True)
     document = {
         "generated": mark(),
         "version": version,
-        "observer": functions.name,
+        "observer": observer.name,
         "real": real.c_type,
         "effects": [effect.name for effect in observer.model.effects],
         "parameters": {n: {"value": v, "unit": units[n]} for n, v in observer.values.items()},
         "rig": {name: {"value": value, "unit": unit} for (name, value), unit in rig},
-        **functions.settings,
+        **observer.settings,
     }
     return json.dumps(_finite(document), indent=2, allow_nan=False) + "\n"
 

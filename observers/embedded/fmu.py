@@ -15,12 +15,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from observers.base import ModelObserver
 from observers.embedded.codegen import source_texts, template_terms
-from observers.embedded.function_observer import function_observer
 from observers.embedded.origin import require_replaceable
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
+from observers.protocol import FunctionObserver
 from symbolic import InvalidInputError, compiler
 
 HOST = ("Linux", "x86_64")
@@ -64,7 +63,9 @@ INPUTS = (
         "F_N", 3, 'Real unit="N"', "vertical load; a missing or non-positive one counts as unchanged"
     ),
 )
-"""All inputs; an observer of the steering torque estimates the rate and has no input for it."""
+"""All inputs."""
+UNUSED = {"M_z": {"M"}, "M": {"M_z", "psi_dot"}}
+"""Inputs that an observer of one torque lacks; from the steering torque it estimates the rate too."""
 OUTPUTS = (
     Variable("mu", 4, 'Real unit="1"', "friction coefficient"),
     Variable("mu_std", 5, 'Real unit="1"', "standard deviation of mu"),
@@ -75,12 +76,12 @@ OUTPUTS = (
 
 
 def generate_fmu(
-    observer: ModelObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip"
+    observer: FunctionObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip"
 ) -> Path:
     """Write an observer as `name`.fmu: FMI 2.0 co-simulation, sources, a library for 64-bit Linux.
 
     Args:
-        observer: an `Ekf` or an `Mhe`.
+        observer: an `Ekf`, an `Mhe`, or any other `FunctionObserver`.
         folder: where the file goes; it is created if necessary.
         real: the type of every number inside; the variables are double in any case.
         name: of the model, and of the file.
@@ -129,16 +130,15 @@ def _compiler() -> str:
     return command
 
 
-def _texts(observer: ModelObserver, real: Real, name: str) -> tuple[dict[str, str], str, str]:
+def _texts(observer: FunctionObserver, real: Real, name: str) -> tuple[dict[str, str], str, str]:
     """The sources by file, the model description, the parameters."""
     texts = source_texts(observer, real, name)
-    terms = template_terms(function_observer(observer), real, name)
+    terms = template_terms(observer, real, name)
     parameters = texts[f"{name}.json"]
-    unused = {"M_z", "psi_dot"} if terms["torque"] == "M" else {"M"}
     terms |= {
         "version": json.loads(parameters)["version"],
         "guid": f"{{{uuid.uuid5(uuid.NAMESPACE_URL, texts[f'{name}.c'] + parameters)}}}",
-        "inputs": [variable for variable in INPUTS if variable.name not in unused],
+        "inputs": [variable for variable in INPUTS if variable.name not in UNUSED[observer.channel]],
         "outputs": OUTPUTS,
     }
     sources = {file: texts[file] for file in (f"{name}.c", f"{name}.h")}

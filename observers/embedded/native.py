@@ -9,12 +9,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.base import ModelObserver
 from observers.embedded.codegen import generate
-from observers.embedded.function_observer import function_observer
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
-from observers.protocol import Estimates
+from observers.protocol import Estimates, FunctionObserver
 from observers.run import as_estimates
 from symbolic import InvalidInputError, compiler
 
@@ -62,7 +60,7 @@ class NativeObserver:
         return as_estimates(t, outputs.T.astype(float))
 
 
-def compile_native(observer: ModelObserver, real: Real = SINGLE) -> NativeObserver:
+def compile_native(observer: FunctionObserver, real: Real = SINGLE) -> NativeObserver:
     """Generate an observer and compile it for this machine.
 
     Raises:
@@ -71,7 +69,7 @@ def compile_native(observer: ModelObserver, real: Real = SINGLE) -> NativeObserv
     command = compiler()
     if command is None:
         raise InvalidInputError("no C compiler was found; set CC, or put cc on the path")
-    terms = {"name": _NAME, "real": real.c_type, "torque": function_observer(observer).channel}
+    terms = {"name": _NAME, "real": real.c_type, "torque": observer.channel}
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         generate(observer, folder, real, name=_NAME)

@@ -5,11 +5,10 @@ from math import isfinite, nan
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.base import ModelObserver
 from observers.embedded.origin import mark
 from observers.embedded.scalar_type import Real
 from observers.loop import Loop
-from observers.protocol import Sample
+from observers.protocol import FunctionObserver, Sample
 from symbolic import simulate
 
 Array = NDArray[np.float64]
@@ -22,10 +21,10 @@ swings by a tenth, torque noise of 0.4 % of range (seed {seed}), sensor faults, 
 samples. Expected are the estimates of observers.Loop in Python, in double precision."""
 
 
-def reference_table(observer: ModelObserver, real: Real, torque: str) -> str:
+def reference_table(observer: FunctionObserver, real: Real) -> str:
     """The samples and the expected estimates as CSV, with the one torque that the observer uses."""
     samples = real.round(reference_samples(observer))
-    inputs = [name for name in INPUTS if name not in {"M_z", "M"} - {torque}]
+    inputs = [name for name in INPUTS if name not in {"M_z", "M"} - {observer.channel}]
     columns = [
         *(samples[INPUTS.index(name)] for name in inputs),
         *expected_estimates(observer, samples),
@@ -36,7 +35,7 @@ def reference_table(observer: ModelObserver, real: Real, torque: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def expected_estimates(observer: ModelObserver, samples: Array) -> Array:
+def expected_estimates(observer: FunctionObserver, samples: Array) -> Array:
     """What `observers.Loop` estimates after each sample, rows as in `OUTPUTS`, shape (5, n)."""
     loop, rows = Loop(observer), []
     for column in samples.T.tolist():
@@ -45,7 +44,7 @@ def expected_estimates(observer: ModelObserver, samples: Array) -> Array:
     return np.array(rows).T
 
 
-def reference_samples(observer: ModelObserver) -> Array:
+def reference_samples(observer: FunctionObserver) -> Array:
     """Samples that take the wheel through its zones, rows as in `INPUTS`, shape (6, n)."""
     rig, rng = observer.rig, np.random.default_rng(SEED)
     t = STEP * np.arange(COUNT)
@@ -58,7 +57,7 @@ def reference_samples(observer: ModelObserver) -> Array:
     signals, geometry = np.vstack([psi, rate, F_N, dt]), np.array([rig.a, rig.e])
     M_z = simulate(observer.model, signals, np.asarray(theta).ravel(), geometry).M_z
     M = -M_z
-    if observer.measurement_model.turns:
+    if observer.channel == "M":
         M = M + (rig.b_t or 0.0) * rate + (rig.J_A or 0.0) * np.gradient(rate, STEP)
     noise = 0.004 * np.ptp(M_z) * rng.standard_normal((2, COUNT))
     samples = np.vstack([psi, rate, M_z + noise[0], M + noise[1], F_N, dt])
@@ -69,10 +68,9 @@ def reference_samples(observer: ModelObserver) -> Array:
     return samples
 
 
-def reference_friction(observer: ModelObserver) -> float:
+def reference_friction(observer: FunctionObserver) -> float:
     """The friction coefficient of the samples, a little above that of the prior."""
-    tuning = observer.tuning
-    return float(min(1.2 * tuning.mu, 0.5 * (tuning.mu + tuning.greatest)))
+    return 1.2 * observer.prior.mu
 
 
 def _number(value: float, real: Real) -> str:

@@ -44,16 +44,16 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
 
 /* One sample: from the one half of the state to the other, which counts only if all went well. */
 static int32_t advance(${name}_state_t *state, const ${real} *sample) {
-    ${real} said[4], torque[4], *before = state->values[state->now], *after = state->values[1 - state->now];
+    ${real} output[4], torque[4], *before = state->values[state->now], *after = state->values[1 - state->now];
     const ${real} *arg[${arg}] = {before, sample};
-    ${real} *res[${res}] = {after, said};
+    ${real} *res[${res}] = {after, output};
     int i;
 ${meeting_before}    filter(arg, res, 0, 0, 0);
-    if (!(is_known(said[0]) && is_known(said[1]) && is_known(said[2]))) {
+    if (!(is_known(output[0]) && is_known(output[1]) && is_known(output[2]))) {
         state->output[3] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }
 ${meeting_after}    state->now = 1 - state->now;
-    for (i = 0; i < 4; ++i) state->output[i] = said[i];
-    return (int32_t)said[3];
+    for (i = 0; i < 4; ++i) state->output[i] = output[i];
+    return (int32_t)output[3];
 }

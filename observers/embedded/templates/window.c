@@ -1,8 +1,8 @@
 /* The window: the last ${window} samples in a ring, the states at each, and the patch as each left it. */
 
 enum { STATES = ${states}, ROW = 5, CLEAN = 7 };
-/* A row of a sample: load, time, torque, whether it counts, and what a change of the ground adds. */
-enum { ROW_F_N, ROW_DT, ROW_M_Z, ROW_BELIEVED, ROW_JUMP };
+/* A row of a sample: load, time, torque, whether it is accepted, and the jump of the variance of ln mu. */
+enum { ROW_F_N, ROW_DT, ROW_M_Z, ROW_ACCEPTED, ROW_JUMP };
 
 /* Keeps the patch with a sample; of more corners than fit the ones that are felt least are given up. */
 static void keep_patch(${name}_state_t *state, int32_t at, ${real} scale) {
@@ -19,7 +19,7 @@ static void keep_patch(${name}_state_t *state, int32_t at, ${real} scale) {
 
 /* M_z [N m] of a sample at states x, with its derivatives by mu and by k over its nominal value. */
 static void torque_at(const ${name}_state_t *state, int32_t at, const ${real} *x, ${real} *torque) {
-    const ${real} stiffness = ${stiffness}, k = ${k} * stiffness, scale = exp(x[0]) / k;
+    const ${real} stiffness = ${stiffness}, k = ${k} * stiffness, scale = exp(x[${log_mu}]) / k;
     ${real} total = state->slope[at] * ${still_moment}, along = 0.0, made[2];
     int32_t i;
     for (i = 0; i < state->corners[at]; ++i) {
@@ -80,21 +80,27 @@ static void leave(${name}_state_t *state, int32_t oldest) {
     for (i = 0; i < STATES; ++i) state->mean[i] = limited[i];
 }
 
-/* Whether the newest sample counts, and where the ground has changed since when. judged: believed, reset,
-   run, missing, expected. */
+/* Which samples of the window count after the test of the newest innovation: accepted, reset, run, missing,
+   expected. Without a reset only the newest changes. */
 static void believe(${name}_state_t *state, const ${real} *judged) {
     const int32_t run = judged[2] < ${window} ? (int32_t)judged[2] : ${window};
+    const int32_t count = judged[1] == 0.0 ? 1 : run;
     int32_t age;
-    state->row[state->newest][ROW_BELIEVED] = judged[0];
-    if (judged[1] == 0.0) return;
-    for (age = 0; age < run; ++age) {
-        const int32_t at = (state->newest + ${window} - age) % ${window};
-        state->row[at][ROW_BELIEVED] = 1.0;
-        /* A run longer than the window began before it: its oldest sample stands for the first. */
-        if (age == run - 1) state->row[at][ROW_JUMP] = ${prior_variance};
+    for (age = 0; age < count; ++age) {
+        ${real} *row = state->row[(state->newest + ${window} - age) % ${window}];
+        ${real} place = (${real})age, accepted = 0.0, jump = 0.0;
+        const ${real} *arg[3] = {row, &place, judged};
+        ${real} *res[2] = {&accepted, &jump};
+        accept(arg, res, 0, 0, 0);
+        row[ROW_ACCEPTED] = accepted;
+        row[ROW_JUMP] = jump;
     }
-    /* Nothing comes before the window's oldest sample: a change there comes in with the arrival. */
-    if (judged[2] >= ${window}) state->factor[0] += ${prior_variance};
+    if (judged[1] != 0.0) {
+        const ${real} *arg[1] = {judged};
+        ${real} jump = 0.0, *res[1] = {&jump};
+        reset_arrival(arg, res, 0, 0, 0);
+        state->factor[${log_mu} * (STATES + 1)] += jump;
+    }
 }
 
 /* The states of the whole window: forth as a filter, and back. */
@@ -124,7 +130,7 @@ static void smooth(${name}_state_t *state) {
 /* One sample. */
 static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${real} now[CLEAN] = {0.0}, held = 0.0, newest[STATES] = {0.0}, P[STATES * STATES] = {0.0};
-    ${real} torque[3], judged[5] = {0.0}, counts[2] = {0.0}, said[4] = {0.0}, scale;
+    ${real} torque[3], judged[5] = {0.0}, counts[2] = {0.0}, output[4] = {0.0}, scale;
     const int32_t last = state->newest, at = (last + 1) % ${window};
     int32_t i;
     {
@@ -138,13 +144,14 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
         ${real} *res[2] = {newest, P};
         predict(arg, res, 0, 0, 0);
     }
-    scale = exp(newest[0]) / (${k} * ${stiffness_newest});
+    scale = exp(newest[${log_mu}]) / (${k} * ${stiffness_newest});
     turn_patch(&state->patch, now[0], ${level} * now[2], scale);
     keep_patch(state, at, scale);
     for (i = 0; i < STATES; ++i) state->x[at][i] = newest[i];
     state->row[at][ROW_F_N] = now[2];
     state->row[at][ROW_DT] = now[3];
     state->row[at][ROW_M_Z] = now[4];
+    state->row[at][ROW_ACCEPTED] = 1.0;
     state->row[at][ROW_JUMP] = 0.0;
     state->newest = at;
     torque_at(state, at, newest, torque);
@@ -157,17 +164,17 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     smooth(state);
     {
         const ${real} *arg[5] = {state->x[at], state->P_newest, newest, judged, &held};
-        ${real} *res[1] = {said};
+        ${real} *res[1] = {output};
         say(arg, res, 0, 0, 0);
     }
     for (i = 0; i < CLEAN; ++i) state->last[i] = now[i];
     state->counts[0] = counts[0];
     state->counts[1] = counts[1];
-    if (!(is_known(said[0]) && is_known(said[1]) && is_known(said[2]))) {
+    if (!(is_known(output[0]) && is_known(output[1]) && is_known(output[2]))) {
         ${name}_init(state);
         state->output[3] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }
-    for (i = 0; i < 4; ++i) state->output[i] = said[i];
-    return (int32_t)said[3];
+    for (i = 0; i < 4; ++i) state->output[i] = output[i];
+    return (int32_t)output[3];
 }

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from observers import Ekf, Estimate, Loop, Mhe, ObserverState, Sample, Tuning
 from observers.compiled_step import CompiledStep
 from observers.embedded import Real, generate
-from observers.embedded.function_observer import function_observer
 from symbolic import Model, compiler, effects_named
 from tests.observers.conftest import RIG, K
 
@@ -31,9 +30,11 @@ FEW_BRISTLES: dict[str, Any] = {"model": Model(effects=_EFFECTS, lengthways=8), 
 DECLARED: dict[str, Any] = {"model": Model(), "values": {"k": K}}
 
 
-def observer_of(kind: type[Ekf] | type[Mhe], model: dict[str, Any], sensing: Any, **tuning: Any) -> Any:
+def observer_of(
+    kind: type[Ekf] | type[Mhe], model: dict[str, Any], measurement_model: Any, **tuning: Any
+) -> Any:
     """An observer on the rig's usual tyre."""
-    return kind(**model, rig=RIG, measurement_model=sensing, tuning=Tuning(**tuning))
+    return kind(**model, rig=RIG, measurement_model=measurement_model, tuning=Tuning(**tuning))
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +74,7 @@ class GeneratedCode:
 
     def compile(self, *flags: str, sources: tuple[str, ...], out: str, command: str = "") -> Path:
         """Compile sources, relative to the folder, into a file of it."""
-        torque = "M" if self.observer.measurement_model.turns else "M_z"
+        torque = self.observer.channel
         arguments = [command or str(compiler()), f"-DREAL={self.real.c_type}", f"-DTORQUE={torque}"]
         arguments += ["-ffp-contract=off", "-I.", *flags, *sources, "-o", out]
         arguments += [] if {"-c", "-fsyntax-only"} & set(flags) else ["-lm"]
@@ -108,8 +109,8 @@ class InterpretedObserver:
 
     def __init__(self, observer: Any) -> None:
         """Take over an observer."""
-        self.observer = observer
-        self._compiled_step = CompiledStep(function_observer(observer).step_function, observer.constants)
+        self.observer, self.channel = observer, observer.channel
+        self._compiled_step = CompiledStep(observer.step_function, observer.constants)
 
     def init(self, first: Sample) -> ObserverState:
         state: ObserverState = self.observer.init(first)
@@ -123,12 +124,11 @@ class InterpretedObserver:
         return estimate
 
 
-def python_estimates(observer: Any, samples: Array, turns: bool) -> Array:
+def python_estimates(observer: Any, samples: Array) -> Array:
     """mu, mu_std, M_z_predicted, informed, status of `Loop` after samples (n, 5)."""
     loop, rows = Loop(observer), []
     for psi, psi_dot, torque, F_N, dt in samples.tolist():
-        torques = {"M" if turns else "M_z": torque}
-        now = loop(Sample(psi=psi, psi_dot=psi_dot, F_N=F_N, dt=dt, **torques))
+        now = loop(Sample(psi=psi, psi_dot=psi_dot, F_N=F_N, dt=dt, **{observer.channel: torque}))
         rows.append([now.mu, now.mu_std, now.M_z_predicted, now.informed, int(now.status)])
     return np.array(rows, dtype=float)
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from identification import read_recording
 from observers import AligningTorque, Ekf, Mhe, Status, SteeringTorque, Tuning, run
 from observers.embedded import DOUBLE, SINGLE
-from observers.embedded.compact_ekf import is_quick
-from observers.embedded.compact_mhe import is_quick_window
+from observers.embedded.compact_ekf import is_compact
+from observers.embedded.compact_mhe import is_compact_window
 from reference_rig import RigRecording, SteeringRecording
 from symbolic import Tyre, compiler
 from tests.observers.conftest import RIG, K
@@ -32,7 +32,7 @@ Array = NDArray[np.float64]
 MODELS = [pytest.param(DECLARED, id="declared"), pytest.param(FEW_BRISTLES, id="effects")]
 FULL_MODELS = [pytest.param(DECLARED, id="declared"), pytest.param(EFFECTS, id="effects")]
 KINDS = [pytest.param(Ekf, id="ekf"), pytest.param(Mhe, id="mhe")]
-SENSINGS = [
+MEASUREMENT_MODELS = [
     pytest.param(AligningTorque(), id="aligning"),
     pytest.param(SteeringTorque(), id="steering"),
 ]
@@ -58,22 +58,22 @@ def rows_of(recording: RigRecording | SteeringRecording) -> Array:
 
 
 @pytest.fixture
-def rows(sensing: Any, recording: RigRecording, steered: SteeringRecording) -> Array:
-    return rows_of(steered if sensing.turns else recording)
+def rows(measurement_model: Any, recording: RigRecording, steered: SteeringRecording) -> Array:
+    return rows_of(steered if "M" in measurement_model.channels else recording)
 
 
-@pytest.mark.parametrize("sensing", SENSINGS)
+@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS)
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("kind", KINDS)
 def test_double_is_the_same(
-    generated: Generate, kind: Any, model: Any, sensing: Any, rows: Array
+    generated: Generate, kind: Any, model: Any, measurement_model: Any, rows: Array
 ) -> None:
-    observer = observer_of(kind, model, sensing)
+    observer = observer_of(kind, model, measurement_model)
     part = rows[: PART[kind]]
-    expected = python_estimates(InterpretedObserver(observer), part, sensing.turns)
+    expected = python_estimates(InterpretedObserver(observer), part)
     estimates = generated(observer, DOUBLE).run(part)
 
-    if is_quick(observer) or is_quick_window(observer):
+    if is_compact(observer) or is_compact_window(observer):
         # The compact patch takes other operations.
         np.testing.assert_allclose(estimates[:, :2], expected[:, :2], rtol=0, atol=1e-12)
         np.testing.assert_allclose(estimates[:, 2], expected[:, 2], rtol=0, atol=1e-10)
@@ -83,15 +83,15 @@ def test_double_is_the_same(
     assert np.ptp(estimates[:, 0]) > 0.005, "no measurement corrected mu"
 
 
-@pytest.mark.parametrize("sensing", SENSINGS)
+@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS)
 @pytest.mark.parametrize("model", FULL_MODELS)
 @pytest.mark.parametrize("kind", KINDS)
 def test_single_precision_rounds(
-    generated: Generate, kind: Any, model: Any, sensing: Any, rows: Array
+    generated: Generate, kind: Any, model: Any, measurement_model: Any, rows: Array
 ) -> None:
-    observer = observer_of(kind, model, sensing)
+    observer = observer_of(kind, model, measurement_model)
     rounded = SINGLE.round(rows)
-    expected = python_estimates(observer, rounded, sensing.turns)
+    expected = python_estimates(observer, rounded)
     estimates = generated(observer, SINGLE).run(rounded)
     off = np.abs(estimates - expected)[:, 0]
     second = np.cumsum(rows[:, 4]) > 1
@@ -99,7 +99,7 @@ def test_single_precision_rounds(
 
     assert off.max() < 5e-5
     # Bristles that follow an angle estimated in single precision keep its rounding.
-    assert off[second].max() < (2e-5 if model is EFFECTS and sensing.turns else 5e-6)
+    assert off[second].max() < (2e-5 if model is EFFECTS and "M" in measurement_model.channels else 5e-6)
     np.testing.assert_allclose(estimates[:, 1], expected[:, 1], rtol=1e-4)
     np.testing.assert_array_equal(estimates[:, 4], expected[:, 4])
 
@@ -160,7 +160,7 @@ def test_outliers_and_changes_of_the_ground(
     )
     estimates, expected = (
         generated(observer, DOUBLE).run(rows),
-        python_estimates(observer, rows, turns=False),
+        python_estimates(observer, rows),
     )
 
     np.testing.assert_allclose(estimates[:, :2], expected[:, :2], rtol=0, atol=1e-9)

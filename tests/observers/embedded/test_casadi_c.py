@@ -9,22 +9,13 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from observers.ekf import Ekf
 from observers.embedded import casadi_c
 from observers.embedded.casadi_c import casadi_text, embedded_code
-from observers.embedded.initial_state import build_start
 from observers.embedded.scalar_type import DOUBLE, SINGLE, Real, count_names
-from observers.measurement_model import AligningTorque
-from observers.mhe import Mhe
-from observers.protocol import Sample
-from observers.steering_torque import SteeringTorque
 from symbolic import BrushgripError, compiler
 from tests.observers.embedded.generated_code import (
-    DECLARED,
-    FEW_BRISTLES,
     NO_COMPILER,
     STRICT,
-    observer_of,
 )
 
 
@@ -129,19 +120,3 @@ def test_unknown_text_is_an_error(
 
     with pytest.raises(BrushgripError, match=rf"CasADi {version} .*{re.escape(message)}"):
         embedded_code([everything()], SINGLE, "pre", null_checks=False)
-
-
-@pytest.mark.parametrize(
-    "sensing", [AligningTorque(), AligningTorque(stiffness=True), SteeringTorque(zero=True)]
-)
-@pytest.mark.parametrize("model", [DECLARED, FEW_BRISTLES], ids=["declared", "effects"])
-@pytest.mark.parametrize("kind", [Ekf, Mhe])
-def test_initial_state_is_that_of_the_observer(
-    kind: type, model: dict[str, object], sensing: object
-) -> None:
-    observer = observer_of(kind, model, sensing, mu=0.9)
-    first = Sample(psi=0.3, psi_dot=0.1, F_N=411.0, dt=0.013)
-    sample = np.array([first.psi, first.psi_dot, first.F_N, first.dt, 0.0, 0.0])
-    initial = build_start(observer)(sample, observer.constants).full().ravel()
-
-    np.testing.assert_array_equal(initial, observer.init(first).values)

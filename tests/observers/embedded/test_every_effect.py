@@ -36,7 +36,5 @@ def test_every_effect(effect: Effect, recording: RigRecording, tmp_path: Path) -
 
     estimates = generate_code(observer, DOUBLE, tmp_path, "-O0").run(rows)
 
-    np.testing.assert_array_equal(
-        estimates, python_estimates(InterpretedObserver(observer), rows, turns=False)
-    )
+    np.testing.assert_array_equal(estimates, python_estimates(InterpretedObserver(observer), rows))
     assert np.ptp(estimates[:, 0]) > 0.005, "no measurement corrected mu"

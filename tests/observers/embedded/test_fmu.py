@@ -75,19 +75,22 @@ def samples(repository_root: Path) -> Array:
 
 
 @pytest.mark.parametrize(
-    ("kind", "sensing"), [(Ekf, AligningTorque()), (Ekf, SteeringTorque()), (Mhe, AligningTorque())]
+    ("kind", "measurement_model"),
+    [(Ekf, AligningTorque()), (Ekf, SteeringTorque()), (Mhe, AligningTorque())],
 )
-def test_fmpy_validates(tmp_path: Path, kind: Any, sensing: Any) -> None:
+def test_fmpy_validates(tmp_path: Path, kind: Any, measurement_model: Any) -> None:
     from fmpy.validation import validate_fmu
 
-    observer = observer_of(kind, DECLARED, sensing)
+    observer = observer_of(kind, DECLARED, measurement_model)
     archive = generate_fmu(observer, tmp_path, name="grip")
     description = fmpy.read_model_description(archive)
     units = {v.name: v.unit for v in description.modelVariables if v.causality == "input"}
     ours = {"psi": "rad", "psi_dot": "rad/s", "M_z": "N.m", "F_N": "N"}
 
     assert validate_fmu(str(archive)) == []
-    assert units == ({"psi": "rad", "M": "N.m", "F_N": "N"} if sensing.turns else ours)
+    assert units == (
+        {"psi": "rad", "M": "N.m", "F_N": "N"} if "M" in measurement_model.channels else ours
+    )
     assert tuple(v.name for v in description.modelVariables if v.causality == "output") == OUTPUTS
     assert fmpy.supported_platforms(str(archive)) == ["c-code", "linux64"]
 

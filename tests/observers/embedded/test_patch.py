@@ -228,7 +228,7 @@ def test_more_corners_than_a_window_stores(generated: Generate, patch: Patch) ->
     observer = observer_of(Mhe, DECLARED, AligningTorque(), noise=0.02)
     estimates, expected = (
         generated(observer, DOUBLE).run(rows),
-        python_estimates(observer, rows, turns=False),
+        python_estimates(observer, rows),
     )
     deepest = patch.run(psi, steady(t.size)).corners.max()
     off = np.abs(estimates - expected)[:, 0].max()

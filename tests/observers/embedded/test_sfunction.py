@@ -22,10 +22,14 @@ STUB = Path(__file__).with_name("simulink")
 MEX = ("-O1", "-ffp-contract=off", "-fPIC", "-DMATLAB_MEX_FILE", f"-I{STUB}")
 
 
-@pytest.mark.parametrize("sensing", [AligningTorque(), SteeringTorque()], ids=["aligning", "steering"])
+@pytest.mark.parametrize(
+    "measurement_model", [AligningTorque(), SteeringTorque()], ids=["aligning", "steering"]
+)
 @pytest.mark.parametrize("real", [SINGLE, DOUBLE], ids=["float", "double"])
-def test_block_outputs_what_the_c_estimates(generated: Generate, real: Any, sensing: Any) -> None:
-    code = generated(observer_of(Ekf, DECLARED, sensing), real)
+def test_block_outputs_what_the_c_estimates(
+    generated: Generate, real: Any, measurement_model: Any
+) -> None:
+    code = generated(observer_of(Ekf, DECLARED, measurement_model), real)
     sources = ("brushgrip_sfun.c", "brushgrip.c")
     block = code.compile(*STRICT, *MEX, "-shared", sources=sources, out="block.so")
     simulate = ctypes.CDLL(str(block)).simulate

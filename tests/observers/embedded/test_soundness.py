@@ -43,15 +43,15 @@ CASES = [
     pytest.param(Mhe, DECLARED, SteeringTorque(), id="mhe-declared-steering"),
     pytest.param(Mhe, FEW_BRISTLES, AligningTorque(), id="mhe-effects-aligning"),
 ]
-each_case = pytest.mark.parametrize(("kind", "model", "sensing"), CASES)
+each_case = pytest.mark.parametrize(("kind", "model", "measurement_model"), CASES)
 
 
 @each_case
 @pytest.mark.parametrize("real", [SINGLE, DOUBLE], ids=["float", "double"])
 def test_random_bytes_leave_a_valid_estimate(
-    generated: Generate, kind: Any, model: Any, sensing: Any, real: Any
+    generated: Generate, kind: Any, model: Any, measurement_model: Any, real: Any
 ) -> None:
-    code = generated(observer_of(kind, model, sensing), real)
+    code = generated(observer_of(kind, model, measurement_model), real)
     count = 20_000 if kind is Ekf else 3_000
     invalid, refused = code.fuzz(count, 1, USUAL)
 
@@ -61,8 +61,10 @@ def test_random_bytes_leave_a_valid_estimate(
 
 
 @each_case
-def test_two_observers_are_independent(generated: Generate, kind: Any, model: Any, sensing: Any) -> None:
-    code = generated(observer_of(kind, model, sensing), SINGLE)
+def test_two_observers_are_independent(
+    generated: Generate, kind: Any, model: Any, measurement_model: Any
+) -> None:
+    code = generated(observer_of(kind, model, measurement_model), SINGLE)
     t = np.arange(120) / 100
     psi = 0.2 * np.sin(5 * t)
     rows = np.column_stack([psi, psi, -8 * np.sin(5 * t), 400 + 0 * t, 0.01 + 0 * t])
@@ -139,15 +141,15 @@ def test_code_calls_only_the_mathematics_library(generated: Generate) -> None:
         assert not {mark for mark, _ in symbols} & set("DdBbC"), "data that can be written to"
 
 
-@pytest.mark.parametrize(("kind", "model", "sensing", "count"), SANITISED)
+@pytest.mark.parametrize(("kind", "model", "measurement_model", "count"), SANITISED)
 def test_sanitisers_have_no_finding(
-    generated: Generate, repository_root: Path, kind: Any, model: Any, sensing: Any, count: int
+    generated: Generate, repository_root: Path, kind: Any, model: Any, measurement_model: Any, count: int
 ) -> None:
-    code = generated(observer_of(kind, model, sensing), SINGLE)
+    code = generated(observer_of(kind, model, measurement_model), SINGLE)
     program = instrumented(code, "run.c", "-DALONE", *ADDRESSES)
     fuzzed = subprocess.run([program, str(count), *map(str, USUAL)], capture_output=True, text=True)
     assert fuzzed.returncode == 0, fuzzed.stdout + fuzzed.stderr
-    if not sensing.turns:
+    if "M" not in measurement_model.channels:
         example = code.compile(*ADDRESSES, sources=("instrumented.o", "main.c"), out="example")
         for recording in sorted((repository_root / "examples" / "recordings").glob("*.csv")):
             seen = subprocess.run([example, recording], capture_output=True, text=True)
@@ -181,11 +183,11 @@ def instrumented(code: GeneratedCode, driver: str, *flags: str) -> Path:
 @pytest.mark.parametrize("real", [SINGLE, DOUBLE], ids=["float", "double"])
 @each_case
 def test_clang_has_no_warning(
-    generated: Generate, kind: Any, model: Any, sensing: Any, real: Any
+    generated: Generate, kind: Any, model: Any, measurement_model: Any, real: Any
 ) -> None:
     if (clang := shutil.which("clang")) is None:
         pytest.skip("no clang installed")
-    code = generated(observer_of(kind, model, sensing), real)
+    code = generated(observer_of(kind, model, measurement_model), real)
     code.compile(*STRICT, "-fsyntax-only", sources=("brushgrip.c",), out="none", command=clang)
 
 

@@ -20,7 +20,7 @@ def test_a_whole_recording(generated: Generate, recording: RigRecording, board: 
     rows = [(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in samples_of(columns_of(recording))]
     samples = SINGLE.round(np.array(rows))
     cost = run_on(board, generated(observer, SINGLE), samples)
-    expected = python_estimates(observer, samples, turns=False)
+    expected = python_estimates(observer, samples)
     off = np.abs(cost.estimates - expected)[:, 0]
     print(summary(board.name, cost, off.max()))
 
@@ -36,7 +36,7 @@ def test_from_the_steering_torque(generated: Generate, steered: SteeringRecordin
     rows = [(s.psi, s.psi_dot, s.M, s.F_N, s.dt) for s in samples_of(columns_of(steered))]
     samples = SINGLE.round(np.array(rows))
     cost = run_on(M4F, generated(observer, SINGLE), samples)
-    off = np.abs(cost.estimates - python_estimates(observer, samples, turns=True))[:, 0]
+    off = np.abs(cost.estimates - python_estimates(observer, samples))[:, 0]
     print(summary("steering", cost, off.max()))
 
     assert off.max() < 5e-6
@@ -48,7 +48,7 @@ def test_moving_horizon(generated: Generate, recording: RigRecording) -> None:
     rows = [(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in samples_of(columns_of(recording))]
     samples = SINGLE.round(np.array(rows[:700]))
     cost = run_on(M4F, generated(observer, SINGLE), samples)
-    off = np.abs(cost.estimates - python_estimates(observer, samples, turns=False))[:, 0]
+    off = np.abs(cost.estimates - python_estimates(observer, samples))[:, 0]
     print(summary("moving horizon", cost, off.max()))
 
     assert off.max() < 5e-6

@@ -72,7 +72,7 @@ def run_on(board: Board, code: GeneratedCode, samples: Array) -> Cost:
     """Single-precision code along samples (n, 5) psi, psi_dot, torque, F_N, dt."""
     folder = code.folder
     (folder / "samples.h").write_text(_samples(samples), "utf-8")
-    torque = "M" if code.observer.measurement_model.turns else "M_z"
+    torque = code.observer.channel
     _compile(folder, board, *CODE, "-c", "brushgrip.c", "-o", "target.o")
     usual = ("-O1", f"-DTORQUE={torque}", "-I.", "-nostartfiles")
     program = [str(HERE / name) for name in ("startup.c", "run.c")]
