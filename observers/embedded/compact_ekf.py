@@ -77,7 +77,7 @@ def _patch_calls(observer: Ekf) -> dict[str, str]:
     after = order.patch_after("", lambda: _lines(_patch_after(observer)))
     begin, step = _build_begin(observer), _build_filter(observer)
     return {
-        "meeting_before": before, "meeting_after": after,
+        "patch_before": before, "patch_after": after,
         "start_arg": str(begin.n_in()), "start_res": str(begin.n_out()),
         "arg": str(step.n_in()), "res": str(step.n_out()),
     }  # fmt: skip
@@ -89,7 +89,7 @@ def _patch_before(observer: Ekf) -> list[str]:
     stiffness = f"before[{at['stiffness']}]" if "stiffness" in at else "1.0"
     psi = "is_known(sample[0]) ? sample[0] : state->patch.angle"
     lines = [
-        f"meet(state, {psi}, sample[2], state->output[0], {stiffness}, torque);",
+        f"advance_patch(state, {psi}, sample[2], state->output[0], {stiffness}, torque);",
         f"before[{at['memory.M_z']}] = torque[0];",
         f"before[{at['memory.by_mu']}] = torque[1];",
         f"before[{at['memory.mu']}] = state->output[0];",
@@ -111,7 +111,7 @@ def _patch_after(observer: Ekf) -> list[str]:
     by_state = {"psi": "torque[3]", "log_mu": "torque[1] * output[0]", "stiffness": "torque[2]"}
     slopes = [by_state[name] for name in directions(observer.measurement_model)]
     return [
-        f"meet(state, after[{at['psi']}], sample[2], output[0], {stiffness}, torque);",
+        f"advance_patch(state, after[{at['psi']}], sample[2], output[0], {stiffness}, torque);",
         f"after[{at['M_z']}] = torque[0];",
         *(f"after[{at['slopes'] + i}] = {slope};" for i, slope in enumerate(slopes)),
         f"after[{at['output.M_z_predicted']}] = torque[0];",

@@ -21,12 +21,12 @@ from observers.embedded.templating import Body, render
 from observers.linearisation import state_index
 from observers.mhe import Mhe
 
-KEPT = 9
-"""Corners kept with a sample: a window of 50 samples takes less than 8 KB in single precision."""
+STORED_CORNERS = 9
+"""Corners stored with a sample: a window of 50 samples takes less than 8 KB in single precision."""
 STATE = """\
     {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}], last[7], counts[2];
-    {real} x[{window}][{n}], row[{window}][5], made[{window}][{made}];
-    {real} slope[{window}], xi[{window}][{kept}], d[{window}][{kept}];
+    {real} x[{window}][{n}], row[{window}][5], eliminated[{window}][{eliminated}];
+    {real} slope[{window}], xi[{window}][{stored}], d[{window}][{stored}];
     {name}_patch_t patch;
     int32_t newest;
     int8_t corners[{window}];"""
@@ -51,13 +51,13 @@ def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> 
         "window": str(observer.window),
         "states": str(n),
         "log_mu": str(state_index(observer.measurement_model)),
-        "made": str(eliminated),
-        "kept": str(KEPT),
+        "eliminated": str(eliminated),
+        "stored": str(STORED_CORNERS),
         "stiffness": f"x{stiff}" if stiff else "1.0",
         "stiffness_newest": f"newest{stiff}" if stiff else "1.0",
     }
-    numbers = {"n": n, "window": observer.window, "made": eliminated, "kept": KEPT}
-    a_sample = n + 5 + eliminated + 1 + 2 * KEPT
+    numbers = {"n": n, "window": observer.window, "eliminated": eliminated, "stored": STORED_CORNERS}
+    a_sample = n + 5 + eliminated + 1 + 2 * STORED_CORNERS
     size = (n + 2 * n * n + 9 + observer.window * a_sample) * real.size
     return Body(
         core=f"{source.text}\n{in_type(render('patch.c', values), real)}",

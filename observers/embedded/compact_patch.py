@@ -17,7 +17,7 @@ TYPES = """\
 /* The contact patch, see the code. */
 typedef struct {{
     {real} xi[{depth}], r[{depth}], d[{depth}], angle, rest;
-    int32_t corners, moved;
+    int32_t corners, is_turning;
     int8_t clipped[{depth}];
 }} {name}_patch_t;
 
@@ -38,7 +38,7 @@ def patch_numbers(observer: ModelObserver) -> dict[str, str]:
         "level": repr(float(full_slide_level(1.0, a))),
         "still_moment": repr(float(unit_moment(0.0, a, e))),
         "depth": str(DEPTH),
-        "turns": str(int("psi" in observer.measurement_model.states)),
+        "angle_is_state": str(int("psi" in observer.measurement_model.states)),
     }
 
 

@@ -43,7 +43,18 @@ def window_functions(observer: Mhe) -> list[ca.Function]:
     at = len(observer.model.coordinates)
     rig, tuning = observer.constants[at : at + len(RIG)], observer.constants[at + len(RIG) :]
     numbers = {"constants": observer.constants, "rig": rig, "tuning": tuning}
-    builders = (_begin, _clean, _limit, _predict, _judge, _accept, _reset_arrival, _forth, _back, _say)
+    builders = (
+        _begin,
+        _clean,
+        _limit,
+        _predict,
+        _test_innovation,
+        _accept,
+        _reset_arrival,
+        _forward,
+        _backward,
+        _output,
+    )
     return [_with_numbers(build(observer), numbers) for build in builders]
 
 
@@ -131,7 +142,7 @@ def _predict(observer: Mhe) -> ca.Function:
     return _function("predict", inputs, [newest, P_newest])
 
 
-def _judge(observer: Mhe) -> ca.Function:
+def _test_innovation(observer: Mhe) -> ca.Function:
     """(newest, torque, now, P, counts) -> test, counts."""
     names = ("newest", "torque", "now", "P", "counts", "rig", "tuning")
     newest, torque, now, P, counts, rig, tuning = inputs = _symbols(observer, *names)
@@ -140,7 +151,9 @@ def _judge(observer: Mhe) -> ca.Function:
         innovation, newest, P, *_torque(observer, torque, newest), now, counts, rig, tuning
     )
     return _function(
-        "judge", inputs, [ca.vertcat(*(results[name] for name in TEST)), results["counts_next"]]
+        "test_innovation",
+        inputs,
+        [ca.vertcat(*(results[name] for name in TEST)), results["counts_next"]],
     )
 
 
@@ -161,7 +174,7 @@ def _reset_arrival(observer: Mhe) -> ca.Function:
     return _function("reset_arrival", inputs, [jump])
 
 
-def _forth(observer: Mhe) -> ca.Function:
+def _forward(observer: Mhe) -> ca.Function:
     """(mean, factor, x, torque, row, next) -> mean, factor, eliminated."""
     names = ("mean", "factor", "x", "torque", "row", "next", "rig", "tuning")
     mean, factor, x, torque, row, after, rig, tuning = inputs = _symbols(observer, *names)
@@ -169,10 +182,10 @@ def _forth(observer: Mhe) -> ca.Function:
     rows = map(_full_row, (row, after))
     results = outputs_of(forward, mean, factor, x, *_torque(observer, torque, x), *rows, rig, tuning)
     outputs = [results["mean_next"], results["factor_next"], elimination(observer).join(results)]
-    return _function("forth", inputs, outputs)
+    return _function("forward", inputs, outputs)
 
 
-def _back(observer: Mhe) -> ca.Function:
+def _backward(observer: Mhe) -> ca.Function:
     """(costate, eliminated, row, next) -> costate before, smoothed x within bounds."""
     names = ("costate", "eliminated", "row", "next", "rig", "tuning")
     costate, eliminated, row, after, rig, tuning = inputs = _symbols(observer, *names)
@@ -182,10 +195,10 @@ def _back(observer: Mhe) -> ca.Function:
     motion = build_motion(observer.measurement_model)
     _, A, _, _ = motion(parts["filtered"], *_no_torque(observer), now, now_next, rig, tuning)
     backward = build_backward(observer.measurement_model)
-    return _function("back", inputs, [*backward(costate, *parts.values(), A, tuning)])
+    return _function("backward", inputs, [*backward(costate, *parts.values(), A, tuning)])
 
 
-def _say(observer: Mhe) -> ca.Function:
+def _output(observer: Mhe) -> ca.Function:
     """(x, P, newest, test, imputed) -> output."""
     names = ("x", "P", "newest", "test", "imputed", "tuning")
     x, P, newest, test, imputed, tuning = inputs = _symbols(observer, *names)
@@ -194,4 +207,4 @@ def _say(observer: Mhe) -> ca.Function:
         observer.measurement_model, x, P[at, at], result["expected"], tuning, result, held=imputed,
         unsettled=is_unsettled(observer.measurement_model, x, newest, P),
     )  # fmt: skip
-    return _function("say", inputs, [output])
+    return _function("step_output", inputs, [output])

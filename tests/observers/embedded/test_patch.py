@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE
-from observers.embedded.compact_mhe import KEPT
+from observers.embedded.compact_mhe import STORED_CORNERS
 from observers.embedded.compact_patch import DEPTH
 from reference_rig import RigTyre, hand_path, simulate_bristles
 from symbolic import Model, compiler, full_slide_level, simulate
@@ -234,5 +234,5 @@ def test_more_corners_than_a_window_stores(generated: Generate, patch: Patch) ->
     off = np.abs(estimates - expected)[:, 0].max()
     print(f"{deepest:.0f} corners, mu off by {off:.1e}")
 
-    assert deepest > KEPT
+    assert deepest > STORED_CORNERS
     assert 1e-12 < off < 5e-4
