@@ -29,8 +29,14 @@ from observers import AligningTorque, Ekf, Mhe
 from observers.embedded import DOUBLE, SINGLE
 from symbolic import Tyre
 from tests.observers.conftest import RIG, K
-from tests.observers.embedded.building import DECLARED, FOUND, Built, build, observer_of
-from tests.observers.embedded.cortex.target import M4F, M7, NEEDED, at_hand, run_on
+from tests.observers.embedded.cortex.target import M4F, M7, TOOLS, run_on, tools_installed
+from tests.observers.embedded.generated_code import (
+    DECLARED,
+    EFFECTS,
+    GeneratedCode,
+    generate_code,
+    observer_of,
+)
 
 ROUNDS = 30
 RECORDING = Path(__file__).resolve().parents[1] / "examples" / "recordings" / "train_a.csv"
@@ -45,7 +51,7 @@ def samples() -> np.ndarray:
     return SINGLE.round(np.column_stack([recording.psi, nothing, recording.M_z, recording.F_N, step]))
 
 
-def microseconds(code: Built, rows: np.ndarray) -> float:
+def microseconds(code: GeneratedCode, rows: np.ndarray) -> float:
     """Time of a step here."""
     rows.astype(np.float32).tofile(code.folder / "samples.bin")
     flags = ("-std=c99", "-O2", "-fno-math-errno")
@@ -61,7 +67,7 @@ def beside_python() -> None:
     for kind in (Ekf, Mhe):
         observer = observers_step.ours(kind)
         with tempfile.TemporaryDirectory() as folder:
-            fast = microseconds(build(observer, SINGLE, Path(folder)), rows)
+            fast = microseconds(generate_code(observer, SINGLE, Path(folder)), rows)
         observers_step.steps(observer, sequence[:100])
         rounds = [seconds(lambda one=observer: observers_step.steps(one, sequence)) for _ in range(5)]
         others = {"Python": 1e6 * float(np.median(rounds)) / len(sequence)}
@@ -80,22 +86,22 @@ def main() -> None:
     for name, kind, model, real in (
         ("EKF, declared", Ekf, DECLARED, SINGLE),
         ("MHE of 50, declared", Mhe, DECLARED, SINGLE),
-        ("EKF, effects", Ekf, FOUND, SINGLE),
-        ("MHE of 50, effects", Mhe, FOUND, SINGLE),
+        ("EKF, effects", Ekf, EFFECTS, SINGLE),
+        ("MHE of 50, effects", Mhe, EFFECTS, SINGLE),
         ("EKF, declared, double", Ekf, DECLARED, DOUBLE),
         ("MHE of 50, the same", Mhe, DECLARED, DOUBLE),
     ):
         with tempfile.TemporaryDirectory() as folder:
-            code = build(observer_of(kind, model, AligningTorque()), real, Path(folder))
+            code = generate_code(observer_of(kind, model, AligningTorque()), real, Path(folder))
             print(f"{name:22}here {microseconds(code, rows):8.2f} us a step")
-            for board in (M4F, M7) if at_hand() else ():
+            for board in (M4F, M7) if tools_installed() else ():
                 cost = run_on(board, code, rows[:700])
                 print(
                     f"{'':22}{board.name} {cost.instructions:9.0f} instructions, at most {cost.most:7};"
                     f" flash {cost.flash:6}, state {cost.state:6}, stack {cost.stack:5} bytes"
                 )
-    if not at_hand():
-        print(f"no target: {NEEDED}")
+    if not tools_installed():
+        print(f"no target: {TOOLS}")
     beside_python()
 
 

@@ -20,7 +20,7 @@ from scipy.optimize import brentq
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, QUIET, TRACKS, legend_above, picture
 from identification import Recording
 from observers import Sample, ZoneRootSolver, ZoneRootState
-from observers.thesis.zone_state_machine import Curve, Fragmentation, branch, curve, turned
+from observers.thesis import TorqueCurve, ZoneState, advance_zones, branch, curve
 from symbolic import full_slide_level, full_slide_torque
 from thesis_profile import DT, FACTORS, LOAD, RIG, K, steered
 
@@ -46,11 +46,11 @@ def limit(mu: float, x: Array) -> Array:
     return full_slide_level(LOAD, RIG.a) * mu / K * (RIG.a**2 - x**2)
 
 
-def remembered(recording: Recording, at: int) -> Fragmentation:
+def remembered(recording: Recording, at: int) -> ZoneState:
     """The state machine of figure 3.5 after the samples up to `at`."""
-    state = Fragmentation()
+    state = ZoneState()
     for psi in recording.psi[: at + 1]:
-        state = turned(state, psi, LEAST_TURN)
+        state = advance_zones(state, psi, LEAST_TURN)
     return state
 
 
@@ -108,21 +108,19 @@ def rmse(recording: Recording, mu: Array) -> float:
 
 def angle(recording: Recording) -> Array:
     """The yaw angle from the torque and the known mu, figure 3.6 [rad]."""
-    mu, state, estimate = float(recording.tyre.mu or 0), Fragmentation(), []
+    mu, state, estimate = float(recording.tyre.mu or 0), ZoneState(), []
     reach = np.ptp(recording.psi)
     for psi, F_N, M_z in zip(recording.psi, recording.F_N, recording.M_z, strict=True):
-        state = turned(state, psi, LEAST_TURN)
+        state = advance_zones(state, psi, LEAST_TURN)
 
-        def misses(
-            angle: float, M_z: float = M_z, F_N: float = F_N, state: Fragmentation = state
-        ) -> float:
+        def misses(angle: float, M_z: float = M_z, F_N: float = F_N, state: ZoneState = state) -> float:
             return M_z - curve(branch(state, angle), F_N, K, RIG)(mu)[0]
 
         estimate.append(brentq(misses, psi - reach, psi + reach))
     return np.array(estimate)
 
 
-def torque_curve(recording: Recording, at: int) -> Curve:
+def torque_curve(recording: Recording, at: int) -> TorqueCurve:
     """The zones' torque over mu at a sample."""
     return curve(branch(remembered(recording, at), recording.psi[at]), LOAD, K, RIG)
 

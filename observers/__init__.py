@@ -1,28 +1,42 @@
 """Observers of the friction coefficient for controllers."""
 
 from observers.angle_derivative import causal_rate, next_rate
+from observers.casadi_observer import CasadiObserver
 from observers.ekf import Ekf
 from observers.factory import from_files
 from observers.layout import Layout, ObserverState
+from observers.linearisation import build_clean
 from observers.loop import Loop
-from observers.measurement_model import AligningTorque, MeasurementModel
+from observers.measurement_model import CLEAN, AligningTorque, MeasurementModel
 from observers.mhe import Mhe
-from observers.protocol import SAMPLE, BatchObserver, Estimate, Estimates, Observer, Sample, Status
+from observers.protocol import (
+    OUTPUT,
+    SAMPLE,
+    BatchObserver,
+    Estimate,
+    Estimates,
+    FunctionObserver,
+    Observer,
+    Sample,
+    Status,
+)
 from observers.run import run
 from observers.steering_torque import SteeringTorque
-from observers.thesis.zone_history import ZoneHistory, zone_history
-from observers.thesis.zone_root_solver import ZoneRootSolver, ZoneRootState
-from observers.tuning import STATES, Tuning
+from observers.thesis import ZoneHistory, ZoneRootSolver, ZoneRootState, zone_history
+from observers.tuning import Tuning
 from observers.udu import covariance_of
 
 __all__ = [
+    "CLEAN",
+    "OUTPUT",
     "SAMPLE",
-    "STATES",
     "AligningTorque",
     "BatchObserver",
+    "CasadiObserver",
     "Ekf",
     "Estimate",
     "Estimates",
+    "FunctionObserver",
     "Layout",
     "Loop",
     "MeasurementModel",
@@ -36,6 +50,7 @@ __all__ = [
     "ZoneHistory",
     "ZoneRootSolver",
     "ZoneRootState",
+    "build_clean",
     "causal_rate",
     "covariance_of",
     "from_files",

@@ -1,7 +1,7 @@
-"""The settings that observers built on a model share, and what they make of them."""
+"""Settings and expressions that the extended Kalman filter and the moving-horizon estimator share."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -9,22 +9,23 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.compiled_step import CompiledStep, first_sample, run_stretches
-from observers.layout import Layout, ObserverState, named
-from observers.measurement_model import CLEAN, RIG, SENSIBLE, AligningTorque, MeasurementModel
-from observers.patch_update import tyre
-from observers.protocol import Estimate, Sample, Status
-from observers.tuning import BELIEFS, Tuning
-from symbolic import InvalidInputError, Model, Rig, full_slide_torque
+from observers.casadi_observer import CasadiObserver
+from observers.initial_state import build_initial_state
+from observers.layout import Layout, named
+from observers.linearisation import state_index
+from observers.measurement_model import RIG, AligningTorque, MeasurementModel
+from observers.patch_model import PatchModel, constants_size
+from observers.protocol import SAMPLE, Status
+from observers.tuning import TUNING_FIELDS, Tuning
+from symbolic import InvalidInputError, Model, Rig
 
 Array = NDArray[np.float64]
-SAID = ("mu", "mu_std", "M_z_predicted", "status")
-"""What a state says, in the order of its part `said`."""
+RIG_UNITS = ("m", "m", "kg m^2", "N m s/rad")
 
 
 @dataclass(frozen=True, kw_only=True)
-class ModelObserver:
-    """A model, its fixed parameters, the rig, what is measured and what is believed.
+class ModelObserver(CasadiObserver):
+    """A model, its fixed parameters, the rig, what is measured, and the tuning.
 
     Attributes:
         model: the model, with the effects that a diagnosis found if there are any.
@@ -37,9 +38,6 @@ class ModelObserver:
         InvalidInputError: a parameter is missing or out of bounds, or the rig lacks one.
     """
 
-    model: Model
-    values: Mapping[str, float]
-    rig: Rig
     tuning: Tuning = field(default_factory=Tuning)
     measurement_model: MeasurementModel = field(default_factory=AligningTorque)
 
@@ -50,19 +48,13 @@ class ModelObserver:
                 raise InvalidInputError(
                     f"{name} must be a {kind.__name__}, got {type(getattr(self, name)).__name__}"
                 )
-        if isinstance(self.measurement_model, type) or not hasattr(self.measurement_model, "reading"):
+        if isinstance(self.measurement_model, type) or not hasattr(self.measurement_model, "motion"):
             raise InvalidInputError(
                 "measurement_model must be AligningTorque(...) or SteeringTorque(...), with brackets,"
                 f" got {self.measurement_model!r}"
             )
-        sensors = [effect.name for effect in self.model.effects if effect.sensor]
-        if self.measurement_model.turns and sensors:
-            raise InvalidInputError(
-                f"the model's {sensors[0]} belongs to the channel of the aligning torque, which is not"
-                " measured here; leave the effect out"
-            )
         self.model.theta({**self.values, "mu": self.tuning.mu})
-        self.measurement_model.check(self.rig)
+        self.measurement_model.check(self.rig, self.model)
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -70,120 +62,50 @@ class ModelObserver:
         return self.measurement_model.states
 
     @property
-    def layout(self) -> Layout:
-        """The parts of a state."""
-        raise NotImplementedError
+    def channels(self) -> tuple[str, ...]:
+        """Fields of `Sample` that are used."""
+        return self.measurement_model.channels
 
     @property
-    def function(self) -> ca.Function:
-        """One sample, compiled: (state, sample, constants) -> (state_next, said).
-
-        sample in the order of `observers.SAMPLE`; constants as in `constants`; said as in `SAID`.
-        """
-        raise NotImplementedError
+    def informed_below(self) -> float:
+        """Relative standard deviation of mu below which an estimate is informed [1]."""
+        return self.tuning.informed_below
 
     @property
-    def stretch(self) -> ca.Function:
-        """The same over `observers.compiled_step.STRETCH` samples, one column each."""
-        raise NotImplementedError
+    def initial_function(self) -> ca.Function:
+        """The state before the first sample; see `CasadiObserver.initial_function`."""
+        return build_initial_state(self.model, self.measurement_model, self.layout)
 
     @cached_property
     def constants(self) -> Array:
-        """Parameters of the model at the prior's mu, of the rig, and the beliefs, in one vector."""
+        """Parameters of the model at the prior's mu, those of the rig, and the tuning."""
         theta = self.model.theta({**self.values, "mu": self.tuning.mu})
         rig = [float("nan") if (v := getattr(self.rig, name)) is None else v for name in RIG]
-        return np.concatenate([theta.full().ravel(), rig, self.tuning.beliefs])
+        return np.concatenate([theta.full().ravel(), rig, self.tuning.vector])
 
-    def step(self, state: ObserverState, sample: Sample) -> ObserverState:
-        """The state after one more sample; the state given is not changed."""
-        if state.values.size != self._size:
-            raise InvalidInputError(
-                f"the state has {state.values.size} numbers, this observer's has {self._size};"
-                " it belongs to another observer"
-            )
-        return ObserverState(self._compiled_step(state.values, sample), state.layout)
+    @property
+    def constant_labels(self) -> tuple[str, ...]:
+        """Name and unit of every constant."""
+        rig = (f"{name} [{unit}]" for name, unit in zip(RIG, RIG_UNITS, strict=True))
+        return (*self._theta_labels, *rig, *(f"tuning: {name}" for name in TUNING_FIELDS))
 
-    def estimate(self, state: ObserverState) -> Estimate:
-        """What the state says of mu."""
-        mu, std, predicted, status = state["said"].tolist()
-        return Estimate(
-            mu=mu,
-            mu_std=std,
-            M_z_predicted=predicted,
-            informed=bool(self.tuning.informed(mu, std)),
-            status=Status(int(status)),
-        )
-
-    def run_samples(self, samples: Array) -> Array:
-        """A whole recording; see `BatchObserver.run_samples`."""
-        start = self.init(first_sample(samples)).values
-        mu, std, predicted, status = run_stretches(self.stretch, start, samples, self.constants)
-        return np.vstack([mu, std, predicted, self.tuning.informed(mu, std), status])
-
-    def init(self, first: Sample) -> ObserverState:
-        """The state before the first sample, whose angle says where the patch stands at rest."""
-        raise NotImplementedError
-
-    @cached_property
-    def _size(self) -> int:
-        return self.layout.size
-
-    @cached_property
-    def _compiled_step(self) -> CompiledStep:
-        return CompiledStep(self.function, self.constants)
-
-    def __getstate__(self) -> dict[str, Any]:
-        """Without what cannot be pickled and is made anew."""
-        made = ("_compiled_step", "constants")
-        return {name: value for name, value in self.__dict__.items() if name not in made}
-
-    def _start(self, first: Sample) -> dict[str, Array | float]:
-        """Parts that every state has, before the first sample."""
-        if not (abs(first.psi) < SENSIBLE and 0 < first.F_N < SENSIBLE):
-            raise InvalidInputError(
-                "the first sample must have a finite psi and F_N > 0 N, as they say where the patch"
-                f" stands; got psi = {first.psi} rad, F_N = {first.F_N} N; wait for one that has"
-            )
-        rate = first.psi_dot if np.isfinite(first.psi_dot) else 0.0
-        theta = self.model.theta({**self.values, "mu": self.tuning.mu})
-        geometry = ca.DM([self.rig.a, self.rig.e])
-        signals = ca.DM([first.psi, rate, first.F_N, first.dt])
-        memory = self.model.initial(signals, theta, geometry).full().ravel()
-        slide = float(full_slide_torque(first.F_N, self.rig.a))
-        prior = self.measurement_model.prior(self.tuning, first, slide)
-        mean, std = np.array([prior[name] for name in self.states]).T
-        last = dict.fromkeys(CLEAN, 0.0) | {"psi": first.psi, "F_N": first.F_N}
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """Measurement model, states, tuning and, as `settings`, what the observer adds."""
+        own = set(ModelObserver.__dataclass_fields__)
         return {
-            "memory": memory.reshape(-1, 1),
-            "carried": 0.0,
-            "held_at": np.array([[self.tuning.mu], [1.0]])[: len(tyre(self.measurement_model))],
-            "x": mean.reshape(-1, 1),
-            "factor": np.diag(std**2),
-            "last": np.array([[last[name]] for name in CLEAN]),
-            "M_z": 0.0,
-            "slopes": 0.0,
-            "counts": 0.0,
-            "said": np.array([[self.tuning.mu], [self.tuning.mu_std], [float("nan")], [0.0]]),
+            "sensing": type(self.measurement_model).__name__,
+            "states": list(self.states),
+            "beliefs": asdict(self.tuning),
+            "settings": {n: getattr(self, n) for n in self.__dataclass_fields__ if n not in own},
         }
 
 
-STIFFNESS_SHARE = (0.1, 10.0)
+STIFFNESS_BOUNDS = (0.1, 10.0)
 """Bounds of k over its nominal value, where it is a state [1]."""
 
 
-def split_constants(model: Model, constants: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
-    """theta, rig and beliefs of `ModelObserver.constants`."""
-    at = len(model.parameters)
-    theta, rig, beliefs = ca.vertsplit(constants, [0, at, at + len(RIG), constants.numel()])
-    return theta, rig, beliefs
-
-
-def constants_size(model: Model) -> int:
-    """Length of `ModelObserver.constants`."""
-    return len(model.parameters) + len(RIG) + len(BELIEFS)
-
-
-def flags(**conditions: ca.MX) -> ca.MX:
+def status_flags(**conditions: Any) -> ca.MX:
     """The status of a sample, `Status` as a number, from a condition a flag."""
     total = ca.MX(0)
     for name, condition in conditions.items():
@@ -191,12 +113,12 @@ def flags(**conditions: ca.MX) -> ca.MX:
     return total
 
 
-def projected(measurement_model: MeasurementModel, x: ca.MX, beliefs: ca.MX) -> ca.MX:
-    """The states, one column a sample, with mu on its bounds where it is beyond, k off nonsense."""
-    belief = named(BELIEFS, beliefs)
+def clip_to_bounds(measurement_model: MeasurementModel, x: ca.MX, tuning: ca.MX) -> ca.MX:
+    """The states (n,) or (n, N) with mu and k within their bounds."""
+    limits = named(TUNING_FIELDS, tuning)
     bounds: dict[str, tuple[Any, Any]] = {
-        "log_mu": (ca.log(belief["least"]), ca.log(belief["greatest"])),
-        "stiffness": STIFFNESS_SHARE,
+        "log_mu": (ca.log(limits["least"]), ca.log(limits["greatest"])),
+        "stiffness": STIFFNESS_BOUNDS,
     }
     rows = [
         ca.fmax(bounds[name][0], ca.fmin(bounds[name][1], x[i, :])) if name in bounds else x[i, :]
@@ -205,21 +127,46 @@ def projected(measurement_model: MeasurementModel, x: ca.MX, beliefs: ca.MX) -> 
     return ca.vertcat(*rows)
 
 
-def on_bound(log_mu: ca.MX, beliefs: ca.MX) -> ca.MX:
-    """True where mu, projected, lies on one of its bounds."""
-    belief = named(BELIEFS, beliefs)
-    bounds = ca.log(belief["least"]), ca.log(belief["greatest"])
-    outside: ca.MX = ca.logic_or(log_mu <= bounds[0], log_mu >= bounds[1])
-    return outside
+def step_output(
+    measurement_model: MeasurementModel,
+    x: ca.MX,
+    variance: ca.MX,
+    M_z: ca.MX,
+    tuning: ca.MX,
+    test: Mapping[str, ca.MX],
+    **conditions: ca.MX,
+) -> ca.MX:
+    """The output of a step in the order of `observers.protocol.OUTPUT`.
+
+    Args:
+        measurement_model: gives the order of the states.
+        x: corrected states (n,).
+        variance: that of ln mu [1].
+        M_z: predicted aligning torque [N m].
+        tuning: as in `TUNING_FIELDS`.
+        test: missing, accepted and reset of the innovation, see `observers.innovation_gate`.
+        conditions: further flags of `Status` in small letters.
+    """
+    log_mu, limits = x[state_index(measurement_model)], named(TUNING_FIELDS, tuning)
+    bound = ca.logic_or(log_mu <= ca.log(limits["least"]), log_mu >= ca.log(limits["greatest"]))
+    mu = ca.exp(log_mu) * ca.vertcat(1, ca.sqrt(variance))
+    status = status_flags(
+        missing=test["missing"], rejected=ca.logic_not(test["accepted"]), reset=test["reset"],
+        bound=bound, **conditions,
+    )  # fmt: skip
+    return ca.vertcat(mu, M_z, status)
 
 
-def prior_variance(beliefs: ca.MX) -> ca.MX:
-    """Variance of ln mu before anything is known of the ground."""
-    belief = named(BELIEFS, beliefs)
-    variance: ca.MX = (belief["mu_std"] / belief["mu"]) ** 2
-    return variance
+def step_symbols(model: PatchModel, parts: Layout) -> list[ca.MX]:
+    """Symbols for state, sample and constants of a step."""
+    sizes = {"state": parts.size, "sample": len(SAMPLE), "constants": constants_size(model)}
+    return [ca.MX.sym(name, size) for name, size in sizes.items()]
 
 
-def says(log_mu: ca.MX, variance: ca.MX) -> ca.MX:
-    """The coefficient of friction and its standard deviation, from those of its logarithm."""
-    return ca.exp(log_mu) * ca.vertcat(1, ca.sqrt(variance))
+def build_step_function(
+    name: str, symbols: list[ca.MX], state_next: ca.MX, output: ca.MX
+) -> ca.Function:
+    """(state, sample, constants) -> (state_next, output)."""
+    return ca.Function(
+        name, symbols, [state_next, output], ["state", "sample", "constants"], ["state_next", "output"]
+    )

@@ -1,12 +1,14 @@
-"""A step of an observer called from Python: one sample without a detour, or a whole recording."""
+"""The step Function of an observer called from Python: one sample at a time, or a whole recording."""
 
 import threading
+from functools import cache
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from observers.protocol import Sample
+from symbolic import compiled
 
 Array = NDArray[np.float64]
 STRETCH = 100
@@ -17,18 +19,18 @@ class CompiledStep(threading.local):
     """Calls (state, sample, constants) -> (state_next, ...) on buffers of its own, one set a thread."""
 
     def __init__(self, function: ca.Function, constants: Array) -> None:
-        """Lay out the buffers and tell casadi where they are."""
+        """Allocate the buffers and set their addresses."""
         self._function = function
         self._buffer, self._call = function.buffer()
         self._state, self._sample = (np.zeros(function.nnz_in(i)) for i in range(2))
         self._constants = constants.copy()
-        self._made = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
+        self._results = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
         # casadi's stubs ask for a size that its buffers do not take.
         for i, array in enumerate((self._state, self._sample, self._constants)):
             self._buffer.set_arg(i, memoryview(array.data))  # type: ignore[call-arg]
-        for i, array in enumerate(self._made):
+        for i, array in enumerate(self._results):
             self._buffer.set_res(i, memoryview(array.data))  # type: ignore[call-arg]
-        self._next = self._made[0]
+        self._next = self._results[0]
 
     def __call__(self, state: Array, sample: Sample) -> Array:
         """The state after the sample, a new array."""
@@ -44,19 +46,26 @@ def first_sample(samples: Array) -> Sample:
     return Sample(psi=psi, psi_dot=psi_dot, F_N=F_N, dt=dt, M_z=M_z, M=M)
 
 
-def build_stretch(step: ca.Function) -> ca.Function:
-    """`STRETCH` samples of a step (state, sample, constants) -> (state_next, said)."""
-    return step.mapaccum(f"{step.name()}_stretch", STRETCH, 1, {})
+@cache
+def compiled_step(step: ca.Function) -> ca.Function:
+    """A step (state, sample, constants) -> (state_next, output) in machine code."""
+    return compiled(step)
+
+
+@cache
+def compiled_stretch(step: ca.Function) -> ca.Function:
+    """`STRETCH` samples of a step in machine code, one column each."""
+    return compiled(step.mapaccum(f"{step.name()}_stretch", STRETCH, 1, {}))
 
 
 def run_stretches(stretch: ca.Function, state: Array, samples: Array, constants: Array) -> Array:
-    """What a step says of every sample, one column each; see `build_stretch`."""
+    """The output of every sample, one column each; see `compiled_stretch`."""
     present, count = ca.DM(state), samples.shape[1]
     padded = np.pad(samples, ((0, 0), (0, -count % STRETCH)), mode="edge")
     tiled = ca.DM(np.tile(constants.reshape(-1, 1), STRETCH))
-    said = []
+    outputs = []
     for at in range(0, count, STRETCH):
-        states, made = stretch.call([present, ca.DM(padded[:, at : at + STRETCH]), tiled])
+        states, output = stretch.call([present, ca.DM(padded[:, at : at + STRETCH]), tiled])
         present = states[:, -1]
-        said.append(made.full())
-    return np.hstack(said)[:, :count]
+        outputs.append(output.full())
+    return np.hstack(outputs)[:, :count]

@@ -9,29 +9,27 @@ import control
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.base import ModelObserver
+from observers.casadi_observer import CasadiObserver
 from observers.layout import ObserverState
-from observers.protocol import Estimate, Sample
+from observers.protocol import ESTIMATE, Estimate, Sample
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
-OUTPUTS = ("mu", "mu_std", "M_z_predicted", "informed", "status")
-"""Order of the outputs: as in `Estimate`, `informed` 0 or 1, `status` a number."""
 
 
 def as_system(
-    observer: ModelObserver, first: Sample, *, direct: bool = True
+    observer: CasadiObserver, first: Sample, *, direct: bool = True
 ) -> control.NonlinearIOSystem:
     """The observer as a system with the packed state of `observer.layout` and steps of `first.dt`.
 
     Inputs are psi, psi_dot, F_N, M_z where the aligning torque is measured, psi, F_N, M where the
-    steering torque is; outputs as in `OUTPUTS`. The state begins at `observer.init(first).values`, for
+    steering torque is; outputs as in `ESTIMATE`. The state begins at `observer.init(first).values`, for
     which a state of zeros, control's default X0, stands too. NaN is a missing measurement as in
     `Sample`; control multiplies it by 0 where it interpolates, so that `input_output_response` loses the
     next sample too, and where it connects, so that an interconnection must have none.
 
     Args:
-        observer: an `Ekf` or an `Mhe`.
+        observer: an `Ekf`, an `Mhe` or another `CasadiObserver`.
         first: says where the patch stands at rest, and the time between samples, its dt.
         direct: the output holds the present sample already, as `observers.run` has it. False: it is that
             of the state before, for a controller that chooses the present sample's torque by it; there
@@ -40,42 +38,39 @@ def as_system(
     Raises:
         InvalidInputError: the observer's state is no vector, or `first` has no finite psi and F_N > 0.
     """
-    if not isinstance(observer, ModelObserver):
+    if not isinstance(observer, CasadiObserver):
         raise InvalidInputError(
             f"as_system needs an observer whose state is one vector, Ekf or Mhe, got"
             f" {type(observer).__name__}; use observers.Loop or observers.run"
         )
-    channels = (
-        ("psi", "F_N", "M") if observer.measurement_model.turns else ("psi", "psi_dot", "F_N", "M_z")
-    )
-    nothing = {"psi": np.nan, "psi_dot": np.nan, "F_N": np.nan}
+    missing = {"psi": np.nan, "psi_dot": np.nan, "F_N": np.nan}
     start = observer.init(first)
 
-    def held(x: Array) -> ObserverState:
-        # What is said of mu is positive in every state: zeros mean that nothing has happened yet.
+    def state_of(x: Array) -> ObserverState:
+        # mu is positive in every state: zeros stand for the state before the first sample.
         return ObserverState(x, start.layout) if x.any() else start
 
-    def stepped(x: Array, u: Array) -> ObserverState:
-        given = nothing | dict(zip(channels, u.tolist(), strict=True))
-        return observer.step(held(x), Sample(dt=first.dt, **given))
+    def step(x: Array, u: Array) -> ObserverState:
+        given = missing | dict(zip(observer.channels, u.tolist(), strict=True))
+        return observer.step(state_of(x), Sample(dt=first.dt, **given))
 
     def update(_t: float, x: Array, u: Array, _params: object) -> Array:
-        return stepped(x, u).values
+        return step(x, u).values
 
     def output(_t: float, x: Array, u: Array, _params: object) -> Array:
-        return _said(observer.estimate(stepped(x, u) if direct else held(x)))
+        return _numbers(observer.estimate(step(x, u) if direct else state_of(x)))
 
     return control.nlsys(
         update,
         output,
-        inputs=list(channels),
-        outputs=list(OUTPUTS),
+        inputs=list(observer.channels),
+        outputs=list(ESTIMATE),
         states=[f"{name}[{i}]" for name, rows, cols in start.layout.fields for i in range(rows * cols)],
         dt=first.dt,
-        name=type(observer).__name__.lower(),
+        name=observer.name,
     )
 
 
-def _said(now: Estimate) -> Array:
+def _numbers(now: Estimate) -> Array:
     """The estimate as numbers; never NaN, which an interconnection would spread."""
     return np.nan_to_num([now.mu, now.mu_std, now.M_z_predicted, now.informed, int(now.status)])

@@ -1,7 +1,7 @@
 """Extended Kalman filter for ln mu and, as measured, torque zero, stiffness, angle and rate.
 
-The memory of the patch is not filtered: `observers.patch_update` says how it follows the states. The
-filter knows nothing of tyres: M_z and its derivatives are the model's.
+The memory of the patch is not filtered: `observers.patch_update` propagates it. M_z and its derivatives
+are the model's; the filter contains no tyre model.
 
 Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), section 8.3, iterated filter
 theorem 8.2; the covariance is kept as a factor, see `observers.udu`.
@@ -12,41 +12,34 @@ from functools import cache, partial
 
 import casadi as ca
 
-from observers.base import (
-    SAID,
-    ModelObserver,
-    constants_size,
-    flags,
-    on_bound,
-    prior_variance,
-    projected,
-    says,
-    split_constants,
-)
-from observers.compiled_step import build_stretch
-from observers.innovation_gate import COUNTS, build_gate, huber_share
-from observers.layout import Layout, ObserverState
+from observers.base import ModelObserver, build_step_function, clip_to_bounds, step_output, step_symbols
+from observers.innovation_gate import COUNTS, build_innovation, huber_weight
+from observers.layout import Layout, named, outputs_of
 from observers.linearisation import (
     build_clean,
-    build_measured,
+    build_measurement,
     build_motion,
-    build_moved,
-    build_reading,
+    build_predict_covariance,
+    build_update_covariance,
     directions,
+    state_index,
 )
-from observers.measurement_model import CLEAN, MeasurementModel
+from observers.measurement_model import CLEAN, MeasurementModel, log_mu_variance
+from observers.patch_model import PatchModel, split_constants
 from observers.patch_update import (
-    build_meeting,
-    by_states,
-    carries,
-    history_fields,
-    kept_share,
-    signals_of,
-    tyre_of,
+    build_patch_update,
+    memory_depends_on_tyre,
+    memory_fields,
+    patch_signals,
+    reset_retention,
+    sensitivity_retention,
+    slopes_by_states,
+    tyre_parameters,
 )
-from observers.protocol import SAMPLE, Sample
+from observers.protocol import OUTPUT
+from observers.tuning import TUNING_FIELDS
 from observers.udu import covariance
-from symbolic import InvalidInputError, Model, compiled
+from symbolic import GEOMETRY, InvalidInputError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -55,12 +48,12 @@ class Ekf(ModelObserver):
 
     Attributes:
         iterations: linearisations of a measurement; 1 is the plain filter. More pay where one sample
-            says much: under a clean torque, while little is known of mu.
+            is very informative: under a clean torque, while little is known of mu.
 
-    Parts of its state: `memory` (m,) of the patch and, where it depends on the tyre, its derivative
-    `carried` (m, t) and the tyre `held_at` (t,) that it stands for; `x` (n,) in the order of `states`
-    and `factor` (n, n) of its covariance, see `covariance_of`; `last`, the last sample; `M_z` and
-    `slopes`; `counts`, streak and changes of the ground; `said`.
+    Parts of its state: `memory` (m,) of the patch and, where it depends on the tyre,
+    `memory_sensitivity` (m, t) and the tyre's parameters `linearisation_point` (t,) that it holds for;
+    `x` (n,) in the order of `states` and `factor` (n, n) of its covariance, see `covariance_of`; `last`,
+    the last sample; `M_z` and `slopes`; `counts`, streak and changes of the ground; `output`.
     """
 
     iterations: int = 1
@@ -73,9 +66,10 @@ class Ekf(ModelObserver):
                 f"iterations must be a whole number of at least 1, got {self.iterations}"
             )
 
-    def init(self, first: Sample) -> ObserverState:
-        """The state before the first sample, whose angle says where the patch stands at rest."""
-        return ObserverState(self.layout.pack(self._start(first)), self.layout)
+    @property
+    def kind(self) -> str:
+        """What sort of estimator it is."""
+        return "Extended Kalman filter"
 
     @property
     def layout(self) -> Layout:
@@ -83,118 +77,123 @@ class Ekf(ModelObserver):
         return layout(self.model, self.measurement_model)
 
     @property
-    def function(self) -> ca.Function:
-        """One sample, compiled; see `ModelObserver.function`."""
-        return _compiled_step(self.model, self.measurement_model, self.iterations)
-
-    @property
-    def stretch(self) -> ca.Function:
-        """Many samples, compiled; see `ModelObserver.stretch`."""
-        return _compiled_stretch(self.model, self.measurement_model, self.iterations)
+    def step_function(self) -> ca.Function:
+        """One sample; see `CasadiObserver.step_function`."""
+        return build_step(self.model, self.measurement_model, self.iterations)
 
 
 @cache
-def layout(model: Model, measurement_model: MeasurementModel) -> Layout:
+def layout(model: PatchModel, measurement_model: MeasurementModel) -> Layout:
     """The parts of the filter's state."""
     n = len(measurement_model.states)
     return Layout(
         (
-            *history_fields(model, measurement_model),
+            *memory_fields(model, measurement_model),
             ("x", n, 1),
             ("factor", n, n),
             ("last", len(CLEAN), 1),
             ("M_z", 1, 1),
             ("slopes", len(directions(measurement_model)), 1),
             ("counts", len(COUNTS), 1),
-            ("said", len(SAID), 1),
+            ("output", len(OUTPUT), 1),
         )
     )
 
 
 @cache
-def _compiled_step(model: Model, measurement_model: MeasurementModel, iterations: int) -> ca.Function:
-    return compiled(build_step(model, measurement_model, iterations))
-
-
-@cache
-def _compiled_stretch(model: Model, measurement_model: MeasurementModel, iterations: int) -> ca.Function:
-    return compiled(build_stretch(build_step(model, measurement_model, iterations)))
-
-
-@cache
-def build_step(model: Model, measurement_model: MeasurementModel, iterations: int = 1) -> ca.Function:
-    """One sample of the filter: (state, sample, constants) -> (state_next, said)."""
+def build_step(
+    model: PatchModel, measurement_model: MeasurementModel, iterations: int = 1
+) -> ca.Function:
+    """One sample of the filter: (state, sample, constants) -> (state_next, output)."""
     parts = layout(model, measurement_model)
-    state, sample = ca.MX.sym("state", parts.size), ca.MX.sym("sample", len(SAMPLE))
-    constants = ca.MX.sym("constants", constants_size(model))
+    state, sample, constants = symbols = step_symbols(model, parts)
     before = parts.split(state)
-    theta, rig, beliefs = split_constants(model, constants)
-    now, held = build_clean(measurement_model)(sample, before["last"])
-    motion = build_motion(measurement_model)
-    x, A, Q, _ = motion(before["x"], before["M_z"], before["slopes"], before["last"], now, rig, beliefs)
-    share = kept_share(measurement_model, covariance(before["factor"]), Q, before["x"])
-    history = [before[name] for name, *_ in history_fields(model, measurement_model)]
-    if carries(model, measurement_model):
-        history[1] = history[1] @ share
-    factor = build_moved(len(measurement_model.states))(before["factor"], A, Q)
-    read, measure = build_reading(measurement_model), build_measured(len(measurement_model.states))
-
-    meet = partial(_met, model, measurement_model, history, now, theta, rig)
-    # Where the angle is measured the patch follows it when it is corrected; else it is what is measured.
-    met = before if measurement_model.turns else meet(x)
-    innovation, H, weight, expected, ordinary = read(x, met["M_z"], met["slopes"], now, rig, beliefs)
-    left_open = ca.dot(H, covariance(factor) @ H)
-    verdict = build_gate()(innovation, left_open, weight, ordinary, before["counts"], beliefs)
-    believed, reset, _, counts = verdict
-    missing = weight <= 0
-    change = reset * prior_variance(beliefs)
-    known = covariance(factor)[0, 0]
-    factor[0, 0] += change
-    left_open = left_open + change * H[0] ** 2
-    weight = weight * believed * huber_share(innovation, ordinary, left_open)
-    after, K, _ = measure(factor, H, weight)
-    corrected = projected(measurement_model, x + K * innovation, beliefs)
-    for _ in range(0 if measurement_model.turns else iterations - 1):
-        met = meet(corrected)
-        innovation, H, *_ = read(corrected, met["M_z"], met["slopes"], now, rig, beliefs)
-        after, K, _ = measure(factor, H, weight)
-        innovation = innovation - ca.dot(H, x - corrected)
-        corrected = projected(measurement_model, x + K * innovation, beliefs)
-    if measurement_model.turns:
-        met = meet(corrected)
-        expected = met["M_z"]
-    if carries(model, measurement_model):
-        # What the old ground did to the patch says nothing of the new one.
-        met["carried"] = ca.if_else(reset, known / (known + change), 1) * met["carried"]
-    status = flags(
-        missing=missing, held=held, rejected=ca.logic_not(believed), reset=reset,
-        bound=on_bound(corrected[0], beliefs),
-    )  # fmt: skip
-    said = ca.vertcat(says(corrected[0], covariance(after)[0, 0]), expected, status)
-    made = {**met, "x": corrected, "factor": after, "last": now, "counts": counts, "said": said}
-    return ca.Function(
-        "ekf_step",
-        [state, sample, constants],
-        [parts.join(made), said],
-        ["state", "sample", "constants"],
-        ["state_next", "said"],
+    theta, rig, tuning = split_constants(model, constants)
+    now, imputed = build_clean(measurement_model)(sample, before["last"])
+    x, A, Q, _ = build_motion(measurement_model)(
+        before["x"], before["M_z"], before["slopes"], before["last"], now, rig, tuning
     )
+    factor = build_predict_covariance(x.numel())(before["factor"], A, Q)
+    memory = _predicted_memory(model, measurement_model, before, Q)
+    update_patch = partial(_update_patch, model, measurement_model, memory, now, theta, rig)
+    patch = measurement_model.patch_before(before, partial(update_patch, x))
+    test = outputs_of(
+        build_innovation(measurement_model), x, covariance(factor), patch["M_z"], patch["slopes"],
+        now, before["counts"], rig, tuning,
+    )  # fmt: skip
+    at = state_index(measurement_model)
+    variance = covariance(factor)[at, at]
+    increment = test["reset"] * log_mu_variance(named(TUNING_FIELDS, tuning))
+    factor[at, at] += increment
+    spread = test["H_P_H"] + increment * test["H"][at] ** 2
+    weight = test["weight"] * test["accepted"]
+    weight = weight * huber_weight(test["innovation"], test["huber_scale"], spread)
+    correct = partial(_correct, measurement_model, x, factor, weight, tuning)
+    corrected, after = correct(test["innovation"], test["H"])
+    for _ in range(0 if measurement_model.is_linear else iterations - 1):
+        patch = update_patch(corrected)
+        residual, H, *_ = build_measurement(measurement_model)(
+            corrected, patch["M_z"], patch["slopes"], now, rig, tuning
+        )
+        corrected, after = correct(residual - ca.dot(H, x - corrected), H)
+
+    def updated() -> tuple[dict[str, ca.MX], ca.MX]:
+        followed = update_patch(corrected)
+        return followed, followed["M_z"]
+
+    patch, M_z = measurement_model.patch_after((patch, test["expected"]), updated)
+    if memory_depends_on_tyre(model, measurement_model):
+        retention = reset_retention(test["reset"], variance, increment)
+        patch["memory_sensitivity"] = retention * patch["memory_sensitivity"]
+    output = step_output(
+        measurement_model, corrected, covariance(after)[at, at], M_z, tuning, test, held=imputed
+    )
+    state_next = {
+        **patch, "x": corrected, "factor": after, "last": now, "counts": test["counts_next"],
+        "output": output,
+    }  # fmt: skip
+    return build_step_function("ekf_step", symbols, parts.join(state_next), output)
 
 
-def _met(
-    model: Model,
+def _predicted_memory(
+    model: PatchModel, measurement_model: MeasurementModel, before: dict[str, ca.MX], Q: ca.MX
+) -> dict[str, ca.MX]:
+    """The parts of the memory, with the sensitivity that a random walk by Q (n,) leaves."""
+    memory = {name: before[name] for name, *_ in memory_fields(model, measurement_model)}
+    if memory_depends_on_tyre(model, measurement_model):
+        P = covariance(before["factor"])
+        retention = sensitivity_retention(measurement_model, P, Q, before["x"])
+        memory["memory_sensitivity"] = memory["memory_sensitivity"] @ retention
+    return memory
+
+
+def _update_patch(
+    model: PatchModel,
     measurement_model: MeasurementModel,
-    history: list[ca.MX],
+    memory: dict[str, ca.MX],
     now: ca.MX,
     theta: ca.MX,
     rig: ca.MX,
     x: ca.MX,
 ) -> dict[str, ca.MX]:
-    """What comes of the patch meeting the sample `now` at the states x: history, M_z and its slopes."""
-    meeting = build_meeting(model, measurement_model)
-    made = meeting(
-        *history, signals_of(measurement_model, x, now), tyre_of(measurement_model, x), theta, rig[:2]
-    )
-    names = (name.removesuffix("_next") for name in meeting.name_out())
-    met = dict(zip(names, made, strict=True))
-    return {**met, "slopes": by_states(measurement_model, met["slopes"], x)}
+    """Memory, M_z and slopes by the states after the sample `now`, at the states x."""
+    update = build_patch_update(model, measurement_model)
+    signals = patch_signals(measurement_model, x, now)
+    tyre = tyre_parameters(measurement_model, x)
+    results = outputs_of(update, *memory.values(), signals, tyre, theta, rig[: len(GEOMETRY)])
+    patch = {name.removesuffix("_next"): result for name, result in results.items()}
+    return {**patch, "slopes": slopes_by_states(measurement_model, patch["slopes"], x)}
+
+
+def _correct(
+    measurement_model: MeasurementModel,
+    x: ca.MX,
+    factor: ca.MX,
+    weight: ca.MX,
+    tuning: ca.MX,
+    innovation: ca.MX,
+    H: ca.MX,
+) -> tuple[ca.MX, ca.MX]:
+    """Corrected states within their bounds, and the factor of their covariance."""
+    after, K, _ = build_update_covariance(x.numel())(factor, H, weight)
+    return clip_to_bounds(measurement_model, x + K * innovation, tuning), after

@@ -1,11 +1,10 @@
 """An observer from the files that describe rig and model."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, TypeVar
 
-from observers.ekf import Ekf
-from observers.mhe import Mhe
+from observers.casadi_observer import CasadiObserver
 from symbolic import (
     Effect,
     FoundModel,
@@ -18,21 +17,21 @@ from symbolic import (
 )
 from symbolic.parsing import json_of, naming, toml_of
 
-Kind = TypeVar("Kind", Ekf, Mhe)
+Kind = TypeVar("Kind", bound=CasadiObserver)
 
 
 def from_files(
-    kind: type[Kind],
+    kind: Callable[..., Kind],
     rig: str | Path,
     model: str | Path | None = None,
     *,
     effects: Iterable[Effect] = (),
     **settings: Any,
 ) -> Kind:
-    """A ready observer: the rig of a rig file, the declared model with its k, or a model that was found.
+    """An observer from a rig file and, optionally, the file of a model that a diagnosis found.
 
     Args:
-        kind: `Ekf` or `Mhe`.
+        kind: `Ekf`, `Mhe` or another `CasadiObserver`.
         rig: the rig file, TOML with ``[rig] a, e, J_A, b_t`` and ``[tyre] k, mu`` in SI units; J_A and
             b_t are needed where the steering torque is measured, mu is not used.
         model: the model file that `brushgrip diagnose` writes, whose k goes before that of the rig; None
@@ -47,7 +46,7 @@ def from_files(
     geometry, tyre = read_rig_file(rig)
     if "measurement_model" in settings:
         with naming(rig):
-            settings["measurement_model"].check(geometry)
+            settings["measurement_model"].check(geometry, Model())
     found = FoundModel(model=Model(), shared={"k": tyre.k}, own={})
     if model is not None:
         found = read_model_file(model, effects)

@@ -1,7 +1,7 @@
-"""Outliers and changes of the ground: which innovations are believed.
+"""Test of the innovation: outliers, and changes of the ground.
 
-An innovation beyond the gate is not believed. So many in a row, all to one side, are no outliers: then
-the ground has changed, the variance of the prior is added to that of mu, and the samples count again.
+An innovation beyond the gate is rejected. After `Tuning.reset_after` in a row, all to one side, the
+ground has changed: the variance of the prior is added to that of ln mu, and the samples are accepted.
 
 Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001),
 section 5.4 for the test of the innovation; Huber, Robust Statistics (1981), for the loss.
@@ -13,7 +13,9 @@ from typing import Any
 import casadi as ca
 
 from observers.layout import named
-from observers.tuning import BELIEFS
+from observers.linearisation import build_measurement
+from observers.measurement_model import MeasurementModel
+from observers.tuning import TUNING_FIELDS
 
 Expression = Any
 COUNTS = ("streak", "resets")
@@ -22,37 +24,67 @@ COUNTS = ("streak", "resets")
 
 @cache
 def build_gate() -> ca.Function:
-    """(innovation, open, weight, ordinary, counts, beliefs) -> (believed, reset, run, counts_next).
+    """(innovation, H_P_H, weight, huber_scale, counts, tuning) -> (accepted, reset, run, counts_next).
 
-    open is the part of the innovation's variance that the states leave open, H P H'; weight 0 where
-    nothing was measured; ordinary as in `Measurement`. believed and reset are 0 or 1; run is how many
-    samples in a row, this one included, lie beyond the gate.
+    H_P_H is the part of the innovation's variance that the states cause; weight 0 where the measurement
+    is missing; huber_scale as in `Measurement`. accepted and reset are 0 or 1; run is how many samples
+    in a row, this one included, lie beyond the gate.
     """
-    names = ["innovation", "open", "weight", "ordinary"]
-    innovation, left_open, weight, ordinary = symbols = [ca.SX.sym(name) for name in names]
-    counts, beliefs = ca.SX.sym("counts", len(COUNTS)), ca.SX.sym("beliefs", len(BELIEFS))
+    names = ["innovation", "H_P_H", "weight", "huber_scale"]
+    innovation, H_P_H, weight, huber_scale = symbols = [ca.SX.sym(name) for name in names]
+    counts, tuning = ca.SX.sym("counts", len(COUNTS)), ca.SX.sym("tuning", len(TUNING_FIELDS))
     streak, resets = ca.vertsplit(counts)
-    belief = named(BELIEFS, beliefs)
-    heard = weight > 0
-    size = ca.sqrt(left_open + ca.fmin(ordinary, 1 / ca.if_else(heard, weight, 1)))
-    beyond = ca.logic_and(heard, ca.fabs(innovation) > belief["gate"] * size)
+    limits = named(TUNING_FIELDS, tuning)
+    measured = weight > 0
+    deviation = ca.sqrt(H_P_H + ca.fmin(huber_scale, 1 / ca.if_else(measured, weight, 1)))
+    beyond = ca.logic_and(measured, ca.fabs(innovation) > limits["gate"] * deviation)
     side = ca.if_else(innovation > 0, 1, -1)
-    run = ca.if_else(beyond, ca.if_else(streak * side > 0, ca.fabs(streak), 0) + 1, 0)
-    reset = run >= belief["reset_after"]
-    believed = ca.logic_or(ca.logic_not(beyond), reset)
-    streak = ca.if_else(heard, ca.if_else(reset, 0, run * side), streak)
+    run = ca.if_else(beyond, ca.fmax(streak * side, 0) + 1, 0)
+    reset = run >= limits["reset_after"]
+    accepted = ca.logic_or(ca.logic_not(beyond), reset)
+    streak = ca.if_else(measured, ca.if_else(reset, 0, run * side), streak)
     return ca.Function(
         "gate",
-        [*symbols, counts, beliefs],
-        [believed, reset, run, ca.vertcat(streak, resets + reset)],
-        [*names, "counts", "beliefs"],
-        ["believed", "reset", "run", "counts_next"],
+        [*symbols, counts, tuning],
+        [accepted, reset, run, ca.vertcat(streak, resets + reset)],
+        [*names, "counts", "tuning"],
+        ["accepted", "reset", "run", "counts_next"],
     )
 
 
-def huber_share(residual: Expression, ordinary: Expression, left_open: Expression = 0) -> Expression:
-    """Factor on the weight of a residual, 1 or less, that makes its cost linear beyond ordinary size.
+@cache
+def build_innovation(measurement_model: MeasurementModel) -> ca.Function:
+    """The innovation of a sample and its test, by name.
 
-    What the states leave open, `left_open` [variance], is not the residual's fault and widens the limit.
+    (x, P, M_z, slopes, now, counts, rig, tuning) -> (innovation, H, weight, expected, huber_scale,
+    H_P_H, accepted, reset, run, counts_next), as of `build_measurement` and `build_gate`; x (n,) and P
+    (n, n) are predicted.
     """
-    return ca.fmin(1, ca.sqrt((ordinary + left_open) / residual**2))
+    measurement = build_measurement(measurement_model)
+    symbols = {name: ca.MX.sym(name, *measurement.size_in(name)) for name in measurement.name_in()}
+    P, counts = (
+        ca.MX.sym("P", symbols["x"].numel(), symbols["x"].numel()),
+        ca.MX.sym("counts", len(COUNTS)),
+    )
+    innovation, H, weight, expected, huber_scale = measurement(*symbols.values())
+    H_P_H = ca.dot(H, P @ H)
+    test = build_gate()(innovation, H_P_H, weight, huber_scale, counts, symbols["tuning"])
+    inputs = {"x": symbols.pop("x"), "P": P, **symbols, "counts": counts}
+    order = ["x", "P", "M_z", "slopes", "now", "counts", "rig", "tuning"]
+    return ca.Function(
+        "innovation",
+        [inputs[name] for name in order],
+        [innovation, H, weight, expected, huber_scale, H_P_H, weight <= 0, *test],
+        order,
+        [*measurement.name_out(), "H_P_H", "missing", *build_gate().name_out()],
+    )
+
+
+def huber_weight(
+    residual: Expression, huber_scale: Expression, prior_innovation_variance: Expression = 0
+) -> Expression:
+    """Factor on the weight of a residual, 1 or less, that makes its cost linear beyond Huber's scale.
+
+    The variance H P H' of a residual at a predicted state widens the quadratic part.
+    """
+    return ca.fmin(1, ca.sqrt((huber_scale + prior_innovation_variance) / residual**2))

@@ -1,4 +1,4 @@
-"""Named parts of one vector: what an observer passes from sample to sample, in Python and in C alike."""
+"""Named parts of one vector: the state of an observer between samples, in Python and in C alike."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ Expression = Any
 
 @dataclass(frozen=True)
 class Layout:
-    """Names and shapes of the parts, column by column one after the other.
+    """Names and shapes of the parts of a vector, each stored column by column.
 
     Attributes:
         fields: name, rows and columns of every part, in order.
@@ -26,7 +26,7 @@ class Layout:
 
     @cached_property
     def places(self) -> Mapping[str, tuple[slice, tuple[int, int]]]:
-        """Where each part lies, and its shape."""
+        """Slice and shape of each part."""
         places, at = {}, 0
         for name, rows, columns in self.fields:
             places[name] = (slice(at, at + rows * columns), (rows, columns))
@@ -50,12 +50,13 @@ class Layout:
         """
         return ca.vertcat(*(ca.densify(ca.vec(parts[name])) for name, _, _ in self.fields))
 
-    def pack(self, parts: Mapping[str, Array | float]) -> Array:
-        """The NumPy vector of all parts; a number fills its part."""
-        vector = np.empty(self.size)
-        for name, (at, shape) in self.places.items():
-            vector[at] = np.broadcast_to(parts[name], shape).ravel(order="F")
-        return vector
+    def fill(self, parts: Mapping[str, Expression]) -> ca.MX:
+        """The casadi vector of some parts: one column fills its part, a missing part is 0."""
+        filled = {}
+        for name, rows, columns in self.fields:
+            part = ca.MX(parts.get(name, ca.DM(rows, columns)))
+            filled[name] = ca.densify(ca.repmat(part, 1, columns // part.shape[1]))
+        return self.join(filled)
 
     def part(self, vector: Array, name: str) -> Array:
         """A part of a NumPy vector, a view; one column gives shape (rows,)."""
@@ -65,10 +66,10 @@ class Layout:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ObserverState:
-    """What an observer knows after a sample, an immutable value; read its parts as `state["x"]`.
+    """State of an observer after a sample, an immutable value; `state["x"]` is its part x.
 
     Attributes:
-        values: all parts in one vector, never written to.
+        values: all parts in one vector; it is not written to.
         layout: their names and shapes.
     """
 
@@ -83,3 +84,9 @@ class ObserverState:
 def named(names: Iterable[str], vector: Expression) -> dict[str, Expression]:
     """The elements of a casadi vector by name."""
     return dict(zip(names, ca.vertsplit(vector), strict=True))
+
+
+def outputs_of(function: ca.Function, *arguments: Expression) -> dict[str, Expression]:
+    """The outputs of a casadi Function by name."""
+    outputs = function.call(list(arguments), False, False)
+    return dict(zip(function.name_out(), outputs, strict=True))

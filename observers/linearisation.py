@@ -1,8 +1,7 @@
 """Linear algebra of one sample for any measurement model: motion, measurement and correction.
 
-Each is built from the expressions of `observers.measurement_model` with casadi's Jacobians; M_z
-enters linearised, M_z + slopes (x - x_0), where slopes are by the angle, where that is a state, and by
-the tyre's states.
+Each Function is built from the expressions of a measurement model with casadi's Jacobians. M_z enters
+linearised, M_z + slopes (x - x_0), with slopes by the states in `directions`.
 """
 
 from functools import cache
@@ -12,27 +11,30 @@ import casadi as ca
 from observers.layout import named
 from observers.measurement_model import CLEAN, RIG, MeasurementModel, is_known
 from observers.protocol import SAMPLE
-from observers.tuning import BELIEFS
-from observers.udu import measured, moved
+from observers.tuning import TUNING_FIELDS
+from observers.udu import predict_covariance, update_covariance
 
 TYRE = ("log_mu", "stiffness")
-"""States that the torque of the patch depends on beside the angle."""
+"""States that are parameters of the tyre."""
+
+
+def state_index(measurement_model: MeasurementModel, name: str = "log_mu") -> int:
+    """Index of a state in x."""
+    return measurement_model.states.index(name)
 
 
 def directions(measurement_model: MeasurementModel) -> tuple[str, ...]:
-    """The states that M_z depends on, in the order of its slopes."""
-    return ("psi",) * measurement_model.turns + tuple(
-        name for name in TYRE if name in measurement_model.states
-    )
+    """The states that M_z depends on, in the order of its slopes: the angle first, then the tyre's."""
+    return tuple(name for name in ("psi", *TYRE) if name in measurement_model.states)
 
 
-def _places(measurement_model: MeasurementModel) -> ca.SX:
-    """Puts slopes in the order of `directions` at their states, (n, d)."""
+def _selection(measurement_model: MeasurementModel) -> ca.SX:
+    """Selection matrix (n, d) from the order of `directions` to that of the states."""
     names = directions(measurement_model)
-    places = ca.SX.zeros(len(measurement_model.states), len(names))
+    selection = ca.SX.zeros(len(measurement_model.states), len(names))
     for j, name in enumerate(names):
-        places[measurement_model.states.index(name), j] = 1
-    return places
+        selection[state_index(measurement_model, name), j] = 1
+    return selection
 
 
 def _symbols(measurement_model: MeasurementModel, *names: str) -> list[ca.SX]:
@@ -43,72 +45,71 @@ def _symbols(measurement_model: MeasurementModel, *names: str) -> list[ca.SX]:
         "last": len(CLEAN),
         "now": len(CLEAN),
         "rig": len(RIG),
-        "beliefs": len(BELIEFS),
+        "tuning": len(TUNING_FIELDS),
     }
     return [ca.SX.sym(name, sizes[name]) for name in names]
 
 
 @cache
 def build_clean(measurement_model: MeasurementModel) -> ca.Function:
-    """(sample, last) -> (now, held): the sample as `CLEAN`, held where a sensor gave none."""
+    """(sample, last) -> (now, imputed): the sample as `CLEAN`, and whether a value of it is imputed."""
     sample, last = ca.SX.sym("sample", len(SAMPLE)), ca.SX.sym("last", len(CLEAN))
-    now, held = measurement_model.clean(named(SAMPLE, sample), named(CLEAN, last))
+    now, imputed = measurement_model.clean(named(SAMPLE, sample), named(CLEAN, last))
     clean = ca.vertcat(*(now[name] for name in CLEAN))
-    return ca.Function("clean", [sample, last], [clean, held], ["sample", "last"], ["now", "held"])
+    return ca.Function("clean", [sample, last], [clean, imputed], ["sample", "last"], ["now", "imputed"])
 
 
 @cache
 def build_motion(measurement_model: MeasurementModel) -> ca.Function:
-    """(x, M_z, slopes, last, now, rig, beliefs) -> (x_next, A, Q, b): to the sample now, from the last.
+    """(x, M_z, slopes, last, now, rig, tuning) -> (x_next, A, Q, b): to the sample now, from the last.
 
     A (n, n) is the derivative of x_next by x, Q (n,) the variances on the way, b = x_next - A x.
     """
-    names = ("x", "M_z", "slopes", "last", "now", "rig", "beliefs")
-    x, M_z, slopes, last, now, rig, beliefs = inputs = _symbols(measurement_model, *names)
+    names = ("x", "M_z", "slopes", "last", "now", "rig", "tuning")
+    x, M_z, slopes, last, now, rig, tuning = inputs = _symbols(measurement_model, *names)
     after, variance = measurement_model.motion(
         named(measurement_model.states, x), M_z, named(CLEAN, last), named(CLEAN, now), named(RIG, rig),
-        named(BELIEFS, beliefs),
+        named(TUNING_FIELDS, tuning),
     )  # fmt: skip
     x_next = ca.vertcat(*(after[name] for name in measurement_model.states))
-    A = ca.jacobian(x_next, x) + ca.jacobian(x_next, M_z) @ (_places(measurement_model) @ slopes).T
+    A = ca.jacobian(x_next, x) + ca.jacobian(x_next, M_z) @ (_selection(measurement_model) @ slopes).T
     Q = ca.vertcat(*(variance[name] for name in measurement_model.states))
-    made = [ca.densify(part) for part in (x_next, A, Q, x_next - A @ x)]
-    return ca.Function("motion", inputs, made, list(names), ["x_next", "A", "Q", "b"])
+    outputs = [ca.densify(part) for part in (x_next, A, Q, x_next - A @ x)]
+    return ca.Function("motion", inputs, outputs, list(names), ["x_next", "A", "Q", "b"])
 
 
 @cache
-def build_reading(measurement_model: MeasurementModel) -> ca.Function:
-    """(x, M_z, slopes, now, rig, beliefs) -> (innovation, H, weight, expected, ordinary), for now.
+def build_measurement(measurement_model: MeasurementModel) -> ca.Function:
+    """(x, M_z, slopes, now, rig, tuning) -> (innovation, H, weight, expected, huber_scale), for now.
 
-    expected is what x makes of the measurement, H (n,) its derivative by x; innovation what was measured
-    less that, 0 where nothing was; weight the inverse variance of its error, 0 for nothing; ordinary the
-    square of an error of ordinary size.
+    expected and huber_scale as in `Measurement`, H (n,) the derivative of expected by x; innovation is
+    measured - expected and weight the inverse variance of its error, both 0 where it is missing.
     """
-    names = ("x", "M_z", "slopes", "now", "rig", "beliefs")
-    x, M_z, slopes, now, rig, beliefs = inputs = _symbols(measurement_model, *names)
-    reading = measurement_model.reading(
+    names = ("x", "M_z", "slopes", "now", "rig", "tuning")
+    x, M_z, slopes, now, rig, tuning = inputs = _symbols(measurement_model, *names)
+    measurement = measurement_model.measurement(
         named(measurement_model.states, x),
         M_z,
         named(CLEAN, now),
         named(RIG, rig),
-        named(BELIEFS, beliefs),
+        named(TUNING_FIELDS, tuning),
     )
-    known = is_known(reading.measured)
-    H = ca.jacobian(reading.expected, x).T
-    H = H + _places(measurement_model) @ slopes * ca.jacobian(reading.expected, M_z)
-    innovation = ca.if_else(known, reading.measured - reading.expected, 0)
-    weight = ca.if_else(known, reading.precision, 0)
+    known = is_known(measurement.measured)
+    H = ca.jacobian(measurement.expected, x).T
+    H = H + _selection(measurement_model) @ slopes * ca.jacobian(measurement.expected, M_z)
+    innovation = ca.if_else(known, measurement.measured - measurement.expected, 0)
+    weight = ca.if_else(known, measurement.precision, 0)
     return ca.Function(
-        "reading",
+        "measurement",
         inputs,
-        [innovation, ca.densify(H), weight, reading.expected, reading.ordinary],
+        [innovation, ca.densify(H), weight, measurement.expected, measurement.huber_scale],
         list(names),
-        ["innovation", "H", "weight", "expected", "ordinary"],
+        ["innovation", "H", "weight", "expected", "huber_scale"],
     )
 
 
 @cache
-def build_moved(states: int) -> ca.Function:
+def build_predict_covariance(states: int) -> ca.Function:
     """(factor, A, Q) -> factor of A P A' + diag(Q)."""
     factor, A, Q = (
         ca.SX.sym("factor", states, states),
@@ -116,19 +117,23 @@ def build_moved(states: int) -> ca.Function:
         ca.SX.sym("Q", states),
     )
     return ca.Function(
-        "moved", [factor, A, Q], [moved(factor, A, Q)], ["factor", "A", "Q"], ["factor_next"]
+        "predict_covariance",
+        [factor, A, Q],
+        [predict_covariance(factor, A, Q)],
+        ["factor", "A", "Q"],
+        ["factor_next"],
     )
 
 
 @cache
-def build_measured(states: int) -> ca.Function:
-    """(factor, H, weight) -> (factor_next, K, share), share being 1 / (R + H P H'), 0 for none."""
+def build_update_covariance(states: int) -> ca.Function:
+    """(factor, H, weight) -> (factor_next, K, share), share = 1 / (R + H P H'), 0 if missing."""
     factor, H = ca.SX.sym("factor", states, states), ca.SX.sym("H", states)
     weight = ca.SX.sym("weight")
     return ca.Function(
-        "measured",
+        "update_covariance",
         [factor, H, weight],
-        list(measured(factor, H, weight)),
+        list(update_covariance(factor, H, weight)),
         ["factor", "H", "weight"],
         ["factor_next", "K", "share"],
     )

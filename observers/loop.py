@@ -8,13 +8,13 @@ from typing import Any
 
 from observers.angle_derivative import next_rate
 from observers.measurement_model import SENSIBLE
-from observers.protocol import Estimate, Observer, Sample, Status
+from observers.protocol import Estimate, Observer, Sample, prior_estimate
 from symbolic import InvalidInputError
 
 
 @dataclass(frozen=True, slots=True)
-class _Known:
-    """What is carried on: the observer's state, None before the start; angle, its age, and rate."""
+class _LoopState:
+    """State between samples: the observer's, None before the start; last angle, its age, and rate."""
 
     state: Any = None
     psi: float = nan
@@ -46,20 +46,20 @@ class Loop:
 
     def reset(self) -> None:
         """Forget all samples; the next usable one starts anew."""
-        self._known = _Known()
-        # Each sample with what was known before it.
-        self._past: deque[tuple[_Known, Sample]] = deque(maxlen=self.history)
+        self._present = _LoopState()
+        # Each sample with the state before it.
+        self._past: deque[tuple[_LoopState, Sample]] = deque(maxlen=self.history)
 
     @property
     def state(self) -> Any:
         """The observer's state after the newest sample, None before the start."""
-        return self._known.state
+        return self._present.state
 
     def __call__(self, sample: Sample) -> Estimate:
-        """What the observer says after one more sample; before the start the prior, `Status.MISSING`."""
-        self._past.append((self._known, sample))
-        self._known = self._after(self._known, sample)
-        return self._said(sample)
+        """The estimate after one more sample; before the start the prior, `Status.MISSING`."""
+        self._past.append((self._present, sample))
+        self._present = self._after(self._present, sample)
+        return self._estimate(sample)
 
     def late(
         self, age: int, *, M_z: float | None = None, M: float | None = None, psi: float | None = None
@@ -75,7 +75,7 @@ class Loop:
             psi: yaw angle [rad].
 
         Returns:
-            What the observer says now, after the newest sample.
+            The estimate after the newest sample.
 
         Raises:
             InvalidInputError: nothing is given, or age lies beyond the samples that are kept.
@@ -91,30 +91,30 @@ class Loop:
                 f" samples are kept (history = {self.history}), got {age}"
             )
         at = len(self._past) - 1 - age
-        known, sample = self._past[at]
+        state, sample = self._past[at]
         samples = [replace(sample, **given), *(later for _, later in list(self._past)[at + 1 :])]
         for place, sample in enumerate(samples, start=at):
-            self._past[place] = (known, sample)
-            known = self._after(known, sample)
-        self._known = known
-        return self._said(samples[-1])
+            self._past[place] = (state, sample)
+            state = self._after(state, sample)
+        self._present = state
+        return self._estimate(samples[-1])
 
-    def _after(self, known: _Known, sample: Sample) -> _Known:
-        """What is known after one more sample."""
-        psi, rate, age = known.psi, known.psi_dot, known.age + sample.dt
+    def _after(self, before: _LoopState, sample: Sample) -> _LoopState:
+        """The state after one more sample."""
+        psi, rate, age = before.psi, before.psi_dot, before.age + sample.dt
         if abs(sample.psi) < SENSIBLE:
             turn = sample.psi - psi if isfinite(psi) else 0.0
             psi, rate, age = sample.psi, next_rate(rate, turn, age), 0.0
-        state = known.state
+        state = before.state
         if not abs(sample.psi_dot) < SENSIBLE:
             sample = replace(sample, psi_dot=rate)
         if state is None and abs(sample.psi) < SENSIBLE and SENSIBLE > sample.F_N > 0:
             state = self.observer.init(sample)
-        return _Known(None if state is None else self.observer.step(state, sample), psi, age, rate)
+        state = None if state is None else self.observer.step(state, sample)
+        return _LoopState(state, psi, age, rate)
 
-    def _said(self, sample: Sample) -> Estimate:
-        """What the observer says now; the newest sample only lends its dt to the prior."""
+    def _estimate(self, sample: Sample) -> Estimate:
+        """The present estimate; the newest sample only lends its dt to the prior."""
         if self.state is not None:
             return self.observer.estimate(self.state)
-        anywhere = Sample(psi=0.0, psi_dot=0.0, F_N=1.0, dt=sample.dt)
-        return replace(self.observer.estimate(self.observer.init(anywhere)), status=Status.MISSING)
+        return prior_estimate(self.observer, sample.dt)

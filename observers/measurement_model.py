@@ -1,128 +1,141 @@
-"""The two ways in which friction is heard: which states, which motion, which measurement.
+"""Measurement models: states, motion, and measurement, where M_z or the steering torque is measured.
 
-The friction state is the logarithm of mu: long before full slide the torque says that mu is at least so
-much, and how much more is open; that is far less skewed in ln mu than in mu, and mu stays positive.
+The friction state is ln mu. Before full slide the torque bounds mu from below alone; the distribution of
+ln mu is far less skewed than that of mu, and mu stays positive.
 
-Aligning torque measured, as on the rig: the angle is known, M_z = h(history of the angle, mu) + M_0 is
-the measurement, and the states only walk.
+`AligningTorque`, as on the rig: the angle is known, M_z = h(history of the angle, mu) + M_0 is measured,
+and the states are random walks.
 
-Steering torque measured, as in electric power steering: M drives the wheel,
-
-    J_A psi'' = -b_t psi' + M_z + M + M_0,
-
-source (2.13) with the sign of M_z that its own (2.3) needs, and the angle is the measurement: what the
-wheel does under a known torque tells M_z. The motion is integrated by Stoermer and Verlet's leapfrog,
-damping implicit: psi' is the rate in the middle between two samples, so M_z is needed at samples only.
-
-Source of the leapfrog: Verlet, Phys. Rev. 159 (1967) 98.
+`observers.steering_torque.SteeringTorque`, as in electric power steering: M drives the wheel and the
+angle is measured.
 """
 
-import math
-from collections.abc import Hashable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, TypeVar
 
 import casadi as ca
 
-from observers.protocol import SAMPLE, Sample
-from observers.tuning import REFERENCE_STEP, STATES, Tuning
-from symbolic import Rig, full_slide_torque
+from observers.protocol import SAMPLE
+from observers.tuning import REFERENCE_STEP, STATES
+from symbolic import Model, Rig, full_slide_torque
 
 Expression = Any
 Parts = Mapping[str, Expression]
+Moments = tuple[Expression, Expression]
 RIG = ("a", "e", "J_A", "b_t")
 """Order of the rig's numbers."""
 LONGEST = 0.05
-"""A sample speaks for no longer than this, however long the gap before it [s]."""
+"""The weight of a sample grows with its time step up to this step [s]."""
 SENSIBLE = 1e9
-"""No sensor means a number this large, in SI units; single precision could not even square 1e20."""
-CLEAN = (*SAMPLE, "lost")
-"""Order of a cleaned sample: last known values where a sensor gave none; for how long M was held [s]."""
+"""Sensor values of this magnitude and above are invalid, in SI units; 1e20 squared overflows a float."""
+CLEAN = (*SAMPLE, "M_age")
+"""Order of a cleaned sample: last valid values in place of missing ones; time since M was valid [s]."""
+Update = TypeVar("Update")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Measurement:
-    """What a sample measures.
+    """The measurement of one sample.
 
     Attributes:
-        expected: by the state.
-        measured: by the sensor, NaN for nothing.
-        precision: inverse variance of the error, taken as white; 0 in an empty place of a window.
-        ordinary: square of what counts as an error of ordinary size.
+        expected: value that the states predict.
+        measured: value of the sensor, NaN where it is missing.
+        precision: inverse variance of the white measurement error; 0 in an empty place of a window.
+        huber_scale: square of the error up to which Huber's loss is quadratic.
     """
 
     expected: Expression
     measured: Expression
     precision: Expression
-    ordinary: Expression
+    huber_scale: Expression
 
 
 class MeasurementModel(Hashable, Protocol):
-    """A way of hearing friction; written for casadi expressions throughout."""
+    """States, motion and measurement of an observer; all methods but `check` take casadi expressions."""
 
     @property
     def states(self) -> tuple[str, ...]:
-        """Names of the states, log_mu first, in the order of `STATES`."""
+        """Names of the states in the order of `STATES`; the patch follows the angle where it is one."""
 
     @property
-    def turns(self) -> bool:
-        """True where the angle is a state, so that the patch follows the estimate."""
+    def channels(self) -> tuple[str, ...]:
+        """Fields of `Sample` that are used; the torque among them is M_z or M."""
 
-    def check(self, rig: Rig) -> None:
-        """Raise InvalidInputError where the rig lacks what is needed."""
+    @property
+    def is_linear(self) -> bool:
+        """True where the measurement is linear in the states, so that iterating it changes nothing."""
 
-    def prior(self, tuning: Tuning, first: Sample, slide: float) -> dict[str, tuple[float, float]]:
-        """Mean and standard deviation of every state; `slide` is 3/8 F_N a [N m]."""
+    def check(self, rig: Rig, model: Model) -> None:
+        """Raise InvalidInputError where the rig lacks a value or the model an effect too many."""
+
+    def prior(self, tuning: Parts, first: Parts, slide: Expression) -> dict[str, Moments]:
+        """Mean and variance of every state before the sample `first`; `slide` is 3/8 F_N a [N m]."""
 
     def clean(self, sample: Parts, last: Parts) -> tuple[Parts, Expression]:
-        """The sample with values held where a sensor gave none, and whether one is."""
+        """The sample with missing values imputed from the `last` one, and whether one was."""
 
     def motion(
-        self, x: Parts, M_z: Expression, last: Parts, now: Parts, rig: Parts, beliefs: Parts
+        self, x: Parts, M_z: Expression, last: Parts, now: Parts, rig: Parts, tuning: Parts
     ) -> tuple[Parts, Parts]:
-        """The states at the sample `now`, and the variances of what disturbs them on the way."""
+        """The states at the sample `now`, and the variances of their disturbances since `last`."""
 
-    def reading(self, x: Parts, M_z: Expression, now: Parts, rig: Parts, beliefs: Parts) -> Measurement:
-        """What the sample `now` measures."""
+    def measurement(
+        self, x: Parts, M_z: Expression, now: Parts, rig: Parts, tuning: Parts
+    ) -> Measurement:
+        """The measurement of the sample `now`."""
+
+    def patch_before(self, stored: Update, update: Callable[[], Update]) -> Update:
+        """The patch at the predicted measurement: `update()` by the sample, or as it is `stored`."""
+
+    def patch_after(self, before: Update, update: Callable[[], Update]) -> Update:
+        """The patch when the states are corrected: `update()` at them, or as it was `before` that."""
 
 
 def is_known(value: Expression) -> Expression:
-    """False for NaN, infinity and nonsense: casadi takes x == x for true, but no comparison with NaN."""
+    """False for NaN, infinity and `SENSIBLE`; casadi simplifies x == x to true, no other comparison."""
     return ca.fabs(value) < SENSIBLE
 
 
-def clean_load(sample: Parts, last: Parts) -> tuple[Expression, Expression]:
-    """The load, held where it is missing or not positive, and whether it is [N]."""
+def impute_load(sample: Parts, last: Parts) -> tuple[Expression, Expression]:
+    """The load [N], the last one where it is missing or not positive, and whether that is so."""
     known = ca.logic_and(is_known(sample["F_N"]), sample["F_N"] > 0)
     return ca.if_else(known, sample["F_N"], last["F_N"]), ca.logic_not(known)
 
 
-def walk(x: Parts, slide: Expression, dt: Expression, beliefs: Parts) -> tuple[dict[str, Any], Any]:
-    """The states that only walk, after dt, and the variances of their walks."""
-    fade = ca.exp(-dt / beliefs["zero_time"])
-    after, variance = {"log_mu": x["log_mu"]}, {"log_mu": dt * beliefs["mu_walk"] ** 2}
+def random_walk(
+    x: Parts, slide: Expression, dt: Expression, tuning: Parts
+) -> tuple[dict[str, Any], Any]:
+    """The states that are random walks, after dt, and the variances of their increments."""
+    fade = ca.exp(-dt / tuning["zero_time"])
+    after, variance = {"log_mu": x["log_mu"]}, {"log_mu": dt * tuning["mu_walk"] ** 2}
     if "M_0" in x:
         after["M_0"] = fade * x["M_0"]
-        variance["M_0"] = dt * fade * (beliefs["zero_walk"] * slide) ** 2
+        variance["M_0"] = dt * fade * (tuning["zero_walk"] * slide) ** 2
     if "stiffness" in x:
         after["stiffness"] = x["stiffness"]
-        variance["stiffness"] = dt * beliefs["stiffness_walk"] ** 2
+        variance["stiffness"] = dt * tuning["stiffness_walk"] ** 2
     return after, variance
 
 
-def walking_prior(tuning: Tuning, states: tuple[str, ...], slide: float) -> dict[str, Any]:
-    """Mean and standard deviation of the states that only walk."""
+def random_walk_prior(tuning: Parts, states: tuple[str, ...], slide: Expression) -> dict[str, Moments]:
+    """Mean and variance of the states that are random walks."""
     prior = {
-        "log_mu": (math.log(tuning.mu), tuning.log_std),
-        "M_0": (0.0, tuning.zero_std * slide),
-        "stiffness": (1.0, tuning.stiffness_std),
+        "log_mu": (ca.log(tuning["mu"]), log_mu_variance(tuning)),
+        "M_0": (0, (tuning["zero_std"] * slide) ** 2),
+        "stiffness": (1, tuning["stiffness_std"] ** 2),
     }
     return {name: prior[name] for name in states if name in prior}
 
 
-def chosen(**wanted: bool) -> tuple[str, ...]:
-    """Names of the states wanted, in their order."""
-    return tuple(name for name in STATES if wanted.get(name, False))
+def log_mu_variance(tuning: Parts) -> Expression:
+    """Variance of ln mu on an unknown ground [1]."""
+    return (tuning["mu_std"] / tuning["mu"]) ** 2
+
+
+def select_states(**selected: bool) -> tuple[str, ...]:
+    """Names of the selected states in the order of `STATES`."""
+    return tuple(name for name in STATES if selected.get(name, False))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,50 +153,67 @@ class AligningTorque:
     @property
     def states(self) -> tuple[str, ...]:
         """Names of the states."""
-        return chosen(log_mu=True, M_0=self.zero, stiffness=self.stiffness)
+        return select_states(log_mu=True, M_0=self.zero, stiffness=self.stiffness)
 
     @property
-    def turns(self) -> bool:
-        """The angle is no state."""
+    def channels(self) -> tuple[str, ...]:
+        """Fields of `Sample` that are used."""
+        return ("psi", "psi_dot", "F_N", "M_z")
+
+    @property
+    def is_linear(self) -> bool:
+        """M_z is no linear function of mu."""
         return False
 
-    def check(self, rig: Rig) -> None:
-        """Nothing beyond a and e is needed."""
+    def check(self, rig: Rig, model: Model) -> None:
+        """Any rig and any model will do."""
 
-    def prior(self, tuning: Tuning, first: Sample, slide: float) -> dict[str, tuple[float, float]]:
-        """Mean and standard deviation of every state."""
+    def prior(self, tuning: Parts, first: Parts, slide: Expression) -> dict[str, Moments]:
+        """Mean and variance of every state."""
         del first
-        return walking_prior(tuning, self.states, slide)
+        return random_walk_prior(tuning, self.states, slide)
 
     def clean(self, sample: Parts, last: Parts) -> tuple[Parts, Expression]:
-        """Without an angle the patch stays and the torque says nothing."""
+        """Where the angle is missing, the patch does not turn and the torque is ignored."""
         known = is_known(sample["psi"])
-        F_N, load_held = clean_load(sample, last)
+        F_N, load_imputed = impute_load(sample, last)
         turning = ca.logic_and(known, is_known(sample["psi_dot"]))
-        made = {
+        now = {
             "psi": ca.if_else(known, sample["psi"], last["psi"]),
             "psi_dot": ca.if_else(turning, sample["psi_dot"], 0),
             "F_N": F_N,
             "dt": sample["dt"],
             "M_z": ca.if_else(known, sample["M_z"], float("nan")),
             "M": 0,
-            "lost": 0,
+            "M_age": 0,
         }
-        return made, ca.logic_or(load_held, ca.logic_not(known))
+        return now, ca.logic_or(load_imputed, ca.logic_not(known))
 
     def motion(
-        self, x: Parts, M_z: Expression, last: Parts, now: Parts, rig: Parts, beliefs: Parts
+        self, x: Parts, M_z: Expression, last: Parts, now: Parts, rig: Parts, tuning: Parts
     ) -> tuple[Parts, Parts]:
-        """All states only walk."""
+        """All states are random walks."""
         del M_z, last
-        return walk(x, full_slide_torque(now["F_N"], rig["a"]), now["dt"], beliefs)
+        return random_walk(x, full_slide_torque(now["F_N"], rig["a"]), now["dt"], tuning)
 
-    def reading(self, x: Parts, M_z: Expression, now: Parts, rig: Parts, beliefs: Parts) -> Measurement:
+    def measurement(
+        self, x: Parts, M_z: Expression, now: Parts, rig: Parts, tuning: Parts
+    ) -> Measurement:
         """The aligning torque with the zero of its channel [N m]."""
         slide = full_slide_torque(now["F_N"], rig["a"])
         return Measurement(
             expected=M_z + x.get("M_0", 0),
             measured=now["M_z"],
-            precision=ca.fmin(now["dt"], LONGEST) / (REFERENCE_STEP * (beliefs["noise"] * slide) ** 2),
-            ordinary=(beliefs["error"] * slide) ** 2,
+            precision=ca.fmin(now["dt"], LONGEST) / (REFERENCE_STEP * (tuning["noise"] * slide) ** 2),
+            huber_scale=(tuning["error"] * slide) ** 2,
         )
+
+    def patch_before(self, stored: Update, update: Callable[[], Update]) -> Update:
+        """The torque that is measured is that of the patch at the sample's angle."""
+        del stored
+        return update()
+
+    def patch_after(self, before: Update, update: Callable[[], Update]) -> Update:
+        """The angle is known and the correction does not move the patch."""
+        del update
+        return before

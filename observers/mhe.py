@@ -1,29 +1,23 @@
 """Moving-horizon estimator for mu and, as measured, torque zero, stiffness, angle and rate.
 
-It believes what the filter believes, of the same states, but fits those of the last N samples at once:
-what a sample says is judged anew at the states that later samples lead to, where the filter judged it
-once; and samples that were not believed count again when the ground turns out to have changed. Samples
-older than the window are summed up in its arrival, mean and covariance, which a filter takes along
-behind the window, linearised at what the window made of them. On a linear problem with Gaussian noise
-every window gives the Kalman filter. Huber's loss differs: here a residual is what the fitted states
-leave, there what the filter had expected, less what it could not yet know. `observers.mhe_step` has the
-cost and its sources.
+States, noises and tuning are those of the filter, but the states of the last N samples are fitted at
+once: every sample is linearised again at the states that later samples lead to, and samples that were
+rejected are accepted when the ground turns out to have changed. Samples older than the window are summed
+up in the arrival, mean and covariance, which a filter takes along behind the window, linearised at what
+the window made of them. On a linear problem with Gaussian noise every window gives the Kalman filter.
+Huber's loss
+differs: here the residual is that of the fitted states, there the innovation less its prior variance.
+`observers.mhe_step` has the cost and its references.
 """
 
 from dataclasses import dataclass
-from functools import cache
 
 import casadi as ca
-import numpy as np
 
 from observers.base import ModelObserver
-from observers.compiled_step import build_stretch
-from observers.layout import Layout, ObserverState
-from observers.measurement_model import CLEAN, MeasurementModel
+from observers.layout import Layout
 from observers.mhe_step import build_window_step, layout
-from observers.mhe_terms import ROWS
-from observers.protocol import Sample
-from symbolic import SIGNALS, InvalidInputError, Model, compiled
+from symbolic import InvalidInputError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,9 +28,9 @@ class Mhe(ModelObserver):
         window: samples fitted at once, N.
         iterations: Gauss-Newton steps a sample; the window begins where the last sample left it.
 
-    Parts of its state: what the patch remembers, see `observers.patch_history`; `samples` (9, N), oldest
+    Parts of its state: the memory of the patch, see `observers.patch_history`; `samples` (9, N), oldest
     first, dt = 0 in empty places; `x` (n, N), the states at each in the order of `states`; `mean` (n,)
-    and `factor` (n, n), the arrival; `P_newest` (n, n), covariance of the newest x; `counts`; `said`.
+    and `factor` (n, n), the arrival; `P_newest` (n, n), covariance of the newest x; `counts`; `output`.
     """
 
     window: int = 50
@@ -50,21 +44,10 @@ class Mhe(ModelObserver):
             if not (isinstance(value, int) and value >= 1):
                 raise InvalidInputError(f"{name} must be a whole number of at least 1, got {value}")
 
-    def init(self, first: Sample) -> ObserverState:
-        """The state before the first sample: an empty window, the patch at rest at its angle."""
-        start = self._start(first)
-        empty = np.zeros((len(ROWS), 1))
-        empty[: len(CLEAN)] = start["last"]
-        seen = dict.fromkeys(SIGNALS, 0.0) | {"psi": first.psi, "F_N": first.F_N}
-        values = self.layout.pack({
-            **start,
-            "turned": np.array([[first.psi], [0.0]]),
-            "seen": np.array([[seen[name]] for name in SIGNALS]),
-            "samples": empty,
-            "mean": start["x"],
-            "P_newest": start["factor"],
-        })  # fmt: skip
-        return ObserverState(values, self.layout)
+    @property
+    def kind(self) -> str:
+        """What sort of estimator it is."""
+        return f"Moving-horizon estimator over {self.window} samples"
 
     @property
     def layout(self) -> Layout:
@@ -72,25 +55,6 @@ class Mhe(ModelObserver):
         return layout(self.model, self.measurement_model, self.window)
 
     @property
-    def function(self) -> ca.Function:
-        """One sample, compiled; see `ModelObserver.function`."""
-        return _compiled_step(self.model, self.measurement_model, self.window, self.iterations)
-
-    @property
-    def stretch(self) -> ca.Function:
-        """Many samples, compiled; see `ModelObserver.stretch`."""
-        return _compiled_stretch(self.model, self.measurement_model, self.window, self.iterations)
-
-
-@cache
-def _compiled_step(
-    model: Model, measurement_model: MeasurementModel, window: int, iterations: int
-) -> ca.Function:
-    return compiled(build_window_step(model, measurement_model, window, iterations))
-
-
-@cache
-def _compiled_stretch(
-    model: Model, measurement_model: MeasurementModel, window: int, iterations: int
-) -> ca.Function:
-    return compiled(build_stretch(build_window_step(model, measurement_model, window, iterations)))
+    def step_function(self) -> ca.Function:
+        """One sample; see `CasadiObserver.step_function`."""
+        return build_window_step(self.model, self.measurement_model, self.window, self.iterations)

@@ -1,137 +1,184 @@
 """One sample of the moving-horizon estimator as a casadi Function.
 
-The window holds the last N samples, the states x_i at each of them, what the model remembers, and mean
-and covariance of x_1 from all samples that have left (the arrival). Gauss-Newton steps reduce
+The window holds the last N samples, the states x_i at each of them, the memory of the patch, and mean
+and covariance of x_1 given all samples that have left the window (the arrival). Gauss-Newton steps
+minimise
 
     |x_1 - mean|^2 / P  +  sum_i |x_{i+1} - f_i(x_i)|^2 / Q_i  +  sum_i rho(r_i),
     r_i = (y_i - h_i(x_i)) / R_i^(1/2),
 
-with the motion f, the measurement y and their noises of `observers.measurement_model`, and no r_i where
-y_i is missing or not believed; mu is projected on its bounds after each step. rho is Huber's
-function, quadratic up to an error of ordinary size. Where the ground has changed, Q_i of mu holds the
-variance of the prior too, and the samples that were not believed before count again.
+with the motion f, the measurement y and their noises of the measurement model, and no r_i where y_i is
+missing or rejected; mu is clipped to its bounds after each step. rho is Huber's function. Where the
+ground has changed, Q_i of ln mu includes the variance of the prior, and samples that were rejected
+before are accepted again.
 
-What the patch remembers is kept with every sample, see `observers.patch_history`.
+The memory of the patch is stored with every sample, see `observers.patch_history`.
 
-An empty place, before the window is full, has dt = 0: nothing moves, nothing is measured, nothing turns.
+An empty place, before the window is full, has dt = 0: no motion, no measurement, no turn.
 
 Sources: Rao, Rawlings, Mayne, Constrained state estimation for nonlinear discrete-time systems, IEEE
 Trans. Automatic Control 48 (2003) 246, with the arrival cost of a filter; Huber, Robust Statistics
 (1981), for the weights.
 """
 
-from functools import cache
+from functools import cache, partial
 
 import casadi as ca
 
-from observers.base import (
-    SAID,
-    constants_size,
-    flags,
-    on_bound,
-    prior_variance,
-    projected,
-    says,
-    split_constants,
+from observers.base import build_step_function, clip_to_bounds, step_output, step_symbols
+from observers.innovation_gate import COUNTS, build_innovation
+from observers.layout import Layout, named, outputs_of
+from observers.linearisation import build_clean, state_index
+from observers.measurement_model import CLEAN, MeasurementModel, log_mu_variance
+from observers.mhe_terms import (
+    ROWS,
+    arrival_jump,
+    build_acceptance,
+    build_backward,
+    build_forward,
+    build_prediction,
+    is_unsettled,
 )
-from observers.innovation_gate import COUNTS, build_gate
-from observers.layout import Layout
-from observers.linearisation import build_clean, build_reading
-from observers.measurement_model import CLEAN, MeasurementModel
-from observers.mhe_solver import build_smoother
-from observers.mhe_terms import ROWS, Horizon
-from observers.patch_history import Recall
-from observers.patch_update import carries
-from observers.protocol import SAMPLE
-from symbolic import Model
+from observers.patch_history import PatchHistory
+from observers.patch_model import PatchModel, split_constants
+from observers.patch_update import memory_depends_on_tyre, reset_retention, sensitivity_retention
+from observers.protocol import OUTPUT
+from observers.tuning import TUNING_FIELDS
 
 
 @cache
-def layout(model: Model, measurement_model: MeasurementModel, window: int) -> Layout:
+def layout(model: PatchModel, measurement_model: MeasurementModel, window: int) -> Layout:
     """The parts of the estimator's state."""
     n = len(measurement_model.states)
     return Layout(
         (
-            *Recall(model=model, measurement_model=measurement_model, window=window).fields,
+            *PatchHistory(model=model, measurement_model=measurement_model, window=window).fields,
             ("samples", len(ROWS), window),
             ("x", n, window),
             ("mean", n, 1),
             ("factor", n, n),
             ("P_newest", n, n),
             ("counts", len(COUNTS), 1),
-            ("said", len(SAID), 1),
+            ("output", len(OUTPUT), 1),
         )
     )
 
 
 @cache
-def build_window_step(
-    model: Model, measurement_model: MeasurementModel, window: int, iterations: int
-) -> ca.Function:
-    """One sample of the estimator: (state, sample, constants) -> (state_next, said)."""
-    parts = layout(model, measurement_model, window)
-    state, sample = ca.MX.sym("state", parts.size), ca.MX.sym("sample", len(SAMPLE))
-    constants = ca.MX.sym("constants", constants_size(model))
-    before = parts.split(state)
-    recall = Recall(model=model, measurement_model=measurement_model, window=window)
-    horizon = Horizon(recall, *split_constants(model, constants))
-    beliefs = horizon.beliefs
-    now, held = build_clean(measurement_model)(sample, before["samples"][: len(CLEAN), -1])
-    samples = ca.horzcat(before["samples"], ca.vertcat(now, 1, 0))
-    mean, factor = horizon.leave(before, samples)
-    newest, P, share = horizon.predict(before, samples)
-    x, samples = ca.horzcat(before["x"][:, 1:], newest), samples[:, 1:]
-    # Where the angle is measured the patch follows it when it is corrected; else it is what is measured.
-    history = (
-        recall.without_oldest(before)
-        if measurement_model.turns
-        else horizon.enter(before, share, now, newest)
+def build_smoother(measurement_model: MeasurementModel, window: int) -> ca.Function:
+    """One Gauss-Newton step about x: minimiser over the window, covariance of its newest state.
+
+    (mean, factor, x, M_z, slopes, samples, rig, tuning) -> (x_next, P_newest); inputs of all samples in
+    columns, x (n, N).
+    """
+    forward, backward = build_forward(measurement_model), build_backward(measurement_model)
+    mean, factor, x, M_z, slopes, samples, _, rig, tuning = (
+        ca.MX.sym(name, forward.size1_in(name), forward.size2_in(name) * columns)
+        for name, columns in zip(forward.name_in(), [1, 1, *[window] * 5, 1, 1], strict=True)
     )
-    M_z, slopes = horizon.torques(history, x)
-    read = build_reading(measurement_model)(newest, M_z[-1], slopes[:, -1], now, horizon.rig, beliefs)
-    innovation, H, weight, expected, ordinary = read
-    verdict = build_gate()(innovation, ca.dot(H, P @ H), weight, ordinary, before["counts"], beliefs)
-    believed, reset, run, counts = verdict
-    # A memory made under the old friction does not fit samples of the new ground: then they stay out.
-    again = 1 if carries(model, measurement_model) else run
-    samples = _believe(samples, believed, reset, again, beliefs)
-    # Nothing comes before the window's oldest sample: a change there comes in with the arrival.
-    factor[0, 0] += ca.if_else(again >= window, reset * prior_variance(beliefs), 0)
-    for i in range(iterations):
-        last = x
-        M_z, slopes = horizon.torques(history, x) if i > 0 else (M_z, slopes)
-        terms = horizon.terms(samples, x, M_z, slopes)
-        x, P = build_smoother(len(measurement_model.states), window)(mean, factor, *terms)
-        x = projected(measurement_model, x, beliefs)
-    if measurement_model.turns:
-        history = horizon.enter(before, share, now, x[:, -1])
-        expected, _ = horizon.of_newest(history, x)
-    status = flags(
-        missing=weight <= 0, held=held, rejected=ca.logic_not(believed), reset=reset,
-        bound=on_bound(x[0, -1], beliefs), unsettled=(x[0, -1] - last[0, -1]) ** 2 > P[0, 0],
+    constants = [ca.repmat(vector, 1, window) for vector in (rig, tuning)]
+    onward = ca.horzcat(samples[:, 1:], samples[:, -1])
+    _, _, filtered, P, K, score, H, A = forward.mapaccum("forward_window", window, 2, {})(
+        mean, factor, x, M_z, slopes, samples, onward, *constants
+    )
+    n = len(measurement_model.states)
+    reverse = list(range(window - 1, -1, -1))
+    blocks = [n * i + j for i in reverse for j in range(n)]
+    _, smoothed = backward.mapaccum("backward_window", window, 1, {})(
+        ca.DM.zeros(n), filtered[:, reverse], P[:, blocks], K[:, reverse], score[:, reverse],
+        H[:, reverse], A[:, blocks], constants[1],
     )  # fmt: skip
-    said = ca.vertcat(says(x[0, -1], P[0, 0]), expected, status)
-    made = {
-        **horizon.forgotten(history, reset, before["P_newest"]), "samples": samples, "x": x,
-        "mean": mean, "factor": factor, "P_newest": P, "counts": counts, "said": said,
-    }  # fmt: skip
     return ca.Function(
-        "mhe_step",
-        [state, sample, constants],
-        [parts.join(made), said],
-        ["state", "sample", "constants"],
-        ["state_next", "said"],
+        "smoother",
+        [mean, factor, x, M_z, slopes, samples, rig, tuning],
+        [smoothed[:, reverse], P[:, -n:]],
+        ["mean", "factor", "x", "M_z", "slopes", "samples", "rig", "tuning"],
+        ["x_next", "P_newest"],
     )
 
 
-def _believe(samples: ca.MX, believed: ca.MX, reset: ca.MX, run: ca.MX | int, beliefs: ca.MX) -> ca.MX:
-    """The window with the verdict on its newest; after a change of the ground, `run` count again."""
-    window = samples.shape[1]
-    age = ca.DM(range(window - 1, -1, -1)).T
-    counts, jump = samples[ROWS.index("believed"), :], samples[ROWS.index("jump"), :]
-    counts = ca.if_else(age == 0, believed, counts)
-    counts = ca.if_else(ca.logic_and(reset, age < run), 1, counts)
-    # A run longer than the window began before it: its oldest sample stands for the first.
-    first = age == ca.fmin(run, window) - 1
-    jump = ca.if_else(ca.logic_and(reset, first), prior_variance(beliefs), jump)
-    return ca.vertcat(samples[: len(CLEAN), :], counts, jump)
+@cache
+def build_window_step(
+    model: PatchModel, measurement_model: MeasurementModel, window: int, iterations: int
+) -> ca.Function:
+    """One sample of the estimator: (state, sample, constants) -> (state_next, output)."""
+    parts = layout(model, measurement_model, window)
+    state, sample, constants = symbols = step_symbols(model, parts)
+    before = parts.split(state)
+    theta, rig, tuning = split_constants(model, constants)
+    patch = PatchHistory(model=model, measurement_model=measurement_model, window=window)
+    torques = partial(patch.torques, theta=theta, rig=rig)
+    last = before["samples"][: len(CLEAN), -1]
+    now, imputed = build_clean(measurement_model)(sample, last)
+    samples = ca.horzcat(before["samples"], ca.vertcat(now, 1, 0))
+    mean, factor = _arrival(measurement_model, before, samples, torques, rig, tuning)
+    x_last, P = before["x"][:, -1], before["P_newest"]
+    x_newest, P, Q = build_prediction(measurement_model)(
+        x_last, P, *torques(patch.newest(before), x_last), last, now, rig, tuning
+    )
+    retention = sensitivity_retention(measurement_model, before["P_newest"], Q, x_last)
+    append = partial(patch.append, before, retention, now, theta=theta, rig=rig)
+    history = measurement_model.patch_before(patch.without_oldest(before), partial(append, x=x_newest))
+    x, samples = ca.horzcat(before["x"][:, 1:], x_newest), samples[:, 1:]
+    M_z, slopes = torques(history, x)
+    test = outputs_of(
+        build_innovation(measurement_model), x_newest, P, M_z[-1], slopes[:, -1], now,
+        before["counts"], rig, tuning,
+    )  # fmt: skip
+    # A memory that depends on the old friction does not fit samples of the new ground: they stay
+    # rejected.
+    run = 1 if memory_depends_on_tyre(model, measurement_model) else test["run"]
+    unknown = log_mu_variance(named(TUNING_FIELDS, tuning))
+    samples = _accept(samples, ca.MX(ca.vertcat(test["accepted"], test["reset"], run)), unknown)
+    at = state_index(measurement_model)
+    factor[at, at] += arrival_jump(window, test["reset"], run, unknown)
+    previous = x
+    for i in range(iterations):
+        previous = x
+        M_z, slopes = torques(history, x) if i > 0 else (M_z, slopes)
+        x, P = build_smoother(measurement_model, window)(
+            mean, factor, x, M_z, slopes, samples, rig, tuning
+        )
+    x_newest = x[:, -1]
+
+    def updated() -> tuple[dict[str, ca.MX], ca.MX]:
+        added = append(x=x_newest)
+        return added, torques(patch.newest(added), x_newest)[0]
+
+    history, M_z = measurement_model.patch_after((history, test["expected"]), updated)
+    old = reset_retention(test["reset"], before["P_newest"][at, at], unknown)
+    output = step_output(
+        measurement_model, x_newest, P[at, at], M_z, tuning, test, held=imputed,
+        unsettled=is_unsettled(measurement_model, x_newest, previous[:, -1], P),
+    )  # fmt: skip
+    state_next = {
+        **patch.scale_newest_sensitivity(history, old), "samples": samples, "x": x, "mean": mean,
+        "factor": factor, "P_newest": P, "counts": test["counts_next"], "output": output,
+    }  # fmt: skip
+    return build_step_function("mhe_step", symbols, parts.join(state_next), output)
+
+
+def _arrival(
+    measurement_model: MeasurementModel,
+    before: dict[str, ca.MX],
+    samples: ca.MX,
+    torques: partial[tuple[ca.MX, ca.MX]],
+    rig: ca.MX,
+    tuning: ca.MX,
+) -> tuple[ca.MX, ca.MX]:
+    """Mean and factor of the arrival after the oldest sample, linearised at its smoothed states."""
+    oldest = before["x"][:, 0]
+    mean, factor, *_ = build_forward(measurement_model)(
+        before["mean"], before["factor"], oldest, *torques(before, oldest), samples[:, 0],
+        samples[:, 1], rig, tuning,
+    )  # fmt: skip
+    return clip_to_bounds(measurement_model, mean, tuning), factor
+
+
+def _accept(samples: ca.MX, test: ca.MX, variance: ca.MX) -> ca.MX:
+    """The samples of the window after the newest one's test, see `build_acceptance`."""
+    window, ages = samples.shape[1], ca.DM(range(samples.shape[1] - 1, -1, -1)).T
+    rows = (samples[ROWS.index("accepted"), :], samples[ROWS.index("jump"), :])
+    acceptance = build_acceptance().map(window) if window > 1 else build_acceptance()
+    constant = [ca.repmat(vector, 1, window) for vector in (test, variance)]
+    return ca.vertcat(samples[: len(CLEAN), :], *acceptance(*rows, ages, *constant))

@@ -1,119 +1,130 @@
-"""The terms of a window: what each sample measures and how the states move on, about given states.
+"""One sample of a window as casadi Functions: prediction, elimination, substitution, acceptance.
 
-`observers.mhe_step` solves them linearised, in real time; `observers.reference` as they are.
+`observers.mhe_step` maps them over the window in Python; generated C loops over the same Functions, see
+`observers.embedded.mhe_kernels`.
 """
 
-from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import casadi as ca
 
-from observers.base import prior_variance, projected
-from observers.innovation_gate import huber_share
-from observers.linearisation import build_motion, build_reading, directions
+from observers.base import clip_to_bounds
+from observers.innovation_gate import huber_weight
+from observers.linearisation import build_measurement, build_motion, state_index
 from observers.measurement_model import CLEAN, MeasurementModel
-from observers.mhe_solver import build_update
-from observers.patch_history import Kept, Recall
-from observers.patch_update import kept_share
+from observers.mhe_solver import build_back, build_update
+from observers.tuning import TUNING_FIELDS
 
-ROWS = (*CLEAN, "believed", "jump")
-"""Rows of the window's samples: a cleaned sample, whether it counts, and what a change of the ground
-adds to the variance of ln mu before it."""
-
-
-@dataclass(frozen=True)
-class Horizon:
-    """A recall and the constants of a run; all casadi expressions."""
-
-    recall: Recall
-    theta: ca.MX
-    rig: ca.MX
-    beliefs: ca.MX
-
-    @property
-    def measurement_model(self) -> MeasurementModel:
-        """What is measured."""
-        return self.recall.measurement_model
-
-    def leave(self, before: Kept, samples: ca.MX) -> tuple[ca.MX, ca.MX]:
-        """Arrival without the oldest sample, which is measured once more, now for good."""
-        oldest = before["x"][:, 0]
-        M_z, slopes = self.recall.torques(before, oldest, self.theta, self.rig)
-        terms = self.terms(samples[:, :2], oldest, M_z, slopes)
-        update = build_update(len(self.measurement_model.states))
-        mean, factor, *_ = update(before["mean"], before["factor"], *terms)
-        return projected(self.measurement_model, mean, self.beliefs), factor
-
-    def predict(self, before: Kept, samples: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
-        """The states where the motion takes the newest, their covariance, and what its walk leaves."""
-        x, P = before["x"][:, -1], before["P_newest"]
-        M_z, slopes = self.of_newest(before, before["x"])
-        clean = samples[: len(CLEAN), :]
-        motion = build_motion(self.measurement_model)
-        newest, A, Q, _ = motion(x, M_z, slopes, clean[:, -2], clean[:, -1], self.rig, self.beliefs)
-        share = kept_share(self.measurement_model, P, Q, x)
-        return projected(self.measurement_model, newest, self.beliefs), A @ P @ A.T + ca.diag(Q), share
-
-    def enter(self, before: Kept, share: ca.MX, now: ca.MX, x: ca.MX) -> Kept:
-        """What is kept with the new sample, which the patch meets at x."""
-        return self.recall.enter(before, share, now, x, self.theta, self.rig)
-
-    def of_newest(self, history: Kept, x: ca.MX) -> tuple[ca.MX, ca.MX]:
-        """M_z and slopes of the newest sample kept, at the last column of x."""
-        return self.recall.torques(self.recall.newest(history), x[:, -1], self.theta, self.rig)
-
-    def torques(self, history: Kept, x: ca.MX) -> tuple[ca.MX, ca.MX]:
-        """M_z and slopes through the window; 0 at the newest where the patch has yet to meet it."""
-        if not self.measurement_model.turns:
-            return self.recall.torques(history, x, self.theta, self.rig)
-        zero = ca.MX.zeros(len(directions(self.measurement_model)))
-        if x.shape[1] == 1:
-            return ca.MX(0), zero
-        M_z, slopes = self.recall.torques(history, x[:, :-1], self.theta, self.rig)
-        return ca.horzcat(M_z, 0), ca.horzcat(slopes, zero)
-
-    def forgotten(self, history: Kept, reset: ca.MX, P: ca.MX) -> Kept:
-        """What is kept after a reset: what the old ground did says nothing of the new one."""
-        if "carried" not in history:
-            return history
-        share = ca.if_else(reset, P[0, 0] / (P[0, 0] + prior_variance(self.beliefs)), 1)
-        carried, count = history["carried"], history["held_at"].shape[0]
-        return {**history, "carried": ca.horzcat(carried[:, :-count], share * carried[:, -count:])}
-
-    def terms(self, samples: ca.MX, x: ca.MX, M_z: ca.MX, slopes: ca.MX) -> list[ca.MX]:
-        """z, H, weight, A, b and Q of a Gauss-Newton step about x, as `build_update` wants them.
-
-        samples may have one column more than x; without it the motion out of the last is of no use.
-        """
-        count = x.shape[1]
-        if samples.shape[1] == count:
-            samples = ca.horzcat(samples, samples[:, -1])
-        clean, constant = (
-            samples[: len(CLEAN), :],
-            [ca.repmat(v, 1, count) for v in (self.rig, self.beliefs)],
-        )
-        read, move = _along(self.measurement_model, count)
-        z, H, weight = read(x, M_z, slopes, samples[:, :count], *constant)
-        _, A, Q, b = move(x, M_z, slopes, clean[:, :count], clean[:, 1:], *constant)
-        jumps = samples[ROWS.index("jump"), 1:]
-        return [z, H, weight, A, b, ca.vertcat(Q[0, :] + jumps, Q[1:, :])]
+Expression = Any
+ROWS = (*CLEAN, "accepted", "jump")
+"""Rows of the window's samples: a cleaned sample, whether it is accepted, and what a change of the
+ground adds to the variance of ln mu before it."""
 
 
 @cache
-def build_counted(measurement_model: MeasurementModel) -> ca.Function:
-    """(x, M_z, slopes, row, rig, beliefs) -> (z, H, weight): what counts of one sample, linear in x."""
-    read = build_reading(measurement_model)
-    row = ca.MX.sym("row", len(ROWS))
-    x, M_z, slopes, _, rig, beliefs = (ca.MX.sym(n, *read.size_in(n)) for n in read.name_in())
-    innovation, H, weight, _, ordinary = read(x, M_z, slopes, row[: len(CLEAN)], rig, beliefs)
-    weight = weight * huber_share(innovation, ordinary) * row[ROWS.index("believed")]
+def build_prediction(measurement_model: MeasurementModel) -> ca.Function:
+    """(x, P, M_z, slopes, last, now, rig, tuning) -> (x_next, P_next, Q): prediction to now."""
+    motion = build_motion(measurement_model)
+    x, M_z, slopes, last, now, rig, tuning = (
+        ca.MX.sym(name, *motion.size_in(name)) for name in motion.name_in()
+    )
+    P = ca.MX.sym("P", x.numel(), x.numel())
+    x_next, A, Q, _ = motion(x, M_z, slopes, last, now, rig, tuning)
     return ca.Function(
-        "counted", [x, M_z, slopes, row, rig, beliefs], [innovation + ca.dot(H, x), H, weight]
+        "prediction",
+        [x, P, M_z, slopes, last, now, rig, tuning],
+        [x_next, A @ P @ A.T + ca.diag(Q), Q],
+        ["x", "P", "M_z", "slopes", "last", "now", "rig", "tuning"],
+        ["x_next", "P_next", "Q"],
     )
 
 
 @cache
-def _along(measurement_model: MeasurementModel, count: int) -> tuple[ca.Function, ca.Function]:
-    """Readings and motions of so many samples; one pair for all, so that its code is made once."""
-    read, move = build_counted(measurement_model), build_motion(measurement_model)
-    return (read.map(count), move.map(count)) if count > 1 else (read, move)
+def build_forward(measurement_model: MeasurementModel) -> ca.Function:
+    """Forward elimination of one sample, linearised about x.
+
+    (mean, factor, x, M_z, slopes, row, row_next, rig, tuning) -> (mean_next, factor_next, filtered, P,
+    K, score, H, A), as of `build_update`; rows in the order of `ROWS`. The motion out of the newest
+    sample does not matter: any row does for row_next.
+    """
+    measurement, motion = build_measurement(measurement_model), build_motion(measurement_model)
+    update = build_update(len(measurement_model.states))
+    x, M_z, slopes, _, rig, tuning = (
+        ca.MX.sym(name, *measurement.size_in(name)) for name in measurement.name_in()
+    )
+    mean, factor = (ca.MX.sym(name, *update.size_in(name)) for name in ("mean", "factor"))
+    row, row_next = ca.MX.sym("row", len(ROWS)), ca.MX.sym("row_next", len(ROWS))
+    now, now_next = (vector[: len(CLEAN)] for vector in (row, row_next))
+    innovation, H, weight, _, huber_scale = measurement(x, M_z, slopes, now, rig, tuning)
+    weight = weight * huber_weight(innovation, huber_scale) * row[ROWS.index("accepted")]
+    _, A, Q, b = motion(x, M_z, slopes, now, now_next, rig, tuning)
+    Q[state_index(measurement_model)] += row_next[ROWS.index("jump")]
+    mean_next, factor_next, filtered, P, K, score = update(
+        mean, factor, innovation + ca.dot(H, x), H, weight, A, b, Q
+    )
+    return ca.Function(
+        "forward",
+        [mean, factor, x, M_z, slopes, row, row_next, rig, tuning],
+        [mean_next, factor_next, filtered, P, K, score, H, A],
+        ["mean", "factor", "x", "M_z", "slopes", "row", "row_next", "rig", "tuning"],
+        ["mean_next", "factor_next", "filtered", "P", "K", "score", "H", "A"],
+    ).expand("forward", {"cse": True})
+
+
+@cache
+def build_backward(measurement_model: MeasurementModel) -> ca.Function:
+    """Back substitution of one sample.
+
+    (costate, filtered, P, K, score, H, A, tuning) -> (costate_before, x).
+
+    costate is that of the next sample, 0 at the newest; the others come from `build_forward`. x is
+    within its bounds.
+    """
+    back = build_back(len(measurement_model.states))
+    costate, filtered, P, H, K, score, A = (
+        ca.MX.sym(name, *back.size_in(name)) for name in back.name_in()
+    )
+    tuning = ca.MX.sym("tuning", len(TUNING_FIELDS))
+    before, smoothed = back(costate, filtered, P, H, K, score, A)
+    return ca.Function(
+        "backward",
+        [costate, filtered, P, K, score, H, A, tuning],
+        [before, clip_to_bounds(measurement_model, smoothed, tuning)],
+        ["costate", "filtered", "P", "K", "score", "H", "A", "tuning"],
+        ["costate_before", "x"],
+    ).expand("backward", {"cse": True})
+
+
+@cache
+def build_acceptance() -> ca.Function:
+    """(accepted, jump, age, test, variance) -> (accepted_next, jump_next) of a sample in the window.
+
+    age is 0 for the newest sample; test is accepted, reset and run of the newest one, see
+    `observers.innovation_gate`; variance is that of ln mu on an unknown ground. After a change of the
+    ground the whole run is accepted, and ln mu jumps before its first sample; where that is not behind
+    the window's oldest sample see `arrival_jump`.
+    """
+    names = ["accepted", "jump", "age", "test", "variance"]
+    accepted, jump, age, test, variance = inputs = [
+        ca.SX.sym(name, 3 if name == "test" else 1) for name in names
+    ]
+    newest, reset, run = ca.vertsplit(test)
+    in_run = ca.logic_and(reset, age < run)
+    first = ca.logic_and(reset, age == run - 1)
+    accepted = ca.if_else(in_run, 1, ca.if_else(age == 0, newest, accepted))
+    jump = ca.if_else(first, variance, jump)
+    return ca.Function("acceptance", inputs, [accepted, jump], names, ["accepted_next", "jump_next"])
+
+
+def arrival_jump(window: int, reset: Expression, run: Expression, variance: Expression) -> Expression:
+    """Increment of the variance of ln mu in the arrival: a change before the window's oldest sample."""
+    return ca.if_else(run >= window, reset * variance, 0)
+
+
+def is_unsettled(
+    measurement_model: MeasurementModel, x: Expression, before: Expression, P: Expression
+) -> Expression:
+    """True where the last Gauss-Newton step moved ln mu by more than its standard deviation."""
+    at = state_index(measurement_model)
+    return (x[at] - before[at]) ** 2 > P[at, at]

@@ -1,184 +1,191 @@
-"""The model meets a sample: its memory advanced, the torque, and the slopes of the torque.
+"""Patch update: the memory advanced by one sample, the torque, and the slopes of the torque.
 
-The memory of the patch is no state of its own. It is what the history made of it under the tyre that the
-observer believes in.
+The memory of the patch is not filtered: it follows from the recorded angles and loads and from the
+tyre's states.
 
-The exact patch keeps it in units in which it depends on neither mu nor k, so that a correction of mu
-corrects all of the past: exact for a ground that stays the same, however late it is known. Where the
-memory depends on the tyre, as that of bristles does, its derivative by the tyre is carried along exactly
-and the memory moves with the corrections; and when mu walks, what the ground did before does not: of the
-derivative only that part stays which the past mu still shares with the present one, the regression
-P (P + Q)^-1 of the one on the other. So bristles, `Model(discretised=True)`, suit a ground that changes
-under the wheel from second to second.
+The memory of the exact patch depends on neither mu nor k, so that a correction of mu holds for the whole
+history: exact for a ground that stays the same.
+
+Where the memory depends on the tyre, as that of bristles does, its sensitivity to the tyre is propagated
+exactly, and a correction moves the memory to first order. Under a random walk the past mu is correlated
+with the present one only in part, so the sensitivity is multiplied by the regression P (P + Q)^-1 of the
+one on the other. So bristles, `Model(discretised=True)`, suit a ground that changes within seconds.
 """
 
 from functools import cache
 
 import casadi as ca
 
-from observers.linearisation import TYRE
+from observers.linearisation import TYRE, directions, state_index
 from observers.measurement_model import CLEAN, MeasurementModel
-from symbolic import SIGNALS, Model
+from observers.patch_model import PatchModel
+from symbolic import GEOMETRY, SIGNALS
 
-Parts = tuple[tuple[str, int, int], ...]
+Fields = tuple[tuple[str, int, int], ...]
 PARAMETERS = dict(zip(TYRE, ("mu", "k"), strict=True))
-"""The model's parameter that a state of the tyre moves."""
+"""The model's parameter that a state of the tyre sets or scales."""
 
 
-def tyre(measurement_model: MeasurementModel) -> tuple[str, ...]:
-    """The states that are the tyre's."""
+def tyre_states(measurement_model: MeasurementModel) -> tuple[str, ...]:
+    """The states that are parameters of the tyre."""
     return tuple(name for name in TYRE if name in measurement_model.states)
 
 
-def history_fields(model: Model, measurement_model: MeasurementModel) -> Parts:
-    """Names and shapes: memory and, where it depends on the tyre, its derivative and that tyre."""
-    size, count = model.memory_size, len(tyre(measurement_model))
-    if not carries(model, measurement_model):
+def memory_fields(model: PatchModel, measurement_model: MeasurementModel) -> Fields:
+    """Names and shapes: memory; sensitivity and linearisation point where it depends on the tyre."""
+    size, count = model.memory_size, len(tyre_states(measurement_model))
+    if not memory_depends_on_tyre(model, measurement_model):
         return (("memory", size, 1),)
-    return (("memory", size, 1), ("carried", size, count), ("held_at", count, 1))
+    return (("memory", size, 1), ("memory_sensitivity", size, count), ("linearisation_point", count, 1))
 
 
 @cache
-def carries(model: Model, measurement_model: MeasurementModel) -> bool:
-    """True where the memory depends on what the states say of the tyre."""
-    return any(model.memory_depends_on(PARAMETERS[name]) for name in tyre(measurement_model))
+def memory_depends_on_tyre(model: PatchModel, measurement_model: MeasurementModel) -> bool:
+    """True where the memory depends on a state of the tyre."""
+    return any(model.memory_depends_on(PARAMETERS[name]) for name in tyre_states(measurement_model))
 
 
 @cache
-def build_meeting(model: Model, measurement_model: MeasurementModel) -> ca.Function:
-    """(*history, signals, tyre, theta, geometry) -> (*history, seen, M_z, slopes).
+def build_patch_update(model: PatchModel, measurement_model: MeasurementModel) -> ca.Function:
+    """(*fields, signals, tyre, theta, geometry) -> (*fields_next, seen, M_z, slopes).
 
-    history as in `history_fields`; signals as in `symbolic.SIGNALS`, seen what reaches the patch;
+    fields as in `memory_fields`; signals as in `symbolic.SIGNALS`, seen those that reach the patch;
     tyre (t,) is mu and, where it is a state, k over its nominal value; theta the nominal parameters;
     slopes (d,) of M_z by the angle, where that is a state, and by the tyre.
     """
-    size, count = model.memory_size, len(tyre(measurement_model))
-    theta, geometry = ca.MX.sym("theta", len(model.parameters)), ca.MX.sym("geometry", 2)
-    everything = ca.MX.sym("everything", size + len(SIGNALS) + count)
-    memory, signals, now = ca.vertsplit(everything, [0, size, size + len(SIGNALS), everything.numel()])
-    at = at_tyre(measurement_model, theta, now)
+    size, count = model.memory_size, len(tyre_states(measurement_model))
+    depends = memory_depends_on_tyre(model, measurement_model)
+    theta = ca.MX.sym("theta", len(model.coordinates))
+    geometry = ca.MX.sym("geometry", len(GEOMETRY))
+    arguments = ca.MX.sym("arguments", size + len(SIGNALS) + count)
+    memory, signals, tyre = ca.vertsplit(arguments, [0, size, size + len(SIGNALS), arguments.numel()])
+    at = theta_at(model, measurement_model, theta, tyre)
     after, seen = model.advance.call([memory, signals, at, geometry], True, False)
     M_z = model.torque.call([after, seen, at, geometry], True, False)[0]
-    seeds = ca.MX.sym("seeds", size, count) if carries(model, measurement_model) else ca.MX(size, count)
-    along = ca.vertcat(seeds, ca.MX(len(SIGNALS), count), ca.MX(ca.DM.eye(count)))
-    if measurement_model.turns:
-        turning = ca.vertcat(ca.MX(size, 1), ca.DM.eye(len(SIGNALS))[:, 0], ca.MX(count, 1))
-        along = ca.horzcat(turning, along)
-    slopes = ca.jtimes(ca.vertcat(after, M_z), everything, along)
-    carried = [seeds] if carries(model, measurement_model) else []
+    seeds = ca.MX.sym("seeds", size, count) if depends else ca.MX(size, count)
+    by_tyre = ca.vertcat(seeds, ca.MX(len(SIGNALS), count), ca.MX(ca.DM.eye(count)))
+    by_angle = ca.vertcat(
+        ca.MX(size, 1), ca.DM.eye(len(SIGNALS))[:, SIGNALS.index("psi")], ca.MX(count, 1)
+    )
+    angles = [by_angle for name in directions(measurement_model) if name == "psi"]
+    slopes = ca.jtimes(ca.vertcat(after, M_z), arguments, ca.horzcat(*angles, by_tyre))
+    sensitivity = [seeds] if depends else []
     flat = ca.Function(
         "flat",
-        [everything, *carried, theta, geometry],
-        [
-            after,
-            *(slopes[:size, int(measurement_model.turns) :] for _ in carried),
-            seen,
-            M_z,
-            slopes[size, :].T,
-        ],
+        [arguments, *sensitivity, theta, geometry],
+        [after, *(slopes[:size, len(angles) :] for _ in sensitivity), seen, M_z, slopes[size, :].T],
         {"cse": True},
     )
-    history = [ca.MX.sym(*field) for field in history_fields(model, measurement_model)]
-    signals, now = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("tyre", count)
-    moved = moved_memory(history, now)
-    after, *carried, seen, M_z, slopes = flat.call(
-        [ca.vertcat(moved, signals, now), *history[1:2], theta, geometry], True, False
+    fields = [ca.MX.sym(*field) for field in memory_fields(model, measurement_model)]
+    signals, tyre = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("tyre", count)
+    after, *sensitivity, seen, M_z, slopes = flat.call(
+        [ca.vertcat(memory_at(fields, tyre), signals, tyre), *fields[1:2], theta, geometry], True, False
     )
-    held_at = [now for _ in carried]
-    names = [name for name, *_ in history_fields(model, measurement_model)]
+    points = [tyre for _ in sensitivity]
+    names = [name for name, *_ in memory_fields(model, measurement_model)]
     return ca.Function(
-        "meeting",
-        [*history, signals, now, theta, geometry],
-        [after, *map(ca.densify, carried), *held_at, seen, M_z, ca.densify(slopes)],
+        "patch_update",
+        [*fields, signals, tyre, theta, geometry],
+        [after, *map(ca.densify, sensitivity), *points, seen, M_z, ca.densify(slopes)],
         [*names, "signals", "tyre", "theta", "geometry"],
         [*(f"{name}_next" for name in names), "seen", "M_z", "slopes"],
     )
 
 
 @cache
-def build_torque(model: Model, measurement_model: MeasurementModel) -> ca.Function:
-    """(*history, seen, tyre, theta, geometry) -> (M_z, slopes), of a history already advanced.
+def build_torque(model: PatchModel, measurement_model: MeasurementModel) -> ca.Function:
+    """(*fields, seen, tyre, theta, geometry) -> (M_z, slopes), of a memory that is already advanced.
 
     slopes (t,) are by the tyre alone.
     """
-    history = [ca.MX.sym(*field) for field in history_fields(model, measurement_model)]
-    seen, now = ca.MX.sym("seen", len(SIGNALS)), ca.MX.sym("tyre", len(tyre(measurement_model)))
-    theta, geometry = ca.MX.sym("theta", len(model.parameters)), ca.MX.sym("geometry", 2)
-    at = at_tyre(measurement_model, theta, now)
-    M_z = model.torque.call([moved_memory(history, now), seen, at, geometry], True, False)[0]
+    fields = [ca.MX.sym(*field) for field in memory_fields(model, measurement_model)]
+    names = [field.name() for field in fields]
+    seen = ca.MX.sym("seen", len(SIGNALS))
+    tyre = ca.MX.sym("tyre", len(tyre_states(measurement_model)))
+    theta = ca.MX.sym("theta", len(model.coordinates))
+    geometry = ca.MX.sym("geometry", len(GEOMETRY))
+    at = theta_at(model, measurement_model, theta, tyre)
+    M_z = model.torque.call([memory_at(fields, tyre), seen, at, geometry], True, False)[0]
     return ca.Function(
-        "torque_along",
-        [*history, seen, now, theta, geometry],
-        [M_z, ca.densify(ca.jacobian(M_z, now).T)],
-        [
-            *(name for name, *_ in history_fields(model, measurement_model)),
-            "seen",
-            "tyre",
-            "theta",
-            "geometry",
-        ],
+        "torque_with_slopes",
+        [*fields, seen, tyre, theta, geometry],
+        [M_z, ca.densify(ca.jacobian(M_z, tyre).T)],
+        [*names, "seen", "tyre", "theta", "geometry"],
         ["M_z", "slopes"],
         {"cse": True},
     )
 
 
-def moved_memory(history: list[ca.MX], now: ca.MX) -> ca.MX:
-    """The memory at the tyre `now`, to first order where it depends on it."""
-    if len(history) == 1:
-        return history[0]
-    memory, carried, held_at = history
-    return memory + carried @ (now - held_at)
+def memory_at(fields: list[ca.MX], tyre: ca.MX) -> ca.MX:
+    """The memory at the parameters `tyre` (t,), to first order where it depends on them."""
+    if len(fields) == 1:
+        return fields[0]
+    memory, sensitivity, linearisation_point = fields
+    return memory + sensitivity @ (tyre - linearisation_point)
 
 
-def kept_share(measurement_model: MeasurementModel, P: ca.MX, Q: ca.MX, x: ca.MX) -> ca.MX:
-    """(t, t) by which `carried` is multiplied from the right when the tyre's states walk by Q (n,).
+def sensitivity_retention(measurement_model: MeasurementModel, P: ca.MX, Q: ca.MX, x: ca.MX) -> ca.MX:
+    """Factor (t, t) on the right of the memory's sensitivity when the tyre's states walk by Q (n,).
 
     P (n, n) is their covariance and x (n,) the states, before the walk.
     """
-    at = [measurement_model.states.index(name) for name in tyre(measurement_model)]
+    at = [state_index(measurement_model, name) for name in tyre_states(measurement_model)]
     before, walk = P[at, at], ca.diag(Q[at])
-    # Nothing is lost where nothing walks, not even where nothing is known.
+    # Without a walk the factor is exactly the identity, also where P is singular.
     total = before + walk
     if len(at) == 1:
-        share = ca.if_else(walk > 0, before / ca.if_else(walk > 0, total, 1), 1)
+        retention = ca.if_else(walk > 0, before / ca.if_else(walk > 0, total, 1), 1)
     else:
         determinant = total[0, 0] * total[1, 1] - total[0, 1] * total[1, 0]
         inverse = ca.blockcat([[total[1, 1], -total[0, 1]], [-total[1, 0], total[0, 0]]]) / determinant
-        share = ca.if_else(ca.trace(walk) > 0, before @ inverse, ca.DM.eye(2))
-    # By the states first, then from there to the tyre's own numbers.
-    scale = tyre_by_state(measurement_model, x)
-    return ca.diag(scale) @ share @ ca.diag(1 / scale) if len(at) > 1 else share
+        retention = ca.if_else(ca.trace(walk) > 0, before @ inverse, ca.DM.eye(2))
+    # From the states to the parameters and back.
+    scale = tyre_jacobian(measurement_model, x)
+    return ca.diag(scale) @ retention @ ca.diag(1 / scale) if len(at) > 1 else retention
 
 
-def at_tyre(measurement_model: MeasurementModel, theta: ca.MX, now: ca.MX) -> ca.MX:
-    """The parameter vector with mu, and k where it is a state, as the states have them."""
-    stiff = theta[1] * now[1] if "stiffness" in measurement_model.states else theta[1]
-    return ca.vertcat(now[0], stiff, theta[2:])
+def reset_retention(reset: ca.MX, variance: ca.MX, increment: ca.MX) -> ca.MX:
+    """Factor on the memory's sensitivity when a reset adds an increment to the variance of ln mu.
+
+    The memory was made on the old ground; it is not to follow corrections towards the new one.
+    """
+    retention: ca.MX = ca.if_else(reset, variance / (variance + increment), 1)
+    return retention
 
 
-def tyre_of(measurement_model: MeasurementModel, x: ca.MX) -> ca.MX:
+def theta_at(model: PatchModel, measurement_model: MeasurementModel, theta: ca.MX, tyre: ca.MX) -> ca.MX:
+    """The parameters theta with mu, and k where it is a state, replaced by those of `tyre` (t,)."""
+    rows = dict(zip(model.coordinates, ca.vertsplit(theta), strict=True))
+    values = dict(zip(tyre_states(measurement_model), ca.vertsplit(tyre), strict=True))
+    rows["mu"] = values["log_mu"]
+    if "stiffness" in values:
+        rows["k"] = rows["k"] * values["stiffness"]
+    return ca.vertcat(*rows.values())
+
+
+def tyre_parameters(measurement_model: MeasurementModel, x: ca.MX) -> ca.MX:
     """mu, and k over its nominal value where it is a state, of states (n,) or a row of them (n, N)."""
-    rows = [x[measurement_model.states.index(name), :] for name in tyre(measurement_model)]
-    return ca.vertcat(ca.exp(rows[0]), *rows[1:])
+    rows = {name: x[state_index(measurement_model, name), :] for name in tyre_states(measurement_model)}
+    return ca.vertcat(*((rows | {"log_mu": ca.exp(rows["log_mu"])}).values()))
 
 
-def tyre_by_state(measurement_model: MeasurementModel, x: ca.MX) -> ca.MX:
-    """The derivative of `tyre_of` by its own states, element by element."""
-    now = tyre_of(measurement_model, x)
-    return ca.vertcat(now[0, :], ca.MX.ones(now.shape[0] - 1, now.shape[1]))
+def tyre_jacobian(measurement_model: MeasurementModel, x: ca.MX) -> ca.MX:
+    """The derivative of `tyre_parameters` by its own states, element by element."""
+    mu = ca.exp(x[state_index(measurement_model), :])
+    ones = ca.MX.ones(len(tyre_states(measurement_model)) - 1, x.shape[1])
+    return ca.vertcat(mu, ones)
 
 
-def by_states(measurement_model: MeasurementModel, slopes: ca.MX, x: ca.MX) -> ca.MX:
-    """Slopes of `build_meeting` turned into slopes by the states."""
-    scale = tyre_by_state(measurement_model, x)
-    if measurement_model.turns:
-        scale = ca.vertcat(ca.MX.ones(1, scale.shape[1]), scale)
-    return slopes * scale
+def slopes_by_states(measurement_model: MeasurementModel, slopes: ca.MX, x: ca.MX) -> ca.MX:
+    """Slopes (d,) by the angle and the tyre's parameters as slopes by the states in `directions`."""
+    scale = tyre_jacobian(measurement_model, x)
+    angles = len(directions(measurement_model)) - len(tyre_states(measurement_model))
+    return slopes * ca.vertcat(ca.MX.ones(angles, x.shape[1]), scale)
 
 
-def signals_of(measurement_model: MeasurementModel, x: ca.MX, now: ca.MX) -> ca.MX:
-    """What the patch sees of a sample: its own angle where that is a state."""
-    seen = {name: now[CLEAN.index(name), :] for name in SIGNALS}
-    if measurement_model.turns:
-        seen |= {name: x[measurement_model.states.index(name), :] for name in ("psi", "psi_dot")}
-    return ca.vertcat(*(seen[name] for name in SIGNALS))
+def patch_signals(measurement_model: MeasurementModel, x: ca.MX, now: ca.MX) -> ca.MX:
+    """The signals of a cleaned sample `now`, with those that are states taken from x."""
+    states = measurement_model.states
+    return ca.vertcat(*(
+        x[states.index(name), :] if name in states else now[CLEAN.index(name), :] for name in SIGNALS
+    ))  # fmt: skip

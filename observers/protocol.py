@@ -1,24 +1,31 @@
-"""What every observer of the friction coefficient offers: pure functions, state passed."""
+"""Interface of every observer of the friction coefficient: pure functions, the state is passed."""
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import astuple, dataclass, replace
 from enum import IntFlag
 from typing import Any, Protocol
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic import InvalidInputError
+from observers.layout import Layout
+from symbolic import InvalidInputError, Model, Rig
 
 Array = NDArray[np.float64]
 LONGEST_STEP = 3600.0
 """A pause longer than this is the end of a measurement [s]."""
 SAMPLE = ("psi", "psi_dot", "F_N", "dt", "M_z", "M")
 """Order of a sample's numbers."""
+OUTPUT = ("mu", "mu_std", "M_z_predicted", "status")
+"""Order of the output of an observer's step Function."""
+ESTIMATE = ("mu", "mu_std", "M_z_predicted", "informed", "status")
+"""Order of an estimate's numbers; `informed` is 0 or 1, `status` the number of a `Status`."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Sample:
-    """One sample of the sensors; NaN where a sensor gave none, which is predicted through.
+    """One sample of the sensors; NaN where a value is missing, which is predicted through.
 
     Attributes:
         psi: yaw angle [rad].
@@ -40,15 +47,20 @@ class Sample:
     M: float = float("nan")
 
     def __post_init__(self) -> None:
-        """Check the one number that may not be missing."""
+        """Check the one number that must be there."""
         if not 0 < self.dt <= LONGEST_STEP:
             raise InvalidInputError(
                 f"a sample needs dt > 0 s and at most {LONGEST_STEP:g} s, got dt = {self.dt}"
             )
 
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        """All numbers in the order of `SAMPLE`."""
+        return astuple(self)
+
 
 class Status(IntFlag):
-    """What became of a sample; `remedy` says what to do about it."""
+    """How a sample was treated; `remedy` tells what to do about it."""
 
     USED = 0
     MISSING = 1
@@ -61,15 +73,15 @@ class Status(IntFlag):
 
     @property
     def remedy(self) -> str:
-        """What it means and what helps, a clause a flag; empty where all went well."""
+        """Meaning and remedy, one clause per flag; empty for `USED`."""
         return "; ".join(text for flag, text in _REMEDIES.items() if flag in self)
 
 
 _REMEDIES = {
     Status.MISSING: "no measurement, predicted through: check the sensor if it lasts",
-    Status.HELD: "angle, load or steering torque missing, the last one held: check the sensor if it"
+    Status.HELD: "angle, load or steering torque missing, the last one used: check the sensor if it"
     " lasts",
-    Status.REJECTED: "measurement beyond the gate, not believed: if it lasts without a reset,"
+    Status.REJECTED: "measurement beyond the gate, rejected: if it lasts without a reset,"
     " raise Tuning.gate or Tuning.noise",
     Status.RESET: "the ground has changed, mu is being learnt anew: wait until informed",
     Status.BOUND: "mu is on its bound: check k, a, F_N and the sign of the torque, or widen the bounds",
@@ -81,7 +93,7 @@ _REMEDIES = {
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Estimate:
-    """What an observer says at one sample.
+    """Estimate of an observer at one sample.
 
     Attributes:
         mu: friction coefficient [1].
@@ -89,7 +101,7 @@ class Estimate:
         M_z_predicted: aligning torque expected before its measurement was seen [N m]; where the angle is
             what is measured, the model's torque at the corrected angle.
         informed: False while the estimate rests on the prior, as in full stick.
-        status: what became of the sample.
+        status: how the sample was treated.
     """
 
     mu: float
@@ -101,7 +113,7 @@ class Estimate:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Estimates:
-    """What an observer says of a recording, causally; arrays of shape (n,), fields as in `Estimate`."""
+    """Causal estimates over a recording; arrays of shape (n,), fields as in `Estimate`."""
 
     t: Array
     mu: Array
@@ -114,23 +126,93 @@ class Estimates:
 class Observer(Protocol):
     """An observer: its settings are its fields, its state is passed."""
 
+    @property
+    def channel(self) -> str:
+        """The torque that it uses: `M_z`, the aligning torque, or `M`, the steering torque."""
+
     def init(self, first: Sample) -> Any:
-        """The state before the first sample, whose angle says where the patch stands at rest."""
+        """The state before the first sample, at whose angle the patch is at rest."""
 
     def step(self, state: Any, sample: Sample) -> Any:
         """The state after one more sample."""
 
     def estimate(self, state: Any) -> Estimate:
-        """What the state says."""
+        """The estimate of a state."""
 
 
 class BatchObserver(Observer, Protocol):
     """An observer that takes a whole recording at once, with the same result sample by sample."""
 
     def run_samples(self, samples: Array) -> Array:
-        """Rows mu, mu_std, M_z_predicted, informed, status of every sample, shape (5, n).
+        """Rows as in `ESTIMATE` of every sample, shape (5, n).
 
         Args:
             samples: one sample a column, rows in the order of `SAMPLE`, shape (6, n); the first one
                 also starts the state.
         """
+
+
+class FunctionObserver(Observer, Protocol):
+    """An observer made of two casadi Functions, of which C can be generated.
+
+    `observers.CasadiObserver` implements all of it from `layout`, `initial_function` and
+    `step_function`.
+    """
+
+    @property
+    def model(self) -> Model:
+        """The model, on which test samples for generated code are simulated."""
+
+    @property
+    def values(self) -> Mapping[str, float]:
+        """Every parameter of the model but mu, by name."""
+
+    @property
+    def rig(self) -> Rig:
+        """Geometry of the rig."""
+
+    @property
+    def name(self) -> str:
+        """Name for files and reports, small letters."""
+
+    @property
+    def title(self) -> str:
+        """One line about the observer, for the head of generated code."""
+
+    @property
+    def layout(self) -> Layout:
+        """Parts of the state, of which `output` is in the order of `OUTPUT`."""
+
+    @property
+    def initial_function(self) -> ca.Function:
+        """(sample, constants) -> state: the state before a first sample with valid psi and F_N."""
+
+    @property
+    def step_function(self) -> ca.Function:
+        """(state, sample, constants) -> (state_next, output)."""
+
+    @property
+    def constants(self) -> Array:
+        """Numbers that both Functions take, shape (c,)."""
+
+    @property
+    def constant_labels(self) -> tuple[str, ...]:
+        """Name and unit of every constant."""
+
+    @property
+    def informed_below(self) -> float:
+        """Relative standard deviation of mu below which an estimate is informed [1]."""
+
+    @property
+    def prior(self) -> Estimate:
+        """The estimate before any sample."""
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """Further settings as JSON values, for the parameter file of generated code."""
+
+
+def prior_estimate(observer: Observer, dt: float = 0.01) -> Estimate:
+    """The estimate before any sample; dt is that of the samples [s]."""
+    estimate = observer.estimate(observer.init(Sample(psi=0.0, psi_dot=0.0, F_N=1.0, dt=dt)))
+    return replace(estimate, status=Status.MISSING)

@@ -1,9 +1,9 @@
-"""The window of the moving horizon solved to convergence: what the real-time step is held against.
+"""The window of the moving horizon solved to convergence, as a reference for the real-time step.
 
 Multiple shooting: the states at every sample are unknowns of their own; the motion between two of them
-costs what its disturbances cost, and a state that nothing disturbs is held by an equality. IPOPT
-minimises the cost of `observers.mhe_step` with exact gradients: the same arrival, the same patch as
-recalled, the same loss. It takes tenths of a second, and is meant for tests and doubt, not for a loop.
+costs what its disturbances cost, and a constant state is an equality constraint. IPOPT minimises the
+cost of `observers.mhe_step` with exact gradients: the same arrival, the same patch history, the same
+loss. It takes tenths of a second, and is meant for tests, not for a control loop.
 
 Sources: Bock and Plitt, A multiple shooting algorithm for direct solution of optimal control problems,
 IFAC World Congress (1984); Waechter and Biegler, Math. Programming 106 (2006) 25.
@@ -17,16 +17,16 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.base import STIFFNESS_SHARE, constants_size, split_constants
+from observers.base import STIFFNESS_BOUNDS
 from observers.layout import ObserverState
-from observers.linearisation import build_motion, build_reading
+from observers.linearisation import build_measurement, build_motion, state_index
 from observers.measurement_model import CLEAN, MeasurementModel
 from observers.mhe import Mhe
 from observers.mhe_step import layout
-from observers.mhe_terms import ROWS, Horizon
-from observers.patch_history import Recall
+from observers.mhe_terms import ROWS
+from observers.patch_history import PatchHistory
+from observers.patch_model import PatchModel, constants_size, split_constants
 from observers.udu import covariance_of
-from symbolic import Model
 
 Array = NDArray[np.float64]
 # The tolerance asks for more than double precision gives, so steps that vanish are the usual end.
@@ -75,22 +75,22 @@ def solve_window(observer: Mhe, state: ObserverState, max_iter: int = 200) -> Co
     start = ca.DM(state["x"].reshape(n, window, order="F"))
     variances = weigh(start, *given)[2].full()
     arrival = covariance_of(state["factor"].reshape(n, n, order="F"))
-    held = tuple(
+    fixed = tuple(
         np.flatnonzero(np.concatenate([np.diag(arrival), variances.ravel(order="F")]) <= 0).tolist()
     )
-    solver = _build_solver(observer.model, observer.measurement_model, window, held, max_iter)
+    solver = _build_solver(observer.model, observer.measurement_model, window, fixed, max_iter)
     tuning = observer.tuning
-    limits = {"log_mu": np.log([tuning.least, tuning.greatest]), "stiffness": np.array(STIFFNESS_SHARE)}
+    limits = {"log_mu": np.log([tuning.least, tuning.greatest]), "stiffness": np.array(STIFFNESS_BOUNDS)}
     bounds = np.array([limits.get(name, np.array([-np.inf, np.inf])) for name in observer.states])
-    made = solver(
+    solution = solver(
         x0=ca.vec(start), p=ca.vertcat(*given), lbg=0, ubg=0,
         lbx=np.tile(bounds[:, 0], window), ubx=np.tile(bounds[:, 1], window),
     )  # fmt: skip
     stats = solver.stats()
     status = str(stats["return_status"])
     return Converged(
-        x=made["x"].full().reshape(n, window, order="F"),
-        cost=float(made["f"]),
+        x=solution["x"].full().reshape(n, window, order="F"),
+        cost=float(solution["f"]),
         converged=_REMEDIES.get(status) == "",
         status=status,
         remedy=_REMEDIES.get(status, "not converged: look up the status in IPOPT's documentation"),
@@ -99,63 +99,65 @@ def solve_window(observer: Mhe, state: ObserverState, max_iter: int = 200) -> Co
 
 
 @cache
-def _build_costs(model: Model, measurement_model: MeasurementModel, window: int) -> ca.Function:
-    """(x, state, constants) -> (innovations, weights, variances, defects, ordinary), by sample."""
-    parts, recall = (
-        layout(model, measurement_model, window),
-        Recall(model=model, measurement_model=measurement_model, window=window),
-    )
+def _build_costs(model: PatchModel, measurement_model: MeasurementModel, window: int) -> ca.Function:
+    """(x, state, constants) -> (innovations, weights, variances, defects, huber_scale), by sample."""
+    parts = layout(model, measurement_model, window)
+    patch = PatchHistory(model=model, measurement_model=measurement_model, window=window)
     state, constants = ca.MX.sym("state", parts.size), ca.MX.sym("constants", constants_size(model))
     x, kept = ca.MX.sym("x", len(measurement_model.states), window), parts.split(state)
-    horizon = Horizon(recall, *split_constants(model, constants))
-    M_z, slopes = recall.torques(kept, x, horizon.theta, horizon.rig)
+    theta, rig, tuning = split_constants(model, constants)
+    M_z, slopes = patch.torques(kept, x, theta, rig)
     samples = kept["samples"]
     clean = samples[: len(CLEAN), :]
-    constant = [ca.repmat(vector, 1, window) for vector in (horizon.rig, horizon.beliefs)]
-    read, move = (
-        build_reading(measurement_model).map(window),
-        build_motion(measurement_model).map(window),
-    )
-    innovations, _, weights, _, ordinary = read(x, M_z, slopes, clean, *constant)
+    constant = [ca.repmat(vector, 1, window) for vector in (rig, tuning)]
+    measure = build_measurement(measurement_model).map(window)
+    move = build_motion(measurement_model).map(window)
+    innovations, _, weights, _, huber_scale = measure(x, M_z, slopes, clean, *constant)
     onward = ca.horzcat(clean[:, 1:], clean[:, -1])
-    moved, _, variances, _ = move(x, M_z, slopes, clean, onward, *constant)
-    jumps = samples[ROWS.index("jump"), 1:]
-    variances = ca.vertcat(variances[0, :-1] + jumps, variances[1:, :-1])
-    weights = weights * samples[ROWS.index("believed"), :]
+    predicted, _, variances, _ = move(x, M_z, slopes, clean, onward, *constant)
+    variances = variances[:, :-1]
+    variances[state_index(measurement_model), :] += samples[ROWS.index("jump"), 1:]
+    weights = weights * samples[ROWS.index("accepted"), :]
     return ca.Function(
         "costs",
         [x, state, constants],
-        [innovations, weights, variances, x[:, 1:] - moved[:, :-1], ordinary],
+        [innovations, weights, variances, x[:, 1:] - predicted[:, :-1], huber_scale],
         ["x", "state", "constants"],
-        ["innovations", "weights", "variances", "defects", "ordinary"],
+        ["innovations", "weights", "variances", "defects", "huber_scale"],
     )
 
 
 @cache
 def _build_solver(
-    model: Model, measurement_model: MeasurementModel, window: int, held: tuple[int, ...], max_iter: int
+    model: PatchModel,
+    measurement_model: MeasurementModel,
+    window: int,
+    fixed: tuple[int, ...],
+    max_iter: int,
 ) -> ca.Function:
-    """The nonlinear programme; `held` are the defects, arrival first, that must vanish."""
+    """The nonlinear programme; `fixed` are the defects, arrival first, that must vanish."""
     n, parts = len(measurement_model.states), layout(model, measurement_model, window)
     x = ca.MX.sym("x", n, window)
     given = ca.MX.sym("given", parts.size + constants_size(model))
     state, constants = given[: parts.size], given[parts.size :]
     kept = parts.split(state)
-    innovations, weights, variances, defects, ordinary = _build_costs(model, measurement_model, window)(
-        x, state, constants
-    )
+    innovations, weights, variances, defects, huber_scale = _build_costs(
+        model, measurement_model, window
+    )(x, state, constants)
     U = ca.triu(kept["factor"], False) + ca.DM.eye(n)
     arrival = ca.solve(U, x[:, 0] - kept["mean"])
     off = ca.vertcat(arrival, ca.vec(defects))
     variance = ca.vertcat(ca.diag(kept["factor"]), ca.vec(variances))
-    free = [i for i in range(off.numel()) if i not in held]
+    free = [i for i in range(off.numel()) if i not in fixed]
     squares = innovations**2
-    beyond = squares > ordinary
-    # Huber's function: beyond an ordinary size the cost grows linearly.
-    linear = 2 * ca.sqrt(ca.if_else(beyond, ordinary * squares, 1)) - ca.if_else(beyond, ordinary, 0)
+    beyond = squares > huber_scale
+    # Huber's function: quadratic up to its scale, linear beyond.
+    linear = 2 * ca.sqrt(ca.if_else(beyond, huber_scale * squares, 1)) - ca.if_else(
+        beyond, huber_scale, 0
+    )
     loss = ca.if_else(beyond, linear, squares)
     cost = ca.sum1(off[free] ** 2 / variance[free]) + ca.sum2(weights * loss)
-    nlp: dict[str, Any] = {"x": ca.vec(x), "p": given, "f": cost, "g": off[list(held)]}
+    nlp: dict[str, Any] = {"x": ca.vec(x), "p": given, "f": cost, "g": off[list(fixed)]}
     options: dict[str, Any] = {
         "print_time": False,
         # Nobody asks for the sensitivity to what is given, missing samples (NaN) among it.

@@ -7,12 +7,17 @@ from numpy.typing import NDArray
 
 from observers.angle_derivative import causal_rate
 from observers.compiled_step import first_sample
-from observers.protocol import BatchObserver, Estimates, Observer, Sample, Status
+from observers.protocol import (
+    ESTIMATE,
+    BatchObserver,
+    Estimates,
+    Observer,
+    Sample,
+    Status,
+)
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
-SAID = ("mu", "mu_std", "M_z_predicted", "informed", "status")
-"""Order of what is said of a sample."""
 
 
 def run(
@@ -41,16 +46,15 @@ def run(
 
     Raises:
         InvalidInputError: shapes differ, time does not increase, or nothing is known of the torque that
-            the observer hears, of the angle or of the load.
+            the observer uses, of the angle or of the load.
     """
     t, psi, F_N = (np.asarray(channel, dtype=float) for channel in (t, psi, F_N))
     M_z, psi_dot, M = (None if c is None else np.asarray(c, dtype=float) for c in (M_z, psi_dot, M))
     F_N = np.full(t.shape, F_N) if F_N.ndim == 0 else F_N
     _check(t, {"psi": psi, "F_N": F_N, "M_z": M_z, "psi_dot": psi_dot, "M": M})
-    hand = getattr(getattr(observer, "measurement_model", None), "turns", False)
-    torque = M if hand else M_z
+    torque = M if observer.channel == "M" else M_z
     if torque is None or not np.isfinite(torque).any():
-        needed = "M, the steering torque" if hand else "M_z, the aligning torque"
+        needed = "M, the steering torque" if observer.channel == "M" else "M_z, the aligning torque"
         raise InvalidInputError(f"this observer needs {needed}, in at least one sample")
     known = np.isfinite(psi) & np.isfinite(F_N) & (F_N > 0)
     if not known.any():
@@ -62,15 +66,15 @@ def run(
     # The patch is at rest where it is first seen; until then the prior stands.
     begins = int(np.argmax(known))
     prior = observer.estimate(observer.init(first_sample(samples[:, begins:])))
-    said = np.full((len(SAID), t.size), np.nan)
-    said[:2, :begins] = [[prior.mu], [prior.mu_std]]
-    said[:, begins:] = _said(observer, samples[:, begins:], one_by_one)
-    return as_estimates(t, said)
+    rows = np.full((len(ESTIMATE), t.size), np.nan)
+    rows[:2, :begins] = [[prior.mu], [prior.mu_std]]
+    rows[:, begins:] = _estimates(observer, samples[:, begins:], one_by_one)
+    return as_estimates(t, rows)
 
 
-def as_estimates(t: Array, said: Array) -> Estimates:
-    """Rows as in `SAID`, shape (5, n), by name; before anything is known they hold NaN."""
-    mu, mu_std, predicted, informed, status = said
+def as_estimates(t: Array, rows: Array) -> Estimates:
+    """Rows as in `ESTIMATE`, shape (5, n), by name; before anything is known they hold NaN."""
+    mu, mu_std, predicted, informed, status = rows
     return Estimates(
         t=t,
         mu=mu,
@@ -92,21 +96,21 @@ def _check(t: Array, channels: Mapping[str, Array | None]) -> None:
 
 
 def _rate(t: Array, psi: Array) -> Array:
-    """The causal rate from the angles that are known, held where one is missing."""
+    """The causal rate from the angles that are known, the last one where one is missing."""
     known = np.flatnonzero(np.isfinite(psi))
     rate = causal_rate(t[known], psi[known])
     return rate[np.maximum(np.searchsorted(known, np.arange(t.size), side="right") - 1, 0)]
 
 
-def _said(observer: Observer | BatchObserver, samples: Array, one_by_one: bool) -> Array:
-    """Rows as in `SAID`, sample by sample or all at once."""
+def _estimates(observer: Observer | BatchObserver, samples: Array, one_by_one: bool) -> Array:
+    """Rows as in `ESTIMATE`, sample by sample or all at once."""
     whole = None if one_by_one else getattr(observer, "run_samples", None)
     if whole is not None:
         return np.asarray(whole(samples))
-    state, said = None, []
+    state, rows = None, []
     for psi, psi_dot, F_N, dt, M_z, M in samples.T.tolist():
         sample = Sample(psi=psi, psi_dot=psi_dot, F_N=F_N, dt=dt, M_z=M_z, M=M)
         state = observer.step(observer.init(sample) if state is None else state, sample)
         now = observer.estimate(state)
-        said.append([now.mu, now.mu_std, now.M_z_predicted, now.informed, int(now.status)])
-    return np.array(said, dtype=float).T
+        rows.append([now.mu, now.mu_std, now.M_z_predicted, now.informed, int(now.status)])
+    return np.array(rows, dtype=float).T

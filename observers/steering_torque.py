@@ -1,5 +1,15 @@
-"""Electric power steering: steering torque and angle measured; see `observers.measurement_model`."""
+"""Electric power steering: steering torque and angle are measured.
 
+    J_A psi'' = -b_t psi' + M_z + M + M_0,
+
+[Györök 2022], (2.13), with the sign of M_z that (2.3) there needs. The response of the wheel to a known
+torque determines M_z. The motion is integrated by the Störmer-Verlet leapfrog, damping implicit: psi' is
+the rate halfway between two samples, so that M_z is needed at samples only.
+
+Source of the leapfrog: Verlet, Phys. Rev. 159 (1967) 98.
+"""
+
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import casadi as ca
@@ -7,21 +17,22 @@ import casadi as ca
 from observers.measurement_model import (
     Expression,
     Measurement,
+    Moments,
     Parts,
-    chosen,
-    clean_load,
+    Update,
+    impute_load,
     is_known,
-    walk,
-    walking_prior,
+    random_walk,
+    random_walk_prior,
+    select_states,
 )
-from observers.protocol import Sample
-from observers.tuning import REFERENCE_STEP, Tuning
-from symbolic import InvalidInputError, Rig, full_slide_torque
+from observers.tuning import REFERENCE_STEP
+from symbolic import InvalidInputError, Model, Rig, full_slide_torque
 
 STALE = 0.1
-"""Time after which a steering torque that was held may be off by all of full slide [s]."""
+"""Age at which the error of an imputed steering torque reaches full slide [s]."""
 USUAL_STEP = 0.02
-"""Longer steps count as a steering torque that was held for the rest [s]; a wheel swings in 0.2 s."""
+"""The part of a step beyond this counts as age of the steering torque [s]; a wheel swings in 0.2 s."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,73 +55,99 @@ class SteeringTorque:
     @property
     def states(self) -> tuple[str, ...]:
         """Names of the states."""
-        return chosen(log_mu=True, psi=True, psi_dot=True, M_0=self.zero, stiffness=self.stiffness)
+        return select_states(
+            log_mu=True, psi=True, psi_dot=True, M_0=self.zero, stiffness=self.stiffness
+        )
 
     @property
-    def turns(self) -> bool:
-        """The patch follows the estimated angle."""
+    def channels(self) -> tuple[str, ...]:
+        """Fields of `Sample` that are used; the rate is estimated."""
+        return ("psi", "F_N", "M")
+
+    @property
+    def is_linear(self) -> bool:
+        """The measured angle is a state."""
         return True
 
-    def check(self, rig: Rig) -> None:
-        """The equation of motion needs J_A and b_t."""
+    def check(self, rig: Rig, model: Model) -> None:
+        """The equation of motion needs J_A and b_t; no effect may sit in the sensor of M_z."""
         missing = [name for name in ("J_A", "b_t") if getattr(rig, name) is None]
         if missing:
             raise InvalidInputError(
                 f"the rig lacks {' and '.join(missing)}: where the steering torque is measured, J_A"
                 " [kg m^2] and b_t [N m s/rad] must be known"
             )
+        sensors = [effect.name for effect in model.effects if effect.sensor]
+        if sensors:
+            raise InvalidInputError(
+                f"the model's {sensors[0]} belongs to the channel of the aligning torque, which is not"
+                " measured here; leave the effect out"
+            )
 
-    def prior(self, tuning: Tuning, first: Sample, slide: float) -> dict[str, tuple[float, float]]:
-        """Mean and standard deviation of every state: the wheel at rest where it is first seen."""
-        return walking_prior(tuning, self.states, slide) | {
-            "psi": (first.psi, tuning.psi_noise),
-            "psi_dot": (0.0, tuning.psi_dot_std),
+    def prior(self, tuning: Parts, first: Parts, slide: Expression) -> dict[str, Moments]:
+        """Mean and variance of every state: the wheel at rest at its first angle."""
+        return random_walk_prior(tuning, self.states, slide) | {
+            "psi": (first["psi"], tuning["psi_noise"] ** 2),
+            "psi_dot": (0, tuning["psi_dot_std"] ** 2),
         }
 
     def clean(self, sample: Parts, last: Parts) -> tuple[Parts, Expression]:
-        """Without a steering torque the last one goes on; the longer, the less it is worth."""
-        F_N, load_held = clean_load(sample, last)
-        lost = ca.logic_not(is_known(sample["M"]))
-        made = {
+        """The last steering torque stands for a missing one; its error grows with its age."""
+        F_N, load_imputed = impute_load(sample, last)
+        missing = ca.logic_not(is_known(sample["M"]))
+        now = {
             "psi": sample["psi"],
             "psi_dot": 0,
             "F_N": F_N,
             "dt": sample["dt"],
             "M_z": 0,
-            "M": ca.if_else(lost, last["M"], sample["M"]),
-            "lost": ca.if_else(lost, last["lost"] + sample["dt"], 0),
+            "M": ca.if_else(missing, last["M"], sample["M"]),
+            "M_age": ca.if_else(missing, last["M_age"] + sample["dt"], 0),
         }
-        return made, ca.logic_or(load_held, lost)
+        return now, ca.logic_or(load_imputed, missing)
 
     def motion(
-        self, x: Parts, M_z: Expression, last: Parts, now: Parts, rig: Parts, beliefs: Parts
+        self, x: Parts, M_z: Expression, last: Parts, now: Parts, rig: Parts, tuning: Parts
     ) -> tuple[Parts, Parts]:
         """One leapfrog step: a kick at the last sample, a drift to this one.
 
         The torque noise acts as a white torque, so that what it does to the rate grows with the time.
         """
         dt, slide = now["dt"], full_slide_torque(now["F_N"], rig["a"])
-        after, variance = walk(x, slide, dt, beliefs)
-        # An empty place of a window has dt = 0; neither to it nor from it does anything move.
+        after, variance = random_walk(x, slide, dt, tuning)
+        # An empty place of a window has dt = 0: there is no motion to it or from it.
         kick = ca.if_else(dt > 0, (last["dt"] + dt) / 2, 0)
         damping = kick * rig["b_t"] / (2 * rig["J_A"])
         torque = M_z + last["M"] + x.get("M_0", 0)
         rate = ((1 - damping) * x["psi_dot"] + kick * torque / rig["J_A"]) / (1 + damping)
         after |= {"psi": x["psi"] + dt * rate, "psi_dot": rate}
-        white = (beliefs["noise"] * slide) ** 2 * REFERENCE_STEP * kick
-        # A held torque errs to one side for about as long as it takes to grow stale; so does one between
-        # samples that are far apart, and there the leapfrog itself is at its end.
-        age = last["lost"] + ca.fmax(0, dt - USUAL_STEP)
+        white = (tuning["noise"] * slide) ** 2 * REFERENCE_STEP * kick
+        # The error of an imputed torque is correlated over about `STALE`; so is that of a torque between
+        # samples that are far apart, where the leapfrog is inaccurate too.
+        age = last["M_age"] + ca.fmax(0, dt - USUAL_STEP)
         stale = (ca.fmin(1, age / STALE) * slide) ** 2 * STALE * kick
-        # Disturbances hit the rate after the drift, so that the next step carries them to the angle.
+        # Disturbances hit the rate after the drift, so that the next step memory_depends_on_tyre them to
+        # the angle.
         return after, variance | {"psi": 0, "psi_dot": (white + stale) / rig["J_A"] ** 2}
 
-    def reading(self, x: Parts, M_z: Expression, now: Parts, rig: Parts, beliefs: Parts) -> Measurement:
+    def measurement(
+        self, x: Parts, M_z: Expression, now: Parts, rig: Parts, tuning: Parts
+    ) -> Measurement:
         """The angle [rad]."""
         del M_z, rig
         return Measurement(
             expected=x["psi"],
             measured=now["psi"],
-            precision=ca.if_else(now["dt"] > 0, 1 / beliefs["psi_noise"] ** 2, 0),
-            ordinary=ca.inf,
+            precision=ca.if_else(now["dt"] > 0, 1 / tuning["psi_noise"] ** 2, 0),
+            huber_scale=ca.inf,
         )
+
+    def patch_before(self, stored: Update, update: Callable[[], Update]) -> Update:
+        """The measured angle does not depend on the patch at the sample itself."""
+        del update
+        return stored
+
+    def patch_after(self, before: Update, update: Callable[[], Update]) -> Update:
+        """The patch follows the corrected angle."""
+        del before
+        return update()

@@ -1,4 +1,4 @@
-"""What an observer believes before it has seen a sample."""
+"""Prior, noises and limits of an observer."""
 
 from dataclasses import dataclass, fields
 from math import isfinite
@@ -20,37 +20,38 @@ INFORMED = 0.5
 """Share of the prior's relative standard deviation below which an estimate is its own [1]."""
 
 LIMITS = ("mu", "least", "greatest", "zero_time", "error", "gate", "reset_after")
-"""Beliefs that are no spread: they are held against each other, or inf stands for no limit."""
+"""Fields that are no standard deviation: checked against each other, or inf means no limit."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Tuning:
-    """What an observer believes; torques are shares of 3/8 F_N a, the full-slide torque at mu = 1.
+    """Prior, noises and limits; torques are shares of 3/8 F_N a, the full-slide torque at mu = 1.
 
     Attributes:
         mu: prior friction coefficient [1].
         mu_std: its standard deviation [1].
         mu_walk: random walk of mu as a share of itself [1/sqrt(s)].
-        least, greatest: bounds that mu is projected on [1].
+        least, greatest: bounds that mu is clipped to [1].
         zero_std: prior standard deviation of the torque zero, as a share [1].
         zero_walk: random walk of the torque zero, as a share [1/sqrt(s)].
-        zero_time: time in which the torque zero returns to nothing [s]; inf, a true zero, never does. A
-            finite one takes in model error that lasts.
+        zero_time: time constant with which the torque zero decays [s]; inf for a constant zero. A finite
+            one absorbs model error that lasts.
         stiffness_std: prior standard deviation of k over its nominal value [1], where k is a state.
         stiffness_walk: its random walk [1/sqrt(s)].
         noise: torque noise and model error as a share, as the standard deviation of a white error of
             one sample in 10 ms [1]. Model error lasts, so the default is large: an error of 3 % of full
             slide that stays for a second weighs like 0.4. It counts by time, not by samples.
-        error: size of an ordinary torque error, sensor and model together, as a share [1]. What lies
-            beyond counts linearly instead of squared (Huber): model error comes in bouts, at reversals
-            above all, and those should not rule mu. inf for least squares throughout.
+        error: torque error, sensor and model together, up to which Huber's loss is quadratic, as a share
+            [1]. Model error is intermittent, at reversals above all; Huber's loss limits its influence
+            on mu. inf for least squares.
         psi_noise: standard deviation of a measured angle [rad], where the angle is what is measured; the
             default is half a step of a 14-bit encoder.
         psi_dot_std: prior standard deviation of the yaw rate, there [rad/s].
-        gate: an innovation beyond so many times its ordinary size, from `error` (from `noise` if that is
-            less) and from what is not yet known, is not believed [1]; inf believes everything.
-        reset_after: so many innovations in a row beyond the gate, all to one side, are no outliers: the
-            ground has changed, and mu is as unknown as at the start.
+        gate: an innovation beyond so many times its usual size is rejected [1]; the usual size is that
+        of
+            `error` (of `noise` if that is less) and of the prior covariance; inf accepts everything.
+        reset_after: after so many innovations in a row beyond the gate, all to one side, the ground has
+            changed: the variance of the prior is added to that of ln mu.
     """
 
     mu: float = 1.0
@@ -81,7 +82,7 @@ class Tuning:
         for name in ("mu_walk", "zero_std", "zero_walk", "stiffness_walk"):
             if not getattr(self, name) >= 0:
                 raise InvalidInputError(f"{name} must be at least 0, got {getattr(self, name)}")
-        for name in BELIEFS:
+        for name in TUNING_FIELDS:
             if name not in LIMITS and not isfinite(getattr(self, name)):
                 raise InvalidInputError(f"{name} must be finite, got {getattr(self, name)}")
         if not self.least < self.mu < self.greatest:
@@ -99,15 +100,20 @@ class Tuning:
         """Prior standard deviation of ln mu [1]."""
         return self.mu_std / self.mu
 
+    @property
+    def informed_below(self) -> float:
+        """Relative standard deviation of mu below which an estimate is informed [1]."""
+        return INFORMED * self.log_std
+
     def informed(self, mu: Number, std: Number) -> NDArray[np.bool_] | bool:
         """False while an estimate of mu with this standard deviation [1] rests on the prior."""
-        return std < INFORMED * self.log_std * mu
+        return std < self.informed_below * mu
 
     @property
-    def beliefs(self) -> Array:
-        """All of it as numbers, in the order of `BELIEFS`."""
-        return np.array([float(getattr(self, name)) for name in BELIEFS])
+    def vector(self) -> Array:
+        """All fields as numbers, in the order of `TUNING_FIELDS`."""
+        return np.array([float(getattr(self, name)) for name in TUNING_FIELDS])
 
 
-BELIEFS = tuple(field.name for field in fields(Tuning))
-"""Order of the beliefs in the vector that a step is given."""
+TUNING_FIELDS = tuple(field.name for field in fields(Tuning))
+"""Order of `Tuning.vector`."""

@@ -1,7 +1,7 @@
-"""Covariances as factors, P = U D U': positive definite under any rounding, single precision included.
+"""Covariances as UDU factors, P = U D U': positive definite under rounding in single precision too.
 
 U is upper triangular with ones on its diagonal, D diagonal; one matrix holds both, D on the diagonal.
-No covariance is ever subtracted from another: every new D is a product or a sum of positive numbers.
+No covariance is subtracted from another: every new D is a product or a sum of positive numbers.
 
 Sources: Bierman, Factorization Methods for Discrete Sequential Estimation (1977), for the measurement;
 Thornton, Triangular covariance factorizations for Kalman filtering, thesis UCLA (1976), for the motion.
@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 Expression = Any
-MOST = 1e12
-"""Greatest element of D after a motion: a variance beyond says no more, but could grow without end."""
+GREATEST_VARIANCE = 1e12
+"""Upper limit of D after a prediction, against overflow where a sensor fails for long."""
 
 
 def covariance(factor: Expression) -> Expression:
@@ -31,7 +31,7 @@ def covariance_of(factor: Array) -> Array:
     return np.asarray((U * np.diag(factor)) @ U.T)
 
 
-def measured(factor: ca.SX, H: ca.SX, weight: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
+def update_covariance(factor: ca.SX, H: ca.SX, weight: ca.SX) -> tuple[ca.SX, ca.SX, ca.SX]:
     """After one scalar measurement: factor, gain (n,), and weight over innovation variance times weight.
 
     Args:
@@ -61,10 +61,10 @@ def measured(factor: ca.SX, H: ca.SX, weight: ca.SX) -> tuple[ca.SX, ca.SX, ca.S
     return after, gain * weight / share, weight / share
 
 
-def moved(factor: ca.SX, A: ca.SX, Q: ca.SX) -> ca.SX:
+def predict_covariance(factor: ca.SX, A: ca.SX, Q: ca.SX) -> ca.SX:
     """The factor of A P A' + diag(Q), by weighted Gram-Schmidt from the last row up; Q >= 0, (n,).
 
-    D stops at `MOST`: where a sensor fails for long, an unstable motion would square it to infinity.
+    D stops at `GREATEST_VARIANCE`: while a sensor fails, an unstable motion would let it overflow.
     """
     n = Q.numel()
     rows = ca.horzcat(A @ (ca.triu(factor, False) + ca.SX.eye(n)), ca.SX.eye(n))
@@ -74,9 +74,9 @@ def moved(factor: ca.SX, A: ca.SX, Q: ca.SX) -> ca.SX:
     for j in range(n - 1, -1, -1):
         weighted = work[j] * weights
         D = ca.dot(work[j], weighted)
-        after[j, j] = ca.fmin(D, MOST)
+        after[j, j] = ca.fmin(D, GREATEST_VARIANCE)
         for i in range(j):
-            # A state that is known exactly has D = 0, and nothing goes along with it.
+            # A state that is known exactly has D = 0 and no correlation.
             share = ca.if_else(D > 0, ca.dot(work[i], weighted) / ca.if_else(D > 0, D, 1), 0)
             after[i, j] = share
             work[i] = work[i] - share * work[j]

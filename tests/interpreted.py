@@ -4,13 +4,11 @@ from functools import cache
 
 import pytest
 
-import observers.ekf
-import observers.mhe
+import observers.compiled_step
 from symbolic import trajectory
 
 COMPILING = {
-    observers.ekf: ("_compiled_step", "_compiled_stretch"),
-    observers.mhe: ("_compiled_step", "_compiled_stretch"),
+    observers.compiled_step: ("compiled_step", "compiled_stretch"),
     trajectory: ("_functions",),
 }
 """Modules that compile, and what they keep of it."""

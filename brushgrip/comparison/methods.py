@@ -19,7 +19,7 @@ from brushgrip.estimation import (
 )
 from identification import FoundModel, Recording
 from observers import Ekf, ZoneRootSolver
-from observers.embedded import Hosted, host
+from observers.embedded import NativeObserver, compile_native
 from symbolic import Model, Rig, compiler
 
 Array = NDArray[np.float64]
@@ -94,7 +94,7 @@ class CompiledEkf:
         code = _compiled_ekf(ekf.model, tuple(ekf.values.items()), ekf.rig)
         psi_dot = recording.psi_dot if recording.psi_dot_recorded else None
         psi = measured_angle(recording)
-        return code.along(recording.t, psi, recording.F_N, recording.M_z, psi_dot).mu
+        return code.run(recording.t, psi, recording.F_N, recording.M_z, psi_dot).mu
 
 
 def filtered_root_solver(recording: Recording, found: FoundModel | None = None) -> ZoneRootSolver:
@@ -132,5 +132,5 @@ def default_methods(found: FoundModel | None = None) -> list[Method]:
 
 
 @cache
-def _compiled_ekf(model: Model, values: tuple[tuple[str, float], ...], rig: Rig) -> Hosted:
-    return host(Ekf(model=model, values=dict(values), rig=rig))
+def _compiled_ekf(model: Model, values: tuple[tuple[str, float], ...], rig: Rig) -> NativeObserver:
+    return compile_native(Ekf(model=model, values=dict(values), rig=rig))

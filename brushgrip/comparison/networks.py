@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from identification import Recording
 from identification.thesis import Activation, Design, FrictionNetwork, train
 from observers import ZoneRootSolver, run
-from observers.thesis import Fragmentation, turned
+from observers.thesis import ZoneState, advance_zones
 
 Array = NDArray[np.float64]
 ANALYTIC = 9
@@ -75,9 +75,9 @@ def corrected_root(recordings: Sequence[Recording], design: Design | None = None
     return train(recordings, all_inputs, tanh, base=ANALYTIC, name="root and network")
 
 
-def _zone_states(recording: Recording) -> list[Fragmentation]:
-    state, states = Fragmentation(), []
+def _zone_states(recording: Recording) -> list[ZoneState]:
+    state, states = ZoneState(), []
     for psi in recording.psi - recording.psi[0]:
-        state = turned(state, float(psi), LEAST_TURN)
+        state = advance_zones(state, float(psi), LEAST_TURN)
         states.append(state)
     return states

@@ -2,7 +2,7 @@
 
 from observers.embedded.codegen import generate
 from observers.embedded.fmu import generate_fmu
-from observers.embedded.native import Hosted, host
+from observers.embedded.native import NativeObserver, compile_native
 from observers.embedded.scalar_type import DOUBLE, SINGLE, Real
 
-__all__ = ["DOUBLE", "SINGLE", "Hosted", "Real", "generate", "generate_fmu", "host"]
+__all__ = ["DOUBLE", "SINGLE", "NativeObserver", "Real", "compile_native", "generate", "generate_fmu"]

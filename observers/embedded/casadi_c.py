@@ -1,74 +1,78 @@
-"""casadi's C made fit for an embedded target.
+"""CasADi's generated C reduced to what an embedded target compiles.
 
-casadi exports every helper, describes each Function to itself, serves compilers before C99, and asks for
-truth without a comparison. None of that is of use on a target, and some of it draws warnings. No
-operation is changed here, and no order of operations; `observers.embedded.literals` puts all of it
-into one type.
+`casadi.CodeGenerator` is asked for the types, the include files, NAN and INFINITY, and no exported
+symbols. No option of it leaves out the functions that describe a Function to CasADi itself and the
+branches for compilers before C99, makes the helpers static, or writes comparisons that compile without
+a warning: `embedded_code` rewrites these. Neither an operation nor the order of operations changes.
+Text that the rewriting does not know is an error that names the version of CasADi.
 """
 
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 
-from observers.embedded.literals import in_type, names_in
-from observers.embedded.scalar_type import Real
+from observers.embedded.scalar_type import MATH_FUNCTIONS, Real, count_names, in_type
 from symbolic import BrushgripError
 
-EXPORTED = re.compile(
-    r"^CASADI_SYMBOL_EXPORT [^\n]*?(\w+)\([^\n]*?\) *\{(?:[^\n]+\}|\n.*?^\})\n+", re.M | re.S
+CONDITIONS = {
+    "#ifdef CASADI_CODEGEN_PREFIX": False,
+    "#if __STDC_VERSION__ < 199901L": False,
+    "#ifndef casadi_real": True,
+    "#ifndef casadi_int": True,
+    "#ifndef casadi_nan": True,
+    "#ifndef casadi_inf": True,
+}
+"""Every preprocessor condition that CasADi writes, and its value in generated code."""
+COMMENTS = frozenset(
+    {
+        "/* How to prefix internal symbols */",
+        "/* Pre-c99 compatibility */",
+        "/* Configuration this file was compiled with */",
+    }
 )
-VISIBILITY = re.compile(r"^/\* Symbol visibility in DLLs \*/\n#ifndef.*?^#endif\n\n", re.M | re.S)
-HELPER = re.compile(r"^(?=(?:casadi_real|void|casadi_int|int) casadi_\w+\()", re.M)
+"""Comments on what is left out."""
+DEFINITION = re.compile(
+    r"^(?P<type>(?:const )?\w+\*?) (?P<name>\w+)\([^)]*\) ?\{(?:[^\n]+\}|\n.*?^\})\n+", re.M | re.S
+)
+"""A function that is not static."""
+STATIC_FUNCTION = re.compile(r"^(static int \w+)\(([^)\n]*)\) ?\{\n(.*?)^\}", re.M | re.S)
 TABLE = re.compile(r"^static const casadi_(?:int|real) (\w+)\[\d+\] = \s*\{[^}]*\};\n", re.M)
-ENTRY = re.compile(r"^(static int \w+)\(([^)\n]*)\) ?\{\n(.*?)^\}", re.M | re.S)
-_TRUTH = r"(?:[aw]\d+|\(\*c[rs]\+\+\)|\*c[rs]\+\+|c[rs]\[i\])"
-ASKED = (
+SCALARS = re.compile(r"^  casadi_real [^;\n]*\bw\d+[^;\n]*;$", re.M)
+NULL_CHECKS = (
     (re.compile(r"(arg\[\d+\]) ?\? ?(\1\[\d+\]) : 0;"), r"\2;"),
     (re.compile(r"if \((res\[\d+\])(?:!=0)?\) (\1\[\d+\])"), r"\2"),
 )
-"""Whether an input or output of scalars is given at all."""
-FUNCTIONS = (
-    (re.compile(r"return fmin\(x, y\);"), "return x < y || y != y ? x : y;"),
-    (re.compile(r"return fmax\(x, y\);"), "return x > y || y != y ? x : y;"),
-    (re.compile(r"^casadi_real casadi_f(min|max)", re.M), r"static inline casadi_real casadi_f\1"),
+"""Whether the caller passes an input or output of scalars at all."""
+NULL_CHECK = re.compile(r"\b(?:arg|res)\[\d+\] ?(?:\?|[!=]=)|if \([^;\n]*\b(?:arg|res)\[\d+\]")
+EXTREMES = (
+    ("static casadi_real casadi_fmin(", "static inline casadi_real casadi_fmin("),
+    ("static casadi_real casadi_fmax(", "static inline casadi_real casadi_fmax("),
+    ("return fmin(x, y);", "return x < y || y != y ? x : y;"),
+    ("return fmax(x, y);", "return x > y || y != y ? x : y;"),
 )
-"""The same as those of math.h, NaN included, which on some targets are calls that classify both."""
-SCALARS = re.compile(r"^  casadi_real [^;\n]*\bw\d+[^;\n]*;$", re.M)
-PLAINER = (
-    (VISIBILITY, ""),
-    (re.compile(r"^/\* Configuration this file was compiled with \*/\n", re.M), ""),
-    (
-        re.compile(
-            r"^/\* How to prefix .*?^#else\n *(#define CASADI_PREFIX[^\n]*\n)#endif\n", re.M | re.S
-        ),
-        r"\1",
-    ),
-    (re.compile(r"^#ifndef (casadi_\w+)\n *(#define \1 [^\n]*\n)#endif\n", re.M), r"\2"),
-    (re.compile(r"^/\* Pre-c99[^\n]*\n#if [^\n]*\n[^\n]*\n#else\n([^\n]*\n)#endif\n", re.M), r"\1"),
-    # math.h has NAN and INFINITY as floats; a promotion that is not written is one that was not meant.
-    (re.compile(r" (NAN|INFINITY)$", re.M), r" ((casadi_real)\1)"),
-    (re.compile(r"#include <math.h>"), "#include <math.h>\n#include <stdint.h>"),
+"""fmin and fmax of math.h, NaN included, without the library call that they are on some targets."""
+_OPERAND = r"(?:[aw]\d+|\(\*c[rs]\+\+\)|\*c[rs]\+\+|c[rs]\[i\])"
+COMPARISONS = (
+    (re.compile(rf"\(({_OPERAND})\?"), r"(\1!=0?"),
+    (re.compile(rf"\(! ?({_OPERAND}) ?\)"), r"(\1==0)"),
+    (re.compile(rf"\(({_OPERAND})(&&|\|\|)({_OPERAND})\)"), r"(\1!=0\2\3!=0)"),
 )
-"""Conditions of the preprocessor that never vary, and what they leave."""
-TRUTHS = (
-    (re.compile(rf"\(({_TRUTH})\?"), r"(\1!=0?"),
-    (re.compile(rf"\(! ?({_TRUTH}) ?\)"), r"(\1==0)"),
-    (re.compile(rf"\(({_TRUTH})(&&|\|\|)({_TRUTH})\)"), r"(\1!=0\2\3!=0)"),
-)
-"""Numbers that casadi takes for truth values as they are; a compiler may ask whether that was meant."""
-WORK = r"int {}_work\(.*?\*sz_arg = (\d+);.*?\*sz_res = (\d+);.*?\*sz_iw = (\d+);.*?\*sz_w = (\d+);"
+"""Real numbers as truth values, for which some compilers warn without a comparison."""
+_SIZES = r".*?".join(rf"\*sz_{name} = (\d+);" for name in ("arg", "res", "iw", "w"))
+_KEYWORDS = frozenset({"if", "for", "while", "switch", "return", "sizeof", "defined"})
 
 
 @dataclass(frozen=True, kw_only=True)
-class Source:
-    """C of some Functions, and the room that any of them needs.
+class EmbeddedCode:
+    """C of some Functions, and the work space that any of them needs.
 
     Attributes:
-        text: the C, all static; each Function is `int f(arg, res, iw, w, mem)` by its own name.
-        arg, res: length of the arrays of pointers to inputs and outputs.
-        iw, w: integers and reals of scratch.
+        text: the C, all of it static; each Function is `int f(arg, res, iw, w, mem)` under its own name.
+        arg, res: lengths of the arrays of pointers to inputs and outputs.
+        iw, w: integers and reals of work space.
     """
 
     text: str
@@ -78,66 +82,127 @@ class Source:
     w: int
 
 
-def embedded_source(
-    functions: Sequence[ca.Function], real: Real, prefix: str, *, all_given: bool = False
-) -> Source:
-    """C99 of Functions in one type.
+def embedded_code(
+    functions: Sequence[ca.Function], real: Real, prefix: str, *, null_checks: bool = True
+) -> EmbeddedCode:
+    """C99 of Functions in one floating-point type.
 
     Args:
-        functions: what is to be called, their names unique.
-        real: the type of every number.
-        prefix: begins the names of the helpers, which may collide where two files are joined.
-        all_given: every input and output is always given, so that nobody need ask.
+        functions: the Functions to call, their names unique.
+        real: the type of every real number.
+        prefix: begins the names of the helpers, so that two such files can be joined.
+        null_checks: an input or output may be NULL; False for callers that always pass all of them.
 
     Raises:
         InvalidInputError: a constant is beyond the type.
+        BrushgripError: CasADi writes what is not known here.
     """
-    generator = ca.CodeGenerator(
-        f"{prefix}.c",
-        {"casadi_real": real.c_type, "casadi_int": "int32_t", "with_header": False},
-    )
+    text = resolve_conditions(casadi_text(functions, real, prefix))
+    names = frozenset(function.name() for function in functions)
+    arg, res, iw, w = map(max, zip(*(work_sizes(text, name) for name in names), strict=True))
+    text = DEFINITION.sub(lambda match: _static(match, names), text)
+    for old, new in EXTREMES:
+        text = text.replace(old, new)
+    for pattern, replacement in (*COMPARISONS, *(() if null_checks else NULL_CHECKS)):
+        text = pattern.sub(replacement, text)
+    text = STATIC_FUNCTION.sub(_initialised, text)
+    text = in_type(_without_unused_tables(text), real)
+    _check(text, names, real, null_checks=null_checks)
+    return EmbeddedCode(text=text, arg=arg, res=res, iw=iw, w=w)
+
+
+def casadi_text(functions: Sequence[ca.Function], real: Real, prefix: str) -> str:
+    """The C that CasADi itself writes, with all that its options can do."""
+    options: dict[str, Any] = {
+        "casadi_real": real.c_type,
+        "casadi_int": "int32_t",
+        "with_header": False,
+        "with_export": False,
+        # math.h has NAN and INFINITY as floats, which would be promoted implicitly.
+        "nan": "((casadi_real)NAN)",
+        "infinity": "((casadi_real)INFINITY)",
+    }
+    generator = ca.CodeGenerator(f"{prefix}.c", options)
+    generator.add_include("stdint.h")
     for function in functions:
         generator.add(function)
-    text = generator.dump()
-    names = [function.name() for function in functions]
-    room = [[int(size) for size in _work(text, name)] for name in names]
-    arg, res, iw, w = (max(sizes) for sizes in zip(*room, strict=True))
-    text = EXPORTED.sub(lambda found: _hidden(found, names), text)
-    for pattern, instead in (*PLAINER, *FUNCTIONS, *TRUTHS, *(ASKED if all_given else ())):
-        text = pattern.sub(instead, text)
-    text = ENTRY.sub(_plain_entry, HELPER.sub("static ", text))
-    return Source(text=in_type(_used_tables(text), real), arg=arg, res=res, iw=iw, w=w)
+    text: str = generator.dump()
+    return text
 
 
-def _work(text: str, name: str) -> tuple[str, ...]:
-    found = re.search(WORK.format(re.escape(name)), text, re.S)
-    if found is None:
-        raise BrushgripError(f"casadi {ca.CasadiMeta.version()} does not say what room {name} needs")
-    return found.groups()
+def work_sizes(text: str, name: str) -> tuple[int, ...]:
+    """Lengths of arg, res, iw and w of a Function, from its C: less than `Function.sz_w` says.
 
-
-def _hidden(found: re.Match[str], kept: Sequence[str]) -> str:
-    """A function that casadi exports, kept from the linker; nothing of one that only describes."""
-    if found.group(1) not in kept:
-        return ""
-    return found.group().replace("CASADI_SYMBOL_EXPORT", "static", 1)
-
-
-def _plain_entry(found: re.Match[str]) -> str:
-    """A function that says which of its parameters it does not use, and whose scalars begin as 0.
-
-    casadi sets some of them through pointers, where neither a reader nor a checker sees it.
+    Raises:
+        BrushgripError: they do not stand there.
     """
-    head, parameters, body = found.groups()
-    used = names_in(body)
+    match = re.search(rf"int {name}_work\(.*?{_SIZES}", text, re.S)
+    if match is None:
+        raise _unknown(f"no work sizes of {name}")
+    return tuple(map(int, match.groups()))
+
+
+def resolve_conditions(text: str) -> str:
+    """The branches of preprocessor conditions that hold, without the conditions.
+
+    Raises:
+        BrushgripError: a condition is not one of `CONDITIONS`.
+    """
+    lines, branches = [], [True]
+    for line in text.splitlines():
+        directive = line.strip()
+        if directive.startswith("#if"):
+            if directive not in CONDITIONS:
+                raise _unknown(f"the condition {directive!r}")
+            branches.append(CONDITIONS[directive])
+        elif directive == "#else":
+            branches[-1] = not branches[-1]
+        elif directive == "#endif":
+            branches.pop()
+        elif all(branches) and directive not in COMMENTS:
+            lines.append(directive if directive.startswith("#") else line)
+    return "\n".join(lines) + "\n"
+
+
+def _static(match: re.Match[str], names: frozenset[str]) -> str:
+    """A helper or one of the Functions, static; nothing for a function that describes them to CasADi."""
+    needed = match["name"].startswith("casadi_") or match["name"] in names
+    return f"static {match.group()}" if needed else ""
+
+
+def _initialised(match: re.Match[str]) -> str:
+    """A function with its unused parameters marked and its scalar work variables set to 0.
+
+    CasADi sets some of these variables through pointers only, which static checkers do not follow.
+    """
+    head, parameters, body = match.groups()
+    used = count_names(body)
     declared = [parameter.split()[-1].lstrip("*") for parameter in parameters.split(",")]
-    notes = "".join(f"  (void) {name};\n" for name in declared if name not in used)
+    unused = "".join(f"  (void) {name};\n" for name in declared if name not in used)
     body = SCALARS.sub(lambda line: re.sub(r"\b(w\d+)(?=[,;])", r"\1=0", line.group()), body)
-    return f"{head}({parameters}) {{\n{notes}{body}}}"
+    return f"{head}({parameters}) {{\n{unused}{body}}}"
 
 
-def _used_tables(text: str) -> str:
-    """Without tables that nothing reads any more."""
-    count = names_in(text)
+def _without_unused_tables(text: str) -> str:
+    count = count_names(text)
     # Each has a macro that gives it its prefix, and its definition.
-    return TABLE.sub(lambda found: found.group() if count[found.group(1)] > 2 else "", text)
+    return TABLE.sub(lambda match: match.group() if count[match[1]] > 2 else "", text)
+
+
+def _check(text: str, names: frozenset[str], real: Real, *, null_checks: bool) -> None:
+    """Raise `BrushgripError` unless the code is what the rewriting is for."""
+    if (exported := re.search(r"^(?!static )\w.*", text, re.M)) is not None:
+        raise _unknown(f"{exported.group()!r}, which is not static")
+    if missing := [name for name in sorted(names) if f"static int {name}(" not in text]:
+        raise _unknown(f"no function {missing[0]}")
+    if not null_checks and (check := NULL_CHECK.search(text)) is not None:
+        raise _unknown(f"the check {check.group()!r}")
+    known = {f"{name}{real.suffix}" for name in MATH_FUNCTIONS - {"fmin", "fmax"}} | _KEYWORDS | names
+    called = set(re.findall(r"\b([A-Za-z_]\w*)\(", re.sub(r"/\*.*?\*/", "", text, flags=re.S)))
+    if unknown := sorted(name for name in called - known if not name.lower().startswith("casadi_")):
+        raise _unknown(f"a call of {unknown[0]}")
+
+
+def _unknown(what: str) -> BrushgripError:
+    version = ca.CasadiMeta.version()
+    return BrushgripError(f"CasADi {version} writes C that cannot be rewritten for a target: {what}")

@@ -1,54 +1,56 @@
-"""An observer written out as C99 for an embedded target.
+"""C99 of an observer for an embedded target.
 
-What is computed is written by casadi from the very Functions that run in Python (see
-`observers.embedded.casadi_c`); what is around it, five functions on a state of fixed size, stands in
-`templates`. The interface does not depend on what is inside.
+CasADi writes the computation from the Functions that run in Python (see `observers.embedded.casadi_c`);
+the public functions around it, on a state of fixed size, are in `templates`. The interface does not
+depend on the observer.
 """
 
 import hashlib
-from collections.abc import Mapping
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 
 from observers.angle_derivative import MEMORY
-from observers.base import ModelObserver
-from observers.ekf import Ekf, build_step
-from observers.embedded.casadi_c import embedded_source
-from observers.embedded.compact_ekf import is_quick, quick_body
-from observers.embedded.compact_mhe import is_quick_window, quick_window_body
-from observers.embedded.initial_state import build_start
-from observers.embedded.literals import in_type
+from observers.base import RIG_UNITS
+from observers.embedded.casadi_c import embedded_code
+from observers.embedded.compact_ekf import compact_body, is_compact
+from observers.embedded.compact_mhe import compact_window_body, is_compact_window
 from observers.embedded.names import require_usable
 from observers.embedded.origin import mark, release, require_replaceable
-from observers.embedded.parameters import parameters_text
-from observers.embedded.scalar_type import SINGLE, Real
-from observers.embedded.templating import Body, filled
-from observers.embedded.test_vector import vector_text
-from observers.measurement_model import RIG, SENSIBLE
-from observers.mhe import Mhe
-from observers.mhe_step import build_window_step
-from observers.protocol import LONGEST_STEP, Status
-from observers.tuning import BELIEFS, INFORMED
-from symbolic import InvalidInputError, units_of
+from observers.embedded.reference_samples import reference_table
+from observers.embedded.scalar_type import SINGLE, Real, in_type
+from observers.embedded.templating import Body, render
+from observers.measurement_model import SENSIBLE
+from observers.protocol import LONGEST_STEP, FunctionObserver, Status
+from symbolic import InvalidInputError
+from symbolic.serialisation import units_of
 
 REFUSED = 128
-"""Status of a sample that generated code leaves out; Python raises an error there."""
-REMEDIES = {
-    **{int(status): status.remedy for status in Status if status & ~Status.NO_ROOT},
-    REFUSED: "dt out of range, the sample was left out; or numbers failed",
-}
-KINDS = {"Ekf": "Extended Kalman filter", "Mhe": "Moving-horizon estimator"}
+"""Status of a sample that generated code ignores; Python raises an error there."""
+STATUS_FLAGS = (
+    *((str(flag.name), int(flag), flag.remedy) for flag in Status if flag & ~Status.NO_ROOT),
+    ("REFUSED", REFUSED, "dt out of range, the sample was ignored; or an estimate was not finite"),
+)
+"""Name, number and remedy of every status."""
+COMPACT: tuple[tuple[Callable[[Any], bool], Callable[..., Body]], ...] = (
+    (is_compact, compact_body),
+    (is_compact_window, compact_window_body),
+)
+"""Observers for which smaller and faster code exists, and its builder."""
 
 
 def generate(
-    observer: ModelObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip"
+    observer: FunctionObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip"
 ) -> list[Path]:
-    """Write an observer as C99: header, code, example, check, S-function, parameters, test vector.
+    """Write an observer as C99: header, code, example, check, S-function, parameters, reference samples.
 
     Args:
-        observer: an `Ekf` or an `Mhe`.
-        folder: where to; made if it is not there.
+        observer: an `Ekf`, an `Mhe`, or any other `FunctionObserver`.
+        folder: where the files go; it is created if necessary.
         real: the type of every number.
         name: begins every name in C and names the files.
 
@@ -56,10 +58,10 @@ def generate(
         The files written.
 
     Raises:
-        InvalidInputError: the observer is no Ekf or Mhe, the name is none in C or is taken, a constant
-            is beyond the type, or a file that was not generated is in the way.
+        InvalidInputError: the observer is no `FunctionObserver`, the name is none in C or is taken, a
+            constant is beyond the type, or a file that was not generated is in the way.
     """
-    texts = texts_of(checked(observer, name), real, name)
+    texts = source_texts(observer, real, name)
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     require_replaceable(folder / file for file in texts)
@@ -68,139 +70,102 @@ def generate(
     return [folder / file for file in texts]
 
 
-def checked(observer: ModelObserver, name: str) -> Ekf | Mhe:
-    """The observer, if it can be written out under this name; else `InvalidInputError`."""
-    if not isinstance(observer, Ekf | Mhe):
-        raise InvalidInputError(f"observer must be an Ekf or an Mhe, got {type(observer).__name__}")
+def source_texts(observer: FunctionObserver, real: Real, name: str) -> dict[str, str]:
+    """The text of every file, by its name; errors as for `generate`."""
     require_usable(name)
-    return observer
-
-
-def texts_of(observer: Ekf | Mhe, real: Real, name: str) -> dict[str, str]:
-    """Every file's text by its name."""
-    terms = terms_of(observer, real, name)
-    body = body_of(observer, real, terms)
-    terms |= {"types": body.types, "private": body.private, "bytes": str(body.bytes + 7 * real.size + 8)}
-    code = in_type(filled("observer.c", {**terms, "core": "@core@", "stepping": "@stepping@"}), real)
-    version = terms["version"] = _version(observer, real, body.core + body.stepping + code)
-    code = code.replace("@version@", version)
-    code = code.replace("@core@", body.core).replace("@stepping@", body.stepping)
+    if not all(hasattr(type(observer), n) for n in ("layout", "initial_function", "step_function")):
+        raise InvalidInputError(
+            "observer must be an Ekf, an Mhe or another observer made of casadi Functions, got"
+            f" {type(observer).__name__}"
+        )
+    terms = template_terms(observer, real, name)
+    body = _body(observer, real, terms)
+    terms |= {**vars(body), "bytes": body.bytes + 7 * real.size + 8, "version": ""}
+    digest = hashlib.sha256(render("observer.c", terms).encode()).hexdigest()[:12]
+    terms["version"] = f"brushgrip {release()} {observer.name} {real.c_type} {digest}"
+    templates = {
+        f"{name}.h": "observer.h", f"{name}.c": "observer.c", "main.c": "main.c", "check.c": "check.c",
+        f"{name}_sfun.c": "sfunction.c", "CMakeLists.txt": "CMakeLists.txt",
+    }  # fmt: skip
+    texts = {file: render(template, terms) for file, template in templates.items()}
+    texts[f"{name}.c"] = in_type(texts[f"{name}.c"], real)
     return {
-        f"{name}.h": filled("observer.h", terms),
-        f"{name}.c": code,
-        "main.c": filled("main.c", terms),
-        "check.c": filled("check.c", terms),
-        f"{name}_sfun.c": filled("sfunction.c", terms),
-        "CMakeLists.txt": filled("CMakeLists.txt", terms),
-        f"{name}.json": parameters_text(observer, real, version),
-        f"{name}_vector.csv": vector_text(observer, real, terms["torque"]),
+        **texts,
+        f"{name}.json": _parameters(observer, real, terms["version"]),
+        f"{name}_vector.csv": reference_table(observer, real),
     }
 
 
-def body_of(observer: Ekf | Mhe, real: Real, terms: Mapping[str, str]) -> Body:
-    """The quick code where there is one for the observer."""
-    if isinstance(observer, Ekf) and is_quick(observer):
-        return quick_body(observer, real, terms)
-    if isinstance(observer, Mhe) and is_quick_window(observer):
-        return quick_window_body(observer, real, terms)
-    return casadi_body(observer, real, terms)
-
-
-def casadi_body(observer: Ekf | Mhe, real: Real, terms: Mapping[str, str]) -> Body:
-    """The observer's own Functions as casadi writes them; any model."""
-    step, start = step_of(observer), build_start(observer)
-    source = embedded_source([start, step], real, f"{terms['name']}_core")
-    sizes = {"arg": str(source.arg), "res": str(source.res), "step": step.name()}
-    state, integers = observer.layout.size, max(source.iw, 1)
-    private = (
-        f"    {real.c_type} values[2][{state}]; /* before and after a sample */\n"
-        f"    {real.c_type} scratch[{max(source.w, 1)}];\n"
-        f"    int32_t integers[{integers}];"
-    )
-    return Body(
-        core=source.text,
-        stepping=in_type(filled("stepping.c", {**terms, **sizes}), real),
-        private=private,
-        bytes=(2 * state + max(source.w, 1)) * real.size + 4 * integers,
-    )
-
-
-def step_of(observer: Ekf | Mhe) -> ca.Function:
-    """One sample of the observer, as casadi has it: (state, sample, constants) -> (state_next, said)."""
-    model, measurement_model = observer.model, observer.measurement_model
-    if isinstance(observer, Mhe):
-        return build_window_step(model, measurement_model, observer.window, observer.iterations)
-    return build_step(model, measurement_model, observer.iterations)
-
-
-def terms_of(observer: Ekf | Mhe, real: Real, name: str) -> dict[str, str]:
-    """What the templates are filled with."""
-    tuning, torque = observer.tuning, "M" if observer.measurement_model.turns else "M_z"
-    said = {
-        "M_z": "aligning torque, moment of the ground on the wheel [N m]",
-        "M": "steering torque, of the hand or motor on the wheel [N m]",
-    }
-    constants = observer.constants.tolist()
+def template_terms(observer: FunctionObserver, real: Real, name: str) -> dict[str, Any]:
+    """The values that all templates share."""
+    prior = observer.prior
     return {
         "name": name,
         "NAME": name.upper(),
         "real": real.c_type,
-        "digits": str(real.digits),
-        "torque": torque,
-        "torque_said": said[torque],
-        "rate_said": "not used: the rate is estimated"
-        if observer.measurement_model.turns
-        else "yaw rate [rad/s]; where there is none it is taken from the past of psi",
-        "M_z": "sample->M_z" if torque == "M_z" else f"({real.c_type})NAN",
-        "M": "sample->M" if torque == "M" else f"({real.c_type})NAN",
-        "described": described(observer, real),
+        "digits": real.digits,
+        "tolerance": "1e-3" if real is SINGLE else "1e-9",
+        "title": f"{observer.title}; {real.c_type}.",
+        "torque": observer.channel,
         "brushgrip": release(),
         "generated": mark(),
         "casadi": ca.CasadiMeta.version(),
-        "flags": "\n".join(
-            f"    {name.upper()}_{_flag(n)} = {n}, /* {r} */" for n, r in REMEDIES.items()
-        ),
-        "constants_count": str(len(constants)),
-        "constants": "\n".join(
-            f"    {real.literal(value)}, /* {what} */"
-            for value, what in zip(constants, _constants_said(observer), strict=True)
-        ),
-        "prior_mu": real.literal(tuning.mu),
-        "prior_std": real.literal(tuning.mu_std),
-        "informed_below": real.literal(INFORMED * tuning.log_std),
-        "memory": repr(MEMORY),
+        "flags": STATUS_FLAGS,
+        "constants": [
+            (real.literal(value), label)
+            for value, label in zip(observer.constants, observer.constant_labels, strict=True)
+        ],
+        "prior_mu": real.literal(prior.mu),
+        "prior_std": real.literal(prior.mu_std),
+        "informed_below": real.literal(observer.informed_below),
+        "rate_time_constant": repr(MEMORY),
         "longest_step": repr(LONGEST_STEP),
-        "sensible": repr(SENSIBLE),
-        "tolerance": "1e-3" if real is SINGLE else "1e-9",
-        "version": "@version@",
+        "largest_value": repr(SENSIBLE),
     }
 
 
-def described(observer: Ekf | Mhe, real: Real) -> str:
-    """One line that says what the code is."""
-    effects = ", ".join(effect.name for effect in observer.model.effects)
-    kind = KINDS[type(observer).__name__]
-    window = f" over {observer.window} samples" if isinstance(observer, Mhe) else ""
-    torque = "steering" if observer.measurement_model.turns else "aligning"
-    model = f"effects {effects}" if effects else "the declared model"
-    return f"{kind}{window} on the {torque} torque, {model}; {real.c_type}."
+def _body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any]) -> Body:
+    """The compact code where there is one for the observer, else CasADi's own."""
+    for applies, build in COMPACT:
+        if applies(observer):
+            return build(observer, real, terms)
+    return _casadi_body(observer, real, terms)
 
 
-def _flag(number: int) -> str:
-    return "REFUSED" if number == REFUSED else str(Status(number).name)
+def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any]) -> Body:
+    """The observer's two Functions as CasADi writes them, for any observer and model."""
+    pair = (observer.initial_function, observer.step_function)
+    code = embedded_code(pair, real, f"{terms['name']}_core")
+    size, reals, integers = observer.layout.size, max(code.w, 1), max(code.iw, 1)
+    calls = {"arg": code.arg, "res": code.res, "initial": pair[0].name(), "step": pair[1].name()}
+    return Body(
+        core=code.text,
+        stepping=render("stepping.c", {**terms, **calls}),
+        private=f"    {real.c_type} values[2][{size}]; /* before and after a sample */\n"
+        f"    {real.c_type} scratch[{reals}];\n"
+        f"    int32_t integers[{integers}];",
+        bytes=(2 * size + reals) * real.size + 4 * integers,
+    )
 
 
-def _constants_said(observer: Ekf | Mhe) -> list[str]:
-    """What each of the constants is, in their order."""
-    coordinates = observer.model.coordinates
-    units = list(units_of(observer.model).values())
-    named = [c if c in units_of(observer.model) else f"{c}, as the model counts it" for c in coordinates]
-    parameters = [f"{what} [{unit}]" for what, unit in zip(named, units, strict=True)]
-    rig = [f"{what} [{unit}]" for what, unit in zip(RIG, ("m", "m", "kg m^2", "N m s/rad"), strict=True)]
-    return [*parameters, *rig, *(f"belief: {what}" for what in BELIEFS)]
+def _parameters(observer: FunctionObserver, real: Real, version: str) -> str:
+    """JSON of model, values, rig and settings; an infinite number is written as a string."""
+    units = units_of(observer.model)
+    rig = zip(asdict(observer.rig).items(), RIG_UNITS, strict=True)
+    document = {
+        "generated": mark(),
+        "version": version,
+        "observer": observer.name,
+        "real": real.c_type,
+        "effects": [effect.name for effect in observer.model.effects],
+        "parameters": {n: {"value": v, "unit": units[n]} for n, v in observer.values.items()},
+        "rig": {name: {"value": value, "unit": unit} for (name, value), unit in rig},
+        **observer.settings,
+    }
+    return json.dumps(_finite(document), indent=2, allow_nan=False) + "\n"
 
 
-def _version(observer: Ekf | Mhe, real: Real, code: str) -> str:
-    digest = hashlib.sha256(code.encode()).hexdigest()[:12]
-    kind = type(observer).__name__.lower()
-    return f"brushgrip {release()} {kind} {real.c_type} {digest}"
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _finite(part) for name, part in value.items()}
+    return str(value) if value in (float("inf"), float("-inf")) else value

@@ -1,18 +1,16 @@
-"""The filter on the declared model, small and quick.
+"""The filter on the declared model in compact C.
 
-The patch is that of `observers.embedded.compact_patch`. The filter is that of `observers.ekf`, on a
-model whose torque is an input, with the parameters put in as numbers and all of it expanded to
-scalars.
+The patch is that of `observers.embedded.compact_patch`. The filter is the Function of `observers.ekf` on
+a patch whose torque is an input, with the parameters as numbers and expanded to scalars.
 """
 
 from collections.abc import Mapping
-from typing import Any
 
 import casadi as ca
 
 from observers.base import ModelObserver
 from observers.ekf import Ekf, build_step, layout
-from observers.embedded.casadi_c import embedded_source
+from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_patch import (
     build_corner,
     is_declared,
@@ -21,36 +19,34 @@ from observers.embedded.compact_patch import (
     patch_types,
 )
 from observers.embedded.exp_reuse import with_known_exponentials
-from observers.embedded.initial_state import build_start
-from observers.embedded.linearised_patch import HandedTorque
-from observers.embedded.literals import in_type
-from observers.embedded.scalar_type import Real
+from observers.embedded.linearised_patch import MEMORY, LinearisedPatch
+from observers.embedded.scalar_type import Real, in_type
 from observers.embedded.scalarise import scalars
-from observers.embedded.templating import Body, filled
+from observers.embedded.templating import Body, render
+from observers.initial_state import build_initial_state
 from observers.layout import Layout
+from observers.linearisation import directions
+from observers.protocol import OUTPUT
 
-HELD_MU = 3
-"""Place of mu in the memory of a `HandedTorque`."""
 
-
-def is_quick(observer: ModelObserver) -> bool:
-    """True for what can be written this way: a filter that linearises once, on the declared model."""
+def is_compact(observer: ModelObserver) -> bool:
+    """True for a filter that linearises once, on the declared model."""
     return isinstance(observer, Ekf) and observer.iterations == 1 and is_declared(observer)
 
 
-def quick_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> Body:
-    """The code of a filter for which `is_quick` holds."""
+def compact_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> Body:
+    """The code of a filter for which `is_compact` holds."""
     parts = _layout(observer)
     functions = [build_corner(observer), _build_begin(observer), _build_filter(observer)]
-    source = embedded_source(functions, real, f"{terms['name']}_core", all_given=True)
-    terms = {**terms, **patch_numbers(observer), **_meeting(observer)}
-    patch = in_type(filled("patch.c", terms), real)
+    source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
+    terms = {**terms, **patch_numbers(observer), **_patch_calls(observer)}
+    patch = in_type(render("patch.c", terms), real)
     size = parts.size
     private = f"    {real.c_type} values[2][{size}]; /* of the filter, before and after a sample */\n"
     private += f"    {real.c_type} F_N;\n    {terms['name']}_patch_t patch;"
     return Body(
         core=f"{source.text}\n{patch}",
-        stepping=in_type(filled("patch_stepping.c", terms), real),
+        stepping=in_type(render("patch_stepping.c", terms), real),
         private=private,
         bytes=(2 * size + 1) * real.size + patch_bytes(real),
         types=patch_types(real, terms["name"]),
@@ -58,65 +54,69 @@ def quick_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> Body:
 
 
 def _layout(observer: Ekf) -> Layout:
-    return layout(_handed(observer), observer.measurement_model)
+    return layout(_patch(observer), observer.measurement_model)
 
 
-def _places(observer: Ekf) -> dict[str, int]:
-    """Where each part of the filter's state begins."""
-    return {name: at.start for name, (at, _) in _layout(observer).places.items()}
+def _indices(observer: Ekf) -> dict[str, int]:
+    """Index in the filter's state of each part, state, and element of memory and output."""
+    indices = {name: at.start for name, (at, _) in _layout(observer).places.items()}
+    indices |= {name: indices["x"] + i for i, name in enumerate(observer.states)}
+    memory = {f"memory.{name}": at.start for name, (at, _) in MEMORY.places.items()}
+    indices |= {name: indices["memory"] + at for name, at in memory.items()}
+    return indices | {f"output.{name}": indices["output"] + i for i, name in enumerate(OUTPUT)}
 
 
-def _handed(observer: Ekf) -> Any:
-    return HandedTorque(stiff="stiffness" in observer.states)
+def _patch(observer: Ekf) -> LinearisedPatch:
+    return LinearisedPatch(stiff="stiffness" in observer.states)
 
 
-def _meeting(observer: Ekf) -> dict[str, str]:
-    """When the patch meets a sample, and where its torque goes."""
-    places = _places(observer)
-    stiff = "stiffness" in observer.states
-
-    def state(half: str, name: str, default: str) -> str:
-        return (
-            f"{half}[{places['x'] + observer.states.index(name)}]"
-            if name in observer.states
-            else default
-        )
-
-    if not observer.measurement_model.turns:
-        # The states that the torque depends on only walk: the patch meets them as they were.
-        stiffness = state("before", "stiffness", "1.0")
-        psi = "is_known(sample[0]) ? sample[0] : state->patch.angle"
-        lines = [
-            f"meet(state, {psi}, sample[2], state->said[0], {stiffness}, torque);",
-            *(f"before[{places['memory'] + i}] = torque[{i}];" for i in range(2)),
-            f"before[{places['memory'] + HELD_MU}] = state->said[0];",
-        ]
-        if stiff:
-            k = repr(float(observer.values["k"]))
-            lines += [
-                f"before[{places['memory'] + 2}] = torque[2] / {k};",
-                f"before[{places['memory'] + 4}] = {k} * {stiffness};",
-            ]
-        return {"meeting_before": _lines(lines), "meeting_after": "", **_sizes(observer)}
-    # The patch follows the angle that the filter makes of the sample; its torque is for the next one.
-    stiffness = state("after", "stiffness", "1.0")
-    slopes = ["torque[3]", "torque[1] * said[0]", *(["torque[2]"] if stiff else [])]
-    lines = [
-        f"meet(state, {state('after', 'psi', '')}, sample[2], said[0], {stiffness}, torque);",
-        f"after[{places['M_z']}] = torque[0];",
-        *(f"after[{places['slopes'] + i}] = {slope};" for i, slope in enumerate(slopes)),
-        f"after[{places['said'] + 2}] = torque[0];",
-        "said[2] = torque[0];",
-    ]
-    return {"meeting_before": "", "meeting_after": _lines(lines), **_sizes(observer)}
-
-
-def _sizes(observer: Ekf) -> dict[str, str]:
+def _patch_calls(observer: Ekf) -> dict[str, str]:
+    """C that advances the patch and passes its torque on, before the filter's step and after it."""
+    order = observer.measurement_model
+    before = order.patch_before("", lambda: _lines(_patch_before(observer)))
+    after = order.patch_after("", lambda: _lines(_patch_after(observer)))
     begin, step = _build_begin(observer), _build_filter(observer)
     return {
+        "patch_before": before, "patch_after": after,
         "start_arg": str(begin.n_in()), "start_res": str(begin.n_out()),
         "arg": str(step.n_in()), "res": str(step.n_out()),
     }  # fmt: skip
+
+
+def _patch_before(observer: Ekf) -> list[str]:
+    """The patch at the sample's angle; the states that the torque depends on only walk until then."""
+    at = _indices(observer)
+    stiffness = f"before[{at['stiffness']}]" if "stiffness" in at else "1.0"
+    psi = "is_known(sample[0]) ? sample[0] : state->patch.angle"
+    lines = [
+        f"advance_patch(state, {psi}, sample[2], state->output[0], {stiffness}, torque);",
+        f"before[{at['memory.M_z']}] = torque[0];",
+        f"before[{at['memory.by_mu']}] = torque[1];",
+        f"before[{at['memory.mu']}] = state->output[0];",
+    ]
+    if "stiffness" not in at:
+        return lines
+    k = repr(float(observer.values["k"]))
+    return [
+        *lines,
+        f"before[{at['memory.by_k']}] = torque[2] / {k};",
+        f"before[{at['memory.k']}] = {k} * {stiffness};",
+    ]
+
+
+def _patch_after(observer: Ekf) -> list[str]:
+    """The patch at the corrected angle; its torque is for the next sample."""
+    at = _indices(observer)
+    stiffness = f"after[{at['stiffness']}]" if "stiffness" in at else "1.0"
+    by_state = {"psi": "torque[3]", "log_mu": "torque[1] * output[0]", "stiffness": "torque[2]"}
+    slopes = [by_state[name] for name in directions(observer.measurement_model)]
+    return [
+        f"advance_patch(state, after[{at['psi']}], sample[2], output[0], {stiffness}, torque);",
+        f"after[{at['M_z']}] = torque[0];",
+        *(f"after[{at['slopes'] + i}] = {slope};" for i, slope in enumerate(slopes)),
+        f"after[{at['output.M_z_predicted']}] = torque[0];",
+        f"output[{OUTPUT.index('M_z_predicted')}] = torque[0];",
+    ]
 
 
 def _lines(lines: list[str]) -> str:
@@ -125,15 +125,15 @@ def _lines(lines: list[str]) -> str:
 
 def _build_begin(observer: Ekf) -> ca.Function:
     """(sample) -> the state before it."""
-    start = build_start(observer, _layout(observer))
+    start = build_initial_state(_patch(observer), observer.measurement_model, _layout(observer))
     return scalars("begin_filter", start, {"constants": observer.constants})
 
 
 def _build_filter(observer: Ekf) -> ca.Function:
-    """(state, sample) -> (state_next, said), the parameters as numbers."""
-    step = build_step(_handed(observer), observer.measurement_model, observer.iterations)
+    """(state, sample) -> (state_next, output), the parameters as numbers."""
+    step = build_step(_patch(observer), observer.measurement_model, observer.iterations)
     flat = scalars("filter", step, {"constants": observer.constants})
-    places = _places(observer)
-    # Where the torque was taken, and what was last said of mu, is exp of the state that stands for it.
-    mu = places["said"] if observer.measurement_model.turns else places["memory"] + HELD_MU
-    return with_known_exponentials(flat, {places["x"]: mu})
+    at = _indices(observer)
+    # mu in the memory, and mu in the last output, are exp of the state ln mu.
+    mu = observer.measurement_model.patch_before(at["output.mu"], lambda: at["memory.mu"])
+    return with_known_exponentials(flat, {at["log_mu"]: mu})

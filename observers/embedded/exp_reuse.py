@@ -1,4 +1,4 @@
-"""Numbers that a state holds already, put in place of working them out again."""
+"""Exponentials that a state contains already, read instead of computed again."""
 
 from collections.abc import Mapping
 
@@ -13,14 +13,14 @@ def with_known_exponentials(function: ca.Function, known: Mapping[int, int]) -> 
         known: for an element of the first input, the element that holds exp of it.
     """
     inputs = [ca.SX.sym(function.name_in(i), *function.size_in(i)) for i in range(function.n_in())]
-    made = [ca.SX(function.sparsity_out(i)) for i in range(function.n_out())]
+    outputs = [ca.SX(function.sparsity_out(i)) for i in range(function.n_out())]
     work: dict[int, ca.SX] = {}
     element: dict[int, int] = {}
     for k in range(function.n_instructions()):
         operation, at = function.instruction_id(k), function.instruction_input(k)
         to = function.instruction_output(k)
         if operation == ca.OP_OUTPUT:
-            made[to[0]].nz[to[1]] = work[at[0]]
+            outputs[to[0]].nz[to[1]] = work[at[0]]
             continue
         source = element.get(at[0], -1) if operation == ca.OP_EXP else -1
         if operation == ca.OP_CONST:
@@ -35,5 +35,5 @@ def with_known_exponentials(function: ca.Function, known: Mapping[int, int]) -> 
         work[to[0]] = value
         element[to[0]] = at[1] if operation == ca.OP_INPUT and at[0] == 0 else -1
     return ca.Function(
-        function.name(), inputs, made, function.name_in(), function.name_out(), {"cse": True}
+        function.name(), inputs, outputs, function.name_in(), function.name_out(), {"cse": True}
     )

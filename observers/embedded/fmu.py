@@ -1,8 +1,8 @@
 """An observer as an FMU: FMI 2.0 co-simulation around the C that `generate` writes.
 
-A communication step is one sample: `fmi2DoStep` takes the inputs that stand at its beginning, and what
-it says of them stands at its end. The archive holds the sources, the model description, the parameters
-and the library for 64-bit Linux.
+A communication step is one sample: `fmi2DoStep` uses the inputs set before it, and the outputs after it
+are the estimate. The archive contains the sources, the model description, the parameters and the library
+for 64-bit Linux.
 """
 
 import json
@@ -12,21 +12,18 @@ import tempfile
 import uuid
 import zipfile
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from xml.sax.saxutils import escape
 
-from observers.base import ModelObserver
-from observers.ekf import Ekf
-from observers.embedded.codegen import checked, terms_of, texts_of
-from observers.embedded.fmi_variables import variables_of
+from observers.embedded.codegen import source_texts, template_terms
 from observers.embedded.origin import require_replaceable
 from observers.embedded.scalar_type import SINGLE, Real
-from observers.embedded.templating import filled
-from observers.mhe import Mhe
+from observers.embedded.templating import render
+from observers.protocol import FunctionObserver
 from symbolic import InvalidInputError, compiler
 
 HOST = ("Linux", "x86_64")
-FLAGS = (
+COMPILER_FLAGS = (
     "-std=c99",
     "-O2",
     "-ffp-contract=off",
@@ -35,19 +32,57 @@ FLAGS = (
     "-shared",
     "-fvisibility=hidden",
 )
-"""Those of the CMake file, so that the FMU says what the C says, to the last bit."""
+"""Those of the CMake file, so that the FMU computes what the C computes, to the last bit."""
 DATE = (1980, 1, 1, 0, 0, 0)
-"""Of every file in the archive: the same observer makes the same bytes."""
+"""Of every file in the archive: the same observer gives the same bytes."""
+
+
+@dataclass(frozen=True)
+class Variable:
+    """A variable of the model description.
+
+    Attributes:
+        name: its name.
+        reference: its value reference, as in `templates/fmu.c`.
+        kind: the XML element of its type, with the unit.
+        description: its meaning.
+    """
+
+    name: str
+    reference: int
+    kind: str
+    description: str
+
+
+INPUTS = (
+    Variable("psi", 0, 'Real unit="rad"', "yaw (steering) angle"),
+    Variable("psi_dot", 1, 'Real unit="rad/s"', "yaw rate; a missing one is derived from psi"),
+    Variable("M_z", 2, 'Real unit="N.m"', "aligning torque, moment of the ground on the wheel"),
+    Variable("M", 2, 'Real unit="N.m"', "steering torque, of the hand or motor on the wheel"),
+    Variable(
+        "F_N", 3, 'Real unit="N"', "vertical load; a missing or non-positive one counts as unchanged"
+    ),
+)
+"""All inputs."""
+UNUSED = {"M_z": {"M"}, "M": {"M_z", "psi_dot"}}
+"""Inputs that an observer of one torque lacks; from the steering torque it estimates the rate too."""
+OUTPUTS = (
+    Variable("mu", 4, 'Real unit="1"', "friction coefficient"),
+    Variable("mu_std", 5, 'Real unit="1"', "standard deviation of mu"),
+    Variable("M_z_predicted", 6, 'Real unit="N.m"', "predicted aligning torque; NaN at first"),
+    Variable("informed", 7, "Boolean", "false while the estimate rests on the prior"),
+    Variable("status", 8, "Integer", "0 where the sample was used, else flags as in the C header"),
+)
 
 
 def generate_fmu(
-    observer: ModelObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip"
+    observer: FunctionObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip"
 ) -> Path:
     """Write an observer as `name`.fmu: FMI 2.0 co-simulation, sources, a library for 64-bit Linux.
 
     Args:
-        observer: an `Ekf` or an `Mhe`.
-        folder: where to; made if it is not there.
+        observer: an `Ekf`, an `Mhe`, or any other `FunctionObserver`.
+        folder: where the file goes; it is created if necessary.
         real: the type of every number inside; the variables are double in any case.
         name: of the model, and of the file.
 
@@ -57,14 +92,12 @@ def generate_fmu(
     Raises:
         InvalidInputError: as for `generate`; there is no C compiler, or this is no 64-bit Linux.
     """
-    made = checked(observer, name)
-    command = _compiler()
-    sources, description, parameters = _texts(made, real, name)
+    sources, description, parameters = _texts(observer, real, name)
     files = {
         "modelDescription.xml": description.encode(),
         **{f"sources/{file}": text.encode() for file, text in sources.items()},
         f"resources/{name}.json": parameters.encode(),
-        f"binaries/linux64/{name}.so": _library(command, sources, name),
+        f"binaries/linux64/{name}.so": _library(_compiler(), sources, name),
     }
     file = Path(folder) / f"{name}.fmu"
     file.parent.mkdir(parents=True, exist_ok=True)
@@ -78,12 +111,12 @@ def generate_fmu(
 
 
 def is_host() -> bool:
-    """True on the one kind of machine that is built for."""
+    """True on the one kind of machine for which the library is compiled."""
     return (platform.system(), platform.machine()) == HOST
 
 
 def _compiler() -> str:
-    """The compiler, or why there can be no FMU."""
+    """The compiler, or the reason why there can be no FMU."""
     if not is_host():
         raise InvalidInputError(
             f"an FMU is built on {' '.join(HOST)}, this is {platform.system()} {platform.machine()};"
@@ -97,39 +130,33 @@ def _compiler() -> str:
     return command
 
 
-def _texts(observer: Ekf | Mhe, real: Real, name: str) -> tuple[dict[str, str], str, str]:
+def _texts(observer: FunctionObserver, real: Real, name: str) -> tuple[dict[str, str], str, str]:
     """The sources by file, the model description, the parameters."""
-    texts, terms = texts_of(observer, real, name), terms_of(observer, real, name)
+    texts = source_texts(observer, real, name)
+    terms = template_terms(observer, real, name)
     parameters = texts[f"{name}.json"]
-    variables = variables_of(terms["torque"])
     terms |= {
         "version": json.loads(parameters)["version"],
         "guid": f"{{{uuid.uuid5(uuid.NAMESPACE_URL, texts[f'{name}.c'] + parameters)}}}",
-        "variables": "\n".join(variable.element for variable in variables),
-        # Nothing follows from an input at once: outputs change with a step alone.
-        "unknowns": "\n".join(
-            f'      <Unknown index="{number}" dependencies=""/>'
-            for number, variable in enumerate(variables, start=1)
-            if not variable.given
-        ),
+        "inputs": [variable for variable in INPUTS if variable.name not in UNUSED[observer.channel]],
+        "outputs": OUTPUTS,
     }
     sources = {file: texts[file] for file in (f"{name}.c", f"{name}.h")}
-    sources |= {f"{name}_fmu.c": filled("fmu.c", terms), "fmi2.h": filled("fmi2.h", {})}
-    plain = {part: escape(text) for part, text in terms.items() if part not in {"variables", "unknowns"}}
-    return sources, filled("modelDescription.xml", {**terms, **plain}), parameters
+    sources |= {f"{name}_fmu.c": render("fmu.c", terms), "fmi2.h": render("fmi2.h", {})}
+    return sources, render("modelDescription.xml", terms), parameters
 
 
 def _library(command: str, sources: Mapping[str, str], name: str) -> bytes:
-    """The sources compiled and linked; no path and no date of this machine gets in."""
+    """The library of the sources, without any path or date of this machine."""
     with tempfile.TemporaryDirectory() as scratch:
         for file, text in sources.items():
             (Path(scratch) / file).write_text(text, encoding="utf-8", newline="\n")
         units = [file for file in sources if file.endswith(".c")]
-        arguments = [command, *FLAGS, *units, "-o", f"{name}.so", "-lm"]
+        arguments = [command, *COMPILER_FLAGS, *units, "-o", f"{name}.so", "-lm"]
         try:
             subprocess.run(arguments, cwd=scratch, check=True, capture_output=True, timeout=300)
         except (OSError, subprocess.SubprocessError) as error:
-            said = getattr(error, "stderr", None) or str(error).encode()
-            first = said.decode(errors="replace").strip().splitlines()[0]
+            message = getattr(error, "stderr", None) or str(error).encode()
+            first = message.decode(errors="replace").strip().splitlines()[0]
             raise InvalidInputError(f"{command} could not build the FMU: {first}") from None
         return (Path(scratch) / f"{name}.so").read_bytes()

@@ -1,17 +1,19 @@
-"""A model whose torque is handed in: what an observer needs of a patch that is computed elsewhere."""
+"""A patch whose torque and slopes are inputs, for a filter whose patch is advanced in C."""
 
 from dataclasses import dataclass
 
 import casadi as ca
 
-from symbolic import DECLARED, SIGNALS
+from observers.layout import Layout
+from symbolic import DECLARED, GEOMETRY, SIGNALS
+
+MEMORY = Layout(tuple((name, 1, 1) for name in ("M_z", "by_mu", "by_k", "mu", "k")))
+"""Memory of a `LinearisedPatch`: M_z [N m], its derivatives by mu and k, and mu [1] and k [N/m^2]."""
 
 
 @dataclass(frozen=True)
-class HandedTorque:
-    """Stands for the declared model in an observer's step; its memory is a torque with its slopes.
-
-    The memory holds M_z [N m] at mu and k, its derivatives by both, and that mu [1] and k [N/m^2].
+class LinearisedPatch:
+    """The torque of the declared model, linear about the point in its memory; a `PatchModel`.
 
     Attributes:
         stiff: k is a state; otherwise the derivative by it does not matter.
@@ -22,32 +24,41 @@ class HandedTorque:
     @property
     def memory_size(self) -> int:
         """Length of the memory."""
-        return 5
+        return MEMORY.size
 
     @property
-    def parameters(self) -> tuple[tuple[None, object], ...]:
+    def coordinates(self) -> tuple[str, ...]:
         """Those of the declared model."""
-        return tuple((None, parameter) for parameter in DECLARED)
+        return tuple(parameter.name for parameter in DECLARED)
+
+    @property
+    def initial(self) -> ca.Function:
+        """(signals, theta, geometry) -> zeros: the memory is an input of every step."""
+        inputs = self._symbols()[1:]
+        return ca.Function("start", inputs, [ca.MX(ca.DM.zeros(MEMORY.size))])
 
     @property
     def advance(self) -> ca.Function:
-        """What was handed in: (memory, signals, theta, geometry) -> (memory_next, seen)."""
+        """The memory as it is: (memory, signals, theta, geometry) -> (memory_next, seen)."""
         memory, signals, *_ = inputs = self._symbols()
         return ca.Function("advance", inputs, [memory, signals])
 
     @property
     def torque(self) -> ca.Function:
-        """The torque, linear about where it was taken: (memory, seen, theta, geometry) -> M_z."""
+        """The torque to first order: (memory, seen, theta, geometry) -> M_z."""
         memory, _, theta, _ = inputs = self._symbols()
-        M_z, by_mu, by_k, mu, k = ca.vertsplit(memory)
-        M_z = M_z + by_mu * (theta[0] - mu)
-        return ca.Function("torque", inputs, [M_z + by_k * (theta[1] - k) if self.stiff else M_z])
+        at = MEMORY.split(memory)
+        values = dict(zip(self.coordinates, ca.vertsplit(theta), strict=True))
+        M_z = at["M_z"] + at["by_mu"] * (values["mu"] - at["mu"])
+        return ca.Function(
+            "torque", inputs, [M_z + at["by_k"] * (values["k"] - at["k"]) if self.stiff else M_z]
+        )
 
     def memory_depends_on(self, coordinate: str) -> bool:
-        """False: the exact patch remembers angles and loads, no parameter."""
+        """False: the memory of the exact patch depends on no parameter."""
         del coordinate
         return False
 
     def _symbols(self) -> list[ca.MX]:
-        sizes = (self.memory_size, len(SIGNALS), len(self.parameters), 2)
+        sizes = (MEMORY.size, len(SIGNALS), len(self.coordinates), len(GEOMETRY))
         return [ca.MX.sym(f"in{i}", size) for i, size in enumerate(sizes)]

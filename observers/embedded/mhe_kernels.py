@@ -1,7 +1,7 @@
-"""The pieces of a window's step as casadi Functions of scalars, one sample each.
+"""The Functions of one sample of a window with the arguments that generated C has, as scalars.
 
-They are cut from `observers.mhe_step` and `observers.mhe_terms` so that C may loop over the samples: the
-same terms, the same filter forth and back. `templates/window.c` calls them in the same order.
+They are those of `observers.mhe_terms`, which Python maps over the window; `templates/window.c` loops
+over them. C stores five numbers of a sample, and the torque with its derivatives by mu and by k.
 """
 
 from collections.abc import Mapping
@@ -9,43 +9,64 @@ from typing import Any
 
 import casadi as ca
 
-from observers.base import flags, on_bound, projected, says
+from observers.base import clip_to_bounds, step_output
 from observers.embedded.scalarise import scalars
-from observers.innovation_gate import COUNTS, build_gate
-from observers.linearisation import build_clean, build_motion, build_reading
-from observers.measurement_model import CLEAN, RIG
+from observers.initial_state import build_initial_state
+from observers.innovation_gate import COUNTS, build_innovation
+from observers.layout import Layout, named, outputs_of
+from observers.linearisation import build_clean, build_motion, directions, state_index
+from observers.measurement_model import CLEAN, RIG, log_mu_variance
 from observers.mhe import Mhe
-from observers.mhe_solver import build_back, build_update
-from observers.mhe_terms import build_counted
-from observers.patch_update import by_states
+from observers.mhe_terms import (
+    ROWS,
+    arrival_jump,
+    build_acceptance,
+    build_backward,
+    build_forward,
+    build_prediction,
+    is_unsettled,
+)
+from observers.patch_update import slopes_by_states
 from observers.protocol import SAMPLE
-from observers.tuning import BELIEFS
-from symbolic import full_slide_torque
+from observers.tuning import TUNING_FIELDS
 
-ROW = ("F_N", "dt", "M_z", "believed", "jump")
-"""What is kept of a sample: all that its terms depend on where the angle is known."""
+ROW = ("F_N", "dt", "M_z", "accepted", "jump")
+"""Numbers of a sample that C stores: all that its terms depend on where the angle is known."""
+TORQUE = ("M_z", "log_mu", "stiffness")
+"""M_z, its derivative by mu, and that by k over its nominal value."""
+TEST = ("accepted", "reset", "run", "missing", "expected")
+"""Result of the test of the newest innovation."""
 
 
 def window_functions(observer: Mhe) -> list[ca.Function]:
-    """What C calls: begin_window, clean, limit, predict, judge, forth, back and say."""
-    at = len(observer.model.parameters)
-    numbers = {
-        "rig": observer.constants[at : at + len(RIG)],
-        "beliefs": observer.constants[at + len(RIG) :],
-    }
-    makers = (_begin, _clean, _limit, _predict, _judge, _forth, _back, _say)
-    return [_with_numbers(maker(observer), numbers) for maker in makers]
+    """The Functions that C calls."""
+    at = len(observer.model.coordinates)
+    rig, tuning = observer.constants[at : at + len(RIG)], observer.constants[at + len(RIG) :]
+    numbers = {"constants": observer.constants, "rig": rig, "tuning": tuning}
+    builders = (
+        _begin,
+        _clean,
+        _limit,
+        _predict,
+        _test_innovation,
+        _accept,
+        _reset_arrival,
+        _forward,
+        _backward,
+        _output,
+    )
+    return [_with_numbers(build(observer), numbers) for build in builders]
 
 
-def made_size(observer: Mhe) -> int:
-    """Length of what the filter leaves at a sample."""
+def elimination(observer: Mhe) -> Layout:
+    """The parts that forward elimination leaves for back substitution."""
     n = len(observer.states)
-    return n + n * n + n + 1 + n
+    return Layout((("filtered", n, 1), ("P", n, n), ("K", n, 1), ("score", 1, 1), ("H", n, 1)))
 
 
-def prior_variance_of(observer: Mhe) -> float:
-    """Variance of ln mu before anything is known of the ground."""
-    return float(observer.tuning.log_std**2)
+def elimination_size(observer: Mhe) -> int:
+    """Length of the vector of `elimination`."""
+    return elimination(observer).size
 
 
 def _with_numbers(function: ca.Function, numbers: Mapping[str, Any]) -> ca.Function:
@@ -57,10 +78,11 @@ def _symbols(observer: Mhe, *names: str) -> list[ca.MX]:
     n = len(observer.states)
     shapes = {
         "sample": (len(SAMPLE), 1), "last": (len(CLEAN), 1), "now": (len(CLEAN), 1), "x": (n, 1),
-        "mean": (n, 1), "factor": (n, n), "P": (n, n), "torque": (3, 1), "row": (len(ROW), 1),
-        "next": (len(ROW), 1), "counts": (len(COUNTS), 1), "made": (made_size(observer), 1),
-        "costate": (n, 1), "newest": (n, 1), "judged": (5, 1), "held": (1, 1), "rig": (len(RIG), 1),
-        "beliefs": (len(BELIEFS), 1),
+        "mean": (n, 1), "factor": (n, n), "P": (n, n), "torque": (len(TORQUE), 1),
+        "row": (len(ROW), 1), "next": (len(ROW), 1), "counts": (len(COUNTS), 1),
+        "eliminated": (elimination_size(observer), 1), "costate": (n, 1), "newest": (n, 1),
+        "test": (len(TEST), 1), "age": (1, 1), "imputed": (1, 1), "rig": (len(RIG), 1),
+        "tuning": (len(TUNING_FIELDS), 1),
     }  # fmt: skip
     return [ca.MX.sym(name, *shapes[name]) for name in names]
 
@@ -72,117 +94,117 @@ def _function(name: str, inputs: list[ca.MX], outputs: list[Any]) -> ca.Function
     )
 
 
-def _row(row: ca.MX) -> tuple[ca.MX, dict[str, ca.MX]]:
-    """A cleaned sample of a row, and the row by name."""
-    named = dict(zip(ROW, ca.vertsplit(row), strict=True))
-    return ca.vertcat(*(named.get(name, ca.MX(0)) for name in CLEAN)), named
+def _full_row(row: ca.MX) -> ca.MX:
+    """A row in the order of `ROWS`; where the angle is known its terms do not depend on the rest."""
+    stored = named(ROW, row)
+    full: ca.MX = ca.vertcat(*(stored.get(name, 0) for name in ROWS))
+    return full
 
 
-def _slopes(observer: Mhe, torque: ca.MX, x: ca.MX) -> ca.MX:
-    """Slopes of the torque by the states of the tyre, from those by mu and by k."""
-    by_tyre = torque[1:3] if "stiffness" in observer.states else torque[1]
-    return by_states(observer.measurement_model, by_tyre, x)
+def _torque(observer: Mhe, torque: ca.MX, x: ca.MX) -> tuple[ca.MX, ca.MX]:
+    """M_z and its slopes by the states."""
+    by_tyre = named(TORQUE, torque)
+    slopes = ca.vertcat(*(by_tyre[name] for name in directions(observer.measurement_model)))
+    return by_tyre["M_z"], slopes_by_states(observer.measurement_model, slopes, x)
+
+
+def _no_torque(observer: Mhe) -> tuple[ca.DM, ca.DM]:
+    """Where the angle is known the torque does not move the states."""
+    return ca.DM(0), ca.DM.zeros(len(directions(observer.measurement_model)))
 
 
 def _begin(observer: Mhe) -> ca.Function:
     """(sample) -> mean, factor, last."""
-    sample, rig = _symbols(observer, "sample", "rig")
-    given = dict(zip(SAMPLE, ca.vertsplit(sample), strict=True))
-    nothing: Any = _NoSample()
-    slide: Any = full_slide_torque(given["F_N"], rig[0])
-    prior = observer.measurement_model.prior(observer.tuning, nothing, slide)
-    mean, std = (ca.vertcat(*(prior[name][i] for name in observer.states)) for i in range(2))
-    last = ca.vertcat(*(given[n] if n in ("psi", "F_N") else 0 for n in CLEAN))
-    return _function("begin_window", [sample, rig], [mean, ca.diag(std**2), last])
-
-
-class _NoSample:
-    """Where the angle is known, a prior asks nothing of the first sample."""
+    n = len(observer.states)
+    parts = Layout((("mean", n, 1), ("factor", n, n), ("last", len(CLEAN), 1)))
+    start = build_initial_state(observer.model, observer.measurement_model, parts)
+    inputs = [ca.MX.sym(name, *start.size_in(name)) for name in start.name_in()]
+    return _function("begin_window", inputs, list(parts.split(start(*inputs)).values()))
 
 
 def _clean(observer: Mhe) -> ca.Function:
-    """(sample, last) -> the sample cleaned, and whether something is held."""
+    """(sample, last) -> the sample cleaned, and whether a value is imputed."""
     sample, last = _symbols(observer, "sample", "last")
-    return _function(
-        "clean", [sample, last], list(build_clean(observer.measurement_model)(sample, last))
-    )
+    return _function("clean", [sample, last], [*build_clean(observer.measurement_model)(sample, last)])
 
 
 def _limit(observer: Mhe) -> ca.Function:
     """(x) -> within bounds."""
-    x, beliefs = _symbols(observer, "x", "beliefs")
-    return _function("limit", [x, beliefs], [projected(observer.measurement_model, x, beliefs)])
-
-
-def _motion(observer: Mhe, x: ca.MX, last: ca.MX, now: ca.MX, rig: ca.MX, beliefs: ca.MX) -> Any:
-    """x_next, A, Q and b; the torque does not move the states where the angle is known."""
-    move = build_motion(observer.measurement_model)
-    return move(x, 0, ca.DM(move.size1_in("slopes"), 1), last, now, rig, beliefs)
+    x, tuning = _symbols(observer, "x", "tuning")
+    return _function("limit", [x, tuning], [clip_to_bounds(observer.measurement_model, x, tuning)])
 
 
 def _predict(observer: Mhe) -> ca.Function:
-    """(x, P, last, now) -> newest, P at it; see `Horizon.predict`."""
-    x, P, last, now, rig, beliefs = inputs = _symbols(
-        observer, "x", "P", "last", "now", "rig", "beliefs"
+    """(x, P, last, now) -> newest, P at it."""
+    x, P, last, now, rig, tuning = inputs = _symbols(observer, "x", "P", "last", "now", "rig", "tuning")
+    predict = build_prediction(observer.measurement_model)
+    newest, P_newest, _ = predict(x, P, *_no_torque(observer), last, now, rig, tuning)
+    return _function("predict", inputs, [newest, P_newest])
+
+
+def _test_innovation(observer: Mhe) -> ca.Function:
+    """(newest, torque, now, P, counts) -> test, counts."""
+    names = ("newest", "torque", "now", "P", "counts", "rig", "tuning")
+    newest, torque, now, P, counts, rig, tuning = inputs = _symbols(observer, *names)
+    innovation = build_innovation(observer.measurement_model)
+    results = outputs_of(
+        innovation, newest, P, *_torque(observer, torque, newest), now, counts, rig, tuning
     )
-    newest, A, Q, _ = _motion(observer, x, last, now, rig, beliefs)
     return _function(
-        "predict",
+        "test_innovation",
         inputs,
-        [projected(observer.measurement_model, newest, beliefs), A @ P @ A.T + ca.diag(Q)],
+        [ca.vertcat(*(results[name] for name in TEST)), results["counts_next"]],
     )
 
 
-def _judge(observer: Mhe) -> ca.Function:
-    """(newest, torque, now, P, counts) -> (believed, reset, run, missing, expected), counts."""
-    names = ("newest", "torque", "now", "P", "counts", "rig", "beliefs")
-    newest, torque, now, P, counts, rig, beliefs = inputs = _symbols(observer, *names)
-    slopes = _slopes(observer, torque, newest)
-    read = build_reading(observer.measurement_model)(newest, torque[0], slopes, now, rig, beliefs)
-    innovation, H, weight, expected, ordinary = read
-    verdict = build_gate()(innovation, ca.dot(H, P @ H), weight, ordinary, counts, beliefs)
-    believed, reset, run, after = verdict
-    return _function("judge", inputs, [ca.vertcat(believed, reset, run, weight <= 0, expected), after])
+def _accept(observer: Mhe) -> ca.Function:
+    """(row, age, test) -> accepted, jump."""
+    row, age, test, tuning = inputs = _symbols(observer, "row", "age", "test", "tuning")
+    stored, three = named(ROW, row), test[: TEST.index("run") + 1]
+    unknown = log_mu_variance(named(TUNING_FIELDS, tuning))
+    accepted = build_acceptance()(stored["accepted"], stored["jump"], age, three, unknown)
+    return _function("accept", inputs, [*accepted])
 
 
-def _forth(observer: Mhe) -> ca.Function:
-    """(mean, factor, x, torque, row, next) -> mean, factor, what is made; see `Horizon.terms`."""
-    names = ("mean", "factor", "x", "torque", "row", "next", "rig", "beliefs")
-    mean, factor, x, torque, row, after, rig, beliefs = inputs = _symbols(observer, *names)
-    slopes = _slopes(observer, torque, x)
-    (now, kept), (coming, then) = _row(row), _row(after)
-    columns = ca.vertcat(now, kept["believed"], kept["jump"])
-    z, H, weight = build_counted(observer.measurement_model)(x, torque[0], slopes, columns, rig, beliefs)
-    _, A, Q, b = _motion(observer, x, now, coming, rig, beliefs)
-    Q = ca.vertcat(Q[0] + then["jump"], Q[1:])
-    update = build_update(len(observer.states))(mean, factor, z, H, weight, A, b, Q)
-    mean_next, factor_next, filtered, spread, K, score = update
-    return _function(
-        "forth", inputs, [mean_next, factor_next, ca.vertcat(filtered, ca.vec(spread), K, score, H)]
-    )
+def _reset_arrival(observer: Mhe) -> ca.Function:
+    """(test) -> increment of the arrival's variance of ln mu."""
+    test, tuning = inputs = _symbols(observer, "test", "tuning")
+    result, unknown = named(TEST, test), log_mu_variance(named(TUNING_FIELDS, tuning))
+    jump = arrival_jump(observer.window, result["reset"], result["run"], unknown)
+    return _function("reset_arrival", inputs, [jump])
 
 
-def _back(observer: Mhe) -> ca.Function:
-    """(costate, made, row, next) -> costate before, smoothed x within bounds."""
-    n = len(observer.states)
-    costate, made, row, after, rig, beliefs = inputs = _symbols(
-        observer, "costate", "made", "row", "next", "rig", "beliefs"
-    )
-    x, spread, K, score, H = ca.vertsplit(
-        made, [0, n, n + n * n, 2 * n + n * n, 2 * n + n * n + 1, made.numel()]
-    )
-    _, A, _, _ = _motion(observer, x, _row(row)[0], _row(after)[0], rig, beliefs)
-    before, smoothed = build_back(n)(costate, x, ca.reshape(spread, n, n), H, K, score, A)
-    return _function("back", inputs, [before, projected(observer.measurement_model, smoothed, beliefs)])
+def _forward(observer: Mhe) -> ca.Function:
+    """(mean, factor, x, torque, row, next) -> mean, factor, eliminated."""
+    names = ("mean", "factor", "x", "torque", "row", "next", "rig", "tuning")
+    mean, factor, x, torque, row, after, rig, tuning = inputs = _symbols(observer, *names)
+    forward = build_forward(observer.measurement_model)
+    rows = map(_full_row, (row, after))
+    results = outputs_of(forward, mean, factor, x, *_torque(observer, torque, x), *rows, rig, tuning)
+    outputs = [results["mean_next"], results["factor_next"], elimination(observer).join(results)]
+    return _function("forward", inputs, outputs)
 
 
-def _say(observer: Mhe) -> ca.Function:
-    """(x, P, newest, judged, held) -> what is said."""
-    names = ("x", "P", "newest", "judged", "held", "beliefs")
-    x, P, newest, judged, held, beliefs = inputs = _symbols(observer, *names)
-    believed, reset, _, missing, expected = ca.vertsplit(judged)
-    status = flags(
-        missing=missing, held=held, rejected=ca.logic_not(believed), reset=reset,
-        bound=on_bound(x[0], beliefs), unsettled=(x[0] - newest[0]) ** 2 > P[0, 0],
+def _backward(observer: Mhe) -> ca.Function:
+    """(costate, eliminated, row, next) -> costate before, smoothed x within bounds."""
+    names = ("costate", "eliminated", "row", "next", "rig", "tuning")
+    costate, eliminated, row, after, rig, tuning = inputs = _symbols(observer, *names)
+    parts = elimination(observer).split(eliminated)
+    # The motion is cheaper to compute again than to store with every sample.
+    now, now_next = (_full_row(vector)[: len(CLEAN)] for vector in (row, after))
+    motion = build_motion(observer.measurement_model)
+    _, A, _, _ = motion(parts["filtered"], *_no_torque(observer), now, now_next, rig, tuning)
+    backward = build_backward(observer.measurement_model)
+    return _function("backward", inputs, [*backward(costate, *parts.values(), A, tuning)])
+
+
+def _output(observer: Mhe) -> ca.Function:
+    """(x, P, newest, test, imputed) -> output."""
+    names = ("x", "P", "newest", "test", "imputed", "tuning")
+    x, P, newest, test, imputed, tuning = inputs = _symbols(observer, *names)
+    result, at = named(TEST, test), state_index(observer.measurement_model)
+    output = step_output(
+        observer.measurement_model, x, P[at, at], result["expected"], tuning, result, held=imputed,
+        unsettled=is_unsettled(observer.measurement_model, x, newest, P),
     )  # fmt: skip
-    return _function("say", inputs, [ca.vertcat(says(x[0], P[0, 0]), expected, status)])
+    return _function("step_output", inputs, [output])

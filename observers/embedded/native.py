@@ -1,7 +1,4 @@
-"""The generated C compiled for this machine, to be taken along recordings as the target would be.
-
-It shows what the code says and how long it takes before there is a target.
-"""
+"""Generated C compiled for this machine, to be run along recordings before there is a target."""
 
 import ctypes
 import subprocess
@@ -12,44 +9,42 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.ekf import Ekf
 from observers.embedded.codegen import generate
 from observers.embedded.scalar_type import SINGLE, Real
-from observers.embedded.templating import filled
-from observers.mhe import Mhe
-from observers.protocol import Estimates
+from observers.embedded.templating import render
+from observers.protocol import Estimates, FunctionObserver
 from observers.run import as_estimates
 from symbolic import InvalidInputError, compiler
 
 Array = NDArray[np.float64]
-FLAGS = ("-std=c99", "-O2", "-fno-math-errno", "-fPIC", "-shared", "-I.")
-"""As a target would have them: nothing of this one processor."""
-_NAME = "hosted"
+COMPILER_FLAGS = ("-std=c99", "-O2", "-fno-math-errno", "-fPIC", "-shared", "-I.")
+"""The flags of a target: no instructions of one processor."""
+_NAME = "native"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Hosted:
+class NativeObserver:
     """An observer in machine code.
 
     Attributes:
         real: the type of its numbers.
-        library: holds `along`, see templates/along.c; one thread at a time.
+        library: contains `run` of templates/run.c, which one thread at a time may call.
     """
 
     real: Real
     library: ctypes.CDLL
 
-    def along(
+    def run(
         self, t: Array, psi: Array, F_N: Array, torque: Array, psi_dot: Array | None = None
     ) -> Estimates:
-        """What the code says of a recording, sample by sample, as `observers.run` does.
+        """The estimates along a recording, sample by sample, as `observers.run` returns them.
 
         Args:
             t: time, increasing, shape (n,) with n >= 2 [s].
             psi: yaw angle, shape (n,), NaN where missing [rad].
             F_N: vertical load, shape (n,), NaN where missing [N].
-            torque: the torque that the observer hears, shape (n,), NaN where missing [N m].
-            psi_dot: yaw rate where it is measured, shape (n,) [rad/s]; None takes it from psi.
+            torque: the torque that the observer uses, shape (n,), NaN where missing [N m].
+            psi_dot: yaw rate where it is measured, shape (n,) [rad/s]; None derives it from psi.
 
         Raises:
             InvalidInputError: shapes differ.
@@ -57,32 +52,31 @@ class Hosted:
         channels = [psi, np.full(t.shape, np.nan) if psi_dot is None else psi_dot, torque, F_N]
         if t.ndim != 1 or t.size < 2 or any(channel.shape != t.shape for channel in channels):
             raise InvalidInputError("all channels must have the shape of t, (n,) with n >= 2")
-        steps = np.diff(t, prepend=2 * t[0] - t[1])
-        samples = np.column_stack([*channels, steps]).astype(self.real.dtype)
-        said = np.empty_like(samples)
-        pointers = (ctypes.c_void_p(array.ctypes.data) for array in (samples, said))
-        self.library.along(ctypes.c_int64(t.size), *pointers)
-        return as_estimates(t, said.T.astype(float))
+        dt = np.diff(t, prepend=2 * t[0] - t[1])
+        samples = np.column_stack([*channels, dt]).astype(self.real.dtype)
+        outputs = np.empty_like(samples)
+        pointers = (ctypes.c_void_p(array.ctypes.data) for array in (samples, outputs))
+        self.library.run(ctypes.c_int64(t.size), *pointers)
+        return as_estimates(t, outputs.T.astype(float))
 
 
-def host(observer: Ekf | Mhe, real: Real = SINGLE) -> Hosted:
+def compile_native(observer: FunctionObserver, real: Real = SINGLE) -> NativeObserver:
     """Generate an observer and compile it for this machine.
 
     Raises:
-        InvalidInputError: there is no C compiler (`CC`, else cc), or it fails.
+        InvalidInputError: as for `generate`; there is no C compiler (`CC`, else cc), or it fails.
     """
     command = compiler()
     if command is None:
-        raise InvalidInputError("no C compiler at hand; set CC, or put cc on the path")
-    torque = "M" if observer.measurement_model.turns else "M_z"
+        raise InvalidInputError("no C compiler was found; set CC, or put cc on the path")
+    terms = {"name": _NAME, "real": real.c_type, "torque": observer.channel}
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         generate(observer, folder, real, name=_NAME)
-        terms = {"name": _NAME, "real": real.c_type, "torque": torque}
-        (folder / "along.c").write_text(filled("along.c", terms), encoding="utf-8")
-        arguments = [command, *FLAGS, f"{_NAME}.c", "along.c", "-o", "hosted.so", "-lm"]
+        (folder / "run.c").write_text(render("run.c", terms), encoding="utf-8")
+        arguments = [command, *COMPILER_FLAGS, f"{_NAME}.c", "run.c", "-o", "native.so", "-lm"]
         try:
             subprocess.run(arguments, cwd=folder, check=True, capture_output=True, timeout=300)
-            return Hosted(real=real, library=ctypes.CDLL(str(folder / "hosted.so")))
+            return NativeObserver(real=real, library=ctypes.CDLL(str(folder / "native.so")))
         except (OSError, subprocess.SubprocessError) as error:
             raise InvalidInputError(f"the generated C was not compiled by {command}: {error}") from None

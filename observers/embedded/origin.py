@@ -59,13 +59,5 @@ def is_generated(file: Path) -> bool:
                 return bool(_FMU_MARK.search(description.read(_BEGINNING)))
         with file.open("rb") as text:
             return bool(_MARK.search(text.read(_BEGINNING)))
-    except (
-        OSError,
-        EOFError,
-        KeyError,
-        NotImplementedError,
-        RuntimeError,
-        zipfile.BadZipFile,
-        zlib.error,
-    ):
+    except _UNREADABLE:
         return False

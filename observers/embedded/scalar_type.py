@@ -1,20 +1,50 @@
-"""The floating-point type of a target."""
+"""The floating-point type of a target, and C whose literals and calls of math.h are all of that type.
 
+CasADi writes constants as doubles and calls sqrt, not sqrtf, whatever `casadi_real` is; on a target with
+a single-precision unit every step would then run through emulated double arithmetic. The templates are
+written for double as well. `in_type` adds the type's suffix to every real literal and to every function
+of math.h, token by token.
+"""
+
+import re
+from collections import Counter
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from symbolic import InvalidInputError
+
+MATH_FUNCTIONS = frozenset(
+    {
+        "acos", "acosh", "asin", "asinh", "atan", "atan2", "atanh", "ceil", "copysign", "cos", "cosh",
+        "erf", "exp", "expm1", "fabs", "floor", "fmax", "fmin", "fmod", "hypot", "log", "log1p", "pow",
+        "remainder", "sin", "sinh", "sqrt", "tan", "tanh",
+    }
+)  # fmt: skip
+"""The functions of math.h that generated code may call."""
+TOKEN = re.compile(
+    r"""(?P<comment>/\*.*?\*/|//[^\n]*)
+      | (?P<string>"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*')
+      | (?P<name>[A-Za-z_]\w*)
+      | (?P<number>(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?\w*)
+      | (?P<newline>\n)
+      | (?P<other>.)""",
+    re.VERBOSE | re.DOTALL,
+)
+REAL_LITERAL = re.compile(r"(?:\d+\.\d*|\.\d+)(?:[eE][+-]?\d+)?|\d+[eE][+-]?\d+")
+
 
 @dataclass(frozen=True, kw_only=True)
 class Real:
-    """How numbers are held on the target.
+    """A floating-point type of C.
 
     Attributes:
-        c_type: the type in C.
-        suffix: what a literal of this type ends in, and the names of its functions in math.h.
-        dtype: the same in NumPy.
-        digits: significant digits that tell any two numbers apart.
+        c_type: its name in C.
+        suffix: of its literals, and of the names of its functions in math.h.
+        dtype: the same type in NumPy.
+        digits: significant decimal digits that distinguish any two numbers.
         greatest: largest finite number.
     """
 
@@ -25,7 +55,7 @@ class Real:
     greatest: float
 
     def literal(self, value: float) -> str:
-        """A number as C writes it in this type; NAN and INFINITY from math.h."""
+        """A number as a literal of C; NAN and INFINITY are those of math.h."""
         rounded = float(self.dtype(value))
         if np.isnan(rounded):
             return f"({self.c_type})NAN"
@@ -39,7 +69,7 @@ class Real:
         return np.dtype(self.dtype).itemsize
 
     def round(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Numbers as the target holds them."""
+        """The nearest numbers of this type, as float64."""
         return np.asarray(values).astype(self.dtype).astype(float)
 
 
@@ -51,3 +81,33 @@ DOUBLE = Real(
     c_type="double", suffix="", dtype=np.float64, digits=17, greatest=float(np.finfo(np.float64).max)
 )
 """IEEE double precision, the same as in Python."""
+
+
+def in_type(code: str, real: Real) -> str:
+    """C in which every real literal and every function of math.h is of one type.
+
+    Raises:
+        InvalidInputError: a constant is beyond the type.
+    """
+    return "".join(_typed(kind, token, real) for kind, token in tokens(code))
+
+
+def tokens(code: str) -> Iterator[tuple[str, str]]:
+    """Kind and text of every token of C, white space included: joined, the texts are the code."""
+    for match in TOKEN.finditer(code):
+        yield str(match.lastgroup), match.group()
+
+
+def count_names(code: str) -> Counter[str]:
+    """How often each identifier occurs in C outside comments and strings."""
+    return Counter(token for kind, token in tokens(code) if kind == "name")
+
+
+def _typed(kind: str, token: str, real: Real) -> str:
+    if kind == "name" and token in MATH_FUNCTIONS:
+        return token + real.suffix
+    if kind == "number" and REAL_LITERAL.fullmatch(token):
+        if abs(float(token)) > real.greatest:
+            raise InvalidInputError(f"the constant {token} is beyond the type {real.c_type}")
+        return token + real.suffix
+    return token

@@ -9,16 +9,17 @@ import casadi as ca
 def scalars(name: str, function: ca.Function, numbers: Mapping[str, Any]) -> ca.Function:
     """A Function with some inputs as numbers, expanded to scalar operations, each done once.
 
-    An infinite number comes in as 1 over nothing, so that what it divides goes away.
+    Infinite parameters enter as 1/ε with ε = 0 after simplification, so that terms divided by them
+    vanish.
     """
     names = [n for n in function.name_in() if n not in numbers]
     symbols = {n: ca.SX.sym(n, *function.size_in(n)) for n in names}
-    nothing = ca.SX.sym("nothing")
-    given = {n: _by_nothing(values, nothing) for n, values in numbers.items()} | symbols
-    made = function.expand().call([given[n] for n in function.name_in()])
-    flat = ca.substitute(made, [nothing], [ca.SX(0)])
+    epsilon = ca.SX.sym("epsilon")
+    given = {n: _with_infinity(values, epsilon) for n, values in numbers.items()} | symbols
+    outputs = function.expand().call([given[n] for n in function.name_in()])
+    flat = ca.substitute(outputs, [epsilon], [ca.SX(0)])
     return ca.Function(name, list(symbols.values()), flat, names, function.name_out(), {"cse": True})
 
 
-def _by_nothing(values: Any, nothing: ca.SX) -> ca.SX:
-    return ca.vertcat(*(1 / nothing if value == float("inf") else value for value in values.tolist()))
+def _with_infinity(values: Any, epsilon: ca.SX) -> ca.SX:
+    return ca.vertcat(*(1 / epsilon if value == float("inf") else value for value in values.tolist()))

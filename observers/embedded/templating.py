@@ -1,21 +1,31 @@
-"""Templates of C and what they are filled with."""
+"""Templates of C: `${name}` stands for a value, a line that begins with %% is a statement of jinja2."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib import resources
-from string import Template
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+ENVIRONMENT = Environment(
+    loader=PackageLoader("observers.embedded"),
+    undefined=StrictUndefined,
+    variable_start_string="${",
+    variable_end_string="}",
+    line_statement_prefix="%%",
+    keep_trailing_newline=True,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Body:
-    """What a kind of code puts behind the common interface.
+    """The part of generated code that differs between observers.
 
     Attributes:
-        core: C that computes, in the type.
-        stepping: C of `begin` and `advance`, which the interface calls.
+        core: C of the computation, in the type.
+        stepping: C of `begin` and `advance`, which the public functions call.
         private: fields of the state, lines of C.
         bytes: size of these fields.
-        types: types that they need, C of the header.
+        types: their types, C of the header.
     """
 
     core: str
@@ -25,7 +35,6 @@ class Body:
     types: str = ""
 
 
-def filled(template: str, terms: Mapping[str, str]) -> str:
-    """A template of this package with its places filled."""
-    text = resources.files("observers.embedded").joinpath("templates", template).read_text("utf-8")
-    return Template(text).substitute(terms)
+def render(template: str, terms: Mapping[str, Any]) -> str:
+    """The text of a template of this package; a term that is missing is an error."""
+    return ENVIRONMENT.get_template(template).render(terms)

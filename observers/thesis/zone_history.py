@@ -1,8 +1,8 @@
-"""Direction and zones of the patch along a recording: as the source counts them, and as they are.
+"""Direction and number of zones of the patch along a recording, by [Györök 2022] and in full.
 
-The source knows three and five zones (section 3.1); figures 5.6 and 5.7 show them over time. Every
-reversal within them makes two more, until the angle passes the turning point before it and both are
-forgotten, as Madelung's rules have it.
+[Györök 2022] counts three and five zones (section 3.1, figures 5.6 and 5.7). Every reversal within them
+makes two more, until the angle passes the turning point before it and both are deleted, by Madelung's
+rules.
 """
 
 from collections.abc import Iterable
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.thesis.zone_state_machine import Fragmentation, turned
+from observers.thesis.zone_state_machine import ZoneState, advance_zones
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
@@ -20,13 +20,13 @@ Counts = NDArray[np.int64]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ZoneHistory:
-    """What becomes of the patch; arrays of shape (n,).
+    """Direction and number of zones at every sample; arrays of shape (n,).
 
     Attributes:
-        direction: of turning, 1 or -1, as the source counts; 0 at rest.
-        psi_max: angle of the last reversal by the source's state machine, 0 before the first [rad].
-        zones: 3 or 5, as the source counts.
-        true_zones: 3, 5, 7 and so on: every reversal that is not yet forgotten.
+        direction: of turning, 1 or -1, by the state machine of [Györök 2022]; 0 at rest.
+        psi_max: angle of the last reversal by the state machine, 0 before the first [rad].
+        zones: 3 or 5, by the state machine.
+        true_zones: 3, 5, 7 and so on, from all turning points in memory.
     """
 
     direction: Counts
@@ -50,9 +50,9 @@ def zone_history(psi: Array, least_turn: float = 5e-4) -> ZoneHistory:
     if not 0 <= least_turn < np.inf:
         raise InvalidInputError(f"least_turn must be finite and at least 0 rad, got {least_turn}")
     angles = (psi - psi[0]).tolist()
-    state, states = Fragmentation(), []
+    state, states = ZoneState(), []
     for angle in angles:
-        state = turned(state, angle, least_turn)
+        state = advance_zones(state, angle, least_turn)
         states.append(state)
     reversed_once = np.array([state.psi_max for state in states])
     return ZoneHistory(

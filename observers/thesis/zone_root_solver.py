@@ -1,15 +1,15 @@
-"""The source's own method: one root solve a sample, on the torque of three or five zones.
+"""The method of [Györök 2022]: one root solve per sample, on the torque of three or five zones.
 
 At every sample the coefficient of friction is the root of
 
     f(mu) = M_z measured - M_z of the zones at mu,
 
-source (3.7) where the aligning torque is measured, with the sign that its (2.3) gives M_z. Where the
-model is wrong, or the tyre sticks, no mu may give the measured torque: then the nearest point counts. In
-five zones two may: then the one near the last estimate is found.
+[Györök 2022], (3.7), where the aligning torque is measured, with the sign of M_z of (2.3) there. Where
+the model is wrong, or the tyre sticks, there may be no root: then the nearest point is taken. In five
+zones there may be two: then the solver converges to the one near the last estimate.
 
-It is the baseline that the observers are held against. It knows five zones, the present load and the
-present sample, no more, and does not say how sure it is.
+It is the baseline for the other observers. It uses five zones, the present load and the present sample
+only, and gives no standard deviation.
 """
 
 from dataclasses import dataclass, field, replace
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.optimize import fsolve, minimize_scalar
 
 from observers.protocol import Estimate, Sample, Status
-from observers.thesis.zone_state_machine import Curve, Fragmentation, branch, curve, turned
+from observers.thesis.zone_state_machine import TorqueCurve, ZoneState, advance_zones, branch, curve
 from symbolic import InvalidInputError, Rig, Tyre, full_slide_torque
 
 Array = NDArray[np.float64]
@@ -32,7 +32,7 @@ SHOWS = 0.1
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class ZoneRootState:
-    """What is carried from sample to sample.
+    """State of a `ZoneRootSolver` between samples.
 
     Attributes:
         rest: angle at which the patch stood at rest, NaN before the first angle [rad].
@@ -44,13 +44,13 @@ class ZoneRootState:
         M_z_predicted: torque at the last sample by the estimate before it [N m].
         solved: True where the last sample gave a root, False where it gave the nearest point or none.
         informed: True once a root has been found where the patch slides noticeably.
-        status: what became of the last sample.
+        status: how the last sample was treated.
     """
 
     rest: float = nan
     psi: float = 0.0
     F_N: float = nan
-    zones: Fragmentation = field(default_factory=Fragmentation)
+    zones: ZoneState = field(default_factory=ZoneState)
     raw: float
     mu: float
     M_z_predicted: float = nan
@@ -61,16 +61,16 @@ class ZoneRootState:
 
 @dataclass(frozen=True, kw_only=True)
 class ZoneRootSolver:
-    """The source's estimator, sections 3.1 and 3.2.
+    """The estimator of [Györök 2022], sections 3.1 and 3.2.
 
     Attributes:
         rig: geometry; a and e are used.
         k: distributed lateral stiffness [N/m^2].
         mu: first guess [1].
-        bounds: least and greatest mu that are tried [1]; the source has none.
-        smoothing: alpha of the source's exponential filter, (5.9), at least 0 and below 1:
-            mu <- alpha mu + (1 - alpha) root, so 0 is no filter. In (5.9) as printed the alpha of 0.01
-            that the source found best does next to nothing; the lag of its fig. 5.9 takes 0.99.
+        bounds: least and greatest mu that are tried [1]; [Györök 2022] has none.
+        smoothing: alpha of the exponential filter [Györök 2022], (5.9), at least 0 and below 1:
+            mu <- alpha mu + (1 - alpha) root, so 0 is no filter. The printed alpha of 0.01 hardly
+            filters; the lag of fig. 5.9 there takes 0.99.
         least_turn: turn back by which a reversal counts [rad], above the noise of the angle.
 
     Raises:
@@ -100,6 +100,11 @@ class ZoneRootSolver:
                 f"least_turn must be a finite number of at least 0 rad, got {self.least_turn}"
             )
 
+    @property
+    def channel(self) -> str:
+        """The torque that is used."""
+        return "M_z"
+
     def init(self, first: Sample) -> ZoneRootState:
         """The state before the first sample, the patch at rest at its angle."""
         return ZoneRootState(rest=first.psi, raw=self.mu, mu=self.mu)
@@ -127,11 +132,12 @@ class ZoneRootSolver:
         )
 
     def estimate(self, state: ZoneRootState) -> Estimate:
-        """What the state says.
+        """The estimate of a state.
 
-        The method has no standard deviation, so `mu_std` is NaN, and no notion of what a sample tells.
-        `informed` is ours, and lenient: once a root was found while the patch slid noticeably it stays
-        True, through full stick and through samples without a root. `ZoneRootState.solved` tells those.
+        The method has no standard deviation, so `mu_std` is NaN, and no measure of information.
+        `informed` is an addition, and lenient: once a root was found while the patch slid noticeably it
+        stays True, through full stick and through samples without a root. `ZoneRootState.solved` tells
+        those.
         """
         return Estimate(
             mu=state.mu,
@@ -148,7 +154,7 @@ class ZoneRootSolver:
         if isfinite(sample.psi):
             rest = rest if isfinite(rest) else sample.psi
             psi = sample.psi - rest
-            zones = turned(zones, psi, self.least_turn)
+            zones = advance_zones(zones, psi, self.least_turn)
         else:
             status |= Status.HELD
         if 0 < sample.F_N < np.inf:
@@ -159,13 +165,13 @@ class ZoneRootSolver:
 
 
 def nearest(
-    torque: Curve, M_z: float, start: float, bounds: tuple[float, float], close: float
+    torque: TorqueCurve, M_z: float, start: float, bounds: tuple[float, float], close: float
 ) -> tuple[float, bool]:
     """The root of f(mu) = M_z - torque(mu) near `start`; without one, where |f| is least in the bounds.
 
-    scipy's fsolve is Powell's hybrid method, a trust region around the last estimate; the source used a
-    trust region of MATLAB's fsolve. Beyond the bounds the curve goes on along its tangent, so that no
-    negative mu is tried.
+    scipy's fsolve is Powell's hybrid method, a trust region around the last estimate; [Györök 2022]
+    used a trust region of MATLAB's fsolve. Beyond the bounds the curve goes on along its tangent, so
+    that no negative mu is tried.
 
     Args:
         torque: of this sample over mu.
@@ -193,8 +199,8 @@ def nearest(
     def miss(mu: float) -> float:
         return abs(M_z - torque(mu)[0])
 
-    found, report, _, _ = fsolve(f, [start], fprime=slope, full_output=True)
-    mu = float(found[0])
+    solution, report, _, _ = fsolve(f, [start], fprime=slope, full_output=True)
+    mu = float(solution[0])
     if least <= mu <= greatest and abs(report["fvec"].item()) <= close:
         return mu, True
     lowest = minimize_scalar(

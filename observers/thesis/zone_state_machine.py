@@ -1,18 +1,18 @@
-"""How the source remembers: the zones of the patch by a state machine, and the torque that they make.
+"""Zones of the patch by the state machine of [Györök 2022], and the torque that follows from them.
 
 From rest the deformation has three zones. A reversal, at psi_max, makes five of them, and they are
-three again once |psi| exceeds |psi_max| (source, section 3.1 and fig. 3.5). A reversal inside five zones
-would make seven. These the source neglects, and goes on as if nothing had happened: psi_max and the five
-zones stay, and the torque runs back on the branch that it came on. So it stands in the published files:
-their one reversal inside five zones (piros2, 18.86 s of the author's time) changes neither psi_max nor
-direction nor zones. It is only 0.6 mrad high and may also have been taken for noise.
+three again once |psi| exceeds |psi_max| ([Györök 2022], section 3.1 and fig. 3.5). A reversal inside
+five zones would make seven. [Györök 2022] neglects these: psi_max and the five zones stay, and the
+torque runs back on the branch that it came on. The published files agree: their one reversal inside five
+zones (piros2, 18.86 s of the author's time) changes neither psi_max nor direction nor zones. It is only
+0.6 mrad high and may also have been taken for noise.
 
 On either side of a reversal the torque is the virgin curve M_v of the patch at rest,
 
     three zones: M_z = M_v(psi),      five zones: M_z = M_v(psi_max) + 2 M_v((psi - psi_max) / 2),
 
-which are the integrals (2.3) of the source's (3.4), (3.5) and (3.6), as a test shows. The present load
-holds for the whole history, as in the source.
+which are the integrals (2.3) of [Györök 2022], (3.4), (3.5) and (3.6), as a test shows. The present load
+is used for the whole history, as there.
 """
 
 from collections.abc import Callable
@@ -29,11 +29,11 @@ from symbolic import Rig, virgin_torque
 Array = NDArray[np.float64]
 Expression = Any
 POINT = ("mu", "turn", "turn_back", "F_N", "k", "a", "e")
-"""What the torque of the zones is made of: [1], [rad], [rad], [N], [N/m^2], [m], [m]."""
+"""Inputs of the torque of the zones: [1], [rad], [rad], [N], [N/m^2], [m], [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Fragmentation:
+class ZoneState:
     """State of the state machine; angles are measured from where the patch stood at rest.
 
     Attributes:
@@ -53,10 +53,10 @@ class Fragmentation:
         return int(np.sign(side))
 
 
-def turned(before: Fragmentation, psi: float, least_turn: float) -> Fragmentation:
-    """The state machine after one more angle, source fig. 3.5.
+def advance_zones(before: ZoneState, psi: float, least_turn: float) -> ZoneState:
+    """The state machine after one more angle, [Györök 2022], fig. 3.5.
 
-    The source finds psi_max afterwards, on a filtered angle. Here a reversal counts as soon as the angle
+    There psi_max is found afterwards, on a filtered angle. Here a reversal counts as soon as the angle
     has come back from its extreme by more than `least_turn`. Samples before that were taken for three
     zones; psi_max is the extreme itself. A false reversal ends where the angle goes on beyond it.
 
@@ -75,24 +75,24 @@ def turned(before: Fragmentation, psi: float, least_turn: float) -> Fragmentatio
     return replace(after, extreme=psi, zones=3) if abs(psi) > abs(after.psi_max) else after
 
 
-def branch(state: Fragmentation, psi: float) -> tuple[float, float]:
+def branch(state: ZoneState, psi: float) -> tuple[float, float]:
     """The turn from rest and the turn since the last reversal, 0 in three zones [rad]."""
     return (psi, 0.0) if state.zones == 3 else (state.psi_max, psi - state.psi_max)
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
-class Curve:
+class TorqueCurve:
     """M_z of one sample over mu; the casadi Function works in place, a call takes a microsecond.
 
     Attributes:
         point: inputs in the order of `POINT`, shape (7,).
-        made: M_z [N m] and its derivative by mu, shape (2,).
+        result: M_z [N m] and its derivative by mu, shape (2,).
         buffer: ties the Function to both arrays and lives as long as it is called.
-        evaluate: fills `made`.
+        evaluate: fills `result`.
     """
 
     point: Array
-    made: Array
+    result: Array
     buffer: Any
     evaluate: Callable[[], None]
 
@@ -100,10 +100,10 @@ class Curve:
         """M_z [N m] and its derivative by mu."""
         self.point[0] = mu
         self.evaluate()
-        return float(self.made[0]), float(self.made[1])
+        return float(self.result[0]), float(self.result[1])
 
 
-def curve(turns: tuple[float, float], F_N: float, k: float, rig: Rig) -> Curve:
+def curve(turns: tuple[float, float], F_N: float, k: float, rig: Rig) -> TorqueCurve:
     """The torque over mu of a patch with three or five zones.
 
     Args:
@@ -112,11 +112,11 @@ def curve(turns: tuple[float, float], F_N: float, k: float, rig: Rig) -> Curve:
         k: distributed lateral stiffness [N/m^2].
         rig: geometry.
     """
-    point, made = np.array([1.0, *turns, F_N, k, rig.a, rig.e]), np.empty(2)
+    point, result = np.array([1.0, *turns, F_N, k, rig.a, rig.e]), np.empty(2)
     buffer, evaluate = _torque().buffer()
     buffer.set_arg(0, point.data)
-    buffer.set_res(0, made.data)
-    return Curve(point=point, made=made, buffer=buffer, evaluate=evaluate)
+    buffer.set_res(0, result.data)
+    return TorqueCurve(point=point, result=result, buffer=buffer, evaluate=evaluate)
 
 
 @cache

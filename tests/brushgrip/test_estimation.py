@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -30,6 +31,7 @@ class SampleRecorder:
     """An observer of a user's own: it keeps every sample, and estimates their number."""
 
     samples: list[Sample] = field(default_factory=list)
+    channel: ClassVar[str] = "M_z"
 
     def init(self, first: Sample) -> int:
         del first

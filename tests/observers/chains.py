@@ -39,7 +39,7 @@ class Chain:
 
     @property
     def arguments(self) -> tuple[Array, ...]:
-        """As `build_smoother` takes them."""
+        """mean, factor, z, H, weight, A, b and Q, columns of all samples side by side."""
         N, n = self.size
         rows = (self.z.reshape(1, N), self.H.T, self.weight.reshape(1, N))
         motion = (self.A.transpose(1, 0, 2).reshape(n, n * N), self.b.T, self.Q.T)

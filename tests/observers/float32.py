@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Sample, SteeringTorque, Tuning
-from observers.base import SAID
 from observers.ekf import build_step
-from observers.embedded.literals import in_type
-from observers.embedded.scalar_type import SINGLE
+from observers.embedded.scalar_type import SINGLE, in_type
+from observers.protocol import OUTPUT
 from symbolic import Model, Rig, compiler, effects_named
 from tests.compile_once import compile_once
 
@@ -178,7 +177,7 @@ class Single:
         """What the filter says of samples (n, 6) in the order of `observers.SAMPLE`, (n, 4)."""
         psi, psi_dot, F_N, dt, *_ = samples[0].tolist()
         state = self.start(Sample(psi=psi, psi_dot=psi_dot, F_N=F_N, dt=dt))
-        said = np.empty((len(samples), len(SAID)), np.float32)
+        said = np.empty((len(samples), len(OUTPUT)), np.float32)
         self._loaded.follow(
             ctypes.c_longlong(state.size),
             ctypes.c_longlong(len(samples)),
@@ -204,8 +203,8 @@ class Single:
         return Setup(
             size=layout.size, n=len(self.observer.states), factor=at["factor"].start,
             last=at["last"].start, last_size=at["last"].stop - at["last"].start,
-            status=at["said"].start + SAID.index("status"),
-            steering=self.observer.measurement_model.turns,
+            status=at["output"].start + OUTPUT.index("status"),
+            steering="psi" in self.observer.states,
             a=rig.a, J_A=rig.J_A, b_t=rig.b_t, bouts=trial.bouts, wildest=trial.wildest,
             heaviest=trial.heaviest,
         )  # fmt: skip

@@ -24,7 +24,8 @@ from observers import (
     run,
 )
 from observers.base import ModelObserver
-from observers.control_system import OUTPUTS, as_system
+from observers.control_system import as_system
+from observers.protocol import ESTIMATE
 from reference_rig import RigRecording
 from symbolic import InvalidInputError, Model
 from tests.observers.conftest import RIG, K
@@ -81,7 +82,7 @@ def test_says_what_a_run_says(observer: ModelObserver, recording: RigRecording) 
     said = response(as_system(observer, first_of(columns)), columns)
     made = run_of(observer, columns)
 
-    for row, name in zip(said, OUTPUTS, strict=True):
+    for row, name in zip(said, ESTIMATE, strict=True):
         np.testing.assert_allclose(row, getattr(made, name), atol=1e-9, rtol=0, err_msg=name)
 
 
@@ -91,7 +92,7 @@ def test_predictor_form_is_one_sample_behind(observer: ModelObserver, recording:
     made, tuning = run_of(observer, columns), observer.tuning
 
     np.testing.assert_array_equal(said[:, 0], [tuning.mu, tuning.mu_std, 0, 0, 0])
-    for row, name in zip(said, OUTPUTS, strict=True):
+    for row, name in zip(said, ESTIMATE, strict=True):
         np.testing.assert_allclose(row[1:], getattr(made, name)[:-1], atol=1e-9, rtol=0, err_msg=name)
 
 
@@ -99,7 +100,7 @@ def test_nan_is_a_missing_measurement(observer: ModelObserver, recording: RigRec
     first = first_of(columns_of(recording))
     system, start = as_system(observer, first), observer.init(first)
     given = {name: getattr(first, name) for name in system.input_labels}
-    given["psi" if observer.measurement_model.turns else "M_z"] = np.nan
+    given["psi" if "psi" in observer.states else "M_z"] = np.nan
     u = np.array(list(given.values()))
     after = observer.step(start, Sample(**{"psi_dot": np.nan, **given, "dt": 0.01}))
 
@@ -119,7 +120,7 @@ def test_zeros_stand_for_the_start(observer: ModelObserver, recording: RigRecord
 
 def test_its_signals_have_the_names_of_samples(observer: ModelObserver, recording: RigRecording) -> None:
     system = as_system(observer, first_of(columns_of(recording)))
-    hand = observer.measurement_model.turns
+    hand = "M" in observer.channels
 
     assert system.input_labels == (["psi", "F_N", "M"] if hand else ["psi", "psi_dot", "F_N", "M_z"])
     assert system.output_labels == ["mu", "mu_std", "M_z_predicted", "informed", "status"]

@@ -26,8 +26,8 @@ SHARP: dict[str, Any] = {
 
 def judged(innovation: float, streak: float = 0.0, *, weight: float = 4.0, ordinary: float = inf,
            left_open: float = 0.0, **tuning: Any) -> tuple[bool, bool, int, Array]:  # fmt: skip
-    beliefs = Tuning(**{"gate": 3.0, "reset_after": 4, **tuning}).beliefs
-    made = build_gate()(innovation, left_open, weight, ordinary, [streak, 2.0], beliefs)
+    vector = Tuning(**{"gate": 3.0, "reset_after": 4, **tuning}).vector
+    made = build_gate()(innovation, left_open, weight, ordinary, [streak, 2.0], vector)
     believed, reset, run, counts = (np.asarray(part).ravel() for part in made)
     return bool(believed[0]), bool(reset[0]), int(run[0]), counts
 

@@ -1,4 +1,4 @@
-"""Motion and reading of both ways of hearing friction: derivatives, noises, and the wheel's path."""
+"""Motion and measurement of both measurement models: derivatives, noises, and the wheel's path."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from observers import AligningTorque, MeasurementModel, SteeringTorque, Tuning
-from observers.linearisation import build_motion, build_reading, directions
+from observers.linearisation import build_measurement, build_motion, directions
 from observers.measurement_model import CLEAN
 from tests.observers.conftest import RIG
 from tests.observers.factories import slide
@@ -25,16 +25,16 @@ MEANINGS = {"log_mu": 0.1, "M_0": 0.2, "stiffness": 0.9, "psi": 0.03, "psi_dot":
 
 
 def clean(**values: float) -> Array:
-    usual = {"psi": 0.03, "psi_dot": 0.1, "F_N": 410.0, "dt": 0.008, "M_z": -3.0, "M": 2.5, "lost": 0.0}
+    usual = {"psi": 0.03, "psi_dot": 0.1, "F_N": 410.0, "dt": 0.008, "M_z": -3.0, "M": 2.5, "M_age": 0.0}
     return np.array([(usual | values)[name] for name in CLEAN])
 
 
-def moved(
+def motion_of(
     measurement_model: MeasurementModel, x: Array, M_z: float, slopes: Array, **settings: Any
 ) -> tuple[Array, ...]:
     last, now = settings.get("last", clean(dt=0.012)), settings.get("now", clean())
     tuning = settings.get("tuning", TUNING)
-    made = build_motion(measurement_model)(x, M_z, slopes, last, now, NUMBERS, tuning.beliefs)
+    made = build_motion(measurement_model)(x, M_z, slopes, last, now, NUMBERS, tuning.vector)
     x_next, A, Q, b = (np.asarray(part) for part in made)
     np.testing.assert_allclose(b.ravel(), x_next.ravel() - A @ x, rtol=0, atol=1e-12)
     return x_next.ravel(), A, Q.ravel()
@@ -66,9 +66,9 @@ def test_states_stand_in_their_one_order(measurement_model: MeasurementModel) ->
 
     assert list(measurement_model.states) == order
     assert measurement_model.states[0] == "log_mu"
-    assert ("psi" in measurement_model.states) is measurement_model.turns
+    assert ("M" in measurement_model.channels) is ("psi" in measurement_model.states)
     tyre = [name for name in ("log_mu", "stiffness") if name in measurement_model.states]
-    assert list(directions(measurement_model)) == ["psi"] * measurement_model.turns + tyre
+    assert list(directions(measurement_model)) == ["psi"] * ("M" in measurement_model.channels) + tyre
 
 
 @pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS, ids=repr)
@@ -78,11 +78,11 @@ def test_derivative_of_the_motion(measurement_model: MeasurementModel) -> None:
         np.array([-60.0, -5.0, 2.0][: len(directions(measurement_model))]),
     )
     M_z = along_slopes(measurement_model, x, -3.0, slopes)
-    _, A, _ = moved(measurement_model, x, -3.0, slopes)
+    _, A, _ = motion_of(measurement_model, x, -3.0, slopes)
 
-    expected = by_differences(lambda y: moved(measurement_model, y, M_z(y), slopes)[0], x)
+    expected = by_differences(lambda y: motion_of(measurement_model, y, M_z(y), slopes)[0], x)
     np.testing.assert_allclose(A, expected, rtol=0, atol=1e-9)
-    if measurement_model.turns:
+    if "psi" in measurement_model.states:
         assert (
             abs(A[measurement_model.states.index("psi_dot"), measurement_model.states.index("log_mu")])
             > 0.1
@@ -90,7 +90,7 @@ def test_derivative_of_the_motion(measurement_model: MeasurementModel) -> None:
 
 
 @pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS, ids=repr)
-def test_derivative_of_the_reading(measurement_model: MeasurementModel) -> None:
+def test_derivative_of_the_measurement(measurement_model: MeasurementModel) -> None:
     x, slopes = (
         usual_x(measurement_model),
         np.array([-60.0, -5.0, 2.0][: len(directions(measurement_model))]),
@@ -98,12 +98,12 @@ def test_derivative_of_the_reading(measurement_model: MeasurementModel) -> None:
     M_z = along_slopes(measurement_model, x, -3.0, slopes)
 
     def read(y: Array, now: Array) -> list[Array]:
-        made = build_reading(measurement_model)(y, M_z(y), slopes, now, NUMBERS, TUNING.beliefs)
+        made = build_measurement(measurement_model)(y, M_z(y), slopes, now, NUMBERS, TUNING.vector)
         return [np.asarray(part).ravel() for part in made]
 
     innovation, H, weight, expected, _ = read(x, clean())
     np.testing.assert_allclose(H, by_differences(lambda y: read(y, clean())[3][0], x), rtol=0, atol=1e-9)
-    measured = 0.03 if measurement_model.turns else -3.0
+    measured = 0.03 if "psi" in measurement_model.states else -3.0
     assert innovation[0] == pytest.approx(measured - expected[0], abs=1e-15)
     assert weight[0] > 0
     for nothing in (np.nan, np.inf, -np.inf):
@@ -116,8 +116,8 @@ def test_derivative_of_the_reading(measurement_model: MeasurementModel) -> None:
 def test_into_an_empty_place_nothing_moves(measurement_model: MeasurementModel, last_dt: float) -> None:
     x, slopes = usual_x(measurement_model), np.ones(len(directions(measurement_model)))
     empty = clean(dt=0.0, M=0.0, M_z=0.0)
-    x_next, A, Q = moved(measurement_model, x, 3.0, slopes, last=clean(dt=last_dt), now=empty)
-    weight = build_reading(measurement_model)(x, 3.0, slopes, empty, NUMBERS, TUNING.beliefs)[2]
+    x_next, A, Q = motion_of(measurement_model, x, 3.0, slopes, last=clean(dt=last_dt), now=empty)
+    weight = build_measurement(measurement_model)(x, 3.0, slopes, empty, NUMBERS, TUNING.vector)[2]
 
     np.testing.assert_array_equal(x_next, x)
     np.testing.assert_array_equal(A, np.eye(x.size))
@@ -134,7 +134,7 @@ def test_walks_grow_with_time_and_not_with_samples(measurement_model: Measuremen
         steps, total = steps / steps.sum(), 0.0
         for before, dt in zip([steps[0], *steps[:-1]], steps, strict=True):
             clocks = {"last": clean(dt=before), "now": clean(dt=dt)}
-            total = total + moved(measurement_model, x, 0.0, slopes, tuning=tuning, **clocks)[2]
+            total = total + motion_of(measurement_model, x, 0.0, slopes, tuning=tuning, **clocks)[2]
         of_a_second.append(dict(zip(measurement_model.states, total, strict=True)))
 
     level = slide(410.0)
@@ -148,15 +148,15 @@ def test_walks_grow_with_time_and_not_with_samples(measurement_model: Measuremen
 def test_zero_fades_with_its_time() -> None:
     measurement_model, x = AligningTorque(), np.array([1.0, 0.4])
     for _ in range(100):
-        x, *_ = moved(measurement_model, x, 0.0, np.zeros(1), now=clean(dt=0.03))
+        x, *_ = motion_of(measurement_model, x, 0.0, np.zeros(1), now=clean(dt=0.03))
 
     np.testing.assert_allclose(x, [1.0, 0.4 * np.exp(-1)], rtol=1e-12)
 
 
 def test_noise_of_a_torque_counts_by_time() -> None:
     weights = [
-        float(build_reading(AligningTorque())(
-            usual_x(AligningTorque()), 0.0, np.zeros(1), clean(dt=dt), NUMBERS, TUNING.beliefs
+        float(build_measurement(AligningTorque())(
+            usual_x(AligningTorque()), 0.0, np.zeros(1), clean(dt=dt), NUMBERS, TUNING.vector
         )[2])
         for dt in (0.01, 0.02)
     ]  # fmt: skip
@@ -165,17 +165,17 @@ def test_noise_of_a_torque_counts_by_time() -> None:
 
 
 def test_angle_has_its_own_noise() -> None:
-    read = build_reading(SteeringTorque())
-    _, _, weight, _, ordinary = read(np.zeros(3), 0.0, np.zeros(2), clean(), NUMBERS, TUNING.beliefs)
+    read = build_measurement(SteeringTorque())
+    _, _, weight, _, huber_scale = read(np.zeros(3), 0.0, np.zeros(2), clean(), NUMBERS, TUNING.vector)
 
     assert float(weight) == pytest.approx(TUNING.psi_noise**-2)
-    assert float(ordinary) == np.inf
+    assert float(huber_scale) == np.inf
 
 
 def test_a_held_steering_torque_is_worth_less_the_longer_it_is_held() -> None:
     x, slopes = np.zeros(3), np.zeros(2)
     doubt = {
-        time: moved(SteeringTorque(), x, 0.0, slopes, last=clean(lost=time))[2][2]
+        time: motion_of(SteeringTorque(), x, 0.0, slopes, last=clean(M_age=time))[2][2]
         for time in (0.0, 0.05, 0.1, 5.0)
     }
     kick, slide = 0.008, 0.375 * 410.0 * RIG.a
@@ -201,7 +201,9 @@ def leapfrogged(steps: Array) -> tuple[Array, Array]:
     last = clean(psi=0.0, M=push(0.0), dt=0.0)
     for t, dt in zip(times[1:], steps, strict=True):
         now = clean(dt=dt, M=push(t))
-        x, *_ = moved(measurement_model, x, -SPRING * x[1], np.array([-SPRING, 0.0]), last=last, now=now)
+        x, *_ = motion_of(
+            measurement_model, x, -SPRING * x[1], np.array([-SPRING, 0.0]), last=last, now=now
+        )
         made.append(x[1:])
         last = now
     angle, rate = np.array(made).T
@@ -241,7 +243,7 @@ def test_undamped_wheel_keeps_its_energy_and_damping_takes_it() -> None:
         for _ in range(2000):
             numbers = [RIG.a, RIG.e, RIG.J_A, b_t]
             at = clean(M=0.0, dt=0.01)
-            x = motion(x, -SPRING * x[1], [-SPRING, 0.0], at, at, numbers, TUNING.beliefs)[0]
+            x = motion(x, -SPRING * x[1], [-SPRING, 0.0], at, at, numbers, TUNING.vector)[0]
             energy.append(0.5 * RIG.J_A * float(x[2]) ** 2 + 0.5 * SPRING * float(x[1]) ** 2)
         late, early = max(energy[-200:]), max(energy[:200])
         assert late == pytest.approx(early, rel=0.01) if keeps else late < early
@@ -249,9 +251,9 @@ def test_undamped_wheel_keeps_its_energy_and_damping_takes_it() -> None:
 
 def test_zero_of_the_channel_pushes_the_wheel() -> None:
     x = np.array([1.0, 0.5, 0.0, 0.0])
-    pushed, *_ = moved(SteeringTorque(zero=True), x, 0.0, np.zeros(2), last=clean(M=0.0))
-    steered, *_ = moved(SteeringTorque(), x[[0, 2, 3]], 0.0, np.zeros(2), last=clean(M=0.5))
-    held, *_ = moved(SteeringTorque(), x[[0, 2, 3]], -0.5, np.zeros(2), last=clean(M=0.5))
+    pushed, *_ = motion_of(SteeringTorque(zero=True), x, 0.0, np.zeros(2), last=clean(M=0.0))
+    steered, *_ = motion_of(SteeringTorque(), x[[0, 2, 3]], 0.0, np.zeros(2), last=clean(M=0.5))
+    held, *_ = motion_of(SteeringTorque(), x[[0, 2, 3]], -0.5, np.zeros(2), last=clean(M=0.5))
 
     np.testing.assert_allclose(pushed[2:], steered[1:], rtol=1e-14)
     assert pushed[3] > 0

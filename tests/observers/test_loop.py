@@ -7,7 +7,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from observers import Ekf, Loop, Mhe, Observer, Sample, Status, SteeringTorque, ZoneRootSolver, run
+from observers import (
+    Ekf,
+    Estimate,
+    Loop,
+    Mhe,
+    Observer,
+    Sample,
+    Status,
+    SteeringTorque,
+    ZoneRootSolver,
+    causal_rate,
+    run,
+)
 from reference_rig import RigRecording
 from symbolic import InvalidInputError, Model
 from tests.observers.conftest import RIG, K
@@ -199,3 +211,44 @@ def test_nonsense_is_no_angle(observer: Observer, nonsense: float) -> None:
     assert said[0].status == Status.MISSING
     assert said[-1].mu == pytest.approx(missing[-1].mu, abs=1e-12)
     assert np.isfinite(said[-1].mu)
+
+
+class Listener:
+    """An observer whose state is the samples that it was given."""
+
+    channel = "M_z"
+
+    def init(self, _first: Sample) -> list[Sample]:
+        return []
+
+    def step(self, state: list[Sample], sample: Sample) -> list[Sample]:
+        return [*state, sample]
+
+    def estimate(self, _state: list[Sample]) -> Estimate:
+        return Estimate(mu=1.0, mu_std=0.5, M_z_predicted=0.0, informed=False)
+
+
+@pytest.mark.parametrize("absent", [np.nan, np.inf, -np.inf, 1e12])
+def test_an_absent_rate_is_the_causal_one_also_through_gaps_of_the_angle(absent: float) -> None:
+    rng = np.random.default_rng(3)
+    dt = rng.uniform(0.005, 0.02, 60)
+    t, psi = np.cumsum(dt), 0.7 + 0.2 * np.sin(np.arange(60) / 7)
+    psi[20:23] = psi[40] = np.nan
+    samples = [
+        Sample(psi=p, psi_dot=absent, F_N=400.0, dt=step) for p, step in zip(psi, dt, strict=True)
+    ]
+    seen = fed(Listener(), samples).state
+    known = np.isfinite(psi)
+
+    rates = np.array([sample.psi_dot for sample in seen])
+    expected = causal_rate(t[known], psi[known])
+    np.testing.assert_allclose(rates[known], expected, rtol=1e-12, atol=1e-12)
+    # While the angle is missing the last rate stands.
+    np.testing.assert_array_equal(rates[20:23], rates[19])
+    assert rates[0] == 0.0
+
+
+def test_a_measured_rate_stays() -> None:
+    samples = [Sample(psi=0.1 * i, psi_dot=0.3 + i, F_N=400.0, dt=0.01) for i in range(5)]
+
+    assert [sample.psi_dot for sample in fed(Listener(), samples).state] == [0.3, 1.3, 2.3, 3.3, 4.3]

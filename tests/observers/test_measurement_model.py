@@ -15,7 +15,7 @@ from tests.observers.conftest import RIG, make
 from tests.observers.factories import slide
 
 GOOD = {"psi": 0.1, "psi_dot": 0.2, "F_N": 410.0, "dt": 0.01, "M_z": -2.0, "M": 3.0}
-LAST = {"psi": 0.05, "psi_dot": 0.3, "F_N": 390.0, "dt": 0.02, "M_z": -1.0, "M": 1.5, "lost": 0.0}
+LAST = {"psi": 0.05, "psi_dot": 0.3, "F_N": 390.0, "dt": 0.02, "M_z": -1.0, "M": 1.5, "M_age": 0.0}
 NOTHING = (nan, inf, -inf)
 
 
@@ -27,10 +27,10 @@ def cleaned(measurement_model: MeasurementModel, **fault: float) -> tuple[dict[s
 
 def test_a_good_sample_passes() -> None:
     aligning, held = cleaned(AligningTorque())
-    assert aligning == {**GOOD, "M": 0.0, "lost": 0.0}
+    assert aligning == {**GOOD, "M": 0.0, "M_age": 0.0}
     assert not held
     steering, held = cleaned(SteeringTorque())
-    assert steering == {**GOOD, "psi_dot": 0.0, "M_z": 0.0, "lost": 0.0}
+    assert steering == {**GOOD, "psi_dot": 0.0, "M_z": 0.0, "M_age": 0.0}
     assert not held
 
 
@@ -45,15 +45,15 @@ def test_aligning_torque_without_a_sensor(nothing: float) -> None:
     assert (now["psi"], now["psi_dot"], held) == (GOOD["psi"], GOOD["psi_dot"], False)
     assert not np.isfinite(now["M_z"])
     now, held = cleaned(AligningTorque(), M=nothing)
-    assert (now["M"], now["lost"], held) == (0.0, 0.0, False)
+    assert (now["M"], now["M_age"], held) == (0.0, 0.0, False)
 
 
 @pytest.mark.parametrize("nothing", NOTHING)
 def test_steering_torque_without_a_sensor(nothing: float) -> None:
     now, held = cleaned(SteeringTorque(), M=nothing)
-    assert (now["M"], now["lost"], held) == (LAST["M"], GOOD["dt"], True)
+    assert (now["M"], now["M_age"], held) == (LAST["M"], GOOD["dt"], True)
     now, held = cleaned(SteeringTorque(), psi=nothing)
-    assert (now["M"], now["lost"], held) == (GOOD["M"], 0.0, False)
+    assert (now["M"], now["M_age"], held) == (GOOD["M"], 0.0, False)
     assert not np.isfinite(now["psi"])
     for name in ("psi_dot", "M_z"):
         now, held = cleaned(SteeringTorque(), **{name: nothing})

@@ -92,9 +92,7 @@ def test_moving_window_equals_dense_equations_by_the_book(
 ) -> None:
     observer = make(Mhe, window=window, iterations=iterations, **{**CLEAN_RIG, **settings})
     made, part = (
-        (steered, slice(0, 1200, 10))
-        if observer.measurement_model.turns
-        else (recording, slice(40, 160, 2))
+        (steered, slice(0, 1200, 10)) if "psi" in observer.states else (recording, slice(40, 160, 2))
     )
     samples = sparse(samples_of(columns_of(made, part)))
     oracle = WindowOracle(observer).run(samples)

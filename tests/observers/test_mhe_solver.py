@@ -1,11 +1,13 @@
 """The smoother of a chain against dense, sparse and textbook solutions; windows that move along it."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from observers import covariance_of
-from observers.mhe_solver import build_smoother, build_update
+from observers.mhe_solver import build_back, build_update
 from tests.observers.chains import Chain, dense, factor_of, normal_equations, textbook
 
 Array = NDArray[np.float64]
@@ -35,6 +37,26 @@ def solved(chain: Chain) -> tuple[Array, Array]:
     N, n = chain.size
     x, P = (np.asarray(made) for made in build_smoother(n, N)(*chain.arguments))
     return x.T, P
+
+
+def build_smoother(n: int, N: int) -> Callable[..., tuple[Array, Array]]:
+    """Forward elimination and back substitution along a chain: x (n, N) and P of its newest state."""
+    forward = build_update(n).mapaccum("forward", N, 2, {})
+    backward = build_back(n).mapaccum("backward", N, 1, {})
+
+    def smoother(mean: Array, factor: Array, *terms: Array) -> tuple[Array, Array]:
+        _, _, *filtered = (np.asarray(part) for part in forward(mean, factor, *terms))
+        x, P, K, score = (reverse(part, N) for part in filtered)
+        H, A = (reverse(part, N) for part in (terms[1], terms[3]))
+        smoothed = np.asarray(backward(np.zeros(n), x, P, H, K, score, A)[1])
+        return reverse(smoothed, N), P[:, :n]
+
+    return smoother
+
+
+def reverse(blocks: Array, N: int) -> Array:
+    """N blocks of columns, the last one first."""
+    return np.hstack(np.hsplit(np.asarray(blocks), N)[::-1])
 
 
 def close(made: Array, expected: Array, within: float) -> None:

@@ -173,6 +173,7 @@ def test_observers_in_between_are_run_by_their_steps(recording: RigRecording) ->
 
         def __init__(self) -> None:
             self.init, self.step, self.estimate = ekf.init, ekf.step, ekf.estimate
+            self.channel = ekf.channel
 
     ekf, columns = make(Ekf), columns_of(recording, slice(0, 130))
     for name in FIELDS:

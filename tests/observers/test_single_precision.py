@@ -59,7 +59,7 @@ def single(tmp_path_factory: pytest.TempPathFactory) -> FilterFactory:
 
 def told(outcome: Outcome, observer: Ekf) -> str:
     """What a fault needs to be understood."""
-    parts = [name for name in observer.layout.places if name not in ("memory", "carried")]
+    parts = [name for name in observer.layout.places if name not in ("memory", "memory_sensitivity")]
     part = observer.layout.part
     before, after = outcome.before.astype(float), outcome.state.astype(float)
     changes = [

@@ -6,6 +6,7 @@ import threading
 from dataclasses import replace
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -148,22 +149,33 @@ def test_parts_of_a_state(kind: Any, settings: Any, samples: Any) -> None:
     assert state["x"].shape == ((n,) if kind is Ekf else (n, window))
     assert state["factor"].shape == (n, n)
     assert state["counts"].shape == (2,)
-    assert (observer.function.size1_in(0), observer.function.size1_in(1)) == (state.values.size, 6)
-    assert observer.function.name_in() == ["state", "sample", "constants"]
-    assert observer.function.name_out() == ["state_next", "said"]
+    assert (observer.step_function.size1_in(0), observer.step_function.size1_in(1)) == (
+        state.values.size,
+        6,
+    )
+    assert observer.step_function.name_in() == ["state", "sample", "constants"]
+    assert observer.step_function.name_out() == ["state_next", "output"]
     with pytest.raises(KeyError):
         state["no such part"]
 
 
-def test_layout_packs_column_by_column() -> None:
+def test_layout_joins_column_by_column() -> None:
     layout = Layout((("a", 2, 3), ("b", 2, 1), ("c", 1, 1)))
     a = np.arange(6.0).reshape(2, 3)
-    vector = layout.pack({"a": a, "b": np.array([[7.0], [8.0]]), "c": 9.0})
+    vector = (
+        ca.evalf(layout.join({"a": ca.MX(a), "b": ca.MX([7.0, 8.0]), "c": ca.MX(9.0)})).full().ravel()
+    )
 
     np.testing.assert_array_equal(vector, [0, 3, 1, 4, 2, 5, 7, 8, 9])
     np.testing.assert_array_equal(layout.part(vector, "a"), a)
     np.testing.assert_array_equal(layout.part(vector, "b"), [7.0, 8.0])
     assert layout.size == 9
-    np.testing.assert_array_equal(layout.pack({"a": 0.0, "b": 1.0, "c": 2.0})[6:], [1, 1, 2])
     with pytest.raises(KeyError):
-        layout.pack({"a": 0.0, "b": 1.0})
+        layout.join({"a": ca.MX(a), "b": ca.MX([7.0, 8.0])})
+
+
+def test_layout_fills_a_part_with_its_column_and_the_rest_with_zeros() -> None:
+    layout = Layout((("a", 2, 3), ("b", 2, 1), ("c", 1, 1)))
+    vector = ca.evalf(layout.fill({"a": ca.MX([1.0, 2.0]), "c": 9.0})).full().ravel()
+
+    np.testing.assert_array_equal(vector, [1, 2, 1, 2, 1, 2, 0, 0, 9])

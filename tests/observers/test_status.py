@@ -97,7 +97,7 @@ def test_one_sensor_lost_for_good_at_the_first_sample(
         state = observer.step(state, replace(sample, **{name: nan}))
         now = observer.estimate(state)
         assert np.isfinite([now.mu, now.mu_std, now.M_z_predicted]).all()
-    needed = ("psi", "F_N", "M") if observer.measurement_model.turns else ("psi", "F_N", "M_z")
+    needed = ("psi", "F_N", "M") if "psi" in observer.states else ("psi", "F_N", "M_z")
     assert bool(now.status & (Status.MISSING | Status.HELD)) is (name in needed)
 
 
@@ -105,7 +105,7 @@ def test_one_sensor_lost_for_good_at_the_first_sample(
 def test_without_a_measurement_there_is_only_the_walk(kind: Any, settings: Any, samples: Any) -> None:
     observer = make(kind, mu_walk=0.3, **settings)
     mine = samples[type(observer.measurement_model)]
-    lacking = {"psi": nan} if observer.measurement_model.turns else {"M_z": nan}
+    lacking = {"psi": nan} if "psi" in observer.states else {"M_z": nan}
     states = list(states_of(observer, [replace(s, **lacking) if i else s for i, s in enumerate(mine)]))
     said = [observer.estimate(state) for state in states]
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from observers import Ekf, Mhe, Tuning
-from observers.innovation_gate import huber_share
-from observers.tuning import BELIEFS
+from observers.innovation_gate import huber_weight
+from observers.tuning import TUNING_FIELDS
 from symbolic import InvalidInputError, Model
 from tests.observers.conftest import K, make
 
@@ -102,17 +102,17 @@ def test_parameters_of_the_model_are_checked_at_once(kind: Any) -> None:
 def test_beliefs_are_the_fields_in_order() -> None:
     tuning = replace(Tuning(), noise=0.3, reset_after=7)
 
-    assert len(BELIEFS) == tuning.beliefs.size
-    for name, value in zip(BELIEFS, tuning.beliefs, strict=True):
+    assert len(TUNING_FIELDS) == tuning.vector.size
+    for name, value in zip(TUNING_FIELDS, tuning.vector, strict=True):
         assert value == getattr(tuning, name)
 
 
-def test_huber_share_is_that_of_its_cost() -> None:
+def test_huber_weight_is_that_of_its_cost() -> None:
     # rho = r^2 within the ordinary size s, 2 s |r| - s^2 beyond it; the weight is rho' / (2 r).
     residual = np.concatenate([-np.logspace(3, -6, 40), [0.0], np.logspace(-6, 3, 40)])
     symbol, ordinary, left_open = (ca.SX.sym(name) for name in ("r", "s", "p"))
     share = ca.Function(
-        "share", [symbol, ordinary, left_open], [huber_share(symbol, ordinary, left_open)]
+        "share", [symbol, ordinary, left_open], [huber_weight(symbol, ordinary, left_open)]
     )
 
     for size, wider in ((0.5, 0.0), (0.3, 0.4), (inf, 0.0)):

@@ -6,7 +6,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import covariance_of
-from observers.linearisation import build_measured, build_moved
+from observers.linearisation import build_predict_covariance, build_update_covariance
 from observers.udu import covariance
 
 Array = NDArray[np.float64]
@@ -40,7 +40,7 @@ def test_measurement_is_the_textbook_update(n: int, weight: float, known: int) -
     for _ in range(20):
         factor, H = random_factor(rng, n, known), rng.standard_normal(n)
         P = multiplied(factor)
-        after, K, share = (np.asarray(made) for made in build_measured(n)(factor, H, weight))
+        after, K, share = (np.asarray(made) for made in build_update_covariance(n)(factor, H, weight))
 
         inverse = weight / (1 + weight * H @ P @ H)
         close(K.ravel(), P @ H * inverse)
@@ -55,7 +55,7 @@ def test_measurement_is_the_textbook_update(n: int, weight: float, known: int) -
 def test_no_measurement_changes_nothing(n: int) -> None:
     rng = np.random.default_rng(n)
     factor = random_factor(rng, n)
-    after, K, share = build_measured(n)(factor, rng.standard_normal(n), 0.0)
+    after, K, share = build_update_covariance(n)(factor, rng.standard_normal(n), 0.0)
 
     np.testing.assert_array_equal(after, factor)
     np.testing.assert_array_equal(np.asarray(K), 0.0)
@@ -73,7 +73,7 @@ def test_motion_is_the_textbook_prediction(n: int, known: int, still: str, rank:
         if rank == "one less":
             A[:, 0] = 0.0
         Q = rng.uniform(0.1, 1.0, n) * {"none": 1.0, "some": rng.random(n) < 0.5, "all": 0.0}[still]
-        after = np.asarray(build_moved(n)(factor, A, Q))
+        after = np.asarray(build_predict_covariance(n)(factor, A, Q))
 
         close(multiplied(after), A @ multiplied(factor) @ A.T + np.diag(Q))
         assert np.isfinite(after).all()
@@ -90,12 +90,12 @@ def test_variances_stay_positive_where_the_textbook_formula_goes_negative() -> N
     least = np.inf
     for _ in range(300):
         H, weight = np.array([1.0, 1.0, 1.0]) + 1e-6 * rng.standard_normal(3), 1e12
-        factor = np.asarray(build_measured(3)(factor, H, weight)[0])
+        factor = np.asarray(build_update_covariance(3)(factor, H, weight)[0])
         assert (np.diagonal(factor) > 0).all()
         gain = P @ H * weight / (1 + weight * H @ P @ H)
         P = P - np.outer(gain, H @ P)
         least = min(least, np.linalg.eigvalsh((P + P.T) / 2).min())
-        factor = np.asarray(build_moved(3)(factor, A, np.zeros(3)))
+        factor = np.asarray(build_predict_covariance(3)(factor, A, np.zeros(3)))
         P = A @ P @ A.T
         assert (np.diagonal(factor) > 0).all()
     assert least < 0, "the textbook formula was not tried hard enough"

@@ -1,53 +1,53 @@
-/* $described
-   As a slave of FMI 2.0 co-simulation: a communication step is one sample.
+/* ${title}
+   FMI 2.0 co-simulation slave: a communication step is one sample.
 
-   $generated */
+   ${generated} */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "$name.h"
+#include "${name}.h"
 #include "fmi2.h"
 
-#define GUID "$guid"
+#define GUID "${guid}"
 
 /* Value references, as in modelDescription.xml. */
 enum { PSI, PSI_DOT, TORQUE, LOAD, INPUTS, MU = INPUTS, MU_STD, M_Z_PREDICTED, INFORMED, STATUS };
 enum { INSTANTIATED, INITIALISING, STEPPING, TERMINATED };
 
-/* All that a saved state holds: one block, without a pointer. */
+/* The FMU state: one block without pointers. */
 typedef struct {
     char guid[sizeof GUID];
     ${name}_state_t observer;
-    double given[INPUTS];
-    double before; /* communication point of the last sample, if there was one */
+    double inputs[INPUTS];
+    double last_point; /* communication point of the last sample, if there was one */
     int32_t sampled, phase;
-} held_t;
+} fmu_state_t;
 
 typedef struct {
-    held_t held;
+    fmu_state_t state;
     fmi2CallbackLogger logger;
     fmi2ComponentEnvironment environment;
     char name[64];
 } instance_t;
 
-static void begin_anew(held_t *held) {
+static void reset_state(fmu_state_t *state) {
     int i;
-    memset(held, 0, sizeof *held);
-    memcpy(held->guid, GUID, sizeof GUID);
-    for (i = 0; i < INPUTS; ++i) held->given[i] = (double)NAN;
-    ${name}_init(&held->observer);
+    memset(state, 0, sizeof *state);
+    memcpy(state->guid, GUID, sizeof GUID);
+    for (i = 0; i < INPUTS; ++i) state->inputs[i] = (double)NAN;
+    ${name}_init(&state->observer);
 }
 
-static fmi2Status fault(const instance_t *one, const char *message) {
-    if (one->logger != NULL) one->logger(one->environment, one->name, fmi2Error, "logStatusError", message);
+static fmi2Status report(const instance_t *instance, const char *message) {
+    if (instance->logger != NULL) instance->logger(instance->environment, instance->name, fmi2Error, "logStatusError", message);
     return fmi2Error;
 }
 
-/* From one phase into the next. */
-static fmi2Status enter(instance_t *one, int32_t from, int32_t to) {
-    if (one->held.phase != from) return fault(one, "called out of order");
-    one->held.phase = to;
+/* Goes from one phase to the next. */
+static fmi2Status enter(instance_t *instance, int32_t from, int32_t to) {
+    if (instance->state.phase != from) return report(instance, "called out of order");
+    instance->state.phase = to;
     return fmi2OK;
 }
 
@@ -61,18 +61,18 @@ FMI2(fmi2Status, SetDebugLogging)(fmi2Component c, fmi2Boolean on, size_t count,
 
 FMI2(fmi2Component, Instantiate)(fmi2String name, fmi2Type type, fmi2String guid, fmi2String resources,
                                 const fmi2CallbackFunctions *callbacks, fmi2Boolean visible, fmi2Boolean logging) {
-    instance_t *one = calloc(1, sizeof *one);
+    instance_t *instance = calloc(1, sizeof *instance);
     (void)resources, (void)visible, (void)logging;
-    if (one == NULL) return NULL;
+    if (instance == NULL) return NULL;
     if (callbacks != NULL) {
-        one->logger = callbacks->logger;
-        one->environment = callbacks->componentEnvironment;
+        instance->logger = callbacks->logger;
+        instance->environment = callbacks->componentEnvironment;
     }
-    if (name != NULL) strncat(one->name, name, sizeof one->name - 1);
-    begin_anew(&one->held);
-    if (type == fmi2CoSimulation && guid != NULL && strcmp(guid, GUID) == 0) return one;
-    fault(one, type == fmi2CoSimulation ? "the GUID is another model's" : "only co-simulation is offered");
-    free(one);
+    if (name != NULL) strncat(instance->name, name, sizeof instance->name - 1);
+    reset_state(&instance->state);
+    if (type == fmi2CoSimulation && guid != NULL && strcmp(guid, GUID) == 0) return instance;
+    report(instance, type == fmi2CoSimulation ? "the GUID is another model's" : "only co-simulation is offered");
+    free(instance);
     return NULL;
 }
 
@@ -89,61 +89,61 @@ FMI2(fmi2Status, ExitInitializationMode)(fmi2Component c) { return enter(c, INIT
 FMI2(fmi2Status, Terminate)(fmi2Component c) { return enter(c, STEPPING, TERMINATED); }
 
 FMI2(fmi2Status, Reset)(fmi2Component c) {
-    begin_anew(&((instance_t *)c)->held);
+    reset_state(&((instance_t *)c)->state);
     return fmi2OK;
 }
 
-/* Takes the inputs as a sample. Its time is that since the last one, as where steps vary it was not known
-   how long this one lasts; only the first has to take the step that it begins. */
-FMI2(fmi2Status, DoStep)(fmi2Component c, fmi2Real at, fmi2Real step, fmi2Boolean kept) {
-    held_t *held = &((instance_t *)c)->held;
+/* Advances by one sample. Its dt is the time since the last communication point, which differs from `step` where
+   steps vary; the first sample has none and takes `step`. */
+FMI2(fmi2Status, DoStep)(fmi2Component c, fmi2Real at, fmi2Real step, fmi2Boolean no_set_state) {
+    fmu_state_t *state = &((instance_t *)c)->state;
     ${name}_sample_t sample;
-    (void)kept;
-    if (held->phase != STEPPING) return fault(c, "fmi2DoStep before initialisation, or after termination");
-    if (!(step > 0.0)) return fault(c, "a communication step must be greater than 0 s");
-    sample.psi = ($real)held->given[PSI];
-    sample.psi_dot = ($real)held->given[PSI_DOT];
-    sample.$torque = ($real)held->given[TORQUE];
-    sample.F_N = ($real)held->given[LOAD];
-    sample.dt = ($real)(held->sampled ? at - held->before : step);
-    ${name}_step(&held->observer, &sample);
-    held->before = at;
-    held->sampled = 1;
+    (void)no_set_state;
+    if (state->phase != STEPPING) return report(c, "fmi2DoStep before initialisation, or after termination");
+    if (!(step > 0.0)) return report(c, "a communication step must be greater than 0 s");
+    sample.psi = (${real})state->inputs[PSI];
+    sample.psi_dot = (${real})state->inputs[PSI_DOT];
+    sample.${torque} = (${real})state->inputs[TORQUE];
+    sample.F_N = (${real})state->inputs[LOAD];
+    sample.dt = (${real})(state->sampled ? at - state->last_point : step);
+    ${name}_step(&state->observer, &sample);
+    state->last_point = at;
+    state->sampled = 1;
     return fmi2OK;
 }
 
 FMI2(fmi2Status, SetReal)(fmi2Component c, const fmi2ValueReference at[], size_t count, const fmi2Real values[]) {
     size_t i;
     for (i = 0; i < count; ++i) {
-        if (at[i] >= INPUTS) return fault(c, "only inputs can be set");
-        ((instance_t *)c)->held.given[at[i]] = values[i];
+        if (at[i] >= INPUTS) return report(c, "only inputs can be set");
+        ((instance_t *)c)->state.inputs[at[i]] = values[i];
     }
     return fmi2OK;
 }
 
 FMI2(fmi2Status, GetReal)(fmi2Component c, const fmi2ValueReference at[], size_t count, fmi2Real values[]) {
-    const held_t *held = &((instance_t *)c)->held;
-    ${name}_estimate_t now;
+    const fmu_state_t *state = &((instance_t *)c)->state;
+    ${name}_estimate_t estimate;
     size_t i;
-    ${name}_estimate(&held->observer, &now);
+    ${name}_estimate(&state->observer, &estimate);
     for (i = 0; i < count; ++i) {
-        if (at[i] > M_Z_PREDICTED) return fault(c, "no real variable has this value reference");
-        values[i] = at[i] < INPUTS    ? held->given[at[i]]
-                    : at[i] == MU     ? (double)now.mu
-                    : at[i] == MU_STD ? (double)now.mu_std
-                                      : (double)now.M_z_predicted;
+        if (at[i] > M_Z_PREDICTED) return report(c, "no real variable has this value reference");
+        values[i] = at[i] < INPUTS    ? state->inputs[at[i]]
+                    : at[i] == MU     ? (double)estimate.mu
+                    : at[i] == MU_STD ? (double)estimate.mu_std
+                                      : (double)estimate.M_z_predicted;
     }
     return fmi2OK;
 }
 
 static fmi2Status flag(fmi2Component c, fmi2ValueReference only, const fmi2ValueReference at[], size_t count,
                        int values[]) {
-    ${name}_estimate_t now;
+    ${name}_estimate_t estimate;
     size_t i;
-    ${name}_estimate(&((instance_t *)c)->held.observer, &now);
+    ${name}_estimate(&((instance_t *)c)->state.observer, &estimate);
     for (i = 0; i < count; ++i) {
-        if (at[i] != only) return fault(c, "no variable of this type has this value reference");
-        values[i] = only == INFORMED ? (int)now.informed : (int)now.status;
+        if (at[i] != only) return report(c, "no variable of this type has this value reference");
+        values[i] = only == INFORMED ? (int)estimate.informed : (int)estimate.status;
     }
     return fmi2OK;
 }
@@ -156,16 +156,16 @@ FMI2(fmi2Status, GetBoolean)(fmi2Component c, const fmi2ValueReference at[], siz
     return flag(c, INFORMED, at, count, values);
 }
 
-/* A state that is there already may be handed in, to be overwritten. */
+/* An existing state is overwritten. */
 FMI2(fmi2Status, GetFMUstate)(fmi2Component c, fmi2FMUstate *state) {
-    if (*state == NULL) *state = malloc(sizeof(held_t));
-    if (*state == NULL) return fault(c, "no memory for a state");
-    memcpy(*state, &((instance_t *)c)->held, sizeof(held_t));
+    if (*state == NULL) *state = malloc(sizeof(fmu_state_t));
+    if (*state == NULL) return report(c, "no memory for a state");
+    memcpy(*state, &((instance_t *)c)->state, sizeof(fmu_state_t));
     return fmi2OK;
 }
 
 FMI2(fmi2Status, SetFMUstate)(fmi2Component c, fmi2FMUstate state) {
-    memcpy(&((instance_t *)c)->held, state, sizeof(held_t));
+    memcpy(&((instance_t *)c)->state, state, sizeof(fmu_state_t));
     return fmi2OK;
 }
 
@@ -180,71 +180,71 @@ FMI2(fmi2Status, FreeFMUstate)(fmi2Component c, fmi2FMUstate *state) {
 
 FMI2(fmi2Status, SerializedFMUstateSize)(fmi2Component c, fmi2FMUstate state, size_t *size) {
     (void)c, (void)state;
-    *size = sizeof(held_t);
+    *size = sizeof(fmu_state_t);
     return fmi2OK;
 }
 
 FMI2(fmi2Status, SerializeFMUstate)(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-    if (size != sizeof(held_t)) return fault(c, "a state has another size");
+    if (size != sizeof(fmu_state_t)) return report(c, "a state has another size");
     memcpy(bytes, state, size);
     return fmi2OK;
 }
 
 FMI2(fmi2Status, DeSerializeFMUstate)(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
-    if (size != sizeof(held_t) || memcmp(bytes, GUID, sizeof GUID) != 0)
-        return fault(c, "these bytes are no state of this model");
+    if (size != sizeof(fmu_state_t) || memcmp(bytes, GUID, sizeof GUID) != 0)
+        return report(c, "these bytes are no state of this model");
     if (*state == NULL) *state = malloc(size);
-    if (*state == NULL) return fault(c, "no memory for a state");
+    if (*state == NULL) return report(c, "no memory for a state");
     memcpy(*state, bytes, size);
     return fmi2OK;
 }
 
-/* What is not offered, as modelDescription.xml says. ------------------------------------------------- */
+/* Not supported, see modelDescription.xml. ------------------------------------------------- */
 
-static fmi2Status nothing(fmi2Component c, size_t count) {
-    return count == 0 ? fmi2OK : fault(c, "not offered by this model");
+static fmi2Status unsupported(fmi2Component c, size_t count) {
+    return count == 0 ? fmi2OK : report(c, "not offered by this model");
 }
 
 FMI2(fmi2Status, SetInteger)(fmi2Component c, const fmi2ValueReference at[], size_t count, const fmi2Integer v[]) {
     (void)at, (void)v;
-    return nothing(c, count);
+    return unsupported(c, count);
 }
 
 FMI2(fmi2Status, SetBoolean)(fmi2Component c, const fmi2ValueReference at[], size_t count, const fmi2Boolean v[]) {
     (void)at, (void)v;
-    return nothing(c, count);
+    return unsupported(c, count);
 }
 
 FMI2(fmi2Status, SetString)(fmi2Component c, const fmi2ValueReference at[], size_t count, const fmi2String v[]) {
     (void)at, (void)v;
-    return nothing(c, count);
+    return unsupported(c, count);
 }
 
 FMI2(fmi2Status, GetString)(fmi2Component c, const fmi2ValueReference at[], size_t count, fmi2String v[]) {
     (void)at, (void)v;
-    return nothing(c, count);
+    return unsupported(c, count);
 }
 
 FMI2(fmi2Status, GetDirectionalDerivative)(fmi2Component c, const fmi2ValueReference of[], size_t count,
                                           const fmi2ValueReference by[], size_t known, const fmi2Real along[],
                                           fmi2Real v[]) {
     (void)of, (void)by, (void)known, (void)along, (void)v;
-    return nothing(c, count);
+    return unsupported(c, count);
 }
 
 FMI2(fmi2Status, SetRealInputDerivatives)(fmi2Component c, const fmi2ValueReference at[], size_t count,
                                          const fmi2Integer order[], const fmi2Real v[]) {
     (void)at, (void)order, (void)v;
-    return nothing(c, count);
+    return unsupported(c, count);
 }
 
 FMI2(fmi2Status, GetRealOutputDerivatives)(fmi2Component c, const fmi2ValueReference at[], size_t count,
                                           const fmi2Integer order[], fmi2Real v[]) {
     (void)at, (void)order, (void)v;
-    return nothing(c, count);
+    return unsupported(c, count);
 }
 
-FMI2(fmi2Status, CancelStep)(fmi2Component c) { return fault(c, "a step is over when fmi2DoStep returns"); }
+FMI2(fmi2Status, CancelStep)(fmi2Component c) { return report(c, "a step is over when fmi2DoStep returns"); }
 
 /* The standard's answer of a slave whose steps are over when they return. */
 FMI2(fmi2Status, GetStatus)(fmi2Component c, const fmi2StatusKind kind, fmi2Status *value) {

@@ -2,25 +2,25 @@
 
        example RECORDING.csv
 
-   The table has columns t,psi,F_N,$torque and may have psi_dot, in any order, in SI units; other columns are
-   left out. Lines that begin with # are comments; an empty field or nan is a missing sample.
+   The table has columns t,psi,F_N,${torque} and may have psi_dot, in any order, in SI units; other columns are
+   ignored. Lines that begin with # are comments; an empty field or nan is a missing sample.
 
-   $generated */
+   ${generated} */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "$name.h"
+#include "${name}.h"
 
 enum { T, PSI, PSI_DOT, TORQUE, LOAD, COLUMNS };
-static const char *const NAMES[COLUMNS] = {"t", "psi", "psi_dot", "$torque", "F_N"};
+static const char *const NAMES[COLUMNS] = {"t", "psi", "psi_dot", "${torque}", "F_N"};
 
-/* Cuts a line into its fields, in place; returns how many there are. */
-static int split(char *line, char **fields, int most) {
+/* Cuts a line into its fields, in place; returns their number. */
+static int split(char *line, char **fields, int maximum) {
     int count = 0;
     line[strcspn(line, "\r\n")] = '\0';
-    while (count < most) {
+    while (count < maximum) {
         char *comma = strchr(line, ',');
         fields[count++] = line;
         if (comma == NULL) break;
@@ -36,25 +36,25 @@ static double number(const char *field) {
     return end == field ? NAN : value;
 }
 
-static void take(${name}_state_t *state, const double *row, double dt) {
+static void step(${name}_state_t *state, const double *row, double dt) {
     ${name}_sample_t sample;
-    ${name}_estimate_t now;
-    sample.psi = ($real)row[PSI];
-    sample.psi_dot = ($real)row[PSI_DOT];
-    sample.$torque = ($real)row[TORQUE];
-    sample.F_N = ($real)row[LOAD];
-    sample.dt = ($real)dt;
+    ${name}_estimate_t estimate;
+    sample.psi = (${real})row[PSI];
+    sample.psi_dot = (${real})row[PSI_DOT];
+    sample.${torque} = (${real})row[TORQUE];
+    sample.F_N = (${real})row[LOAD];
+    sample.dt = (${real})dt;
     ${name}_step(state, &sample);
-    ${name}_estimate(state, &now);
-    printf("%.9g,%.${digits}g,%.${digits}g,%.${digits}g,%d\n", row[T], (double)now.mu, (double)now.mu_std,
-           (double)now.M_z_predicted, (int)now.informed);
+    ${name}_estimate(state, &estimate);
+    printf("%.9g,%.${digits}g,%.${digits}g,%.${digits}g,%d\n", row[T], (double)estimate.mu, (double)estimate.mu_std,
+           (double)estimate.M_z_predicted, (int)estimate.informed);
 }
 
 int main(int argc, char **argv) {
     static ${name}_state_t state;
     char line[4096], *fields[64];
-    int place[COLUMNS] = {-1, -1, -1, -1, -1}, rows = -1, i, j;
-    double row[COLUMNS], before[COLUMNS] = {0.0};
+    int column[COLUMNS] = {-1, -1, -1, -1, -1}, rows = -1, i, j;
+    double row[COLUMNS], last[COLUMNS] = {0.0};
     FILE *file = argc == 2 ? fopen(argv[1], "r") : NULL;
     if (file == NULL) {
         fprintf(stderr, "usage: %s RECORDING.csv, a file that can be read\n", argv[0]);
@@ -67,14 +67,14 @@ int main(int argc, char **argv) {
         if (count == 0) continue;
         for (j = 0; rows < 0 && j < COLUMNS; ++j)
             for (i = 0; i < count; ++i)
-                if (strcmp(fields[i], NAMES[j]) == 0) place[j] = i;
+                if (strcmp(fields[i], NAMES[j]) == 0) column[j] = i;
         if (++rows == 0) continue;
         for (j = 0; j < COLUMNS; ++j)
-            row[j] = place[j] >= 0 && place[j] < count ? number(fields[place[j]]) : NAN;
-        /* The first sample's step is taken from the second, as there is none before it. */
-        if (rows == 2) take(&state, before, row[T] - before[T]);
-        if (rows >= 2) take(&state, row, row[T] - before[T]);
-        memcpy(before, row, sizeof row);
+            row[j] = column[j] >= 0 && column[j] < count ? number(fields[column[j]]) : NAN;
+        /* The first sample has no predecessor: its dt is that of the second. */
+        if (rows == 2) step(&state, last, row[T] - last[T]);
+        if (rows >= 2) step(&state, row, row[T] - last[T]);
+        memcpy(last, row, sizeof row);
     }
     fclose(file);
     return rows >= 2 ? 0 : 2;

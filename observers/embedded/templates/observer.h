@@ -1,10 +1,10 @@
-/* Friction between tyre and road from the steering torque of a wheel that stands still.
+/* Tyre-road friction at standstill, estimated from the torque at the steered wheel.
 
-   $described
+   ${title}
 
-   $generated C99, no heap, no recursion,
-   no input or output, no data that is written to but the caller's: any number of observers may run at
-   once, also in different threads, each with a state of its own.
+   ${generated}
+   C99 without heap, recursion, input, output or static variables: any number of observers may run at once, also
+   in different threads, each with a state of its own.
 
        static ${name}_state_t state;
        ${name}_init(&state);
@@ -22,54 +22,61 @@
 extern "C" {
 #endif
 
-/* One sample of the sensors; NAN where a sensor gave none. What is infinite, or beyond 1e9, counts as none. */
+/* One sample of the sensors; NAN where a sensor gave none. Infinite values and those beyond 1e9 count as NAN. */
 typedef struct {
-    $real psi;     /* yaw (steering) angle [rad] */
-    $real psi_dot; /* $rate_said */
-    $real $torque;     /* $torque_said */
-    $real F_N;     /* vertical load [N]; the last one holds where there is none greater than 0 */
-    $real dt;      /* time since the last sample, greater than 0 and at most 3600 [s] */
+    ${real} psi;     /* yaw (steering) angle [rad] */
+%% if torque == "M"
+    ${real} psi_dot; /* not used: the rate is estimated */
+    ${real} M;     /* steering torque, of the hand or motor on the wheel [N m] */
+%% else
+    ${real} psi_dot; /* yaw rate [rad/s]; a missing one is derived from psi */
+    ${real} M_z;     /* aligning torque, moment of the ground on the wheel [N m] */
+%% endif
+    ${real} F_N;     /* vertical load [N]; a missing or non-positive one counts as unchanged */
+    ${real} dt;      /* time since the last sample, greater than 0 and at most 3600 [s] */
 } ${name}_sample_t;
 
-/* What became of a sample; several may hold at once. */
+/* Status of a sample; several flags may be set. */
 enum {
     ${NAME}_USED = 0,
-$flags
+%% for flag, number, remedy in flags
+    ${NAME}_${flag} = ${number}, /* ${remedy} */
+%% endfor
 };
 
-/* What the observer says after a sample. */
+/* Estimate after a sample. */
 typedef struct {
-    $real mu;            /* friction coefficient [1] */
-    $real mu_std;        /* its standard deviation [1] */
-    $real M_z_predicted; /* aligning torque of the model [N m], before its measurement was seen; NAN at first */
-    int32_t informed;    /* 0 while the estimate rests on what was believed beforehand, else 1 */
+    ${real} mu;            /* friction coefficient [1] */
+    ${real} mu_std;        /* its standard deviation [1] */
+    ${real} M_z_predicted; /* predicted aligning torque [N m]; NAN before the first sample */
+    int32_t informed;    /* 0 while the estimate rests on the prior, else 1 */
     int32_t status;      /* flags as above */
 } ${name}_estimate_t;
 
-$types/* One observer, $bytes bytes; all of it is the observer's own. */
+${types}/* One observer, ${bytes} bytes; its fields are private. */
 typedef struct {
-    $real said[4];
-    $real psi, age, rate;
+    ${real} output[4];
+    ${real} psi, age, rate;
     int32_t seen, now;
-$private
+${private}
 } ${name}_state_t;
 
-/* Makes an observer that has seen nothing. To be called before anything else. */
+/* Initialises an observer; to be called before any other function. */
 void ${name}_init(${name}_state_t *state);
 
-/* Takes one more sample; returns its status. The first with a known psi and a load greater than 0 says
-   where the patch stands at rest; before it the estimate is what was believed beforehand. A sample with
-   a dt out of range is left out, ${NAME}_REFUSED. Should numbers ever fail, so that no finite estimate is
-   left, that is flagged the same way. */
+/* Advances the observer by one sample and returns the sample's status. The patch is at rest at the angle of
+   the first sample with a known psi and a load greater than 0; until then the estimate is the prior. A sample
+   with a dt out of range is ignored, with status ${NAME}_REFUSED. The same status means that no finite estimate
+   resulted. */
 int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample);
 
-/* What the observer says after its last sample. */
+/* Writes the estimate after the last sample. */
 void ${name}_estimate(const ${name}_state_t *state, ${name}_estimate_t *estimate);
 
-/* Forgets all samples, as when the car has driven since: the next usable one starts anew. */
+/* Returns to the state after ${name}_init, as when the car has driven since. */
 void ${name}_reset(${name}_state_t *state);
 
-/* Which code this is: generator, observer, type of numbers, and a digest of code and parameters. */
+/* Version of the code: generator, observer, type of numbers, and a digest of code and parameters. */
 const char *${name}_version(void);
 
 #ifdef __cplusplus

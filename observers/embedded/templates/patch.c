@@ -1,42 +1,42 @@
 /* The contact patch: a polyline r(xi) for xi >= 0, the limits of r at plus and minus `level`.
 
    In xi, the place along the patch over the pressure there, a turn adds the same slope everywhere and
-   friction cuts off what is beyond the limits. Kept are the corners, innermost and oldest first: where,
+   friction cuts off what is beyond the limits. The corners are stored, innermost and oldest first: where,
    r there, and by how much the slope changes. From 0 to the first corner the slope is rest - angle, after
    the last it is 0. A turn takes the corner at the limit further in, or adds one; nothing else moves but
    r. Units are those in which neither mu nor k matters: r k / mu [N/m^3] and xi k / mu [N/(m^3 rad)]. */
 
-/* Where the angle is a state of the observer, the slope of the torque by it is wanted too. */
-#define ANGLE_IS_ESTIMATED $turns
+/* Where the angle is a state of the observer, the slope of the torque by it is computed too. */
+#define ANGLE_IS_ESTIMATED ${angle_is_state}
 /* Turns below this are rounding, not motion [rad]. */
 #define STILL 1e-12
 /* Corners beyond carry no torque, and could not be squared [1/m]. */
 #define FAR_OUT 1e15
 
 /* Moment of a unit change of slope at z, and its derivative by z. */
-static void unit_moment($real z, $real *made) {
-    const $real *arg[1];
-    $real *res[1];
+static void unit_moment(${real} z, ${real} *moment) {
+    const ${real} *arg[1];
+    ${real} *res[1];
     arg[0] = &z;
-    res[0] = made;
+    res[0] = moment;
     corner(arg, res, 0, 0, 0);
 }
 
-static $real smaller($real a, $real b) { return a < b ? a : b; }
+static ${real} smaller(${real} a, ${real} b) { return a < b ? a : b; }
 
-static void clear_patch(${name}_patch_t *patch, $real psi) {
+static void clear_patch(${name}_patch_t *patch, ${real} psi) {
     patch->angle = psi;
     patch->rest = psi;
     patch->corners = 0;
 }
 
-/* Gives up the corner that the torque feels least, straight from its neighbour to the next: the area that
+/* Drops the corner that contributes least to M_z, straight from its neighbour to the next: the area that
    this cuts off, times z / (1 + z^2)^(5/2), z = a xi, with which r enters the torque. */
-static void drop_corner(${name}_patch_t *patch, $real scale) {
+static void drop_corner(${name}_patch_t *patch, ${real} scale) {
     int32_t i, least = 1;
-    $real least_weight = ($real)INFINITY, before, after, chord, span;
+    ${real} least_weight = (${real})INFINITY, before, after, chord, span;
     for (i = 1; i < patch->corners - 1; ++i) {
-        const $real z = $a * scale * patch->xi[i], u = 1.0 + z * z;
+        const ${real} z = ${a} * scale * patch->xi[i], u = 1.0 + z * z;
         span = patch->xi[i + 1] - patch->xi[i - 1];
         chord = patch->r[i + 1] - patch->r[i - 1];
         /* r off the chord, times the span. */
@@ -63,8 +63,8 @@ static void drop_corner(${name}_patch_t *patch, $real scale) {
 }
 
 /* One more corner behind all others. clipped: 1 where a stretch at the limit begins, -1 where it ends. */
-static void add_corner(${name}_patch_t *patch, $real scale, $real xi, $real r, $real d, int8_t clipped) {
-    if (patch->corners == $depth) drop_corner(patch, scale);
+static void add_corner(${name}_patch_t *patch, ${real} scale, ${real} xi, ${real} r, ${real} d, int8_t clipped) {
+    if (patch->corners == ${depth}) drop_corner(patch, scale);
     patch->xi[patch->corners] = xi;
     patch->r[patch->corners] = r;
     patch->d[patch->corners] = d;
@@ -74,9 +74,9 @@ static void add_corner(${name}_patch_t *patch, $real scale, $real xi, $real r, $
 
 /* The corners from `first` on, which is beyond the limit, anew: those beyond are replaced by the points at
    which their two stretches cross it. */
-static void clip_from(${name}_patch_t *patch, int32_t first, $real turn, $real level, $real scale) {
-    $real xi[$depth], r[$depth], d[$depth];
-    $real slope = patch->rest - patch->angle, made, xi_in = 0.0, r_in = 0.0;
+static void clip_from(${name}_patch_t *patch, int32_t first, ${real} turn, ${real} level, ${real} scale) {
+    ${real} xi[${depth}], r[${depth}], d[${depth}];
+    ${real} slope = patch->rest - patch->angle, slope_before, xi_in = 0.0, r_in = 0.0;
     const int32_t count = patch->corners - first;
     int32_t i;
     for (i = 0; i < first; ++i) slope += patch->d[i];
@@ -94,26 +94,26 @@ static void clip_from(${name}_patch_t *patch, int32_t first, $real turn, $real l
         d[i] = patch->d[first + i];
     }
     patch->corners = first;
-    made = slope;
+    slope_before = slope;
     for (i = 0; i < count; ++i) {
         const int last = i == count - 1;
-        const $real limit = r[i] > 0.0 ? level : -level;
-        const $real out = last ? -turn : slope + d[i];
+        const ${real} limit = r[i] > 0.0 ? level : -level;
+        const ${real} out = last ? -turn : slope + d[i];
         if (fabs(r[i]) <= level) {
-            add_corner(patch, scale, xi[i], r[i], out - made, 0);
-            made = out;
+            add_corner(patch, scale, xi[i], r[i], out - slope_before, 0);
+            slope_before = out;
         } else {
             if (r[i] > 0.0 ? r_in <= level : r_in >= -level) {
-                const $real x = xi_in + (limit - r_in) / (r[i] - r_in) * (xi[i] - xi_in);
-                add_corner(patch, scale, x, limit, -made, 1);
-                made = 0.0;
+                const ${real} x = xi_in + (limit - r_in) / (r[i] - r_in) * (xi[i] - xi_in);
+                add_corner(patch, scale, x, limit, -slope_before, 1);
+                slope_before = 0.0;
             }
             if (last ? (r[i] > 0.0 ? turn > 0.0 : turn < 0.0)
                      : (r[i] > 0.0 ? r[i + 1] <= level : r[i + 1] >= -level)) {
-                const $real x = last ? xi[i] + (r[i] - limit) / turn
+                const ${real} x = last ? xi[i] + (r[i] - limit) / turn
                                      : xi[i] + (limit - r[i]) / (r[i + 1] - r[i]) * (xi[i + 1] - xi[i]);
-                add_corner(patch, scale, x, limit, out - made, -1);
-                made = out;
+                add_corner(patch, scale, x, limit, out - slope_before, -1);
+                slope_before = out;
             }
         }
         xi_in = xi[i];
@@ -123,11 +123,11 @@ static void clip_from(${name}_patch_t *patch, int32_t first, $real turn, $real l
 }
 
 /* One sample: the patch at an angle psi [rad] under a load; level = 3 F_N / (4 a^3), scale = mu / k. */
-static void turn_patch(${name}_patch_t *patch, $real psi, $real level, $real scale) {
-    $real turn = psi - patch->angle, xi = 0.0, r = 0.0;
+static void turn_patch(${name}_patch_t *patch, ${real} psi, ${real} level, ${real} scale) {
+    ${real} turn = psi - patch->angle, xi = 0.0, r = 0.0;
     int32_t i, first = -1;
-    patch->moved = fabs(turn) > STILL;
-    if (patch->moved) {
+    patch->is_turning = fabs(turn) > STILL;
+    if (patch->is_turning) {
         patch->angle = psi;
     } else {
         turn = 0.0;
@@ -140,7 +140,7 @@ static void turn_patch(${name}_patch_t *patch, $real psi, $real level, $real sca
     }
     if (patch->corners > 0) xi = patch->xi[patch->corners - 1];
     if (first >= 0) clip_from(patch, first, turn, level, scale);
-    if (!patch->moved) return;
+    if (!patch->is_turning) return;
     /* The tail comes from the last corner, as it was, and reaches the far limit where it has not yet. */
     level = turn > 0.0 ? -level : level;
     if (turn > 0.0 ? r > level : r < level)

@@ -1,21 +1,21 @@
-/* $described
+/* ${title}
    As a block of Simulink, an S-function of level 2:
 
-       mex ${name}_sfun.c $name.c
+       mex ${name}_sfun.c ${name}.c
 
-   Input ports, one number each: psi [rad], psi_dot [rad/s], $torque [N m], F_N [N], NaN where a sensor gave none;
-   psi_dot: $rate_said.
+   Input ports, one number each: psi [rad], psi_dot [rad/s], ${torque} [N m], F_N [N], NaN where a sensor gave none;
+   ${"psi_dot is not used: the rate is estimated" if torque == "M" else "a missing psi_dot is derived from psi"}.
    Output ports: mu, mu_std, M_z_predicted [N m], informed, status. Parameter: the sample time [s].
-   Outputs hold the samples before, so that a controller may close its loop over them; the block takes its
-   sample when Simulink updates discrete states. Each block has a state of its own.
+   Outputs are those of the last sample, without direct feedthrough, so that a controller may close its loop over
+   them; the block takes its sample when Simulink updates discrete states. Each block has a state of its own.
 
-   $generated */
+   ${generated} */
 #define S_FUNCTION_NAME ${name}_sfun
 #define S_FUNCTION_LEVEL 2
 
 #include "simstruc.h"
 
-#include "$name.h"
+#include "${name}.h"
 
 enum { PSI, PSI_DOT, TORQUE, LOAD, INPUTS };
 enum { MU, MU_STD, M_Z_PREDICTED, INFORMED, STATUS, OUTPUTS };
@@ -29,8 +29,8 @@ static void mdlInitializeSizes(SimStruct *S) {
     ssSetNumSFcnParams(S, 1);
     if (ssGetNumSFcnParams(S) != ssGetSFcnParamsCount(S)) return;
     ssSetSFcnParamTunable(S, 0, 0);
-    if (!(sample_time(S) > 0.0 && sample_time(S) <= $longest_step)) {
-        ssSetErrorStatus(S, "The sample time must be greater than 0 s and at most $longest_step s.");
+    if (!(sample_time(S) > 0.0 && sample_time(S) <= ${longest_step})) {
+        ssSetErrorStatus(S, "The sample time must be greater than 0 s and at most ${longest_step} s.");
         return;
     }
     if (!ssSetNumInputPorts(S, INPUTS) || !ssSetNumOutputPorts(S, OUTPUTS)) return;
@@ -41,7 +41,7 @@ static void mdlInitializeSizes(SimStruct *S) {
     }
     for (i = 0; i < OUTPUTS; ++i) ssSetOutputPortWidth(S, i, 1);
     ssSetNumSampleTimes(S, 1);
-    /* In doubles, which are aligned as any number of the state has to be. */
+    /* The width is in doubles, whose alignment suits every number of the state. */
     ssSetNumDWork(S, 1);
     ssSetDWorkWidth(S, 0, (int_T)((sizeof(${name}_state_t) + sizeof(real_T) - 1) / sizeof(real_T)));
     ssSetDWorkDataType(S, 0, SS_DOUBLE);
@@ -57,25 +57,25 @@ static void mdlInitializeSampleTimes(SimStruct *S) {
 static void mdlInitializeConditions(SimStruct *S) { ${name}_init(state_of(S)); }
 
 static void mdlOutputs(SimStruct *S, int_T tid) {
-    ${name}_estimate_t now;
+    ${name}_estimate_t estimate;
     (void)tid;
-    ${name}_estimate(state_of(S), &now);
-    *ssGetOutputPortRealSignal(S, MU) = (real_T)now.mu;
-    *ssGetOutputPortRealSignal(S, MU_STD) = (real_T)now.mu_std;
-    *ssGetOutputPortRealSignal(S, M_Z_PREDICTED) = (real_T)now.M_z_predicted;
-    *ssGetOutputPortRealSignal(S, INFORMED) = (real_T)now.informed;
-    *ssGetOutputPortRealSignal(S, STATUS) = (real_T)now.status;
+    ${name}_estimate(state_of(S), &estimate);
+    *ssGetOutputPortRealSignal(S, MU) = (real_T)estimate.mu;
+    *ssGetOutputPortRealSignal(S, MU_STD) = (real_T)estimate.mu_std;
+    *ssGetOutputPortRealSignal(S, M_Z_PREDICTED) = (real_T)estimate.M_z_predicted;
+    *ssGetOutputPortRealSignal(S, INFORMED) = (real_T)estimate.informed;
+    *ssGetOutputPortRealSignal(S, STATUS) = (real_T)estimate.status;
 }
 
 #define MDL_UPDATE
 static void mdlUpdate(SimStruct *S, int_T tid) {
     ${name}_sample_t sample;
     (void)tid;
-    sample.psi = ($real)*ssGetInputPortRealSignal(S, PSI);
-    sample.psi_dot = ($real)*ssGetInputPortRealSignal(S, PSI_DOT);
-    sample.$torque = ($real)*ssGetInputPortRealSignal(S, TORQUE);
-    sample.F_N = ($real)*ssGetInputPortRealSignal(S, LOAD);
-    sample.dt = ($real)sample_time(S);
+    sample.psi = (${real})*ssGetInputPortRealSignal(S, PSI);
+    sample.psi_dot = (${real})*ssGetInputPortRealSignal(S, PSI_DOT);
+    sample.${torque} = (${real})*ssGetInputPortRealSignal(S, TORQUE);
+    sample.F_N = (${real})*ssGetInputPortRealSignal(S, LOAD);
+    sample.dt = (${real})sample_time(S);
     ${name}_step(state_of(S), &sample);
 }
 

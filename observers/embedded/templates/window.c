@@ -1,14 +1,14 @@
-/* The window: the last $window samples in a ring, the states at each, and the patch as each left it. */
+/* The window: the last ${window} samples in a ring, the states at each, and the patch after each. */
 
-enum { STATES = $states, ROW = 5, CLEAN = 7 };
-/* A row of a sample: load, time, torque, whether it counts, and what a change of the ground adds. */
-enum { ROW_F_N, ROW_DT, ROW_M_Z, ROW_BELIEVED, ROW_JUMP };
+enum { STATES = ${states}, ROW = 5, CLEAN = 7 };
+/* A row of a sample: load, time, torque, whether it is accepted, and the jump of the variance of ln mu. */
+enum { ROW_F_N, ROW_DT, ROW_M_Z, ROW_ACCEPTED, ROW_JUMP };
 
-/* Keeps the patch with a sample; of more corners than fit the ones that are felt least are given up. */
-static void keep_patch(${name}_state_t *state, int32_t at, $real scale) {
+/* Stores the patch with a sample; of more corners than fit, those that contribute least to M_z are dropped. */
+static void store_patch(${name}_state_t *state, int32_t at, ${real} scale) {
     ${name}_patch_t patch = state->patch;
     int32_t i;
-    while (patch.corners > $kept) drop_corner(&patch, scale);
+    while (patch.corners > ${stored}) drop_corner(&patch, scale);
     state->slope[at] = patch.rest - patch.angle;
     state->corners[at] = (int8_t)patch.corners;
     for (i = 0; i < patch.corners; ++i) {
@@ -18,29 +18,29 @@ static void keep_patch(${name}_state_t *state, int32_t at, $real scale) {
 }
 
 /* M_z [N m] of a sample at states x, with its derivatives by mu and by k over its nominal value. */
-static void torque_at(const ${name}_state_t *state, int32_t at, const $real *x, $real *torque) {
-    const $real stiffness = $stiffness, k = $k * stiffness, scale = exp(x[0]) / k;
-    $real total = state->slope[at] * $still_moment, along = 0.0, made[2];
+static void torque_at(const ${name}_state_t *state, int32_t at, const ${real} *x, ${real} *torque) {
+    const ${real} stiffness = ${stiffness}, k = ${k} * stiffness, scale = exp(x[${log_mu}]) / k;
+    ${real} total = state->slope[at] * ${still_moment}, by_scale = 0.0, moment[2];
     int32_t i;
     for (i = 0; i < state->corners[at]; ++i) {
-        unit_moment(smaller(scale * state->xi[at][i], FAR_OUT), made);
-        total += state->d[at][i] * made[0];
-        along += state->d[at][i] * made[1] * state->xi[at][i];
+        unit_moment(smaller(scale * state->xi[at][i], FAR_OUT), moment);
+        total += state->d[at][i] * moment[0];
+        by_scale += state->d[at][i] * moment[1] * state->xi[at][i];
     }
     torque[0] = k * total;
-    torque[1] = along;
-    torque[2] = $k * (total - scale * along);
+    torque[1] = by_scale;
+    torque[2] = ${k} * (total - scale * by_scale);
 }
 
 /* The state before the first sample: an empty window, whose places have no time. */
-static void begin(${name}_state_t *state, const $real *sample) {
+static void begin(${name}_state_t *state, const ${real} *sample) {
     int32_t i, j;
     {
-        const $real *arg[1] = {sample};
-        $real *res[3] = {state->mean, state->factor, state->last};
+        const ${real} *arg[1] = {sample};
+        ${real} *res[3] = {state->mean, state->factor, state->last};
         begin_window(arg, res, 0, 0, 0);
     }
-    for (i = 0; i < $window; ++i) {
+    for (i = 0; i < ${window}; ++i) {
         for (j = 0; j < STATES; ++j) state->x[i][j] = state->mean[j];
         for (j = 0; j < ROW; ++j) state->row[i][j] = 0.0;
         state->row[i][ROW_F_N] = sample[2];
@@ -51,123 +51,130 @@ static void begin(${name}_state_t *state, const $real *sample) {
     state->counts[0] = 0.0;
     state->counts[1] = 0.0;
     clear_patch(&state->patch, sample[0]);
-    state->newest = $window - 1;
+    state->newest = ${window} - 1;
     state->now = 0;
 }
 
-/* One sample of the filter that goes along the window: from mean and factor to those of the next one. */
-static void go_on(const ${name}_state_t *state, int32_t at, int32_t next, $real *mean, $real *factor, $real *made) {
-    $real torque[3], mean_next[STATES] = {0.0}, factor_next[STATES * STATES] = {0.0};
+/* One sample of the filter over the window: from mean and factor to those of the next sample. */
+static void filter_sample(const ${name}_state_t *state, int32_t at, int32_t next, ${real} *mean, ${real} *factor, ${real} *eliminated) {
+    ${real} torque[3], mean_next[STATES] = {0.0}, factor_next[STATES * STATES] = {0.0};
     int32_t i;
     torque_at(state, at, state->x[at], torque);
     {
-        const $real *arg[6] = {mean, factor, state->x[at], torque, state->row[at], state->row[next]};
-        $real *res[3] = {mean_next, factor_next, made};
-        forth(arg, res, 0, 0, 0);
+        const ${real} *arg[6] = {mean, factor, state->x[at], torque, state->row[at], state->row[next]};
+        ${real} *res[3] = {mean_next, factor_next, eliminated};
+        forward(arg, res, 0, 0, 0);
     }
     for (i = 0; i < STATES; ++i) mean[i] = mean_next[i];
     for (i = 0; i < STATES * STATES; ++i) factor[i] = factor_next[i];
 }
 
-/* The oldest sample leaves: it is measured once more, now for good. */
-static void leave(${name}_state_t *state, int32_t oldest) {
-    $real made[$made], limited[STATES] = {0.0};
-    const $real *arg[1] = {state->mean};
-    $real *res[1] = {limited};
+/* The oldest sample leaves the window: its measurement enters the arrival cost. */
+static void absorb_oldest(${name}_state_t *state, int32_t oldest) {
+    ${real} eliminated[${eliminated}], limited[STATES] = {0.0};
+    const ${real} *arg[1] = {state->mean};
+    ${real} *res[1] = {limited};
     int32_t i;
-    go_on(state, oldest, (oldest + 1) % $window, state->mean, state->factor, made);
+    filter_sample(state, oldest, (oldest + 1) % ${window}, state->mean, state->factor, eliminated);
     limit(arg, res, 0, 0, 0);
     for (i = 0; i < STATES; ++i) state->mean[i] = limited[i];
 }
 
-/* Whether the newest sample counts, and where the ground has changed since when. judged: believed, reset,
-   run, missing, expected. */
-static void believe(${name}_state_t *state, const $real *judged) {
-    const int32_t run = judged[2] < $window ? (int32_t)judged[2] : $window;
+/* Which samples of the window count after the test of the newest innovation: accepted, reset, run, missing,
+   expected. Without a reset only the newest changes. */
+static void accept_samples(${name}_state_t *state, const ${real} *test) {
+    const int32_t run = test[2] < ${window} ? (int32_t)test[2] : ${window};
+    const int32_t count = test[1] == 0.0 ? 1 : run;
     int32_t age;
-    state->row[state->newest][ROW_BELIEVED] = judged[0];
-    if (judged[1] == 0.0) return;
-    for (age = 0; age < run; ++age) {
-        const int32_t at = (state->newest + $window - age) % $window;
-        state->row[at][ROW_BELIEVED] = 1.0;
-        /* A run longer than the window began before it: its oldest sample stands for the first. */
-        if (age == run - 1) state->row[at][ROW_JUMP] = $prior_variance;
+    for (age = 0; age < count; ++age) {
+        ${real} *row = state->row[(state->newest + ${window} - age) % ${window}];
+        ${real} place = (${real})age, accepted = 0.0, jump = 0.0;
+        const ${real} *arg[3] = {row, &place, test};
+        ${real} *res[2] = {&accepted, &jump};
+        accept(arg, res, 0, 0, 0);
+        row[ROW_ACCEPTED] = accepted;
+        row[ROW_JUMP] = jump;
     }
-    /* Nothing comes before the window's oldest sample: a change there comes in with the arrival. */
-    if (judged[2] >= $window) state->factor[0] += $prior_variance;
+    if (test[1] != 0.0) {
+        const ${real} *arg[1] = {test};
+        ${real} jump = 0.0, *res[1] = {&jump};
+        reset_arrival(arg, res, 0, 0, 0);
+        state->factor[${log_mu} * (STATES + 1)] += jump;
+    }
 }
 
-/* The states of the whole window: forth as a filter, and back. */
+/* The states of the whole window: forward elimination as a filter, and back substitution. */
 static void smooth(${name}_state_t *state) {
-    $real mean[STATES], factor[STATES * STATES], costate[STATES], before[STATES] = {0.0};
-    const int32_t oldest = (state->newest + 1) % $window;
+    ${real} mean[STATES], factor[STATES * STATES], costate[STATES], before[STATES] = {0.0};
+    const int32_t oldest = (state->newest + 1) % ${window};
     int32_t i, j;
     for (j = 0; j < STATES; ++j) {
         mean[j] = state->mean[j];
         costate[j] = 0.0;
     }
     for (j = 0; j < STATES * STATES; ++j) factor[j] = state->factor[j];
-    for (i = 0; i < $window; ++i) {
-        const int32_t at = (oldest + i) % $window;
-        go_on(state, at, i < $window - 1 ? (at + 1) % $window : at, mean, factor, state->made[at]);
+    for (i = 0; i < ${window}; ++i) {
+        const int32_t at = (oldest + i) % ${window};
+        filter_sample(state, at, i < ${window} - 1 ? (at + 1) % ${window} : at, mean, factor, state->eliminated[at]);
     }
-    for (j = 0; j < STATES * STATES; ++j) state->P_newest[j] = state->made[state->newest][STATES + j];
-    for (i = $window - 1; i >= 0; --i) {
-        const int32_t at = (oldest + i) % $window;
-        const $real *arg[4] = {costate, state->made[at], state->row[at], state->row[(at + 1) % $window]};
-        $real *res[2] = {before, state->x[at]};
-        back(arg, res, 0, 0, 0);
+    for (j = 0; j < STATES * STATES; ++j) state->P_newest[j] = state->eliminated[state->newest][STATES + j];
+    for (i = ${window} - 1; i >= 0; --i) {
+        const int32_t at = (oldest + i) % ${window};
+        const ${real} *arg[4] = {costate, state->eliminated[at], state->row[at], state->row[(at + 1) % ${window}]};
+        ${real} *res[2] = {before, state->x[at]};
+        backward(arg, res, 0, 0, 0);
         for (j = 0; j < STATES; ++j) costate[j] = before[j];
     }
 }
 
 /* One sample. */
-static int32_t advance(${name}_state_t *state, const $real *sample) {
-    $real now[CLEAN] = {0.0}, held = 0.0, newest[STATES] = {0.0}, P[STATES * STATES] = {0.0};
-    $real torque[3], judged[5] = {0.0}, counts[2] = {0.0}, said[4] = {0.0}, scale;
-    const int32_t last = state->newest, at = (last + 1) % $window;
+static int32_t advance(${name}_state_t *state, const ${real} *sample) {
+    ${real} now[CLEAN] = {0.0}, imputed = 0.0, newest[STATES] = {0.0}, P[STATES * STATES] = {0.0};
+    ${real} torque[3], test[5] = {0.0}, counts[2] = {0.0}, output[4] = {0.0}, scale;
+    const int32_t last = state->newest, at = (last + 1) % ${window};
     int32_t i;
     {
-        const $real *arg[2] = {sample, state->last};
-        $real *res[2] = {now, &held};
+        const ${real} *arg[2] = {sample, state->last};
+        ${real} *res[2] = {now, &imputed};
         clean(arg, res, 0, 0, 0);
     }
-    leave(state, at);
+    absorb_oldest(state, at);
     {
-        const $real *arg[4] = {state->x[last], state->P_newest, state->last, now};
-        $real *res[2] = {newest, P};
+        const ${real} *arg[4] = {state->x[last], state->P_newest, state->last, now};
+        ${real} *res[2] = {newest, P};
         predict(arg, res, 0, 0, 0);
     }
-    scale = exp(newest[0]) / ($k * $stiffness_newest);
-    turn_patch(&state->patch, now[0], $level * now[2], scale);
-    keep_patch(state, at, scale);
+    scale = exp(newest[${log_mu}]) / (${k} * ${stiffness_newest});
+    turn_patch(&state->patch, now[0], ${level} * now[2], scale);
+    store_patch(state, at, scale);
     for (i = 0; i < STATES; ++i) state->x[at][i] = newest[i];
     state->row[at][ROW_F_N] = now[2];
     state->row[at][ROW_DT] = now[3];
     state->row[at][ROW_M_Z] = now[4];
+    state->row[at][ROW_ACCEPTED] = 1.0;
     state->row[at][ROW_JUMP] = 0.0;
     state->newest = at;
     torque_at(state, at, newest, torque);
     {
-        const $real *arg[5] = {newest, torque, now, P, state->counts};
-        $real *res[2] = {judged, counts};
-        judge(arg, res, 0, 0, 0);
+        const ${real} *arg[5] = {newest, torque, now, P, state->counts};
+        ${real} *res[2] = {test, counts};
+        test_innovation(arg, res, 0, 0, 0);
     }
-    believe(state, judged);
+    accept_samples(state, test);
     smooth(state);
     {
-        const $real *arg[5] = {state->x[at], state->P_newest, newest, judged, &held};
-        $real *res[1] = {said};
-        say(arg, res, 0, 0, 0);
+        const ${real} *arg[5] = {state->x[at], state->P_newest, newest, test, &imputed};
+        ${real} *res[1] = {output};
+        step_output(arg, res, 0, 0, 0);
     }
     for (i = 0; i < CLEAN; ++i) state->last[i] = now[i];
     state->counts[0] = counts[0];
     state->counts[1] = counts[1];
-    if (!(is_known(said[0]) && is_known(said[1]) && is_known(said[2]))) {
+    if (!(is_known(output[0]) && is_known(output[1]) && is_known(output[2]))) {
         ${name}_init(state);
-        state->said[3] = ${NAME}_REFUSED;
+        state->output[3] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }
-    for (i = 0; i < 4; ++i) state->said[i] = said[i];
-    return (int32_t)said[3];
+    for (i = 0; i < 4; ++i) state->output[i] = output[i];
+    return (int32_t)output[3];
 }

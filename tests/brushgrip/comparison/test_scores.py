@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from time import process_time
+from typing import ClassVar
 
 import numpy as np
 import pytest
@@ -101,6 +102,7 @@ class FullSlide:
     """An observer of a user's own: mu from the greatest torque so far, over that of full slide."""
 
     lever: float
+    channel: ClassVar[str] = "M_z"
 
     def init(self, first: Sample) -> float:
         del first

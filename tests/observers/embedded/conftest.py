@@ -4,20 +4,20 @@ from typing import Any
 import pytest
 
 from observers.embedded import Real
-from tests.observers.embedded.building import Built, build
+from tests.observers.embedded.generated_code import GeneratedCode, generate_code
 
-Build = Callable[[Any, Real], Built]
+Generate = Callable[[Any, Real], GeneratedCode]
 
 
 @pytest.fixture(scope="session")
-def built(tmp_path_factory: pytest.TempPathFactory) -> Build:
+def generated(tmp_path_factory: pytest.TempPathFactory) -> Generate:
     """Generates and compiles an observer, each once a session."""
-    made: dict[Any, Built] = {}
+    cache: dict[Any, GeneratedCode] = {}
 
-    def once(observer: Any, real: Real) -> Built:
+    def once(observer: Any, real: Real) -> GeneratedCode:
         key = (repr(observer), real)
-        if key not in made:
-            made[key] = build(observer, real, tmp_path_factory.mktemp("embedded"))
-        return made[key]
+        if key not in cache:
+            cache[key] = generate_code(observer, real, tmp_path_factory.mktemp("embedded"))
+        return cache[key]
 
     return once

@@ -1,4 +1,4 @@
-/* The patch of generated code from outside; the code itself is part of this file. */
+/* Functions for a test of the patch, which is static in generated code. */
 #include "brushgrip.c"
 
 void patch_init(brushgrip_patch_t *patch, REAL psi) { clear_patch(patch, psi); }
@@ -6,11 +6,11 @@ void patch_init(brushgrip_patch_t *patch, REAL psi) { clear_patch(patch, psi); }
 int64_t patch_size(void) { return (int64_t)sizeof(brushgrip_patch_t); }
 
 /* Along angles and limits: moment over k, its derivatives by scale and by the angle, and corners in use. */
-void patch_follow(brushgrip_patch_t *patch, int64_t count, const REAL *psi, const REAL *level, REAL scale, REAL *made) {
+void patch_run(brushgrip_patch_t *patch, int64_t count, const REAL *psi, const REAL *level, REAL scale, REAL *rows) {
     int64_t i;
     for (i = 0; i < count; ++i) {
         turn_patch(patch, psi[i], level[i], scale);
-        patch_moment(patch, scale, made + 4 * i);
-        made[4 * i + 3] = (REAL)patch->corners;
+        patch_moment(patch, scale, rows + 4 * i);
+        rows[4 * i + 3] = (REAL)patch->corners;
     }
 }

@@ -1,4 +1,4 @@
-"""Generated C says what Python says: bit for bit in double, to rounding in single precision."""
+"""Generated C estimates what Python does: bit for bit in double, to rounding in single precision."""
 
 from pathlib import Path
 from typing import Any
@@ -10,28 +10,30 @@ from numpy.typing import NDArray
 from identification import read_recording
 from observers import AligningTorque, Ekf, Mhe, Status, SteeringTorque, Tuning, run
 from observers.embedded import DOUBLE, SINGLE
-from observers.embedded.compact_ekf import is_quick
-from observers.embedded.compact_mhe import is_quick_window
+from observers.embedded.compact_ekf import is_compact
+from observers.embedded.compact_mhe import is_compact_window
 from reference_rig import RigRecording, SteeringRecording
 from symbolic import Tyre, compiler
 from tests.observers.conftest import RIG, K
-from tests.observers.embedded.building import (
+from tests.observers.embedded.conftest import Generate
+from tests.observers.embedded.generated_code import (
     DECLARED,
-    FOUND,
+    EFFECTS,
+    FEW_BRISTLES,
     NO_COMPILER,
-    Interpreted,
+    InterpretedObserver,
     observer_of,
-    said_by,
+    python_estimates,
 )
-from tests.observers.embedded.conftest import Build
 from tests.observers.factories import change_of_ground, columns_of, samples_of
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 Array = NDArray[np.float64]
 LONG = pytest.mark.long
-MODELS = [pytest.param(DECLARED, id="declared"), pytest.param(FOUND, id="effects")]
+MODELS = [pytest.param(DECLARED, id="declared"), pytest.param(FEW_BRISTLES, id="effects")]
+FULL_MODELS = [pytest.param(DECLARED, id="declared"), pytest.param(EFFECTS, id="effects")]
 KINDS = [pytest.param(Ekf, id="ekf"), pytest.param(Mhe, id="mhe")]
-SENSINGS = [
+MEASUREMENT_MODELS = [
     pytest.param(AligningTorque(), id="aligning"),
     pytest.param(SteeringTorque(), id="steering"),
 ]
@@ -41,11 +43,14 @@ PART = {Ekf: 800, Mhe: 250}
 """Samples compared bit for bit, where casadi's own arithmetic takes its time."""
 
 
-def rows_of(made: RigRecording | SteeringRecording) -> Array:
-    """Samples (n, 5); every ninth is without a torque, and the rate is now given, now not."""
-    turns = isinstance(made, SteeringRecording)
+def rows_of(recording: RigRecording | SteeringRecording) -> Array:
+    """Samples (n, 5); every ninth without a torque, the last two thirds without a rate."""
+    turns = isinstance(recording, SteeringRecording)
     rows = np.array(
-        [(s.psi, s.psi_dot, s.M if turns else s.M_z, s.F_N, s.dt) for s in samples_of(columns_of(made))]
+        [
+            (s.psi, s.psi_dot, s.M if turns else s.M_z, s.F_N, s.dt)
+            for s in samples_of(columns_of(recording))
+        ]
     )
     rows[8::9, 2] = np.nan
     rows[len(rows) // 3 :, 1] = np.nan
@@ -54,48 +59,50 @@ def rows_of(made: RigRecording | SteeringRecording) -> Array:
 
 
 @pytest.fixture
-def rows(sensing: Any, recording: RigRecording, steered: SteeringRecording) -> Array:
-    return rows_of(steered if sensing.turns else recording)
+def rows(measurement_model: Any, recording: RigRecording, steered: SteeringRecording) -> Array:
+    return rows_of(steered if "M" in measurement_model.channels else recording)
 
 
-@pytest.mark.parametrize("sensing", SENSINGS)
+@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS)
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("kind", KINDS)
-def test_double_is_the_same(built: Build, kind: Any, model: Any, sensing: Any, rows: Array) -> None:
-    observer = observer_of(kind, model, sensing)
-    part = rows[: PART[kind]]
-    expected = said_by(Interpreted(observer), part, sensing.turns)
-    said = built(observer, DOUBLE).follow(part)
-
-    if is_quick(observer) or is_quick_window(observer):
-        # Not the same operations: the patch is another one.
-        np.testing.assert_allclose(said[:, :2], expected[:, :2], rtol=0, atol=1e-12)
-        np.testing.assert_allclose(said[:, 2], expected[:, 2], rtol=0, atol=1e-10)
-        np.testing.assert_array_equal(said[:, 3:], expected[:, 3:])
-    else:
-        np.testing.assert_array_equal(said, expected)
-    assert np.ptp(said[:, 0]) > 0.005, "the comparison saw no correction"
-
-
-@pytest.mark.parametrize("sensing", SENSINGS)
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("kind", KINDS)
-def test_single_is_as_close_as_it_can_be(
-    built: Build, kind: Any, model: Any, sensing: Any, rows: Array
+def test_double_is_the_same(
+    generated: Generate, kind: Any, model: Any, measurement_model: Any, rows: Array
 ) -> None:
-    observer = observer_of(kind, model, sensing)
+    observer = observer_of(kind, model, measurement_model)
+    part = rows[: PART[kind]]
+    expected = python_estimates(InterpretedObserver(observer), part)
+    estimates = generated(observer, DOUBLE).run(part)
+
+    if is_compact(observer) or is_compact_window(observer):
+        # The compact patch takes other operations.
+        np.testing.assert_allclose(estimates[:, :2], expected[:, :2], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(estimates[:, 2], expected[:, 2], rtol=0, atol=1e-10)
+        np.testing.assert_array_equal(estimates[:, 3:], expected[:, 3:])
+    else:
+        np.testing.assert_array_equal(estimates, expected)
+    assert np.ptp(estimates[:, 0]) > 0.005, "no measurement corrected mu"
+
+
+@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS)
+@pytest.mark.parametrize("model", FULL_MODELS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_single_precision_rounds(
+    generated: Generate, kind: Any, model: Any, measurement_model: Any, rows: Array
+) -> None:
+    observer = observer_of(kind, model, measurement_model)
     rounded = SINGLE.round(rows)
-    expected = said_by(observer, rounded, sensing.turns)
-    said = built(observer, SINGLE).follow(rounded)
-    off = np.abs(said - expected)[:, 0]
+    expected = python_estimates(observer, rounded)
+    estimates = generated(observer, SINGLE).run(rounded)
+    off = np.abs(estimates - expected)[:, 0]
     second = np.cumsum(rows[:, 4]) > 1
     print(f"mu off by {off.max():.1e}, after 1 s by {off[second].max():.1e}")
 
     assert off.max() < 5e-5
     # Bristles that follow an angle estimated in single precision keep its rounding.
-    assert off[second].max() < (2e-5 if model is FOUND and sensing.turns else 5e-6)
-    np.testing.assert_allclose(said[:, 1], expected[:, 1], rtol=1e-4)
-    np.testing.assert_array_equal(said[:, 4], expected[:, 4])
+    assert off[second].max() < (2e-5 if model is EFFECTS and "M" in measurement_model.channels else 5e-6)
+    np.testing.assert_allclose(estimates[:, 1], expected[:, 1], rtol=1e-4)
+    np.testing.assert_array_equal(estimates[:, 4], expected[:, 4])
 
 
 @pytest.mark.parametrize("model", MODELS)
@@ -104,55 +111,69 @@ def test_single_is_as_close_as_it_can_be(
     "name", ["train_a", *(pytest.param(n, marks=LONG) for n in ("train_b", "holdout_c", "holdout_d"))]
 )
 def test_embedded_recordings(
-    built: Build, repository_root: Path, kind: Any, model: Any, name: str
+    generated: Generate, repository_root: Path, kind: Any, model: Any, name: str
 ) -> None:
     path = repository_root / "examples" / "recordings" / f"{name}.csv"
-    compare_recording(built, path, observer_of(kind, model, AligningTorque()))
+    compare_recording(generated, path, observer_of(kind, model, AligningTorque()))
 
 
 @pytest.mark.measured
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", ["fem1", *(pytest.param(name, marks=LONG) for name in PUBLISHED[1:])])
-def test_measured_recordings(built: Build, measured_dir: Path, kind: Any, name: str) -> None:
+def test_measured_recordings(generated: Generate, measured_dir: Path, kind: Any, name: str) -> None:
     path = measured_dir / f"{name}.mat"
-    compare_recording(built, path, observer_of(kind, DECLARED, AligningTorque()))
+    compare_recording(generated, path, observer_of(kind, DECLARED, AligningTorque()))
 
 
-def compare_recording(built: Build, path: Path, observer: Any) -> None:
-    """A whole recording, in both types, with the rig's usual tyre; Python compiled for this machine."""
-    made = read_recording(path, NOMINAL)
-    step = np.diff(made.t, prepend=2 * made.t[0] - made.t[1])
-    rows = np.column_stack([made.psi, np.full(made.t.size, np.nan), made.M_z, made.F_N, step])
-    expected = run(observer, made.t, made.psi, made.F_N, made.M_z)
-    double = built(observer, DOUBLE).follow(rows)
+def compare_recording(generated: Generate, path: Path, observer: Any) -> None:
+    """Compare a whole recording in both types; Python's Functions are compiled for this machine."""
+    recording = read_recording(path, NOMINAL)
+    t, nan = recording.t, np.full(recording.t.size, np.nan)
+    step = np.diff(t, prepend=2 * t[0] - t[1])
+    rows = np.column_stack([recording.psi, nan, recording.M_z, recording.F_N, step])
+    expected = run(observer, recording.t, recording.psi, recording.F_N, recording.M_z)
+    double = generated(observer, DOUBLE).run(rows)
     np.testing.assert_allclose(double[:, 0], expected.mu, rtol=0, atol=1e-12)
     np.testing.assert_allclose(double[:, 1], expected.mu_std, rtol=0, atol=1e-12)
     np.testing.assert_array_equal(double[:, 4], expected.status)
 
     rounded = SINGLE.round(rows)
-    off = np.abs(built(observer, SINGLE).follow(rounded) - built(observer, DOUBLE).follow(rounded))[:, 0]
+    off = np.abs(generated(observer, SINGLE).run(rounded) - generated(observer, DOUBLE).run(rounded))[
+        :, 0
+    ]
     print(f"single precision: mu off by {off.max():.1e}, after 1 s by {off[100:].max():.1e}")
     assert off.max() < 5e-5
     assert off[100:].max() < 5e-6
 
 
-@pytest.mark.parametrize("window", [2, 7, pytest.param(50, marks=LONG)])
-@pytest.mark.parametrize("kind", KINDS)
-def test_outliers_and_changes_of_the_ground(built: Build, kind: Any, window: int) -> None:
+@pytest.mark.parametrize(
+    ("kind", "settings"),
+    [
+        (Ekf, {}),
+        (Mhe, {"window": 2}),
+        (Mhe, {"window": 7}),
+        pytest.param(Mhe, {"window": 50}, marks=LONG),
+    ],
+)
+def test_outliers_and_changes_of_the_ground(
+    generated: Generate, kind: Any, settings: dict[str, int]
+) -> None:
     t, psi, F_N, M_z = change_of_ground()
     rng = np.random.default_rng(3)
     M_z = np.where(rng.random(t.size) < 0.02, 3 * M_z, M_z)
     M_z[rng.random(t.size) < 0.1] = np.nan
     rows = np.column_stack([psi, np.full(t.size, np.nan), M_z, F_N, np.full(t.size, 0.01)])[:1000]
     tuning = Tuning(noise=0.01, error=0.02, gate=4.0, reset_after=3, zero_time=20.0)
-    settings = {"window": window} if kind is Mhe else {}
     observer = kind(
         **DECLARED, rig=RIG, tuning=tuning, measurement_model=AligningTorque(stiffness=True), **settings
     )
-    said, expected = built(observer, DOUBLE).follow(rows), said_by(observer, rows, turns=False)
+    estimates, expected = (
+        generated(observer, DOUBLE).run(rows),
+        python_estimates(observer, rows),
+    )
 
-    np.testing.assert_allclose(said[:, :2], expected[:, :2], rtol=0, atol=1e-9)
-    np.testing.assert_array_equal(said[:, 3:], expected[:, 3:])
-    seen = [int(status) for status in expected[:, 4]]
-    assert sum(status & Status.RESET > 0 for status in seen) > 0, "the ground never changed"
-    assert sum(status & Status.REJECTED > 0 for status in seen) > 5, "there were no outliers"
+    np.testing.assert_allclose(estimates[:, :2], expected[:, :2], rtol=0, atol=1e-9)
+    np.testing.assert_array_equal(estimates[:, 3:], expected[:, 3:])
+    flags = [int(status) for status in expected[:, 4]]
+    assert sum(status & Status.RESET > 0 for status in flags) > 0, "the ground never changed"
+    assert sum(status & Status.REJECTED > 0 for status in flags) > 5, "there were no outliers"

@@ -10,7 +10,13 @@ from observers.embedded import DOUBLE
 from reference_rig import RigRecording
 from symbolic import EFFECTS, Effect, Model, compiler, parameter_name
 from tests.observers.conftest import K
-from tests.observers.embedded.building import NO_COMPILER, Interpreted, build, observer_of, said_by
+from tests.observers.embedded.generated_code import (
+    NO_COMPILER,
+    InterpretedObserver,
+    generate_code,
+    observer_of,
+    python_estimates,
+)
 from tests.observers.factories import columns_of, samples_of
 
 SAMPLES = 250
@@ -22,13 +28,13 @@ pytestmark = [
 
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
 def test_every_effect(effect: Effect, recording: RigRecording, tmp_path: Path) -> None:
-    model = Model(effects=(effect,), lengthways=20)
-    starts = {parameter_name(e, p): p.start for e, p in model.parameters if e is not None}
-    observer = observer_of(Ekf, {"model": model, "values": {"k": K, **starts}}, AligningTorque())
+    model = Model(effects=(effect,), lengthways=8)
+    values = {parameter_name(e, p): p.start for e, p in model.parameters if e is not None}
+    observer = observer_of(Ekf, {"model": model, "values": {"k": K, **values}}, AligningTorque())
     samples = samples_of(columns_of(recording))[:SAMPLES]
     rows = np.array([(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in samples])
 
-    said = build(observer, DOUBLE, tmp_path).follow(rows)
+    estimates = generate_code(observer, DOUBLE, tmp_path, "-O0").run(rows)
 
-    np.testing.assert_array_equal(said, said_by(Interpreted(observer), rows, turns=False))
-    assert np.ptp(said[:, 0]) > 0.005, "the comparison saw no correction"
+    np.testing.assert_array_equal(estimates, python_estimates(InterpretedObserver(observer), rows))
+    assert np.ptp(estimates[:, 0]) > 0.005, "no measurement corrected mu"

@@ -1,4 +1,4 @@
-"""The FMU: valid, the same as the C to the last bit, each instance on its own, its state to be had."""
+"""The FMU: valid, equal to the C to the last bit, with independent instances and accessible states."""
 
 import ctypes
 import subprocess
@@ -16,9 +16,15 @@ from observers.embedded import DOUBLE, SINGLE, Real, generate_fmu
 from observers.embedded.fmu import is_host
 from symbolic import InvalidInputError, Tyre, compiler
 from tests.observers.conftest import RIG, K
-from tests.observers.embedded.building import DECLARED, FOUND, NO_COMPILER, STRICT, observer_of
-from tests.observers.embedded.conftest import Build
-from tests.observers.embedded.driving import OUTPUTS, driven, initialise
+from tests.observers.embedded.conftest import Generate
+from tests.observers.embedded.fmu_instance import OUTPUTS, initialise, instances
+from tests.observers.embedded.generated_code import (
+    DECLARED,
+    FEW_BRISTLES,
+    NO_COMPILER,
+    STRICT,
+    observer_of,
+)
 
 fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed: pip install 'brushgrip[dev]'")
 FMICallException = pytest.importorskip("fmpy.fmi1").FMICallException
@@ -35,7 +41,7 @@ CASES = [
     pytest.param(Ekf, DECLARED, SINGLE, id="ekf-float"),
     pytest.param(Ekf, DECLARED, DOUBLE, id="ekf-double"),
     pytest.param(Mhe, DECLARED, SINGLE, id="mhe-float"),
-    pytest.param(Ekf, FOUND, DOUBLE, id="ekf-effects-double"),
+    pytest.param(Ekf, FEW_BRISTLES, DOUBLE, id="ekf-effects-double"),
 ]
 EKF = observer_of(Ekf, DECLARED, AligningTorque())
 
@@ -43,45 +49,50 @@ EKF = observer_of(Ekf, DECLARED, AligningTorque())
 @pytest.fixture(scope="module")
 def unpacked(tmp_path_factory: pytest.TempPathFactory) -> Unpacked:
     """Generates an FMU and unpacks it, each once."""
-    made: dict[Any, Path] = {}
+    cache: dict[Any, Path] = {}
 
     def once(observer: Any, real: Real) -> Path:
         key = (repr(observer), real)
-        if key not in made:
+        if key not in cache:
             folder = tmp_path_factory.mktemp("fmu")
-            made[key] = Path(fmpy.extract(generate_fmu(observer, folder, real), folder / "unpacked"))
-        return made[key]
+            cache[key] = Path(fmpy.extract(generate_fmu(observer, folder, real), folder / "unpacked"))
+        return cache[key]
 
     return once
 
 
 @pytest.fixture(scope="module")
 def samples(repository_root: Path) -> Array:
-    """An embedded recording, rows psi, psi_dot, M_z, F_N; now and then a sensor is silent."""
+    """An embedded recording, rows psi, psi_dot, M_z, F_N; some values are missing."""
     path = repository_root / "examples" / "recordings" / "train_a.csv"
-    made = read_recording(path, (RIG, Tyre(k=K, mu=1.2)))
-    rows = np.column_stack([made.psi, np.full(made.t.size, np.nan), made.M_z, made.F_N])
+    recording = read_recording(path, (RIG, Tyre(k=K, mu=1.2)))
+    rows = np.column_stack(
+        [recording.psi, np.full(recording.t.size, np.nan), recording.M_z, recording.F_N]
+    )
     rows[8::9, 2] = np.nan
     rows[40:44, 0], rows[60:63, 3] = np.nan, -1.0
     return rows
 
 
 @pytest.mark.parametrize(
-    ("kind", "sensing"), [(Ekf, AligningTorque()), (Ekf, SteeringTorque()), (Mhe, AligningTorque())]
+    ("kind", "measurement_model"),
+    [(Ekf, AligningTorque()), (Ekf, SteeringTorque()), (Mhe, AligningTorque())],
 )
-def test_fmpy_has_no_complaint(tmp_path: Path, kind: Any, sensing: Any) -> None:
+def test_fmpy_validates(tmp_path: Path, kind: Any, measurement_model: Any) -> None:
     from fmpy.validation import validate_fmu
 
-    observer = observer_of(kind, DECLARED, sensing)
-    made = generate_fmu(observer, tmp_path, name="grip")
-    described = fmpy.read_model_description(made)
-    units = {v.name: v.unit for v in described.modelVariables if v.causality == "input"}
+    observer = observer_of(kind, DECLARED, measurement_model)
+    archive = generate_fmu(observer, tmp_path, name="grip")
+    description = fmpy.read_model_description(archive)
+    units = {v.name: v.unit for v in description.modelVariables if v.causality == "input"}
     ours = {"psi": "rad", "psi_dot": "rad/s", "M_z": "N.m", "F_N": "N"}
 
-    assert validate_fmu(str(made)) == []
-    assert units == ({"psi": "rad", "M": "N.m", "F_N": "N"} if sensing.turns else ours)
-    assert tuple(v.name for v in described.modelVariables if v.causality == "output") == OUTPUTS
-    assert fmpy.supported_platforms(str(made)) == ["c-code", "linux64"]
+    assert validate_fmu(str(archive)) == []
+    assert units == (
+        {"psi": "rad", "M": "N.m", "F_N": "N"} if "M" in measurement_model.channels else ours
+    )
+    assert tuple(v.name for v in description.modelVariables if v.causality == "output") == OUTPUTS
+    assert fmpy.supported_platforms(str(archive)) == ["c-code", "linux64"]
 
 
 def test_the_same_observer_makes_the_same_bytes(tmp_path: Path) -> None:
@@ -93,23 +104,23 @@ def test_the_same_observer_makes_the_same_bytes(tmp_path: Path) -> None:
             ("other", observer_of(Ekf, DECLARED, AligningTorque(), mu=0.9)),
         )
     )
-    guids = {fmpy.read_model_description(made).guid for made in (one, again, other)}
+    guids = {fmpy.read_model_description(archive).guid for archive in (one, again, other)}
 
     assert one.read_bytes() == again.read_bytes()
     assert len(guids) == 2
 
 
 @pytest.mark.parametrize(("kind", "model", "real"), CASES)
-def test_says_what_the_c_says(
-    built: Build, unpacked: Unpacked, samples: Array, kind: Any, model: Any, real: Real
+def test_equals_the_c(
+    generated: Generate, unpacked: Unpacked, samples: Array, kind: Any, model: Any, real: Real
 ) -> None:
     observer = observer_of(kind, model, AligningTorque())
-    rows = samples[:600] if model is FOUND else samples
-    shown = shown_by_main(built, observer, real, rows)
+    rows = samples[:600] if model is FEW_BRISTLES else samples
+    printed_rows = printed_by_main(generated, observer, real, rows)
     given = np.rec.fromarrays(
         [STEP * np.arange(len(rows)), *rows.T], names=["time", "psi", "psi_dot", "M_z", "F_N"]
     )
-    said = fmpy.simulate_fmu(
+    estimates = fmpy.simulate_fmu(
         str(unpacked(observer, real)),
         stop_time=STEP * len(rows),
         output_interval=STEP,
@@ -117,45 +128,47 @@ def test_says_what_the_c_says(
         output=OUTPUTS,
     )
 
-    assert len(said) == len(shown) + 1
-    # What is said of a sample stands at the end of its step.
+    assert len(estimates) == len(printed_rows) + 1
+    # The estimate of a sample is the output at the end of its step.
     for name in OUTPUTS[:4]:
-        np.testing.assert_array_equal(said[name][1:].astype(real.dtype), shown[name].astype(real.dtype))
-    assert np.ptp(said["mu"]) > 0.1
-    assert (said["status"][1:][rows[:, 3] < 0] & NO_LOAD).all()
+        np.testing.assert_array_equal(
+            estimates[name][1:].astype(real.dtype), printed_rows[name].astype(real.dtype)
+        )
+    assert np.ptp(estimates["mu"]) > 0.1
+    assert (estimates["status"][1:][rows[:, 3] < 0] & NO_LOAD).all()
 
 
-def shown_by_main(built: Build, observer: Any, real: Real, rows: Array) -> Array:
-    """What the generated example prints of samples."""
-    code = built(observer, real)
+def printed_by_main(generated: Generate, observer: Any, real: Real, rows: Array) -> Array:
+    """The estimates that the generated example prints."""
+    code = generated(observer, real)
     table = "\n".join(",".join(repr(float(v)) for v in (STEP * i, *row)) for i, row in enumerate(rows))
     (code.folder / "given.csv").write_text(f"t,psi,psi_dot,M_z,F_N\n{table}\n")
-    made = code.compile("-O1", sources=("brushgrip.c", "main.c"), out="example")
+    program = code.compile("-O1", sources=("brushgrip.c", "main.c"), out="example")
     printed = subprocess.run(
-        [made, "given.csv"], cwd=code.folder, capture_output=True, text=True, check=True
+        [program, "given.csv"], cwd=code.folder, capture_output=True, text=True, check=True
     )
     return np.genfromtxt(printed.stdout.splitlines(), delimiter=",", names=True)
 
 
-def test_steps_may_vary(built: Build, unpacked: Unpacked, samples: Array) -> None:
+def test_steps_may_vary(generated: Generate, unpacked: Unpacked, samples: Array) -> None:
     steps = np.random.default_rng(4).uniform(0.002, 0.05, 300)
     # The time of a sample is that since the one before it, which the first does not have.
     since = np.concatenate([steps[:1], steps[:-1]])
-    expected = built(EKF, DOUBLE).follow(np.column_stack([samples[:300], since]))
-    with driven(unpacked(EKF, DOUBLE)) as (one,):
-        said = [one.step(row, dt) for row, dt in zip(samples, steps, strict=False)]
+    expected = generated(EKF, DOUBLE).run(np.column_stack([samples[:300], since]))
+    with instances(unpacked(EKF, DOUBLE)) as (one,):
+        estimates = [one.step(row, dt) for row, dt in zip(samples, steps, strict=False)]
 
-    np.testing.assert_allclose(said, expected, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(estimates, expected, rtol=0, atol=1e-9)
     assert np.ptp(expected[:, 0]) > 0.01
 
 
-def test_two_at_once_do_not_disturb_each_other(unpacked: Unpacked, samples: Array) -> None:
+def test_two_instances_are_independent(unpacked: Unpacked, samples: Array) -> None:
     folder, rows = unpacked(EKF, SINGLE), samples[:400]
-    with driven(folder) as (one,):
+    with instances(folder) as (one,):
         alone = one.steps(rows)
-    with driven(folder) as (one,):
+    with instances(folder) as (one,):
         alone_backwards = one.steps(rows[::-1])
-    with driven(folder, 2) as (one, two):
+    with instances(folder, 2) as (one, two):
         both = [(one.step(a), two.step(b)) for a, b in zip(rows, rows[::-1], strict=True)]
 
     np.testing.assert_array_equal([a for a, _ in both], alone)
@@ -163,29 +176,29 @@ def test_two_at_once_do_not_disturb_each_other(unpacked: Unpacked, samples: Arra
     assert np.abs(alone - alone_backwards)[:, 0].max() > 1e-3
 
 
-def test_reset_forgets(unpacked: Unpacked, samples: Array) -> None:
-    with driven(unpacked(EKF, SINGLE)) as (one,):
-        before, first = one.said(), one.steps(samples[:200])
+def test_reset_returns_to_the_prior(unpacked: Unpacked, samples: Array) -> None:
+    with instances(unpacked(EKF, SINGLE)) as (one,):
+        before, first = one.outputs(), one.steps(samples[:200])
         one.slave.reset()
-        np.testing.assert_array_equal(one.said(), before)
+        np.testing.assert_array_equal(one.outputs(), before)
         initialise(one.slave)
         np.testing.assert_array_equal(one.steps(samples[:200]), first)
 
 
 @pytest.mark.parametrize("kind", [Ekf, Mhe])
-def test_a_state_can_be_kept_and_sent(unpacked: Unpacked, samples: Array, kind: Any) -> None:
+def test_a_state_can_be_saved_and_transferred(unpacked: Unpacked, samples: Array, kind: Any) -> None:
     folder = unpacked(observer_of(kind, DECLARED, AligningTorque()), SINGLE)
-    with driven(folder) as (one,):
+    with instances(folder) as (one,):
         one.steps(samples[:200])
-        kept, time, said = one.slave.getFMUState(), one.time, one.said()
+        kept, time, estimates = one.slave.getFMUState(), one.time, one.outputs()
         sent = one.slave.serializeFMUState(kept)
         on = one.steps(samples[200:300])
         one.slave.setFMUState(kept)
         one.slave.freeFMUState(kept)
         one.time = time
-        np.testing.assert_array_equal(one.said(), said)
+        np.testing.assert_array_equal(one.outputs(), estimates)
         np.testing.assert_array_equal(one.steps(samples[200:300]), on)
-    with driven(folder, state=sent) as (other,):
+    with instances(folder, state=sent) as (other,):
         state = other.slave.deserializeFMUState(sent)
         other.slave.setFMUState(state)
         other.slave.freeFMUState(state)
@@ -195,23 +208,23 @@ def test_a_state_can_be_kept_and_sent(unpacked: Unpacked, samples: Array, kind: 
             other.slave.deserializeFMUState(b"x" + sent[1:])
 
 
-def test_what_a_sensor_does_not_give_is_flagged(unpacked: Unpacked) -> None:
+def test_missing_sensors_are_flagged(unpacked: Unpacked) -> None:
     good = [0.05, 0.0, -1.0, 400.0]
-    with driven(unpacked(EKF, SINGLE)) as (one,):
+    with instances(unpacked(EKF, SINGLE)) as (one,):
         # Nobody has set an input yet.
         one.slave.doStep(currentCommunicationPoint=-0.01, communicationStepSize=0.01)
-        assert one.said()[4] == MISSING
+        assert one.outputs()[4] == MISSING
         one.step(good)
         for at, expected in ((0, 3), (2, MISSING), (3, NO_LOAD)):
-            for nothing in (np.nan, np.inf, 1e30):
-                said = one.step([nothing if i == at else v for i, v in enumerate(good)])
-                assert np.isfinite(said).all()
-                assert said[4] == expected
+            for missing in (np.nan, np.inf, 1e30):
+                estimates = one.step([missing if i == at else v for i, v in enumerate(good)])
+                assert np.isfinite(estimates).all()
+                assert estimates[4] == expected
         assert one.step(good)[4] == 0
 
 
-def test_calls_out_of_order_are_refused(unpacked: Unpacked) -> None:
-    with driven(unpacked(EKF, SINGLE), 2, state="none") as (one, other):
+def test_calls_out_of_order_are_errors(unpacked: Unpacked) -> None:
+    with instances(unpacked(EKF, SINGLE), 2, state="none") as (one, other):
         for call in (
             lambda: one.step([0.0] * 4),
             lambda: one.slave.exitInitializationMode(),
@@ -227,20 +240,22 @@ def test_calls_out_of_order_are_refused(unpacked: Unpacked) -> None:
         other.slave.terminate()
 
 
-def test_sources_build_without_a_word(unpacked: Unpacked, tmp_path: Path) -> None:
+def test_sources_compile_without_a_warning(unpacked: Unpacked, tmp_path: Path) -> None:
     for kind, real in ((Ekf, SINGLE), (Mhe, DOUBLE)):
         folder = unpacked(observer_of(kind, DECLARED, AligningTorque()), real) / "sources"
-        files = [folder / "brushgrip.c", folder / "brushgrip_fmu.c"]
+        core = tmp_path / f"{kind.__name__}.o"
+        command = [str(compiler()), *STRICT, "-O1", "-fPIC"]
+        subprocess.run([*command, "-c", folder / "brushgrip.c", "-o", core], check=True)
         for prefix in ("", "grip_"):
-            made = tmp_path / f"{prefix}{kind.__name__}.so"
-            given = [f"-DFMI2_FUNCTION_PREFIX={prefix}"] if prefix else []
-            command = [str(compiler()), *STRICT, *given, "-O1", "-fPIC", "-shared", *files]
-            subprocess.run([*command, "-o", made, "-lm"], check=True)
-            assert hasattr(ctypes.CDLL(str(made)), f"{prefix}fmi2DoStep")
+            library = tmp_path / f"{prefix}{kind.__name__}.so"
+            options = [f"-DFMI2_FUNCTION_PREFIX={prefix}"] if prefix else []
+            files = [folder / "brushgrip_fmu.c", core]
+            subprocess.run([*command, *options, "-shared", *files, "-o", library, "-lm"], check=True)
+            assert hasattr(ctypes.CDLL(str(library)), f"{prefix}fmi2DoStep")
 
 
 @pytest.mark.parametrize("kind", [Ekf, Mhe])
-def test_sanitisers_find_nothing(unpacked: Unpacked, tmp_path: Path, kind: Any) -> None:
+def test_sanitisers_have_no_finding(unpacked: Unpacked, tmp_path: Path, kind: Any) -> None:
     folder = unpacked(observer_of(kind, DECLARED, AligningTorque()), SINGLE)
     guid = fmpy.read_model_description(folder).guid
     files = [folder / "sources" / "brushgrip.c", folder / "sources" / "brushgrip_fmu.c"]

@@ -1,4 +1,8 @@
-"""Generated C run on this machine says what Python says."""
+"""Generated C on this machine estimates what Python estimates."""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,21 +12,32 @@ from observers.embedded import DOUBLE, SINGLE, native
 from reference_rig import RigRecording, SteeringRecording
 from symbolic import InvalidInputError, compiler
 from tests.observers.conftest import RIG
-from tests.observers.embedded.building import DECLARED, NO_COMPILER, observer_of
+from tests.observers.embedded.generated_code import DECLARED, NO_COMPILER, observer_of
 
+Native = Callable[[Any, native.Real], native.NativeObserver]
 needs_compiler = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
+
+
+@pytest.fixture(scope="module")
+def compiled_native() -> Native:
+    """Compiles the kind of observer on the declared model, each once."""
+    return cache(lambda kind, real: native.compile_native(kind(**DECLARED, rig=RIG), real))
 
 
 @needs_compiler
 @pytest.mark.parametrize(("real", "within"), [(DOUBLE, 1e-9), (SINGLE, 2e-5)])
 @pytest.mark.parametrize("kind", [Ekf, Mhe])
-def test_it_says_what_python_says(
-    kind: type[Ekf] | type[Mhe], real: native.Real, within: float, recording: RigRecording
+def test_estimates_are_those_of_python(
+    compiled_native: Native,
+    kind: type[Ekf] | type[Mhe],
+    real: native.Real,
+    within: float,
+    recording: RigRecording,
 ) -> None:
     observer = kind(**DECLARED, rig=RIG)
     M_z = recording.M_z.copy()
     M_z[50:60] = np.nan
-    code = native.host(observer, real).along(recording.t, recording.psi, recording.F_N, M_z)
+    code = compiled_native(kind, real).run(recording.t, recording.psi, recording.F_N, M_z)
     python = run(observer, recording.t, recording.psi, recording.F_N, M_z)
 
     np.testing.assert_allclose(code.mu, python.mu, rtol=within)
@@ -32,40 +47,40 @@ def test_it_says_what_python_says(
 
 
 @needs_compiler
-def test_it_begins_anew_with_every_recording(recording: RigRecording) -> None:
-    code = native.host(Ekf(**DECLARED, rig=RIG))
+def test_every_recording_starts_from_the_prior(compiled_native: Native, recording: RigRecording) -> None:
+    code = compiled_native(Ekf, SINGLE)
     channels = recording.t, recording.psi, recording.F_N, recording.M_z
 
-    np.testing.assert_array_equal(code.along(*channels).mu, code.along(*channels).mu)
+    np.testing.assert_array_equal(code.run(*channels).mu, code.run(*channels).mu)
 
 
 @needs_compiler
-def test_the_steering_torque_too(steered: SteeringRecording) -> None:
+def test_steering_torque(steered: SteeringRecording) -> None:
     observer = observer_of(Ekf, DECLARED, SteeringTorque())
-    code = native.host(observer, DOUBLE).along(steered.t, steered.psi, steered.F_N, steered.M)
+    code = native.compile_native(observer, DOUBLE).run(steered.t, steered.psi, steered.F_N, steered.M)
     python = run(observer, steered.t, steered.psi, steered.F_N, M=steered.M)
 
     np.testing.assert_allclose(code.mu, python.mu, rtol=1e-9)
 
 
 @needs_compiler
-def test_shapes_are_checked() -> None:
-    code, t = native.host(Ekf(**DECLARED, rig=RIG)), np.arange(5.0)
+def test_shapes_are_checked(compiled_native: Native) -> None:
+    code, t = compiled_native(Ekf, SINGLE), np.arange(5.0)
 
     with pytest.raises(InvalidInputError, match="shape of t"):
-        code.along(t, t, t, t[:-1])
+        code.run(t, t, t, t[:-1])
 
 
-def test_without_a_compiler_it_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_a_compiler_there_is_an_error(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(native, "compiler", lambda: None)
 
     with pytest.raises(InvalidInputError, match="no C compiler"):
-        native.host(Ekf(**DECLARED, rig=RIG))
+        native.compile_native(Ekf(**DECLARED, rig=RIG))
 
 
 @needs_compiler
-def test_what_the_compiler_refuses_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(native, "FLAGS", ("-no-such-flag",))
+def test_a_failing_compiler_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(native, "COMPILER_FLAGS", ("-no-such-flag",))
 
     with pytest.raises(InvalidInputError, match="was not compiled"):
-        native.host(Ekf(**DECLARED, rig=RIG))
+        native.compile_native(Ekf(**DECLARED, rig=RIG))

@@ -1,4 +1,4 @@
-"""The patch of the quick code against the exact patch of `symbolic.zones` and against bristles."""
+"""The compact patch against the exact patch of `symbolic.zones` and against bristles."""
 
 import ctypes
 from dataclasses import dataclass, replace
@@ -10,23 +10,31 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
-from observers.embedded import DOUBLE, SINGLE, Real
-from observers.embedded.compact_mhe import KEPT
+from observers.embedded import DOUBLE, SINGLE
+from observers.embedded.compact_mhe import STORED_CORNERS
 from observers.embedded.compact_patch import DEPTH
 from reference_rig import RigTyre, hand_path, simulate_bristles
 from symbolic import Model, compiler, full_slide_level, simulate
 from tests.observers.conftest import RIG, K
-from tests.observers.embedded.building import DECLARED, NO_COMPILER, build, observer_of, said_by
+from tests.observers.embedded.conftest import Generate
+from tests.observers.embedded.generated_code import (
+    DECLARED,
+    NO_COMPILER,
+    GeneratedCode,
+    observer_of,
+    python_estimates,
+)
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 Array = NDArray[np.float64]
 MU = 1.3
 EXACT = Model(corners=96)
+STEERING = observer_of(Ekf, DECLARED, SteeringTorque())
 
 
 @dataclass(frozen=True)
-class Followed:
-    """What the patch says along a path: M_z [N m], slopes by mu and by the angle, corners in use."""
+class PatchPath:
+    """The patch along a path: M_z [N m], its derivatives by mu and by the angle, corners in use."""
 
     M_z: Array
     by_mu: Array
@@ -37,49 +45,48 @@ class Followed:
 class Patch:
     """The patch of generated code."""
 
-    def __init__(self, real: Real, folder: Path) -> None:
-        """Compiled in a folder."""
-        code = build(observer_of(Ekf, DECLARED, SteeringTorque()), real, folder)
+    def __init__(self, code: GeneratedCode) -> None:
+        """Compile the patch of generated code."""
         sources = (str(Path(__file__).with_name("patch.c")),)
-        made = code.compile(
+        library = code.compile(
             "-O1", "-fPIC", "-shared", "-std=c99", "-Wall", "-Wextra", sources=sources, out="p.so"
         )
-        self.real, self._library = real, ctypes.CDLL(str(made))
+        self.real, self._library = code.real, ctypes.CDLL(str(library))
 
-    def follow(self, psi: Array, F_N: Array, mu: float = MU) -> Followed:
+    def run(self, psi: Array, F_N: Array, mu: float = MU) -> PatchPath:
         """Along angles [rad] and loads [N], at rest at the first angle."""
         number = getattr(ctypes, f"c_{self.real.c_type}")
         level = full_slide_level(F_N, RIG.a).astype(self.real.dtype)
-        angles, made = psi.astype(self.real.dtype), np.zeros((psi.size, 4), self.real.dtype)
+        angles, actual = psi.astype(self.real.dtype), np.zeros((psi.size, 4), self.real.dtype)
         patch = ctypes.create_string_buffer(self._library.patch_size())
         self._library.patch_init(patch, number(float(angles[0])))
-        pointers = [ctypes.c_void_p(array.ctypes.data) for array in (angles, level, made)]
-        self._library.patch_follow(
+        pointers = [ctypes.c_void_p(array.ctypes.data) for array in (angles, level, actual)]
+        self._library.patch_run(
             patch, ctypes.c_int64(psi.size), *pointers[:2], number(mu / K), pointers[2]
         )
-        moment, by_scale, by_psi, corners = made.astype(float).T
-        return Followed(K * moment, by_scale, K * by_psi, corners)
+        moment, by_scale, by_psi, corners = actual.astype(float).T
+        return PatchPath(K * moment, by_scale, K * by_psi, corners)
 
 
 @pytest.fixture(scope="module")
-def patch(tmp_path_factory: pytest.TempPathFactory) -> Patch:
-    return Patch(DOUBLE, tmp_path_factory.mktemp("patch"))
+def patch(generated: Generate) -> Patch:
+    return Patch(generated(STEERING, DOUBLE))
 
 
 @pytest.fixture(scope="module")
-def single_patch(tmp_path_factory: pytest.TempPathFactory) -> Patch:
-    return Patch(SINGLE, tmp_path_factory.mktemp("patch"))
+def single_patch(generated: Generate) -> Patch:
+    return Patch(generated(STEERING, SINGLE))
 
 
 def exact(psi: Array, F_N: Array, mu: float = MU) -> tuple[Array, Array]:
     """M_z of the exact patch and its derivative by mu."""
     signals = np.vstack([psi, np.zeros_like(psi), F_N, np.full_like(psi, 0.01)])
-    made = simulate(EXACT, signals, np.array([mu, K]), np.array([RIG.a, RIG.e]), np.eye(2)[:, :1])
-    return made.M_z, made.sensitivities[:, 0]
+    actual = simulate(EXACT, signals, np.array([mu, K]), np.array([RIG.a, RIG.e]), np.eye(2)[:, :1])
+    return actual.M_z, actual.sensitivities[:, 0]
 
 
-def with_as_many(psi: Array, F_N: Array) -> Array:
-    """M_z of the exact patch with no more corners than the quick one has."""
+def with_equal_capacity(psi: Array, F_N: Array) -> Array:
+    """M_z of the exact patch with no more corners than the compact one has."""
     signals = np.vstack([psi, np.zeros_like(psi), F_N, np.full_like(psi, 0.01)])
     return simulate(Model(corners=DEPTH), signals, np.array([MU, K]), np.array([RIG.a, RIG.e])).M_z
 
@@ -126,12 +133,12 @@ PATHS = [
 @pytest.mark.parametrize("psi", PATHS)
 def test_is_the_exact_patch(patch: Patch, psi: Array, varying: bool) -> None:
     F_N = loads(1, psi.size) if varying else steady(psi.size)
-    made = patch.follow(psi, F_N)
+    actual = patch.run(psi, F_N)
     M_z, by_mu = exact(psi, F_N)
 
-    assert made.corners.max() < DEPTH, "the path overflows the patch, which is another test"
-    np.testing.assert_allclose(made.M_z, M_z, rtol=0, atol=1e-11 * max(1e-3, np.ptp(M_z)))
-    np.testing.assert_allclose(made.by_mu, by_mu, rtol=0, atol=1e-9 * max(1e-3, np.ptp(M_z)))
+    assert actual.corners.max() < DEPTH, "the path overflows the patch, which is another test"
+    np.testing.assert_allclose(actual.M_z, M_z, rtol=0, atol=1e-11 * max(1e-3, np.ptp(M_z)))
+    np.testing.assert_allclose(actual.by_mu, by_mu, rtol=0, atol=1e-9 * max(1e-3, np.ptp(M_z)))
 
 
 @pytest.mark.parametrize("varying", [False, True], ids=["steady load", "varying load"])
@@ -141,13 +148,13 @@ def test_slope_by_the_angle(patch: Patch, seed: int, varying: bool) -> None:
     psi = wandering(seed, count=40, size=0.05)
     F_N = loads(seed, psi.size) if varying else steady(psi.size)
     turn = psi[-1] - psi[-2]
-    made = patch.follow(psi, F_N).by_psi[-1]
+    actual = patch.run(psi, F_N).by_psi[-1]
     ends = [
-        patch.follow(np.append(psi[:-1], psi[-1] + h), F_N).M_z[-1] for h in (1e-3 * turn, -1e-3 * turn)
+        patch.run(np.append(psi[:-1], psi[-1] + h), F_N).M_z[-1] for h in (1e-3 * turn, -1e-3 * turn)
     ]
 
     assert turn != 0
-    assert made == pytest.approx((ends[0] - ends[1]) / (2e-3 * turn), rel=1e-3)
+    assert actual == pytest.approx((ends[0] - ends[1]) / (2e-3 * turn), rel=1e-3)
 
 
 @pytest.mark.parametrize("seed", [5, 6])
@@ -157,32 +164,32 @@ def test_is_what_bristles_do(patch: Patch, seed: int) -> None:
     grid = simulate_bristles(
         replace(path, F_N=F_N), RigTyre(k=K, mu=MU, a=RIG.a, e=RIG.e), bristles=4000
     ).M_z
-    made = patch.follow(path.psi, F_N)
+    actual = patch.run(path.psi, F_N)
 
-    assert np.abs(made.M_z - grid).max() < 2e-4 * np.ptp(grid)
+    assert np.abs(actual.M_z - grid).max() < 2e-4 * np.ptp(grid)
 
 
 @pytest.mark.parametrize("seed", range(3))
 def test_single_precision(single_patch: Patch, patch: Patch, seed: int) -> None:
     psi = SINGLE.round(wandering(seed, count=2000))
     F_N = SINGLE.round(loads(seed, psi.size))
-    made, better = single_patch.follow(psi, F_N), patch.follow(psi, F_N)
+    actual, better = single_patch.run(psi, F_N), patch.run(psi, F_N)
 
-    assert np.abs(made.M_z - better.M_z).max() < 2e-5 * np.ptp(better.M_z)
+    assert np.abs(actual.M_z - better.M_z).max() < 2e-5 * np.ptp(better.M_z)
 
 
 @pytest.mark.parametrize(("path", "most"), [("decaying", 4e-3), ("noise", 1e-3)])
-def test_overflow_gives_up_what_is_felt_least(patch: Patch, path: str, most: float) -> None:
+def test_overflow_drops_the_corner_of_least_torque(patch: Patch, path: str, most: float) -> None:
     rng, t = np.random.default_rng(1), np.arange(0, 10 if path == "decaying" else 100, 0.01)
     decaying = 0.3 * np.exp(-0.15 * t) * np.sin(15 * t)
     psi = decaying if path == "decaying" else 0.2 * np.minimum(t, 1) + 2e-3 * rng.standard_normal(t.size)
-    made = patch.follow(psi, steady(t.size))
+    actual = patch.run(psi, steady(t.size))
     M_z, _ = exact(psi, steady(t.size))
-    off, range_ = np.abs(made.M_z - M_z).max(), np.ptp(M_z)
-    by_vectors = np.abs(with_as_many(psi, steady(t.size)) - M_z).max()
+    off, range_ = np.abs(actual.M_z - M_z).max(), np.ptp(M_z)
+    by_vectors = np.abs(with_equal_capacity(psi, steady(t.size)) - M_z).max()
     print(f"{path}: off by {off / range_:.1e} of range, by vectors {by_vectors / range_:.1e}")
 
-    assert made.corners.max() == DEPTH
+    assert actual.corners.max() == DEPTH
     assert off < most * range_
     assert off < 1.1 * by_vectors
 
@@ -191,38 +198,41 @@ def test_a_swinging_load_needs_more_corners_than_there_are(patch: Patch) -> None
     # A limit that rises while the wheel turns leaves a corner behind at every sample.
     t = np.arange(0, 20, 0.01)
     psi, F_N = 0.3 * np.sin(t), 400 * (1 + 0.3 * np.sin(2.3 * t))
-    made = patch.follow(psi, F_N)
+    actual = patch.run(psi, F_N)
     M_z, by_mu = exact(psi, F_N)
-    off = np.abs(made.M_z - M_z).max() / np.ptp(M_z)
-    slope_off = np.abs(made.by_mu - by_mu).max() / np.ptp(by_mu)
-    print(f"{made.corners.max():.0f} corners, off by {off:.1e} of range, slope by {slope_off:.1e}")
+    off = np.abs(actual.M_z - M_z).max() / np.ptp(M_z)
+    slope_off = np.abs(actual.by_mu - by_mu).max() / np.ptp(by_mu)
+    print(f"{actual.corners.max():.0f} corners, off by {off:.1e} of range, slope by {slope_off:.1e}")
 
-    assert made.corners.max() == DEPTH
+    assert actual.corners.max() == DEPTH
     assert off < 1e-3
-    assert off < 1.1 * np.abs(with_as_many(psi, F_N) - M_z).max() / np.ptp(M_z)
+    assert off < 1.1 * np.abs(with_equal_capacity(psi, F_N) - M_z).max() / np.ptp(M_z)
     assert slope_off < 2e-2
 
 
 def test_never_more_corners_than_there_are_places(patch: Patch) -> None:
     psi, F_N = wandering(9, count=20_000, size=1e-3), loads(9, 20_001)
-    made = patch.follow(psi, F_N)
+    actual = patch.run(psi, F_N)
 
-    assert made.corners.max() == DEPTH
-    assert np.isfinite(made.M_z).all()
+    assert actual.corners.max() == DEPTH
+    assert np.isfinite(actual.M_z).all()
     slide = 0.5 * MU * F_N * RIG.a
-    assert (np.abs(made.M_z) < slide).all()
+    assert (np.abs(actual.M_z) < slide).all()
 
 
-def test_more_corners_than_a_window_keeps(tmp_path: Path) -> None:
+def test_more_corners_than_a_window_stores(generated: Generate, patch: Patch) -> None:
     rng, t = np.random.default_rng(4), np.arange(0, 30, 0.01)
     psi = 0.25 * np.sin(np.minimum(t, 8)) + 1.5e-3 * rng.standard_normal(t.size)
     M_z, _ = exact(psi, steady(t.size))
     rows = np.column_stack([psi, np.full(t.size, np.nan), M_z, steady(t.size), np.full(t.size, 0.01)])
     observer = observer_of(Mhe, DECLARED, AligningTorque(), noise=0.02)
-    said, expected = build(observer, DOUBLE, tmp_path).follow(rows), said_by(observer, rows, turns=False)
-    deepest = Patch(DOUBLE, tmp_path).follow(psi, steady(t.size)).corners.max()
-    off = np.abs(said - expected)[:, 0].max()
+    estimates, expected = (
+        generated(observer, DOUBLE).run(rows),
+        python_estimates(observer, rows),
+    )
+    deepest = patch.run(psi, steady(t.size)).corners.max()
+    off = np.abs(estimates - expected)[:, 0].max()
     print(f"{deepest:.0f} corners, mu off by {off:.1e}")
 
-    assert deepest > KEPT
+    assert deepest > STORED_CORNERS
     assert 1e-12 < off < 5e-4

@@ -1,4 +1,4 @@
-"""Generated code stays sound whatever it is given, and keeps to itself."""
+"""Generated code gives valid estimates for any input and accesses only its own memory."""
 
 import shutil
 import subprocess
@@ -12,15 +12,15 @@ import pytest
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE
 from symbolic import compiler
-from tests.observers.embedded.building import (
+from tests.observers.embedded.conftest import Generate
+from tests.observers.embedded.generated_code import (
     DECLARED,
-    FOUND,
+    FEW_BRISTLES,
     NO_COMPILER,
     STRICT,
-    Built,
+    GeneratedCode,
     observer_of,
 )
-from tests.observers.embedded.conftest import Build
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 REFUSED, MISSING = 128, 1
@@ -29,104 +29,103 @@ ADDRESSES = ("-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 HOUR = 360_000
 """Samples of an hour at 100 Hz."""
 LONG = pytest.mark.long
-WATCHED = [
+SANITISED = [
     pytest.param(Ekf, DECLARED, AligningTorque(), HOUR, id="ekf-declared-aligning"),
     pytest.param(Mhe, DECLARED, AligningTorque(), HOUR // 100, id="mhe-declared-aligning-short"),
     pytest.param(Ekf, DECLARED, SteeringTorque(), HOUR, id="ekf-declared-steering", marks=LONG),
     pytest.param(Mhe, DECLARED, AligningTorque(), HOUR // 4, id="mhe-declared-aligning", marks=LONG),
-    pytest.param(Ekf, FOUND, SteeringTorque(), 3000, id="ekf-effects-steering", marks=LONG),
-    pytest.param(Ekf, FOUND, AligningTorque(), 1000, id="ekf-effects-aligning", marks=LONG),
+    pytest.param(Ekf, FEW_BRISTLES, SteeringTorque(), 3000, id="ekf-effects-steering", marks=LONG),
+    pytest.param(Ekf, FEW_BRISTLES, AligningTorque(), 1000, id="ekf-effects-aligning", marks=LONG),
 ]
 CASES = [
     pytest.param(Ekf, DECLARED, AligningTorque(), id="ekf-declared-aligning"),
-    pytest.param(Ekf, FOUND, SteeringTorque(), id="ekf-effects-steering"),
+    pytest.param(Ekf, FEW_BRISTLES, SteeringTorque(), id="ekf-effects-steering"),
     pytest.param(Ekf, DECLARED, SteeringTorque(zero=True, stiffness=True), id="ekf-steering-5"),
     pytest.param(Mhe, DECLARED, AligningTorque(stiffness=True), id="mhe-declared-aligning"),
     pytest.param(Mhe, DECLARED, SteeringTorque(), id="mhe-declared-steering"),
-    pytest.param(Mhe, FOUND, AligningTorque(), id="mhe-effects-aligning"),
+    pytest.param(Mhe, FEW_BRISTLES, AligningTorque(), id="mhe-effects-aligning"),
 ]
-each_case = pytest.mark.parametrize(("kind", "model", "sensing"), CASES)
+each_case = pytest.mark.parametrize(("kind", "model", "measurement_model"), CASES)
 
 
 @each_case
 @pytest.mark.parametrize("real", [SINGLE, DOUBLE], ids=["float", "double"])
-def test_random_bytes_leave_an_estimate(
-    built: Build, kind: Any, model: Any, sensing: Any, real: Any
+def test_random_bytes_leave_a_valid_estimate(
+    generated: Generate, kind: Any, model: Any, measurement_model: Any, real: Any
 ) -> None:
-    code = built(observer_of(kind, model, sensing), real)
+    code = generated(observer_of(kind, model, measurement_model), real)
     count = 20_000 if kind is Ekf else 3_000
-    unsound, refused = code.fuzz(count, 1, USUAL)
+    invalid, refused = code.fuzz(count, 1, USUAL)
 
-    assert unsound == 0
+    assert invalid == 0
     # A third of the samples has random bytes in half of its fields, and few bytes are a time.
     assert 0.02 * count < refused < 0.3 * count
 
 
 @each_case
-def test_two_do_not_disturb_each_other(built: Build, kind: Any, model: Any, sensing: Any) -> None:
-    code = built(observer_of(kind, model, sensing), SINGLE)
+def test_two_observers_are_independent(
+    generated: Generate, kind: Any, model: Any, measurement_model: Any
+) -> None:
+    code = generated(observer_of(kind, model, measurement_model), SINGLE)
     t = np.arange(120) / 100
     psi = 0.2 * np.sin(5 * t)
     rows = np.column_stack([psi, psi, -8 * np.sin(5 * t), 400 + 0 * t, 0.01 + 0 * t])
-    one, two = code.follow_two(rows)
+    one, two = code.run_two(rows)
 
-    np.testing.assert_array_equal(one, code.follow(rows))
-    np.testing.assert_array_equal(two, code.follow(rows[::-1]))
+    np.testing.assert_array_equal(one, code.run(rows))
+    np.testing.assert_array_equal(two, code.run(rows[::-1]))
     assert np.abs(one - two)[:, 0].max() > 1e-3
 
 
-def test_times_out_of_range_are_refused_and_change_nothing(built: Build) -> None:
-    code = built(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)
+def test_times_out_of_range_are_ignored(generated: Generate) -> None:
+    code = generated(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)
     good = [0.01, 0.5, -1.0, 400.0, 0.01]
     bad = [[*good[:4], dt] for dt in (0.0, -1.0, np.nan, np.inf, 4000.0)]
     rows = np.array([good, [0.05, *good[1:]], *bad, [0.09, *good[1:]]])
-    said = code.follow(rows)
+    estimates = code.run(rows)
 
-    assert (said[2:7, 4] == REFUSED).all()
-    np.testing.assert_array_equal(said[2:7, :4], np.tile(said[1, :4], (5, 1)))
-    np.testing.assert_array_equal(said[7], code.follow(rows[[0, 1, 7]])[2])
+    assert (estimates[2:7, 4] == REFUSED).all()
+    np.testing.assert_array_equal(estimates[2:7, :4], np.tile(estimates[1, :4], (5, 1)))
+    np.testing.assert_array_equal(estimates[7], code.run(rows[[0, 1, 7]])[2])
 
 
-@pytest.mark.parametrize("nothing", [np.nan, np.inf, -np.inf, 1e20])
+@pytest.mark.parametrize("missing", [np.nan, np.inf, -np.inf, 1e20])
 @pytest.mark.parametrize("column", [0, 1, 2, 3])
-def test_what_a_sensor_does_not_give_is_flagged(built: Build, column: int, nothing: float) -> None:
-    code = built(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)
+def test_missing_sensors_are_flagged(generated: Generate, column: int, missing: float) -> None:
+    code = generated(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)
     rows = np.tile([0.05, 0.0, -1.0, 400.0, 0.01], (4, 1))
-    rows[2, column] = nothing
-    said = code.follow(rows)
+    rows[2, column] = missing
+    estimates = code.run(rows)
 
-    assert np.isfinite(said).all()
+    assert np.isfinite(estimates).all()
     # The angle takes the torque with it; a missing rate is taken from the angle and needs no flag.
-    assert said[2, 4] == {0: 3, 1: 0, 2: 1, 3: 2}[column]
-    assert said[3, 4] == 0
+    assert estimates[2, 4] == {0: 3, 1: 0, 2: 1, 3: 2}[column]
+    assert estimates[3, 4] == 0
 
 
-def test_before_the_first_usable_sample_the_prior_stands(built: Build) -> None:
-    code = built(observer_of(Ekf, DECLARED, AligningTorque(), mu=0.8, mu_std=0.3), SINGLE)
-    said = code.follow(
+def test_the_estimate_is_the_prior_before_the_first_usable_sample(generated: Generate) -> None:
+    code = generated(observer_of(Ekf, DECLARED, AligningTorque(), mu=0.8, mu_std=0.3), SINGLE)
+    estimates = code.run(
         np.array([[np.nan, 0, 1, 400, 0.01], [0.1, 0, 1, -5, 0.01], [0.1, 0, 1, 400, 0.01]])
     )
 
-    np.testing.assert_allclose(said[:2, :2], [[0.8, 0.3]] * 2, rtol=1e-6)
-    assert np.isnan(said[:2, 2]).all()
-    assert said[:, 4].tolist() == [MISSING, MISSING, 0]
+    np.testing.assert_allclose(estimates[:2, :2], [[0.8, 0.3]] * 2, rtol=1e-6)
+    assert np.isnan(estimates[:2, 2]).all()
+    assert estimates[:, 4].tolist() == [MISSING, MISSING, 0]
 
 
-def test_core_needs_nothing_but_mathematics(built: Build) -> None:
+def test_code_calls_only_the_mathematics_library(generated: Generate) -> None:
     if (nm := shutil.which("nm")) is None:
-        pytest.skip("no nm at hand to list symbols")
-    for kind, model in product((Ekf, Mhe), (DECLARED, FOUND)):
-        code = built(observer_of(kind, model, AligningTorque()), SINGLE)
-        code.compile("-O1", "-c", sources=("brushgrip.c",), out="bare.o")
-        listed = subprocess.run(
-            [nm, "bare.o"], cwd=code.folder, capture_output=True, text=True, check=True
-        )
+        pytest.skip("no nm installed to list symbols")
+    for kind, model in product((Ekf, Mhe), (DECLARED, FEW_BRISTLES)):
+        code = generated(observer_of(kind, model, AligningTorque()), SINGLE)
+        listed = subprocess.run([nm, code.core], capture_output=True, text=True, check=True)
         symbols = [line.split()[-2:] for line in listed.stdout.splitlines()]
-        asked = {name for mark, name in symbols if mark == "U"}
-        given = {name for mark, name in symbols if mark == "T"}
+        undefined = {name for mark, name in symbols if mark == "U"}
+        defined = {name for mark, name in symbols if mark == "T"}
 
         # The compiler may copy and clear by calls, as a freestanding target must offer too.
-        assert asked <= {
+        assert undefined <= {
             "expf",
             "logf",
             "log1pf",
@@ -138,22 +137,22 @@ def test_core_needs_nothing_but_mathematics(built: Build) -> None:
             "memset",
             "memmove",
         }
-        assert given == {
+        assert defined == {
             f"brushgrip_{name}" for name in ("init", "step", "estimate", "reset", "version")
         }
         assert not {mark for mark, _ in symbols} & set("DdBbC"), "data that can be written to"
 
 
-@pytest.mark.parametrize(("kind", "model", "sensing", "count"), WATCHED)
-def test_sanitisers_find_nothing(
-    built: Build, repository_root: Path, kind: Any, model: Any, sensing: Any, count: int
+@pytest.mark.parametrize(("kind", "model", "measurement_model", "count"), SANITISED)
+def test_sanitisers_have_no_finding(
+    generated: Generate, repository_root: Path, kind: Any, model: Any, measurement_model: Any, count: int
 ) -> None:
-    code = built(observer_of(kind, model, sensing), SINGLE)
-    made = watched(code, "follow.c", "-DALONE", *ADDRESSES)
-    fuzzed = subprocess.run([made, str(count), *map(str, USUAL)], capture_output=True, text=True)
+    code = generated(observer_of(kind, model, measurement_model), SINGLE)
+    program = instrumented(code, "run.c", "-DALONE", *ADDRESSES)
+    fuzzed = subprocess.run([program, str(count), *map(str, USUAL)], capture_output=True, text=True)
     assert fuzzed.returncode == 0, fuzzed.stdout + fuzzed.stderr
-    if not sensing.turns:
-        example = code.compile(*ADDRESSES, sources=("brushgrip.c", "main.c"), out="watched_example")
+    if "M" not in measurement_model.channels:
+        example = code.compile(*ADDRESSES, sources=("instrumented.o", "main.c"), out="example")
         for recording in sorted((repository_root / "examples" / "recordings").glob("*.csv")):
             seen = subprocess.run([example, recording], capture_output=True, text=True)
             assert seen.returncode == 0, seen.stderr
@@ -161,11 +160,11 @@ def test_sanitisers_find_nothing(
             assert seen.stdout.count("\n") > 1000
 
 
-@pytest.mark.parametrize(("kind", "model"), [(Ekf, DECLARED), (Mhe, DECLARED), (Ekf, FOUND)])
-def test_threads_share_nothing(built: Build, kind: Any, model: Any) -> None:
-    code = built(observer_of(kind, model, AligningTorque()), SINGLE)
-    made = watched(code, "threads.c", "-O1", "-g", "-pthread", "-fsanitize=thread")
-    seen = subprocess.run([made], capture_output=True, text=True)
+@pytest.mark.parametrize(("kind", "model"), [(Ekf, DECLARED), (Mhe, DECLARED), (Ekf, FEW_BRISTLES)])
+def test_threads_share_nothing(generated: Generate, kind: Any, model: Any) -> None:
+    code = generated(observer_of(kind, model, AligningTorque()), SINGLE)
+    program = instrumented(code, "threads.c", "-O1", "-g", "-pthread", "-fsanitize=thread")
+    seen = subprocess.run([program], capture_output=True, text=True)
     if "unexpected memory mapping" in seen.stderr:
         pytest.skip("the thread sanitiser does not run on this kernel")
 
@@ -173,30 +172,33 @@ def test_threads_share_nothing(built: Build, kind: Any, model: Any) -> None:
     assert seen.stderr == ""
 
 
-def watched(code: Built, driver: str, *flags: str) -> Path:
+def instrumented(code: GeneratedCode, driver: str, *flags: str) -> Path:
     """The code with a driver, under a sanitiser."""
-    sources = ("brushgrip.c", str(Path(__file__).with_name(driver)))
+    sources = ("instrumented.o", str(Path(__file__).with_name(driver)))
     try:
-        return code.compile(*flags, sources=sources, out="watched")
+        code.compile(*flags, "-c", sources=("brushgrip.c",), out="instrumented.o")
+        return code.compile(*flags, sources=sources, out="instrumented")
     except subprocess.CalledProcessError:
         pytest.skip("the compiler has no such sanitiser")
 
 
 @pytest.mark.parametrize("real", [SINGLE, DOUBLE], ids=["float", "double"])
 @each_case
-def test_clang_has_nothing_to_say(built: Build, kind: Any, model: Any, sensing: Any, real: Any) -> None:
+def test_clang_has_no_warning(
+    generated: Generate, kind: Any, model: Any, measurement_model: Any, real: Any
+) -> None:
     if (clang := shutil.which("clang")) is None:
-        pytest.skip("no clang at hand")
-    code = built(observer_of(kind, model, sensing), real)
+        pytest.skip("no clang installed")
+    code = generated(observer_of(kind, model, measurement_model), real)
     code.compile(*STRICT, "-fsyntax-only", sources=("brushgrip.c",), out="none", command=clang)
 
 
-def test_cppcheck_finds_nothing(built: Build) -> None:
+def test_cppcheck_has_no_finding(generated: Generate) -> None:
     if (cppcheck := shutil.which("cppcheck")) is None:
-        pytest.skip("no cppcheck at hand")
+        pytest.skip("no cppcheck installed")
     asked = ["--std=c99", "--enable=warning,performance,portability", "--error-exitcode=1", "--quiet"]
     for kind in (Ekf, Mhe):
-        code = built(observer_of(kind, DECLARED, AligningTorque()), SINGLE)
+        code = generated(observer_of(kind, DECLARED, AligningTorque()), SINGLE)
         found = subprocess.run(
             [cppcheck, *asked, "brushgrip.c", "main.c", "check.c"],
             cwd=code.folder,

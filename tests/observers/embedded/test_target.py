@@ -1,4 +1,4 @@
-"""The filter on an emulated Cortex-M4F and M7: it says what Python says, within its budget."""
+"""The filter on an emulated Cortex-M4F and M7: equal to Python, within its budget."""
 
 import numpy as np
 import pytest
@@ -6,50 +6,50 @@ import pytest
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import SINGLE
 from reference_rig import RigRecording, SteeringRecording
-from tests.observers.embedded.building import DECLARED, observer_of, said_by
-from tests.observers.embedded.conftest import Build
-from tests.observers.embedded.cortex.target import M4F, M7, NEEDED, Board, Cost, at_hand, run_on
+from tests.observers.embedded.conftest import Generate
+from tests.observers.embedded.cortex.target import M4F, M7, TOOLS, Board, Cost, run_on, tools_installed
+from tests.observers.embedded.generated_code import DECLARED, observer_of, python_estimates
 from tests.observers.factories import columns_of, samples_of
 
-pytestmark = pytest.mark.skipif(not at_hand(), reason=NEEDED)
+pytestmark = pytest.mark.skipif(not tools_installed(), reason=TOOLS)
 
 
 @pytest.mark.parametrize("board", [M4F, M7], ids=["M4F", "M7"])
-def test_a_whole_recording(built: Build, recording: RigRecording, board: Board) -> None:
+def test_a_whole_recording(generated: Generate, recording: RigRecording, board: Board) -> None:
     observer = observer_of(Ekf, DECLARED, AligningTorque())
     rows = [(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in samples_of(columns_of(recording))]
     samples = SINGLE.round(np.array(rows))
-    cost = run_on(board, built(observer, SINGLE), samples)
-    expected = said_by(observer, samples, turns=False)
-    off = np.abs(cost.said - expected)[:, 0]
-    print(told(board.name, cost, off.max()))
+    cost = run_on(board, generated(observer, SINGLE), samples)
+    expected = python_estimates(observer, samples)
+    off = np.abs(cost.estimates - expected)[:, 0]
+    print(summary(board.name, cost, off.max()))
 
     assert off.max() < 5e-6
-    np.testing.assert_array_equal(cost.said[:, 3:], expected[:, 3:])
+    np.testing.assert_array_equal(cost.estimates[:, 3:], expected[:, 3:])
     assert cost.instructions < 1000
     assert cost.flash <= 6144
     assert cost.state + cost.stack < 1024
 
 
-def test_from_the_steering_torque(built: Build, steered: SteeringRecording) -> None:
+def test_from_the_steering_torque(generated: Generate, steered: SteeringRecording) -> None:
     observer = observer_of(Ekf, DECLARED, SteeringTorque())
     rows = [(s.psi, s.psi_dot, s.M, s.F_N, s.dt) for s in samples_of(columns_of(steered))]
     samples = SINGLE.round(np.array(rows))
-    cost = run_on(M4F, built(observer, SINGLE), samples)
-    off = np.abs(cost.said - said_by(observer, samples, turns=True))[:, 0]
-    print(told("steering", cost, off.max()))
+    cost = run_on(M4F, generated(observer, SINGLE), samples)
+    off = np.abs(cost.estimates - python_estimates(observer, samples))[:, 0]
+    print(summary("steering", cost, off.max()))
 
     assert off.max() < 5e-6
     assert cost.instructions < 1500
 
 
-def test_moving_horizon(built: Build, recording: RigRecording) -> None:
+def test_moving_horizon(generated: Generate, recording: RigRecording) -> None:
     observer = observer_of(Mhe, DECLARED, AligningTorque())
     rows = [(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in samples_of(columns_of(recording))]
     samples = SINGLE.round(np.array(rows[:700]))
-    cost = run_on(M4F, built(observer, SINGLE), samples)
-    off = np.abs(cost.said - said_by(observer, samples, turns=False))[:, 0]
-    print(told("moving horizon", cost, off.max()))
+    cost = run_on(M4F, generated(observer, SINGLE), samples)
+    off = np.abs(cost.estimates - python_estimates(observer, samples))[:, 0]
+    print(summary("moving horizon", cost, off.max()))
 
     assert off.max() < 5e-6
     assert cost.most < 90_000
@@ -58,7 +58,7 @@ def test_moving_horizon(built: Build, recording: RigRecording) -> None:
     assert cost.stack < 1024
 
 
-def told(name: str, cost: Cost, off: float) -> str:
+def summary(name: str, cost: Cost, off: float) -> str:
     return (
         f"{name}: {cost.instructions:.0f} instructions a step, at most {cost.most}; flash {cost.flash},"
         f" state {cost.state}, stack {cost.stack} bytes; mu off by {off:.1e}"

@@ -10,7 +10,7 @@ import pytest
 from scipy.integrate import quad
 
 from identification import read_recording
-from observers.thesis.zone_state_machine import Fragmentation, branch, curve, turned
+from observers.thesis.zone_state_machine import ZoneState, advance_zones, branch, curve
 from symbolic import Rig
 from tests.symbolic.oracles import Tyre
 
@@ -20,10 +20,10 @@ REACH = 4 * TYRE.slope(LOAD) * TYRE.a
 """A turn after which nearly all of the patch slides [rad]."""
 
 
-def machine(angles: Sequence[float], least_turn: float = 1e-9) -> list[Fragmentation]:
-    states = [Fragmentation()]
+def machine(angles: Sequence[float], least_turn: float = 1e-9) -> list[ZoneState]:
+    states = [ZoneState()]
     for psi in angles:
-        states.append(turned(states[-1], psi, least_turn))
+        states.append(advance_zones(states[-1], psi, least_turn))
     return states[1:]
 
 
@@ -54,7 +54,7 @@ def test_only_a_turn_back_beyond_the_least_turn_is_a_reversal() -> None:
 
 
 def test_swing_between_two_samples_may_pass_five_zones_by() -> None:
-    assert machine([0.0, 0.1, -0.2])[-1] == Fragmentation(extreme=-0.2, psi_max=0.1, zones=3)
+    assert machine([0.0, 0.1, -0.2])[-1] == ZoneState(extreme=-0.2, psi_max=0.1, zones=3)
 
 
 @pytest.mark.measured
@@ -151,7 +151,7 @@ def test_torque_is_the_integral_of_the_printed_deformation(
 ) -> None:
     tyre = replace(TYRE, e=e)
     psi_max = turn * REACH
-    state = Fragmentation(extreme=psi_max, psi_max=psi_max, zones=3 if back is None else 5)
+    state = ZoneState(extreme=psi_max, psi_max=psi_max, zones=3 if back is None else 5)
     psi = psi_max if back is None else back * psi_max
 
     made, _ = curve(branch(state, psi), LOAD, tyre.k, Rig(a=tyre.a, e=e))(tyre.mu)

@@ -1,1 +1,1 @@
-"""Generated code on an emulated Cortex-M: built, run along a recording, measured."""
+"""Generated code on an emulated Cortex-M: compiled, run along a recording, measured."""

@@ -1,4 +1,4 @@
-/* Runs generated code along samples on the target and prints what it says, bit by bit, and what it cost.
+/* Runs generated code along samples on the target and prints the estimates, bit by bit, and their cost.
 
    The emulator advances its clock by one nanosecond an instruction, and the system timer counts that clock
    in units of TICK instructions. Instructions, not microseconds: the emulator knows no pipeline. */
@@ -19,9 +19,9 @@ static uint32_t now(void) { return 0xFFFFFFu - TIMER[2]; }
 static uint32_t since(uint32_t begin) { return (now() - begin) & 0xFFFFFFu; }
 
 static unsigned bits(float value) {
-    uint32_t made;
-    memcpy(&made, &value, sizeof made);
-    return (unsigned)made;
+    uint32_t word;
+    memcpy(&word, &value, sizeof word);
+    return (unsigned)word;
 }
 
 /* Paints the stack below, so that what a step touches of it shows. */
@@ -45,7 +45,7 @@ static __attribute__((noinline)) uint32_t hundred_thousand(void) {
 }
 
 int main(void) {
-    static brushgrip_estimate_t said[COUNT];
+    static brushgrip_estimate_t estimates[COUNT];
     uint32_t spent = 0, begin, most = 0;
     int i, stack;
     TIMER[1] = 0xFFFFFFu, TIMER[2] = 0, TIMER[0] = 5;
@@ -59,13 +59,13 @@ int main(void) {
         took = since(from);
         spent += took;
         if (took > most) most = took;
-        brushgrip_estimate(&state, &said[i]);
+        brushgrip_estimate(&state, &estimates[i]);
     }
     stack = touched();
     printf("tick %d\nspent %lu\nmost %lu\nstack %d\nstate %d\n", (int)(100000 / begin), (unsigned long)spent,
            (unsigned long)most, stack, (int)sizeof state);
     for (i = 0; i < COUNT; ++i)
-        printf("%08x %08x %08x %d %d\n", bits(said[i].mu), bits(said[i].mu_std), bits(said[i].M_z_predicted),
-               (int)said[i].informed, (int)said[i].status);
+        printf("%08x %08x %08x %d %d\n", bits(estimates[i].mu), bits(estimates[i].mu_std), bits(estimates[i].M_z_predicted),
+               (int)estimates[i].informed, (int)estimates[i].status);
     return 0;
 }

@@ -1,4 +1,4 @@
-"""Generated code on an emulated Cortex-M: built, run along samples, its cost counted in instructions."""
+"""Generated code on an emulated Cortex-M: compiled, run along samples, cost counted in instructions."""
 
 import shutil
 import subprocess
@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from tests.observers.embedded.building import Built
+from tests.observers.embedded.generated_code import GeneratedCode
 
 Array = NDArray[np.float64]
 HERE = Path(__file__).parent
 COMPILER, EMULATOR = "arm-none-eabi-gcc", "qemu-system-arm"
-NEEDED = "needs arm-none-eabi-gcc with newlib, and qemu-system-arm"
+TOOLS = "needs arm-none-eabi-gcc with newlib, and qemu-system-arm"
 CODE = (
     "-std=c99",
     "-O2",
@@ -44,10 +44,10 @@ M7 = Board(
 
 @dataclass(frozen=True, kw_only=True)
 class Cost:
-    """What the code takes.
+    """Cost of the code.
 
     Attributes:
-        said: what it says after each sample, (n, 5).
+        estimates: after each sample, (n, 5).
         flash: bytes of code and constants, what it needs of math.h and memcpy included.
         state: bytes of one observer.
         stack: bytes of stack that a step touches.
@@ -55,7 +55,7 @@ class Cost:
         most: instructions of the longest step, to within the resolution of 40.
     """
 
-    said: Array
+    estimates: Array
     flash: int
     state: int
     stack: int
@@ -63,16 +63,16 @@ class Cost:
     most: int
 
 
-def at_hand() -> bool:
-    """True where all that it takes is installed."""
+def tools_installed() -> bool:
+    """True where all of `TOOLS` is installed."""
     return all(shutil.which(command) for command in (COMPILER, EMULATOR))
 
 
-def run_on(board: Board, built: Built, samples: Array) -> Cost:
+def run_on(board: Board, code: GeneratedCode, samples: Array) -> Cost:
     """Single-precision code along samples (n, 5) psi, psi_dot, torque, F_N, dt."""
-    folder = built.folder
+    folder = code.folder
     (folder / "samples.h").write_text(_samples(samples), "utf-8")
-    torque = "M" if built.observer.measurement_model.turns else "M_z"
+    torque = code.observer.channel
     _compile(folder, board, *CODE, "-c", "brushgrip.c", "-o", "target.o")
     usual = ("-O1", f"-DTORQUE={torque}", "-I.", "-nostartfiles")
     program = [str(HERE / name) for name in ("startup.c", "run.c")]
@@ -87,7 +87,7 @@ def run_on(board: Board, built: Built, samples: Array) -> Cost:
     lines = _emulated(folder, board)
     numbers = {name: int(value) for name, value in (line.split() for line in lines[:5])}
     return Cost(
-        said=np.array([_said(line) for line in lines[5:]]),
+        estimates=np.array([_estimate(line) for line in lines[5:]]),
         flash=_flash(folder / "probe.elf"),
         state=numbers["state"],
         stack=numbers["stack"],
@@ -103,7 +103,7 @@ def _compile(folder: Path, board: Board, *arguments: str) -> None:
 def _emulated(folder: Path, board: Board) -> list[str]:
     command = [EMULATOR, "-M", board.name, "-nographic", "-monitor", "none", "-serial", "none"]
     command += ["-icount", "shift=0", "-semihosting-config", "enable=on,target=native"]
-    made = subprocess.run(
+    emulation = subprocess.run(
         [*command, "-kernel", "run.elf"],
         cwd=folder,
         check=True,
@@ -111,7 +111,7 @@ def _emulated(folder: Path, board: Board) -> list[str]:
         capture_output=True,
         text=True,
     )
-    return made.stdout.splitlines()
+    return emulation.stdout.splitlines()
 
 
 def _flash(program: Path) -> int:
@@ -131,7 +131,7 @@ def _samples(samples: Array) -> str:
     return f"{head}{table}\n}};\n"
 
 
-def _said(line: str) -> list[float]:
+def _estimate(line: str) -> list[float]:
     *numbers, informed, status = line.split()
     reals = np.array([int(number, 16) for number in numbers], np.uint32).view(np.float32)
     return [*reals.astype(float).tolist(), float(informed), float(status)]

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 
 /* Rows of inputs, and of the outputs at each; 0 if the sample time is refused. */
-int64_t simulate(int64_t count, real_T sample_time, const real_T *given, real_T *said) {
+int64_t simulate(int64_t count, real_T sample_time, const real_T *inputs, real_T *outputs) {
     SimStruct S = {0};
     int64_t i;
     int j;
@@ -15,9 +15,9 @@ int64_t simulate(int64_t count, real_T sample_time, const real_T *given, real_T 
     mdlInitializeSampleTimes(&S);
     mdlInitializeConditions(&S);
     for (i = 0; i < count; ++i) {
-        for (j = 0; j < S.inputs; ++j) S.in[j] = given[i * S.inputs + j];
+        for (j = 0; j < S.inputs; ++j) S.in[j] = inputs[i * S.inputs + j];
         mdlOutputs(&S, 0);
-        for (j = 0; j < S.outputs; ++j) said[i * S.outputs + j] = S.out[j];
+        for (j = 0; j < S.outputs; ++j) outputs[i * S.outputs + j] = S.out[j];
         mdlUpdate(&S, 0);
     }
     mdlTerminate(&S);

@@ -1,10 +1,9 @@
 import pytest
 
-from observers.embedded.literals import in_type, names_in, tokens
-from observers.embedded.scalar_type import DOUBLE, SINGLE
+from observers.embedded.scalar_type import DOUBLE, SINGLE, count_names, in_type, tokens
 from symbolic import InvalidInputError
 
-SOURCE = """\
+CODE = """\
 /* sqrt(2.) of a comment */ // 1.5 there too
 static double f(double x1) {
   const char *text = "1.5 sqrt(";
@@ -14,8 +13,8 @@ static double f(double x1) {
 
 
 def test_literals_and_functions_are_of_the_type() -> None:
-    assert in_type(SOURCE, SINGLE) == (
-        SOURCE.replace("sqrt(x1)", "sqrtf(x1)")
+    assert in_type(CODE, SINGLE) == (
+        CODE.replace("sqrt(x1)", "sqrtf(x1)")
         .replace(" 2. ", " 2.f ")
         .replace("1.5e-3 ", "1.5e-3f ")
         .replace(" .5 ", " .5f ")
@@ -24,20 +23,20 @@ def test_literals_and_functions_are_of_the_type() -> None:
 
 
 def test_double_stays_as_it_is() -> None:
-    assert in_type(SOURCE, DOUBLE) == SOURCE
+    assert in_type(CODE, DOUBLE) == CODE
 
 
-def test_twice_is_once() -> None:
-    once = in_type(SOURCE, SINGLE)
+def test_typing_twice_changes_nothing() -> None:
+    once = in_type(CODE, SINGLE)
     assert in_type(once, SINGLE) == once
 
 
-def test_tokens_are_the_source() -> None:
-    assert "".join(token for _, token in tokens(SOURCE)) == SOURCE
+def test_joined_tokens_are_the_code() -> None:
+    assert "".join(token for _, token in tokens(CODE)) == CODE
 
 
-def test_names_leave_comments_and_texts_out() -> None:
-    assert names_in(SOURCE)["sqrt"] == 1
+def test_names_in_comments_and_strings_do_not_count() -> None:
+    assert count_names(CODE)["sqrt"] == 1
 
 
 def test_a_constant_beyond_the_type_is_refused() -> None:

@@ -1,0 +1,59 @@
+"""An observer of one's own: a constant-gain filter on ln mu made of two casadi Functions."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import casadi as ca
+
+from identification import read_recording, read_rig
+from observers import CLEAN, SAMPLE, AligningTorque, CasadiObserver, Layout, build_clean, run
+from symbolic import SIGNALS, Model, effects_named
+
+RECORDINGS = Path(__file__).resolve().parent / "recordings"
+MODEL = Model(effects=effects_named(["rate_friction", "carcass_torsion"]))
+VALUES = {"k": 2.4e6, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConstantGain(CasadiObserver):
+    """A gradient step on ln mu; `damping` [N m] keeps it small where M_z hardly depends on mu."""
+
+    gain: float = 0.05
+    damping: float = 3.0
+
+    @property
+    def layout(self) -> Layout:
+        """Memory of the patch, last sample, ln mu, output."""
+        sizes = {"memory": self.model.memory_size, "last": len(CLEAN), "log_mu": 1, "output": 4}
+        return Layout(tuple((name, size, 1) for name, size in sizes.items()))
+
+    @property
+    def initial_function(self) -> ca.Function:
+        """The patch at rest, mu = 1 with a deviation of 0.5."""
+        sample, constants = ca.MX.sym("sample", len(SAMPLE)), ca.MX.sym("c", self.constants.size)
+        memory = self.model.initial(sample[: len(SIGNALS)], constants[:-2], constants[-2:])
+        parts = {"memory": memory, "last": ca.vertcat(sample, 0), "output": ca.DM([1, 0.5, 0, 0])}
+        return ca.Function("own_start", [sample, constants], [self.layout.fill(parts)])
+
+    @property
+    def step_function(self) -> ca.Function:
+        """One sample: predict M_z at the last mu, then correct ln mu along its slope."""
+        sizes = (self.layout.size, len(SAMPLE), self.constants.size)
+        state, sample, constants = symbols = [ca.MX.sym("s", size) for size in sizes]
+        before = self.layout.split(state)
+        now, _ = build_clean(AligningTorque())(sample, before["last"])
+        theta = ca.vertcat(ca.exp(before["log_mu"]), constants[1:-2])
+        memory, M_z = self.model.step(before["memory"], now[: len(SIGNALS)], theta, constants[-2:])
+        slope, measured = ca.jtimes(M_z, state, self.layout.fill({"log_mu": 1})), now[CLEAN.index("M_z")]
+        innovation = ca.if_else(ca.fabs(measured) < 1e9, measured - M_z, 0)
+        log_mu = before["log_mu"] + self.gain * slope * innovation / (slope**2 + self.damping**2)
+        output = ca.vertcat(ca.exp(log_mu), 0.1, M_z, 0)
+        parts = {"memory": memory, "last": now, "log_mu": log_mu, "output": output}
+        return ca.Function("own_step", symbols, [self.layout.join(parts), output])
+
+
+if __name__ == "__main__":
+    recording = read_recording(RECORDINGS / "holdout_c.csv", read_rig(RECORDINGS / "rig.toml"))
+    observer = ConstantGain(model=MODEL, values=VALUES, rig=recording.rig)
+    mu = run(observer, recording.t, recording.psi, recording.F_N, recording.M_z).mu
+    print(f"constant gain: mu = {mu[-1]:.3f} at the end, planted 1.370")

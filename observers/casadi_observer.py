@@ -1,0 +1,187 @@
+"""Base class of observers that are made of two casadi Functions; a user's own is one subclass."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from observers.compiled_step import (
+    CompiledStep,
+    compiled_step,
+    compiled_stretch,
+    first_sample,
+    run_stretches,
+)
+from observers.layout import Layout, ObserverState
+from observers.measurement_model import SENSIBLE
+from observers.protocol import OUTPUT, Estimate, Sample, Status, prior_estimate
+from observers.tuning import INFORMED
+from symbolic import DECLARED, GEOMETRY, InvalidInputError, Model, Rig
+from symbolic.serialisation import units_of
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class CasadiObserver:
+    """A model with its parameters; a subclass defines `layout`, `initial_function` and `step_function`.
+
+    The state is one vector with named parts, see `Layout`; its part `output` (4,) is in the order of
+    `OUTPUT`. Both Functions take `constants`, by default theta and the geometry as `Model.step` does.
+
+    Attributes:
+        model: the model, with the effects that a diagnosis found if there are any.
+        values: every parameter of the model but mu, by name (`k`, `effect.parameter`).
+        rig: geometry; J_A and b_t too where the steering torque is measured.
+    """
+
+    model: Model
+    values: Mapping[str, float]
+    rig: Rig
+
+    @property
+    def name(self) -> str:
+        """Name for files and reports."""
+        return type(self).__name__.lower()
+
+    @property
+    def title(self) -> str:
+        """One line about the observer."""
+        torque = "steering" if self.channel == "M" else "aligning"
+        effects = ", ".join(effect.name for effect in self.model.effects)
+        model = f"effects {effects}" if effects else "the declared model"
+        return f"{self.kind} on the {torque} torque, {model}"
+
+    @property
+    def kind(self) -> str:
+        """What sort of estimator it is, for its title."""
+        return type(self).__name__
+
+    @property
+    def channel(self) -> str:
+        """The torque that is used: `M_z`, the aligning torque, or `M`, the steering torque."""
+        return "M" if "M" in self.channels else "M_z"
+
+    @property
+    def prior(self) -> Estimate:
+        """The estimate before any sample."""
+        return prior_estimate(self)
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Fields of `Sample` that are used."""
+        return ("psi", "psi_dot", "F_N", "M_z")
+
+    @property
+    def informed_below(self) -> float:
+        """Relative standard deviation of mu below which an estimate is informed [1]."""
+        return INFORMED
+
+    @property
+    def layout(self) -> Layout:
+        """The parts of a state."""
+        raise NotImplementedError
+
+    @property
+    def initial_function(self) -> ca.Function:
+        """(sample, constants) -> state: the state before a first sample with valid psi and F_N.
+
+        sample (6,) is in the order of `observers.SAMPLE`, constants as in `constants`.
+        """
+        raise NotImplementedError
+
+    @property
+    def step_function(self) -> ca.Function:
+        """(state, sample, constants) -> (state_next, output), in the order of these arguments."""
+        raise NotImplementedError
+
+    @cached_property
+    def constants(self) -> Array:
+        """Theta at the start value of mu, and the geometry."""
+        theta = self.model.theta({**self.values, "mu": DECLARED[0].start})
+        return np.array([*theta.full().ravel(), *(getattr(self.rig, name) for name in GEOMETRY)])
+
+    @property
+    def constant_labels(self) -> tuple[str, ...]:
+        """Name and unit of every constant."""
+        return (*self._theta_labels, *(f"{name} [m]" for name in GEOMETRY))
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """The fields of a subclass."""
+        own = {field.name for field in fields(CasadiObserver)}
+        return {f.name: getattr(self, f.name) for f in fields(self) if f.name not in own}
+
+    def init(self, first: Sample) -> ObserverState:
+        """The state before the first sample, at whose angle the patch is at rest.
+
+        Raises:
+            InvalidInputError: psi is not finite or F_N is not greater than 0.
+        """
+        if not (abs(first.psi) < SENSIBLE and 0 < first.F_N < SENSIBLE):
+            raise InvalidInputError(
+                "the first sample must have a finite psi and F_N > 0 N, as they say where the patch"
+                f" stands; got psi = {first.psi} rad, F_N = {first.F_N} N; wait for one that has"
+            )
+        state = self.initial_function(np.array(first.numbers), self.constants)
+        return ObserverState(state.full().ravel(), self.layout)
+
+    def step(self, state: ObserverState, sample: Sample) -> ObserverState:
+        """The state after one more sample; the state given is not changed."""
+        if state.values.size != self._size:
+            raise InvalidInputError(
+                f"the state has {state.values.size} numbers, this observer's has {self._size};"
+                " it belongs to another observer"
+            )
+        return ObserverState(self._step(state.values, sample), state.layout)
+
+    def estimate(self, state: ObserverState) -> Estimate:
+        """The estimate of a state."""
+        mu, std, predicted, status = state["output"].tolist()
+        return Estimate(
+            mu=mu,
+            mu_std=std,
+            M_z_predicted=predicted,
+            informed=std < self._informed_below * mu,
+            status=Status(int(status)),
+        )
+
+    def run_samples(self, samples: Array) -> Array:
+        """A whole recording; see `BatchObserver.run_samples`."""
+        start = self.init(first_sample(samples)).values
+        stretch = compiled_stretch(self._function)
+        output = dict(zip(OUTPUT, run_stretches(stretch, start, samples, self.constants), strict=True))
+        informed = output["mu_std"] < self.informed_below * output["mu"]
+        return np.vstack(
+            [output["mu"], output["mu_std"], output["M_z_predicted"], informed, output["status"]]
+        )
+
+    @property
+    def _theta_labels(self) -> tuple[str, ...]:
+        units = units_of(self.model)
+        names = [c if c in units else f"{c}, as the model counts it" for c in self.model.coordinates]
+        return tuple(f"{name} [{unit}]" for name, unit in zip(names, units.values(), strict=True))
+
+    @cached_property
+    def _informed_below(self) -> float:
+        return self.informed_below
+
+    @cached_property
+    def _size(self) -> int:
+        return self.layout.size
+
+    @cached_property
+    def _function(self) -> ca.Function:
+        return self.step_function
+
+    @cached_property
+    def _step(self) -> CompiledStep:
+        return CompiledStep(compiled_step(self._function), self.constants)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """The fields; cached properties are computed again."""
+        return {field.name: getattr(self, field.name) for field in fields(self)}

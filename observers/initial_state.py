@@ -1,0 +1,65 @@
+"""The state before the first sample, as a Function of that sample, for Python and for generated C."""
+
+from functools import cache
+
+import casadi as ca
+
+from observers.layout import Layout, named
+from observers.measurement_model import CLEAN, RIG, MeasurementModel, is_known
+from observers.patch_model import PatchModel, constants_size, split_constants
+from observers.patch_update import tyre_states
+from observers.protocol import SAMPLE
+from observers.tuning import TUNING_FIELDS
+from symbolic import GEOMETRY, SIGNALS, full_slide_torque
+
+POINT = {"log_mu": "mu"}
+"""Field of the tuning that a state of the tyre is linearised at; 1 for k over its nominal value."""
+
+
+@cache
+def build_initial_state(
+    model: PatchModel, measurement_model: MeasurementModel, layout: Layout
+) -> ca.Function:
+    """(sample, constants) -> state: the prior, the patch at rest, an empty window.
+
+    Args:
+        model: the model.
+        measurement_model: gives the prior of the states.
+        layout: parts of the state; in a window one column stands for all, other parts begin as zeros.
+    """
+    sample = ca.MX.sym("sample", len(SAMPLE))
+    constants = ca.MX.sym("constants", constants_size(model))
+    theta, rig, vector = split_constants(model, constants)
+    tuning, first = named(TUNING_FIELDS, vector), named(SAMPLE, sample)
+    first["psi_dot"] = ca.if_else(is_known(first["psi_dot"]), first["psi_dot"], 0)
+    signals = ca.vertcat(*(first[name] for name in SIGNALS))
+    prior = measurement_model.prior(tuning, first, full_slide_torque(first["F_N"], named(RIG, rig)["a"]))
+    mean, variance = (
+        ca.vertcat(*(prior[name][i] for name in measurement_model.states)) for i in range(2)
+    )
+    point = [tuning[POINT[name]] if name in POINT else 1 for name in tyre_states(measurement_model)]
+    last = _at_rest(CLEAN, first)
+    parts = {
+        "memory": model.initial(signals, theta, rig[: len(GEOMETRY)]),
+        "linearisation_point": ca.vertcat(*point),
+        "x": mean,
+        "factor": ca.diag(variance),
+        "last": last,
+        "output": ca.vertcat(tuning["mu"], tuning["mu_std"], float("nan"), 0),
+        "seen": _at_rest(SIGNALS, first),
+        "angle_slope": ca.vertcat(first["psi"], 0),
+        "mean": mean,
+        "P_newest": ca.diag(variance),
+    }
+    if "samples" in layout.places:
+        # The rows of a window's samples continue those of a cleaned sample.
+        rows = layout.places["samples"][1][0]
+        parts["samples"] = ca.vertcat(last, ca.DM.zeros(rows - len(CLEAN)))
+    return ca.Function(
+        "start", [sample, constants], [layout.fill(parts)], ["sample", "constants"], ["state"]
+    )
+
+
+def _at_rest(names: tuple[str, ...], first: dict[str, ca.MX]) -> ca.MX:
+    """The angle and the load of the first sample, 0 for everything else."""
+    return ca.vertcat(*(first[name] if name in ("psi", "F_N") else 0 for name in names))

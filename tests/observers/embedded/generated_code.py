@@ -1,0 +1,144 @@
+"""Generated code as a library that Python calls, and the same observer in Python."""
+
+import ctypes
+import hashlib
+import subprocess
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from observers import Ekf, Estimate, Loop, Mhe, ObserverState, Sample, Tuning
+from observers.compiled_step import CompiledStep
+from observers.embedded import Real, generate
+from symbolic import Model, compiler, effects_named
+from tests.compile_once import OPTIMISATION, compile_once
+from tests.observers.conftest import RIG, K
+
+Array = NDArray[np.float64]
+NO_COMPILER = "no C compiler installed (CC, else cc), or BRUSHGRIP_INTERPRET is set"
+STRICT = (
+    "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Werror",
+)  # fmt: skip
+_EFFECTS = effects_named(["rate_friction", "carcass_torsion"])
+_VALUES = {"k": K, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
+EFFECTS: dict[str, Any] = {"model": Model(effects=_EFFECTS), "values": _VALUES}
+FEW_BRISTLES: dict[str, Any] = {"model": Model(effects=_EFFECTS, lengthways=8), "values": _VALUES}
+"""The same effects for tests of the code, in which the number of bristles does not matter."""
+DECLARED: dict[str, Any] = {"model": Model(), "values": {"k": K}}
+
+
+def observer_of(
+    kind: type[Ekf] | type[Mhe], model: dict[str, Any], measurement_model: Any, **tuning: Any
+) -> Any:
+    """An observer on the rig's usual tyre."""
+    return kind(**model, rig=RIG, measurement_model=measurement_model, tuning=Tuning(**tuning))
+
+
+@dataclass(frozen=True, eq=False)
+class GeneratedCode:
+    """Generated code in its folder, and compiled on demand."""
+
+    observer: Any
+    real: Real
+    folder: Path
+    optimisation: str = OPTIMISATION
+
+    def run(self, samples: Array) -> Array:
+        """Estimates for samples (n, 5) psi, psi_dot, torque, F_N, dt; (n, 5) as `python_estimates`."""
+        inputs = np.ascontiguousarray(samples, self.real.dtype)
+        estimates = np.empty_like(inputs)
+        self.library.run(ctypes.c_int64(len(inputs)), _pointer(inputs), _pointer(estimates))
+        return estimates.astype(float)
+
+    def run_two(self, samples: Array) -> tuple[Array, Array]:
+        """The same for two observers that take turns, the second on the samples in reverse order."""
+        inputs = np.ascontiguousarray(samples, self.real.dtype)
+        forward, reverse = np.empty_like(inputs), np.empty_like(inputs)
+        self.library.run_two(ctypes.c_int64(len(inputs)), *map(_pointer, (inputs, forward, reverse)))
+        return forward.astype(float), reverse.astype(float)
+
+    def fuzz(self, count: int, seed: int, usual: list[float]) -> tuple[int, int]:
+        """Of count samples with random bytes: how many leave an invalid estimate, or are refused."""
+        refused, number = ctypes.c_int64(), getattr(ctypes, f"c_{self.real.c_type}")
+        typical, tuning = np.array(usual, self.real.dtype), self.observer.tuning
+        self.library.fuzz.restype = ctypes.c_int64
+        invalid = self.library.fuzz(
+            ctypes.c_int64(count), ctypes.c_uint64(seed), _pointer(typical),
+            number(tuning.least * (1 - 1e-6)), number(tuning.greatest * (1 + 1e-6)),
+            ctypes.byref(refused),
+        )  # fmt: skip
+        return int(invalid), refused.value
+
+    def compile(self, *flags: str, sources: tuple[str, ...], out: str, command: str = "") -> Path:
+        """Compile sources, relative to the folder, into a file of it."""
+        torque = self.observer.channel
+        arguments = [command or str(compiler()), f"-DREAL={self.real.c_type}", f"-DTORQUE={torque}"]
+        arguments += ["-ffp-contract=off", "-I.", *flags, *sources, "-o", out]
+        arguments += [] if {"-c", "-fsyntax-only"} & set(flags) else ["-lm"]
+        if "-fsyntax-only" in flags:
+            subprocess.run(arguments, cwd=self.folder, check=True, timeout=300)
+        else:
+            compile_once(arguments, self.folder, out)
+        return self.folder / out
+
+    @cached_property
+    def core(self) -> Path:
+        """The object file of the code alone."""
+        return self.compile(
+            *STRICT, self.optimisation, "-fPIC", "-c", sources=("brushgrip.c",), out="core.o"
+        )
+
+    @cached_property
+    def library(self) -> ctypes.CDLL:
+        """The code with the driver run.c."""
+        sources = (self.core.name, str(Path(__file__).with_name("run.c")))
+        name = hashlib.sha256((self.folder / "brushgrip.c").read_bytes()).hexdigest()[:12]
+        return ctypes.CDLL(
+            str(self.compile(OPTIMISATION, "-fPIC", "-shared", sources=sources, out=f"{name}.so"))
+        )
+
+
+def generate_code(
+    observer: Any, real: Real, folder: Path, optimisation: str = OPTIMISATION
+) -> GeneratedCode:
+    """Generate an observer into a folder of its own."""
+    generate(observer, folder, real)
+    return GeneratedCode(observer, real, folder, optimisation)
+
+
+class InterpretedObserver:
+    """The observer in CasADi's virtual machine: no compiler fuses or reorders its operations."""
+
+    def __init__(self, observer: Any) -> None:
+        """Take over an observer."""
+        self.observer, self.channel = observer, observer.channel
+        self._compiled_step = CompiledStep(observer.step_function, observer.constants)
+
+    def init(self, first: Sample) -> ObserverState:
+        state: ObserverState = self.observer.init(first)
+        return state
+
+    def step(self, state: ObserverState, sample: Sample) -> ObserverState:
+        return ObserverState(self._compiled_step(state.values, sample), state.layout)
+
+    def estimate(self, state: ObserverState) -> Estimate:
+        estimate: Estimate = self.observer.estimate(state)
+        return estimate
+
+
+def python_estimates(observer: Any, samples: Array) -> Array:
+    """mu, mu_std, M_z_predicted, informed, status of `Loop` after samples (n, 5)."""
+    loop, rows = Loop(observer), []
+    for psi, psi_dot, torque, F_N, dt in samples.tolist():
+        now = loop(Sample(psi=psi, psi_dot=psi_dot, F_N=F_N, dt=dt, **{observer.channel: torque}))
+        rows.append([now.mu, now.mu_std, now.M_z_predicted, now.informed, int(now.status)])
+    return np.array(rows, dtype=float)
+
+
+def _pointer(array: NDArray[Any]) -> ctypes.c_void_p:
+    assert array.flags.c_contiguous
+    return ctypes.c_void_p(array.ctypes.data)

@@ -1,0 +1,94 @@
+/* Runs generated code along samples, two observers in turn, and on random bytes.
+
+   Compiled with REAL, its type of number, and TORQUE, the name of the torque in a sample. */
+#include <stdint.h>
+#include <string.h>
+
+#include "brushgrip.h"
+
+enum { WIDTH = 5 };
+
+static void step(brushgrip_state_t *state, const REAL *row, REAL *outputs) {
+    brushgrip_sample_t sample;
+    brushgrip_estimate_t estimate;
+    sample.psi = row[0], sample.psi_dot = row[1], sample.TORQUE = row[2], sample.F_N = row[3], sample.dt = row[4];
+    brushgrip_step(state, &sample);
+    brushgrip_estimate(state, &estimate);
+    outputs[0] = estimate.mu, outputs[1] = estimate.mu_std, outputs[2] = estimate.M_z_predicted;
+    outputs[3] = (REAL)estimate.informed, outputs[4] = (REAL)estimate.status;
+}
+
+int64_t state_size(void) { return (int64_t)sizeof(brushgrip_state_t); }
+
+/* The estimates after each sample. */
+void run(int64_t count, const REAL *samples, REAL *outputs) {
+    static brushgrip_state_t state;
+    int64_t i;
+    brushgrip_init(&state);
+    for (i = 0; i < count; ++i) step(&state, samples + WIDTH * i, outputs + WIDTH * i);
+}
+
+/* The same for two observers in turn, the second on the samples in reverse order. */
+void run_two(int64_t count, const REAL *samples, REAL *forward, REAL *reverse) {
+    static brushgrip_state_t one, two;
+    int64_t i;
+    brushgrip_init(&one);
+    brushgrip_init(&two);
+    for (i = 0; i < count; ++i) {
+        step(&one, samples + WIDTH * i, forward + WIDTH * i);
+        step(&two, samples + WIDTH * (count - 1 - i), reverse + WIDTH * i);
+    }
+}
+
+static uint64_t draw(uint64_t *seed) {
+    *seed ^= *seed << 13, *seed ^= *seed >> 7, *seed ^= *seed << 17;
+    return *seed;
+}
+
+static int is_valid(const REAL *outputs, REAL least, REAL greatest) {
+    /* Written so that NaN fails. */
+    return outputs[0] >= least && outputs[0] <= greatest && outputs[1] >= 0 && outputs[1] < 1e9f && (outputs[3] == 0 || outputs[3] == 1) &&
+           outputs[4] >= 0 && outputs[4] < 256;
+}
+
+/* Samples with random bytes in some or all fields: how many leave an invalid estimate; refused counts those that
+   were ignored. */
+int64_t fuzz(int64_t count, uint64_t seed, const REAL *usual, REAL least, REAL greatest, int64_t *refused) {
+    static brushgrip_state_t state;
+    REAL row[WIDTH], outputs[WIDTH];
+    int64_t i, invalid = 0;
+    int j;
+    *refused = 0;
+    brushgrip_init(&state);
+    for (i = 0; i < count; ++i) {
+        const uint64_t which = draw(&seed);
+        for (j = 0; j < WIDTH; ++j) {
+            const uint64_t bits = draw(&seed);
+            const double turn = (double)(bits >> 11) / 9007199254740992.0 * 2.0 - 1.0;
+            row[j] = (REAL)(usual[j] * (j < 3 ? turn : 1.0 + 0.5 * turn));
+            if (which % 3 == 0 && (which >> (8 + j)) % 2) memcpy(&row[j], &bits, sizeof(REAL));
+        }
+        if (which % 1000 == 7) brushgrip_reset(&state);
+        step(&state, row, outputs);
+        invalid += !is_valid(outputs, least, greatest);
+        *refused += outputs[4] == 128;
+    }
+    return invalid;
+}
+
+#ifdef ALONE
+#include <stdio.h>
+#include <stdlib.h>
+
+/* fuzz COUNT PSI PSI_DOT TORQUE F_N DT: a program for the sanitisers. */
+int main(int argc, char **argv) {
+    REAL usual[WIDTH];
+    int64_t refused, invalid;
+    int j;
+    if (argc != 2 + WIDTH) return 2;
+    for (j = 0; j < WIDTH; ++j) usual[j] = (REAL)atof(argv[2 + j]);
+    invalid = fuzz(atoll(argv[1]), 88172645463325252u, usual, 0.0, 10.0, &refused);
+    printf("%lld invalid, %lld refused\n", (long long)invalid, (long long)refused);
+    return invalid != 0;
+}
+#endif

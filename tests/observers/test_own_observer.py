@@ -1,0 +1,93 @@
+"""The observer of examples/own_observer.py: run, in a loop, beside other methods, and as C."""
+
+import re
+import runpy
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from brushgrip.comparison import ObserverMethod
+from examples.own_observer import MODEL, VALUES, ConstantGain
+from identification import Recording, read_recording, read_rig
+from observers import Loop, Sample, ZoneRootSolver, run
+from observers.embedded import DOUBLE, generate
+from symbolic import InvalidInputError, compiler
+from tests.observers.embedded.generated_code import NO_COMPILER, generate_code, python_estimates
+
+Array = NDArray[np.float64]
+PLANTED = 1.37
+
+
+@pytest.fixture(scope="module")
+def recording(repository_root: Path) -> Recording:
+    folder = repository_root / "examples" / "recordings"
+    return read_recording(folder / "holdout_c.csv", read_rig(folder / "rig.toml"))
+
+
+@pytest.fixture(scope="module")
+def observer(recording: Recording) -> ConstantGain:
+    return ConstantGain(model=MODEL, values=VALUES, rig=recording.rig)
+
+
+def test_finds_the_planted_friction(observer: ConstantGain, recording: Recording) -> None:
+    mu = run(observer, recording.t, recording.psi, recording.F_N, recording.M_z).mu
+
+    assert abs(mu[-1] - PLANTED) < 0.05 * PLANTED
+    assert mu[0] == pytest.approx(1.0, abs=0.01)
+
+
+def test_script_prints_it(repository_root: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    runpy.run_path(str(repository_root / "examples" / "own_observer.py"), run_name="__main__")
+
+    end, planted = re.findall(r"\d\.\d{3}", capsys.readouterr().out)
+    assert float(planted) == PLANTED
+    assert abs(float(end) - PLANTED) < 0.05 * PLANTED
+
+
+def test_whole_sample_by_sample_and_in_a_loop_are_the_same(
+    observer: ConstantGain, recording: Recording
+) -> None:
+    t, psi, F_N, M_z = (getattr(recording, name)[:150] for name in ("t", "psi", "F_N", "M_z"))
+    whole, single = (run(observer, t, psi, F_N, M_z, one_by_one=flag) for flag in (False, True))
+    loop, dt = Loop(observer), float(t[1] - t[0])
+    looped = [
+        loop(Sample(psi=p, psi_dot=np.nan, F_N=F, dt=dt, M_z=M)).mu
+        for p, F, M in zip(psi, F_N, M_z, strict=True)
+    ]
+
+    np.testing.assert_allclose(single.mu, whole.mu, rtol=1e-12)
+    np.testing.assert_allclose(looped, whole.mu, rtol=1e-9)
+
+
+def test_stands_beside_other_methods(recording: Recording) -> None:
+    method = ObserverMethod(
+        name="constant gain",
+        factory=lambda recording, _: ConstantGain(model=MODEL, values=VALUES, rig=recording.rig),
+        gives_deviation=False,
+    )
+
+    mu = method.estimate(recording)
+
+    assert mu.shape == recording.t.shape
+    assert abs(mu[-1] - PLANTED) < 0.05 * PLANTED
+
+
+@pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
+def test_c_is_the_same(observer: ConstantGain, recording: Recording, tmp_path: Path) -> None:
+    code = generate_code(observer, DOUBLE, tmp_path)
+    dt = np.full(300, recording.t[1] - recording.t[0])
+    nothing = np.full(300, np.nan)
+    rows = np.column_stack([recording.psi[:300], nothing, recording.M_z[:300], recording.F_N[:300], dt])
+    rows[100:120, 0] = rows[150:160, 2] = rows[200, 3] = np.nan
+
+    np.testing.assert_allclose(code.run(rows), python_estimates(observer, rows), rtol=1e-9, atol=1e-12)
+    assert "constantgain" in (tmp_path / "brushgrip.json").read_text("utf-8")
+
+
+def test_an_observer_without_functions_is_refused(recording: Recording, tmp_path: Path) -> None:
+    solver = ZoneRootSolver(rig=recording.rig, k=recording.tyre.k)
+
+    with pytest.raises(InvalidInputError, match="casadi Functions, got ZoneRootSolver"):
+        generate(solver, tmp_path)
