@@ -5,18 +5,28 @@ DATA ?= $(or $(BRUSHGRIP_DATA),../shared/measured)
 
 BIN := .venv/bin
 STAMP := .venv/.installed
+PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 TRAINING := fem1 fem4_ident piros2_ident piros4
 HELD_OUT := fem3 fem5 piros1 piros7
 
-.PHONY: demo test gate measured clean
+.PHONY: demo test test-all mutants gate measured clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
 	$(BIN)/brushgrip demo --out demo_output
 
+# In minutes: everything but the campaigns at full size, generated C compiled without optimisation.
 test: $(STAMP)
-	$(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder --cov
+	$(PYTEST) -m "not long"
+
+# Everything, with branch coverage, generated C compiled as for a target.
+test-all: $(STAMP)
+	BRUSHGRIP_TEST_OPTIMISATION=-O2 $(PYTEST) --cov
+	$(MAKE) mutants
+
+mutants: $(STAMP)
+	$(BIN)/python tests/mutants/run.py --jobs $(WORKERS)
 
 gate: $(STAMP)
 	$(BIN)/ruff format --check .

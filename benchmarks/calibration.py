@@ -48,32 +48,32 @@ WHITE = 1e-5
 """Angle noise that stands for none [rad]."""
 
 
-def campaign(kind: Any, made: RecordingFactory, seeds: Sequence[int], **settings: Any) -> Figures:
+def campaign(kind: Any, make: RecordingFactory, seeds: Sequence[int], **settings: Any) -> Figures:
     """The figures of an observer's runs."""
-    return figures([errors(r, estimated(kind, r, **settings)) for r in map(made, seeds)])
+    return figures([errors(r, estimated(kind, r, **settings)) for r in map(make, seeds)])
 
 
 def by_bayes(seed: int) -> tuple[Errors, Errors]:
     """Errors of the filter and of the exact posterior, both up to the first full slide."""
-    made = turned_by_hand(seed)
-    estimates = estimated(Ekf, made)
-    whole = errors(made, estimates)
-    count = max(min(whole.slid, made.t.size), 2)
-    exact = posterior(made, count)
-    normal = (exact.mean - np.log(made.mu_true[:count])) / exact.std
+    recording = turned_by_hand(seed)
+    estimates = estimated(Ekf, recording)
+    whole = errors(recording, estimates)
+    count = max(min(whole.slid, recording.t.size), 2)
+    exact = posterior(recording, count)
+    normal = (exact.mean - np.log(recording.mu_true[:count])) / exact.std
     part = replace(whole, normal=whole.normal[:count], informed=whole.informed[:count])
     return part, replace(part, normal=normal)
 
 
-def load_known(made: SteeringRecording) -> SteeringRecording:
+def load_known(recording: SteeringRecording) -> SteeringRecording:
     """The same without noise of the load."""
-    return replace(made, F_N=made.F_N_true)
+    return replace(recording, F_N=recording.F_N_true)
 
 
-def white_angle(seed: int, made: SteeringRecording, noise: float) -> SteeringRecording:
+def white_angle(seed: int, recording: SteeringRecording, noise: float) -> SteeringRecording:
     """The same with white noise [rad] in place of the encoder's steps."""
     rng = np.random.default_rng([seed, 97])
-    return replace(made, psi=made.psi_true + noise * rng.standard_normal(made.t.size))
+    return replace(recording, psi=recording.psi_true + noise * rng.standard_normal(recording.t.size))
 
 
 def heading(title: str, runs: int) -> None:
@@ -84,11 +84,11 @@ def heading(title: str, runs: int) -> None:
     print(f"{'':52}{columns}", flush=True)
 
 
-def line(label: str, found: Figures) -> None:
+def line(label: str, result: Figures) -> None:
     """One line of a table."""
     print(
-        f"{label:52}{found.coverage:10.3f}{found.nees:7.2f}{found.rmse:9.4f}{found.worst:11.4f}"
-        f"{found.beyond:10d}{found.farthest:10.1f}",
+        f"{label:52}{result.coverage:10.3f}{result.nees:7.2f}{result.rmse:9.4f}{result.worst:11.4f}"
+        f"{result.beyond:10d}{result.farthest:10.1f}",
         flush=True,
     )
 
@@ -112,14 +112,14 @@ def walking_friction(seeds: int) -> None:
     heading("friction walks, aligning torque, EKF", seeds)
     for walk in WALKS:
         for name, model in (("exact patch", EXACT), ("bristles", BRISTLES)):
-            found = campaign(
+            result = campaign(
                 Ekf,
                 lambda seed, w=walk: turned_by_hand(seed, w),
                 range(seeds),
                 model=model,
                 mu_walk=walk,
             )
-            line(f"{walk:.1%} a square-rooted second, {name}", found)
+            line(f"{walk:.1%} a square-rooted second, {name}", result)
 
 
 def steering_torque(seeds: int) -> None:
@@ -127,29 +127,29 @@ def steering_torque(seeds: int) -> None:
     heading("friction stays, steering torque and 14-bit angle, EKF", seeds)
     for walk in (0.0, 1e-3):
         believed = f"walk {walk:.1%}"
-        known = campaign(
+        ideal = campaign(
             Ekf, lambda seed: white_angle(seed, load_known(steered_by_hand(seed)), WHITE), range(seeds),
             mu_walk=walk, psi_noise=WHITE,
         )  # fmt: skip
-        line(f"{believed}, angle and load known", known)
+        line(f"{believed}, angle and load known", ideal)
         for share in STEPS:
             settings = {"mu_walk": walk, "psi_noise": share * FOURTEEN_BIT_STEP}
-            for name, seen in (("", lambda r: r), (", load known", load_known)):
-                found = campaign(
-                    Ekf, lambda seed, s=seen: s(steered_by_hand(seed)), range(seeds), **settings
+            for name, view in (("", lambda r: r), (", load known", load_known)):
+                result = campaign(
+                    Ekf, lambda seed, s=view: s(steered_by_hand(seed)), range(seeds), **settings
                 )
-                line(f"{believed}, psi_noise {share} steps{name}", found)
+                line(f"{believed}, psi_noise {share} steps{name}", result)
     white = STEPS[0] * FOURTEEN_BIT_STEP
     for share in (STEPS[0], 1.0):
-        found = campaign(
+        result = campaign(
             Ekf, lambda seed: white_angle(seed, steered_by_hand(seed), white), range(seeds),
             psi_noise=share * FOURTEEN_BIT_STEP,
         )  # fmt: skip
-        line(f"walk 0.1%, psi_noise {share} steps, true noise white", found)
-    found = campaign(Mhe, steered_by_hand, range(seeds), mu_walk=1e-3, window=20)
-    line("walk 0.1%, psi_noise 1.0 steps, MHE", found)
-    found = campaign(Ekf, lambda seed: steered_by_hand(seed, walk=1e-3), range(seeds), mu_walk=1e-3)
-    line("walk 0.1%, psi_noise 1.0 steps, mu does walk", found)
+        line(f"walk 0.1%, psi_noise {share} steps, true noise white", result)
+    result = campaign(Mhe, steered_by_hand, range(seeds), mu_walk=1e-3, window=20)
+    line("walk 0.1%, psi_noise 1.0 steps, MHE", result)
+    result = campaign(Ekf, lambda seed: steered_by_hand(seed, walk=1e-3), range(seeds), mu_walk=1e-3)
+    line("walk 0.1%, psi_noise 1.0 steps, mu does walk", result)
 
 
 def main() -> None:

@@ -53,8 +53,8 @@ def seconds(effects: Sequence[str], recordings: Sequence[Recording], precision: 
 
 def main() -> None:
     """Print the ratios."""
-    made = make_campaign("contact_damping", 1, recordings=8)
-    whole = [as_read(recording, made.nominal) for recording in made.recordings]
+    rig = make_campaign("contact_damping", 1, recordings=8)
+    whole = [as_read(recording, rig.nominal) for recording in rig.recordings]
     thinned = [thin(recording) for recording in whole]
     base = seconds(EFFECTS[:1], thinned[:4], RANKING)
     print(f"reference trial: {1000 * base:.0f} ms of processor time for one step of its fit\n")

@@ -62,15 +62,15 @@ def microseconds(code: GeneratedCode, rows: np.ndarray) -> float:
 
 def beside_python() -> None:
     """Print what a step takes in C and in Python, and by do-mpc, and the ratios."""
-    given = observers_step.samples(observers_step.PROBLEM)
-    rows = np.array([(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in given])
+    sequence = observers_step.samples(observers_step.PROBLEM)
+    rows = np.array([(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in sequence])
     for kind in (Ekf, Mhe):
         observer = observers_step.ours(kind)
         with tempfile.TemporaryDirectory() as folder:
             fast = microseconds(generate_code(observer, SINGLE, Path(folder)), rows)
-        observers_step.steps(observer, given[:100])
-        rounds = [seconds(lambda one=observer: observers_step.steps(one, given)) for _ in range(5)]
-        others = {"Python": 1e6 * float(np.median(rounds)) / len(given)}
+        observers_step.steps(observer, sequence[:100])
+        rounds = [seconds(lambda one=observer: observers_step.steps(one, sequence)) for _ in range(5)]
+        others = {"Python": 1e6 * float(np.median(rounds)) / len(sequence)}
         if kind is Mhe and importlib.util.find_spec("do_mpc"):
             rival = Running(observers_step.PROBLEM, observers_step.WINDOW, WARM)
             rival.step()

@@ -1,4 +1,4 @@
-"""The source's simulation as its section 2.2 describes it: rows of bristles, a fixed step, in NumPy."""
+"""The simulation of [Györök 2022], section 2.2: rows of bristles, a fixed step, in NumPy."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +9,7 @@ Array = NDArray[np.float64]
 
 
 class Bristles:
-    """Evenly spaced bristles, both edges among them, each a stop: source (2.15) and (2.16)."""
+    """Evenly spaced bristles, both edges among them, each a stop: [Györök 2022], (2.15) and (2.16)."""
 
     def __init__(self, rig: Rig, tyre: Tyre, load: float, count: int) -> None:
         """A virgin patch; the torque (2.3) is summed by the trapezoidal rule."""

@@ -55,24 +55,24 @@ class Run:
 def run(seed: int, noise: float, swing: float, impacts: int) -> Run:
     """One campaign."""
     recordings = make_impacts(seed, noise=noise * FOURTEEN_BIT_STEP, swing=swing, impacts=impacts)
-    given = [as_decay(made) for made in recordings]
+    decays = [as_decay(recording) for recording in recordings]
     begin = time.perf_counter()
-    made = identify_free_decay(given)
+    result = identify_free_decay(decays)
     seconds = time.perf_counter() - begin
-    sticking = identify_free_decay(given, sliding=False)
-    decrement = estimate_by_decrement(given)
-    found = {
-        "likelihood": (made.k.value, made.b_t.value),
+    sticking = identify_free_decay(decays, sliding=False)
+    decrement = estimate_by_decrement(decays)
+    estimates = {
+        "likelihood": (result.k.value, result.b_t.value),
         "sticking patch": (sticking.k.value, sticking.b_t.value),
         "FFT and decrement": (decrement.k, decrement.b_t),
     }
-    both = (made.k, made.b_t)
+    both = (result.k, result.b_t)
     return Run(
-        errors={way: np.array(values) / TRUE - 1 for way, values in found.items()},
+        errors={way: np.array(values) / TRUE - 1 for way, values in estimates.items()},
         spread=np.array([p.std for p in both]) / TRUE,
         covered=np.array([p.interval[0] <= t <= p.interval[1] for p, t in zip(both, TRUE, strict=True)]),
-        agree=made.contacts_agree,
-        seconds=seconds if made.converged else np.inf,
+        agree=result.contacts_agree,
+        seconds=seconds if result.converged else np.inf,
     )
 
 
@@ -84,11 +84,11 @@ def main() -> None:
     parser.add_argument("--noise", type=float, default=0.0, help="noise in steps of the encoder")
     parser.add_argument("--swing", type=float, default=0.008, help="of an impact [rad]")
     parser.add_argument("--impacts", type=int, default=5, help="at each contact length")
-    given = parser.parse_args()
-    seeds = range(given.first, given.first + given.seeds)
+    options = parser.parse_args()
+    seeds = range(options.first, options.first + options.seeds)
     runs = []
     for seed in seeds:
-        runs.append(run(seed, given.noise, given.swing, given.impacts))
+        runs.append(run(seed, options.noise, options.swing, options.impacts))
         print(runs[-1].line(seed), file=sys.stderr, flush=True)
     print(f"{len(runs)} campaigns; errors in per cent: mean, median size, largest size")
     for way in runs[0].errors:

@@ -41,10 +41,12 @@ def samples(problem: Problem) -> list[Sample]:
     return [Sample(psi=p, psi_dot=r, F_N=F, dt=dt, M_z=M, M=-M) for p, r, F, dt, M in rows]
 
 
-def steps(observer: Observer, given: list[Sample], state: ObserverState | None = None) -> ObserverState:
+def steps(
+    observer: Observer, sequence: list[Sample], state: ObserverState | None = None
+) -> ObserverState:
     """Sample by sample, from the start where no state is given."""
-    state = observer.init(given[0]) if state is None else state
-    for sample in given:
+    state = observer.init(sequence[0]) if state is None else state
+    for sample in sequence:
         state = observer.step(state, sample)
     return state
 
@@ -62,14 +64,14 @@ def ours(kind: Callable[..., Observer], **settings: object) -> Observer:
 
 def alone() -> None:
     """Print what a step takes, called from Python, for several models and measurements."""
-    given = samples(PROBLEM)
-    found = Model(effects=effects_named(["rate_friction", "carcass_torsion"]))
+    sequence = samples(PROBLEM)
+    with_effects = Model(effects=effects_named(["rate_friction", "carcass_torsion"]))
     values = {"k": K, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
     wheel = Rig(a=RIG.a, e=RIG.e, J_A=0.15, b_t=1.0)
     cases = {
         "declared model, aligning torque": (MODEL, VALUES, RIG, AligningTorque()),
         "declared model, steering torque": (MODEL, VALUES, wheel, SteeringTorque()),
-        "carcass and rate friction, aligning torque": (found, values, RIG, AligningTorque()),
+        "carcass and rate friction, aligning torque": (with_effects, values, RIG, AligningTorque()),
     }
     print(f"\n| a step from Python | EKF [µs] | MHE, window {WINDOW} [µs] |\n|---|---:|---:|")
     for label, (model, parameters, rig, measurement_model) in cases.items():
@@ -82,9 +84,9 @@ def alone() -> None:
                 tuning=TUNING,
                 measurement_model=measurement_model,
             )
-            steps(observer, given[:200])
-            rounds = [seconds(lambda one=observer: steps(one, given)) for _ in range(5)]
-            took.append(1e6 * np.median(rounds) / len(given))
+            steps(observer, sequence[:200])
+            rounds = [seconds(lambda one=observer: steps(one, sequence)) for _ in range(5)]
+            took.append(1e6 * np.median(rounds) / len(sequence))
         print(f"| {label} | {took[0]:.1f} | {took[1]:.0f} |")
     print(f"| aimed at | {TARGETS['ekf']} | {TARGETS['mhe']} |")
 
@@ -96,21 +98,21 @@ def row(label: str, ratio: float, slow: float, fast: float, target: str = "") ->
 
 def beside_a_recording() -> None:
     """A step from Python over a sample in a whole recording."""
-    given = samples(PROBLEM)
+    sequence = samples(PROBLEM)
     for observer in (ours(Ekf), ours(Mhe)):
-        pair = compare(partial(steps, observer, given), partial(whole, observer))
+        pair = compare(partial(steps, observer, sequence), partial(whole, observer))
         label = f"{type(observer).__name__.upper()}, step from Python / run()"
         row(label, pair.ratio, pair.slow / PROBLEM.count, pair.fast / PROBLEM.count)
 
 
 def beside_filterpy() -> float:
     """The filter of filterpy over ours; how far apart their mu are at most."""
-    observer, given = ours(Ekf), samples(PROBLEM)
+    observer, sequence = ours(Ekf), samples(PROBLEM)
     for label, wrap, target in (
         ("Functions called in place", in_place, "5"),
         ("Functions called as casadi offers", through_casadi, ""),
     ):
-        pair = compare(partial(filter_all, PROBLEM, wrap), partial(steps, observer, given))
+        pair = compare(partial(filter_all, PROBLEM, wrap), partial(steps, observer, sequence))
         slow, fast = pair.slow / PROBLEM.count, pair.fast / PROBLEM.count
         row(f"filterpy, {label} / EKF", pair.ratio, slow, fast, target)
     return float(np.abs(filter_all(PROBLEM, in_place) - whole(observer).mu).max())
@@ -119,20 +121,21 @@ def beside_filterpy() -> float:
 def beside_do_mpc() -> float:
     """The estimator of do-mpc over ours; how far apart their mu are over the first full window."""
     options: Mapping[str, Mapping[str, object]] = {"IPOPT as it comes": {}, "IPOPT, warm start": WARM}
-    observer, given = ours(Mhe, window=WINDOW), samples(PROBLEM)
-    full = steps(observer, given[:WINDOW])
-    for label, chosen in options.items():
-        rival = Running(PROBLEM, WINDOW, chosen)
+    observer, sequence = ours(Mhe, window=WINDOW), samples(PROBLEM)
+    full = steps(observer, sequence[:WINDOW])
+    for label, variant in options.items():
+        rival = Running(PROBLEM, WINDOW, variant)
         first = rival.step()
         pair = compare(
-            partial(rival.steps, STEPS), partial(steps, observer, given[WINDOW : WINDOW + STEPS], full)
+            partial(rival.steps, STEPS),
+            partial(steps, observer, sequence[WINDOW : WINDOW + STEPS], full),
         )
         fast = pair.fast / STEPS
         row(f"do-mpc, {label} / MHE", pair.ratio, pair.slow / STEPS, fast, "100")
         solver = float(np.median(rival.solver_times))
         row(f"do-mpc, {label}, its solver's time alone / MHE", solver / fast, solver, fast)
     converged = ours(Mhe, window=WINDOW, iterations=5)
-    return abs(first - converged.estimate(steps(converged, given[:WINDOW])).mu)
+    return abs(first - converged.estimate(steps(converged, sequence[:WINDOW])).mu)
 
 
 def main() -> None:

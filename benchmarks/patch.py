@@ -29,7 +29,7 @@ def signals() -> np.ndarray:
 
 
 def numpy_grid(rows: np.ndarray, bristles: int) -> np.ndarray:
-    """The patch as the source simulates it, bristle by bristle, in NumPy."""
+    """The patch as [Györök 2022] simulates it, bristle by bristle, in NumPy."""
     x = A * (2 * (np.arange(bristles) + 0.5) / bristles - 1)
     q, last, torque = np.zeros(bristles), rows[0, 0], []
     for psi, _, load, _ in rows.T:
@@ -68,12 +68,12 @@ def main() -> None:
         report(label, lambda count=count: numpy_grid(rows, count), direct)
     report("exact zones interpreted / compiled", interpreted, direct)
     report("exact zones / 80 bristles", direct, lambda: direct(bristles))
-    found = Model(effects=effects_named(["carcass_torsion", "rate_friction"]))
+    with_effects = Model(effects=effects_named(["carcass_torsion", "rate_friction"]))
     both = np.array([MU, K, 1 / 400, 0.04])
     report(
         "torque and 4 exact sensitivities / torque alone, carcass and rate friction",
-        lambda: simulate(found, rows, both, geometry, np.eye(4)),
-        lambda: simulate(found, rows, both, geometry),
+        lambda: simulate(with_effects, rows, both, geometry, np.eye(4)),
+        lambda: simulate(with_effects, rows, both, geometry),
     )
     print(
         f"instructions in one step with its sensitivity: {sensitivity_step(exact, 1).n_instructions()}"

@@ -55,7 +55,7 @@ class Task:
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What one run said."""
+    """What one run came to."""
 
     planted: tuple[str, ...]
     seed: int
@@ -74,14 +74,14 @@ def run(task: Task) -> Outcome:
     """One campaign of three recordings, diagnosed."""
     rng = np.random.default_rng([task.seed, 6])
     also = {PARTNER: {"c": rng.uniform(WEAKEST, STRONGEST)}} if len(task.planted) > 1 else {}
-    made = make_campaign(task.planted[-1] if task.planted else None, task.seed, also=also)
+    rig = make_campaign(task.planted[-1] if task.planted else None, task.seed, also=also)
     began = time.perf_counter()
-    recordings = [as_read(recording, made.nominal) for recording in made.recordings]
-    found = diagnose(recordings, jobs=1)
-    named = tuple(effect.name for effect in found.effects)
-    ambiguous = tuple({rival for e in found.effects for rival in e.indistinguishable_from})
+    recordings = [as_read(recording, rig.nominal) for recording in rig.recordings]
+    diagnosis = diagnose(recordings, jobs=1)
+    named = tuple(effect.name for effect in diagnosis.effects)
+    ambiguous = tuple({rival for e in diagnosis.effects for rival in e.indistinguishable_from})
     if task.outside:
-        right = found.unexplained.present
+        right = diagnosis.unexplained.present
     elif task.planted:
         right = {*task.planted} <= {*named, *ambiguous}
     else:
@@ -91,19 +91,19 @@ def run(task: Task) -> Outcome:
         seed=task.seed,
         named=named,
         ambiguous=ambiguous,
-        before=found.before.summary()["torque_nrmse"] or np.nan,
-        after=found.after.summary()["torque_nrmse"] or np.nan,
-        unexplained=found.unexplained.present,
+        before=diagnosis.before.summary()["torque_nrmse"] or np.nan,
+        after=diagnosis.after.summary()["torque_nrmse"] or np.nan,
+        unexplained=diagnosis.unexplained.present,
         seconds=time.perf_counter() - began,
         right=right,
-        objection=None if right or task.outside else _objection(task.planted, found, recordings),
+        objection=None if right or task.outside else _objection(task.planted, diagnosis, recordings),
     )
 
 
-def _objection(planted: tuple[str, ...], found: Diagnosis, recordings: list[Recording]) -> float:
+def _objection(planted: tuple[str, ...], diagnosis: Diagnosis, recordings: list[Recording]) -> float:
     """Delta BIC of what was planted against what was named."""
-    effects = effects_named(effect.name for effect in found.effects)
-    named = run_trial(TrialTask(effects, recordings, start=found.values))
+    effects = effects_named(effect.name for effect in diagnosis.effects)
+    named = run_trial(TrialTask(effects, recordings, start=diagnosis.values))
     true = effects_named(planted)
     starts = (None, values_for(named, true))
     fits = [run_trial(TrialTask(true, recordings, start=start)).fitted for start in starts]
@@ -165,11 +165,11 @@ def _table(outcomes: list[Outcome]) -> None:
         mine = [o for o in outcomes if o.planted == names]
         ratios = [o.after / NOISE for o in mine]
         right = f"{sum(o.right for o in mine)}/{len(mine)}"
-        left = f"{sum(o.unexplained for o in mine)}/{len(mine)}"
+        unexplained = f"{sum(o.unexplained for o in mine)}/{len(mine)}"
         outright = f"{sum({*names} == {*o.named} for o in mine)}/{len(mine)}"
         print(
             f"{' + '.join(names) or 'nothing':42}{right:>9}{outright:>10}"
-            f"{np.median(ratios):>20.2f}{max(ratios):>10.2f}{left:>13}"
+            f"{np.median(ratios):>20.2f}{max(ratios):>10.2f}{unexplained:>13}"
         )
 
 

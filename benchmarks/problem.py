@@ -47,9 +47,9 @@ class Problem:
     @cached_property
     def M_z(self) -> Array:
         """Measured torque, its noise as `TUNING` has it [N m]."""
-        made = simulate(MODEL, self.signals, np.array([MU, K]), np.array([RIG.a, RIG.e])).M_z
+        torque = simulate(MODEL, self.signals, np.array([MU, K]), np.array([RIG.a, RIG.e])).M_z
         noise = np.random.default_rng(1).standard_normal(self.count)
-        return made + TUNING.noise * self.slide * noise
+        return torque + TUNING.noise * self.slide * noise
 
     @property
     def slide(self) -> float:
@@ -78,7 +78,7 @@ class Problem:
 
     @property
     def advance(self) -> ca.Function:
-        """(memory, signals) -> (memory, seen): what the patch remembers after a sample."""
+        """(memory, signals) -> (memory, seen): the memory of the patch after a sample."""
         memory, signals = ca.MX.sym("memory", MODEL.memory_size), ca.MX.sym("signals", len(SIGNALS))
         after = MODEL.advance(memory, signals, ca.DM([MU, K]), GEOMETRY)
         return ca.Function("bench_advance", [memory, signals], list(after))
@@ -86,10 +86,10 @@ class Problem:
     @property
     def torque(self) -> ca.Function:
         """(memory, seen, x) -> M_z + M_0 of a sample for x = (ln mu, M_0) [N m]."""
-        memory, seen = ca.MX.sym("memory", MODEL.memory_size), ca.MX.sym("seen", len(SIGNALS))
+        memory, inputs = ca.MX.sym("memory", MODEL.memory_size), ca.MX.sym("seen", len(SIGNALS))
         x = ca.MX.sym("x", 2)
-        M_z = MODEL.torque(memory, seen, ca.vertcat(ca.exp(x[0]), K), GEOMETRY)
-        return ca.Function("bench_torque", [memory, seen, x], [M_z + x[1]])
+        M_z = MODEL.torque(memory, inputs, ca.vertcat(ca.exp(x[0]), K), GEOMETRY)
+        return ca.Function("bench_torque", [memory, inputs, x], [M_z + x[1]])
 
     @property
     def slopes(self) -> ca.Function:
@@ -100,15 +100,15 @@ class Problem:
 
     @property
     def start(self) -> Array:
-        """What the patch remembers before the first sample."""
+        """The memory of the patch before the first sample."""
         return MODEL.initial(self.signals[:, 0], ca.DM([MU, K]), GEOMETRY).full().ravel()
 
     @cached_property
     def memories(self) -> Array:
         """Memory and signals seen, one below the other, after every sample in its column."""
-        advance, memory, made = self.advance, self.start, []
+        advance, memory, columns = self.advance, self.start, []
         for signals in self.signals.T:
-            after, seen = advance(memory, signals)
+            after, inputs = advance(memory, signals)
             memory = after.full().ravel()
-            made.append(np.concatenate([memory, seen.full().ravel()]))
-        return np.array(made).T
+            columns.append(np.concatenate([memory, inputs.full().ravel()]))
+        return np.array(columns).T

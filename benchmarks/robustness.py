@@ -52,9 +52,11 @@ STEERED_NOT_BORNE: dict[str, RecordingFactory] = {
 """The same where the steering torque is measured: there it is what is taken as known."""
 
 
-def late_errors(kind: Any, made: RecordingFactory, seeds: Sequence[int], **settings: Any) -> np.ndarray:
+def late_errors(
+    kind: Any, factory: RecordingFactory, seeds: Sequence[int], **settings: Any
+) -> np.ndarray:
     """Root mean square error of mu after the first full slide, run by run; NaN where there is none."""
-    return np.array([errors(r, estimated(kind, r, **settings)).late_rmse for r in map(made, seeds)])
+    return np.array([errors(r, estimated(kind, r, **settings)).late_rmse for r in map(factory, seeds)])
 
 
 def table(
@@ -68,12 +70,12 @@ def table(
     print(f"\n{title}")
     print(f"{'':32}" + "".join(f"{name + ': RMSE':>14}{'factor':>8}{'one run':>9}" for name in KINDS))
     base = {name: late_errors(kind, clean, seeds, **settings) for name, kind in KINDS.items()}
-    for fault, made in {"none": clean, **faulty}.items():
+    for fault, factory in {"none": clean, **faulty}.items():
         row = f"{fault:32}"
         for name, kind in KINDS.items():
-            found = late_errors(kind, made, seeds, **settings)
-            rmse, least = (np.sqrt(np.nanmean(e**2)) for e in (found, base[name]))
-            row += f"{rmse:14.5f}{rmse / least:8.2f}{np.nanmax(found / base[name]):9.2f}"
+            errors_of_kind = late_errors(kind, factory, seeds, **settings)
+            rmse, least = (np.sqrt(np.nanmean(e**2)) for e in (errors_of_kind, base[name]))
+            row += f"{rmse:14.5f}{rmse / least:8.2f}{np.nanmax(errors_of_kind / base[name]):9.2f}"
         print(row, flush=True)
 
 

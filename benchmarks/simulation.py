@@ -3,11 +3,11 @@
     python benchmarks/simulation.py [RUNS]
 
 The motion is that of the published files: a = 0.04 m, mu = 0.5, 5.11 s, sampled at 100 Hz. The rival is
-the source's scheme in NumPy (`benchmarks/fixed_step.py`), with the semi-implicit Euler rule and with a
-second-order rule at the same cost a step. For each the cheapest setting is sought that keeps M_z within
-1e-4 of its range. The source has 201 bristles; how far these come whatever the step is printed as well.
-RUNS of ours in a row are one timing, by default 10: a single one straight after a long one of NumPy's
-meets cold caches, and the machine's other work.
+the scheme of [Györök 2022] in NumPy (`benchmarks/fixed_step.py`), with the semi-implicit Euler rule and
+with a second-order rule at the same cost a step. For each the cheapest setting is sought that keeps M_z
+within 1e-4 of its range. The thesis has 201 bristles; how far these come whatever the step is printed
+as well. RUNS of ours in a row are one timing, by default 10: a single one straight after a long one of
+NumPy's meets cold caches, and the machine's other work.
 """
 
 import sys
@@ -62,9 +62,9 @@ def main() -> None:
         ours = exact(each)
         print(f"exact, tolerance {each:g}: {ours.steps} steps, error {error(ours.M_z):.1e}")
     for name, rule in (("Euler", first_order), ("second order", second_order)):
-        source = {n: error(fixed(rule, 201, n)) for n in SUBSTEPS}
+        errors = {n: error(fixed(rule, 201, n)) for n in SUBSTEPS}
         # A smaller step than this gains the 201 bristles less than a tenth.
-        best = next(n for n in SUBSTEPS if source[n] <= 1.1 * min(source.values()))
+        best = next(n for n in SUBSTEPS if errors[n] <= 1.1 * min(errors.values()))
         fits = ((n, m) for n in SUBSTEPS for m in BRISTLES if error(fixed(rule, m, n)) <= BOUND)
         # Steps cost time, bristles hardly: 200 more are a tenth of a step.
         substeps, bristles = next(fits)

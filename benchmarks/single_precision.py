@@ -67,9 +67,9 @@ def main() -> int:
     samples = int(float(sys.argv[1])) if len(sys.argv) > 1 else SAMPLES
     each, done, faults = -(-samples // len(CASES)), dict.fromkeys(TRIALS, 0), dict.fromkeys(TRIALS, 0)
     print(f"| filter | trial | {' | '.join(COLUMNS)} |\n|---|---|{'---:|' * (len(COLUMNS) - 1)}---|")
-    for case, made in CASES.items():
+    for case, case_settings in CASES.items():
         with tempfile.TemporaryDirectory() as folder:
-            filtered = build(made.observer, Path(folder))
+            filtered = build(case_settings.observer, Path(folder))
             for name, trial in TRIALS.items():
                 outcome, took = tried(filtered, each, trial)
                 print(row(f"{case} | {name}", outcome, took), flush=True)

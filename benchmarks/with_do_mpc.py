@@ -1,6 +1,6 @@
 """do-mpc's moving-horizon estimator on the same problem: same states, window, noises and torque.
 
-What the patch remembers depends on neither mu nor k (`symbolic.zones`), so every node of the window gets
+The memory of the patch depends on neither mu nor k (`symbolic.zones`), so every node of the window gets
 it as a time-varying parameter, and the measurement is the model's torque as a casadi expression. IPOPT
 solves the problem anew with every sample. do-mpc weighs the oldest state of the window by a constant
 matrix; here that is the prior's.
@@ -30,9 +30,9 @@ def build_model(do_mpc: Any, problem: Problem) -> Any:
     model = do_mpc.model.Model("discrete", "SX")
     log_mu, zero = (model.set_variable("_x", name) for name in ("log_mu", "M_0"))
     memory = model.set_variable("_tvp", "memory", (MODEL.memory_size, 1))
-    seen = model.set_variable("_tvp", "seen", (4, 1))
+    inputs = model.set_variable("_tvp", "seen", (4, 1))
     model.set_meas(
-        "M_z", problem.torque.expand()(memory, seen, ca.vertcat(log_mu, zero)), meas_noise=True
+        "M_z", problem.torque.expand()(memory, inputs, ca.vertcat(log_mu, zero)), meas_noise=True
     )
     model.set_rhs("log_mu", log_mu, process_noise=True)
     model.set_rhs("M_0", zero, process_noise=True)
@@ -53,14 +53,14 @@ def estimator(do_mpc: Any, problem: Problem, window: int, options: Mapping[str, 
     mhe.bounds["upper", "_x", "log_mu"] = np.log(TUNING.greatest)
     # The template has a node more than the window, which is of no use.
     memories = np.pad(problem.memories, ((0, 0), (0, 1)))
-    given, measured = mhe.get_tvp_template(), mhe.get_y_template()
+    template, measured = mhe.get_tvp_template(), mhe.get_y_template()
 
     def first(t: Any) -> int:
         return max(round(float(np.asarray(t).item()) / DT) + 1 - window, 0)
 
     def parameters(t: Any) -> Any:
-        given.master = ca.DM(memories[:, first(t) : first(t) + window + 1].ravel(order="F"))
-        return given
+        template.master = ca.DM(memories[:, first(t) : first(t) + window + 1].ravel(order="F"))
+        return template
 
     def torques(t: Any) -> Any:
         measured.master = ca.DM(problem.M_z[first(t) : first(t) + window])

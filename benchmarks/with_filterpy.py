@@ -16,27 +16,27 @@ Call = Callable[..., list[Array]]
 def in_place(function: ca.Function) -> Call:
     """The Function on buffers of its own, the quickest way to call one from Python."""
     buffer, evaluate = function.buffer()
-    given = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
-    made = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
-    for i, array in enumerate(given):
+    inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
+    outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
+    for i, array in enumerate(inputs):
         buffer.set_arg(i, memoryview(array.data))
-    for i, array in enumerate(made):
+    for i, array in enumerate(outputs):
         buffer.set_res(i, memoryview(array.data))
 
     # Whoever holds the call holds the buffer, which evaluate points into.
-    def call(*values: Array, held: object = buffer) -> list[Array]:
-        del held
-        for array, value in zip(given, values, strict=True):
+    def call(*values: Array, owner: object = buffer) -> list[Array]:
+        del owner
+        for array, value in zip(inputs, values, strict=True):
             array[:] = value
         evaluate()
-        return made
+        return outputs
 
     return call
 
 
 def through_casadi(function: ca.Function) -> Call:
     """The Function as casadi offers it: NumPy in, DM out."""
-    return lambda *values: [made.full().ravel() for made in function.call(list(values))]
+    return lambda *values: [output.full().ravel() for output in function.call(list(values))]
 
 
 def filter_all(problem: Problem, wrap: Callable[[ca.Function], Call]) -> Array:
@@ -50,12 +50,12 @@ def filter_all(problem: Problem, wrap: Callable[[ca.Function], Call]) -> Array:
     ekf.R = np.array([[problem.noise**2]])
     memory, mu = problem.start, np.empty(problem.count)
     for i, (signals, M_z) in enumerate(zip(problem.signals.T, problem.M_z, strict=True)):
-        memory, seen = (part.copy() for part in advance(memory, signals))
+        memory, inputs = (part.copy() for part in advance(memory, signals))
         ekf.predict()
         ekf.update(
             M_z,
-            lambda x, at=(memory, seen): slopes(*at, x[:, 0])[0].reshape(1, 2),
-            lambda x, at=(memory, seen): torque(*at, x[:, 0])[0].reshape(1, 1),
+            lambda x, at=(memory, inputs): slopes(*at, x[:, 0])[0].reshape(1, 2),
+            lambda x, at=(memory, inputs): torque(*at, x[:, 0])[0].reshape(1, 1),
         )
         mu[i] = math.exp(ekf.x[0, 0])
     return mu

@@ -1,4 +1,4 @@
-"""EKF, MHE and the source's root solve beside the author's published estimate, on his recordings.
+"""EKF, MHE and the root solve of [Györök 2022] beside its author's estimate, on his recordings.
 
     python examples/author_comparison.py [DIR]
 
@@ -25,7 +25,7 @@ from symbolic import Model
 
 Array = NDArray[np.float64]
 METHODS = ("EKF", "MHE", "root.99", "root", "author")
-"""root.99 is root through the source's exponential filter (5.9) with 0.99."""
+"""root.99 is root through the exponential filter of [Györök 2022], (5.9), with 0.99."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,15 +64,15 @@ def score(case: Case, author: Array) -> Scores:
     """All methods, over the author's samples."""
     recording, last = case.recording, case.span.stop - 1
     channels = (recording.t, recording.psi, recording.F_N, recording.M_z)
-    made = [run(observer, *channels) for observer in observers(recording)]
-    mu = [*(estimates.mu for estimates in made), author]
+    results = [run(observer, *channels) for observer in observers(recording)]
+    mu = [*(estimates.mu for estimates in results), author]
     return Scores(
         name=recording.name,
         declared=case.declared,
         rmse=tuple(case.rmse(one) for one in mu),
         spread=tuple(case.spread(one) for one in mu),
         last=tuple(float(one[last]) for one in mu),
-        last_std=(*(float(estimates.mu_std[last]) for estimates in made), float("nan")),
+        last_std=(*(float(estimates.mu_std[last]) for estimates in results), float("nan")),
     )
 
 
@@ -85,27 +85,27 @@ def scores(folder: Path) -> Iterator[Scores]:
                 yield score(case, author)
 
 
-def table(title: str, made: list[Scores], field: str) -> None:
+def table(title: str, results: list[Scores], field: str) -> None:
     """Print one number a method for every recording, and the mean on either surface."""
     print(f"\n{title}\n")
     print(f"| {'recording':15} | declared μ |" + "".join(f"{name:>7} |" for name in METHODS))
     print("|---|---|" + "---:|" * len(METHODS))
-    for one in made:
+    for one in results:
         cells = "".join(f"{value:7.3f} |" for value in getattr(one, field))
         print(f"| {one.name:15} | {one.declared:<10} |{cells}")
     for surface, steel in (("steel", True), ("red emery", False)):
-        of_surface = [getattr(one, field) for one in made if one.name.startswith("fem") == steel]
+        of_surface = [getattr(one, field) for one in results if one.name.startswith("fem") == steel]
         if of_surface:
             cells = "".join(f"{value:7.3f} |" for value in np.mean(of_surface, axis=0))
             print(f"| {f'mean, {surface}':15} | {'':10} |{cells}")
 
 
-def last_table(made: list[Scores]) -> None:
+def last_table(results: list[Scores]) -> None:
     """Print mu at the last sample, with its standard deviation where there is one."""
     print("\nμ at the last sample\n")
     print(f"| {'recording':15} | declared μ |" + "".join(f" {name:13} |" for name in METHODS))
     print("|---|---|" + "---|" * len(METHODS))
-    for one in made:
+    for one in results:
         texts = [
             f"{mu:.3f}" if np.isnan(std) else f"{mu:.3f} ± {std:.3f}"
             for mu, std in zip(one.last, one.last_std, strict=True)
@@ -116,14 +116,14 @@ def last_table(made: list[Scores]) -> None:
 def main() -> None:
     """Print the error, the spread and the last value of every method."""
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else measured_folder()
-    made = list(scores(folder))
-    if not made:
+    results = list(scores(folder))
+    if not results:
         sys.exit(
             f"no recordings with an author's estimate in {folder}; `brushgrip fetch` downloads them"
         )
-    table(f"RMSE of μ against the declared one, from t = {SETTLED} s on", made, "rmse")
-    table("Standard deviation of μ over time, after the first slide", made, "spread")
-    last_table(made)
+    table(f"RMSE of μ against the declared one, from t = {SETTLED} s on", results, "rmse")
+    table("Standard deviation of μ over time, after the first slide", results, "spread")
+    last_table(results)
 
 
 if __name__ == "__main__":

@@ -3,8 +3,8 @@
     python examples/change_of_surface.py [PICTURE.png]
 
 The wheel turns out, back and out again; on the way back the friction drops. The torque is the model's,
-with white noise of 0.4 % of its range. The observers are told so: an innovation beyond five times its
-noise is not believed, and five in a row are a change of the ground. Under the default tuning, made for
+with white noise of 0.4 % of its range. The observers are tuned to that: an innovation beyond five times
+its noise is rejected, and five in a row are a change of the ground. Under the default tuning, made for
 models that are wrong by far more than that, the change is not noticed and mu follows it slowly.
 
 Two patches are compared. The exact one keeps its memory in units of mu, so it reads all of the past at
@@ -87,30 +87,34 @@ def observers(model: Model, tuning: Tuning) -> dict[str, Observer]:
     }
 
 
-def further_turn(made: Drive, found: Estimates) -> float:
+def further_turn(motion: Drive, estimates: Estimates) -> float:
     """How far the wheel turns after the change until mu is close, and stays close [rad]."""
-    final = made.mu[-1]
-    change = int(np.argmax(made.mu == final))
-    off = np.flatnonzero(np.abs(found.mu[change:] - final) > CLOSE * final)
+    final = motion.mu[-1]
+    change = int(np.argmax(motion.mu == final))
+    off = np.flatnonzero(np.abs(estimates.mu[change:] - final) > CLOSE * final)
     right = change + (int(off[-1]) + 1 if off.size else 0)
-    return float(made.turned[right] - made.turned[change - 1]) if right < made.t.size else float("inf")
+    if right >= motion.t.size:
+        return float("inf")
+    return float(motion.turned[right] - motion.turned[change - 1])
 
 
-def draw(path: Path, made: Drive, found: dict[str, Estimates]) -> None:
+def draw(path: Path, motion: Drive, estimates_by_kind: dict[str, Estimates]) -> None:
     """Friction and torque over the angle turned."""
     with picture(path, 5.0) as figure:
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=[3, 2])
-        lines = above.plot(made.turned, made.mu, color=MEASURED, lw=1.0, label="true μ")
-        looks = zip(found.items(), ((BEFORE, "-"), (AFTER, (0, (3, 2)))), strict=True)
+        lines = above.plot(motion.turned, motion.mu, color=MEASURED, lw=1.0, label="true μ")
+        looks = zip(estimates_by_kind.items(), ((BEFORE, "-"), (AFTER, (0, (3, 2)))), strict=True)
         for (name, estimates), (colour, stroke) in looks:
             label = f"{name}, ± 2 standard deviations"
-            lines += above.plot(made.turned, estimates.mu, color=colour, ls=stroke, lw=1.8, label=label)
+            lines += above.plot(
+                motion.turned, estimates.mu, color=colour, ls=stroke, lw=1.8, label=label
+            )
             reach = 2 * estimates.mu_std
             low, high = estimates.mu - reach, estimates.mu + reach
-            above.fill_between(made.turned, low, high, color=colour, alpha=0.15, lw=0)
+            above.fill_between(motion.turned, low, high, color=colour, alpha=0.15, lw=0)
         above.set_ylim(0, 2)
         above.set_ylabel("friction coefficient μ [1]")
-        below.plot(made.turned, made.M_z, color=MEASURED, lw=0.9)
+        below.plot(motion.turned, motion.M_z, color=MEASURED, lw=0.9)
         below.set_ylabel("aligning torque\n$M_z$ [N m]")
         below.set_xlabel("angle turned since the start, to and fro [rad]")
         below.margins(x=0.01)
@@ -132,26 +136,28 @@ RUNS = (
 def main() -> None:
     """Print how far the wheel turns until a change is known, for changes at several places."""
     print(f"further turn until within {CLOSE:.0%} for good (inf: not before the end), and resets")
-    drawn = None
+    middle = None
     for name, model, tuning, (before, after) in RUNS:
         print(f"{f'{name}, {before} -> {after}, after the reversal':>58}{'EKF':>20}{'MHE':>20}")
         for place in PLACES:
-            made = drive(place, before, after)
-            load = np.full(made.t.size, LOAD)
-            seen = observers(model, tuning).items()
-            found = {kind: run(o, made.t, made.psi, load, made.M_z) for kind, o in seen}
+            motion = drive(place, before, after)
+            load = np.full(motion.t.size, LOAD)
+            pairs = observers(model, tuning).items()
+            estimates_by_kind = {
+                kind: run(o, motion.t, motion.psi, load, motion.M_z) for kind, o in pairs
+            }
             row = f"{place:54.2f} rad"
-            for estimates in found.values():
+            for estimates in estimates_by_kind.values():
                 resets = np.count_nonzero(estimates.status & Status.RESET)
-                row += f"{further_turn(made, estimates):11.3f} rad,{resets:4d}"
+                row += f"{further_turn(motion, estimates):11.3f} rad,{resets:4d}"
             print(row)
             if (name, place) == ("bristles", MIDDLE):
-                drawn = made, found
-    if drawn is not None:
-        told = (f"{kind} after {further_turn(drawn[0], e):.3f} rad" for kind, e in drawn[1].items())
-        print(f"known in mid-turn, bristles: {', '.join(told)}")
+                middle = motion, estimates_by_kind
+    if middle is not None:
+        turns = (f"{kind} after {further_turn(middle[0], e):.3f} rad" for kind, e in middle[1].items())
+        print(f"known in mid-turn, bristles: {', '.join(turns)}")
         if sys.argv[1:]:
-            draw(Path(sys.argv[1]), *drawn)
+            draw(Path(sys.argv[1]), *middle)
 
 
 if __name__ == "__main__":

@@ -55,7 +55,7 @@ void follow(int32_t count, const double *rows, double *mu) {
 """What a program on the target does, for a whole recording."""
 
 
-def chosen() -> Iterator[tuple[Recording, Observer]]:
+def cases() -> Iterator[tuple[Recording, Observer]]:
     """The recordings, each with observers for it."""
     paths = [Path(name) for name in sys.argv[1:]]
     if not paths:
@@ -81,11 +81,11 @@ def rows_of(recording: Recording) -> Array:
 def in_python(observer: Observer, rows: Array) -> tuple[Array, float]:
     """What mu is after every sample, and the time of a step [s]."""
     loop = Loop(observer)
-    given = [Sample(psi=p, psi_dot=nan, M_z=M, F_N=F, dt=dt) for p, M, F, dt in rows.tolist()]
+    samples = [Sample(psi=p, psi_dot=nan, M_z=M, F_N=F, dt=dt) for p, M, F, dt in rows.tolist()]
     # The first step compiles the observer, unless that has been done before.
-    Loop(observer)(given[0])
+    Loop(observer)(samples[0])
     begin = time.perf_counter()
-    mu = [loop(sample).mu for sample in given]
+    mu = [loop(sample).mu for sample in samples]
     return np.array(mu), (time.perf_counter() - begin) / len(rows)
 
 
@@ -97,10 +97,10 @@ def in_c(observer: Observer, real: Real, rows: Array) -> tuple[Array, float]:
         command = [str(compiler()), *FLAGS, f"-DREAL={real.c_type}", "grip.c", "caller.c"]
         subprocess.run([*command, "-o", "grip.so", "-lm"], cwd=folder, check=True)
         follow = ctypes.CDLL(str(Path(folder) / "grip.so")).follow
-    given, mu, took = np.ascontiguousarray(rows), np.empty(len(rows)), []
+    inputs, mu, took = np.ascontiguousarray(rows), np.empty(len(rows)), []
     for _ in range(ROUNDS):
         begin = time.perf_counter()
-        follow(len(rows), ctypes.c_void_p(given.ctypes.data), ctypes.c_void_p(mu.ctypes.data))
+        follow(len(rows), ctypes.c_void_p(inputs.ctypes.data), ctypes.c_void_p(mu.ctypes.data))
         took.append(time.perf_counter() - begin)
     return mu, min(took) / len(rows)
 
@@ -109,7 +109,7 @@ def main() -> None:
     """Print how far C is from Python, and what a step takes in both."""
     if compiler() is None:
         sys.exit("needs a C compiler: install one, or name it in CC")
-    for recording, observer in chosen():
+    for recording, observer in cases():
         rows = rows_of(recording)
         second = np.cumsum(rows[:, 3]) > 1
         expected, slow = in_python(observer, rows)

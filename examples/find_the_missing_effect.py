@@ -15,12 +15,12 @@ def read(*names: str) -> list[Recording]:
 
 def main() -> None:
     """Diagnose and print the effects and the error on the held-out recordings."""
-    found = diagnose(read("train_a", "train_b"), read("holdout_c", "holdout_d"), jobs=1)
-    for effect in found.effects:
+    diagnosis = diagnose(read("train_a", "train_b"), read("holdout_c", "holdout_d"), jobs=1)
+    for effect in diagnosis.effects:
         for name, estimate in effect.parameters.items():
             spread = "" if estimate.std is None else f" ± {estimate.std:.2g}"
             print(f"{effect.name}: {name} = {estimate.value:.4g}{spread} {estimate.unit}")
-    for stage, errors in (("before", found.before), ("after", found.after)):
+    for stage, errors in (("before", diagnosis.before), ("after", diagnosis.after)):
         share = errors.summary()["holdout_torque_nrmse"]
         print(f"held-out torque error {stage}: {share:.2%} of range")
 

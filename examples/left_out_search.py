@@ -28,7 +28,7 @@ HEADER = "| left out | before | after | named without it |\n|---|---:|---:|---|"
 
 
 @dataclass(frozen=True, kw_only=True)
-class Judged:
+class SearchScore:
     """What one search came to: its effects, and the errors over range on the recording left out [1]."""
 
     name: str
@@ -42,19 +42,19 @@ class Judged:
         return f"| {self.name} | {percent(self.before)} | {percent(self.after)} | {named} |"
 
 
-def searched(recordings: list[Recording], left: Recording) -> Judged:
+def search_without(recordings: list[Recording], judge: Recording) -> SearchScore:
     """Search in all the others, judge on this one."""
-    others = [r for r in recordings if r is not left]
-    found = diagnose(others)
-    effects = found.model.effects
-    declared = run_trial(TrialTask((), others, [left]))
-    named = run_trial(TrialTask(effects, others, [left], start=found.values))
-    return Judged(name=left.name, before=declared.nrmse, after=named.nrmse, effects=named.names)
+    others = [r for r in recordings if r is not judge]
+    diagnosis = diagnose(others)
+    effects = diagnosis.model.effects
+    declared = run_trial(TrialTask((), others, [judge]))
+    named = run_trial(TrialTask(effects, others, [judge], start=diagnosis.values))
+    return SearchScore(name=judge.name, before=declared.nrmse, after=named.nrmse, effects=named.names)
 
 
-def summary(judged: list[Judged]) -> str:
+def summary(scores: list[SearchScore]) -> str:
     """The last row of the table, and what remains of the error."""
-    before, after = (float(np.mean([getattr(j, kind) for j in judged])) for kind in ("before", "after"))
+    before, after = (float(np.mean([getattr(j, kind) for j in scores])) for kind in ("before", "after"))
     row = f"| mean | {percent(before)} | {percent(after)} | |"
     return f"{row}\n\nWhat remains of the error: {after / before:.2f}."
 
@@ -73,12 +73,12 @@ def main() -> None:
         parser.error(f"{folder} holds {len(recordings)} recordings; three are needed")
     lines = [HEADER]
     print(HEADER)
-    judged: list[Judged] = []
-    for left in recordings:
-        judged.append(searched(recordings, left))
-        lines.append(judged[-1].row())
+    scores: list[SearchScore] = []
+    for judge in recordings:
+        scores.append(search_without(recordings, judge))
+        lines.append(scores[-1].row())
         print(lines[-1], flush=True)
-    lines.append(summary(judged))
+    lines.append(summary(scores))
     print(lines[-1])
     if options.out:
         options.out.write_text("\n".join([f"{OPENING}\n", *lines, ""]), "utf-8")

@@ -60,10 +60,10 @@ def files() -> dict[str, str]:
         k_t=EFFECTS["carcass_torsion"]["k_t"],
         c=EFFECTS["rate_friction"]["c"],
     )
-    for made in recordings():
-        run, extent = RUNS[made.name], float(max(made.M_z_true) - min(made.M_z_true))
-        texts[f"{made.name}.csv"] = recording_csv(made)
-        truth += f"| {made.name} | {run['mu']} | {run['load']} | {run['seed']} | {extent:.2f} |\n"
+    for recording in recordings():
+        run, extent = RUNS[recording.name], float(max(recording.M_z_true) - min(recording.M_z_true))
+        texts[f"{recording.name}.csv"] = recording_csv(recording)
+        truth += f"| {recording.name} | {run['mu']} | {run['load']} | {run['seed']} | {extent:.2f} |\n"
     return texts | {"TRUTH.md": truth}
 
 

@@ -1,9 +1,9 @@
-"""The source's evaluation of measurements, section 5.3, done again: preprocessing, zones, Table 6.1.
+"""The evaluation of measurements of [Györök 2022], section 5.3, again: preprocessing, zones, Table 6.1.
 
     python examples/measured_evaluation.py [DIR] [--pictures FOLDER]
 
 First, raw channels at 4 kHz with offsets, noise and mains hum, made here so that the truth is known,
-become a recording at 100 Hz; beside it every fortieth sample, as in the source. Then direction and zones
+become a recording at 100 Hz; beside it every fortieth sample, as in the thesis. Then direction and zones
 over time (figures 5.6 and 5.7), and all methods (Table 6.1, figure 5.10): on the steel recordings in DIR
 (`brushgrip fetch`; default: BRUSHGRIP_DATA), else on embedded ones, where more than five zones occur.
 `--pictures` writes zones.png and boxes.png.
@@ -90,9 +90,9 @@ def preprocessing() -> None:
         ("filtered and resampled", raw, with_filter),
         ("every fortieth sample", bare, nothing),
     ):
-        made = recording_from_raw(label, channels, pipelines, RIG, TYRE)
-        psi, M_z = (rms(getattr(made, n) - truth[n][::every]) for n in ("psi", "M_z"))
-        ekf, root = (friction_error(made, kind) for kind in ("ekf", "root"))
+        recording = recording_from_raw(label, channels, pipelines, RIG, TYRE)
+        psi, M_z = (rms(getattr(recording, n) - truth[n][::every]) for n in ("psi", "M_z"))
+        ekf, root = (friction_error(recording, kind) for kind in ("ekf", "root"))
         print(
             f"{label}: psi off by {1e3 * psi:.3f} mrad, M_z by {M_z:.4f} N m;"
             f" mu off by {ekf:.4f} (EKF), {root:.4f} (root)"
@@ -128,15 +128,14 @@ def cases(folder: Path | None) -> list[Case]:
 def zones(case: Case) -> None:
     """Print how the zones are counted, beside the author's columns where he has some."""
     recording, author = case.recording, case.author
-    made = zone_history(recording.psi)
-    beyond = float((made.true_zones > 5).mean())
-    line = (
-        f"{recording.name}: up to {made.true_zones.max()} zones, more than five {beyond:.1%} of the time"
-    )
+    history = zone_history(recording.psi)
+    beyond = float((history.true_zones > 5).mean())
+    most = history.true_zones.max()
+    line = f"{recording.name}: up to {most} zones, more than five {beyond:.1%} of the time"
     if author is not None:
-        same = float((made.zones[case.span] == author.zones).mean())
-        way = float((made.direction[case.span] == author.direction).mean())
-        line += f"; as the author counts: zones {same:.1%}, direction {way:.1%}"
+        same = float((history.zones[case.span] == author.zones).mean())
+        direction = float((history.direction[case.span] == author.direction).mean())
+        line += f"; as the author counts: zones {same:.1%}, direction {direction:.1%}"
     print(line)
 
 
@@ -148,17 +147,17 @@ def main() -> None:
     options = parser.parse_args()
     preprocessing()
     print()
-    chosen = cases(None if options.folder is None else Path(options.folder))
-    for case in chosen:
+    selection = cases(None if options.folder is None else Path(options.folder))
+    for case in selection:
         zones(case)
     methods = default_methods()
-    compared = compare(chosen, methods)
+    compared = compare(selection, methods)
     summary = summarise(compared, methods)
     print(f"\n{markdown_text(compared, summary)}")
     if options.pictures is not None:
         options.pictures.mkdir(parents=True, exist_ok=True)
-        shown = chosen[0].recording
-        draw_zones(options.pictures / "zones.png", shown, zone_history(shown.psi))
+        first = selection[0].recording
+        draw_zones(options.pictures / "zones.png", first, zone_history(first.psi))
         draw_boxes(options.pictures / "boxes.png", compared, [row.method for row in summary])
 
 

@@ -26,7 +26,7 @@ VALUES = {"k": 2.4e6, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
 MEASURED = "fem4_ident.mat"
 
 
-def chosen() -> Iterator[tuple[Recording, Mhe]]:
+def cases() -> Iterator[tuple[Recording, Mhe]]:
     """The recordings, each with its estimator."""
     paths = [Path(name) for name in sys.argv[1:]]
     if not paths:
@@ -54,14 +54,14 @@ def samples(recording: Recording) -> list[Sample]:
 
 def main() -> None:
     """Print mu on the way and at the end, and what a sample takes."""
-    for recording, observer in chosen():
-        given = samples(recording)
-        state = observer.init(given[0])
+    for recording, observer in cases():
+        sequence = samples(recording)
+        state = observer.init(sequence[0])
         # The first step compiles the estimator, unless that has been done before.
-        observer.step(state, given[0])
-        print(f"{recording.name}, {len(given)} samples, window {observer.window}")
+        observer.step(state, sequence[0])
+        print(f"{recording.name}, {len(sequence)} samples, window {observer.window}")
         spent = 0.0
-        for number, sample in enumerate(given):
+        for number, sample in enumerate(sequence):
             begin = time.perf_counter()
             state = observer.step(state, sample)
             spent += time.perf_counter() - begin
@@ -70,7 +70,7 @@ def main() -> None:
                 word = "" if now.informed else "  (rests on the prior)"
                 print(f"{recording.t[number]:6.1f} s  mu = {now.mu:.3f} ± {now.mu_std:.3f}{word}")
         end = observer.estimate(state)
-        each = 1e6 * spent / len(given)
+        each = 1e6 * spent / len(sequence)
         print(f"at the end: mu = {end.mu:.3f} ± {end.mu_std:.3f}, {each:.0f} µs per sample\n")
 
 

@@ -43,8 +43,8 @@ def by_mu(psi: Array) -> tuple[Array, Array]:
     """M_z [N m] and its derivative by mu [N m], with the whole history."""
     signals = np.vstack([psi, np.gradient(psi, DT), np.full((2, psi.size), [[LOAD], [DT]])])
     only_mu = np.array([[1.0], [0.0]])
-    made = simulate(Model(), signals, np.array([MU, K]), np.array([A, E]), only_mu)
-    return made.M_z, made.sensitivities[:, 0]
+    response = simulate(Model(), signals, np.array([MU, K]), np.array([A, E]), only_mu)
+    return response.M_z, response.sensitivities[:, 0]
 
 
 def draw(path: Path, psi: Array, M_z: Array, slope: Array, slide: float) -> None:
@@ -78,13 +78,13 @@ def main() -> None:
     psi = turn()
     M_z, slope = by_mu(psi)
     slide, back = float(full_slide_torque(LOAD, A)), int(np.argmax(psi))
-    told = np.cumsum(slope**2)
+    information = np.cumsum(slope**2)
     print(f"torque noise {NOISE} N m; 3/8 F_N a = {slide:.2f} N m")
     for title, first in (("out, from rest", 0), ("back, since the reversal", back)):
         print(f"\n{title:26}dM_z/dmu / (3/8 F_N a)   std, one sample   std, this leg so far")
         for angle in ROWS:
             at = first + round(angle / STEP)
-            leg = told[at] - told[first]
+            leg = information[at] - information[first]
             print(
                 f"{angle:22.3f} rad{slope[at] / slide:24.4f}"
                 f"{NOISE / abs(slope[at]):18.3g}{NOISE / np.sqrt(leg):23.3g}"

@@ -8,8 +8,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from identification import Recording, diagnose, smoothed_rate
 from reference_rig import make_recording
-from symbolic import Effect, Parameter, ResidualSignature, Rig, Signals, Tyre
-from symbolic.effects.base import Expression, Values
+from symbolic import Effect, Expression, Parameter, ResidualSignature, Rig, Signals, Tyre, Values
 
 STIFFNESS = 80.0  # of the boot in the recordings [N m/rad^3]
 
@@ -35,10 +34,10 @@ EFFECTS = (BootSpring(),)
 
 def recording(name: str, seed: int, mu: float) -> Recording:
     """A recording of the rig with the boot's torque added."""
-    made = make_recording(seed, mu=mu, duration=9.0, bristles=400)
-    torque, rate = made.M_z - STIFFNESS * made.psi_true**3, smoothed_rate(made.t, made.psi)
-    channels = {"t": made.t, "psi": made.psi, "psi_dot": rate, "M_z": torque, "F_N": made.F_N}
-    rig, tyre = Rig(a=made.tyre.a, e=made.tyre.e), Tyre(k=1.2 * made.tyre.k)
+    run = make_recording(seed, mu=mu, duration=9.0, bristles=400)
+    torque, rate = run.M_z - STIFFNESS * run.psi_true**3, smoothed_rate(run.t, run.psi)
+    channels = {"t": run.t, "psi": run.psi, "psi_dot": rate, "M_z": torque, "F_N": run.F_N}
+    rig, tyre = Rig(a=run.tyre.a, e=run.tyre.e), Tyre(k=1.2 * run.tyre.k)
     return Recording(name=name, rig=rig, tyre=tyre, **channels)
 
 
@@ -46,11 +45,11 @@ def main() -> None:
     """Diagnose, and print what was found."""
     candidates = ["steering_return", "carcass_torsion", "contact_damping", *EFFECTS]
     recordings = [recording("first", 3, 0.9), recording("second", 4, 0.8)]
-    found = diagnose(recordings, candidates=candidates, jobs=1)
-    for effect in found.effects:
+    diagnosis = diagnose(recordings, candidates=candidates, jobs=1)
+    for effect in diagnosis.effects:
         for name, p in effect.parameters.items():
             print(f"found {effect.name}: {name} = {p.value:.2f} ± {p.std:.2f} {p.unit}")
-    before, after = (stage.summary()["torque_nrmse"] for stage in (found.before, found.after))
+    before, after = (stage.summary()["torque_nrmse"] for stage in (diagnosis.before, diagnosis.after))
     print(f"error {before:.2%} of range before, {after:.2%} after")
 
 

@@ -153,11 +153,11 @@ def player(gif: Path) -> str:
     pictures = []
     with Image.open(gif) as film:
         for frame in ImageSequence.Iterator(film):
-            held = BytesIO()
+            buffer = BytesIO()
             frame.convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(
-                held, "PNG", optimize=True
+                buffer, "PNG", optimize=True
             )
-            pictures.append("data:image/png;base64," + b64encode(held.getvalue()).decode())
+            pictures.append("data:image/png;base64," + b64encode(buffer.getvalue()).decode())
     return Template(PAGE).substitute(pictures=json.dumps(pictures), pause=1000 // FRAMES_PER_SECOND)
 
 

@@ -16,24 +16,24 @@ from reference_rig import ImpactRecording, RigRecording, RigTyre, make_recording
 from symbolic import Rig, Tyre
 
 
-def as_read(recorded: RigRecording, nominal: RigTyre) -> Recording:
+def as_read(recording: RigRecording, nominal: RigTyre) -> Recording:
     """A recording with only the nominal parameters declared; psi_dot is that of the smoothed angle."""
     return Recording(
-        name=recorded.name,
-        t=recorded.t,
-        psi=recorded.psi,
-        psi_dot=smoothed_rate(recorded.t, recorded.psi),
-        M_z=recorded.M_z,
-        F_N=recorded.F_N,
+        name=recording.name,
+        t=recording.t,
+        psi=recording.psi,
+        psi_dot=smoothed_rate(recording.t, recording.psi),
+        M_z=recording.M_z,
+        F_N=recording.F_N,
         rig=Rig(a=nominal.a, e=nominal.e),
         tyre=Tyre(k=nominal.k, mu=nominal.mu),
     )
 
 
-def as_decay(recorded: ImpactRecording) -> Decay:
+def as_decay(recording: ImpactRecording) -> Decay:
     """The angle after an impact; the declared k is an initial guess of 2e6 N/m^2."""
-    rig = Rig(a=recorded.tyre.a, e=recorded.tyre.e, J_A=recorded.wheel.J_A)
-    return Decay(name=recorded.name, t=recorded.t, psi=recorded.psi, rig=rig, tyre=Tyre(k=2e6))
+    rig = Rig(a=recording.tyre.a, e=recording.tyre.e, J_A=recording.wheel.J_A)
+    return Decay(name=recording.name, t=recording.t, psi=recording.psi, rig=rig, tyre=Tyre(k=2e6))
 
 
 def main() -> None:

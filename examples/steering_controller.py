@@ -43,8 +43,8 @@ def reference_torques() -> Array:
     """M_z of the whole reference on grounds of every friction in `MUS`, one column each [N m]."""
     t, psi, rate, _ = reference()
     signals = np.vstack([psi, rate, np.full(t.size, LOAD), np.full(t.size, STEP)])
-    made = [simulate(MODEL, signals, np.array([mu, K]), GEOMETRY).M_z for mu in MUS]
-    return np.array(made).T
+    torques = [simulate(MODEL, signals, np.array([mu, K]), GEOMETRY).M_z for mu in MUS]
+    return np.array(torques).T
 
 
 def wheel() -> control.NonlinearIOSystem:
@@ -112,18 +112,18 @@ def observer() -> control.NonlinearIOSystem:
 def run(compensates: bool = True, mu: float | None = None) -> tuple[float, float]:
     """The rms of the tracking error [rad] and the last mu that was used; None asks the observer."""
     t, psi_ref, *_ = reference()
-    given = {"noise": NOISE * np.random.default_rng(1).standard_normal(t.size)}
+    inputs = {"noise": NOISE * np.random.default_rng(1).standard_normal(t.size)}
     parts = [wheel(), controller(compensates)]
     if mu is None:
         parts.append(observer())
-        given["F_N"] = np.full(t.size, LOAD)
+        inputs["F_N"] = np.full(t.size, LOAD)
     else:
-        given["mu"] = np.full(t.size, mu)
+        inputs["mu"] = np.full(t.size, mu)
     loop = control.interconnect(
-        parts, inputs=list(given), outputs=["angle", "mu_used"], check_unused=False
+        parts, inputs=list(inputs), outputs=["angle", "mu_used"], check_unused=False
     )
-    made = control.input_output_response(loop, t, np.array(list(given.values())))
-    return float(np.sqrt(np.mean((made.outputs[0] - psi_ref) ** 2))), float(made.outputs[1, -1])
+    response = control.input_output_response(loop, t, np.array(list(inputs.values())))
+    return float(np.sqrt(np.mean((response.outputs[0] - psi_ref) ** 2))), float(response.outputs[1, -1])
 
 
 def main() -> None:

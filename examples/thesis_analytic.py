@@ -1,12 +1,12 @@
-"""The source's analytic method, its section 3: figures 3.4, 3.6 to 3.9 and the filter of figure 5.9.
+"""The analytic method of [Györök 2022], section 3: figures 3.4, 3.6 to 3.9 and the filter of figure 5.9.
 
     python examples/thesis_analytic.py [FOLDER]
 
-Three or five zones by the state machine, one root solve a sample, on our own simulations of the source's
+Three or five zones by the state machine, one root solve a sample, on our own simulations of the thesis's
 profile; FOLDER, by default thesis_analytic, takes the pictures. With the torque in time the method is
 right all along. One sample late, as in the published files, it errs, and most where the torque hardly
 tells mu: at first, and once more after a reversal, where the ends of the patch slide the new way while
-its middle still holds the old turn. The source puts these errors down to the numbers of its solver.
+its middle still holds the old turn. The thesis puts these errors down to the numbers of its solver.
 """
 
 import sys
@@ -26,7 +26,7 @@ from thesis_profile import DT, FACTORS, LOAD, RIG, K, steered
 
 Array = NDArray[np.float64]
 BRISTLES = 201
-"""As many as in the source's simulation."""
+"""As many as in the thesis's simulation."""
 SETTLED, LEAST_TURN = 0.5, 5e-4
 """From here on errors count [s]; turn back by which a reversal counts [rad]."""
 FIRST = 5
@@ -38,11 +38,11 @@ NOISE = 0.02
 BLIND = 0.03
 """Share of the full-slide slope of M_z by mu below which the torque hardly tells mu [1]."""
 ALPHAS = (0.01, 0.99)
-"""Of the filter (5.9): as the source prints it, and as its figure 5.9 looks [1]."""
+"""Of the filter (5.9): as the thesis prints it, and as its figure 5.9 looks [1]."""
 
 
 def limit(mu: float, x: Array) -> Array:
-    """Greatest deformation, source (2.1) [m]."""
+    """Greatest deformation, [Györök 2022], (2.1) [m]."""
     return full_slide_level(LOAD, RIG.a) * mu / K * (RIG.a**2 - x**2)
 
 
@@ -55,7 +55,7 @@ def remembered(recording: Recording, at: int) -> ZoneState:
 
 
 def analytic(recording: Recording, at: int, x: Array) -> Array:
-    """q(x) of three or five zones, source (3.4) to (3.6), without solving for the boundaries [m].
+    """q(x) of three or five zones [m]: [Györök 2022], (3.4) to (3.6), without solving for boundaries.
 
     From rest a bristle follows the turn up to its limit; since a reversal, up to twice its limit.
     """
@@ -65,7 +65,7 @@ def analytic(recording: Recording, at: int, x: Array) -> Array:
 
 
 def stepped(recording: Recording, at: int, x: Array) -> Array:
-    """q(x) by bristles that take the samples one by one, source (2.15) and (2.16) [m]."""
+    """q(x) by bristles that take the samples one by one, [Györök 2022], (2.15) and (2.16) [m]."""
     q, most = np.zeros(x.size), limit(float(recording.tyre.mu or 0), x)
     for turn in np.diff(recording.psi[: at + 1]):
         q = np.clip(q - (x - RIG.e) * turn, -most, most)
@@ -108,7 +108,7 @@ def rmse(recording: Recording, mu: Array) -> float:
 
 def angle(recording: Recording) -> Array:
     """The yaw angle from the torque and the known mu, figure 3.6 [rad]."""
-    mu, state, found = float(recording.tyre.mu or 0), ZoneState(), []
+    mu, state, estimate = float(recording.tyre.mu or 0), ZoneState(), []
     reach = np.ptp(recording.psi)
     for psi, F_N, M_z in zip(recording.psi, recording.F_N, recording.M_z, strict=True):
         state = advance_zones(state, psi, LEAST_TURN)
@@ -116,8 +116,8 @@ def angle(recording: Recording) -> Array:
         def misses(angle: float, M_z: float = M_z, F_N: float = F_N, state: ZoneState = state) -> float:
             return M_z - curve(branch(state, angle), F_N, K, RIG)(mu)[0]
 
-        found.append(brentq(misses, psi - reach, psi + reach))
-    return np.array(found)
+        estimate.append(brentq(misses, psi - reach, psi + reach))
+    return np.array(estimate)
 
 
 def torque_curve(recording: Recording, at: int) -> TorqueCurve:
@@ -152,11 +152,11 @@ def draw_angle(path: Path, recording: Recording) -> None:
     with picture(path, 4.6) as figure:
         above, below = figure.subplots(2, 1, sharex=True)
         lines = above.plot(recording.t, recording.psi, color=MEASURED, label="true")
-        for given, label, colour in ((recording, "in time", AFTER), (late(recording), "late", BEFORE)):
-            found = angle(given)
-            print(f"angle from the torque {label}: rms error {np.std(found - recording.psi):.1e} rad")
-            lines += above.plot(recording.t, found, "--", color=colour, label=f"torque {label}")
-            below.plot(recording.t, 1e3 * (found - recording.psi), color=colour)
+        for case, label, colour in ((recording, "in time", AFTER), (late(recording), "late", BEFORE)):
+            estimate = angle(case)
+            print(f"angle from the torque {label}: rms error {np.std(estimate - recording.psi):.1e} rad")
+            lines += above.plot(recording.t, estimate, "--", color=colour, label=f"torque {label}")
+            below.plot(recording.t, 1e3 * (estimate - recording.psi), color=colour)
         above.set_ylabel("yaw angle ψ [rad]")
         below.set(ylabel="error [mrad]", xlabel="time [s]")
         figure.align_ylabels()
@@ -169,17 +169,17 @@ def draw_friction(path: Path) -> None:
         for axes, mu in zip(figure.subplots(1, 3), FACTORS, strict=True):
             recording = steered(mu)
             lines = [axes.axhline(mu, color=QUIET, label="true")]
-            for given, label, colour in (
+            for case, label, colour in (
                 (late(recording), "late", BEFORE),
                 (recording, "in time", AFTER),
             ):
-                found = mu_of(states_of(given))
-                begin = np.abs(found - mu)[FIRST : round(SETTLED / DT)].max()
+                estimate = mu_of(states_of(case))
+                begin = np.abs(estimate - mu)[FIRST : round(SETTLED / DT)].max()
                 print(
                     f"mu = {mu:g}: off by up to {begin:.4f} before {SETTLED} s;"
-                    f" torque {label}: RMSE {rmse(recording, found):.4f}"
+                    f" torque {label}: RMSE {rmse(recording, estimate):.4f}"
                 )
-                lines += axes.plot(recording.t, found, color=colour, label=f"torque {label}")
+                lines += axes.plot(recording.t, estimate, color=colour, label=f"torque {label}")
             axes.set(title=f"μ = {mu:g}", xlabel="time [s]", ylim=(0, 3 * mu))
         figure.axes[0].set_ylabel("friction coefficient μ [1]")
         legend_above(figure, lines)
@@ -187,10 +187,10 @@ def draw_friction(path: Path) -> None:
 
 def draw_roots(path: Path, recording: Recording) -> None:
     """Figure 3.8: f(mu) where it has a root, and where noise leaves it none."""
-    given, tried = noisy(recording), np.linspace(0.02, 4.0, 400)
+    case, tried = noisy(recording), np.linspace(0.02, 4.0, 400)
     settled = range(round(SETTLED / DT), recording.t.size)
     curves = {at: torque_curve(recording, at) for at in settled}
-    f = {at: given.M_z[at] - np.array([curves[at](mu)[0] for mu in tried]) for at in settled}
+    f = {at: case.M_z[at] - np.array([curves[at](mu)[0] for mu in tried]) for at in settled}
     rootless = [at for at in settled if (f[at] > 0).all() or (f[at] < 0).all()]
     print(f"torque noise {NOISE:.0%} of range: no root in {len(rootless) / len(f):.0%} of the samples")
     with picture(path, 3.4) as figure:
@@ -206,19 +206,19 @@ def draw_causes(path: Path, recording: Recording) -> None:
     """Figure 3.9: what is wrong where, and why; prints where the torque hardly tells mu."""
     t, mu, states = recording.t, float(recording.tyre.mu or 0), states_of(recording)
     slide = full_slide_torque(LOAD, RIG.a)
-    told = np.array([abs(torque_curve(recording, at)(mu)[1]) for at in range(t.size)]) / slide
+    slope = np.array([abs(torque_curve(recording, at)(mu)[1]) for at in range(t.size)]) / slide
     reversals = t[1:][np.diff([state.zones.psi_max for state in states]) != 0]
-    blind = (told < BLIND) & (t > SETTLED)
-    print(f"torque hardly tells mu: to {t[told >= BLIND][0]:.2f} s,", end=" ")
+    blind = (slope < BLIND) & (t > SETTLED)
+    print(f"torque hardly tells mu: to {t[slope >= BLIND][0]:.2f} s,", end=" ")
     print(f"{t[blind][0]:.2f} to {t[blind][-1]:.2f} s; reversals at {reversals} s")
     with picture(path, 3.6) as figure:
         axes = figure.subplots()
         artists = [axes.axhline(mu, color=QUIET, label="true")]
-        for given, label, colour in ((late(recording), "late", BEFORE), (recording, "in time", AFTER)):
-            artists += axes.plot(t, mu_of(states_of(given)), color=colour, label=f"torque {label}")
+        for case, label, colour in ((late(recording), "late", BEFORE), (recording, "in time", AFTER)):
+            artists += axes.plot(t, mu_of(states_of(case)), color=colour, label=f"torque {label}")
         artists.append(
             axes.fill_between(
-                t, 0, 1, where=told < BLIND, transform=axes.get_xaxis_transform(), color=QUIET,
+                t, 0, 1, where=slope < BLIND, transform=axes.get_xaxis_transform(), color=QUIET,
                 alpha=0.3, lw=0, label="torque hardly tells μ",
             )
         )  # fmt: skip
@@ -234,10 +234,12 @@ def draw_filter(path: Path, recording: Recording) -> None:
         axes = figure.subplots()
         artists = [axes.axhline(recording.tyre.mu, color=MEASURED, ls="--", lw=0.8, label="true")]
         for alpha, colour in zip((0.0, *ALPHAS), (QUIET, BEFORE, AFTER), strict=True):
-            found = mu_of(states_of(noisy(recording), alpha))
+            estimate = mu_of(states_of(noisy(recording), alpha))
             label = f"α = {alpha:g}" if alpha else "raw"
-            print(f"torque noise {NOISE:.0%} of range, {label}: RMSE {rmse(recording, found):.4f}")
-            artists += axes.plot(recording.t, found, color=colour, label=label, lw=1.2 if alpha else 3)
+            print(f"torque noise {NOISE:.0%} of range, {label}: RMSE {rmse(recording, estimate):.4f}")
+            artists += axes.plot(
+                recording.t, estimate, color=colour, label=label, lw=1.2 if alpha else 3
+            )
         axes.set(ylabel="friction coefficient μ [1]", xlabel="time [s]", ylim=(0, 2))
         legend_above(figure, artists)
 

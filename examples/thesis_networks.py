@@ -1,11 +1,11 @@
-"""The source's two learned methods, sections 4.1 and 4.2, beside a guess, the root solve and the EKF.
+"""The learned methods of [Györök 2022], sections 4.1 and 4.2, beside a guess, root solve and EKF.
 
     python examples/thesis_networks.py [--data DIR] [--full] [--epochs N] [--seeds N] [PICTURE.png]
 
-Same inputs and split as the source: trained on mu = 0.5 and 1.8, tested on mu = 1, on the profile of the
+Same inputs and split as the thesis: trained on mu = 0.5 and 1.8, tested on mu = 1, on the profile of the
 training and on one with more than five zones; and on recordings, trained on red emery, tested on steel,
 where DIR holds them (`brushgrip fetch`; default: see published.py). --full takes
-the source's layers, which train for minutes. A guess that measures nothing, the mean of the training
+the thesis's layers, which train for minutes. A guess that measures nothing, the mean of the training
 labels, is what a method has to beat. Needs scikit-learn: pip install 'brushgrip[networks]'.
 """
 
@@ -31,7 +31,7 @@ from thesis_table import estimated, ours, root
 
 Array = NDArray[np.float64]
 PLAIN_LAYERS, CORRECTING_LAYERS = (1024, 512), (2048, 1024)
-"""Neurons of the source's networks, alone and on top of the analytic estimate."""
+"""Neurons of the thesis's networks, alone and on top of the analytic estimate."""
 SETTLED, SETTLED_MEASURED = 0.5, 4.0
 """From here on errors count, on simulations and on recordings [s]."""
 LINES = {
@@ -42,13 +42,13 @@ LINES = {
 }
 """Methods of the picture, with colour and style."""
 DECLARED = {"piros": 1.9003, "fem": 1.674}
-"""Friction of red emery and steel by the source's table 5.1, by the beginning of a recording's name."""
+"""Friction of red emery and steel by the thesis's table 5.1, by the beginning of a recording's name."""
 Learner = FrictionNetwork | LabelMean
 Others = Callable[[Recording], dict[str, Array]]
 
 
 def learners(training: Sequence[Recording], design: Design, full: bool) -> list[Learner]:
-    """The guess and the two networks, trained; `full` takes the source's layers."""
+    """The guess and the two networks, trained; `full` takes the thesis's layers."""
     plain = replace(design, hidden=PLAIN_LAYERS) if full else design
     correcting = replace(design, hidden=CORRECTING_LAYERS) if full else design
     return [
@@ -59,20 +59,20 @@ def learners(training: Sequence[Recording], design: Design, full: bool) -> list[
 
 
 def simulation_methods(recording: Recording, *, delayed: bool) -> dict[str, Array]:
-    """The methods that learn nothing, on a simulation; the EKF is told of a late torque."""
-    made = {"root": root(), "EKF": ours(Ekf, delayed=delayed)}
-    return {name: estimated(observer, recording) for name, observer in made.items()}
+    """The methods that learn nothing, on a simulation; the EKF has a late torque declared."""
+    methods = {"root": root(), "EKF": ours(Ekf, delayed=delayed)}
+    return {name: estimated(observer, recording) for name, observer in methods.items()}
 
 
 def measured_methods(recording: Recording) -> dict[str, Array]:
     """The methods that learn nothing, on a recording: declared model, default beliefs."""
     k, rig = recording.tyre.k, recording.rig
-    made = {"root": ZoneRootSolver(rig=rig, k=k), "EKF": Ekf(model=Model(), values={"k": k}, rig=rig)}
-    return {name: estimated(observer, recording) for name, observer in made.items()}
+    methods = {"root": ZoneRootSolver(rig=rig, k=k), "EKF": Ekf(model=Model(), values={"k": k}, rig=rig)}
+    return {name: estimated(observer, recording) for name, observer in methods.items()}
 
 
 def labelled(path: Path, mu: float) -> Recording:
-    """A recording with the mu that the source declares for its plate."""
+    """A recording with the mu that the thesis declares for its plate."""
     recording = read_recording(path)
     return replace(recording, tyre=replace(recording.tyre, mu=mu))
 
@@ -102,7 +102,7 @@ def table(
 
 
 def simulated(designs: Sequence[Design], full: bool, path: Path | None) -> None:
-    """Figures 4.8 to 4.10, with the torque in time and, as the source has it, one sample late."""
+    """Figures 4.8 to 4.10, with the torque in time and, as the thesis has it, one sample late."""
     doubled = np.abs(steered(1.0).psi - 2 * steered(0.5).psi).max()
     print(f"mu = 1 is mu = 0.5 doubled: angles within {doubled:.0e} rad")
     for heard, delayed in ((lambda recording: recording, False), (late, True)):
@@ -117,7 +117,7 @@ def simulated(designs: Sequence[Design], full: bool, path: Path | None) -> None:
 
 
 def measured(folder: Path, designs: Sequence[Design], full: bool) -> None:
-    """The source's split of its recordings, without the black emery, which is not published here."""
+    """The thesis's split of its recordings, without the black emery, which is not published here."""
     emery, steel = (
         [labelled(path, mu) for path in sorted(folder.glob(f"{kind}*.mat"))]
         for kind, mu in DECLARED.items()
@@ -154,10 +154,10 @@ def main() -> None:
     parser.add_argument("--epochs", type=int, default=Design().epochs)
     parser.add_argument("--seeds", type=int, default=3)
     parser.add_argument("picture", type=Path, nargs="?")
-    given = parser.parse_args()
-    designs = [Design(seed=seed, epochs=given.epochs) for seed in range(given.seeds)]
-    simulated(designs, given.full, given.picture)
-    measured(given.data, designs, given.full)
+    options = parser.parse_args()
+    designs = [Design(seed=seed, epochs=options.epochs) for seed in range(options.seeds)]
+    simulated(designs, options.full, options.picture)
+    measured(options.data, designs, options.full)
 
 
 if __name__ == "__main__":

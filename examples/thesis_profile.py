@@ -1,13 +1,13 @@
-"""The source's simulation, section 2.2: a wheel turned by a steering torque that is piecewise linear.
+"""The simulation of [Györök 2022], section 2.2: a wheel turned by a piecewise linear torque.
 
     python examples/thesis_profile.py [DIR]
 
-J_A psi'' = -b_t psi' + M_z + M with the values of the source's table 3.1; M_z is the exact patch. The
-source does not print its profile. The published motion gives it back: 0.4 to 0.8 N m in 2 s, to -0.9 N m
+J_A psi'' = -b_t psi' + M_z + M with the values of the thesis's table 3.1; M_z is the exact patch. The
+thesis does not print its profile. The published motion gives it back: 0.4 to 0.8 N m in 2 s, to -0.9 N m
 in another two, then up by 1.1 N m/s, all times 1, 2 or 3 for mu = 0.5, 1 and 1.8. The 2 follows from the
-peaks of angle and torque that the source names for mu = 1: they are those of mu = 0.5 doubled.
+peaks of angle and torque that the thesis names for mu = 1: they are those of mu = 0.5 doubled.
 
-The second profile, with turns inside turns, is ours; the source does not describe its own. The other
+The second profile, with turns inside turns, is ours; the thesis does not describe its own. The other
 examples take their recordings from here; DIR holds the published simulations, default
 see published.py.
 """
@@ -30,17 +30,17 @@ KNOTS = ((0.0, 0.4), (2.0, 0.8), (4.0, -0.9), (6.0, 1.3))
 NESTED = ((0.0, 0.4), (1.4, 0.8), (2.4, -0.4), (3.4, 0.5), (4.3, -0.2), (6.0, 0.8))
 """Time [s] and steering torque [N m] at the corners of the profile of one turn and back, and of ours."""
 FACTORS = {0.5: 1.0, 1.0: 2.0, 1.8: 3.0}
-"""What the source multiplies the torque by, for every coefficient of friction."""
+"""What the thesis multiplies the torque by, for every coefficient of friction."""
 SECONDS, DT, FINE = 5.11, 0.01, 10
 """Length [s], time between samples [s], steps of the motion to a sample."""
 PEAKS = (0.7126, 1.5129)
-"""Greatest angle [rad] and torque [N m] of the source's simulation with mu = 1, section 4.3."""
+"""Greatest angle [rad] and torque [N m] of the thesis's simulation with mu = 1, section 4.3."""
 MODEL = Model()
 
 
 @cache
 def steered(mu: float, knots: tuple[tuple[float, float], ...] = KNOTS) -> Recording:
-    """The recording that the source's simulation makes, without noise.
+    """The recording that the thesis's simulation makes, without noise.
 
     Velocity Verlet, damping in closed form; the patch follows every step exactly.
 
@@ -61,16 +61,16 @@ def steered(mu: float, knots: tuple[tuple[float, float], ...] = KNOTS) -> Record
         memory, torque = step(memory, [psi[i], middle, LOAD, fine], theta, geometry)
         M_z[i] = float(torque)
         psi_dot[i] = (middle + half * (M[i] + M_z[i])) / (1 + half * damping)
-    seen = slice(None, None, FINE)
+    every = slice(None, None, FINE)
     return Recording(
         name=f"mu = {mu:g}{'' if knots is KNOTS else ', nested'}",
-        t=t[seen],
-        psi=psi[seen],
-        psi_dot=psi_dot[seen],
+        t=t[every],
+        psi=psi[every],
+        psi_dot=psi_dot[every],
         psi_dot_recorded=True,
-        M_z=M_z[seen],
-        F_N=np.full(t[seen].size, LOAD),
-        M=M[seen],
+        M_z=M_z[every],
+        F_N=np.full(t[every].size, LOAD),
+        M=M[every],
         rig=RIG,
         tyre=Tyre(k=K, mu=mu),
     )
@@ -97,12 +97,13 @@ def main() -> None:
     folder = Path(sys.argv[1]) if len(sys.argv) > 1 else simulation_folder()
     for mu in FACTORS:
         for knots in (KNOTS, NESTED):
-            made = steered(mu, knots)
+            recording = steered(mu, knots)
             print(
-                f"{made.name}: angle to {made.psi.max():.4f} rad, torque to {-made.M_z.min():.4f} N m,"
-                f" at most {zones(made.psi).max()} zones"
+                f"{recording.name}: angle to {recording.psi.max():.4f} rad,"
+                f" torque to {-recording.M_z.min():.4f} N m,"
+                f" at most {zones(recording.psi).max()} zones"
             )
-    print(f"the source, mu = 1: angle to {PEAKS[0]} rad, torque to {PEAKS[1]} N m")
+    print(f"the thesis, mu = 1: angle to {PEAKS[0]} rad, torque to {PEAKS[1]} N m")
     for mu in FACTORS:
         file = folder / f"sim_mu_{10 * mu:02.0f}.csv"
         if file.exists():

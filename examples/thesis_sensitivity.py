@@ -1,15 +1,15 @@
-"""What a method makes of a wrong angle or torque: the source's section 4.3, for every method.
+"""What a method makes of a wrong angle or torque: [Györök 2022], section 4.3, for every method.
 
     python examples/thesis_sensitivity.py [--mesh N] [PICTURE.png]
 
-The source takes the simulation with mu = 1 after its first reversal, at psi_max = 0.7126 rad, and lets
-angle and torque run over a mesh, everything else held. Most of the mesh cannot happen; what does lies on
-a line. For a method without memory of torques that is one evaluation a point. A filter has seen the
-samples before, so its sensitivity is one of two things, and both are drawn:
+The thesis takes the simulation with mu = 1 after its first reversal, at psi_max = 0.7126 rad, and lets
+angle and torque run over a mesh, everything else constant. Most of the mesh cannot happen; what does
+lies on a line. For a method without memory of torques that is one evaluation a point. A filter has seen
+the samples before, so its sensitivity is one of two things, and both are drawn:
 
-- one sample alone: the patch remembers the turn up to psi_max, but of mu the filter knows only its
-  prior, 0.6 +- 0.5. What it makes of one sample is what the sample tells; where it says that it is not
-  informed it does not answer, where the others do.
+- one sample alone: the memory of the patch holds the turn up to psi_max, but of mu the filter has only
+  its prior, 0.6 +- 0.5. Its estimate shows the information in one sample; where it is not informed it
+  does not answer, where the others do.
 - one false sample in a stream: the filter has followed the simulation half way back, and then one sample
   of the mesh comes in. This is how wrong one sample can make it. An error that lasts is another matter.
 
@@ -75,11 +75,11 @@ def always(mu: Array) -> Surface:
 def root(psi: Array, M: Array) -> Array:
     """The root solve in five zones, from the last estimate, which is right."""
     close, psi_max = CLOSE * full_slide_torque(LOAD, RIG.a), SIMULATION.psi[TURN]
-    found = []
+    roots = []
     for angle, torque in zip(psi, M, strict=True):
         of_mu = curve((psi_max, angle - psi_max), LOAD, K, RIG)
-        found.append(nearest(of_mu, -torque, 1.0, (0.02, 4.0), close)[0])
-    return np.array(found)
+        roots.append(nearest(of_mu, -torque, 1.0, (0.02, 4.0), close)[0])
+    return np.array(roots)
 
 
 def filtered(observer: Ekf | Mhe, psi: Array, M: Array, after: int, *, heard: bool) -> Surface:
@@ -100,12 +100,13 @@ def filtered(observer: Ekf | Mhe, psi: Array, M: Array, after: int, *, heard: bo
         sample = Sample(psi=angle, psi_dot=rate, F_N=LOAD, dt=DT, M_z=torque)
         state = observer.step(observer.init(sample) if state is None else state, sample)
     rate = float(SIMULATION.psi_dot[after])
-    said = []
+    estimates = []
     for angle, torque in zip(psi, M, strict=True):
         sample = Sample(psi=angle, psi_dot=rate, F_N=LOAD, dt=DT, M_z=-torque)
-        said.append(observer.estimate(observer.step(state, sample)))
+        estimates.append(observer.estimate(observer.step(state, sample)))
     return Surface(
-        mu=np.array([one.mu for one in said]), informed=np.array([one.informed for one in said])
+        mu=np.array([one.mu for one in estimates]),
+        informed=np.array([one.informed for one in estimates]),
     )
 
 
@@ -153,11 +154,11 @@ def tolerated(psi: Array, M: Array, right: NDArray[np.bool_]) -> float:
     return float(np.median(wide))
 
 
-def draw(path: Path, psi: Array, M: Array, made: dict[str, Surface]) -> None:
+def draw(path: Path, psi: Array, M: Array, results: dict[str, Surface]) -> None:
     """The estimate over the mesh, the right tenth outlined, what is not answered left white."""
     with picture(path, 6.6) as figure:
         panels: list[Axes] = list(figure.subplots(2, 3, sharex=True, sharey=True).ravel())
-        for axes, (name, surface) in zip(panels, made.items(), strict=True):
+        for axes, (name, surface) in zip(panels, results.items(), strict=True):
             mu, right = (
                 np.ma.masked_where(~shown, surface.mu).reshape(M.size, psi.size)
                 for shown in (surface.informed, surface.right)
@@ -186,20 +187,20 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--mesh", type=int, default=100)
     parser.add_argument("picture", type=Path, nargs="?")
-    given = parser.parse_args()
-    psi, M = (np.linspace(-reach, reach, given.mesh) for reach in REACH)
-    print(f"psi_max = {SIMULATION.psi[TURN]:.4f} rad; {given.mesh} x {given.mesh} points")
-    made = surfaces(*(axis.ravel() for axis in np.meshgrid(psi, M)))
+    options = parser.parse_args()
+    psi, M = (np.linspace(-reach, reach, options.mesh) for reach in REACH)
+    print(f"psi_max = {SIMULATION.psi[TURN]:.4f} rad; {options.mesh} x {options.mesh} points")
+    results = surfaces(*(axis.ravel() for axis in np.meshgrid(psi, M)))
     line = surfaces(SIMULATION.psi[BACK], -SIMULATION.M_z[BACK])
     print("\n| method | answers | right, mesh | answers, line | right, line | torque error tolerated |")
     print("|---|---:|---:|---:|---:|---:|")
-    for name, surface in made.items():
+    for name, surface in results.items():
         shares = [np.mean(part) for one in (surface, line[name]) for part in (one.informed, one.right)]
         most = tolerated(psi, M, surface.right.reshape(M.size, psi.size))
         limit = f"{most:.2f} N m" if most < np.ptp(M) else "any"
         print(f"| {name} | " + " | ".join(f"{share:.0%}" for share in shares) + f" | {limit} |")
-    if given.picture:
-        draw(given.picture, psi, M, made)
+    if options.picture:
+        draw(options.picture, psi, M, results)
 
 
 if __name__ == "__main__":

@@ -1,11 +1,11 @@
-"""The source's simulation, figures 2.5 and 2.6: a wheel turned by a steering torque, and its patch.
+"""The simulation of [Györök 2022], figures 2.5 and 2.6: a wheel turned by a torque, and its patch.
 
     python examples/thesis_simulation.py [PICTURE.png]
 
-The parameters are those of table 2.1. The source does not print its steering torque; the one here is
-linear between four corners, chosen so that the wheel turns back at the source's 1.25 s and 2.4 s and the
-patch has the source's zones: three, five, seven, and three again once the inner loop has closed. Beside
-it stands the source's own scheme (`benchmarks/fixed_step.py`): 201 bristles and a fixed step.
+The parameters are those of table 2.1. The thesis does not print its steering torque; the one here is
+linear between four corners, chosen so that the wheel turns back at the thesis's 1.25 s and 2.4 s and the
+patch has the thesis's zones: three, five, seven, and three again once the inner loop has closed. Beside
+it stands the thesis's own scheme (`benchmarks/fixed_step.py`): 201 bristles and a fixed step.
 
 Where the published simulations are at hand (see published.py), both
 are held against them. Their steering torque is not published either: it is what psi and M_z leave of
@@ -39,7 +39,7 @@ Array = NDArray[np.float64]
 RIG, TYRE, LOAD = Rig(a=0.02, e=0.01, J_A=0.1, b_t=0.4827), Tyre(k=6e4, mu=0.5), 180.0
 PROFILE = TorqueProfile(t=(0.0, 0.7, 1.3, 5.1), M=(0.0, 0.5, 0.0, 0.5))
 INSTANTS = (0.5, 1.75, 3.0, 5.1)
-"""Of the figure of the deformation [s]. The second is the source's 2.75 s, see the page."""
+"""Of the figure of the deformation [s]. The second is the thesis's 2.75 s, see the page."""
 RATE = 1000.0
 BRISTLES = 201
 PUBLISHED = {"sim_mu_05": (0.5, 1.0), "sim_mu_18": (1.8, 3.0)}
@@ -47,9 +47,9 @@ PUBLISHED = {"sim_mu_05": (0.5, 1.0), "sim_mu_18": (1.8, 3.0)}
 DRIVEN = TorqueProfile(t=(0.0, 1.99, 3.99, 4.99), M=(0.4, 0.8, -0.9, 0.2))
 
 
-def share(made: Array, exact: Array) -> float:
+def share(values: Array, exact: Array) -> float:
     """Largest difference over the exact range [1]."""
-    return float(np.max(np.abs(made - exact)) / np.ptp(exact))
+    return float(np.max(np.abs(values - exact)) / np.ptp(exact))
 
 
 def published(folder: Path) -> Iterator[str]:
@@ -67,12 +67,12 @@ def published(folder: Path) -> Iterator[str]:
         exact = simulate_motion(rig, tyre, profile, LOAD, duration=float(t[-1]), rate=100.0)
         fine = np.arange(10 * (t.size - 1) + 1) / RATE
         rows = second_order(rig, tyre, LOAD, profile.at(fine), 1 / RATE, BRISTLES)
-        angle, M_z = (made[::10] for made in rows)
-        for scheme, made, torque in (
+        angle, M_z = (values[::10] for values in rows)
+        for scheme, values, torque in (
             ("exact", exact.psi, exact.M_z),
             (f"{BRISTLES} bristles", angle, M_z),
         ):
-            errors = f"psi {share(made, psi):.1e}, M_z {share(torque[:-1], -late[1:]):.1e} of range"
+            errors = f"psi {share(values, psi):.1e}, M_z {share(torque[:-1], -late[1:]):.1e} of range"
             yield f"{name} against {scheme}: {errors}"
 
 
@@ -127,7 +127,7 @@ def draw(path: Path, motion: WheelMotion) -> None:
 
 
 def main() -> None:
-    """Print what the wheel does, and how far the source's scheme is from it."""
+    """Print what the wheel does, and how far the thesis's scheme is from it."""
     motion = simulate_motion(RIG, TYRE, PROFILE, LOAD, rate=RATE)
     opens = motion.t[1:][np.diff(motion.zones) > 0][1:]
     closes = motion.t[1:][np.diff(motion.zones) < 0]

@@ -1,14 +1,14 @@
-"""The source's root solve beside EKF and MHE: on its published simulations, and beyond five zones.
+"""The root solve of [Györök 2022] beside EKF and MHE: on published simulations, and beyond five zones.
 
     python examples/thesis_table.py [--data DIR] [PICTURE.png]
 
 DIR holds the published simulations, default see published.py; without them that table stays
 out. Their torque is one sample late against the angle. Who does not know pays for it; who does either
-shifts it or declares it, as the effect `sensor_delay`. EKF and MHE are also told that torque and model
-are clean: the default tuning, made for measured torques, hardly learns in five seconds of such files.
+shifts it or declares it, as the effect `sensor_delay`. EKF and MHE are also tuned to a clean torque and
+a good model: the default tuning, made for measured torques, hardly learns in five seconds of such files.
 
 The second table stands on our own simulation of a profile with turns inside turns. The picture is the
-right half of the source's figures 4.9 and 4.10, with the filter in the place of the networks.
+right half of the thesis's figures 4.9 and 4.10, with the filter in the place of the networks.
 """
 
 import argparse
@@ -27,12 +27,12 @@ from thesis_profile import DT, FACTORS, NESTED, RIG, K, steered, zones
 
 Array = NDArray[np.float64]
 SETTLED = 0.5
-"""From here on errors count: before, the source says, the angle is too small [s]."""
+"""From here on errors count: before, the thesis says, the angle is too small [s]."""
 CLEAN = Tuning(noise=1e-3, error=1e-3, mu_walk=1e-3, zero_std=1e-4, zero_walk=0.0)
 """Beliefs for a simulated torque: without noise, the model the one that made it."""
 DELAYED = Model(effects=effects_named(["sensor_delay"]))
 DRAWN = 0.5
-"""Friction of the picture; 1, the source's, is where our priors stand anyway [1]."""
+"""Friction of the picture; 1, the thesis's, is where our priors stand anyway [1]."""
 STEADY = 10
 """Samples after the zones have become more than five, until errors count."""
 
@@ -44,7 +44,7 @@ def estimated(observer: Observer, recording: Recording) -> Array:
 
 
 def root() -> ZoneRootSolver:
-    """The source's method."""
+    """The thesis's method."""
     return ZoneRootSolver(rig=RIG, k=K)
 
 
@@ -60,11 +60,11 @@ def published(file: Path, mu: float) -> tuple[Recording, Array]:
     """A published simulation as it stands, and the author's estimate beside it [1]."""
     columns = np.genfromtxt(file, delimiter=",", skip_header=1).T
     t, psi, torque, F_N, estimate = columns[[0, 1, 3, 5, 8]]
-    made = Recording(
+    simulation = Recording(
         name=file.stem, t=t, psi=psi, psi_dot=np.gradient(psi, t), M_z=-torque, F_N=F_N, rig=RIG,
         tyre=Tyre(k=K, mu=mu),
     )  # fmt: skip
-    return made, estimate
+    return simulation, estimate
 
 
 def in_time(late: Recording) -> Recording:
@@ -149,14 +149,14 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--data", type=Path, default=simulation_folder())
     parser.add_argument("picture", type=Path, nargs="?")
-    given = parser.parse_args()
-    if any(given.data.glob("sim_mu_*.csv")):
-        published_table(given.data)
+    options = parser.parse_args()
+    if any(options.data.glob("sim_mu_*.csv")):
+        published_table(options.data)
     else:
-        print(f"no published simulations in {given.data}")
+        print(f"no published simulations in {options.data}")
     tracks = nested_table()
-    if given.picture:
-        draw(given.picture, tracks)
+    if options.picture:
+        draw(options.picture, tracks)
 
 
 if __name__ == "__main__":

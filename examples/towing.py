@@ -1,8 +1,8 @@
-"""The friction of three plates by towing a loaded block over them, as in the source's section 5.2.1.
+"""The friction of three plates by towing a loaded block over them, as in [Györök 2022], section 5.2.1.
 
     python examples/towing.py [PICTURE.png]
 
-The tows come from a seeded generator, planted with the source's values (table 5.1); its recordings are
+The tows come from a seeded generator, planted with the thesis's values (table 5.1); its recordings are
 not published. Each tow has its own place on the plate, its own zero of the sensor and its own slant.
 """
 
@@ -18,7 +18,7 @@ from identification import Tow, TowedFriction, friction_by_towing
 from reference_rig import Towing, make_tows
 
 PLATES = {"steel plate": 1.674, "red emery paper": 1.9003, "black emery paper": 0.6757}
-"""The source's coefficients of friction, table 5.1 [1]."""
+"""The thesis's coefficients of friction, table 5.1 [1]."""
 RUNS = 400
 """Sets of tows that the interval is counted on, a plate."""
 
@@ -28,13 +28,13 @@ def towed(seed: int, towing: Towing) -> TowedFriction:
     return friction_by_towing([Tow(F_x=x, F_y=y, F_z=z) for x, y, z in make_tows(seed, towing)])
 
 
-def draw(path: Path, found: dict[str, TowedFriction]) -> None:
-    """Every tow and the fitted lines with their intervals, the source's figure 5.3."""
+def draw(path: Path, results: dict[str, TowedFriction]) -> None:
+    """Every tow and the fitted lines with their intervals, the thesis's figure 5.3."""
     with picture(path, 4.2) as figure:
         axes = figure.subplots()
         loads = np.array([0.0, 170.0])
         lines = []
-        for (name, friction), colour in zip(found.items(), TRACKS, strict=False):
+        for (name, friction), colour in zip(results.items(), TRACKS, strict=False):
             low, high = friction.interval()
             label = f"{name}: μ = {friction.mu.value:.3f} ± {friction.mu.std:.3f}"
             lines += axes.plot(loads, friction.mu.value * loads, color=colour, label=label)
@@ -51,9 +51,9 @@ def draw(path: Path, found: dict[str, TowedFriction]) -> None:
 
 def main() -> None:
     """Print what was planted, what was found, and how often the interval held the truth."""
-    found = {}
+    results = {}
     for seed, (name, mu) in enumerate(PLATES.items()):
-        friction = found[name] = towed(seed, Towing(mu=mu))
+        friction = results[name] = towed(seed, Towing(mu=mu))
         low, high = friction.interval()
         print(
             f"{name}: planted {mu}, F = mu N gives {friction.mu.value:.4f} ± {friction.mu.std:.4f},"
@@ -69,7 +69,7 @@ def main() -> None:
         inside = np.mean([low <= mu <= high for low, high in runs])
         print(f"  the interval held the planted mu in {inside:.1%} of {RUNS} sets")
     if sys.argv[1:]:
-        draw(Path(sys.argv[1]), found)
+        draw(Path(sys.argv[1]), results)
 
 
 if __name__ == "__main__":

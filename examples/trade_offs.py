@@ -35,59 +35,59 @@ STIFFNESSES = K * np.linspace(0.98, 1.02, 9)
 """Stiffnesses of the bristles [N/m^2]."""
 
 
-def recorded(seed: int, e: float, k_t: float | None) -> list[Recording]:
+def record(seed: int, e: float, k_t: float | None) -> list[Recording]:
     """A recording of the rig, with its carcass twisting or not."""
     effects = {"carcass_torsion": {"k_t": k_t}} if k_t else {}
-    made = make_recording(seed, effects, a=A, e=e, k=K, mu=MU, noise=NOISE)
-    return [as_read(made, RigTyre(a=A, e=e, k=K))]
+    result = make_recording(seed, effects, a=A, e=e, k=K, mu=MU, noise=NOISE)
+    return [as_read(result, RigTyre(a=A, e=e, k=K))]
 
 
 def friction_or_length(e: float) -> Profile:
     """The profile along the contact length, as factors on the true one."""
-    recordings, model = recorded(5, e, None), Model(corners=16)
+    recordings, model = record(5, e, None), Model(corners=16)
     return profile(model, recordings, initial_guess(model, recordings), HALF_LENGTH, FACTORS)
 
 
 def bristles_or_carcass() -> tuple[Profile, float, float]:
     """The profile along k; the deviation of k by the fit alone, and its correlation with 1/k_t."""
-    recordings = recorded(5, CASTER, K_T)
+    recordings = record(5, CASTER, K_T)
     model = Model(effects=effects_named(["carcass_torsion"]), corners=16)
     fitted = fit(model, recordings, initial_guess(model, recordings))
     k, k_t = (fitted.labels.index((None, name)) for name in ("k", "carcass_torsion.k_t"))
-    made = profile(model, recordings, fitted.values, ModelParameter(name="k"), STIFFNESSES)
+    result = profile(model, recordings, fitted.values, ModelParameter(name="k"), STIFFNESSES)
     spread, correlated = standard_deviations(fitted, recordings), correlation(fitted, recordings)
-    return made, float(spread[k]), float(correlated[k, k_t])
+    return result, float(spread[k]), float(correlated[k, k_t])
 
 
-def said(made: Profile) -> str:
+def interval_sentence(result: Profile) -> str:
     """The interval in words."""
-    low, high = made.interval
+    low, high = result.interval
     if low is None and high is None:
-        return f"every value from {made.grid[0]:.4g} to {made.grid[-1]:.4g} fits"
+        return f"every value from {result.grid[0]:.4g} to {result.grid[-1]:.4g} fits"
     ends = ["open" if end is None else f"{end:.4g}" for end in (low, high)]
-    return f"95 % interval {ends[0]} to {ends[1]}, best {made.best:.4g}"
+    return f"95 % interval {ends[0]} to {ends[1]}, best {result.best:.4g}"
 
 
 def main() -> None:
-    """Print the intervals and what gives way along them."""
+    """Print the intervals, and the other parameters along them."""
     without, with_caster = friction_or_length(0.0), friction_or_length(CASTER)
-    for e, made in ((0.0, without), (CASTER, with_caster)):
-        print(f"e = {1000 * e:g} mm, {made.name}: {said(made)}")
-        mu = made.paths["mu"]
-        print(f"  mu from {mu[0]:.4f} to {mu[-1]:.4f} at {made.grid[0]:g} to {made.grid[-1]:g} of a")
+    for e, result in ((0.0, without), (CASTER, with_caster)):
+        print(f"e = {1000 * e:g} mm, {result.name}: {interval_sentence(result)}")
+        mu = result.paths["mu"]
+        print(f"  mu from {mu[0]:.4f} to {mu[-1]:.4f} at {result.grid[0]:g} to {result.grid[-1]:g} of a")
     product = without.paths["mu"] * without.grid
     print(f"  without caster mu a keeps within {np.ptp(product) / product.mean():.2%}")
-    made, spread, correlated = bristles_or_carcass()
-    k_t = made.paths["carcass_torsion.k_t"]
-    print(f"k, {K:g} N/m^2 in truth: {said(made)}")
-    print(f"  by its deviation: {made.best - 1.96 * spread:.4g} to {made.best + 1.96 * spread:.4g}")
+    result, spread, correlated = bristles_or_carcass()
+    k_t = result.paths["carcass_torsion.k_t"]
+    print(f"k, {K:g} N/m^2 in truth: {interval_sentence(result)}")
+    print(f"  by its deviation: {result.best - 1.96 * spread:.4g} to {result.best + 1.96 * spread:.4g}")
     print(f"  k_t from {k_t[0]:.0f} to {k_t[-1]:.0f} N m/rad along it, {K_T:g} in truth")
     print(f"  correlation of k with the compliance 1/k_t: {correlated:.3f}")
     if sys.argv[1:]:
         columns = {
             "friction or contact length, e = 0": (without, "mu"),
             f"friction or contact length, e = {1000 * CASTER:g} mm": (with_caster, "mu"),
-            "bristles or carcass": (made, "carcass_torsion.k_t"),
+            "bristles or carcass": (result, "carcass_torsion.k_t"),
         }
         draw_profile(Path(sys.argv[1]), columns)
 

@@ -21,7 +21,7 @@ others. What was planted in these cases, on a rig that is not ours, is not known
 was adjusted to them. Where something is left unexplained, the effects named may stand in for one that is
 not in the library."""
 HEADER = (
-    "| case | the declared model misses | cannot be told from | error before | after"
+    "| case | the declared model misses | indistinguishable from | error before | after"
     " | left out, before | after | unexplained |\n|---|---|---|---:|---:|---:|---:|---|"
 )
 
@@ -33,34 +33,34 @@ def case(folder: Path, jobs: int | None) -> Diagnosis:
     return diagnose(recordings, jobs=jobs)
 
 
-def row(name: str, found: Diagnosis) -> str:
+def row(name: str, diagnosis: Diagnosis) -> str:
     """One row of the table."""
-    effects = [f"**{plain(e.name)}** ({parameters(e.parameters)})" for e in found.effects]
+    effects = [f"**{plain(e.name)}** ({parameters(e.parameters)})" for e in diagnosis.effects]
     rivals = [
         f"{plain(e.name)}: {listed([plain(r) for r in e.indistinguishable_from], 'or')}"
-        for e in found.effects
+        for e in diagnosis.effects
         if e.indistinguishable_from
     ]
-    before, after = found.before.summary(), found.after.summary()
+    before, after = diagnosis.before.summary(), diagnosis.after.summary()
     figures = [
         percent(summary[key])
         for key in ("torque_nrmse", "left_out_torque_nrmse")
         for summary in (before, after)
     ]
-    left = "yes" if found.unexplained.present else "no"
-    cells = [name, "; ".join(effects) or "nothing", "; ".join(rivals) or "–", *figures, left]
+    unexplained = "yes" if diagnosis.unexplained.present else "no"
+    cells = [name, "; ".join(effects) or "nothing", "; ".join(rivals) or "–", *figures, unexplained]
     return f"| {' | '.join(cells)} |"
 
 
-def details(name: str, found: Diagnosis) -> list[str]:
+def details(name: str, diagnosis: Diagnosis) -> list[str]:
     """What the residual followed first, k, and the next experiment."""
-    lines = [f"**{name}**: {sentence(found.signatures_before.reading)}"]
-    lines.append(f"k = {quantity(found.parameters['k'])}.")
-    if found.unexplained.present:
-        lines.append(f"Left: {sentence(found.unexplained.evidence)}")
-    lines += [f"Note: {sentence(note)}" for note in found.notes]
+    lines = [f"**{name}**: {sentence(diagnosis.signatures_before.reading)}"]
+    lines.append(f"k = {quantity(diagnosis.parameters['k'])}.")
+    if diagnosis.unexplained.present:
+        lines.append(f"Left: {sentence(diagnosis.unexplained.evidence)}")
+    lines += [f"Note: {sentence(note)}" for note in diagnosis.notes]
     lines += [
-        f"Next experiment: {sentence(e.experiment.sentence)}" for e in found.effects if e.experiment
+        f"Next experiment: {sentence(e.experiment.sentence)}" for e in diagnosis.effects if e.experiment
     ]
     return lines
 
@@ -75,10 +75,10 @@ def main() -> None:
     rows, paragraphs = [], []
     print(HEADER)
     for folder in options.cases:
-        found = case(folder, options.jobs)
-        rows.append(row(folder.name, found))
+        diagnosis = case(folder, options.jobs)
+        rows.append(row(folder.name, diagnosis))
         print(rows[-1], flush=True)
-        paragraphs.append(" ".join(details(folder.name, found)))
+        paragraphs.append(" ".join(details(folder.name, diagnosis)))
     if options.out:
         table = "\n".join([HEADER, *rows])
         text = "\n\n".join([OPENING, table, *paragraphs])

@@ -34,7 +34,7 @@ FACTORS = np.linspace(0.7, 1.4, 15)
 """Factors on the stiffness that are tried on each recording [1]."""
 QUICK = FitOptions(tolerance=1e-4)
 PUBLISHED_K = 2.438e6
-"""The source's k, from free vibration [N/m^2]."""
+"""k of [Györök 2022], from free vibration [N/m^2]."""
 SPOKEN_OF = (
     {"frictional_creep", "carcass_torsion", "asymmetric_friction", "rate_friction"},
     {"frictional_creep", "patch_width", "asymmetric_friction", "rate_friction", "contact_length"},
@@ -43,26 +43,26 @@ SPOKEN_OF = (
 TEMPLATE = Path(__file__).with_name("walk_through.in.md")
 
 
-def errors_table(found: Diagnosis) -> str:
+def errors_table(diagnosis: Diagnosis) -> str:
     """Errors of the three stages."""
-    heads = error_columns(found).values()
+    heads = error_columns(diagnosis).values()
     lines = [f"| model | {' | '.join(heads)} |", "|---|" + "---:|" * len(heads)]
     for name, errors in (
-        ("declared", found.declared),
-        ("before: k and μ fitted", found.before),
-        ("after: with the effects found", found.after),
+        ("declared", diagnosis.declared),
+        ("before: k and μ fitted", diagnosis.before),
+        ("after: with the effects found", diagnosis.after),
     ):
-        lines.append(f"| {name} | {' | '.join(error_figures(found, errors))} |")
+        lines.append(f"| {name} | {' | '.join(error_figures(diagnosis, errors))} |")
     return "\n".join(lines)
 
 
-def effects_table(found: Diagnosis) -> str:
-    """Effects in order, with parameters and what they cannot be told from."""
+def effects_table(diagnosis: Diagnosis) -> str:
+    """Effects in order, with parameters and the effects from which they are indistinguishable."""
     lines = [
-        "| effect | parameters | judged error then | ΔBIC | cannot be told from |",
+        "| effect | parameters | judged error then | ΔBIC | indistinguishable from |",
         "|---|---|---:|---:|---|",
     ]
-    for effect in found.effects:
+    for effect in diagnosis.effects:
         values = "; ".join(f"{n} = {quantity(e)}" for n, e in effect.parameters.items())
         rivals = listed([plain(name) for name in effect.indistinguishable_from], "or") or "–"
         lines.append(
@@ -72,22 +72,22 @@ def effects_table(found: Diagnosis) -> str:
     return "\n".join(lines)
 
 
-def recordings_table(found: Diagnosis) -> str:
+def recordings_table(diagnosis: Diagnosis) -> str:
     """Every recording left out in turn, before and after."""
     lines = ["| recording | before | after |", "|---|---:|---:|"]
-    before, after = found.before.left_out, found.after.left_out
+    before, after = diagnosis.before.left_out, diagnosis.after.left_out
     lines += [f"| {name} | {percent(before[name])} | {percent(after[name])} |" for name in before]
     return "\n".join(lines)
 
 
-def grounds_table(found: Diagnosis, recordings: Sequence[Recording]) -> tuple[str, str]:
+def grounds_table(diagnosis: Diagnosis, recordings: Sequence[Recording]) -> tuple[str, str]:
     """The stiffness at which each recording fits best over the shared one, and emery's over steel's.
 
     All other shared parameters stay as they are, fitted to all recordings; mu is fitted anew.
     """
-    model = model_of(found.model.effects, RANKING)
+    model = model_of(diagnosis.model.effects, RANKING)
     thinned = [thin(recording) for recording in recordings]
-    fitted = fit(model, thinned, found.values, QUICK)
+    fitted = fit(model, thinned, diagnosis.values, QUICK)
     lines = [
         "| recording | ground | load [N] | best k over the shared one | error, shared k | best k |",
         "|---|---|---:|---:|---:|---:|",
@@ -109,10 +109,9 @@ def grounds_table(found: Diagnosis, recordings: Sequence[Recording]) -> tuple[st
 
 def _error_at(fitted: Fit, recording: Recording, factor: float) -> float:
     shared = {**fitted.values.shared, "k": factor * fitted.values.shared["k"]}
-    moved = replace(fitted, values=replace(fitted.values, shared=shared))
-    return rmse_of(
-        fit_own_parameters(moved, [recording], QUICK).residuals[recording.name]
-    ) / torque_range(recording)
+    shifted = replace(fitted, values=replace(fitted.values, shared=shared))
+    refitted = fit_own_parameters(shifted, [recording], QUICK)
+    return rmse_of(refitted.residuals[recording.name]) / torque_range(recording)
 
 
 def _vertex(errors: np.ndarray) -> tuple[float, float]:
@@ -124,7 +123,7 @@ def _vertex(errors: np.ndarray) -> tuple[float, float]:
     return float(FACTORS[i]) + shift, float(np.polyval(curve, shift))
 
 
-def vibration(found: Diagnosis, training: Sequence[Recording]) -> tuple[str, str]:
+def vibration(diagnosis: Diagnosis, training: Sequence[Recording]) -> tuple[str, str]:
     """Stiffness about the kingpin at 45 mm [N m/rad]: of the published k, and of what was found.
 
     The latter with its deviation, for which k and k_t have to be taken together.
@@ -132,7 +131,7 @@ def vibration(found: Diagnosis, training: Sequence[Recording]) -> tuple[str, str
     a, e = 0.045, 0.009
     per_k = 2 * (a**3 / 3 + a * e**2)
     thinned = [thin(recording) for recording in training]
-    fitted = fit(model_of(found.model.effects, RANKING), thinned, found.values)
+    fitted = fit(model_of(diagnosis.model.effects, RANKING), thinned, diagnosis.values)
     k = fitted.values.shared["k"]
     compliance = 1 / (per_k * k)
     slope = np.zeros(len(fitted.labels))
@@ -152,24 +151,26 @@ def figures(
     """Everything that the template asks for."""
     grounds, emery = grounds_table(split, recordings)
     published, series = vibration(split, [r for r in recordings if r.name in TRAINING])
-    held = [errors.summary()["holdout_torque_nrmse"] or np.nan for errors in (split.before, split.after)]
-    left = [
+    split_errors = [
+        errors.summary()["holdout_torque_nrmse"] or np.nan for errors in (split.before, split.after)
+    ]
+    whole_errors = [
         errors.summary()["left_out_torque_nrmse"] or np.nan for errors in (whole.before, whole.after)
     ]
     return {
         "split_errors": errors_table(split),
         "split_effects": effects_table(split),
         "split_seconds": f"{seconds:.0f}",
-        "split_before": percent(held[0]),
-        "split_after": percent(held[1]),
-        "split_ratio": f"{held[1] / held[0]:.2f}",
+        "split_before": percent(split_errors[0]),
+        "split_after": percent(split_errors[1]),
+        "split_ratio": f"{split_errors[1] / split_errors[0]:.2f}",
         "split_k": quantity(split.parameters["k"]),
         "whole_errors": errors_table(whole),
         "whole_effects": effects_table(whole),
         "whole_recordings": recordings_table(whole),
-        "whole_before": percent(left[0]),
-        "whole_after": percent(left[1]),
-        "whole_ratio": f"{left[1] / left[0]:.2f}",
+        "whole_before": percent(whole_errors[0]),
+        "whole_after": percent(whole_errors[1]),
+        "whole_ratio": f"{whole_errors[1] / whole_errors[0]:.2f}",
         "whole_names": listed([plain(e.name) for e in whole.effects]),
         "reading_before": sentence(split.signatures_before.reading),
         "reading_after": sentence(split.signatures_after.reading),
@@ -197,7 +198,7 @@ def draw(folder: Path, split: Diagnosis) -> None:
     draw_residuals(folder / "residuals.png", split)
 
 
-def _said(began: float) -> Callable[[str, int, int], None]:
+def _progress(began: float) -> Callable[[str, int, int], None]:
     def report(message: str, done: int, total: int) -> None:
         if done == 0:
             print(f"{time.perf_counter() - began:6.0f} s  {message} ({total})", file=sys.stderr)
@@ -218,14 +219,12 @@ def main() -> None:
     training = [r for r in recordings if r.name in TRAINING]
     holdout = [r for r in recordings if r.name not in TRAINING]
     began = time.perf_counter()
-    split = diagnose(training, holdout, jobs=options.jobs, progress=_said(began))
+    split = diagnose(training, holdout, jobs=options.jobs, progress=_progress(began))
     seconds = time.perf_counter() - began
-    whole = diagnose(recordings, jobs=options.jobs, progress=_said(began))
-    for found, names in zip((split, whole), SPOKEN_OF, strict=True):
-        if {effect.name for effect in found.effects} != names:
-            print(
-                f"section 5 of {TEMPLATE.name} speaks of other effects: write it anew", file=sys.stderr
-            )
+    whole = diagnose(recordings, jobs=options.jobs, progress=_progress(began))
+    for diagnosis, names in zip((split, whole), SPOKEN_OF, strict=True):
+        if {effect.name for effect in diagnosis.effects} != names:
+            print(f"section 5 of {TEMPLATE.name} describes other effects: revise it", file=sys.stderr)
     draw(options.out.with_suffix(""), split)
     page = TEMPLATE.read_text("utf-8").format_map(figures(split, seconds, whole, recordings))
     options.out.write_text(page, encoding="utf-8", newline="\n")
@@ -234,9 +233,10 @@ def main() -> None:
 
 def figures_line(split: Diagnosis, whole: Diagnosis) -> str:
     """The two results in one line."""
-    held = [percent(e.summary()["holdout_torque_nrmse"]) for e in (split.before, split.after)]
-    left = [percent(e.summary()["left_out_torque_nrmse"]) for e in (whole.before, whole.after)]
-    return f"{held[0]} -> {held[1]}, left out in turn {left[0]} -> {left[1]}"
+    split_errors = [percent(e.summary()["holdout_torque_nrmse"]) for e in (split.before, split.after)]
+    whole_errors = [percent(e.summary()["left_out_torque_nrmse"]) for e in (whole.before, whole.after)]
+    by_split, in_turn = (" -> ".join(errors) for errors in (split_errors, whole_errors))
+    return f"{by_split}, left out in turn {in_turn}"
 
 
 if __name__ == "__main__":

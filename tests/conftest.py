@@ -2,6 +2,8 @@
 
 Compiled models are cached in the user's cache directory (or in ``BRUSHGRIP_CACHE``). The tests
 leave that as it is, so that neither the next run nor a parallel worker compiles a model again.
+
+A test marked `long` is a campaign at full size; a smaller one beside it belongs to the quick tier.
 """
 
 import os

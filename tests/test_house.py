@@ -15,8 +15,6 @@ import pytest
 
 PACKAGES = ("symbolic", "observers", "identification", "brushgrip")
 FOLDERS = (*PACKAGES, "reference_rig", "examples", "benchmarks")
-NAMED_TWICE = set()
-"""Class names that still stand twice."""
 MAX_FILE_LINES = 300
 MAX_FUNCTION_LINES = 60
 MACHINE_PATH = re.compile(r"(?<![\w.~)}])/(?:work|root|tmp|home)/")
@@ -86,7 +84,7 @@ def test_no_class_name_stands_twice(repository_root: Path) -> None:
         if isinstance(node, ast.ClassDef)
     )
 
-    assert {name for name, count in names.items() if count > 1} - NAMED_TWICE == set()
+    assert {name for name, count in names.items() if count > 1} == set()
 
 
 def test_the_rig_is_used_through_its_door(repository_root: Path) -> None:
@@ -109,10 +107,7 @@ def test_import_contracts_hold(repository_root: Path) -> None:
     assert result.returncode == 0, result.stdout + result.stderr
 
 
-@pytest.mark.skipif(shutil.which("git") is None, reason="git lists the project's files")
 def test_no_path_of_one_machine(repository_root: Path) -> None:
-    if not (repository_root / ".git").exists():
-        pytest.skip("not a git checkout")
     offenders = [
         f"{path.relative_to(repository_root)}:{number} {line.strip()}"
         for path in _project_files(repository_root)
@@ -131,6 +126,8 @@ def _is_re_export(node: ast.stmt) -> bool:
 
 def _project_files(root: Path) -> list[Path]:
     """Tracked files, and new ones that will be: a fault should show before it is committed."""
+    if shutil.which("git") is None or not (root / ".git").exists():
+        pytest.skip("git lists the project's files: not a git checkout, or no git")
     command = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
     listing = subprocess.run(command, cwd=root, capture_output=True, text=True, check=True).stdout
     return [root / name for name in listing.split("\0") if name and (root / name).is_file()]
@@ -157,3 +154,22 @@ def test_links_of_the_pages_lead_somewhere(repository_root: Path) -> None:
 
     assert len(pages) > 4
     assert broken + unfilled == []
+
+
+CITATION = re.compile(r"\[((?:[a-z]+ )?[A-ZÀ-Ž][\w'-]+(?: [A-ZÀ-Ž][\w'-]+)*[ \n]+(?:18|19|20)\d\d)\]")
+
+
+def test_every_citation_stands_among_the_references(repository_root: Path) -> None:
+    references = (repository_root / "docs" / "references.md").read_text("utf-8")
+    listed = re.findall(r"^\| \[([^]]+)\] \|", references, flags=re.MULTILINE)
+    unknown = [
+        f"{path.relative_to(repository_root)}: {key}"
+        for path in _project_files(repository_root)
+        if path.suffix in (".py", ".md", ".c", ".h", ".toml", ".html")
+        for key in CITATION.findall(path.read_text("utf-8"))
+        if " ".join(key.split()) not in listed
+    ]
+
+    assert len(listed) == len(set(listed)) > 20
+    assert all(CITATION.fullmatch(f"[{key}]") for key in listed)
+    assert unknown == []

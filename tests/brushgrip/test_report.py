@@ -183,7 +183,15 @@ def test_signatures_before_and_after_are_not_mixed_up(
     assert (full.parent / "signatures.png").read_bytes() == (tmp_path / "signatures.png").read_bytes()
 
 
-@pytest.mark.parametrize(("training", "holdout"), [(1, 0), (2, 0), (1, 1), (9, 4)])
+@pytest.mark.parametrize(
+    ("training", "holdout"),
+    [
+        (1, 0),
+        (1, 1),
+        pytest.param(2, 0, marks=pytest.mark.long),
+        pytest.param(9, 4, marks=pytest.mark.long),
+    ],
+)
 def test_any_number_of_recordings_of_any_name(
     tmp_path: Path, make_diagnosis: Make, training: int, holdout: int
 ) -> None:

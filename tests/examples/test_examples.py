@@ -126,6 +126,7 @@ def round_trips(text: str) -> list[tuple[float, ...]]:
     return [tuple(map(float, found)) for found in re.findall(pattern, text, flags=re.MULTILINE)]
 
 
+@pytest.mark.long
 @pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
 def test_embedded_round_trip(tmp_path: Path) -> None:
     trips = round_trips(printed_by("embedded_round_trip.py", tmp_path))
@@ -150,6 +151,7 @@ def test_embedded_round_trip_measured(tmp_path: Path, measured_dir: Path) -> Non
     assert all(single < 5e-6 for _, single, _ in trips[1::2])
 
 
+@pytest.mark.long
 def test_find_the_missing_effect(tmp_path: Path) -> None:
     text = printed_by("find_the_missing_effect.py", tmp_path)
     values = dict(re.findall(rf"^(\w+: \w+) = {NUMBER}", text, flags=re.MULTILINE))
@@ -176,6 +178,7 @@ def test_left_out_search_says_what_it_needs_before_it_searches(tmp_path: Path) -
     assert f"there is no folder {lost.parent}; make it first" in printed[1].err
 
 
+@pytest.mark.long
 def test_free_decay(tmp_path: Path) -> None:
     text = printed_by("free_decay.py", tmp_path, "decay.png", leaves="decay.png")
     off = [
@@ -222,6 +225,7 @@ def test_moving_horizon_measured(tmp_path: Path, measured_dir: Path) -> None:
     assert spread < 0.1
 
 
+@pytest.mark.long
 def test_change_of_surface(tmp_path: Path) -> None:
     text = printed_by("change_of_surface.py", tmp_path, "change.png", leaves="change.png")
     turn = r"[.\d]+|inf"
@@ -272,6 +276,7 @@ def test_observability(tmp_path: Path) -> None:
     assert (tmp_path / "information.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.long
 @pytest.mark.measured
 def test_author_comparison(tmp_path: Path, measured_dir: Path) -> None:
     text = printed_by("author_comparison.py", tmp_path, data=measured_dir)
@@ -287,6 +292,7 @@ def test_author_comparison(tmp_path: Path, measured_dir: Path) -> None:
         assert float(root) == pytest.approx(float(author), abs=0.005)
 
 
+@pytest.mark.long
 def test_trade_offs(tmp_path: Path) -> None:
     text = printed_by("trade_offs.py", tmp_path, "trade.png", leaves="trade.png")
     pattern = rf"95 % interval {NUMBER} to {NUMBER}, best {NUMBER}$"
@@ -329,6 +335,7 @@ def test_measured_evaluation(tmp_path: Path) -> None:
         assert (tmp_path / "drawn" / name).read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.long
 @pytest.mark.measured
 def test_measured_evaluation_measured(tmp_path: Path, measured_dir: Path) -> None:
     text = printed_by("measured_evaluation.py", tmp_path, data=measured_dir)
@@ -367,7 +374,7 @@ def test_thesis_simulation_published(tmp_path: Path, measured_dir: Path, simulat
 
     assert simulation_dir.is_dir()
     assert off["exact"] < 3e-4
-    # The files are the source's 201 bristles to the last digits that matter.
+    # The files are the 201 bristles of [Györök 2022] to the last digits that matter.
     assert off["201"] < 3e-5
 
 

@@ -1,4 +1,4 @@
-"""The examples that reproduce the source, held against what the source says of itself."""
+"""The examples that reproduce [Györök 2022], compared with the figures that the thesis gives."""
 
 import re
 from pathlib import Path
@@ -106,16 +106,17 @@ def test_thesis_networks(tmp_path: Path) -> None:
     assert (tmp_path / "n.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_thesis_sensitivity(tmp_path: Path) -> None:
+@pytest.mark.parametrize("mesh", [8, pytest.param(24, marks=pytest.mark.long)])
+def test_thesis_sensitivity(tmp_path: Path, mesh: int) -> None:
     pytest.importorskip("sklearn", reason="networks need scikit-learn: pip install -e '.[networks]'")
-    text = printed_by("thesis_sensitivity.py", tmp_path, "--mesh", "24", "s.png", leaves="s.png")
+    text = printed_by("thesis_sensitivity.py", tmp_path, "--mesh", str(mesh), "s.png", leaves="s.png")
     shares = {
         name.strip(): [float(share) for share in re.findall(rf"{NUMBER}%", row)]
         for name, row in re.findall(r"^\| (.+?) \|(.*%.*)$", text, flags=re.MULTILINE)
     }
     alone = shares["EKF, one sample alone"]
 
-    assert "psi_max = 0.7128 rad; 24 x 24 points" in text
+    assert f"psi_max = 0.7128 rad; {mesh} x {mesh} points" in text
     assert shares["root"][1] < 10 < 99 < shares["root"][3]
     # It answers along the line and is right there, and leaves half of the mesh open.
     assert min(alone[2:]) > 85

@@ -1,7 +1,6 @@
 """The filter in single precision: its C generated, compiled and run on random but valid samples."""
 
 import ctypes
-import subprocess
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -18,6 +17,7 @@ from observers.ekf import build_step
 from observers.embedded.scalar_type import SINGLE, in_type
 from observers.protocol import OUTPUT
 from symbolic import Model, Rig, compiler, effects_named
+from tests.compile_once import compile_once
 
 Floats = NDArray[np.float32]
 RIG, K = Rig(a=0.045, e=0.009, J_A=0.15, b_t=1.0), 2.4e6
@@ -240,7 +240,7 @@ def build(observer: Ekf, folder: Path) -> Single:
         # No warning of this kind is the proof that nothing is computed in double precision.
         ("-Wdouble-promotion", "-c", "step.c", "-o", "step.o"),
         ("-c", driver, "-o", "driver.o"),
-        ("-shared", "step.o", "driver.o", "-o", str(library), "-lm"),
+        ("-shared", "step.o", "driver.o", "-lm", "-o", library.name),
     ):
-        subprocess.run([command, *FLAGS, *arguments], cwd=folder, check=True, timeout=300)
+        compile_once([command, *FLAGS, *arguments], folder, arguments[-1])
     return Single(observer, library)

@@ -20,7 +20,11 @@ from tests.observers.monte_carlo import (
 )
 
 FEWER = range(40)
-RUNS = {Ekf: range(200), Mhe: FEWER}
+RUNS = [
+    pytest.param((Ekf, FEWER), id="ekf"),
+    pytest.param((Ekf, range(200)), id="ekf-200", marks=pytest.mark.long),
+    pytest.param((Mhe, FEWER), id="mhe", marks=pytest.mark.long),
+]
 WRONG = 1.5
 """Factor on standard deviations that has to be noticed."""
 BRISTLES = Model(discretised=True)
@@ -45,14 +49,22 @@ def likely(found: Figures, probability: float = 0.95) -> bool:
     return bool(low < found.nees < high)
 
 
-@pytest.fixture(scope="module", params=[Ekf, Mhe], ids=["ekf", "mhe"])
+@pytest.fixture(scope="module", params=RUNS)
 def found(request: pytest.FixtureRequest) -> Figures:
-    return constant(request.param, RUNS[request.param])
+    return constant(*request.param)
 
 
 def test_errors_are_as_large_as_their_standard_deviations(found: Figures) -> None:
     assert 0.93 < found.coverage < 0.97
     assert likely(found)
+
+
+def test_the_window_errs_as_the_filter_does() -> None:
+    by_filter, by_window = (constant(kind, range(6)) for kind in (Ekf, Mhe))
+
+    assert by_window.nees == pytest.approx(by_filter.nees, rel=0.02)
+    assert by_window.coverage == pytest.approx(by_filter.coverage, abs=0.005)
+    assert by_window.rmse == pytest.approx(by_filter.rmse, rel=0.02)
 
 
 def test_friction_is_known_after_full_slide(found: Figures) -> None:
@@ -66,7 +78,10 @@ def test_hardly_a_run_goes_far_astray_before_full_slide(found: Figures) -> None:
     assert found.farthest < 5
 
 
-@pytest.mark.parametrize(("kind", "scale"), [(Ekf, WRONG), (Ekf, 1 / WRONG), (Mhe, 1 / WRONG)])
+@pytest.mark.parametrize(
+    ("kind", "scale"),
+    [(Ekf, WRONG), (Ekf, 1 / WRONG), pytest.param(Mhe, 1 / WRONG, marks=pytest.mark.long)],
+)
 def test_wrong_standard_deviations_would_be_noticed(kind: Any, scale: float) -> None:
     off = constant(kind, FEWER, scale=scale * ALLOWANCE)
 

@@ -50,11 +50,17 @@ def test_settled_equals_ipopt(mhe: Make, recording: RigRecording, settings: dict
     compare(mhe(**SETTLED, **settings), recording, count=300, every=75)
 
 
-def test_settled_equals_ipopt_with_the_steering_torque(mhe: Make, steered: SteeringRecording) -> None:
+@pytest.mark.parametrize("count", [400, pytest.param(800, marks=pytest.mark.long)])
+def test_settled_equals_ipopt_with_the_steering_torque(
+    mhe: Make, steered: SteeringRecording, count: int
+) -> None:
     measurement_model = SteeringTorque(zero=True, stiffness=True)
     settings = {"noise": 0.005, "error": inf, "gate": inf, "mu_walk": 0.01}
     compare(
-        mhe(**SETTLED, **settings, measurement_model=measurement_model), steered, count=800, every=200
+        mhe(**SETTLED, **settings, measurement_model=measurement_model),
+        steered,
+        count=count,
+        every=200,
     )
 
 

@@ -19,10 +19,15 @@ from tests.observers.sensor_faults import (
 )
 from tests.observers.surface_changes import HIGH, LOW, crossing, turn_until_known
 
-KINDS = [pytest.param(Ekf, id="ekf"), pytest.param(Mhe, id="mhe")]
+KINDS = [pytest.param(Ekf, id="ekf"), pytest.param(Mhe, id="mhe", marks=pytest.mark.long)]
+"""The window takes ten times as long as the filter; the quick tier gives it all faults at once."""
 RUNS = {Ekf: range(20), Mhe: range(10)}
 STEERED_RUNS = range(3)
-PLACES = (0.15, 0.25, 0.35)
+PLACES = (
+    pytest.param(0.15, marks=pytest.mark.long),
+    0.25,
+    pytest.param(0.35, marks=pytest.mark.long),
+)
 NOISES = range(3)
 
 
@@ -40,6 +45,12 @@ def test_faults_cost_no_more_than_a_factor_of_two(kind: Any, fault: str) -> None
 
     assert without < 0.002
     assert rmse(kind, FAULTS[fault], seeds) < 2 * without
+
+
+def test_all_faults_at_once_cost_the_window_no_more_than_a_factor_of_two() -> None:
+    seeds = range(3)
+
+    assert rmse(Mhe, FAULTS["all of these"], seeds) < 2 * clean(Mhe, turned_by_hand, seeds)
 
 
 @pytest.mark.parametrize("fault", ["outliers", "all of these"])

@@ -34,7 +34,12 @@ OBSERVERS: dict[str, Any] = {
 }
 
 
-@pytest.fixture(params=OBSERVERS)
+LONG = ("ekf, stiffness", "mhe, stiffness")
+"""The states of these are among those of the others, whose compiling takes long enough."""
+MARKED = [pytest.param(n, marks=pytest.mark.long if n in LONG else ()) for n in OBSERVERS]
+
+
+@pytest.fixture(params=MARKED)
 def observer(request: pytest.FixtureRequest) -> Any:
     return OBSERVERS[request.param]
 

@@ -26,6 +26,20 @@ from tests.observers.float32 import (
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 STEPS = 100_000
+QUICK = {
+    "as it comes": PLAIN,
+    "steering": PLAIN,
+    "3 states, huge prior, tiny noise": HARSH,
+    "steering, 5 states, huge prior": HARSH,
+}
+"""Filters and trials of the quick tier: every kind of measurement, few and many states."""
+TRIALS = [
+    pytest.param(
+        case, trial, id=f"{case}-{name}", marks=[] if QUICK.get(case) is trial else pytest.mark.long
+    )
+    for case in CASES
+    for name, trial in (("plain", PLAIN), ("harsh", HARSH))
+]
 FilterFactory = Callable[[Ekf], Single]
 
 
@@ -55,8 +69,7 @@ def told(outcome: Outcome, observer: Ekf) -> str:
     return "\n".join([where, f"sample: {outcome.sample.tolist()}", *changes])
 
 
-@pytest.mark.parametrize("trial", [PLAIN, HARSH], ids=["plain", "harsh"])
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(("case", "trial"), TRIALS)
 def test_covariance_stays_positive_definite(case: str, trial: Trial, single: FilterFactory) -> None:
     observer = CASES[case].observer
     outcome = single(observer).drive(STEPS, 1, trial)

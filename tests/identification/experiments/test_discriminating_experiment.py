@@ -172,6 +172,7 @@ def test_a_model_cannot_be_told_from_itself(ambiguous: Ambiguous) -> None:
     assert "cannot be distinguished by standard steering on this rig" in proposal.sentence
 
 
+@pytest.mark.long
 def test_carcass_and_pressure_are_alike_in_every_manoeuvre() -> None:
     recordings = [thin(r) for r in read_campaign("carcass_torsion", 1)[1]]
     carcass, pressure = (fitted(name, recordings) for name in ("carcass_torsion", "pressure_shape"))

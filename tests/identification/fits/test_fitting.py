@@ -168,7 +168,13 @@ def standing(
 
 
 @pytest.mark.parametrize(
-    "effect", ["contact_damping", "torque_offset", "sensor_delay", "asymmetric_friction"]
+    "effect",
+    [
+        "contact_damping",
+        "torque_offset",
+        pytest.param("sensor_delay", marks=pytest.mark.long),
+        pytest.param("asymmetric_friction", marks=pytest.mark.long),
+    ],
 )
 def test_recovers_an_effect(effect: str) -> None:
     made, recordings = read_campaign(effect, 2)

@@ -69,7 +69,7 @@ def rms(values: Array) -> float:
 
 
 def every_fortieth(name: str) -> Array:
-    """The source's way: offset off, then under-sampled."""
+    """As in [Györök 2022]: offset off, then under-sampled."""
     values = VOLTS[name] * made().raw[name].values
     return (values - values[: round(QUIET[1] * RATE)].mean())[::EVERY]
 

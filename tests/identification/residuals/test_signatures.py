@@ -105,7 +105,13 @@ def test_white_noise_keeps_within_its_bands(recordings: list[Recording]) -> None
 
 
 @pytest.mark.parametrize(
-    ("of_residual", "of_signal"), [(0.9, 0.9), (0.97, 0.97), (0.97, 0.99), (0.99, 0.9)]
+    ("of_residual", "of_signal"),
+    [
+        (0.9, 0.9),
+        (0.97, 0.99),
+        pytest.param(0.97, 0.97, marks=pytest.mark.long),
+        pytest.param(0.99, 0.9, marks=pytest.mark.long),
+    ],
 )
 def test_the_band_of_two_slow_series(
     recordings: list[Recording], of_residual: float, of_signal: float
@@ -214,15 +220,15 @@ def test_slope_and_size_are_those_planted(recordings: list[Recording]) -> None:
 @pytest.mark.parametrize(
     ("effect", "signal", "sign"),
     [
-        ("steering_return", ANGLE, 1),
+        pytest.param("steering_return", ANGLE, 1, marks=pytest.mark.long),
         ("carcass_torsion", ANGLE, -1),
-        ("pressure_skew", ANGLE, -1),
+        pytest.param("pressure_skew", ANGLE, -1, marks=pytest.mark.long),
         ("contact_damping", RATE, 1),
-        ("bearing_friction", DIRECTION, 1),
+        pytest.param("bearing_friction", DIRECTION, 1, marks=pytest.mark.long),
         ("stribeck", SPEED, -1),
         ("sensor_delay", DELAY, 1),
-        ("viscoelastic_relaxation", DELAY, -1),
-        ("torque_offset", CONSTANT, 1),
+        pytest.param("viscoelastic_relaxation", DELAY, -1, marks=pytest.mark.long),
+        pytest.param("torque_offset", CONSTANT, 1, marks=pytest.mark.long),
         ("asymmetric_friction", SIZE, 1),
     ],
 )

@@ -15,6 +15,7 @@ from observers import Ekf, Estimate, Loop, Mhe, ObserverState, Sample, Tuning
 from observers.compiled_step import CompiledStep
 from observers.embedded import Real, generate
 from symbolic import Model, compiler, effects_named
+from tests.compile_once import OPTIMISATION, compile_once
 from tests.observers.conftest import RIG, K
 
 Array = NDArray[np.float64]
@@ -44,7 +45,7 @@ class GeneratedCode:
     observer: Any
     real: Real
     folder: Path
-    optimisation: str = "-O1"
+    optimisation: str = OPTIMISATION
 
     def run(self, samples: Array) -> Array:
         """Estimates for samples (n, 5) psi, psi_dot, torque, F_N, dt; (n, 5) as `python_estimates`."""
@@ -78,7 +79,10 @@ class GeneratedCode:
         arguments = [command or str(compiler()), f"-DREAL={self.real.c_type}", f"-DTORQUE={torque}"]
         arguments += ["-ffp-contract=off", "-I.", *flags, *sources, "-o", out]
         arguments += [] if {"-c", "-fsyntax-only"} & set(flags) else ["-lm"]
-        subprocess.run(arguments, cwd=self.folder, check=True, timeout=300)
+        if "-fsyntax-only" in flags:
+            subprocess.run(arguments, cwd=self.folder, check=True, timeout=300)
+        else:
+            compile_once(arguments, self.folder, out)
         return self.folder / out
 
     @cached_property
@@ -94,11 +98,13 @@ class GeneratedCode:
         sources = (self.core.name, str(Path(__file__).with_name("run.c")))
         name = hashlib.sha256((self.folder / "brushgrip.c").read_bytes()).hexdigest()[:12]
         return ctypes.CDLL(
-            str(self.compile("-O1", "-fPIC", "-shared", sources=sources, out=f"{name}.so"))
+            str(self.compile(OPTIMISATION, "-fPIC", "-shared", sources=sources, out=f"{name}.so"))
         )
 
 
-def generate_code(observer: Any, real: Real, folder: Path, optimisation: str = "-O1") -> GeneratedCode:
+def generate_code(
+    observer: Any, real: Real, folder: Path, optimisation: str = OPTIMISATION
+) -> GeneratedCode:
     """Generate an observer into a folder of its own."""
     generate(observer, folder, real)
     return GeneratedCode(observer, real, folder, optimisation)

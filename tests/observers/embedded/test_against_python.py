@@ -29,6 +29,7 @@ from tests.observers.factories import change_of_ground, columns_of, samples_of
 
 pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 Array = NDArray[np.float64]
+LONG = pytest.mark.long
 MODELS = [pytest.param(DECLARED, id="declared"), pytest.param(FEW_BRISTLES, id="effects")]
 FULL_MODELS = [pytest.param(DECLARED, id="declared"), pytest.param(EFFECTS, id="effects")]
 KINDS = [pytest.param(Ekf, id="ekf"), pytest.param(Mhe, id="mhe")]
@@ -106,7 +107,9 @@ def test_single_precision_rounds(
 
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("name", ["train_a", "train_b", "holdout_c", "holdout_d"])
+@pytest.mark.parametrize(
+    "name", ["train_a", *(pytest.param(n, marks=LONG) for n in ("train_b", "holdout_c", "holdout_d"))]
+)
 def test_embedded_recordings(
     generated: Generate, repository_root: Path, kind: Any, model: Any, name: str
 ) -> None:
@@ -116,7 +119,7 @@ def test_embedded_recordings(
 
 @pytest.mark.measured
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("name", PUBLISHED)
+@pytest.mark.parametrize("name", ["fem1", *(pytest.param(name, marks=LONG) for name in PUBLISHED[1:])])
 def test_measured_recordings(generated: Generate, measured_dir: Path, kind: Any, name: str) -> None:
     path = measured_dir / f"{name}.mat"
     compare_recording(generated, path, observer_of(kind, DECLARED, AligningTorque()))
@@ -144,7 +147,13 @@ def compare_recording(generated: Generate, path: Path, observer: Any) -> None:
 
 
 @pytest.mark.parametrize(
-    ("kind", "settings"), [(Ekf, {}), *((Mhe, {"window": window}) for window in (2, 7, 50))]
+    ("kind", "settings"),
+    [
+        (Ekf, {}),
+        (Mhe, {"window": 2}),
+        (Mhe, {"window": 7}),
+        pytest.param(Mhe, {"window": 50}, marks=LONG),
+    ],
 )
 def test_outliers_and_changes_of_the_ground(
     generated: Generate, kind: Any, settings: dict[str, int]

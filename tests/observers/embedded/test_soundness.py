@@ -28,12 +28,14 @@ USUAL = [0.3, 1.0, 8.0, 400.0, 0.01]
 ADDRESSES = ("-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 HOUR = 360_000
 """Samples of an hour at 100 Hz."""
+LONG = pytest.mark.long
 SANITISED = [
     pytest.param(Ekf, DECLARED, AligningTorque(), HOUR, id="ekf-declared-aligning"),
-    pytest.param(Ekf, DECLARED, SteeringTorque(), HOUR, id="ekf-declared-steering"),
-    pytest.param(Mhe, DECLARED, AligningTorque(), HOUR // 4, id="mhe-declared-aligning"),
-    pytest.param(Ekf, FEW_BRISTLES, SteeringTorque(), 3000, id="ekf-effects-steering"),
-    pytest.param(Ekf, FEW_BRISTLES, AligningTorque(), 1000, id="ekf-effects-aligning"),
+    pytest.param(Mhe, DECLARED, AligningTorque(), HOUR // 100, id="mhe-declared-aligning-short"),
+    pytest.param(Ekf, DECLARED, SteeringTorque(), HOUR, id="ekf-declared-steering", marks=LONG),
+    pytest.param(Mhe, DECLARED, AligningTorque(), HOUR // 4, id="mhe-declared-aligning", marks=LONG),
+    pytest.param(Ekf, FEW_BRISTLES, SteeringTorque(), 3000, id="ekf-effects-steering", marks=LONG),
+    pytest.param(Ekf, FEW_BRISTLES, AligningTorque(), 1000, id="ekf-effects-aligning", marks=LONG),
 ]
 CASES = [
     pytest.param(Ekf, DECLARED, AligningTorque(), id="ekf-declared-aligning"),

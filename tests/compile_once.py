@@ -1,0 +1,50 @@
+"""Compilers that tests start themselves, with the cache that compiled models have."""
+
+import hashlib
+import os
+import platform
+import shutil
+import subprocess
+from collections.abc import Sequence
+from pathlib import Path
+
+from symbolic.compiled import cache_directory
+
+OPTIMISATION = os.environ.get("BRUSHGRIP_TEST_OPTIMISATION", "-O0")
+"""Flag under which generated C is compared with Python; -O0 compiles in a third of the time."""
+
+
+def compile_once(command: Sequence[str], folder: Path, out: str) -> None:
+    """Run a compiler in a folder, unless it made the same file of the same sources before.
+
+    The cache belongs to the user and outlives the tests, so that neither the next run nor a parallel
+    worker compiles the same text again. A command that fails raises `subprocess.CalledProcessError`.
+
+    Args:
+        command: compiler, flags, sources and `-o out`.
+        folder: where it runs; what the sources include stands in it, or in a folder that -I names.
+        out: the file that it makes, relative to the folder.
+    """
+    kept = cache_directory() / "tests" / _digest(command, folder, out)
+    if not kept.exists():
+        subprocess.run(command, cwd=folder, check=True, timeout=300)
+        kept.parent.mkdir(parents=True, exist_ok=True)
+        half = kept.with_name(f"{kept.name}.{os.getpid()}")
+        shutil.copy2(folder / out, half)
+        half.replace(kept)
+    else:
+        shutil.copy2(kept, folder / out)
+
+
+def _digest(command: Sequence[str], folder: Path, out: str) -> str:
+    """Digest of the command and of all text that it can include, not of where the folder stands."""
+    include = [folder, *(folder / part[2:] for part in command if part.startswith("-I"))]
+    sources = [path for place in include for path in sorted(place.glob("*.[ch]"))]
+    sources += [folder / part for part in command[1:] if part.endswith((".c", ".o")) and part != out]
+    # A flag may ask for the code of this very machine.
+    digest = hashlib.sha256(platform.node().encode())
+    for path in sources:
+        digest.update(f"\0{path.name}\0".encode() + path.read_bytes())
+    for part in command:
+        digest.update(f"\0{Path(part).name if part.endswith('.c') else part}".encode())
+    return digest.hexdigest()[:24]
