@@ -52,8 +52,13 @@ class ConstantGain(CasadiObserver):
         return ca.Function("own_step", symbols, [self.layout.join(parts), output])
 
 
-if __name__ == "__main__":
+def main() -> None:
+    """Print the friction coefficient at the end of a recording."""
     recording = read_recording(RECORDINGS / "holdout_c.csv", read_rig(RECORDINGS / "rig.toml"))
     observer = ConstantGain(model=MODEL, values=VALUES, rig=recording.rig)
     mu = run(observer, recording.t, recording.psi, recording.F_N, recording.M_z).mu
     print(f"constant gain: mu = {mu[-1]:.3f} at the end, planted 1.370")
+
+
+if __name__ == "__main__":
+    main()

@@ -52,11 +52,11 @@ class Layout:
 
     def fill(self, parts: Mapping[str, Expression]) -> ca.MX:
         """The casadi vector of some parts: one column fills its part, a missing part is 0."""
-        filled = {}
+        full_size = {}
         for name, rows, columns in self.fields:
             part = ca.MX(parts.get(name, ca.DM(rows, columns)))
-            filled[name] = ca.densify(ca.repmat(part, 1, columns // part.shape[1]))
-        return self.join(filled)
+            full_size[name] = ca.densify(ca.repmat(part, 1, columns // part.shape[1]))
+        return self.join(full_size)
 
     def part(self, vector: Array, name: str) -> Array:
         """A part of a NumPy vector, a view; one column gives shape (rows,)."""

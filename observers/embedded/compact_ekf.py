@@ -20,7 +20,7 @@ from observers.embedded.compact_patch import (
 )
 from observers.embedded.exp_reuse import with_known_exponentials
 from observers.embedded.linearised_patch import MEMORY, LinearisedPatch
-from observers.embedded.scalar_type import Real, in_type
+from observers.embedded.scalar_type import Real
 from observers.embedded.scalarise import scalars
 from observers.embedded.templating import Body, render
 from observers.initial_state import build_initial_state
@@ -40,13 +40,12 @@ def compact_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> Body:
     functions = [build_corner(observer), _build_begin(observer), _build_filter(observer)]
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
     terms = {**terms, **patch_numbers(observer), **_patch_calls(observer)}
-    patch = in_type(render("patch.c", terms), real)
     size = parts.size
     private = f"    {real.c_type} values[2][{size}]; /* of the filter, before and after a sample */\n"
     private += f"    {real.c_type} F_N;\n    {terms['name']}_patch_t patch;"
     return Body(
-        core=f"{source.text}\n{patch}",
-        stepping=in_type(render("patch_stepping.c", terms), real),
+        core=f"{source.text}\n{render('patch.c', terms)}",
+        stepping=render("patch_stepping.c", terms),
         private=private,
         bytes=(2 * size + 1) * real.size + patch_bytes(real),
         types=patch_types(real, terms["name"]),

@@ -16,7 +16,7 @@ from observers.embedded.compact_patch import (
     patch_types,
 )
 from observers.embedded.mhe_kernels import elimination_size, window_functions
-from observers.embedded.scalar_type import Real, in_type
+from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
 from observers.linearisation import state_index
 from observers.mhe import Mhe
@@ -60,8 +60,8 @@ def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> 
     a_sample = n + 5 + eliminated + 1 + 2 * STORED_CORNERS
     size = (n + 2 * n * n + 9 + observer.window * a_sample) * real.size
     return Body(
-        core=f"{source.text}\n{in_type(render('patch.c', values), real)}",
-        stepping=in_type(render("window.c", values), real),
+        core=f"{source.text}\n{render('patch.c', values)}",
+        stepping=render("window.c", values),
         private=STATE.format(real=real.c_type, name=terms["name"], **numbers),
         bytes=size + patch_bytes(real) + 4 + observer.window,
         types=patch_types(real, terms["name"]),

@@ -40,7 +40,7 @@ FUNCTIONS = _words("""
     strncat strncmp strncpy strpbrk strrchr strspn strstr strtok strxfrm
 """)
 """Of stdlib.h, stdio.h and string.h."""
-MATH_FUNCTIONS = re.compile(
+MATH_H = re.compile(
     r"(a?(cos|sin|tan)h?|atan2|cbrt|ceil|copysign|erfc?|exp2?|expm1|fabs|fdim|floor|fma|fmax|fmin|fmod|"
     r"frexp|hypot|ilogb|ldexp|[lt]gamma|ll?rint|ll?round|log(10|1p|2|b)?|modf|nan|nearbyint|nextafter|"
     r"nexttoward|pow|remainder|remquo|rint|round|scalbl?n|sqrt|trunc)[fl]?|"
@@ -63,7 +63,7 @@ def require_usable(name: str) -> None:
         "a file beside the code, or a target of CMake": name in FIXED,
         "a keyword of C": name in KEYWORDS,
         "a header of C": name in HEADERS,
-        "a function of C": name in FUNCTIONS or MATH_FUNCTIONS.fullmatch(name),
+        "a function of C": name in FUNCTIONS or MATH_H.fullmatch(name),
     }
     for owner in (owner for owner, is_taken in taken.items() if is_taken):
         raise InvalidInputError(f"name must not be that of {owner}, got {name!r}")

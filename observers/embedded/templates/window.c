@@ -70,7 +70,7 @@ static void filter_sample(const ${name}_state_t *state, int32_t at, int32_t next
 }
 
 /* The oldest sample leaves the window: its measurement enters the arrival cost. */
-static void absorb_oldest(${name}_state_t *state, int32_t oldest) {
+static void update_arrival_cost(${name}_state_t *state, int32_t oldest) {
     ${real} eliminated[${eliminated}], limited[STATES] = {0.0};
     const ${real} *arg[1] = {state->mean};
     ${real} *res[1] = {limited};
@@ -138,7 +138,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
         ${real} *res[2] = {now, &imputed};
         clean(arg, res, 0, 0, 0);
     }
-    absorb_oldest(state, at);
+    update_arrival_cost(state, at);
     {
         const ${real} *arg[4] = {state->x[last], state->P_newest, state->last, now};
         ${real} *res[2] = {newest, P};
