@@ -12,7 +12,6 @@ from functools import cache, partial
 
 import casadi as ca
 
-from observers.base import ModelObserver, build_step_function, clip_to_bounds, step_output, step_symbols
 from observers.innovation_gate import COUNTS, build_innovation, huber_weight
 from observers.layout import Layout, named, outputs_of
 from observers.linearisation import (
@@ -25,6 +24,13 @@ from observers.linearisation import (
     state_index,
 )
 from observers.measurement_model import CLEAN, MeasurementModel, log_mu_variance
+from observers.model_observer import (
+    ModelObserver,
+    build_step_function,
+    clip_to_bounds,
+    step_output,
+    step_symbols,
+)
 from observers.patch_model import PatchModel, split_constants
 from observers.patch_update import (
     build_patch_update,

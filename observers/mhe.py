@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from observers.base import ModelObserver
 from observers.layout import Layout
 from observers.mhe_step import build_window_step, layout
+from observers.model_observer import ModelObserver
 from symbolic import InvalidInputError
 
 

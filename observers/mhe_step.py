@@ -25,7 +25,6 @@ from functools import cache, partial
 
 import casadi as ca
 
-from observers.base import build_step_function, clip_to_bounds, step_output, step_symbols
 from observers.innovation_gate import COUNTS, build_innovation
 from observers.layout import Layout, named, outputs_of
 from observers.linearisation import build_clean, state_index
@@ -39,6 +38,7 @@ from observers.mhe_terms import (
     build_prediction,
     is_unsettled,
 )
+from observers.model_observer import build_step_function, clip_to_bounds, step_output, step_symbols
 from observers.patch_history import PatchHistory
 from observers.patch_model import PatchModel, split_constants
 from observers.patch_update import memory_depends_on_tyre, reset_retention, sensitivity_retention

@@ -9,12 +9,12 @@ from typing import Any
 
 import casadi as ca
 
-from observers.base import clip_to_bounds
 from observers.innovation_gate import huber_weight
 from observers.linearisation import build_measurement, build_motion, state_index
 from observers.measurement_model import CLEAN, MeasurementModel
-from observers.mhe_solver import build_back, build_update
+from observers.model_observer import clip_to_bounds
 from observers.tuning import TUNING_FIELDS
+from observers.window_least_squares import build_back_substitution, build_window_update
 
 Expression = Any
 ROWS = (*CLEAN, "accepted", "jump")
@@ -45,11 +45,12 @@ def build_forward(measurement_model: MeasurementModel) -> ca.Function:
     """Forward elimination of one sample, linearised about x.
 
     (mean, factor, x, M_z, slopes, row, row_next, rig, tuning) -> (mean_next, factor_next, filtered, P,
-    K, score, H, A), as of `build_update`; rows in the order of `ROWS`. The motion out of the newest
+    K, score, H, A), as of `build_window_update`; rows in the order of `ROWS`. The motion out of the
+    newest
     sample does not matter: any row does for row_next.
     """
     measurement, motion = build_measurement(measurement_model), build_motion(measurement_model)
-    update = build_update(len(measurement_model.states))
+    update = build_window_update(len(measurement_model.states))
     x, M_z, slopes, _, rig, tuning = (
         ca.MX.sym(name, *measurement.size_in(name)) for name in measurement.name_in()
     )
@@ -81,7 +82,7 @@ def build_backward(measurement_model: MeasurementModel) -> ca.Function:
     costate is that of the next sample, 0 at the newest; the others come from `build_forward`. x is
     within its bounds.
     """
-    back = build_back(len(measurement_model.states))
+    back = build_back_substitution(len(measurement_model.states))
     costate, filtered, P, H, K, score, A = (
         ca.MX.sym(name, *back.size_in(name)) for name in back.name_in()
     )

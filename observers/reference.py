@@ -17,13 +17,13 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.base import STIFFNESS_BOUNDS
 from observers.layout import ObserverState
 from observers.linearisation import build_measurement, build_motion, state_index
 from observers.measurement_model import CLEAN, MeasurementModel
 from observers.mhe import Mhe
 from observers.mhe_step import layout
 from observers.mhe_terms import ROWS
+from observers.model_observer import STIFFNESS_BOUNDS
 from observers.patch_history import PatchHistory
 from observers.patch_model import PatchModel, constants_size, split_constants
 from observers.udu import covariance_of

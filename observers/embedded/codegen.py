@@ -15,7 +15,6 @@ from typing import Any
 import casadi as ca
 
 from observers.angle_derivative import MEMORY
-from observers.base import RIG_UNITS
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_ekf import compact_body, is_compact
 from observers.embedded.compact_mhe import compact_window_body, is_compact_window
@@ -25,6 +24,7 @@ from observers.embedded.reference_samples import reference_table
 from observers.embedded.scalar_type import SINGLE, Real, in_type
 from observers.embedded.templating import Body, render
 from observers.measurement_model import SENSIBLE
+from observers.model_observer import RIG_UNITS
 from observers.protocol import LONGEST_STEP, FunctionObserver, Status
 from symbolic import InvalidInputError
 from symbolic.serialisation import units_of

@@ -8,7 +8,6 @@ from collections.abc import Mapping
 
 import casadi as ca
 
-from observers.base import ModelObserver
 from observers.ekf import Ekf, build_step, layout
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_patch import (
@@ -20,12 +19,13 @@ from observers.embedded.compact_patch import (
 )
 from observers.embedded.exp_reuse import with_known_exponentials
 from observers.embedded.linearised_patch import MEMORY, LinearisedPatch
+from observers.embedded.scalar_function import scalar_function
 from observers.embedded.scalar_type import Real
-from observers.embedded.scalarise import scalars
 from observers.embedded.templating import Body, render
 from observers.initial_state import build_initial_state
 from observers.layout import Layout
 from observers.linearisation import directions
+from observers.model_observer import ModelObserver
 from observers.protocol import OUTPUT
 
 
@@ -125,13 +125,13 @@ def _lines(lines: list[str]) -> str:
 def _build_begin(observer: Ekf) -> ca.Function:
     """(sample) -> the state before it."""
     start = build_initial_state(_patch(observer), observer.measurement_model, _layout(observer))
-    return scalars("begin_filter", start, {"constants": observer.constants})
+    return scalar_function("begin_filter", start, {"constants": observer.constants})
 
 
 def _build_filter(observer: Ekf) -> ca.Function:
     """(state, sample) -> (state_next, output), the parameters as numbers."""
     step = build_step(_patch(observer), observer.measurement_model, observer.iterations)
-    flat = scalars("filter", step, {"constants": observer.constants})
+    flat = scalar_function("filter", step, {"constants": observer.constants})
     at = _indices(observer)
     # mu in the memory, and mu in the last output, are exp of the state ln mu.
     mu = observer.measurement_model.patch_before(at["output.mu"], lambda: at["memory.mu"])

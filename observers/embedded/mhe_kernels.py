@@ -9,8 +9,7 @@ from typing import Any
 
 import casadi as ca
 
-from observers.base import clip_to_bounds, step_output
-from observers.embedded.scalarise import scalars
+from observers.embedded.scalar_function import scalar_function
 from observers.initial_state import build_initial_state
 from observers.innovation_gate import COUNTS, build_innovation
 from observers.layout import Layout, named, outputs_of
@@ -26,6 +25,7 @@ from observers.mhe_terms import (
     build_prediction,
     is_unsettled,
 )
+from observers.model_observer import clip_to_bounds, step_output
 from observers.patch_update import slopes_by_states
 from observers.protocol import SAMPLE
 from observers.tuning import TUNING_FIELDS
@@ -71,7 +71,7 @@ def elimination_size(observer: Mhe) -> int:
 
 def _with_numbers(function: ca.Function, numbers: Mapping[str, Any]) -> ca.Function:
     used = {name: numbers[name] for name in function.name_in() if name in numbers}
-    return scalars(function.name(), function, used)
+    return scalar_function(function.name(), function, used)
 
 
 def _symbols(observer: Mhe, *names: str) -> list[ca.MX]:

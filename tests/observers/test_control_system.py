@@ -23,8 +23,8 @@ from observers import (
     causal_rate,
     run,
 )
-from observers.base import ModelObserver
 from observers.control_system import as_system
+from observers.model_observer import ModelObserver
 from observers.protocol import ESTIMATE
 from reference_rig import RigRecording
 from symbolic import InvalidInputError, Model

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import covariance_of
-from observers.mhe_solver import build_back, build_update
+from observers.window_least_squares import build_back_substitution, build_window_update
 from tests.observers.chains import Chain, dense, factor_of, normal_equations, textbook
 
 Array = NDArray[np.float64]
@@ -41,8 +41,8 @@ def solved(chain: Chain) -> tuple[Array, Array]:
 
 def build_smoother(n: int, N: int) -> Callable[..., tuple[Array, Array]]:
     """Forward elimination and back substitution along a chain: x (n, N) and P of its newest state."""
-    forward = build_update(n).mapaccum("forward", N, 2, {})
-    backward = build_back(n).mapaccum("backward", N, 1, {})
+    forward = build_window_update(n).mapaccum("forward", N, 2, {})
+    backward = build_back_substitution(n).mapaccum("backward", N, 1, {})
 
     def smoother(mean: Array, factor: Array, *terms: Array) -> tuple[Array, Array]:
         _, _, *filtered = (np.asarray(part) for part in forward(mean, factor, *terms))
@@ -118,7 +118,7 @@ def test_every_window_moving_along_a_linear_chain_is_the_kalman_filter(window: i
         first = newest - window + 1
         mean, factor = (np.asarray(part) for part in (mean, factor))
         if first > 0:
-            mean, factor, *_ = build_update(n)(mean, factor, *terms(whole, first - 1, first))
+            mean, factor, *_ = build_window_update(n)(mean, factor, *terms(whole, first - 1, first))
         x, P = build_smoother(n, window)(mean, factor, *terms(whole, first, newest + 1))
         filtered, covariances, smoothed, _ = textbook(part_of(whole, newest + 1))
 
@@ -152,7 +152,7 @@ def test_without_measurements_the_motion_goes_on() -> None:
 
 def test_update_says_what_its_docstring_says() -> None:
     chain = random_chain(9, 3, N=1, missing=0.0)
-    made = build_update(3)(*chain.arguments)
+    made = build_window_update(3)(*chain.arguments)
     mean, factor, x, spread, K, score = (np.asarray(part) for part in made)
     S = chain.H[0] @ chain.P @ chain.H[0] + 1 / chain.weight[0]
     filtered, covariances, _, _ = textbook(chain)

@@ -21,7 +21,7 @@ from observers.udu import covariance, predict_covariance, update_covariance
 
 
 @cache
-def build_update(states: int) -> ca.Function:
+def build_window_update(states: int) -> ca.Function:
     """One measurement and the motion to the next sample.
 
     (mean, factor, z, H, weight, A, b, Q) -> (mean_next, factor_next, x, P, K, score): mean and factor at
@@ -45,10 +45,11 @@ def build_update(states: int) -> ca.Function:
 
 
 @cache
-def build_back(states: int) -> ca.Function:
+def build_back_substitution(states: int) -> ca.Function:
     """(costate, x, P, H, K, score, A) -> (costate_before, smoothed).
 
-    costate (n,) is that of the next sample, 0 at the newest; x to A as of `build_update` at this sample.
+    costate (n,) is that of the next sample, 0 at the newest; x to A as of `build_window_update` at this
+    sample.
     """
     costate, x, P = ca.SX.sym("costate", states), ca.SX.sym("x", states), ca.SX.sym("P", states, states)
     H, K, score = ca.SX.sym("H", states), ca.SX.sym("K", states), ca.SX.sym("score")

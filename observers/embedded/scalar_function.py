@@ -6,7 +6,7 @@ from typing import Any
 import casadi as ca
 
 
-def scalars(name: str, function: ca.Function, numbers: Mapping[str, Any]) -> ca.Function:
+def scalar_function(name: str, function: ca.Function, numbers: Mapping[str, Any]) -> ca.Function:
     """A Function with some inputs as numbers, expanded to scalar operations, each done once.
 
     Infinite parameters enter as 1/ε with ε = 0 after simplification, so that terms divided by them
