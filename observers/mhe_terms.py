@@ -46,8 +46,7 @@ def build_forward(measurement_model: MeasurementModel) -> ca.Function:
 
     (mean, factor, x, M_z, slopes, row, row_next, rig, tuning) -> (mean_next, factor_next, filtered, P,
     K, score, H, A), as of `build_window_update`; rows in the order of `ROWS`. The motion out of the
-    newest
-    sample does not matter: any row does for row_next.
+    newest sample does not matter: any row does for row_next.
     """
     measurement, motion = build_measurement(measurement_model), build_motion(measurement_model)
     update = build_window_update(len(measurement_model.states))

@@ -78,7 +78,7 @@ def test_recordings_may_be_left_out(tmp_path: Path) -> None:
         ({"effects": None}, "'effects' must be a list of effect names"),
         ({"effects": "carcass_torsion"}, "'effects' must be a list of effect names"),
         ({"effects": [1]}, "'effects' must be a list of effect names"),
-        ({"effects": ["magic"]}, "unknown effect 'magic'; known are rate_friction"),
+        ({"effects": ["magic"]}, "unknown effect 'magic'; known are asymmetric_friction"),
         ({"effects": ["torque_offset"] * 2}, "effect 'torque_offset' is named twice"),
         ({"shared": None}, "'shared' must be a table of numbers"),
         ({"shared": [2.4e6]}, "'shared' must be a table of numbers"),

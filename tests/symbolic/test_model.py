@@ -151,7 +151,7 @@ def test_theta_refuses(values: dict[str, float], message: str) -> None:
 
 def test_effects_are_found_by_name() -> None:
     assert effects_named(["pretwist", "stribeck"]) == (EFFECTS["pretwist"], EFFECTS["stribeck"])
-    with pytest.raises(InvalidInputError, match="unknown effect 'magic'; known are rate_friction"):
+    with pytest.raises(InvalidInputError, match="unknown effect 'magic'; known are asymmetric_friction"):
         effects_named(["magic"])
     with pytest.raises(InvalidInputError, match="'pretwist' is named twice"):
         effects_named(["pretwist", "pretwist"])
