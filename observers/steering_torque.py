@@ -126,7 +126,7 @@ class SteeringTorque:
         # samples that are far apart, where the leapfrog is inaccurate too.
         age = last["M_age"] + ca.fmax(0, dt - USUAL_STEP)
         stale = (ca.fmin(1, age / STALE) * slide) ** 2 * STALE * kick
-        # Disturbances hit the rate after the drift, so that the next step memory_depends_on_tyre them to
+        # Disturbances hit the rate after the drift, so that the next step carries them to
         # the angle.
         return after, variance | {"psi": 0, "psi_dot": (white + stale) / rig["J_A"] ** 2}
 

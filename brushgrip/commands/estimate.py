@@ -48,7 +48,7 @@ def estimate(
         ),
     ] = None,
 ) -> None:
-    """ParameterEstimate friction over time, causally: t,mu,mu_std,M_z_predicted,informed.
+    """Estimate friction over time, causally: t,mu,mu_std,M_z_predicted,informed.
 
     From the aligning torque M_z, or, where the recording has none, from the steering torque M; that
     takes J_A and b_t of the rig. One row a sample, informed as 0 or 1; mu_std is empty with root, the

@@ -67,7 +67,7 @@ def _estimates(axes: Axes, compared: Sequence[CaseScores], colours: dict[str, st
     axes.set_ylim(0, top := _top(compared))
     greatest = max(float(score.mu.max()) for one in compared for score in one.scores)
     beyond = f"; cut off, the greatest is {greatest:.3g}" if greatest > top else ""
-    axes.set_title(f"ParameterEstimate over time: median, quartiles, least and greatest{beyond}")
+    axes.set_title(f"Estimate over time: median, quartiles, least and greatest{beyond}")
 
 
 def _top(compared: Sequence[CaseScores]) -> float:
