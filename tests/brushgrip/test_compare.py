@@ -225,6 +225,7 @@ def test_does_not_write_over_what_it_reads(run: Run, rig: Path, recording: Path)
     assert recording.read_text() == before
 
 
+@pytest.mark.long
 @pytest.mark.measured
 def test_shared_steel_recordings(run: Run, measured_dir: Path, tmp_path: Path) -> None:
     names = [measured_dir / f"{name}.mat" for name in ("fem1", "fem3", "fem4_ident", "fem5")]

@@ -207,6 +207,7 @@ def test_any_number_of_recordings_of_any_name(
         assert name in page.text
 
 
+@pytest.mark.long
 def test_same_diagnosis_same_page_and_no_global_state(
     full: Path, tmp_path: Path, make_diagnosis: Make, tracks: list[FrictionTrack]
 ) -> None:

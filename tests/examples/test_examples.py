@@ -94,6 +94,7 @@ def test_estimate_in_a_loop(tmp_path: Path) -> None:
     assert "rests on the prior" not in track[-1]
 
 
+@pytest.mark.long
 def test_steering_controller(tmp_path: Path) -> None:
     text = printed_by("steering_controller.py", tmp_path)
     without, guessed, observed, known = (
@@ -139,6 +140,7 @@ def test_embedded_round_trip(tmp_path: Path) -> None:
     assert min(times for *_, times in trips[:2]) > 20
 
 
+@pytest.mark.long
 @pytest.mark.measured
 @pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
 def test_embedded_round_trip_measured(tmp_path: Path, measured_dir: Path) -> None:
@@ -213,6 +215,7 @@ def test_moving_horizon(tmp_path: Path) -> None:
     assert text.count("rests on the prior") == 1
 
 
+@pytest.mark.long
 @pytest.mark.measured
 def test_moving_horizon_measured(tmp_path: Path, measured_dir: Path) -> None:
     text = printed_by("moving_horizon.py", tmp_path, data=measured_dir)
@@ -315,6 +318,7 @@ def table_after(title: str, text: str) -> dict[str, list[str]]:
     return {name: cells for name, *cells in rows}
 
 
+@pytest.mark.long
 def test_measured_evaluation(tmp_path: Path) -> None:
     text = printed_by("measured_evaluation.py", tmp_path, "--pictures", "drawn", leaves="drawn")
     (filtered, by_ekf, _), (bare, by_ekf_bare, _) = (
@@ -363,6 +367,7 @@ def test_thesis_simulation(tmp_path: Path) -> None:
     assert (tmp_path / "sim.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.long
 @pytest.mark.measured
 def test_thesis_simulation_published(tmp_path: Path, measured_dir: Path, simulation_dir: Path) -> None:
     text = printed_by("thesis_simulation.py", tmp_path, data=measured_dir)

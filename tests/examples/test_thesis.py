@@ -22,6 +22,7 @@ def rows(text: str, cell: str) -> dict[str, list[float]]:
     return {mu: [float(value) for value in re.findall(cell, row)] for mu, row in found}
 
 
+@pytest.mark.long
 def test_thesis_profile(tmp_path: Path) -> None:
     text = printed_by("thesis_profile.py", tmp_path)
     peaks = re.findall(rf"mu = 1: angle to {NUMBER} rad, torque to {NUMBER} N m", text)
@@ -39,6 +40,7 @@ def test_thesis_profile_is_the_published_one(tmp_path: Path, simulation_dir: Pat
     assert max(off) < 1
 
 
+@pytest.mark.long
 def test_thesis_analytic(tmp_path: Path) -> None:
     text = printed_by("thesis_analytic.py", tmp_path, "pictures", leaves="pictures")
     in_time = numbers(text, rf"torque in time: RMSE {NUMBER}$")
@@ -79,6 +81,7 @@ def test_thesis_table_on_the_published_simulations(tmp_path: Path, simulation_di
         assert max(filters) <= 0.002 < default
 
 
+@pytest.mark.long
 def test_thesis_networks(tmp_path: Path) -> None:
     pytest.importorskip("sklearn", reason="networks need scikit-learn: pip install -e '.[networks]'")
     text = printed_by("thesis_networks.py", tmp_path, *NOWHERE, "--seeds", "1", "n.png", leaves="n.png")
