@@ -12,8 +12,8 @@ def user_effects(modules: Sequence[str] | None) -> tuple[Effect, ...]:
     """The effects that modules declare as `EFFECTS`, in order; none for None.
 
     The modules are imported, which runs their code; a model file alone never has anything imported.
-    They are looked for in the current directory first. The directory stays last on `sys.path`, where the
-    processes of a search find the modules.
+    The current directory is put last on `sys.path` and stays there: the processes of a search find the
+    same modules, and no file that lies in it takes the place of an installed one.
 
     Args:
         modules: importable names; one entry may hold several, separated by commas.
@@ -36,7 +36,8 @@ def user_effects(modules: Sequence[str] | None) -> tuple[Effect, ...]:
 
 def _effects_of(name: str) -> tuple[Effect, ...]:
     here = str(Path.cwd())
-    sys.path.insert(0, here)
+    if here not in sys.path:
+        sys.path.append(here)
     try:
         module = import_module(name)
     except Exception as error:  # a module's own code may raise anything
@@ -44,11 +45,8 @@ def _effects_of(name: str) -> tuple[Effect, ...]:
             f"--effects {name}: cannot be imported: {type(error).__name__}: {error}; give the name of a"
             " module that Python finds here or on its path, such as mypackage.effects"
         ) from None
-    finally:
-        sys.path.remove(here)
-        if here not in sys.path:
-            sys.path.append(here)
     try:
         return effects_in(module)
     except InvalidInputError as error:
-        raise InvalidInputError(f"--effects {name}: {error}") from None
+        origin = getattr(module, "__file__", None) or "no file"
+        raise InvalidInputError(f"--effects {name}: {error}; it was imported from {origin}") from None
