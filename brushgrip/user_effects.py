@@ -22,9 +22,8 @@ def user_effects(modules: Sequence[str] | None) -> tuple[Effect, ...]:
         InvalidInputError: a module cannot be imported or declares no effects, or two effects have the
             same name.
     """
-    names = [name.strip() for entry in modules or () for name in entry.split(",") if name.strip()]
     effects: dict[str, Effect] = {}
-    for name in dict.fromkeys(names):
+    for name in _names(modules):
         for effect in _effects_of(name):
             if effects.setdefault(effect.name, effect) is not effect:
                 raise InvalidInputError(
@@ -32,6 +31,24 @@ def user_effects(modules: Sequence[str] | None) -> tuple[Effect, ...]:
                     " every effect needs a name of its own"
                 )
     return tuple(effects.values())
+
+
+def effect_files(modules: Sequence[str] | None) -> list[Path]:
+    """The files of these modules, their packages and the classes of their effects; none for None.
+
+    Args:
+        modules: as `user_effects` has imported them.
+    """
+    kinds = [kind for effect in user_effects(modules) for kind in type(effect).__mro__]
+    names = [*_names(modules), *(kind.__module__ for kind in kinds)]
+    packages = [name.rsplit(".", depth)[0] for name in names for depth in range(name.count(".") + 1)]
+    files = [getattr(sys.modules[name], "__file__", None) for name in dict.fromkeys([*names, *packages])]
+    return [Path(file) for file in files if file]
+
+
+def _names(modules: Sequence[str] | None) -> list[str]:
+    names = (name.strip() for entry in modules or () for name in entry.split(","))
+    return list(dict.fromkeys(name for name in names if name))
 
 
 def _effects_of(name: str) -> tuple[Effect, ...]:
