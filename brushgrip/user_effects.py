@@ -12,8 +12,8 @@ def user_effects(modules: Sequence[str] | None) -> tuple[Effect, ...]:
     """The effects that modules declare as `EFFECTS`, in order; none for None.
 
     The modules are imported, which runs their code; a model file alone never has anything imported.
-    They are looked for in the current directory first. The directory stays last on `sys.path`, where the
-    processes of a search find the modules.
+    The current directory is put last on `sys.path` and stays there: the processes of a search find the
+    same modules, and no file that lies in it takes the place of an installed one.
 
     Args:
         modules: importable names; one entry may hold several, separated by commas.
@@ -22,9 +22,8 @@ def user_effects(modules: Sequence[str] | None) -> tuple[Effect, ...]:
         InvalidInputError: a module cannot be imported or declares no effects, or two effects have the
             same name.
     """
-    names = [name.strip() for entry in modules or () for name in entry.split(",") if name.strip()]
     effects: dict[str, Effect] = {}
-    for name in dict.fromkeys(names):
+    for name in _names(modules):
         for effect in _effects_of(name):
             if effects.setdefault(effect.name, effect) is not effect:
                 raise InvalidInputError(
@@ -34,9 +33,28 @@ def user_effects(modules: Sequence[str] | None) -> tuple[Effect, ...]:
     return tuple(effects.values())
 
 
+def effect_files(modules: Sequence[str] | None) -> list[Path]:
+    """The files of these modules, their packages and the classes of their effects; none for None.
+
+    Args:
+        modules: as `user_effects` has imported them.
+    """
+    kinds = [kind for effect in user_effects(modules) for kind in type(effect).__mro__]
+    names = [*_names(modules), *(kind.__module__ for kind in kinds)]
+    packages = [name.rsplit(".", depth)[0] for name in names for depth in range(name.count(".") + 1)]
+    files = [getattr(sys.modules[name], "__file__", None) for name in dict.fromkeys([*names, *packages])]
+    return [Path(file) for file in files if file]
+
+
+def _names(modules: Sequence[str] | None) -> list[str]:
+    names = (name.strip() for entry in modules or () for name in entry.split(","))
+    return list(dict.fromkeys(name for name in names if name))
+
+
 def _effects_of(name: str) -> tuple[Effect, ...]:
     here = str(Path.cwd())
-    sys.path.insert(0, here)
+    if here not in sys.path:
+        sys.path.append(here)
     try:
         module = import_module(name)
     except Exception as error:  # a module's own code may raise anything
@@ -44,11 +62,8 @@ def _effects_of(name: str) -> tuple[Effect, ...]:
             f"--effects {name}: cannot be imported: {type(error).__name__}: {error}; give the name of a"
             " module that Python finds here or on its path, such as mypackage.effects"
         ) from None
-    finally:
-        sys.path.remove(here)
-        if here not in sys.path:
-            sys.path.append(here)
     try:
         return effects_in(module)
     except InvalidInputError as error:
-        raise InvalidInputError(f"--effects {name}: {error}") from None
+        origin = getattr(module, "__file__", None) or "no file"
+        raise InvalidInputError(f"--effects {name}: {error}; it was imported from {origin}") from None

@@ -50,14 +50,16 @@ def diagnose(
 
     Raises:
         InvalidInputError: no recording, a name stands twice, a torque is constant, or a candidate is
-            unknown, named twice or declares a signature of an unknown signal.
+            unknown, named twice, declares a signature of an unknown signal, or is of a class that the
+            processes cannot import.
+        BrushgripError: a process ended before its work was done.
     """
     everything = [*recordings, *holdout]
     _check(recordings, everything)
     effects = effects_named(candidates)
     check_signatures(effects)
     report = progress or silent
-    with workers(jobs) as submit:
+    with workers(jobs, effects) as submit:
         runner = TrialRunner(
             training=recordings, holdout=holdout, loss=loss, submit=submit, journal=journal
         )

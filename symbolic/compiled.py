@@ -5,7 +5,9 @@ import hashlib
 import logging
 import os
 import platform
+import re
 import shutil
+import stat
 import subprocess
 import tempfile
 from functools import cache
@@ -40,6 +42,9 @@ log1p, expm1 and hypot would lose digits, and no model has them. The expensive o
 calls quick beside wide registers. glibc's exp and log of several numbers are right to four units in the
 last place; the macro merely shows them."""
 
+LIBRARY = re.compile(r"\w+_[0-9a-f]{24}_[0-9a-f]{24}\.so")
+"""Names of libraries of the cache: Function, digest of what was compiled, digest of the content."""
+
 
 def cache_directory() -> Path:
     """Where compiled Functions are kept: `BRUSHGRIP_CACHE`, else the user's cache folder."""
@@ -63,7 +68,7 @@ def compiled(function: ca.Function, *, vectorised: bool = False) -> ca.Function:
     The library is cached under a digest of the generated C, the compiler and the flags, so a changed
     model never meets a stale library, and concurrent processes may share the folder. A second digest in
     its name, of its content, tells a whole library from a damaged one, which is built anew. A folder
-    that another user owns or may write to is not used: what it holds would be run.
+    that another user owns, may write to or may replace is not used: what it holds would be run.
 
     Args:
         function: what to compile.
@@ -157,7 +162,8 @@ def _private_cache() -> Path:
     folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     # From here on the folder is reached without a link, which might change its aim.
     folder = folder.resolve()
-    if (reason := _distrust(folder)) is None:
+    _close_to_group(folder)
+    if (reason := _distrust(folder) or _distrust_parents(folder)) is None:
         return folder
     own = tempfile.mkdtemp(prefix="brushgrip-")
     atexit.register(_remove_as, os.getpid(), own)
@@ -169,6 +175,37 @@ def _private_cache() -> Path:
         reason,
     )
     return Path(own)
+
+
+def _close_to_group(folder: Path) -> None:
+    """Takes the group's right to write from an own folder, and the libraries that it may have renamed.
+
+    An earlier release made the folder so where the umask is 002, as it is where every user has a group.
+    """
+    if not hasattr(os, "geteuid"):
+        return
+    status = folder.stat()
+    if status.st_uid != os.geteuid() or status.st_mode & 0o022 != 0o020:
+        return
+    folder.chmod(stat.S_IMODE(status.st_mode) & ~0o020)
+    for library in folder.glob("*.so"):
+        if LIBRARY.fullmatch(library.name):
+            library.unlink(missing_ok=True)
+
+
+def _distrust_parents(folder: Path) -> str | None:
+    """Why others could put another folder in the place of this one; None where they could not.
+
+    Where the sticky bit is set, as for /tmp, nobody renames what is another user's. What stands in the
+    temporary folder is not asked: nothing better could take its place.
+    """
+    if not hasattr(os, "geteuid") or folder.parent == Path(tempfile.gettempdir()).resolve():
+        return None
+    for parent in folder.parents:
+        mode = parent.stat().st_mode
+        if mode & stat.S_IWOTH and not mode & stat.S_ISVTX:
+            return f"lies in {parent}, where other users may replace it"
+    return None
 
 
 def _distrust(path: Path) -> str | None:

@@ -10,7 +10,7 @@ from brushgrip.atomic import staged_directory
 from brushgrip.commands.options import EffectModules, ModelFile, OutFolder
 from brushgrip.console import say
 from brushgrip.recordings import keep_inputs
-from brushgrip.user_effects import user_effects
+from brushgrip.user_effects import effect_files, user_effects
 from observers import AligningTorque, Ekf, MeasurementModel, Mhe, SteeringTorque, from_files
 from observers.embedded import DOUBLE, SINGLE, generate, generate_fmu
 from observers.embedded.origin import require_replaceable
@@ -88,6 +88,6 @@ def codegen(
         else:
             files = generate(made, stage, TYPES[real], name=name)
         finals = [out.resolve() / path.name for path in files]
-        keep_inputs(finals, [], rig, model)
+        keep_inputs(finals, [], rig, model, *effect_files(effects))
         require_replaceable(finals)
     say(f"wrote {', '.join(path.name for path in files)} to {out}")

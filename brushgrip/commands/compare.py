@@ -27,7 +27,7 @@ from brushgrip.console import progress, say
 from brushgrip.formatting import json_text
 from brushgrip.pictures import draw_boxes
 from brushgrip.recordings import keep_inputs, locate, read_all
-from brushgrip.user_effects import user_effects
+from brushgrip.user_effects import effect_files, user_effects
 from identification import read_model
 from identification.thesis import author_file, label_mean
 from symbolic import InvalidInputError
@@ -93,7 +93,9 @@ def compare(
     own = user_effects(effects)
     cases = _cases(recordings, rig, author, declared or [])
     read_names = [*recordings, *(train or [])]
-    keep_inputs(finals, read_names, rig, model, *_author_files(read_names, author))
+    keep_inputs(
+        finals, read_names, rig, model, *effect_files(effects), *_author_files(read_names, author)
+    )
     chosen = default_methods(None if model is None else read_model(model, effects=own))
     if train:
         read_all([*recordings, *train], rig)

@@ -14,7 +14,7 @@ from brushgrip.formatting import json_text
 from brushgrip.recordings import keep_inputs, read_all
 from brushgrip.report import PAGE, write_report
 from brushgrip.unfinished import kept_trials
-from brushgrip.user_effects import user_effects
+from brushgrip.user_effects import effect_files, user_effects
 from identification import LEAST_SQUARES, Diagnosis, Huber, model_text
 from identification import diagnose as close_the_loop
 from symbolic import EFFECTS
@@ -56,7 +56,7 @@ def diagnose(
     held_out = holdout or []
     read = read_all([*recordings, *held_out], rig)
     outputs = [out / DIAGNOSIS, out / MODEL, out / PAGE, *out.resolve().glob("*.png")]
-    keep_inputs(outputs, [*recordings, *held_out], rig)
+    keep_inputs(outputs, [*recordings, *held_out], rig, *effect_files(effects))
     training = read[: len(recordings)]
     loss = LEAST_SQUARES if robust is None else Huber(threshold=robust)
     with kept_trials(out) as journal, staged_directory(out) as folder:

@@ -26,7 +26,7 @@ from brushgrip.estimation import (
 from brushgrip.formatting import csv_text, estimates_summary
 from brushgrip.pictures import draw_friction
 from brushgrip.recordings import keep_inputs, read_all
-from brushgrip.user_effects import user_effects
+from brushgrip.user_effects import effect_files, user_effects
 from identification import Recording, read_model
 from observers import Estimates
 from symbolic import InvalidInputError
@@ -58,7 +58,7 @@ def estimate(
     _check_names(out, image)
     own = user_effects(effects)
     read = _read(recording, rig)
-    keep_inputs([out, image], [recording], rig, model)
+    keep_inputs([out, image], [recording], rig, model, *effect_files(effects))
     found = None if model is None else read_model(model, effects=own)
     with staged_file(out) as table, staged_file(image) as drawing:
         estimates = observe(OBSERVERS[observer], read, found)

@@ -11,7 +11,7 @@ from brushgrip.commands.options import EffectModules, ModelFile, OutFile, Record
 from brushgrip.console import say
 from brushgrip.formatting import csv_text
 from brushgrip.recordings import keep_inputs, read_all
-from brushgrip.user_effects import user_effects
+from brushgrip.user_effects import effect_files, user_effects
 from identification import FoundModel, Recording, read_model, signals_of
 from symbolic import InvalidInputError, Model
 from symbolic import simulate as simulate_torque
@@ -34,7 +34,7 @@ def simulate(
     found = None if model is None else read_model(model, effects=own)
     inputs = [model_and_values(recording, found) for recording in read]
     finals = [_final(out, recording, read) for recording in read]
-    keep_inputs(finals, recordings, rig, model)
+    keep_inputs(finals, recordings, rig, model, *effect_files(effects))
     with ExitStack() as stack:
         stages = [stack.enter_context(staged_file(final)) for final in finals]
         for recording, (structure, values), stage in zip(read, inputs, stages, strict=True):

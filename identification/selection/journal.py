@@ -2,14 +2,14 @@
 
 A search is deterministic: a trial that it has run before is taken from here. A trial is one file, named
 by a digest of the model's Functions, the start, the precision, the recordings and the format. A file
-that cannot be read counts as absent. joblib.Memory and diskcache would unpickle what they read, which
-executes code that a file may hold; here only JSON and arrays without objects are read.
+that cannot be read, or holds anything but such a trial, counts as absent. joblib.Memory and diskcache
+would unpickle what they read, which executes code that a file may hold; here only JSON and arrays
+without objects are read.
 """
 
 import hashlib
 import json
 import secrets
-import zipfile
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
@@ -18,9 +18,10 @@ from typing import Any
 
 import numpy as np
 
-from identification.fits.fitting import Fit, Values
+from identification.fits.fitting import Fit, Values, initial_guess
 from identification.reading.recordings import Recording
 from identification.selection.trials import Trial, TrialTask, model_of, trial_of
+from symbolic import parameter_name
 
 FORMAT = 3
 """Changes with whatever makes a kept trial differ from one run anew."""
@@ -37,16 +38,19 @@ class Journal:
     folder: Path
 
     def recall(self, task: TrialTask) -> Trial | None:
-        """The trial of this task, None if it is not kept."""
+        """The trial of this task, None if it is not kept whole."""
         path = self._path(task)
+        places = [task.training, *([task.holdout] if task.holdout else [])]
         try:
             with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
                 arrays = {name: kept[name] for name in kept.files}
             texts = json.loads(str(arrays.pop("texts")))
             fits = [_fit(task, text, arrays, i) for i, text in enumerate(texts)]
-        except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile):
+            if not all(_is_whole(*pair) for pair in zip(fits, places, strict=True)):
+                return None
+            return trial_of(task, fits[0], fits[1] if task.holdout else None)
+        except Exception:  # a damaged file may raise anything
             return None
-        return trial_of(task, fits[0], fits[1] if len(fits) > 1 else None)
 
     def note(self, task: TrialTask, trial: Trial) -> None:
         """Keep the trial of this task, whole or not at all; where nothing can be written, not at all."""
@@ -71,6 +75,8 @@ class Journal:
         model = model_of(task.effects, task.precision)
         # What the effects do belongs to the key, and with other bounds a trial comes out otherwise.
         plain = [FORMAT, repr(model.parameters), start, asdict(task.precision), repr(task.loss)]
+        # The first guess holds what `Effect.fixed_values` makes of the recordings.
+        plain += [repr(initial_guess(model, place)) for place in (task.training, task.holdout) if place]
         digest = hashlib.sha256(json.dumps(plain, sort_keys=True).encode())
         for function in (model.initial, model.step):
             digest.update(function.serialize().encode())
@@ -113,4 +119,30 @@ def _fit(task: TrialTask, text: Mapping[str, Any], arrays: Mapping[str, Any], i:
         status=text["status"],
         converged=text["converged"],
         loss=task.loss,
+    )
+
+
+def _is_whole(fitted: Fit, recordings: Sequence[Recording]) -> bool:
+    """Whether a fit that was read has all that a fit to these recordings has, of the right types.
+
+    Raises:
+        Exception: of any kind, where it has not.
+    """
+    names = {parameter_name(effect, parameter) for effect, parameter in fitted.model.parameters}
+    present = {r.name: np.isfinite(r.M_z) for r in recordings}
+    rows, columns = sum(int(mask.sum()) for mask in present.values()), len(fitted.labels)
+    shapes = {"jacobian": (rows, columns), "scales": (columns,), "bound_distances": (2, columns)}
+    arrays = {name: getattr(fitted, name) for name in shapes}
+    for name in present:
+        fitted.model.theta(fitted.values.of(name))  # Raises where a value is missing or out of bounds.
+    return (
+        type(fitted.status) is str
+        and type(fitted.converged) is bool
+        and all(owner in (None, *present) and name in names for owner, name in fitted.labels)
+        and len(set(fitted.labels)) == columns > 0
+        and fitted.residuals.keys() == present.keys()
+        and all(np.array_equal(np.isfinite(fitted.residuals[n]), mask) for n, mask in present.items())
+        and all(array.shape == shapes[name] for name, array in arrays.items())
+        and all(array.dtype == float for array in (*arrays.values(), *fitted.residuals.values()))
+        and all(np.isfinite(array).all() for array in (fitted.jacobian, fitted.scales))
     )

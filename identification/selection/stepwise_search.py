@@ -91,10 +91,12 @@ def search(
         journal: where trials are kept, so that an interrupted search can go on; None for nowhere.
 
     Raises:
-        InvalidInputError: a candidate is unknown, or two have the same name.
+        InvalidInputError: a candidate is unknown, two have the same name, or the processes cannot import
+            the class of one.
+        BrushgripError: a process ended before its work was done.
     """
     effects = effects_named(candidates)
-    with workers(jobs) as submit:
+    with workers(jobs, effects) as submit:
         runner = TrialRunner(
             training=training, holdout=holdout, loss=loss, submit=submit, journal=journal
         )

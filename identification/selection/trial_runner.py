@@ -1,13 +1,17 @@
 """Trials of one search run in processes: coarse ones on thinned recordings, fine ones on the whole."""
 
 import os
+import pickle
 import signal
+import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from multiprocessing import get_context
+from pathlib import Path
 from typing import Any
 
 from identification.fits.fitting import Values
@@ -15,7 +19,7 @@ from identification.fits.loss import Loss
 from identification.reading.recordings import Recording
 from identification.selection.journal import Journal
 from identification.selection.trials import Precision, Trial, TrialTask, model_of, run_trial, thin
-from symbolic import Effect
+from symbolic import BrushgripError, Effect, InvalidInputError
 
 Effects = tuple[Effect, ...]
 Submit = Callable[..., Future[Any]]
@@ -131,24 +135,57 @@ def values_for(present: Trial, effects: Sequence[Effect]) -> Values:
 
 
 @contextmanager
-def workers(jobs: int | None) -> Iterator[Submit]:
+def workers(jobs: int | None, effects: Effects = ()) -> Iterator[Submit]:
     """Processes to which work can be submitted; with one job it runs in this process, at once.
 
     An interruption cancels what waits in the queue; running trials are finished first, in seconds.
 
     Args:
         jobs: processes; None for one per core.
+        effects: those that the work may take to the processes.
+
+    Raises:
+        InvalidInputError: another process cannot import the class of an effect.
+        BrushgripError: a process ended before its work was done.
     """
     count = jobs or os.cpu_count() or 1
     if count == 1:
         yield _run_at_once
         return
+    for effect in effects:
+        _check_importable(effect)
     pool = ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=_ignore_interruptions)
     with _one_thread_each():
         try:
             yield pool.submit
+        except BrokenProcessPool:
+            raise BrushgripError(
+                "a process of the search ended before its work was done: out of memory, or it cannot"
+                " import the module of an own effect, or a script lacks 'if __name__ == \"__main__\":'"
+                " before its calls; jobs=1 (--jobs 1) does without processes"
+            ) from None
         finally:
             pool.shutdown(cancel_futures=True)
+
+
+def _check_importable(effect: Effect) -> None:
+    """Raises InvalidInputError where a new process could not import the classes of an effect."""
+    main = sys.modules["__main__"]
+    # A new process imports the main module anew where it has a file: not in a notebook, at a prompt, by
+    # `python -c`, or from standard input, whose file is "<stdin>".
+    has_file = getattr(main, "__spec__", None) or Path(getattr(main, "__file__", "")).is_file()
+    try:
+        pickled = pickle.dumps(effect)
+    except Exception as error:  # a field of the user's own may raise anything
+        reason = f"{type(error).__name__}: {error}"
+    else:
+        if has_file or b"__main__" not in pickled:
+            return
+        reason = "its class is defined where no file is, in a notebook or at a prompt"
+    raise InvalidInputError(
+        f"effect {effect.name!r} cannot be taken to the processes of the search ({reason}); put the"
+        " effect into a module of its own, or use jobs=1 (--jobs 1)"
+    )
 
 
 @contextmanager

@@ -62,7 +62,8 @@ def effects_in(module: ModuleType) -> tuple[Effect, ...]:
 
     Raises:
         InvalidInputError: the module declares none, something else is among them, two have the same
-            name, a name is no identifier, or it is that of another effect of the library.
+            name, a name is no identifier or that of another effect of the library, or one cannot be
+            hashed, as with a list of parameters.
     """
     name = module.__name__
     declared = getattr(module, "EFFECTS", None)
@@ -88,6 +89,13 @@ def checked_effects(effects: Iterable[object]) -> tuple[Effect, ...]:
             raise InvalidInputError(f"an effect must be an object of Effect, got {effect!r}")
         if not effect.name.isidentifier():
             raise InvalidInputError(f"an effect's name must be an identifier, got {effect.name!r}")
+        try:
+            hash(effect)
+        except TypeError as error:
+            raise InvalidInputError(
+                f"effect {effect.name!r} must be a frozen dataclass whose parameters must be a tuple,"
+                f" and so must its signatures: {error}"
+            ) from None
         if EFFECTS.get(effect.name, effect) != effect:
             raise InvalidInputError(
                 f"effect {effect.name!r} has the name of another one in the library; choose another name"

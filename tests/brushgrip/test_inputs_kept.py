@@ -1,7 +1,8 @@
 """No command writes over what it reads, however the path is spelt."""
 
 import os
-from collections.abc import Callable
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -97,6 +98,53 @@ def test_commands_that_write_files(
     assert "would overwrite what is read" in outcome.err
     assert outcome.err.count("\n") == 1
     assert contents(folder) == before
+
+
+@pytest.fixture
+def own_effects(folder: Path) -> Iterator[None]:
+    """The package `ownkit`, whose module `effects` takes its only effect from `boot`."""
+    package, path, before = folder / "ownkit", list(sys.path), set(sys.modules)
+    package.mkdir()
+    (package / "__init__.py").write_text("")
+    (package / "boot.py").write_text(
+        "from dataclasses import dataclass\nfrom symbolic import Effect\n"
+        "@dataclass(frozen=True, kw_only=True)\nclass Boot(Effect):\n    pass\n"
+    )
+    (package / "effects.py").write_text(
+        "from ownkit.boot import Boot\nEFFECTS = [Boot(name='boot', summary='', parameters=())]\n"
+    )
+    yield
+    sys.path[:] = path
+    for name in set(sys.modules) - before:
+        if name.startswith("ownkit"):
+            del sys.modules[name]
+
+
+@pytest.mark.usefixtures("own_effects")
+@pytest.mark.parametrize("source", ["effects", "boot", "__init__"])
+@pytest.mark.parametrize("command", ["estimate", "compare", "simulate", "diagnose", "codegen"])
+def test_the_sources_of_own_effects_are_read_too(
+    run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch, command: str, source: str
+) -> None:
+    monkeypatch.setattr("brushgrip.commands.compare._cases", lambda *_: [])
+    path = Path(f"ownkit/{source}.py")
+    arguments: tuple[object, ...] = {
+        "estimate": (*ESTIMATE, "--out", path),
+        "compare": (*COMPARE, "--out", path),
+        "simulate": (*SIMULATE, "--out", path),
+        "diagnose": ("diagnose", "good.csv", "--rig", "rig.toml", "--out", "sub"),
+        "codegen": ("codegen", "--rig", "rig.toml", "--observer", "ekf", "--out", "sub"),
+    }[command]
+    if command in ("diagnose", "codegen"):
+        name = {"diagnose": "report.html", "codegen": "brushgrip.c"}[command]
+        (folder / "sub" / name).symlink_to(folder / path)
+    before = contents(folder / "ownkit")
+    outcome = run(*arguments, "--effects", "ownkit.effects")
+
+    assert outcome.status == 2
+    assert "would overwrite what is read" in outcome.err
+    assert outcome.err.count("\n") == 1
+    assert {n: c for n, c in contents(folder / "ownkit").items() if n in before} == before
 
 
 @pytest.mark.parametrize("author", [(), ("--author", "nosub/..")])

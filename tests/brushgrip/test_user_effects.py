@@ -76,15 +76,31 @@ def test_modules_may_be_repeated_and_separated_by_commas() -> None:
     assert user_effects(None) == ()
 
 
-def test_the_current_directory_goes_first_for_the_import_and_last_afterwards(here: Path) -> None:
+def test_what_is_on_the_path_goes_before_the_current_directory(here: Path) -> None:
     elsewhere = here.parent / "elsewhere"
     elsewhere.mkdir()
-    (elsewhere / "own_stop.py").write_text("")
+    (elsewhere / "own_stop.py").write_text(MODULE.format(kind="Other", name="other"))
+    (elsewhere / "own_empty.py").write_text("")
+    (here / "own_empty.py").write_text(MODULE.format(kind="Hidden", name="hidden"))
     sys.path.insert(0, str(elsewhere))
 
-    assert names("own_stop") == ["stop"]
+    assert names("own_stop", "own_creak") == ["other", "creak"]
     assert sys.path[0] == str(elsewhere)
     assert sys.path.index(str(here)) == len(sys.path) - 1
+    with pytest.raises(InvalidInputError, match=f"imported from {elsewhere / 'own_empty.py'}"):
+        names("own_empty")
+
+
+def test_a_module_does_not_import_from_the_current_directory_what_is_installed(here: Path) -> None:
+    (here / "fractions.py").write_text("raise RuntimeError('shadowed')")
+    (here / "own_stop.py").write_text("import fractions\n" + (here / "own_stop.py").read_text())
+    kept = sys.modules.pop("fractions", None)
+    try:
+        assert names("own_stop") == ["stop"]
+    finally:
+        sys.modules.pop("fractions", None)
+        if kept:
+            sys.modules["fractions"] = kept
 
 
 @pytest.mark.parametrize(

@@ -202,7 +202,7 @@ def test_a_planted_library_would_be_run(tmp_path: Path, monkeypatch: pytest.Monk
 
 @needs_compiler
 @needs_users
-@pytest.mark.parametrize("mode", [0o720, 0o702, 0o777, 0o1777], ids=oct)
+@pytest.mark.parametrize("mode", [0o722, 0o702, 0o777, 0o1777], ids=oct)
 def test_a_folder_that_others_may_write_to_is_not_used(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, mode: int
 ) -> None:
@@ -217,6 +217,48 @@ def test_a_folder_that_others_may_write_to_is_not_used(
     assert f"{cache} may be written by other users" in line
     assert "Remove that folder, or name one of your own in BRUSHGRIP_CACHE" in line
     assert stat.S_IMODE(cache_directory().stat().st_mode) == 0o700
+
+
+@needs_compiler
+@needs_users
+@pytest.mark.parametrize("mode", [0o720, 0o775], ids=oct)
+def test_an_own_folder_is_closed_to_the_group(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, mode: int
+) -> None:
+    cache = planted(tmp_path, monkeypatch)
+    (cache / "foreign.so").write_bytes(b"")
+    cache.chmod(mode)
+
+    assert is_doubling(compiled(small(2.0))), "a member of the group may have renamed libraries"
+    assert stat.S_IMODE(cache.stat().st_mode) == mode & ~0o020
+    assert caplog.messages == []
+    kept = sorted(cache.iterdir())
+    assert len(kept) == 2
+    assert kept[0].name == "foreign.so"
+    assert is_doubling(compiled(small(2.0)))
+    assert sorted(cache.iterdir()) == kept
+
+
+@needs_compiler
+@needs_users
+@pytest.mark.parametrize(("mode", "is_used"), [(0o777, False), (0o1777, True), (0o775, True)])
+def test_a_folder_that_others_may_replace_is_not_used(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    mode: int,
+    is_used: bool,
+) -> None:
+    open_folder, cache = tmp_path / "open", tmp_path / "open" / "own" / "cache"
+    cache.mkdir(parents=True, mode=0o700)
+    open_folder.chmod(mode)
+    monkeypatch.setenv("BRUSHGRIP_CACHE", str(cache))
+    function = small(2.0)
+
+    assert compiled(function) is not function
+    assert bool(list(cache.iterdir())) is is_used
+    expected = f"{cache} lies in {open_folder}, where other users may replace it"
+    assert [expected in line for line in caplog.messages] == ([] if is_used else [True])
 
 
 @needs_compiler

@@ -72,6 +72,10 @@ def test_a_module_declares_its_effects() -> None:
             {"EFFECTS": [Stop(name="a.b")]},
             "module mine: an effect's name must be an identifier, got 'a.b'",
         ),
+        (
+            {"EFFECTS": [Stop(parameters=list(Stop().parameters))]},  # type: ignore[arg-type]
+            "module mine: effect 'stop' must be a frozen dataclass whose parameters must be a tuple",
+        ),
     ],
 )
 def test_faults_of_a_module(content: dict[str, Any], fault: str) -> None:

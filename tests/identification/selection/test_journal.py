@@ -1,7 +1,10 @@
 """An interrupted search goes on where it was, and comes to the same."""
 
+import json
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import casadi as ca
 import numpy as np
@@ -121,6 +124,100 @@ def test_what_cannot_be_read_is_made_anew(damped: list[Recording], journal: Jour
     for content in (b"", path.read_bytes()[:500], b"no archive"):
         path.write_bytes(content)
         assert journal.recall(task) is None
+
+
+Arrays = dict[str, Any]
+Texts = list[Any]
+DAMAGES: dict[str, Callable[[Arrays, Texts], object]] = {
+    "no fit": lambda _, texts: texts.clear(),
+    "an empty fit": lambda _, texts: texts.__setitem__(0, []),
+    "no object": lambda _, texts: texts.__setitem__(0, None),
+    "a fit too few": lambda _, texts: texts.pop(),
+    "a fit too many": lambda _, texts: texts.append(texts[0]),
+    "shared values as a list": lambda _, texts: texts[0].update(shared=[]),
+    "a value as text": lambda _, texts: texts[0]["shared"].update(k="2e6"),
+    "a value of nothing": lambda _, texts: texts[0]["shared"].update(k=None),
+    "a value that is not finite": lambda _, texts: texts[0]["shared"].update(k=float("nan")),
+    "a value missing": lambda _, texts: texts[0]["shared"].pop("k"),
+    "a recording's values missing": lambda _, texts: texts[1].update(own={}),
+    "a label too many": lambda _, texts: texts[0]["labels"].append([None, "torque_offset"]),
+    "a label twice": lambda _, texts: texts[0]["labels"].__setitem__(0, texts[0]["labels"][1]),
+    "a label of no parameter": lambda _, texts: texts[0]["labels"].__setitem__(0, [None, "no"]),
+    "no status": lambda _, texts: texts[0].update(status=None),
+    "converged as text": lambda _, texts: texts[0].update(converged="no"),
+    "another recording": lambda arrays, _: arrays.update({"0/residual/c": np.zeros(9)}),
+    "a residual missing": lambda arrays, _: arrays.pop("1/residual/recording_b"),
+    "a residual too short": lambda arrays, _: shorten(arrays, "0/residual/recording_a"),
+    "a jacobian too short": lambda arrays, _: shorten(arrays, "0/jacobian"),
+    "a jacobian of text": lambda arrays, _: arrays.update({"0/jacobian": np.array(["no"])}),
+    "a jacobian that is not finite": lambda arrays, _: arrays["0/jacobian"].__setitem__(0, np.nan),
+    "scales too short": lambda arrays, _: shorten(arrays, "0/scales"),
+    "whole numbers": lambda arrays, _: arrays.update({"0/scales": arrays["0/scales"].astype(int)}),
+    "bounds too short": lambda arrays, _: shorten(arrays, "1/bound_distances"),
+}
+
+
+def shorten(arrays: Arrays, name: str) -> None:
+    arrays[name] = arrays[name][:-1]
+
+
+def test_damaged_content_is_made_anew(damped: list[Recording], journal: Journal) -> None:
+    task = TrialTask(effects_named(["torque_offset"]), damped[:1], damped[1:], precision=RANKING)
+    journal.note(task, run_trial(task))
+    (path,) = journal.folder.iterdir()
+    with np.load(path) as kept:
+        whole = dict(kept)
+    crashes = []
+    for name, damage in {"nothing": lambda *_: None, **DAMAGES}.items():
+        arrays = {name: array.copy() for name, array in whole.items()}
+        texts = json.loads(str(arrays.pop("texts")))
+        damage(arrays, texts)
+        np.savez(path, texts=json.dumps(texts), **arrays)
+        try:
+            if (journal.recall(task) is None) != (name != "nothing"):
+                crashes.append(name)
+        except Exception as error:
+            crashes.append(f"{name}: {error!r}")
+
+    assert crashes == []
+    assert set(whole) > {"0/residual/recording_a", "1/residual/recording_b", "1/bound_distances"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Line(Spring):
+    """An effect whose second parameter is given by the recordings."""
+
+    parameters: tuple[Parameter, ...] = (
+        *Spring().parameters,
+        replace(Spring().parameters[0], name="F_0", neutral=None, upper=1e4, fixed=True),
+    )
+
+    def fixed_values(self, a: Sequence[float], F_N: Sequence[float]) -> dict[str, float]:
+        """The mean load."""
+        del a
+        return {"F_0": float(np.mean(F_N))}
+
+
+class OtherLine(Line):
+    """The same Functions, and another value of the parameter that is given."""
+
+    def fixed_values(self, a: Sequence[float], F_N: Sequence[float]) -> dict[str, float]:
+        """The least load."""
+        del a
+        return {"F_0": 0.5 * float(np.min(F_N))}
+
+
+OtherLine.__qualname__ = Line.__qualname__
+
+
+def test_another_value_given_by_the_recordings_is_another_trial(
+    damped: list[Recording], journal: Journal
+) -> None:
+    task = TrialTask((Line(),), damped, precision=RANKING)
+    journal.note(task, run_trial(task))
+
+    assert journal.recall(task) is not None
+    assert journal.recall(replace(task, effects=(OtherLine(),))) is None
 
 
 def test_goes_on_after_an_interruption(

@@ -1,0 +1,118 @@
+"""Effects of a user's own in the processes of a search, and what is said where they cannot go there."""
+
+import subprocess
+import sys
+from collections.abc import Iterator
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from identification import Recording, diagnose, search
+from symbolic import BrushgripError, Effect, InvalidInputError, Parameter
+from tests.identification.factories import read_campaign, with_torque
+
+BOOT = """
+from dataclasses import dataclass
+from symbolic import Effect, Parameter
+
+@dataclass(frozen=True, kw_only=True)
+class Boot(Effect):
+    name: str = "boot"
+    summary: str = "a spring by the cube of the angle"
+    parameters: tuple[Parameter, ...] = (
+        Parameter(name="c", unit="N m", neutral=0.0, start=1.0, lower=0.0, upper=1e3, scale=10.0),
+    )
+
+    def torque(self, signals, values):
+        return -values["c"] * signals.psi**3
+
+EFFECTS = [Boot()]
+"""
+SEARCH = """
+from identification import search
+from symbolic import InvalidInputError
+try:
+    search([], (), jobs=2, candidates=EFFECTS)
+except InvalidInputError as error:
+    print(error)
+"""
+
+
+@pytest.fixture(scope="module")
+def recordings() -> list[Recording]:
+    """Recordings of a rig with a boot of 150 N m/rad^3."""
+    plain = read_campaign(None, 3, duration=8.0)[1]
+    return [with_torque(recording, recording.M_z - 150 * recording.psi**3) for recording in plain]
+
+
+@pytest.fixture
+def boot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType]:
+    """The user's module, imported from a folder on the path."""
+    (tmp_path / "ownboot.py").write_text(BOOT)
+    monkeypatch.syspath_prepend(tmp_path)
+    yield import_module("ownboot")
+    del sys.modules["ownboot"]
+
+
+@pytest.mark.usefixtures("interpreted")
+def test_an_effect_of_a_users_module_goes_to_the_processes(
+    boot: ModuleType, recordings: list[Recording]
+) -> None:
+    (one,) = diagnose(recordings, jobs=2, candidates=boot.EFFECTS).effects
+
+    assert one.name == "boot"
+    assert one.parameters["c"].value == pytest.approx(150, rel=0.1)
+
+
+@pytest.mark.usefixtures("interpreted")
+def test_a_process_that_ends_takes_one_line(
+    boot: ModuleType, recordings: list[Recording], tmp_path: Path
+) -> None:
+    (tmp_path / "ownboot.py").unlink()
+    with pytest.raises(BrushgripError, match=r"a process of the search ended .*jobs=1") as caught:
+        search(recordings, (), jobs=2, candidates=boot.EFFECTS)
+    assert not isinstance(caught.value, InvalidInputError)
+    assert "\n" not in str(caught.value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Field(Effect):
+    """An effect with a field of any kind."""
+
+    name: str = "field"
+    summary: str = "a field"
+    parameters: tuple[Parameter, ...] = ()
+    content: Any = None
+
+
+def test_a_local_class_and_a_field_that_cannot_be_pickled_are_refused() -> None:
+    @dataclass(frozen=True, kw_only=True)
+    class Local(Field):
+        """A class that only this function knows."""
+
+    for effect in (Local(), Field(content=lambda x: x)):
+        with pytest.raises(InvalidInputError) as caught:
+            search([], (), jobs=2, candidates=[effect])
+        assert str(caught.value).startswith("effect 'field' cannot be taken to the processes of the")
+        assert "put the effect into a module of its own, or use jobs=1" in str(caught.value)
+
+
+@pytest.mark.parametrize("is_command", [True, False], ids=["python -c", "standard input"])
+def test_a_class_of_a_main_module_without_a_file_is_refused(
+    repository_root: Path, is_command: bool
+) -> None:
+    code = BOOT + SEARCH
+    ended = subprocess.run(
+        [sys.executable, *(["-c", code] if is_command else ["-"])],
+        input=None if is_command else code,
+        cwd=repository_root,
+        capture_output=True,
+        text=True,
+    )
+
+    assert ended.stdout.startswith("effect 'boot' cannot be taken to the processes"), ended.stderr
+    assert "put the effect into a module of its own, or use jobs=1" in ended.stdout
