@@ -9,16 +9,6 @@ from pathlib import Path
 from symbolic import InvalidInputError
 
 
-def write_text_atomic(path: str | Path, text: str) -> None:
-    """Writes a UTF-8 file that is there completely, or is left as it was.
-
-    Raises:
-        InvalidInputError: the file cannot be written there.
-    """
-    with staged_file(path) as stage, _as_input_error(Path(path)):
-        stage.write_text(text, encoding="utf-8", newline="\n")
-
-
 @contextmanager
 def staged_file(final: str | Path) -> Iterator[Path]:
     """Yields a path to write to; on success it takes the place of the final file.

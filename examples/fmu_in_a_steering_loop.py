@@ -1,9 +1,9 @@
 """The steering loop of `steering_controller.py` with the observer as an FMU, driven by FMPy beside it.
 
 Wheel and controller are python-control's, the observer is co-simulated: in every step the loop is asked
-for its sensors, with the friction that the FMU said last; the FMU is given them and makes its step, and
-the loop makes its own. What it comes to is held against the same loop with the observer in Python. Needs
-FMPy (pip install fmpy) and a C compiler, which builds the FMU.
+for its sensors, with the last estimate of the FMU; the FMU is given them and makes its step, and the
+loop makes its own. The result is compared with the same loop with the observer in Python. Needs FMPy
+(pip install fmpy) and a C compiler, which builds the FMU.
 """
 
 import shutil

@@ -65,7 +65,7 @@ def simulation_methods(recording: Recording, *, delayed: bool) -> dict[str, Arra
 
 
 def measured_methods(recording: Recording) -> dict[str, Array]:
-    """The methods that learn nothing, on a recording: declared model, default beliefs."""
+    """The methods that learn nothing, on a recording: declared model, default tuning."""
     k, rig = recording.tyre.k, recording.rig
     methods = {"root": ZoneRootSolver(rig=rig, k=k), "EKF": Ekf(model=Model(), values={"k": k}, rig=rig)}
     return {name: estimated(observer, recording) for name, observer in methods.items()}
@@ -105,9 +105,9 @@ def simulated(designs: Sequence[Design], full: bool, path: Path | None) -> None:
     """Figures 4.8 to 4.10, with the torque in time and, as the thesis has it, one sample late."""
     doubled = np.abs(steered(1.0).psi - 2 * steered(0.5).psi).max()
     print(f"mu = 1 is mu = 0.5 doubled: angles within {doubled:.0e} rad")
-    for heard, delayed in ((lambda recording: recording, False), (late, True)):
-        training = [heard(steered(mu)) for mu in (0.5, 1.8)]
-        tests = [heard(steered(1.0)), heard(steered(1.0, NESTED))]
+    for channel, delayed in ((lambda recording: recording, False), (late, True)):
+        training = [channel(steered(mu)) for mu in (0.5, 1.8)]
+        tests = [channel(steered(1.0)), channel(steered(1.0, NESTED))]
         taught = [learners(training, design, full) for design in designs]
         title = f"simulated, torque {'late' if delayed else 'in time'}, trained on mu = 0.5 and 1.8"
         others = partial(simulation_methods, delayed=delayed)

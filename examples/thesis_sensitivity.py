@@ -38,7 +38,7 @@ Array = NDArray[np.float64]
 REACH = (0.75, 1.5)
 """The mesh goes this far to either side: yaw angle [rad], torque M = -M_z [N m]."""
 PRIOR = Tuning(mu=0.6, noise=1e-2, error=1e-2, mu_walk=1e-3, zero_std=1e-4, zero_walk=0.0)
-"""Beliefs for one sample alone; its torque is good to 1 % of full slide."""
+"""Tuning for one sample alone; its torque is good to 1 % of full slide."""
 ITERATIONS = 10
 """Linearisations of that sample, which tells all there is."""
 NEAR = 0.1
@@ -82,21 +82,21 @@ def root(psi: Array, M: Array) -> Array:
     return np.array(roots)
 
 
-def filtered(observer: Ekf | Mhe, psi: Array, M: Array, after: int, *, heard: bool) -> Surface:
-    """What a filter says after one sample of the mesh; the simulation up to `after` goes before it.
+def filtered(observer: Ekf | Mhe, psi: Array, M: Array, after: int, *, measured: bool) -> Surface:
+    """Estimates after one sample of the mesh; the simulation up to `after` goes before it.
 
     Args:
         observer: the filter.
         psi: the sample's angle, shape (points,) [rad].
         M: its torque, shape (points,) [N m].
         after: last sample before it.
-        heard: whether the torques before it are heard.
+        measured: whether the torques before it are measured.
     """
     state = None
     for angle, rate, M_z in zip(
         SIMULATION.psi[: after + 1], SIMULATION.psi_dot, SIMULATION.M_z, strict=False
     ):
-        torque = M_z if heard else np.nan
+        torque = M_z if measured else np.nan
         sample = Sample(psi=angle, psi_dot=rate, F_N=LOAD, dt=DT, M_z=torque)
         state = observer.step(observer.init(sample) if state is None else state, sample)
     rate = float(SIMULATION.psi_dot[after])
@@ -128,9 +128,9 @@ def surfaces(psi: Array, M: Array) -> dict[str, Surface]:
         "root": always(mu),
         "neural network": always(plain.at(few)),
         "root and network": always(correcting.at(many)),
-        "EKF, one sample alone": filtered(alone, psi, M, TURN, heard=False),
+        "EKF, one sample alone": filtered(alone, psi, M, TURN, measured=False),
         **{
-            f"{name}, one false sample in a stream": filtered(one, psi, M, middle, heard=True)
+            f"{name}, one false sample in a stream": filtered(one, psi, M, middle, measured=True)
             for name, one in follow.items()
         },
     }

@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 SETTLED = 0.5
 """From here on errors count: before, the thesis says, the angle is too small [s]."""
 CLEAN = Tuning(noise=1e-3, error=1e-3, mu_walk=1e-3, zero_std=1e-4, zero_walk=0.0)
-"""Beliefs for a simulated torque: without noise, the model the one that made it."""
+"""Tuning for a simulated torque: without noise, by the same model."""
 DELAYED = Model(effects=effects_named(["sensor_delay"]))
 DRAWN = 0.5
 """Friction of the picture; 1, the thesis's, is where our priors stand anyway [1]."""

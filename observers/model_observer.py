@@ -50,8 +50,8 @@ class ModelObserver(CasadiObserver):
                 )
         if isinstance(self.measurement_model, type) or not hasattr(self.measurement_model, "motion"):
             raise InvalidInputError(
-                "measurement_model must be AligningTorque(...) or SteeringTorque(...), with brackets,"
-                f" got {self.measurement_model!r}"
+                "measurement_model must be AligningTorque(...), SteeringTorque(...) or another"
+                f" observers.MeasurementModel, with brackets, got {self.measurement_model!r}"
             )
         self.model.theta({**self.values, "mu": self.tuning.mu})
         self.measurement_model.check(self.rig, self.model)

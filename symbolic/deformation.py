@@ -84,12 +84,6 @@ def edge_moment(z: Expression, width: Expression, a: Expression, arm: Expression
     return total
 
 
-def position(xi: Expression, a: Expression, e: Expression) -> Expression:
-    """The place x in [-a, a] of the bristle with coordinate xi [m], the inverse of xi = (x - e) / p."""
-    half = e + xi * a * a
-    return 2 * half / (1 + ca.sqrt(1 + 4 * xi * half))
-
-
 def full_slide_torque(F_N: Expression, a: Expression) -> Expression:
     """3/8 F_N a: size of M_z in full slide for mu = 1, e = 0 [N m]; [Györök 2022], (2.1) in (2.3)."""
     return 0.375 * F_N * a

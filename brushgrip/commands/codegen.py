@@ -12,8 +12,7 @@ from brushgrip.console import say
 from brushgrip.recordings import keep_inputs
 from brushgrip.user_effects import effect_files, user_effects
 from observers import AligningTorque, Ekf, MeasurementModel, Mhe, SteeringTorque, from_files
-from observers.embedded import DOUBLE, SINGLE, generate, generate_fmu
-from observers.embedded.origin import require_replaceable
+from observers.embedded import DOUBLE, SINGLE, generate, generate_fmu, require_replaceable
 
 
 class Kind(StrEnum):
@@ -46,7 +45,7 @@ class TorqueChannel(StrEnum):
 
 KINDS = {Kind.EKF: Ekf, Kind.MHE: Mhe}
 TYPES = {Type.FLOAT: SINGLE, Type.DOUBLE: DOUBLE}
-SENSINGS: dict[TorqueChannel, MeasurementModel] = {
+MEASUREMENT_MODELS: dict[TorqueChannel, MeasurementModel] = {
     TorqueChannel.GROUND: AligningTorque(),
     TorqueChannel.HAND: SteeringTorque(),
 }
@@ -79,14 +78,18 @@ def codegen(
 
     Files that an earlier codegen wrote are replaced; any other file in the way is a fault.
     """
-    made = from_files(
-        KINDS[observer], rig, model, effects=user_effects(effects), measurement_model=SENSINGS[torque]
+    chosen = from_files(
+        KINDS[observer],
+        rig,
+        model,
+        effects=user_effects(effects),
+        measurement_model=MEASUREMENT_MODELS[torque],
     )
     with staged_directory(out) as stage:
         if target is Target.FMU:
-            files = [generate_fmu(made, stage, TYPES[real], name=name)]
+            files = [generate_fmu(chosen, stage, TYPES[real], name=name)]
         else:
-            files = generate(made, stage, TYPES[real], name=name)
+            files = generate(chosen, stage, TYPES[real], name=name)
         finals = [out.resolve() / path.name for path in files]
         keep_inputs(finals, [], rig, model, *effect_files(effects))
         require_replaceable(finals)

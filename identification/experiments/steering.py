@@ -64,7 +64,7 @@ class Reach:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Manoeuvre:
-    """A course of angle and load over time, arrays of shape (n,).
+    """Angle and load over time, arrays of shape (n,).
 
     Attributes:
         instruction: the manoeuvre in words with numbers.

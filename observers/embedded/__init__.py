@@ -3,6 +3,16 @@
 from observers.embedded.codegen import generate
 from observers.embedded.fmu import generate_fmu
 from observers.embedded.native import NativeObserver, compile_native
+from observers.embedded.origin import require_replaceable
 from observers.embedded.scalar_type import DOUBLE, SINGLE, Real
 
-__all__ = ["DOUBLE", "SINGLE", "NativeObserver", "Real", "compile_native", "generate", "generate_fmu"]
+__all__ = [
+    "DOUBLE",
+    "SINGLE",
+    "NativeObserver",
+    "Real",
+    "compile_native",
+    "generate",
+    "generate_fmu",
+    "require_replaceable",
+]

@@ -9,10 +9,13 @@ import hashlib
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
+from inspect import getattr_static
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
 import casadi as ca
+import numpy as np
 
 from observers.angle_derivative import MEMORY
 from observers.embedded.casadi_c import embedded_code
@@ -41,6 +44,8 @@ COMPACT: tuple[tuple[Callable[[Any], bool], Callable[..., Body]], ...] = (
     (is_compact_window, compact_window_body),
 )
 """Observers for which smaller and faster code exists, and its builder."""
+MEMBERS = tuple(n for part in FunctionObserver.__mro__ for n in vars(part) if not n.startswith("_"))
+"""Names that a `FunctionObserver` has."""
 
 
 def generate(
@@ -73,10 +78,10 @@ def generate(
 def source_texts(observer: FunctionObserver, real: Real, name: str) -> dict[str, str]:
     """The text of every file, by its name; errors as for `generate`."""
     require_usable(name)
-    if not all(hasattr(type(observer), n) for n in ("layout", "initial_function", "step_function")):
+    if absent := [name for name in MEMBERS if getattr_static(observer, name, None) is None]:
         raise InvalidInputError(
-            "observer must be an Ekf, an Mhe or another observer made of casadi Functions, got"
-            f" {type(observer).__name__}"
+            "observer must be an Ekf, an Mhe or another observers.FunctionObserver, made of casadi"
+            f" Functions, got {type(observer).__name__} without {', '.join(absent)}"
         )
     terms = template_terms(observer, real, name)
     body = _body(observer, real, terms)
@@ -149,7 +154,7 @@ def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any
 
 
 def _parameters(observer: FunctionObserver, real: Real, version: str) -> str:
-    """JSON of model, values, rig and settings; an infinite number is written as a string."""
+    """JSON of model, values, rig and settings; what JSON does not have is written as a string."""
     units = units_of(observer.model)
     rig = zip(asdict(observer.rig).items(), RIG_UNITS, strict=True)
     document = {
@@ -162,10 +167,17 @@ def _parameters(observer: FunctionObserver, real: Real, version: str) -> str:
         "rig": {name: {"value": value, "unit": unit} for (name, value), unit in rig},
         **observer.settings,
     }
-    return json.dumps(_finite(document), indent=2, allow_nan=False) + "\n"
+    return json.dumps(_as_json(document), indent=2, allow_nan=False) + "\n"
 
 
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {name: _finite(part) for name, part in value.items()}
-    return str(value) if value in (float("inf"), float("-inf")) else value
+def _as_json(value: Any) -> Any:
+    """Mappings, sequences and arrays as JSON has them; any other value, infinity too, as a string."""
+    if isinstance(value, Mapping):
+        return {str(name): _as_json(part) for name, part in value.items()}
+    if isinstance(value, np.ndarray | np.generic):
+        return _as_json(value.tolist())
+    if isinstance(value, list | tuple):
+        return [_as_json(part) for part in value]
+    if isinstance(value, float):
+        return value if isfinite(value) else str(value)
+    return value if value is None or isinstance(value, str | int) else str(value)

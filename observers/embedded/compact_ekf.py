@@ -25,13 +25,12 @@ from observers.embedded.templating import Body, render
 from observers.initial_state import build_initial_state
 from observers.layout import Layout
 from observers.linearisation import directions
-from observers.model_observer import ModelObserver
-from observers.protocol import OUTPUT
+from observers.protocol import OUTPUT, FunctionObserver
 
 
-def is_compact(observer: ModelObserver) -> bool:
-    """True for a filter that linearises once, on the declared model."""
-    return isinstance(observer, Ekf) and observer.iterations == 1 and is_declared(observer)
+def is_compact(observer: FunctionObserver) -> bool:
+    """True for an `Ekf`, not a subclass, that linearises once on the declared model."""
+    return type(observer) is Ekf and observer.iterations == 1 and is_declared(observer)
 
 
 def compact_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> Body:

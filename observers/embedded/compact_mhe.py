@@ -18,8 +18,9 @@ from observers.embedded.mhe_kernels import elimination_size, window_functions
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
 from observers.linearisation import state_index
+from observers.measurement_model import AligningTorque
 from observers.mhe import Mhe
-from observers.model_observer import ModelObserver
+from observers.protocol import FunctionObserver
 
 STORED_CORNERS = 9
 """Corners stored with a sample: a window of 50 samples takes less than 8 KB in single precision."""
@@ -32,11 +33,14 @@ STATE = """\
     int8_t corners[{window}];"""
 
 
-def is_compact_window(observer: ModelObserver) -> bool:
-    """True where the angle is known, for one iteration on the declared model, two samples or more."""
-    if not isinstance(observer, Mhe) or "psi" in observer.states or observer.window < 2:
+def is_compact_window(observer: FunctionObserver) -> bool:
+    """True for one iteration over two samples or more on the declared model and the aligning torque.
+
+    Of a sample C stores what `AligningTorque` reads; no subclass of it or of `Mhe` counts.
+    """
+    if type(observer) is not Mhe or type(observer.measurement_model) is not AligningTorque:
         return False
-    return observer.iterations == 1 and is_declared(observer)
+    return observer.iterations == 1 and observer.window >= 2 and is_declared(observer)
 
 
 def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> Body:

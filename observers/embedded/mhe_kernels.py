@@ -31,7 +31,7 @@ from observers.protocol import SAMPLE
 from observers.tuning import TUNING_FIELDS
 
 ROW = ("F_N", "dt", "M_z", "accepted", "jump")
-"""Numbers of a sample that C stores: all that its terms depend on where the angle is known."""
+"""Numbers of a sample that C stores: all that the terms of `AligningTorque` depend on."""
 TORQUE = ("M_z", "log_mu", "stiffness")
 """M_z, its derivative by mu, and that by k over its nominal value."""
 TEST = ("accepted", "reset", "run", "missing", "expected")

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from brushgrip.atomic import staged_directory, staged_file, write_text_atomic
+from brushgrip.atomic import staged_directory, staged_file
 from symbolic import InvalidInputError
 
 
@@ -17,6 +17,11 @@ def interrupted(path: Path) -> None:
     raise KeyboardInterrupt
 
 
+def write(path: str | Path, text: str) -> None:
+    with staged_file(path) as stage:
+        stage.write_text(text, encoding="utf-8")
+
+
 def write_all(folder: Path, *files: str) -> None:
     for file in files:
         (folder / file).write_text("x")
@@ -27,63 +32,6 @@ def unwritable(tmp_path: Path) -> list[Path]:
     return [tmp_path / "file" / "below", tmp_path / "file" / "far" / "below", Path("/proc/none/x")]
 
 
-class TestWriteText:
-    def test_writes_and_replaces(self, tmp_path: Path) -> None:
-        path = tmp_path / "out.csv"
-        write_text_atomic(path, "t,μ\n")
-        write_text_atomic(str(path), "t,mu\n1,2\n")
-
-        assert path.read_bytes() == b"t,mu\n1,2\n"
-        assert names(tmp_path) == ["out.csv"]
-
-    def test_makes_missing_folders(self, tmp_path: Path) -> None:
-        write_text_atomic(tmp_path / "new" / "folder" / "out.csv", "x")
-
-        assert names(tmp_path) == ["new", "new/folder", "new/folder/out.csv"]
-
-    def test_follows_a_link(self, tmp_path: Path) -> None:
-        (tmp_path / "link").symlink_to(tmp_path / "target")
-        write_text_atomic(tmp_path / "link", "x")
-
-        assert (tmp_path / "link").is_symlink()
-        assert (tmp_path / "target").read_text() == "x"
-
-    def test_permissions_are_those_of_any_new_file(self, tmp_path: Path) -> None:
-        write_text_atomic(tmp_path / "atomic", "x")
-        (tmp_path / "plain").write_text("x")
-
-        modes = {stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("atomic", "plain")}
-        assert len(modes) == 1
-
-    def test_a_device_stays_a_device(self) -> None:
-        write_text_atomic("/dev/null", "x")
-
-        assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
-
-    def test_text_that_cannot_be_encoded_leaves_the_old(self, tmp_path: Path) -> None:
-        path = tmp_path / "out"
-        path.write_text("old")
-        with pytest.raises(UnicodeEncodeError):
-            write_text_atomic(path, "new \ud800")
-
-        assert path.read_text() == "old"
-        assert names(tmp_path) == ["out"]
-
-    @pytest.mark.parametrize("case", range(3))
-    def test_unwritable(self, tmp_path: Path, case: int) -> None:
-        path = unwritable(tmp_path)[case]
-        with pytest.raises(InvalidInputError) as caught:
-            write_text_atomic(path, "x")
-
-        assert str(caught.value).startswith(f"{path}: cannot be written: ")
-        assert "\n" not in str(caught.value)
-        assert names(tmp_path) == ["file"]
-
-    def test_folder_in_its_place(self, tmp_path: Path) -> None:
-        with pytest.raises(InvalidInputError, match=r"is a folder, expected the name of a file$"):
-            write_text_atomic(tmp_path, "x")
-
-
 def test_what_is_not_finished_is_hidden(tmp_path: Path) -> None:
     with staged_file(tmp_path / "figure.png") as stage, staged_directory(tmp_path / "out") as folder:
         assert stage.name.startswith(".figure-")
@@ -92,6 +40,61 @@ def test_what_is_not_finished_is_hidden(tmp_path: Path) -> None:
 
 
 class TestStagedFile:
+    def test_writes_and_replaces(self, tmp_path: Path) -> None:
+        path = tmp_path / "out.csv"
+        write(path, "t,μ\n")
+        write(str(path), "t,mu\n1,2\n")
+
+        assert path.read_bytes() == b"t,mu\n1,2\n"
+        assert names(tmp_path) == ["out.csv"]
+
+    def test_makes_missing_folders(self, tmp_path: Path) -> None:
+        write(tmp_path / "new" / "folder" / "out.csv", "x")
+
+        assert names(tmp_path) == ["new", "new/folder", "new/folder/out.csv"]
+
+    def test_follows_a_link(self, tmp_path: Path) -> None:
+        (tmp_path / "link").symlink_to(tmp_path / "target")
+        write(tmp_path / "link", "x")
+
+        assert (tmp_path / "link").is_symlink()
+        assert (tmp_path / "target").read_text() == "x"
+
+    def test_permissions_are_those_of_any_new_file(self, tmp_path: Path) -> None:
+        write(tmp_path / "atomic", "x")
+        (tmp_path / "plain").write_text("x")
+
+        modes = {stat.S_IMODE((tmp_path / name).stat().st_mode) for name in ("atomic", "plain")}
+        assert len(modes) == 1
+
+    def test_a_device_stays_a_device(self) -> None:
+        write("/dev/null", "x")
+
+        assert stat.S_ISCHR(Path("/dev/null").stat().st_mode)
+
+    def test_text_that_cannot_be_encoded_leaves_the_old(self, tmp_path: Path) -> None:
+        path = tmp_path / "out"
+        path.write_text("old")
+        with pytest.raises(UnicodeEncodeError):
+            write(path, "new \ud800")
+
+        assert path.read_text() == "old"
+        assert names(tmp_path) == ["out"]
+
+    @pytest.mark.parametrize("case", range(3))
+    def test_unwritable(self, tmp_path: Path, case: int) -> None:
+        path = unwritable(tmp_path)[case]
+        with pytest.raises(InvalidInputError) as caught:
+            write(path, "x")
+
+        assert str(caught.value).startswith(f"{path}: cannot be written: ")
+        assert "\n" not in str(caught.value)
+        assert names(tmp_path) == ["file"]
+
+    def test_folder_in_its_place(self, tmp_path: Path) -> None:
+        with pytest.raises(InvalidInputError, match=r"is a folder, expected the name of a file$"):
+            write(tmp_path, "x")
+
     def test_keeps_the_suffix_for_those_who_look_at_it(self, tmp_path: Path) -> None:
         with staged_file(tmp_path / "figure.png") as stage:
             assert stage.suffix == ".png"

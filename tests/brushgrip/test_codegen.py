@@ -28,13 +28,13 @@ def codegen(run: Run, rig: Path, out: Path, *options: object) -> Any:
 
 def test_writes_all_that_a_target_needs(run: Run, rig: Path, tmp_path: Path) -> None:
     outcome = codegen(run, rig, tmp_path / "c", "--real", "double", "--target", "c")
-    made = json.loads((tmp_path / "c" / "grip.json").read_text())
+    parameters = json.loads((tmp_path / "c" / "grip.json").read_text())
 
     assert outcome.status == 0
     assert sorted(path.name for path in (tmp_path / "c").iterdir()) == sorted(FILES)
-    assert made["parameters"]["k"] == {"value": 2.4e6, "unit": "N/m^2"}
-    assert made["real"] == "double"
-    assert made["version"] in (tmp_path / "c" / "grip.c").read_text()
+    assert parameters["parameters"]["k"] == {"value": 2.4e6, "unit": "N/m^2"}
+    assert parameters["real"] == "double"
+    assert parameters["version"] in (tmp_path / "c" / "grip.c").read_text()
 
 
 @NEEDS_COMPILER
@@ -165,11 +165,11 @@ class TestReplacing:
         assert codegen(run, rig, out, "--name", "other").status == 0
         assert codegen(run, rig, out).status == 0
         assert codegen(run, rig, out, "--real", "double").status == 0
-        made = json.loads((out / "grip.json").read_text())
+        parameters = json.loads((out / "grip.json").read_text())
         others = [name.replace("grip", "other") for name in GENERATED]
 
         assert sorted(path.name for path in out.iterdir()) == sorted([*FILES, *others, "notes.txt"])
-        assert made["real"] == "double"
+        assert parameters["real"] == "double"
         assert '"grip.h"' in (out / "main.c").read_text()
 
     @pytest.mark.parametrize("option", ["--rig", "--model"])

@@ -179,8 +179,8 @@ def test_a_fault_keeps_the_trials_too(
 
     assert outcome.status == 2
     assert (kept / "trial").exists()
-    said, fault = outcome.err.splitlines()
-    assert f"kept in {kept}" in said
+    note, fault = outcome.err.splitlines()
+    assert f"kept in {kept}" in note
     assert fault == "brushgrip: a: M_z is constant"
 
 

@@ -15,7 +15,7 @@ from reference_rig import RigRecording, SteeringRecording
 from symbolic import Model, effects_named, simulate
 from tests.observers.conftest import RIG, K
 from tests.observers.factories import CLEAN_RIG, columns_of, samples_of, slide, sparse, states_of
-from tests.observers.textbook import Beliefs, Filter
+from tests.observers.textbook import Filter, StateSpace
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -104,21 +104,23 @@ def test_iterations_find_the_minimum_of_the_cost_of_one_sample(
 ) -> None:
     observer = ekf(**{**CLEAN_RIG, "noise": 0.03}, iterations=12)
     samples = samples_of(columns_of(recording, slice(0, at)))
-    beliefs = Beliefs(observer)
-    mean, P, history = beliefs.prior(samples[0])
+    space = StateSpace(observer)
+    mean, P, history = space.prior(samples[0])
     # All but the last sample pass without their torque, so that the last one has far to go.
     for sample in samples:
-        mean, _, Q = beliefs.motion(mean, 0.0, np.zeros(2), None, sample)
-        history = beliefs.kept(history, P, Q, mean)
+        mean, _, Q = space.motion(mean, 0.0, np.zeros(2), None, sample)
+        history = space.predicted_history(history, P, Q, mean)
         before, P = history, P + np.diag(Q)
-        history = beliefs.meet(history, mean, sample)[0]
+        history = space.update_patch(history, mean, sample)[0]
     last = samples[-1]
     state = None
     for sample in [*(replace(s, M_z=nan) for s in samples[:-1]), last]:
         state = observer.step(observer.init(sample) if state is None else state, sample)
 
     def cost(x: Array) -> float:
-        measured, expected, _, weight = beliefs.reading(x, *beliefs.meet(before, x, last)[1:], last)
+        measured, expected, _, weight = space.measurement(
+            x, *space.update_patch(before, x, last)[1:], last
+        )
         return float((x - mean) @ np.linalg.solve(P, x - mean) + weight * (measured - expected) ** 2)
 
     scale = np.sqrt(np.diag(P))

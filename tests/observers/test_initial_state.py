@@ -8,7 +8,7 @@ import pytest
 from observers import AligningTorque, Ekf, Mhe, Sample, SteeringTorque, covariance_of
 from symbolic import Model, effects_named
 from tests.observers.conftest import K, make
-from tests.observers.textbook import Beliefs
+from tests.observers.textbook import StateSpace
 
 FIRST = Sample(psi=0.3, psi_dot=0.1, F_N=411.0, dt=0.013)
 FOUND = {
@@ -26,7 +26,7 @@ FOUND = {
 def test_filter_begins_with_the_prior(measurement_model: Any, model: dict[str, Any]) -> None:
     observer = make(Ekf, measurement_model=measurement_model, mu=0.9, psi_dot_std=0.7, **model)
     state, n = observer.init(FIRST), len(observer.states)
-    x, P, history = Beliefs(observer).prior(FIRST)
+    x, P, history = StateSpace(observer).prior(FIRST)
 
     np.testing.assert_allclose(state["x"], x, rtol=1e-14, atol=0)
     np.testing.assert_allclose(covariance_of(state["factor"].reshape(n, n)), P, rtol=1e-14, atol=0)

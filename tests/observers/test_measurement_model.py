@@ -134,3 +134,10 @@ def test_steering_torque_needs_the_inertia_and_the_damping(kind: Any) -> None:
 
 def test_tuning_is_of_the_observer() -> None:
     assert make(Ekf).tuning == Tuning()
+
+
+@pytest.mark.parametrize("kind", [Ekf, Mhe])
+@pytest.mark.parametrize("wrong", [AligningTorque, "M_z"])
+def test_anything_but_a_measurement_model_is_refused(kind: Any, wrong: Any) -> None:
+    with pytest.raises(InvalidInputError, match=r"another observers\.MeasurementModel, with brackets"):
+        make(kind, measurement_model=wrong)

@@ -1,8 +1,12 @@
 """The observer of examples/own_observer.py: run, in a loop, beside other methods, and as C."""
 
+import json
 import re
 import runpy
+from dataclasses import dataclass
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -89,5 +93,45 @@ def test_c_is_the_same(observer: ConstantGain, recording: Recording, tmp_path: P
 def test_an_observer_without_functions_is_refused(recording: Recording, tmp_path: Path) -> None:
     solver = ZoneRootSolver(rig=recording.rig, k=recording.tyre.k)
 
-    with pytest.raises(InvalidInputError, match="casadi Functions, got ZoneRootSolver"):
+    with pytest.raises(InvalidInputError, match="casadi Functions, got ZoneRootSolver") as caught:
         generate(solver, tmp_path)
+    assert "observers.FunctionObserver" in str(caught.value)
+    assert "step_function" in str(caught.value)
+
+
+def test_fields_of_an_object_may_be_the_observer(observer: ConstantGain, tmp_path: Path) -> None:
+    names = ("model", "values", "rig", "name", "title", "layout", "initial_function", "step_function",
+             "constants", "constant_labels", "informed_below", "prior", "settings", "channel", "init",
+             "step", "estimate")  # fmt: skip
+    fields = SimpleNamespace(**{name: getattr(observer, name) for name in names})
+    generate(observer, tmp_path / "class")
+    generate(fields, tmp_path / "fields")
+
+    for path in sorted((tmp_path / "class").iterdir()):
+        assert (tmp_path / "fields" / path.name).read_bytes() == path.read_bytes()
+
+    del fields.constants
+    with pytest.raises(InvalidInputError, match=r"got SimpleNamespace without constants$"):
+        generate(fields, tmp_path / "fields")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class WithTables(ConstantGain):
+    """Settings that JSON does not have."""
+
+    table: Array
+    limits: dict[Any, Any]
+    folder: Path = Path("some") / "where"
+
+
+def test_settings_of_any_type_are_in_the_parameters(recording: Recording, tmp_path: Path) -> None:
+    limits = {1: (np.float64(2.0), float("-inf")), "unknown": float("nan"), "on": True, "none": None}
+    table = np.array([[1.0, np.inf], [0.5, 2.0]])
+    own = WithTables(model=MODEL, values=VALUES, rig=recording.rig, table=table, limits=limits)
+    generate(own, tmp_path)
+
+    parameters = json.loads((tmp_path / "brushgrip.json").read_text("utf-8"))
+    assert parameters["gain"] == 0.05
+    assert parameters["table"] == [[1.0, "inf"], [0.5, 2.0]]
+    assert parameters["limits"] == {"1": [2.0, "-inf"], "unknown": "nan", "on": True, "none": None}
+    assert parameters["folder"] == str(Path("some") / "where")

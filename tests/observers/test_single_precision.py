@@ -57,7 +57,7 @@ def single(tmp_path_factory: pytest.TempPathFactory) -> FilterFactory:
     return made
 
 
-def told(outcome: Outcome, observer: Ekf) -> str:
+def description(outcome: Outcome, observer: Ekf) -> str:
     """What a fault needs to be understood."""
     parts = [name for name in observer.layout.places if name not in ("memory", "memory_sensitivity")]
     part = observer.layout.part
@@ -76,7 +76,7 @@ def test_covariance_stays_positive_definite(case: str, trial: Trial, single: Fil
     report = outcome.report
     print(f"{case}: D from {report.least_D:.1e} to {report.greatest_D:.1e}, {report.resets} resets")
 
-    assert outcome.fault == "sound", told(outcome, observer)
+    assert outcome.fault == "sound", description(outcome, observer)
     assert report.steps == STEPS
     # The samples were trying: sensors failed, and the ground changed where that can be noticed.
     assert 0.04 * STEPS < report.missing < 0.2 * STEPS

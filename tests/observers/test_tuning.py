@@ -99,7 +99,7 @@ def test_parameters_of_the_model_are_checked_at_once(kind: Any) -> None:
         make(kind, model=Model(effects=()), values={"k": K, "sensor_delay.delay": 0.01})
 
 
-def test_beliefs_are_the_fields_in_order() -> None:
+def test_vector_is_the_fields_in_order() -> None:
     tuning = replace(Tuning(), noise=0.3, reset_after=7)
 
     assert len(TUNING_FIELDS) == tuning.vector.size

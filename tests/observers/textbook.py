@@ -1,4 +1,4 @@
-"""What an observer believes, written out once more in NumPy, and filterpy's filter that rests on it.
+"""State space of an observer, written out once more in NumPy, and filterpy's filter that rests on it.
 
 Nothing is shared with the observers but the model: its step, or halves of it, as a black box with
 casadi's full Jacobians.
@@ -22,11 +22,11 @@ class History:
     """The patch before a sample: its memory, the derivative by the tyre, and the tyre it stands for."""
 
     memory: Array
-    carried: Array
-    held_at: Array
+    sensitivity: Array
+    linearisation_point: Array
 
 
-class Beliefs:
+class StateSpace:
     """Motion, measurement and patch of an observer; x in the order of its states."""
 
     def __init__(self, observer: Any) -> None:
@@ -54,7 +54,9 @@ class Beliefs:
         signals = np.array([first.psi, first.psi_dot, first.F_N, first.dt])
         memory = np.asarray(self.model.initial(signals, self.theta, self.geometry)).ravel()
         tyre = self.tyre(x)
-        history = History(memory=memory, carried=np.zeros((memory.size, tyre.size)), held_at=tyre)
+        history = History(
+            memory=memory, sensitivity=np.zeros((memory.size, tyre.size)), linearisation_point=tyre
+        )
         return x, np.diag([spreads[name] ** 2 for name in self.at]), history
 
     def tyre(self, x: Array) -> Array:
@@ -105,7 +107,7 @@ class Beliefs:
         after[i], after[j] = x[i] + now.dt * rate, rate
         Q[j] = (self.tuning.noise * slide(now.F_N) / J) ** 2 * 0.01 * kick
 
-    def reading(
+    def measurement(
         self, x: Array, M_z: float, by_x: Array, now: Sample
     ) -> tuple[float, Array, float, float]:
         """Measured, expected, derivative, and weight, 0 where nothing is measured."""
@@ -120,35 +122,41 @@ class Beliefs:
             weight = now.dt / 0.01 / (self.tuning.noise * slide(now.F_N)) ** 2
         return (measured, expected, H, weight) if np.isfinite(measured) else (expected, expected, H, 0.0)
 
-    def kept(self, history: History, P: Array, Q: Array, x: Array) -> History:
+    def predicted_history(self, history: History, P: Array, Q: Array, x: Array) -> History:
         """The history after a walk: of its derivative the regression of the past tyre on the present."""
         at, scale = self.of_tyre, self.by_state(x)
         P_tyre = scale @ P[np.ix_(at, at)] @ scale
         walked = P_tyre + scale @ np.diag(Q[at]) @ scale
         share = np.linalg.solve(walked, P_tyre).T if Q[at].any() else np.eye(len(at))
-        return History(memory=history.memory, carried=history.carried @ share, held_at=history.held_at)
+        return History(
+            memory=history.memory,
+            sensitivity=history.sensitivity @ share,
+            linearisation_point=history.linearisation_point,
+        )
 
     def signals(self, x: Array, now: Sample) -> Array:
         """What the patch sees of a sample."""
         psi, rate = (x[self.at["psi"]], x[self.at["psi_dot"]]) if self.steers else (now.psi, now.psi_dot)
         return np.array([psi, rate, now.F_N, now.dt])
 
-    def meet(self, history: History, x: Array, now: Sample) -> tuple[History, float, Array]:
+    def update_patch(self, history: History, x: Array, now: Sample) -> tuple[History, float, Array]:
         """The history after a sample, M_z, and its derivative by x."""
         tyre, theta = self.tyre(x), self.parameters(x)
-        memory = history.memory + history.carried @ (tyre - history.held_at)
+        memory = history.memory + history.sensitivity @ (tyre - history.linearisation_point)
         inputs = (memory, self.signals(x, now), theta, self.geometry)
         after, M_z = self.model.step(*inputs)
         J = [np.asarray(block) for block in self.jacobian(*inputs, after, M_z)]
         by_tyre = np.zeros((theta.size, tyre.size))
         by_tyre[0, 0] = 1.0
         by_tyre[1, 1:] = self.theta[1]
-        carried = J[0] @ history.carried + J[2] @ by_tyre
+        sensitivity = J[0] @ history.sensitivity + J[2] @ by_tyre
         by_x = np.zeros(self.n)
-        by_x[self.of_tyre] = (J[4] @ history.carried + J[6] @ by_tyre)[0] @ self.by_state(x)
+        by_x[self.of_tyre] = (J[4] @ history.sensitivity + J[6] @ by_tyre)[0] @ self.by_state(x)
         if self.steers:
             by_x[self.at["psi"]] = J[5][0, 0]
-        new = History(memory=np.asarray(after).ravel(), carried=carried, held_at=tyre)
+        new = History(
+            memory=np.asarray(after).ravel(), sensitivity=sensitivity, linearisation_point=tyre
+        )
         return new, float(M_z), by_x
 
     def projected(self, x: Array) -> Array:
@@ -159,12 +167,12 @@ class Beliefs:
 
 
 class Filter:
-    """filterpy's extended Kalman filter on `Beliefs`."""
+    """filterpy's extended Kalman filter on `StateSpace`."""
 
     def __init__(self, observer: Any, first: Sample) -> None:
         """Begin where the filter under test begins."""
-        self.beliefs = Beliefs(observer)
-        x, P, self.history = self.beliefs.prior(first)
+        self.space = StateSpace(observer)
+        x, P, self.history = self.space.prior(first)
         self.filter = ExtendedKalmanFilter(dim_x=x.size, dim_z=1)
         self.filter.x, self.filter.P = x.reshape(-1, 1), P
         self.last: Sample | None = None
@@ -180,14 +188,16 @@ class Filter:
 
     def step(self, now: Sample) -> float:
         """Take a sample; the aligning torque that was expected."""
-        beliefs, filter_ = self.beliefs, self.filter
-        after, A, Q = beliefs.motion(self.x, self.M_z, self.by_x, self.last, now)
-        history = beliefs.kept(self.history, self.P, Q, self.x)
+        space, filter_ = self.space, self.filter
+        after, A, Q = space.motion(self.x, self.M_z, self.by_x, self.last, now)
+        history = space.predicted_history(self.history, self.P, Q, self.x)
         filter_.F, filter_.Q = A, np.diag(Q)
         filter_.predict()
         filter_.x = after.reshape(-1, 1)
-        met = (self.history, 0.0, self.by_x) if beliefs.steers else beliefs.meet(history, after, now)
-        measured, expected, H, weight = beliefs.reading(after, met[1], met[2], now)
+        patch = (
+            (self.history, 0.0, self.by_x) if space.steers else space.update_patch(history, after, now)
+        )
+        measured, expected, H, weight = space.measurement(after, patch[1], patch[2], now)
         if weight > 0:
             filter_.update(
                 np.array([[measured]]),
@@ -195,8 +205,10 @@ class Filter:
                 Hx=lambda _: np.array([[expected]]),
                 R=1 / weight,
             )
-            filter_.x = beliefs.projected(self.x).reshape(-1, 1)
+            filter_.x = space.projected(self.x).reshape(-1, 1)
         # The aligned patch is corrected when it meets the next sample, to first order.
-        self.history, self.M_z, self.by_x = beliefs.meet(history, self.x, now) if beliefs.steers else met
+        self.history, self.M_z, self.by_x = (
+            space.update_patch(history, self.x, now) if space.steers else patch
+        )
         self.last = now
-        return self.M_z if beliefs.steers else expected
+        return self.M_z if space.steers else expected

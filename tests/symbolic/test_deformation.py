@@ -11,13 +11,12 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 
 from symbolic import full_slide_level
-from symbolic.deformation import edge_distance, position, unit_moment
+from symbolic.deformation import edge_distance, unit_moment
 from tests.symbolic.oracles import Tyre, virgin_torque
 
 getcontext().prec = 60
 HALF_LENGTH = 0.045
 CASTERS = [0.0, 0.009, -0.02, 0.0449, -0.04499]
-LEVELS = [0.0, 1e-6, 0.3, 7.0, 40.0, 1e3, 1e5]
 ANY_CASTER = st.floats(-0.9998, 0.9998).map(lambda share: share * HALF_LENGTH)
 ANY_LEVEL = st.floats(-6.0, 5.0).map(lambda power: 10.0**power)
 
@@ -81,27 +80,6 @@ def test_edge_distance_solves_its_quadratic(z: float, arm_share: float) -> None:
 
     assert float(edge_distance(z, a, arm)) == pytest.approx(root, rel=2e-15)
     assert float(edge_distance(0, a, arm)) == pytest.approx(arm, rel=1e-15)
-
-
-@pytest.mark.parametrize("e", CASTERS)
-def test_position_inverts_the_coordinate(e: float) -> None:
-    a = HALF_LENGTH
-    x = a * np.sin(np.linspace(-1.5, 1.5, 101))
-    xi = (x - e) / (a * a - x * x)
-
-    np.testing.assert_allclose(np.asarray(position(ca.DM(xi), a, e)).ravel(), x, rtol=0, atol=1e-15)
-
-
-@pytest.mark.parametrize("e", CASTERS)
-def test_position_is_the_edge_distance_seen_from_the_middle(e: float) -> None:
-    a = HALF_LENGTH
-    for z in LEVELS:
-        assert float(position(z, a, e)) == pytest.approx(
-            a - float(edge_distance(z, a, a - e)), abs=1e-16
-        )
-        assert float(position(-z, a, e)) == pytest.approx(
-            float(edge_distance(z, a, a + e)) - a, abs=1e-16
-        )
 
 
 @pytest.mark.parametrize("e", CASTERS)

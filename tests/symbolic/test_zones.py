@@ -183,6 +183,16 @@ def test_closed_loop_is_wiped_out(
     np.testing.assert_allclose(M_z[1], M_z[0], rtol=0, atol=1e-11 * SLIDE)
 
 
+def test_closed_loop_leaves_no_corner() -> None:
+    """Corners that cancel would not show in M_z, but fill the memory."""
+    plain = GO * np.array([0.0, 1.0, 2.0, 3.0])
+    looped = GO * np.array([0.0, 1.0, 2.0, 0.5, 1.5, 1.0, 1.5, 0.5, 2.0, 3.0])
+
+    memories = [final_memory(Model(), psi, LOAD) for psi in (plain, looped)]
+
+    np.testing.assert_allclose(memories[1], memories[0], rtol=1e-12, atol=0)
+
+
 def final_memory(
     model: Model, psi: Array, F_N: Array | float, mu: float = 1.3, k: float = 2.4e6
 ) -> Array:

@@ -45,7 +45,6 @@ class GeneratedCode:
     observer: Any
     real: Real
     folder: Path
-    optimisation: str = OPTIMISATION
 
     def run(self, samples: Array) -> Array:
         """Estimates for samples (n, 5) psi, psi_dot, torque, F_N, dt; (n, 5) as `python_estimates`."""
@@ -88,9 +87,7 @@ class GeneratedCode:
     @cached_property
     def core(self) -> Path:
         """The object file of the code alone."""
-        return self.compile(
-            *STRICT, self.optimisation, "-fPIC", "-c", sources=("brushgrip.c",), out="core.o"
-        )
+        return self.compile(*STRICT, OPTIMISATION, "-fPIC", "-c", sources=("brushgrip.c",), out="core.o")
 
     @cached_property
     def library(self) -> ctypes.CDLL:
@@ -102,12 +99,10 @@ class GeneratedCode:
         )
 
 
-def generate_code(
-    observer: Any, real: Real, folder: Path, optimisation: str = OPTIMISATION
-) -> GeneratedCode:
+def generate_code(observer: Any, real: Real, folder: Path) -> GeneratedCode:
     """Generate an observer into a folder of its own."""
     generate(observer, folder, real)
-    return GeneratedCode(observer, real, folder, optimisation)
+    return GeneratedCode(observer, real, folder)
 
 
 class InterpretedObserver:

@@ -30,7 +30,11 @@ from tests.observers.factories import change_of_ground, columns_of, samples_of
 pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 Array = NDArray[np.float64]
 LONG = pytest.mark.long
-MODELS = [pytest.param(DECLARED, id="declared"), pytest.param(FEW_BRISTLES, id="effects")]
+MODELS = [
+    pytest.param(DECLARED, id="declared"),
+    pytest.param(FEW_BRISTLES, id="effects-few"),
+    pytest.param(EFFECTS, id="effects", marks=LONG),
+]
 FULL_MODELS = [pytest.param(DECLARED, id="declared"), pytest.param(EFFECTS, id="effects")]
 KINDS = [pytest.param(Ekf, id="ekf"), pytest.param(Mhe, id="mhe")]
 MEASUREMENT_MODELS = [

@@ -20,21 +20,23 @@ from tests.observers.embedded.generated_code import (
 from tests.observers.factories import columns_of, samples_of
 
 SAMPLES = 250
+BRISTLES = [8, pytest.param(20, marks=pytest.mark.long)]
 pytestmark = [
     pytest.mark.skipif(compiler() is None, reason=NO_COMPILER),
     pytest.mark.usefixtures("interpreted"),
 ]
 
 
+@pytest.mark.parametrize("bristles", BRISTLES)
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
-def test_every_effect(effect: Effect, recording: RigRecording, tmp_path: Path) -> None:
-    model = Model(effects=(effect,), lengthways=8)
+def test_every_effect(effect: Effect, bristles: int, recording: RigRecording, tmp_path: Path) -> None:
+    model = Model(effects=(effect,), lengthways=bristles)
     values = {parameter_name(e, p): p.start for e, p in model.parameters if e is not None}
     observer = observer_of(Ekf, {"model": model, "values": {"k": K, **values}}, AligningTorque())
     samples = samples_of(columns_of(recording))[:SAMPLES]
     rows = np.array([(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in samples])
 
-    estimates = generate_code(observer, DOUBLE, tmp_path, "-O0").run(rows)
+    estimates = generate_code(observer, DOUBLE, tmp_path).run(rows)
 
     np.testing.assert_array_equal(estimates, python_estimates(InterpretedObserver(observer), rows))
     assert np.ptp(estimates[:, 0]) > 0.005, "no measurement corrected mu"

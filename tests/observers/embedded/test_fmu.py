@@ -20,6 +20,7 @@ from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.fmu_instance import OUTPUTS, initialise, instances
 from tests.observers.embedded.generated_code import (
     DECLARED,
+    EFFECTS,
     FEW_BRISTLES,
     NO_COMPILER,
     STRICT,
@@ -41,7 +42,8 @@ CASES = [
     pytest.param(Ekf, DECLARED, SINGLE, id="ekf-float"),
     pytest.param(Ekf, DECLARED, DOUBLE, id="ekf-double"),
     pytest.param(Mhe, DECLARED, SINGLE, id="mhe-float"),
-    pytest.param(Ekf, FEW_BRISTLES, DOUBLE, id="ekf-effects-double"),
+    pytest.param(Ekf, FEW_BRISTLES, DOUBLE, id="ekf-effects-few-double"),
+    pytest.param(Ekf, EFFECTS, DOUBLE, id="ekf-effects-double", marks=pytest.mark.long),
 ]
 EKF = observer_of(Ekf, DECLARED, AligningTorque())
 
@@ -115,7 +117,7 @@ def test_equals_the_c(
     generated: Generate, unpacked: Unpacked, samples: Array, kind: Any, model: Any, real: Real
 ) -> None:
     observer = observer_of(kind, model, AligningTorque())
-    rows = samples[:600] if model is FEW_BRISTLES else samples
+    rows = samples[:600] if model is not DECLARED else samples
     printed_rows = printed_by_main(generated, observer, real, rows)
     given = np.rec.fromarrays(
         [STEP * np.arange(len(rows)), *rows.T], names=["time", "psi", "psi_dot", "M_z", "F_N"]

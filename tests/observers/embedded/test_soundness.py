@@ -2,7 +2,6 @@
 
 import shutil
 import subprocess
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,7 @@ from symbolic import compiler
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.generated_code import (
     DECLARED,
+    EFFECTS,
     FEW_BRISTLES,
     NO_COMPILER,
     STRICT,
@@ -34,16 +34,23 @@ SANITISED = [
     pytest.param(Mhe, DECLARED, AligningTorque(), HOUR // 100, id="mhe-declared-aligning-short"),
     pytest.param(Ekf, DECLARED, SteeringTorque(), HOUR, id="ekf-declared-steering", marks=LONG),
     pytest.param(Mhe, DECLARED, AligningTorque(), HOUR // 4, id="mhe-declared-aligning", marks=LONG),
-    pytest.param(Ekf, FEW_BRISTLES, SteeringTorque(), 3000, id="ekf-effects-steering", marks=LONG),
-    pytest.param(Ekf, FEW_BRISTLES, AligningTorque(), 1000, id="ekf-effects-aligning", marks=LONG),
+    pytest.param(Ekf, EFFECTS, SteeringTorque(), 3000, id="ekf-effects-steering", marks=LONG),
+    pytest.param(Ekf, EFFECTS, AligningTorque(), 1000, id="ekf-effects-aligning", marks=LONG),
 ]
 CASES = [
     pytest.param(Ekf, DECLARED, AligningTorque(), id="ekf-declared-aligning"),
-    pytest.param(Ekf, FEW_BRISTLES, SteeringTorque(), id="ekf-effects-steering"),
+    pytest.param(Ekf, FEW_BRISTLES, SteeringTorque(), id="ekf-effects-few-steering"),
+    pytest.param(Ekf, EFFECTS, SteeringTorque(), id="ekf-effects-steering", marks=LONG),
     pytest.param(Ekf, DECLARED, SteeringTorque(zero=True, stiffness=True), id="ekf-steering-5"),
     pytest.param(Mhe, DECLARED, AligningTorque(stiffness=True), id="mhe-declared-aligning"),
     pytest.param(Mhe, DECLARED, SteeringTorque(), id="mhe-declared-steering"),
-    pytest.param(Mhe, FEW_BRISTLES, AligningTorque(), id="mhe-effects-aligning"),
+    pytest.param(Mhe, FEW_BRISTLES, AligningTorque(), id="mhe-effects-few-aligning"),
+    pytest.param(Mhe, EFFECTS, AligningTorque(), id="mhe-effects-aligning", marks=LONG),
+]
+MODELS = [
+    pytest.param(DECLARED, id="declared"),
+    pytest.param(FEW_BRISTLES, id="effects-few"),
+    pytest.param(EFFECTS, id="effects", marks=LONG),
 ]
 each_case = pytest.mark.parametrize(("kind", "model", "measurement_model"), CASES)
 
@@ -114,33 +121,32 @@ def test_the_estimate_is_the_prior_before_the_first_usable_sample(generated: Gen
     assert estimates[:, 4].tolist() == [MISSING, MISSING, 0]
 
 
-def test_code_calls_only_the_mathematics_library(generated: Generate) -> None:
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("kind", [Ekf, Mhe])
+def test_code_calls_only_the_mathematics_library(generated: Generate, kind: Any, model: Any) -> None:
     if (nm := shutil.which("nm")) is None:
         pytest.skip("no nm installed to list symbols")
-    for kind, model in product((Ekf, Mhe), (DECLARED, FEW_BRISTLES)):
-        code = generated(observer_of(kind, model, AligningTorque()), SINGLE)
-        listed = subprocess.run([nm, code.core], capture_output=True, text=True, check=True)
-        symbols = [line.split()[-2:] for line in listed.stdout.splitlines()]
-        undefined = {name for mark, name in symbols if mark == "U"}
-        defined = {name for mark, name in symbols if mark == "T"}
+    code = generated(observer_of(kind, model, AligningTorque()), SINGLE)
+    listed = subprocess.run([nm, code.core], capture_output=True, text=True, check=True)
+    symbols = [line.split()[-2:] for line in listed.stdout.splitlines()]
+    undefined = {name for mark, name in symbols if mark == "U"}
+    defined = {name for mark, name in symbols if mark == "T"}
 
-        # The compiler may copy and clear by calls, as a freestanding target must offer too.
-        assert undefined <= {
-            "expf",
-            "logf",
-            "log1pf",
-            "powf",
-            "sqrtf",
-            "fmaxf",
-            "fminf",
-            "memcpy",
-            "memset",
-            "memmove",
-        }
-        assert defined == {
-            f"brushgrip_{name}" for name in ("init", "step", "estimate", "reset", "version")
-        }
-        assert not {mark for mark, _ in symbols} & set("DdBbC"), "data that can be written to"
+    # The compiler may copy and clear by calls, as a freestanding target must offer too.
+    assert undefined <= {
+        "expf",
+        "logf",
+        "log1pf",
+        "powf",
+        "sqrtf",
+        "fmaxf",
+        "fminf",
+        "memcpy",
+        "memset",
+        "memmove",
+    }
+    assert defined == {f"brushgrip_{name}" for name in ("init", "step", "estimate", "reset", "version")}
+    assert not {mark for mark, _ in symbols} & set("DdBbC"), "data that can be written to"
 
 
 @pytest.mark.parametrize(("kind", "model", "measurement_model", "count"), SANITISED)
@@ -160,7 +166,15 @@ def test_sanitisers_have_no_finding(
             assert seen.stdout.count("\n") > 1000
 
 
-@pytest.mark.parametrize(("kind", "model"), [(Ekf, DECLARED), (Mhe, DECLARED), (Ekf, FEW_BRISTLES)])
+@pytest.mark.parametrize(
+    ("kind", "model"),
+    [
+        (Ekf, DECLARED),
+        (Mhe, DECLARED),
+        (Ekf, FEW_BRISTLES),
+        pytest.param(Ekf, EFFECTS, marks=LONG),
+    ],
+)
 def test_threads_share_nothing(generated: Generate, kind: Any, model: Any) -> None:
     code = generated(observer_of(kind, model, AligningTorque()), SINGLE)
     program = instrumented(code, "threads.c", "-O1", "-g", "-pthread", "-fsanitize=thread")
