@@ -107,6 +107,7 @@ def test_steering_controller(tmp_path: Path) -> None:
     assert abs(float(mu) - 0.6) < 0.01
 
 
+@pytest.mark.long
 @pytest.mark.skipif(compiler() is None or not is_host(), reason="no C compiler for Linux x86_64 at hand")
 def test_fmu_in_a_steering_loop(tmp_path: Path) -> None:
     if find_spec("fmpy") is None:
@@ -206,6 +207,7 @@ def ends(text: str) -> list[tuple[float, float]]:
     return [(float(mu), float(spread)) for mu, spread in found]
 
 
+@pytest.mark.long
 def test_moving_horizon(tmp_path: Path) -> None:
     text = printed_by("moving_horizon.py", tmp_path)
     ((mu, spread),) = ends(text)

@@ -32,6 +32,7 @@ def test_thesis_profile(tmp_path: Path) -> None:
     assert text.count("at most 5 zones") == text.count("at most 11 zones") == 3
 
 
+@pytest.mark.long
 def test_thesis_profile_is_the_published_one(tmp_path: Path, simulation_dir: Path) -> None:
     text = printed_by("thesis_profile.py", tmp_path, str(simulation_dir))
     off = numbers(text, rf"angle within {NUMBER}% of the published range$")
@@ -58,6 +59,7 @@ def test_thesis_analytic(tmp_path: Path) -> None:
     assert pictures == [f"figure_{n}.png" for n in ("3_4", "3_6", "3_7", "3_8", "3_9", "5_9")]
 
 
+@pytest.mark.long
 def test_thesis_table_beyond_five_zones(tmp_path: Path) -> None:
     text = printed_by("thesis_table.py", tmp_path, *NOWHERE, "nested.png", leaves="nested.png")
     table = rows(text, rf"{NUMBER}%")
@@ -70,6 +72,7 @@ def test_thesis_table_beyond_five_zones(tmp_path: Path) -> None:
     assert (tmp_path / "nested.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.long
 def test_thesis_table_on_the_published_simulations(tmp_path: Path, simulation_dir: Path) -> None:
     text = printed_by("thesis_table.py", tmp_path, "--data", str(simulation_dir))
     table = rows(text.split("more than five zones")[0], NUMBER)
@@ -109,7 +112,8 @@ def test_thesis_networks(tmp_path: Path) -> None:
     assert (tmp_path / "n.png").read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize("mesh", [8, pytest.param(24, marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("mesh", [8, 24])
 def test_thesis_sensitivity(tmp_path: Path, mesh: int) -> None:
     pytest.importorskip("sklearn", reason="networks need scikit-learn: pip install -e '.[networks]'")
     text = printed_by("thesis_sensitivity.py", tmp_path, "--mesh", str(mesh), "s.png", leaves="s.png")

@@ -202,6 +202,7 @@ def test_whatever_takes_part_in_what_cannot_be_told_apart_has_no_deviation(noise
     assert np.isfinite(spread[2])
 
 
+@pytest.mark.long
 def test_bristles_and_carcass_are_correlated() -> None:
     recordings = read_campaign("carcass_torsion", 1, recordings=1, duration=6.0)[1]
     model = Model(effects=effects_named(["carcass_torsion"]), corners=16)

@@ -171,7 +171,7 @@ def standing(
     "effect",
     [
         "contact_damping",
-        "torque_offset",
+        pytest.param("torque_offset", marks=pytest.mark.long),
         pytest.param("sensor_delay", marks=pytest.mark.long),
         pytest.param("asymmetric_friction", marks=pytest.mark.long),
     ],

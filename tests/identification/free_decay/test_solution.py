@@ -98,7 +98,7 @@ def test_a_half_swing_that_carries_everything(sticking: tuple[Likelihood, Soluti
     assert np.isfinite(spread.covariance).all()
 
 
-@pytest.mark.parametrize("noise", [0.0, 0.7])
+@pytest.mark.parametrize("noise", [pytest.param(0.0, marks=pytest.mark.long), 0.7])
 def test_is_the_scatter_of_the_estimates(noise: float) -> None:
     t, rng = np.arange(1100) / 1000, np.random.default_rng(3)
     geometry = np.array([RIG.a, RIG.e, RIG.J_A])
