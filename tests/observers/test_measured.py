@@ -12,7 +12,7 @@ from symbolic import Model
 DECLARED = 1.674
 """Friction on steel, from towing a block: a reference of another rubber on another day."""
 SETTLED = 1.89
-"""Time from which the source scores its estimate [s], its table 6.1."""
+"""Time from which [Györök 2022] scores its estimate [s], table 6.1."""
 PSI, M_Z, ESTIMATE = 1, 3, 10
 
 

@@ -25,7 +25,7 @@ REACH = 4 * TYRE.slope(LOAD) * TYRE.a
 DECLARED = 1.674
 """Friction on steel by the source, from towing a block [1]."""
 SETTLED = 1.89
-"""Time from which the source scores its estimate on recordings [s]."""
+"""Time from which [Györök 2022] scores its estimate on recordings [s]."""
 
 
 def root(rig: Rig = RIG, k: float = TYRE.k, **settings: float) -> ZoneRootSolver:

@@ -88,7 +88,7 @@ def test_zones_are_the_published_ones(measured_dir: Path, name: str, shift: int)
 
 
 class Printed:
-    """q of the source at one time, (3.4) to (3.6), with the boundaries of its appendix."""
+    """q of [Györök 2022] at one time, (3.4) to (3.6), with the boundaries of its appendix."""
 
     def __init__(self, psi: float, psi_max: float | None, tyre: Tyre) -> None:
         """Work out the zones; `psi_max` None for three."""
