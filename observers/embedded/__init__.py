@@ -2,8 +2,8 @@
 
 from observers.embedded.codegen import generate
 from observers.embedded.fmu import generate_fmu
+from observers.embedded.generated_files import require_replaceable
 from observers.embedded.native import NativeObserver, compile_native
-from observers.embedded.origin import require_replaceable
 from observers.embedded.scalar_type import DOUBLE, SINGLE, Real
 
 __all__ = [

@@ -21,8 +21,7 @@ from observers.angle_derivative import MEMORY
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_ekf import compact_body, is_compact
 from observers.embedded.compact_mhe import compact_window_body, is_compact_window
-from observers.embedded.names import require_usable
-from observers.embedded.origin import mark, release, require_replaceable
+from observers.embedded.generated_files import mark, release, require_replaceable, require_usable
 from observers.embedded.reference_samples import reference_table
 from observers.embedded.scalar_type import SINGLE, Real, in_type
 from observers.embedded.templating import Body, render

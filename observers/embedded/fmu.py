@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from observers.embedded.codegen import source_texts, template_terms
-from observers.embedded.origin import require_replaceable
+from observers.embedded.generated_files import require_replaceable
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
 from observers.protocol import FunctionObserver

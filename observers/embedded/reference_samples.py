@@ -5,7 +5,7 @@ from math import isfinite, nan
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.embedded.origin import mark
+from observers.embedded.generated_files import mark
 from observers.embedded.scalar_type import Real
 from observers.loop import Loop
 from observers.protocol import FunctionObserver, Sample
