@@ -109,8 +109,10 @@ def test_effects_of_the_same_name_are_different_trials(
     task = TrialTask((Spring(),), damped, precision=RANKING)
     journal.note(task, run_trial(task))
 
-    narrower = replace(Spring().parameters[0], upper=5.0)
-    for other in (Edited(), Spring(power=1), Spring(parameters=(narrower,))):
+    (parameter,) = Spring().parameters
+    narrower, wider = replace(parameter, upper=5.0), replace(parameter, upper=2 * parameter.upper)
+    others = [Spring(parameters=(one,)) for one in (narrower, wider)]
+    for other in (Edited(), Spring(power=1), *others):
         assert other.name == "spring"
         assert repr(other).startswith("Spring(")
         assert journal.recall(replace(task, effects=(other,))) is None
