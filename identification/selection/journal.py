@@ -75,7 +75,7 @@ class Journal:
         model = model_of(task.effects, task.precision)
         # What the effects do belongs to the key, and with other bounds a trial comes out otherwise.
         plain = [FORMAT, repr(model.parameters), start, asdict(task.precision), repr(task.loss)]
-        # The first guess holds the declared tyre, and what `Effect.fixed_values` makes of the recordings.
+        # The first guess holds the declared tyre and what `Effect.fixed_values` makes of recordings.
         plain += [repr(initial_guess(model, place)) for place in (task.training, task.holdout) if place]
         digest = hashlib.sha256(json.dumps(plain, sort_keys=True).encode())
         for function in (model.initial, model.step):
