@@ -1,4 +1,8 @@
-"""An observer of one's own: a constant-gain filter on ln mu made of two casadi Functions."""
+"""An observer of your own
+=======================
+
+An observer of one's own: a constant-gain filter on ln mu made of two casadi Functions.
+"""
 
 from dataclasses import dataclass
 from pathlib import Path

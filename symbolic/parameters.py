@@ -19,7 +19,7 @@ class Rig:
 
     Attributes:
         a: half-length of the contact patch [m], greater than 0.
-        e: caster length (trail) [m], |e| < a; the kingpin A stands at x = e.
+        e: caster length (trail) [m], `|e| < a`; the kingpin A stands at x = e.
         J_A: moment of inertia about the kingpin A [kg m^2], greater than 0; None where unknown.
         b_t: torsional damping [N m s/rad], at least 0; None where unknown.
 
