@@ -10,7 +10,7 @@ PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-r
 TRAINING := fem1 fem4_ident piros2_ident piros4
 HELD_OUT := fem3 fem5 piros1 piros7
 
-.PHONY: demo test test-all mutants gate measured clean
+.PHONY: demo test test-all mutants gate docs measured clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
@@ -34,12 +34,17 @@ gate: $(STAMP)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+# The documentation site, in docs/_build; a warning is an error, every page of the gallery runs.
+docs: $(STAMP)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
+	$(BIN)/python -m sphinx -q -W --keep-going docs docs/_build
+
 measured: $(STAMP)
 	$(BIN)/brushgrip diagnose $(TRAINING:%=$(DATA)/%.mat) \
 		$(HELD_OUT:%=--holdout $(DATA)/%.mat) --out measured_output
 
 clean:
-	rm -rf .venv build dist demo_output measured_output htmlcov .coverage .coverage.* \
+	rm -rf .venv build dist docs/_build docs/gallery demo_output measured_output htmlcov .coverage .coverage.* \
 		.benchmarks .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 

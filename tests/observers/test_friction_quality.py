@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+
 from observers import Estimates, friction_quality, friction_spread
 from symbolic import InvalidInputError
 
