@@ -23,7 +23,7 @@ extensions = [
 ]
 exclude_patterns = ["_build", "gallery/*.ipynb", "gallery/*.py", "gallery/*.json"]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}
-myst_enable_extensions = ["colon_fence", "dollarmath", "deflist"]
+myst_enable_extensions = ["deflist"]
 myst_heading_anchors = 4
 # Single backticks in docstrings are names and expressions in fixed width.
 default_role = "code"

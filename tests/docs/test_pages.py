@@ -36,14 +36,3 @@ def test_the_code_of_a_page_runs(page, folder):
             with pytest.raises(SystemExit) as end:
                 main(shlex.split(line)[1:])
             assert end.value.code == 0, line
-
-
-def test_every_page_is_in_the_contents():
-    index = (ROOT / "docs/index.md").read_text(encoding="utf-8")
-    listed = {line.strip() for line in index.splitlines()}
-    pages = {
-        page.relative_to(ROOT / "docs").with_suffix("").as_posix()
-        for page in (ROOT / "docs").rglob("*.md")
-        if "gallery" not in page.parts and "_build" not in page.parts
-    }
-    assert pages - {"index"} <= listed
