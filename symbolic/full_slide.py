@@ -1,8 +1,8 @@
 """Full slide: the torque of a steady turn in which every bristle slides, and the effective friction.
 
 The effective friction mu_eff is that torque over the torque of the declared patch with mu = 1 under the
-same load, [Györök 2022], (2.1) in (2.3). It is mu for the declared model. Models with effects state their
-mu at different speeds, loads and travels, so that their mu do not compare; their mu_eff does.
+same load, [Györök 2022], (2.1) in (2.3). It is mu for the declared model. Models with effects state
+their mu at different speeds, loads and travels, so that their mu do not compare; their mu_eff does.
 
 Steady means: turned at one rate for so long that creep, relaxation and Stribeck's law have the values of
 that rate, that a sensor's delay no longer matters, and that a compliant carcass turns along. What an
