@@ -57,8 +57,8 @@ def build_innovation(measurement_model: MeasurementModel) -> ca.Function:
     """The innovation of a sample and its test, by name.
 
     (x, P, M_z, slopes, now, counts, rig, tuning) -> (innovation, H, weight, expected, huber_scale,
-    H_P_H, accepted, reset, run, counts_next), as of `build_measurement` and `build_gate`; x (n,) and P
-    (n, n) are predicted.
+    H_P_H, nis, missing, accepted, reset, run, counts_next), as of `build_measurement` and `build_gate`;
+    x (n,) and P (n, n) are predicted. nis is innovation^2 over its variance, NaN where it is missing.
     """
     measurement = build_measurement(measurement_model)
     symbols = {name: ca.MX.sym(name, *measurement.size_in(name)) for name in measurement.name_in()}
@@ -68,15 +68,17 @@ def build_innovation(measurement_model: MeasurementModel) -> ca.Function:
     )
     innovation, H, weight, expected, huber_scale = measurement(*symbols.values())
     H_P_H = ca.dot(H, P @ H)
+    missing = weight <= 0
+    nis = ca.if_else(missing, float("nan"), innovation**2 * weight / (1 + weight * H_P_H))
     test = build_gate()(innovation, H_P_H, weight, huber_scale, counts, symbols["tuning"])
     inputs = {"x": symbols.pop("x"), "P": P, **symbols, "counts": counts}
     order = ["x", "P", "M_z", "slopes", "now", "counts", "rig", "tuning"]
     return ca.Function(
         "innovation",
         [inputs[name] for name in order],
-        [innovation, H, weight, expected, huber_scale, H_P_H, weight <= 0, *test],
+        [innovation, H, weight, expected, huber_scale, H_P_H, nis, missing, *test],
         order,
-        [*measurement.name_out(), "H_P_H", "missing", *build_gate().name_out()],
+        [*measurement.name_out(), "H_P_H", "nis", "missing", *build_gate().name_out()],
     )
 
 
