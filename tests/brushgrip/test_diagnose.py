@@ -184,6 +184,7 @@ def test_a_fault_keeps_the_trials_too(
     assert fault == "brushgrip: a: M_z is constant"
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("asked")
 def test_a_folder_in_the_way_of_the_report_does_not_cost_the_search(
     run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path

@@ -222,6 +222,7 @@ def test_another_value_given_by_the_recordings_is_another_trial(
     assert journal.recall(replace(task, effects=(OtherLine(),))) is None
 
 
+@pytest.mark.long
 def test_goes_on_after_an_interruption(
     damped: list[Recording], journal: Journal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
