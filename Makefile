@@ -10,7 +10,7 @@ PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-r
 TRAINING := fem1 fem4_ident piros2_ident piros4
 HELD_OUT := fem3 fem5 piros1 piros7
 
-.PHONY: demo test test-all mutants gate measured clean
+.PHONY: demo test test-all mutants attack gate measured clean
 .DELETE_ON_ERROR:
 
 demo: $(STAMP)
@@ -28,6 +28,12 @@ test-all: $(STAMP)
 mutants: $(STAMP)
 	$(BIN)/python tests/mutants/run.py --jobs $(WORKERS)
 
+# Each class for so long [s], or INPUTS=1000000 of each however long that takes; exit status 1 if anything failed.
+SECONDS ?= 60
+attack: $(STAMP)
+	-@$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[attack]' 2>/dev/null
+	nice $(BIN)/python -m tests.attack.run $(if $(INPUTS),--inputs $(INPUTS),--seconds $(SECONDS)) $(CLASSES)
+
 gate: $(STAMP)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
@@ -39,7 +45,7 @@ measured: $(STAMP)
 		$(HELD_OUT:%=--holdout $(DATA)/%.mat) --out measured_output
 
 clean:
-	rm -rf .venv build dist demo_output measured_output htmlcov .coverage .coverage.* \
+	rm -rf .venv attack_findings build dist demo_output measured_output htmlcov .coverage .coverage.* \
 		.benchmarks .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
