@@ -23,7 +23,7 @@ def test_a_pipe_does_not_block(tmp_path: Path) -> None:
 
 
 def test_a_device_is_not_read_for_ever() -> None:
-    with pytest.raises(InvalidInputError, match="^/dev/zero: is a pipe or a device"):
+    with pytest.raises(InvalidInputError, match=r"^/dev/zero: is a pipe or a device"):
         read_bytes(Path("/dev/zero"))
 
 
