@@ -12,7 +12,7 @@ PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 TRAINING := fem1 fem4_ident piros2_ident piros4
 HELD_OUT := fem3 fem5 piros1 piros7
 
-.PHONY: demo test test-all mutants gate docs measured clean
+.PHONY: demo test test-all mutants attack gate docs measured clean
 .DELETE_ON_ERROR:
 
 demo: $(QUICK)
@@ -30,6 +30,12 @@ test-all: $(ALL)
 mutants: $(ALL)
 	$(BIN)/python tests/mutants/run.py --jobs $(WORKERS)
 
+# Each class for so long [s], or INPUTS=1000000 of each however long that takes; exit status 1 if anything failed.
+SECONDS ?= 60
+attack: $(ALL)
+	-@$(PIP) -e '.[attack]' 2>/dev/null
+	nice $(BIN)/python -m tests.attack.run $(if $(INPUTS),--inputs $(INPUTS),--seconds $(SECONDS)) $(CLASSES)
+
 gate: $(ALL)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
@@ -46,7 +52,7 @@ measured: $(QUICK)
 		$(HELD_OUT:%=--holdout $(DATA)/%.mat) --out measured_output
 
 clean:
-	rm -rf .venv build dist docs/_build docs/gallery demo_output measured_output htmlcov .coverage .coverage.* \
+	rm -rf .venv attack_findings build dist docs/_build docs/gallery demo_output measured_output htmlcov .coverage .coverage.* \
 		.benchmarks .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 

@@ -33,7 +33,19 @@ autodoc_typehints = "description"
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "show-inheritance": True}
 napoleon_use_ivar = True
-GALLERY = ["change_of_surface", "estimate_in_a_loop", "find_the_missing_effect", "free_decay", "moving_horizon", "observability", "own_effect", "own_observer", "own_reader", "towing", "trade_offs"]
+GALLERY = [
+    "change_of_surface",
+    "estimate_in_a_loop",
+    "find_the_missing_effect",
+    "free_decay",
+    "moving_horizon",
+    "observability",
+    "own_effect",
+    "own_observer",
+    "own_reader",
+    "towing",
+    "trade_offs",
+]
 """Examples that need nothing but the checkout and end in a minute or so; each is run for its page."""
 DRAWING = ["change_of_surface", "free_decay", "observability", "towing", "trade_offs"]
 """Those that draw a picture where one is named."""

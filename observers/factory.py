@@ -15,7 +15,7 @@ from symbolic import (
     model_from_tables,
     rig_from_tables,
 )
-from symbolic.parsing import json_of, naming, toml_of
+from symbolic.parsing import LARGEST_MODEL, json_of, naming, toml_of
 
 Kind = TypeVar("Kind", bound=CasadiObserver)
 
@@ -83,7 +83,16 @@ def read_model_file(path: str | Path, effects: Iterable[Effect] = ()) -> FoundMo
 
 
 def _content(path: str | Path) -> bytes:
+    path = Path(path)
     try:
-        return Path(path).read_bytes()
+        if path.exists() and not path.is_file():
+            raise InvalidInputError("is a folder, a pipe or a device; allowed: a regular file")
+        with path.open("rb") as file:
+            content = file.read(LARGEST_MODEL + 1)
+        if len(content) > LARGEST_MODEL:
+            raise InvalidInputError(
+                f"holds more than {LARGEST_MODEL} bytes; that is no rig and no model"
+            )
+        return content
     except OSError as error:
         raise InvalidInputError(f"cannot be read: {error.strerror or error}") from None

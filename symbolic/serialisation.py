@@ -14,7 +14,7 @@ from symbolic.effects.library import effects_named
 from symbolic.errors import InvalidInputError
 from symbolic.model import Model
 from symbolic.parameters import Rig, Tyre
-from symbolic.parsing import excerpt
+from symbolic.parsing import excerpt, shown
 
 RIG_KEYS = {"rig": ("a", "e", "J_A", "b_t", "slide_rate"), "tyre": ("k", "mu")}
 """Sections of a rig file and their keys."""
@@ -73,7 +73,7 @@ def _section(document: Mapping[str, object], name: str) -> dict[str, float]:
         if key not in RIG_KEYS[name]:
             raise InvalidInputError(f"[{name}] unknown key {excerpt(key)}; allowed: {allowed}")
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise InvalidInputError(f"[{name}] {key} must be a number, got {excerpt(str(value))}")
+            raise InvalidInputError(f"[{name}] {key} must be a number, got {shown(value)}")
     for key in REQUIRED_KEYS[name]:
         if key not in section:
             raise InvalidInputError(
@@ -190,10 +190,12 @@ def _check_units(table: object, units: Mapping[str, str]) -> None:
         raise InvalidInputError("'units' must be a table of units, by parameter")
     for name, unit in table.items():
         if name not in units:
-            raise InvalidInputError(f"units holds an unknown {name!r}; the model has {', '.join(units)}")
+            raise InvalidInputError(
+                f"units holds an unknown {excerpt(name)}; the model has {', '.join(units)}"
+            )
         if unit != units[name]:
             raise InvalidInputError(
-                f"{name} has the unit {excerpt(str(unit))}, expected {units[name]!r}; convert the value"
+                f"{name} has the unit {shown(unit)}, expected {units[name]!r}; convert the value"
             )
 
 
@@ -201,7 +203,7 @@ def _check_range(place: str, table: Mapping[str, float], allowed: Mapping[str, P
     for name, value in table.items():
         if name not in allowed:
             raise InvalidInputError(
-                f"{place} holds an unknown {name!r}; the model has {', '.join(allowed)}"
+                f"{place} holds an unknown {excerpt(name)}; the model has {', '.join(allowed)}"
             )
         parameter = allowed[name]
         if not parameter.lower <= value <= parameter.upper:
@@ -216,7 +218,7 @@ def _numbers(place: str, table: object) -> dict[str, float]:
         raise InvalidInputError(f"{place!r} must be a table of numbers")
     for name, value in table.items():
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise InvalidInputError(f"{place}.{name} must be a number, got {value!r}")
+            raise InvalidInputError(f"{place}.{name} must be a number, got {shown(value)}")
     return _floats(place, table)
 
 

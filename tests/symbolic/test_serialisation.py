@@ -157,9 +157,12 @@ def test_tables_of_text() -> None:
         (b"a = 1\n\0", "row 2: is not text, it holds a zero byte"),
         (b"a = ", "is not valid TOML: "),
         (b"a = 1\na = 2\n", "is not valid TOML: "),
-        (b"a = " + b"[" * 100_000, "is not valid TOML: "),
+        (b"a = " + b"[" * 10_000, "row 1: is not valid TOML for a rig: 20 tables within each other"),
+        (b"a = 1\n" + b"a." * 20 + b"a = 1", "row 2: is not valid TOML for a rig: 20 tables"),
+        (b"a = " + b"9" * 5000, "is not valid TOML: "),
+        (b"#" * 16_385, "holds 16385 bytes; allowed: up to 16384"),
     ],
-    ids=["empty", "latin", "zero", "no value", "twice", "deep"],
+    ids=["empty", "latin", "zero", "no value", "twice", "deep", "dotted", "digits", "large"],
 )
 def test_no_toml(content: bytes, fault: str) -> None:
     with pytest.raises(InvalidInputError) as caught:
@@ -167,6 +170,17 @@ def test_no_toml(content: bytes, fault: str) -> None:
     message = str(caught.value)
     assert message.startswith(fault)
     assert "\n" not in message
+
+
+def test_a_number_that_is_too_long_to_show() -> None:
+    with pytest.raises(InvalidInputError, match="J_A must be a number, got a number of more digits"):
+        rig_from_tables({"rig": {"a": 0.04, "e": 0.0, "J_A": [16**4000]}, "tyre": {"k": 1e6}})
+
+
+def test_a_key_that_stands_twice() -> None:
+    assert json_of(b'{"a": {"k": 1}, "b": {"k": 2}}') == {"a": {"k": 1}, "b": {"k": 2}}
+    with pytest.raises(InvalidInputError, match="'k' is given twice in one object; allowed: once"):
+        json_of(b'{"shared": {"k": 1, "mu": 2, "k": 3}}')
 
 
 @pytest.mark.parametrize("content", [b"", b"{", b"\xff\xfe\x00", b"[" * 100_000])

@@ -52,7 +52,7 @@ def test_reads_past_a_byte_order_mark(tmp_path: Path) -> None:
         ("e = 0.009", "e = -0.04", "e must lie between -a and a, here -0.04 and 0.04 m, got -0.04"),
         ("k = 2438000", "k = -1", "k must be a finite number greater than 0 N/m^2, got -1"),
         ("mu = 1.67", "mu = 0.0", "mu must be a finite number greater than 0, got 0"),
-        ("b_t = 1", "b_t = -1", "b_t must be a finite number of at least 0 N m s/rad, got -1"),
+        ("b_t = 1", "b_t = -1", "b_t must be a number from 0 to 10000 N m s/rad, got -1"),
         ("a = 0.04", "a = 40", "a must be given in metres, at most 1 m in size, got 40; if these are"),
         ("e = 0.009", "e = -9", "e must be given in metres, at most 1 m in size, got -9; if these are"),
         ("a = 0.04", "a = inf", "a must be a finite number greater than 0 m, got inf"),
