@@ -75,7 +75,8 @@ def estimated(name: str, columns: dict[str, np.ndarray], **settings: Any) -> Est
     try:
         return run(observer(name), **columns, **settings)
     except InvalidInputError as error:
-        assert "in at least one sample" in str(error)
+        if "in at least one sample" not in str(error):
+            raise
         return None
 
 
@@ -152,7 +153,8 @@ def test_what_is_written_as_csv_is_read_as_it_was(
             read = read_recording(path, (RIG, Tyre(k=K)), torque_required=False)
         except InvalidInputError as error:
             # Sums of short steps may differ by less than a step; nothing but the angle may lack.
-            assert "nearly still" in str(error) or all(value is None for value in psi)
+            if "nearly still" not in str(error) and any(value is not None for value in psi):
+                raise
             return
     np.testing.assert_array_equal(read.t, t)
     np.testing.assert_array_equal(read.M_z, [math.nan if value is None else value for value in M_z])
