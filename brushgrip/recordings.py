@@ -135,9 +135,9 @@ def _same_samples(one: Recording, other: Recording) -> bool:
     """Whether they are alike, or most pairs of angle and torque in the shorter occur in the longer."""
     if np.array_equal(one.psi, other.psi) and np.array_equal(one.M_z, other.M_z, equal_nan=True):
         return True
-    pairs = [np.unique((r.psi + 1j * r.M_z)[np.isfinite(r.M_z)]) for r in (one, other)]
-    common = np.intersect1d(*pairs, assume_unique=True).size
-    return common >= MIN_SAMPLES and common > _SHARED * min(pair.size for pair in pairs)
+    first, second = (np.unique((r.psi + 1j * r.M_z)[np.isfinite(r.M_z)]) for r in (one, other))
+    common = int(np.intersect1d(first, second, assume_unique=True).size)
+    return common >= MIN_SAMPLES and common > _SHARED * min(first.size, second.size)
 
 
 def _unique_labels(paths: Sequence[Path]) -> list[str]:
