@@ -144,15 +144,15 @@ def step_output(
         variance: that of ln mu [1].
         M_z: predicted aligning torque [N m].
         tuning: as in `TUNING_FIELDS`.
-        test: missing, accepted and reset of the innovation, see `observers.innovation_gate`.
+        test: missing, accepted, reset and inconsistent of the innovation, see `observers.innovation_gate`.
         conditions: further flags of `Status` in small letters.
     """
     log_mu, limits = x[state_index(measurement_model)], named(TUNING_FIELDS, tuning)
     bound = ca.logic_or(log_mu <= ca.log(limits["least"]), log_mu >= ca.log(limits["greatest"]))
-    mu = ca.exp(log_mu) * ca.vertcat(1, ca.sqrt(variance))
+    mu = ca.exp(log_mu) * ca.vertcat(1, ca.sqrt(variance + limits["mu_floor"] ** 2))
     status = status_flags(
         missing=test["missing"], rejected=ca.logic_not(test["accepted"]), reset=test["reset"],
-        bound=bound, **conditions,
+        bound=bound, inconsistent=test["inconsistent"], **conditions,
     )  # fmt: skip
     return ca.vertcat(mu, M_z, status)
 
