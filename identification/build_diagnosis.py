@@ -12,6 +12,7 @@ from identification.fits.fitting import Fit, Values
 from identification.notes import notes_on
 from identification.parameter_estimate import ParameterEstimate
 from identification.reading.recordings import Recording
+from identification.residuals.model_error import model_error
 from identification.residuals.signatures import Signatures, signatures
 from identification.residuals.unexplained import unexplained
 from identification.results import Candidate, Diagnosis, FoundEffect, Series
@@ -28,7 +29,7 @@ def build_diagnosis(
     steps: Sequence[SearchStep],
     training: Sequence[Recording],
     holdout: Sequence[Recording],
-    left_out: Sequence[Mapping[str, float]],
+    left_out: Sequence[Mapping[str, Array]],
     proposals: Mapping[Effects, Proposal],
     candidates: Sequence[Effect],
     criteria: SelectionCriteria,
@@ -39,7 +40,7 @@ def build_diagnosis(
         steps: of the search, the last one with nothing chosen.
         training: recordings that the shared parameters were fitted to.
         holdout: recordings that judged, may be empty.
-        left_out: errors before and after of each training recording left out in turn, or empty.
+        left_out: residuals before and after of each training recording left out in turn, or empty.
         proposals: for a set of effects that was chosen, the experiment to distinguish it from its rival.
         candidates: the effects that the search could choose.
         criteria: its thresholds.
@@ -51,6 +52,10 @@ def build_diagnosis(
     stages = [
         errors_of(stage, training, holdout, unseen)
         for stage, unseen in zip(residuals, ({}, *left_out), strict=True)
+    ]
+    unfitted = [
+        model_error(seen if holdout else unseen, holdout if holdout else training[: len(unseen)], loss)
+        for seen, unseen in zip(residuals[1:], left_out, strict=True)
     ]
     followed = [_signatures(trial, everything, candidates) for trial in (before, after)]
     estimates = _estimates(after.fitted, training)
@@ -73,6 +78,8 @@ def build_diagnosis(
         series=_series(everything, holdout, residuals[1], residuals[2]),
         notes=notes_on(stages[1], stages[2], after.fitted),
         criteria=criteria,
+        model_error_before=unfitted[0],
+        model_error=unfitted[1],
     )
 
 

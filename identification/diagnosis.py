@@ -3,9 +3,10 @@
 from collections.abc import Iterable, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.build_diagnosis import build_diagnosis
-from identification.error_stages import left_out_errors
+from identification.error_stages import left_out_residuals
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
 from identification.fits.fitting import torque_range
@@ -20,6 +21,7 @@ from identification.selection.trial_runner import Effects, Submit, TrialRunner, 
 from identification.selection.trials import RANKING, Trial
 from symbolic import EFFECTS, Effect, InvalidInputError, effects_named
 
+Array = NDArray[np.float64]
 LEAST_TRAVEL = 0.01
 """Greatest minus least angle that a diagnosis needs [rad]."""
 
@@ -94,12 +96,12 @@ def _left_out(
     holdout: Sequence[Recording],
     submit: Submit,
     report: Progress,
-) -> dict[str, float]:
-    """Errors with each recording left out in turn, where none is held out."""
+) -> dict[str, Array]:
+    """Residuals with each recording left out in turn, where none is held out."""
     if holdout:
         return {}
     report("leaving each recording out in turn", 0, 1)
-    return left_out_errors(trial, recordings, submit)
+    return left_out_residuals(trial, recordings, submit)
 
 
 def _proposals(

@@ -49,9 +49,9 @@ def errors_of(
     residuals: Mapping[str, Array],
     training: Sequence[Recording],
     holdout: Sequence[Recording],
-    left_out: Mapping[str, float] | None = None,
+    left_out: Mapping[str, Array] | None = None,
 ) -> Errors:
-    """The errors of these residuals [N m]."""
+    """The errors of these residuals [N m]; `left_out` are those of `left_out_residuals`."""
     everything = [*training, *holdout]
     rmse = {r.name: rmse_of(residuals[r.name]) for r in everything}
     return Errors(
@@ -59,12 +59,16 @@ def errors_of(
         nrmse={r.name: rmse[r.name] / torque_range(r) for r in everything},
         training=tuple(r.name for r in training),
         holdout=tuple(r.name for r in holdout),
-        left_out=left_out or {},
+        left_out={r.name: rmse_of(left_out[r.name]) / torque_range(r) for r in training}
+        if left_out
+        else {},
     )
 
 
-def left_out_errors(trial: Trial, recordings: Sequence[Recording], submit: Submit) -> dict[str, float]:
-    """Error over range of each recording by the shared parameters of all others [1].
+def left_out_residuals(
+    trial: Trial, recordings: Sequence[Recording], submit: Submit
+) -> dict[str, Array]:
+    """Residuals of each recording by the shared parameters of all others [N m].
 
     The others are fitted anew without it, thinned; then what belongs to the recording is fitted to the
     whole of it, as on held-out data. Empty for fewer than two recordings.
@@ -79,8 +83,8 @@ def left_out_errors(trial: Trial, recordings: Sequence[Recording], submit: Submi
     return {name: future.result() for name, future in futures.items()}
 
 
-def _left_out(trial: Trial, others: Sequence[Recording], left: Recording) -> float:
+def _left_out(trial: Trial, others: Sequence[Recording], left: Recording) -> Array:
     model, options = model_of(trial.effects, RANKING), replace(WITHOUT_ONE, loss=trial.fitted.loss)
     fitted = fit(model, others, trial.fitted.values, options)
     judged: Fit = fit_own_parameters(fitted, [left], WITHOUT_ONE)
-    return rmse_of(judged.residuals[left.name]) / torque_range(left)
+    return judged.residuals[left.name]

@@ -1,7 +1,7 @@
 """The result of a diagnosis: frozen values, and the content of `diagnosis.json`."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from identification.parameter_estimate import ParameterEstimate
 from identification.residuals.signatures import Signatures
 from identification.residuals.unexplained import Unexplained
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
-from symbolic import Model
+from symbolic import Model, ModelError
 
 Array = NDArray[np.float64]
 
@@ -128,6 +128,9 @@ class Diagnosis:
         series: every recording with its curves.
         notes: sentences for the report, such as recordings that got worse.
         criteria: thresholds of the search.
+        model_error_before: how wrong the declared structure is on recordings that no shared parameter
+            was fitted to, held out or left out in turn; None where there is no such recording.
+        model_error: the same of the final model.
     """
 
     recordings: tuple[str, ...]
@@ -146,6 +149,8 @@ class Diagnosis:
     series: tuple[Series, ...]
     notes: tuple[str, ...] = ()
     criteria: SelectionCriteria = DEFAULT_CRITERIA
+    model_error_before: ModelError | None = None
+    model_error: ModelError | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `diagnosis.json`."""
@@ -191,6 +196,7 @@ class Diagnosis:
                 "evidence": self.unexplained.evidence,
             },
             "parameters": {name: _estimate(e) for name, e in self.parameters.items()},
+            "model_error": _model_error(self.model_error, self.model_error_before),
             "notes": list(self.notes),
         }
 
@@ -201,6 +207,12 @@ def _mean(figures: Mapping[str, float], names: tuple[str, ...]) -> float | None:
 
 def _estimate(estimate: ParameterEstimate) -> dict[str, Any]:
     return {"value": estimate.value, "std": estimate.std, "unit": estimate.unit}
+
+
+def _model_error(after: ModelError | None, before: ModelError | None) -> dict[str, Any] | None:
+    if after is None:
+        return None
+    return {**asdict(after), "before": None if before is None else asdict(before)}
 
 
 def _experiment(proposal: Proposal | None) -> dict[str, Any] | None:

@@ -29,6 +29,7 @@ from symbolic.masing import (
     zone_boundaries,
 )
 from symbolic.model import DECLARED, GEOMETRY, SIGNALS, Model
+from symbolic.model_error import ModelError
 from symbolic.motion import TorqueProfile, WheelMotion, simulate_motion
 from symbolic.parameters import Rig, Tyre
 from symbolic.patch import Expression
@@ -53,6 +54,7 @@ __all__ = [
     "FoundModel",
     "InvalidInputError",
     "Model",
+    "ModelError",
     "Parameter",
     "Relaxation",
     "ResidualSignature",

@@ -13,8 +13,9 @@ from symbolic.effects.base import Effect, Parameter
 from symbolic.effects.library import effects_named
 from symbolic.errors import InvalidInputError
 from symbolic.model import Model
+from symbolic.model_error import ModelError
 from symbolic.parameters import Rig, Tyre
-from symbolic.parsing import excerpt
+from symbolic.parsing import excerpt, naming
 
 RIG_KEYS = {"rig": ("a", "e", "J_A", "b_t"), "tyre": ("k", "mu")}
 """Sections of a rig file and their keys."""
@@ -90,11 +91,13 @@ class FoundModel:
         model: the structure.
         shared: values shared by all recordings, by name, `k` among them.
         own: values of the recordings of the diagnosis, by recording.
+        error: how wrong the model is on recordings that it was not fitted to; None where unknown.
     """
 
     model: Model
     shared: Mapping[str, float]
     own: Mapping[str, Mapping[str, float]]
+    error: ModelError | None = None
 
     def values_for(self, recording: str, mu: float | None = None) -> dict[str, float]:
         """All parameter values for a recording.
@@ -151,7 +154,8 @@ def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> Found
     """The model and its values from the tables of a model file.
 
     It holds `version`, `effects` (names), `shared` (values by name), and may hold `recordings` (a table
-    of values each) and `units` (by name), which must be those of the parameters: nothing is converted.
+    of values each), `units` (by name), which must be those of the parameters: nothing is converted, and
+    `model_error` (`spread`, `correlation_time`).
 
     Args:
         document: the tables.
@@ -175,7 +179,17 @@ def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> Found
             raise InvalidInputError(f"'shared' lacks {name} [{parameter.unit}]")
     for place, table in {"shared": shared, **{f"recordings.{n}": v for n, v in own.items()}}.items():
         _check_range(place, table, allowed)
-    return FoundModel(model=model, shared=shared, own=own)
+    return FoundModel(model=model, shared=shared, own=own, error=_model_error(document))
+
+
+def _model_error(document: Mapping[str, Any]) -> ModelError | None:
+    if document.get("model_error") is None:
+        return None
+    values = _numbers("model_error", document["model_error"])
+    if sorted(values) != ["correlation_time", "spread"]:
+        raise InvalidInputError("'model_error' must hold spread and correlation_time, nothing else")
+    with naming("model_error"):
+        return ModelError(**values)
 
 
 def _effects_from_tables(document: Mapping[str, Any], own: Iterable[Effect]) -> tuple[Effect, ...]:

@@ -86,8 +86,24 @@ def test_what_the_file_holds(found: Diagnosis) -> None:
     assert set(effect["parameters"]["delay"]) == {"value", "std", "unit"}
     assert set(content["candidates"][0]) == {"name", "holdout_nrmse", "delta_bic"}
     assert set(content["unexplained"]) == {"present", "evidence"}
+    assert set(content["model_error"]) == {"spread", "correlation_time", "before"}
     named = {"k", "sensor_delay.delay", "mu [recording_a]", "mu [recording_b]"}
     assert set(content["parameters"]) == named
+
+
+def test_the_model_error_is_that_of_recordings_left_out(
+    late: tuple[Campaign, list[Recording]], found: Diagnosis
+) -> None:
+    # What remains is the noise of the torque channel: white, and as large as it was planted.
+    before, after = found.model_error_before, found.model_error
+    assert before is not None
+    assert after is not None
+    slide = np.mean([0.375 * s.F_N.mean() * r.rig.a for s, r in zip(found.series, late[1], strict=True)])
+    left_out = np.mean([found.after.left_out[s.name] * np.ptp(s.measured) for s in found.series])
+    assert after.spread == pytest.approx(left_out / slide, rel=0.1)
+    assert after.correlation_time < 0.03
+    assert before.spread > 4 * after.spread
+    assert before.correlation_time > 10 * after.correlation_time
 
 
 def test_its_model_file_reads_back(found: Diagnosis, tmp_path: Path) -> None:

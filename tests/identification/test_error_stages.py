@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from identification import Fit, FitOptions, Recording, Values, fit, initial_guess
-from identification.error_stages import declared_residuals, left_out_errors
+from identification.error_stages import declared_residuals, left_out_residuals
 from identification.fits.fitting import torque_range
 from identification.fits.loss import rmse_of
 from identification.selection.trial_runner import workers
@@ -36,9 +36,10 @@ def predicted(fitted: Fit, left: Recording) -> float:
 def test_left_out_in_turn(trial: Trial, recordings: list[Recording]) -> None:
     model = Model(effects=EFFECTS)
     with workers(1) as submit:
-        errors = left_out_errors(trial, recordings, submit)
+        residuals = left_out_residuals(trial, recordings, submit)
+    errors = {r.name: rmse_of(residuals[r.name]) / torque_range(r) for r in recordings}
 
-    assert list(errors) == [r.name for r in recordings]
+    assert list(residuals) == [r.name for r in recordings]
     first_order = leave_one_out(trial.fitted, recordings)
     for left in recordings:
         others = [r for r in recordings if r is not left]
@@ -50,7 +51,7 @@ def test_left_out_in_turn(trial: Trial, recordings: list[Recording]) -> None:
 
 def test_one_recording_cannot_be_left_out(trial: Trial, recordings: list[Recording]) -> None:
     with workers(1) as submit:
-        assert left_out_errors(trial, recordings[:1], submit) == {}
+        assert left_out_residuals(trial, recordings[:1], submit) == {}
 
 
 def test_declared_residuals(recordings: list[Recording], trial: Trial) -> None:

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from identification import Values, model_text, read_model
-from symbolic import InvalidInputError, Model, effects_named
+from symbolic import InvalidInputError, Model, ModelError, effects_named
 
 SHARED = {"k": 2.4e6, "carcass_torsion.k_t": 390.0}
 OWN = {"a": {"mu": 1.3, "torque_offset.M_0": 0.1}, "b": {"mu": 1.2, "torque_offset.M_0": -0.2}}
@@ -38,11 +38,14 @@ def message_of(path: Path) -> str:
 
 def test_round_trip(tmp_path: Path) -> None:
     model = Model(effects=effects_named(CONTENT["effects"]), corners=16)
-    diagnosis = SimpleNamespace(model=model, values=Values(shared=SHARED, own=OWN))
+    error = ModelError(spread=0.03, correlation_time=0.4)
+    diagnosis = SimpleNamespace(model=model, values=Values(shared=SHARED, own=OWN), model_error=error)
     text = model_text(diagnosis)  # type: ignore[arg-type]
     found = read_model(write(tmp_path, text))
 
-    assert json.loads(text) == {**CONTENT, "units": UNITS}
+    table = {"spread": 0.03, "correlation_time": 0.4}
+    assert json.loads(text) == {**CONTENT, "units": UNITS, "model_error": table}
+    assert found.error == error
     assert text.endswith("}\n")
     assert found.model.effects == model.effects
     assert (found.shared, found.own) == (SHARED, OWN)
@@ -68,6 +71,10 @@ def test_recordings_may_be_left_out(tmp_path: Path) -> None:
     content = {name: value for name, value in CONTENT.items() if name != "recordings"}
 
     assert read_model(write(tmp_path, content)).own == {}
+
+
+def test_the_error_of_a_model_may_be_unknown(tmp_path: Path) -> None:
+    assert read_model(write(tmp_path, CONTENT)).error is None
 
 
 @pytest.mark.parametrize(
@@ -97,6 +104,16 @@ def test_recordings_may_be_left_out(tmp_path: Path) -> None:
         ({"units": {"k": "N/mm^2"}}, "k has the unit 'N/mm^2', expected 'N/m^2'; convert the value"),
         ({"units": {**UNITS, "torque_offset.M_0": None}}, "torque_offset.M_0 has the unit 'None'"),
         ({"units": {"wings": "1"}}, "units holds an unknown 'wings'; the model has mu, k"),
+        ({"model_error": 0.03}, "'model_error' must be a table of numbers"),
+        ({"model_error": {"spread": 0.03}}, "'model_error' must hold spread and correlation_time"),
+        (
+            {"model_error": {"spread": -0.03, "correlation_time": 1}},
+            "model_error: spread must be a finite number of at least 0, got -0.03",
+        ),
+        (
+            {"model_error": {"spread": 0.03, "correlation_time": 0}},
+            "model_error: correlation_time must be a finite number greater than 0 s, got 0.0",
+        ),
     ],
     ids=lambda value: value if isinstance(value, str) else None,
 )
