@@ -38,13 +38,13 @@ class ObserverName(StrEnum):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrictionTrack:
-    """The friction that one observer estimated over a recording; arrays of shape (n,).
+    """The effective friction that one observer estimated over a recording; arrays of shape (n,).
 
     Attributes:
         name: the recording.
         label: observer and model, such as "EKF, declared model"; tracks of one name share a panel.
         t: time [s].
-        mu: estimated friction coefficient [1].
+        mu: estimated effective friction [1], so that tracks of different models compare.
         mu_std: its standard deviation [1]; NaN where the observer has none.
         informed: False while the estimate still rests on the prior.
         changes: instants at which the observer detected a change of the ground [s], shape (c,).
@@ -129,6 +129,11 @@ def run_observer(observer: Observer, recording: Recording, *, one_by_one: bool =
     return run(observer, recording.t, psi, recording.F_N, M_z, psi_dot, M=M, one_by_one=one_by_one)
 
 
+def comparable_friction(estimates: Estimates) -> Array:
+    """Friction that compares between models: mu_eff, or mu of an observer that does not state it [1]."""
+    return np.where(np.isfinite(estimates.mu_eff), estimates.mu_eff, estimates.mu)
+
+
 def measured_angle(recording: Recording) -> Array:
     """The yaw angle as measured, NaN where it was imputed [rad]."""
     measured = True if recording.psi_recorded is None else recording.psi_recorded
@@ -154,8 +159,8 @@ def friction_track(
         name=recording.name,
         label=f"{label}, {model}",
         t=estimates.t,
-        mu=estimates.mu,
-        mu_std=estimates.mu_std,
+        mu=comparable_friction(estimates),
+        mu_std=estimates.mu_eff_std,
         informed=estimates.informed,
         changes=estimates.t[estimates.status & Status.RESET != 0],
         reference=recording.tyre.mu,

@@ -10,6 +10,7 @@ from observers.loop import Loop
 from observers.measurement_model import CLEAN, AligningTorque, MeasurementModel
 from observers.mhe import Mhe
 from observers.protocol import (
+    ESTIMATE,
     OUTPUT,
     SAMPLE,
     BatchObserver,
@@ -28,6 +29,7 @@ from observers.udu import covariance_of
 
 __all__ = [
     "CLEAN",
+    "ESTIMATE",
     "OUTPUT",
     "SAMPLE",
     "AligningTorque",

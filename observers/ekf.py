@@ -29,6 +29,7 @@ from observers.model_observer import (
     ModelObserver,
     build_step_function,
     clip_to_bounds,
+    friction_output,
     step_output,
     step_symbols,
 )
@@ -154,9 +155,10 @@ def build_step(
     if memory_depends_on_tyre(model, measurement_model):
         retention = reset_retention(test["reset"], variance, increment)
         patch["memory_sensitivity"] = retention * patch["memory_sensitivity"]
-    output = step_output(
-        measurement_model, corrected, covariance(after)[at, at], M_z, tuning, test, held=imputed
+    friction = friction_output(
+        model, corrected, covariance(after), patch["memory"], now, theta, rig, tuning, at=at
     )
+    output = step_output(measurement_model, corrected, friction, M_z, tuning, test, held=imputed)
     state_next = {
         **patch, "x": corrected, "factor": after, "last": now, "counts": test["counts_next"],
         "monitor": test["monitor_next"], "output": output,

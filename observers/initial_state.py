@@ -4,6 +4,7 @@ from functools import cache
 
 import casadi as ca
 
+from observers.effective_friction import output_vector
 from observers.layout import Layout, named
 from observers.measurement_model import CLEAN, RIG, MeasurementModel, is_known
 from observers.patch_model import PatchModel, constants_size, split_constants
@@ -45,7 +46,7 @@ def build_initial_state(
         "x": mean,
         "factor": ca.diag(variance),
         "last": last,
-        "output": ca.vertcat(tuning["mu"], tuning["mu_std"], float("nan"), 0),
+        "output": output_vector(mu=tuning["mu"], mu_std=tuning["mu_std"]),
         "seen": _at_rest(SIGNALS, first),
         "angle_slope": ca.vertcat(first["psi"], 0),
         "mean": mean,

@@ -59,9 +59,10 @@ def build_innovation(measurement_model: MeasurementModel) -> ca.Function:
     """The innovation of a sample and its test, by name.
 
     (x, P, M_z, slopes, now, counts, monitor, rig, tuning) -> (innovation, H, weight, expected,
-    huber_scale, independent, H_P_H, missing, accepted, reset, run, counts_next, inconsistent,
+    huber_scale, independent, H_P_H, nis, missing, accepted, reset, run, counts_next, inconsistent,
     monitor_next), as of `build_measurement`, `build_gate` and `build_monitor`; x (n,) and P (n, n) are
-    predicted. An alarm of the monitor is a reset with a run of this one sample.
+    predicted. nis is innovation^2 over `innovation_variance`, NaN where it is missing. An alarm of the
+    monitor is a reset with a run of this one sample.
     """
     measurement = build_measurement(measurement_model)
     symbols = {name: ca.MX.sym(name, *measurement.size_in(name)) for name in measurement.name_in()}
@@ -75,9 +76,10 @@ def build_innovation(measurement_model: MeasurementModel) -> ca.Function:
     accepted, reset, run, counts_next = build_gate()(
         innovation, H_P_H, weight, huber_scale, counts, symbols["tuning"]
     )
+    variance = innovation_variance(H_P_H, weight, huber_scale)
+    nis = ca.if_else(missing, float("nan"), innovation**2 / variance)
     alarm, inconsistent, monitor_next = build_monitor()(
-        innovation, H[state_index(measurement_model)],
-        innovation_variance(H_P_H, weight, huber_scale), independent * ca.logic_not(missing),
+        innovation, H[state_index(measurement_model)], variance, independent * ca.logic_not(missing),
         accepted * ca.logic_not(reset), monitor, symbols["tuning"],
     )  # fmt: skip
     counts_next[COUNTS.index("resets")] += alarm
@@ -87,10 +89,10 @@ def build_innovation(measurement_model: MeasurementModel) -> ca.Function:
     return ca.Function(
         "innovation",
         [inputs[name] for name in order],
-        [innovation, H, weight, expected, huber_scale, independent, H_P_H, missing, *test],
+        [innovation, H, weight, expected, huber_scale, independent, H_P_H, nis, missing, *test],
         order,
         [
-            *measurement.name_out(), "H_P_H", "missing", *build_gate().name_out(), "inconsistent",
+            *measurement.name_out(), "H_P_H", "nis", "missing", *build_gate().name_out(), "inconsistent",
             "monitor_next",
         ],
     )

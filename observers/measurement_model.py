@@ -23,7 +23,7 @@ from symbolic import Model, Rig, full_slide_torque
 Expression = Any
 Parts = Mapping[str, Expression]
 Moments = tuple[Expression, Expression]
-RIG = ("a", "e", "J_A", "b_t")
+RIG = ("a", "e", "J_A", "b_t", "slide_rate")
 """Order of the rig's numbers."""
 LONGEST = 0.05
 """The weight of a sample grows with its time step up to this step [s]."""

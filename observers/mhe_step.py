@@ -39,7 +39,13 @@ from observers.mhe_terms import (
     build_prediction,
     is_unsettled,
 )
-from observers.model_observer import build_step_function, clip_to_bounds, step_output, step_symbols
+from observers.model_observer import (
+    build_step_function,
+    clip_to_bounds,
+    friction_output,
+    step_output,
+    step_symbols,
+)
 from observers.patch_history import PatchHistory
 from observers.patch_model import PatchModel, split_constants
 from observers.patch_update import memory_depends_on_tyre, reset_retention, sensitivity_retention
@@ -149,8 +155,10 @@ def build_window_step(
 
     history, M_z = measurement_model.patch_after((history, test["expected"]), updated)
     old = reset_retention(test["reset"], before["P_newest"][at, at], unknown)
+    memory = patch.newest(history)["memory"]
+    friction = friction_output(model, x_newest, P, memory, now, theta, rig, tuning, at=at)
     output = step_output(
-        measurement_model, x_newest, P[at, at], M_z, tuning, test, held=imputed,
+        measurement_model, x_newest, friction, M_z, tuning, test, held=imputed,
         unsettled=is_unsettled(measurement_model, x_newest, previous[:, -1], P),
     )  # fmt: skip
     state_next = {

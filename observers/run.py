@@ -67,19 +67,19 @@ def run(
     begins = int(np.argmax(known))
     prior = observer.estimate(observer.init(first_sample(samples[:, begins:])))
     rows = np.full((len(ESTIMATE), t.size), np.nan)
-    rows[:2, :begins] = [[prior.mu], [prior.mu_std]]
+    for name in ("mu", "mu_std"):
+        rows[ESTIMATE.index(name), :begins] = getattr(prior, name)
     rows[:, begins:] = _estimates(observer, samples[:, begins:], one_by_one)
     return as_estimates(t, rows)
 
 
 def as_estimates(t: Array, rows: Array) -> Estimates:
-    """Rows as in `ESTIMATE`, shape (5, n), by name; before anything is known they hold NaN."""
-    mu, mu_std, predicted, informed, status = rows
+    """Rows as in `ESTIMATE`, one column a sample, by name; before anything is known they hold NaN."""
+    arrays = dict(zip(ESTIMATE, rows, strict=True))
+    informed, status = arrays.pop("informed"), arrays.pop("status")
     return Estimates(
         t=t,
-        mu=mu,
-        mu_std=mu_std,
-        M_z_predicted=predicted,
+        **arrays,
         informed=informed == 1,
         status=np.where(np.isfinite(status), status, int(Status.MISSING)).astype(int),
     )
@@ -111,6 +111,5 @@ def _estimates(observer: Observer | BatchObserver, samples: Array, one_by_one: b
     for psi, psi_dot, F_N, dt, M_z, M in samples.T.tolist():
         sample = Sample(psi=psi, psi_dot=psi_dot, F_N=F_N, dt=dt, M_z=M_z, M=M)
         state = observer.step(observer.init(sample) if state is None else state, sample)
-        now = observer.estimate(state)
-        rows.append([now.mu, now.mu_std, now.M_z_predicted, now.informed, int(now.status)])
-    return np.array(rows, dtype=float).T
+        rows.append(observer.estimate(state).numbers)
+    return np.array(rows).T

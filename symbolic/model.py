@@ -14,6 +14,7 @@ from symbolic.bristles import BristlePatch, BristleTraits
 from symbolic.compliance import advance_in_series
 from symbolic.effects.base import Effect, Parameter, Signals
 from symbolic.errors import InvalidInputError
+from symbolic.full_slide import build_full_slide
 from symbolic.parameters import FRICTION, STIFFNESS
 from symbolic.patch import Expression, Patch, PatchInputs
 from symbolic.zones import ZonePatch
@@ -140,6 +141,11 @@ class Model:
     def torque(self) -> ca.Function:
         """The second half of `step`: (memory_next, seen, theta, geometry) -> M_z."""
         return _build_halves(self)[1]
+
+    @property
+    def full_slide(self) -> ca.Function:
+        """(memory, F_N, theta, geometry, rate) -> (mu_eff, M_slide), see `symbolic.full_slide`."""
+        return build_full_slide(self)
 
     def memory_depends_on(self, coordinate: str) -> bool:
         """Whether the memory depends on that parameter, so that another value is another history.

@@ -9,6 +9,8 @@ STIFFNESS = (1e3, 1e9)
 """Distributed lateral stiffness that the models take [N/m^2]."""
 FRICTION = (0.01, 10.0)
 """Coefficient of friction that the models take [1]."""
+SLIDE_RATE = 0.1
+"""Turning rate at which effective friction is stated unless the rig has another one [rad/s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,6 +24,8 @@ class Rig:
         e: caster length (trail) [m], |e| < a; the kingpin A stands at x = e.
         J_A: moment of inertia about the kingpin A [kg m^2], greater than 0; None where unknown.
         b_t: torsional damping [N m s/rad], at least 0; None where unknown.
+        slide_rate: turning rate at which the torque of full slide, and so the effective friction, is
+            stated [rad/s], greater than 0; see `symbolic.full_slide`.
 
     Raises:
         InvalidInputError: a value is outside its range, or not a finite number.
@@ -31,6 +35,7 @@ class Rig:
     e: float
     J_A: float | None = None
     b_t: float | None = None
+    slide_rate: float = SLIDE_RATE
 
     def __post_init__(self) -> None:
         """Check every value against its range."""
@@ -45,6 +50,7 @@ class Rig:
             raise InvalidInputError(
                 f"b_t must be a finite number of at least 0 N m s/rad, got {self.b_t:g}"
             )
+        _require_positive("slide_rate", self.slide_rate, "rad/s")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -17,7 +17,7 @@ from symbolic.model_error import ModelError
 from symbolic.parameters import Rig, Tyre
 from symbolic.parsing import excerpt, naming
 
-RIG_KEYS = {"rig": ("a", "e", "J_A", "b_t"), "tyre": ("k", "mu")}
+RIG_KEYS = {"rig": ("a", "e", "J_A", "b_t", "slide_rate"), "tyre": ("k", "mu")}
 """Sections of a rig file and their keys."""
 REQUIRED_KEYS = {"rig": ("a", "e"), "tyre": ("k",)}
 """Keys that a rig file must have."""

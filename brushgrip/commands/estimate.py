@@ -28,7 +28,7 @@ from brushgrip.pictures import draw_friction
 from brushgrip.recordings import keep_inputs, read_all
 from brushgrip.user_effects import effect_files, user_effects
 from identification import Recording, read_model
-from observers import Estimates
+from observers import ESTIMATE, Estimates
 from symbolic import InvalidInputError
 
 
@@ -48,11 +48,15 @@ def estimate(
         ),
     ] = None,
 ) -> None:
-    """Estimate friction over time, causally: t,mu,mu_std,M_z_predicted,informed.
+    """Estimate friction over time, causally, one row a sample.
+
+    Columns t,mu,mu_std,M_z_predicted,informed,mu_eff,mu_eff_std,M_slide,nis,status. The effective
+    friction mu_eff compares between models: the torque M_slide [N m] of a steady full slide over that of
+    the declared patch with mu = 1; nis is the square of measured minus predicted over its variance.
 
     From the aligning torque M_z, or, where the recording has none, from the steering torque M; that
-    takes J_A and b_t of the rig. One row a sample, informed as 0 or 1; mu_std is empty with root, the
-    method of [Györök 2022], which has none. A picture of mu(t) goes beside OUT.csv.
+    takes J_A and b_t of the rig. informed is 0 or 1, status a number; deviations and nis are empty with
+    root, the method of [Györök 2022], which has none. A picture of mu_eff(t) goes beside OUT.csv.
     """
     image = out.with_suffix(".png") if picture is None else picture
     _check_names(out, image)
@@ -84,5 +88,4 @@ def _read(name: str, rig: Path | None) -> Recording:
 
 
 def _table(estimates: Estimates) -> str:
-    names = ("t", "mu", "mu_std", "M_z_predicted", "informed")
-    return csv_text({name: getattr(estimates, name) for name in names})
+    return csv_text({name: getattr(estimates, name) for name in ("t", *ESTIMATE)})

@@ -36,7 +36,7 @@ from observers.mhe_terms import (
     build_prediction,
     is_unsettled,
 )
-from observers.model_observer import clip_to_bounds, step_output
+from observers.model_observer import clip_to_bounds, friction_output, step_output
 from observers.patch_update import slopes_by_states
 from observers.protocol import SAMPLE, FunctionObserver
 from observers.tuning import TUNING_FIELDS
@@ -45,7 +45,7 @@ ROW = ("F_N", "dt", "M_z", "travel", "accepted", "jump")
 """Numbers of a sample that C stores: all that the terms of `AligningTorque` depend on."""
 TORQUE = ("M_z", "log_mu", "stiffness")
 """M_z, its derivative by mu, and that by k over its nominal value."""
-TEST = ("accepted", "reset", "run", "missing", "expected", "inconsistent")
+TEST = ("accepted", "reset", "run", "missing", "expected", "nis", "inconsistent")
 """Result of the test of the newest innovation."""
 
 
@@ -53,7 +53,8 @@ def window_functions(observer: Mhe) -> list[ca.Function]:
     """The Functions that C calls."""
     at = len(observer.model.coordinates)
     rig, tuning = observer.constants[at : at + len(RIG)], observer.constants[at + len(RIG) :]
-    numbers = {"constants": observer.constants, "rig": rig, "tuning": tuning}
+    theta = observer.constants[:at]
+    numbers = {"constants": observer.constants, "theta": theta, "rig": rig, "tuning": tuning}
     builders = (
         _begin,
         _clean,
@@ -93,7 +94,7 @@ def _symbols(observer: Mhe, *names: str) -> list[ca.MX]:
         "row": (len(ROW), 1), "next": (len(ROW), 1), "counts": (len(COUNTS), 1), "monitor": (len(MONITOR), 1),
         "eliminated": (elimination_size(observer), 1), "costate": (n, 1), "newest": (n, 1),
         "test": (len(TEST), 1), "age": (1, 1), "imputed": (1, 1), "rig": (len(RIG), 1),
-        "tuning": (len(TUNING_FIELDS), 1),
+        "theta": (len(observer.model.coordinates), 1), "tuning": (len(TUNING_FIELDS), 1),
     }  # fmt: skip
     return [ca.MX.sym(name, *shapes[name]) for name in names]
 
@@ -207,12 +208,15 @@ def _backward(observer: Mhe) -> ca.Function:
 
 
 def _output(observer: Mhe) -> ca.Function:
-    """(x, P, newest, test, imputed) -> output."""
-    names = ("x", "P", "newest", "test", "imputed", "tuning")
-    x, P, newest, test, imputed, tuning = inputs = _symbols(observer, *names)
+    """(x, P, newest, now, test, imputed) -> output."""
+    names = ("x", "P", "newest", "now", "test", "imputed", "theta", "rig", "tuning")
+    x, P, newest, now, test, imputed, theta, rig, tuning = inputs = _symbols(observer, *names)
     result, at = named(TEST, test), state_index(observer.measurement_model)
+    # The full slide of the declared patch does not depend on its memory.
+    memory = ca.MX(observer.model.memory_size, 1)
+    friction = friction_output(observer.model, x, P, memory, now, theta, rig, tuning, at=at)
     output = step_output(
-        observer.measurement_model, x, P[at, at], result["expected"], tuning, result, held=imputed,
+        observer.measurement_model, x, friction, result["expected"], tuning, result, held=imputed,
         unsettled=is_unsettled(observer.measurement_model, x, newest, P),
     )  # fmt: skip
     return _function("step_output", inputs, [output])

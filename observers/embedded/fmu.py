@@ -71,6 +71,10 @@ OUTPUTS = (
     Variable("mu_std", 5, 'Real unit="1"', "standard deviation of mu"),
     Variable("M_z_predicted", 6, 'Real unit="N.m"', "predicted aligning torque; NaN at first"),
     Variable("informed", 7, "Boolean", "false while the estimate rests on the prior"),
+    Variable("mu_eff", 9, 'Real unit="1"', "effective friction, full slide over that of mu = 1"),
+    Variable("mu_eff_std", 10, 'Real unit="1"', "standard deviation of mu_eff"),
+    Variable("M_slide", 11, 'Real unit="N.m"', "torque of steady full slide at the present load"),
+    Variable("nis", 12, 'Real unit="1"', "normalised innovation squared; NaN if not measured"),
     Variable("status", 8, "Integer", "0 where the sample was used, else flags as in the C header"),
 )
 

@@ -113,6 +113,8 @@ class Effect:
         memory: length of its own memory from sample to sample.
         discrete: True where it breaks the parabola and so needs the bristle patch.
         sensor: True where `transform_inputs` changes what everything else sees, so that it comes first.
+        torque_by_ground: True where `torque` is the ground's, so that the torque of full slide includes
+            it. What bearings, springs and the sensor add is not the ground's friction.
         signatures: what the residual follows where the effect is missing; empty if no signal shows it.
     """
 
@@ -122,6 +124,7 @@ class Effect:
     memory: int = 0
     discrete: bool = False
     sensor: bool = False
+    torque_by_ground: bool = False
     signatures: tuple[ResidualSignature, ...] = ()
 
     def fixed_values(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:

@@ -32,6 +32,7 @@ def assert_equals_filterpy(observer: Ekf, samples: list[Sample], close: float) -
         expected = oracle.step(sample)
         said = observer.estimate(state)
         assert said.M_z_predicted == pytest.approx(expected, abs=close * slide())
+        assert said.nis == pytest.approx(oracle.nis, rel=1e-3, abs=1e3 * close, nan_ok=True)
         scale = np.sqrt(np.diag(oracle.P))
         np.testing.assert_allclose(state["x"], oracle.x, rtol=0, atol=close)
         P = covariance_of(state["factor"])

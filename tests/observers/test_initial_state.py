@@ -31,7 +31,7 @@ def test_filter_begins_with_the_prior(measurement_model: Any, model: dict[str, A
     np.testing.assert_allclose(state["x"], x, rtol=1e-14, atol=0)
     np.testing.assert_allclose(covariance_of(state["factor"].reshape(n, n)), P, rtol=1e-14, atol=0)
     np.testing.assert_array_equal(state["memory"], history.memory)
-    np.testing.assert_array_equal(state["output"], [0.9, observer.tuning.mu_std, np.nan, 0.0])
+    np.testing.assert_array_equal(state["output"], [0.9, observer.tuning.mu_std, *[np.nan] * 5, 0.0])
     for part in ("M_z", "slopes", "counts"):
         assert not state[part].any(), part
 

@@ -14,7 +14,9 @@ def test_what_is_not_known_is_none() -> None:
     assert Tyre(k=6e4) == Tyre(k=6e4, mu=None)
 
 
-@pytest.mark.parametrize("values", [{"e": 0.0}, {"e": -0.039}, {"b_t": 0.0}, {"J_A": 1e-9}])
+@pytest.mark.parametrize(
+    "values", [{"e": 0.0}, {"e": -0.039}, {"b_t": 0.0}, {"J_A": 1e-9}, {"slide_rate": 1e-9}]
+)
 def test_the_whole_range_is_allowed(values: dict[str, Any]) -> None:
     assert Rig(**RIG | values) is not None
 
@@ -34,6 +36,8 @@ def test_the_whole_range_is_allowed(values: dict[str, Any]) -> None:
         {"b_t": -1e-9},
         {"b_t": math.nan},
         {"b_t": math.inf},
+        {"slide_rate": 0.0},
+        {"slide_rate": math.nan},
     ],
 )
 def test_rig_refuses(values: dict[str, Any]) -> None:

@@ -47,12 +47,12 @@ def test_a_rig() -> None:
 @pytest.mark.parametrize(
     ("document", "fault"),
     [
-        ({}, "section [rig] is missing; it holds a, e, J_A, b_t"),
+        ({}, "section [rig] is missing; it holds a, e, J_A, b_t, slide_rate"),
         ({"rig": RIG["rig"]}, "section [tyre] is missing; it holds k, mu"),
         (changed(RIG, "rig", a=45), "a must be given in metres, at most 1 m in size, got 45; if"),
         (changed(RIG, "rig", e=9.0), "e must be given in metres, at most 1 m in size, got 9; if"),
         (changed(RIG, "rig", a=True), "[rig] a must be a number, got 'True'"),
-        (changed(RIG, "rig", J=0.1), "[rig] unknown key 'J'; allowed: a, e, J_A, b_t"),
+        (changed(RIG, "rig", J=0.1), "[rig] unknown key 'J'; allowed: a, e, J_A, b_t, slide_rate"),
         (changed(RIG, "tyre", k=2.4), "k must lie between 1000 and 1e+09 N/m^2, got 2.4"),
         (changed(RIG, "tyre", k=10**400), "[tyre] holds a number too large to compute with"),
         ({**RIG, "wheel": {}}, "unknown section or key 'wheel'; allowed: [rig], [tyre]"),

@@ -12,7 +12,7 @@
 #define GUID "${guid}"
 
 /* Value references, as in modelDescription.xml. */
-enum { PSI, PSI_DOT, TORQUE, LOAD, INPUTS, MU = INPUTS, MU_STD, M_Z_PREDICTED, INFORMED, STATUS };
+enum { PSI, PSI_DOT, TORQUE, LOAD, INPUTS, MU = INPUTS, MU_STD, M_Z_PREDICTED, INFORMED, STATUS, MU_EFF, MU_EFF_STD, M_SLIDE, NIS };
 enum { INSTANTIATED, INITIALISING, STEPPING, TERMINATED };
 
 /* The FMU state: one block without pointers. */
@@ -127,11 +127,14 @@ FMI2(fmi2Status, GetReal)(fmi2Component c, const fmi2ValueReference at[], size_t
     size_t i;
     ${name}_estimate(&state->observer, &estimate);
     for (i = 0; i < count; ++i) {
-        if (at[i] > M_Z_PREDICTED) return report(c, "no real variable has this value reference");
-        values[i] = at[i] < INPUTS    ? state->inputs[at[i]]
-                    : at[i] == MU     ? (double)estimate.mu
-                    : at[i] == MU_STD ? (double)estimate.mu_std
-                                      : (double)estimate.M_z_predicted;
+        switch (at[i]) {
+%% for name in numbers
+        case ${name|upper}: values[i] = (double)estimate.${name}; break;
+%% endfor
+        default:
+            if (at[i] >= INPUTS) return report(c, "no real variable has this value reference");
+            values[i] = state->inputs[at[i]];
+        }
     }
     return fmi2OK;
 }

@@ -48,14 +48,18 @@ enum {
 typedef struct {
     ${real} mu;            /* friction coefficient [1] */
     ${real} mu_std;        /* its standard deviation [1] */
-    ${real} M_z_predicted; /* predicted aligning torque [N m]; NAN before the first sample */
+    ${real} M_z_predicted; /* predicted aligning torque [N m]; NAN before the first sample, as all below */
+    ${real} mu_eff;        /* effective friction: M_slide over that of the declared patch with mu = 1 [1] */
+    ${real} mu_eff_std;    /* its standard deviation [1] */
+    ${real} M_slide;       /* torque of steady full slide at the present load [N m] */
+    ${real} nis;           /* square of measured minus predicted over its variance [1]; NAN if not measured */
     int32_t informed;    /* 0 while the estimate rests on the prior, else 1 */
     int32_t status;      /* flags as above */
 } ${name}_estimate_t;
 
 ${types}/* One observer, ${bytes} bytes; its fields are private. */
 typedef struct {
-    ${real} output[4];
+    ${real} output[${output|length}];
     ${real} psi, age, rate;
     int32_t seen, now;
 ${private}

@@ -81,7 +81,7 @@ static void update_arrival_cost(${name}_state_t *state, int32_t oldest) {
 }
 
 /* Which samples of the window count after the test of the newest innovation: accepted, reset, run, missing,
-   expected, inconsistent. Without a reset only the newest changes. */
+   expected, nis, inconsistent. Without a reset only the newest changes. */
 static void accept_samples(${name}_state_t *state, const ${real} *test) {
     const int32_t run = test[2] < ${window} ? (int32_t)test[2] : ${window};
     const int32_t count = test[1] == 0.0 ? 1 : run;
@@ -130,7 +130,7 @@ static void smooth(${name}_state_t *state) {
 /* One sample. */
 static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${real} now[CLEAN] = {0.0}, imputed = 0.0, newest[STATES] = {0.0}, P[STATES * STATES] = {0.0};
-    ${real} torque[3], test[6] = {0.0}, counts[2] = {0.0}, monitor[3] = {0.0}, output[4] = {0.0}, scale;
+    ${real} torque[3], test[7] = {0.0}, counts[2] = {0.0}, monitor[3] = {0.0}, output[OUTPUTS] = {0.0}, scale;
     const int32_t last = state->newest, at = (last + 1) % ${window};
     int32_t i;
     {
@@ -164,18 +164,18 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     accept_samples(state, test);
     smooth(state);
     {
-        const ${real} *arg[5] = {state->x[at], state->P_newest, newest, test, &imputed};
+        const ${real} *arg[6] = {state->x[at], state->P_newest, newest, now, test, &imputed};
         ${real} *res[1] = {output};
         step_output(arg, res, 0, 0, 0);
     }
     for (i = 0; i < CLEAN; ++i) state->last[i] = now[i];
     for (i = 0; i < 2; ++i) state->counts[i] = counts[i];
     for (i = 0; i < 3; ++i) state->monitor[i] = monitor[i];
-    if (!(is_known(output[0]) && is_known(output[1]) && is_known(output[2]))) {
+    if (!(is_known(output[OUT_MU]) && is_known(output[OUT_MU_STD]) && is_known(output[OUT_M_Z_PREDICTED]))) {
         ${name}_init(state);
-        state->output[3] = ${NAME}_REFUSED;
+        state->output[OUT_STATUS] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }
-    for (i = 0; i < 4; ++i) state->output[i] = output[i];
-    return (int32_t)output[3];
+    for (i = 0; i < OUTPUTS; ++i) state->output[i] = output[i];
+    return (int32_t)output[OUT_STATUS];
 }

@@ -43,7 +43,7 @@ def test_reads_past_a_byte_order_mark(tmp_path: Path) -> None:
         ("a = 0.04\n", "", "[rig] a is missing; required: a, e"),
         ("e = 0.009\n", "", "[rig] e is missing; required: a, e"),
         ("k = 2438000\n", "", "[tyre] k is missing; required: k"),
-        ("J_A", "J", "[rig] unknown key 'J'; allowed: a, e, J_A, b_t"),
+        ("J_A", "J", "[rig] unknown key 'J'; allowed: a, e, J_A, b_t, slide_rate"),
         ("a = 0.04", 'a = "4 cm"', "[rig] a must be a number, got '4 cm'"),
         ("a = 0.04", "a = true", "[rig] a must be a number, got 'True'"),
         ("a = 0.04", "a = [0.04]", "[rig] a must be a number, got '[0.04]'"),
