@@ -21,6 +21,7 @@ from observers.protocol import (
     Sample,
     Status,
 )
+from observers.profiles import PROFILES, profile, tuning_for
 from observers.run import run
 from observers.steering_torque import SteeringTorque
 from observers.thesis import ZoneHistory, ZoneRootSolver, ZoneRootState, zone_history
@@ -31,6 +32,7 @@ __all__ = [
     "CLEAN",
     "ESTIMATE",
     "OUTPUT",
+    "PROFILES",
     "SAMPLE",
     "AligningTorque",
     "BatchObserver",
@@ -57,6 +59,8 @@ __all__ = [
     "covariance_of",
     "from_files",
     "next_rate",
+    "profile",
     "run",
+    "tuning_for",
     "zone_history",
 ]

@@ -12,16 +12,17 @@ from brushgrip.commands.options import (
     OutFile,
     RecordingName,
     RigFile,
+    TuningProfile,
     check_picture_name,
 )
 from brushgrip.console import say
 from brushgrip.estimation import (
-    OBSERVERS,
     ObserverName,
     friction_track,
     has_aligning_torque,
     has_steering_torque,
     observe,
+    observer_factory,
 )
 from brushgrip.formatting import csv_text, estimates_summary
 from brushgrip.pictures import draw_friction
@@ -41,6 +42,7 @@ def estimate(
     rig: RigFile = None,
     model: ModelFile = None,
     effects: EffectModules = None,
+    tuning: TuningProfile = None,
     picture: Annotated[
         Path | None,
         typer.Option(
@@ -65,7 +67,7 @@ def estimate(
     keep_inputs([out, image], [recording], rig, model, *effect_files(effects))
     found = None if model is None else read_model(model, effects=own)
     with staged_file(out) as table, staged_file(image) as drawing:
-        estimates = observe(OBSERVERS[observer], read, found)
+        estimates = observe(observer_factory(observer, tuning), read, found)
         table.write_text(_table(estimates), encoding="utf-8", newline="\n")
         label = "declared model" if found is None else "model found"
         draw_friction(drawing, [friction_track(observer, read, estimates, label)])
