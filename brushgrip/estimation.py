@@ -18,8 +18,11 @@ from observers import (
     Observer,
     Status,
     SteeringTorque,
+    Tuning,
     ZoneRootSolver,
+    profile,
     run,
+    tuning_for,
 )
 from symbolic import InvalidInputError, Model
 
@@ -64,9 +67,16 @@ class FrictionTrack:
 
 
 def model_observer(
-    kind: type[Ekf] | type[Mhe], recording: Recording, found: FoundModel | None = None
+    kind: type[Ekf] | type[Mhe],
+    recording: Recording,
+    found: FoundModel | None = None,
+    *,
+    tuning: Tuning | None = None,
 ) -> Ekf | Mhe:
-    """EKF or MHE for the torque that was recorded, on the declared model, k as given, or a found one."""
+    """EKF or MHE for the torque that was recorded, on the declared model, k as given, or a found one.
+
+    The tuning is that given, or `real_tyre`, with the error of the found model where that is known.
+    """
     if found is None:
         model, values = Model(), {"k": recording.tyre.k}
     else:
@@ -75,7 +85,13 @@ def model_observer(
     measurement_model: MeasurementModel = (
         AligningTorque() if has_aligning_torque(recording) else SteeringTorque()
     )
-    return kind(model=model, values=values, rig=recording.rig, measurement_model=measurement_model)
+    return kind(
+        model=model,
+        values=values,
+        rig=recording.rig,
+        measurement_model=measurement_model,
+        tuning=tuning_for(found, tuning),
+    )
 
 
 def root_solver(
@@ -98,6 +114,19 @@ OBSERVERS: Mapping[ObserverName, ObserverFactory] = {
     ObserverName.ROOT: root_solver,
 }
 """The observers that a command offers; one more is one more entry here and in `ObserverName`."""
+
+
+def observer_factory(name: ObserverName, tuning: str | None = None) -> ObserverFactory:
+    """The factory of an observer, with a tuning by name; None for the usual one.
+
+    Raises:
+        InvalidInputError: there is no tuning of this name, or the observer has none.
+    """
+    if tuning is None:
+        return OBSERVERS[name]
+    if name is ObserverName.ROOT:
+        raise InvalidInputError("--observer root has no tuning; leave --tuning out, or use ekf or mhe")
+    return partial(OBSERVERS[name], tuning=profile(tuning))
 
 
 def observe(

@@ -176,7 +176,9 @@ def estimates_summary(estimates: Estimates) -> str:
     if changes := counts[Status.RESET]:
         parts.append(f"{changes} {_plural(changes, 'change')} of the ground")
     line = ", ".join(parts)
-    most_frequent = max(counts, key=lambda flag: counts[flag])
+    # Whether the deviation can be believed goes before what happened to samples.
+    inconsistent = counts[Status.INCONSISTENT] > 0
+    most_frequent = Status.INCONSISTENT if inconsistent else max(counts, key=lambda flag: counts[flag])
     number = counts[most_frequent]
     return f"{line}; {number} {_plural(number, 'sample')}: {most_frequent.remedy}" if number else line
 

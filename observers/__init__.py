@@ -22,6 +22,7 @@ from observers.protocol import (
     Sample,
     Status,
 )
+from observers.profiles import PROFILES, profile, tuning_for
 from observers.run import run
 from observers.steering_torque import SteeringTorque
 from observers.thesis import ZoneHistory, ZoneRootSolver, ZoneRootState, zone_history
@@ -32,6 +33,7 @@ __all__ = [
     "CLEAN",
     "ESTIMATE",
     "OUTPUT",
+    "PROFILES",
     "SAMPLE",
     "AligningTorque",
     "BatchObserver",
@@ -61,6 +63,8 @@ __all__ = [
     "friction_spread",
     "from_files",
     "next_rate",
+    "profile",
     "run",
+    "tuning_for",
     "zone_history",
 ]

@@ -29,8 +29,11 @@ LONGEST = 0.05
 """The weight of a sample grows with its time step up to this step [s]."""
 SENSIBLE = 1e9
 """Sensor values of this magnitude and above are invalid, in SI units; 1e20 squared overflows a float."""
-CLEAN = (*SAMPLE, "M_age")
-"""Order of a cleaned sample: last valid values in place of missing ones; time since M was valid [s]."""
+CLEAN = (*SAMPLE, "M_age", "travel")
+"""Order of a cleaned sample: last valid values in place of missing ones; time since M was valid [s], and
+turn since the last sample without its sign [rad]."""
+SHORTEST_TRAVEL = 1e-9
+"""Turn that counts as none [rad]."""
 Update = TypeVar("Update")
 
 
@@ -43,12 +46,15 @@ class Measurement:
         measured: value of the sensor, NaN where it is missing.
         precision: inverse variance of the white measurement error; 0 in an empty place of a window.
         huber_scale: square of the error up to which Huber's loss is quadratic.
+        independent: share of an independent sample that this one is worth [1], less than 1 where the
+            error of the model lasts.
     """
 
     expected: Expression
     measured: Expression
     precision: Expression
     huber_scale: Expression
+    independent: Expression = 1
 
 
 class MeasurementModel(Hashable, Protocol):
@@ -133,6 +139,17 @@ def log_mu_variance(tuning: Parts) -> Expression:
     return (tuning["mu_std"] / tuning["mu"]) ** 2
 
 
+def independent_share(travel: Expression, error_travel: Expression) -> Expression:
+    """Share of an independent sample of the model's error that a turn [rad] is worth, at most 1."""
+    return ca.fmin(1, (travel + SHORTEST_TRAVEL) / (error_travel + SHORTEST_TRAVEL))
+
+
+def model_error_variance(tuning: Parts) -> Expression:
+    """Variance of the model's error, as a share squared [1]; 0 where `noise` is all that there is."""
+    stated = ca.logic_and(tuning["error_travel"] > 0, tuning["error"] < SENSIBLE)
+    return ca.if_else(stated, tuning["error"] ** 2, 0)
+
+
 def select_states(**selected: bool) -> tuple[str, ...]:
     """Names of the selected states in the order of `STATES`."""
     return tuple(name for name in STATES if selected.get(name, False))
@@ -178,14 +195,18 @@ class AligningTorque:
         known = is_known(sample["psi"])
         F_N, load_imputed = impute_load(sample, last)
         turning = ca.logic_and(known, is_known(sample["psi_dot"]))
+        psi = ca.if_else(known, sample["psi"], last["psi"])
         now = {
-            "psi": ca.if_else(known, sample["psi"], last["psi"]),
+            "psi": psi,
             "psi_dot": ca.if_else(turning, sample["psi_dot"], 0),
             "F_N": F_N,
             "dt": sample["dt"],
             "M_z": ca.if_else(known, sample["M_z"], float("nan")),
             "M": 0,
             "M_age": 0,
+            "travel": ca.if_else(
+                turning, ca.fabs(sample["psi_dot"]) * sample["dt"], ca.fabs(psi - last["psi"])
+            ),
         }
         return now, ca.logic_or(load_imputed, ca.logic_not(known))
 
@@ -200,12 +221,15 @@ class AligningTorque:
         self, x: Parts, M_z: Expression, now: Parts, rig: Parts, tuning: Parts
     ) -> Measurement:
         """The aligning torque with the zero of its channel [N m]."""
-        slide = full_slide_torque(now["F_N"], rig["a"])
+        slide, dt = full_slide_torque(now["F_N"], rig["a"]), ca.fmin(now["dt"], LONGEST)
+        independent = independent_share(now["travel"], tuning["error_travel"])
+        noise, error = REFERENCE_STEP * tuning["noise"] ** 2, model_error_variance(tuning)
         return Measurement(
             expected=M_z + x.get("M_0", 0),
             measured=now["M_z"],
-            precision=ca.fmin(now["dt"], LONGEST) / (REFERENCE_STEP * (tuning["noise"] * slide) ** 2),
+            precision=dt * independent / ((error * dt + noise * independent) * slide**2),
             huber_scale=(tuning["error"] * slide) ** 2,
+            independent=independent,
         )
 
     def patch_before(self, stored: Update, update: Callable[[], Update]) -> Update:

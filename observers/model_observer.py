@@ -136,6 +136,7 @@ def friction_output(
     now: ca.MX,
     theta: ca.MX,
     rig: ca.MX,
+    tuning: ca.MX,
     *,
     at: int,
 ) -> dict[str, ca.MX]:
@@ -149,10 +150,11 @@ def friction_output(
         now: the sample, cleaned.
         theta: parameters of the model.
         rig: as in `RIG`.
+        tuning: as in `TUNING_FIELDS`, for what no measurement lowers.
         at: index of ln mu in the states.
     """
     mu = ca.exp(x[at])
-    std = mu * ca.sqrt(P[at, at])
+    std = mu * ca.sqrt(P[at, at] + named(TUNING_FIELDS, tuning)["mu_floor"] ** 2)
     given = (mu, std, memory, now[CLEAN.index("F_N")], theta, rig[: len(GEOMETRY)])
     slide = outputs_of(build_effective_friction(model), *given, named(RIG, rig)["slide_rate"])
     return {"mu": mu, "mu_std": std, **slide}
@@ -175,14 +177,15 @@ def step_output(
         friction: as of `friction_output`.
         M_z: predicted aligning torque [N m].
         tuning: as in `TUNING_FIELDS`.
-        test: missing, accepted, reset and nis of the innovation, see `observers.innovation_gate`.
+        test: missing, accepted, reset, nis and inconsistent of the innovation, see
+            `observers.innovation_gate`.
         conditions: further flags of `Status` in small letters.
     """
     log_mu, limits = x[state_index(measurement_model)], named(TUNING_FIELDS, tuning)
     bound = ca.logic_or(log_mu <= ca.log(limits["least"]), log_mu >= ca.log(limits["greatest"]))
     status = status_flags(
         missing=test["missing"], rejected=ca.logic_not(test["accepted"]), reset=test["reset"],
-        bound=bound, **conditions,
+        bound=bound, inconsistent=test["inconsistent"], **conditions,
     )  # fmt: skip
     return output_vector(**friction, M_z_predicted=M_z, nis=test["nis"], status=status)
 

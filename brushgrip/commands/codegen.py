@@ -7,11 +7,11 @@ from typing import Annotated
 import typer
 
 from brushgrip.atomic import staged_directory
-from brushgrip.commands.options import EffectModules, ModelFile, OutFolder
+from brushgrip.commands.options import EffectModules, ModelFile, OutFolder, TuningProfile
 from brushgrip.console import say
 from brushgrip.recordings import keep_inputs
 from brushgrip.user_effects import effect_files, user_effects
-from observers import AligningTorque, Ekf, MeasurementModel, Mhe, SteeringTorque, from_files
+from observers import AligningTorque, Ekf, MeasurementModel, Mhe, SteeringTorque, from_files, profile
 from observers.embedded import DOUBLE, SINGLE, generate, generate_fmu, require_replaceable
 
 
@@ -59,6 +59,7 @@ def codegen(
     out: OutFolder,
     model: ModelFile = None,
     effects: EffectModules = None,
+    tuning: TuningProfile = None,
     real: Annotated[Type, typer.Option("--real", help="Type of every number.")] = Type.FLOAT,
     target: Annotated[Target, typer.Option("--target", help="What to write.")] = Target.C,
     torque: Annotated[
@@ -84,6 +85,7 @@ def codegen(
         model,
         effects=user_effects(effects),
         measurement_model=MEASUREMENT_MODELS[torque],
+        tuning=None if tuning is None else profile(tuning),
     )
     with staged_directory(out) as stage:
         if target is Target.FMU:

@@ -12,17 +12,18 @@ from brushgrip.commands.options import (
     OutFile,
     RecordingName,
     RigFile,
+    TuningProfile,
     check_picture_name,
     usable_file,
 )
 from brushgrip.console import say
 from brushgrip.estimation import (
-    OBSERVERS,
     ObserverName,
     friction_track,
     has_aligning_torque,
     has_steering_torque,
     observe,
+    observer_factory,
 )
 from brushgrip.formatting import csv_text, estimates_summary
 from brushgrip.pictures import draw_friction
@@ -42,6 +43,7 @@ def estimate(
     rig: RigFile = None,
     model: ModelFile = None,
     effects: EffectModules = None,
+    tuning: TuningProfile = None,
     picture: Annotated[
         Path | None,
         typer.Option(
@@ -70,7 +72,7 @@ def estimate(
     keep_inputs([out, image], [recording], rig, model, *effect_files(effects))
     found = None if model is None else read_model(model, effects=own)
     with staged_file(out) as table, staged_file(image) as drawing:
-        estimates = observe(OBSERVERS[observer], read, found)
+        estimates = observe(observer_factory(observer, tuning), read, found)
         table.write_text(_table(estimates), encoding="utf-8", newline="\n")
         label = "declared model" if found is None else "model found"
         draw_friction(drawing, [friction_track(observer, read, estimates, label)])

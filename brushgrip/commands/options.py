@@ -1,5 +1,6 @@
 """Arguments and options that several commands share, and checks of the files they name."""
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -67,6 +68,22 @@ ModelFile = Annotated[
         "--model",
         metavar="MODEL",
         help="Model file of a diagnosis (model.json); the declared model without it.",
+        show_default=False,
+    ),
+]
+class TuningName(StrEnum):
+    """Tunings by the name that a user gives."""
+
+    REAL_TYRE = "real_tyre"
+    CLEAN = "clean"
+    CHANGING_GROUND = "changing_ground"
+
+
+TuningProfile = Annotated[
+    TuningName | None,
+    typer.Option(
+        "--tuning",
+        help="Tuning by name; real_tyre if left out. A model file's model_error goes before its error.",
         show_default=False,
     ),
 ]
