@@ -10,6 +10,7 @@ from observers.linearisation import build_clean
 from observers.loop import Loop
 from observers.measurement_model import CLEAN, AligningTorque, MeasurementModel
 from observers.mhe import Mhe
+from observers.profiles import PROFILES, profile, tuning_for
 from observers.protocol import (
     ESTIMATE,
     OUTPUT,
@@ -22,7 +23,6 @@ from observers.protocol import (
     Sample,
     Status,
 )
-from observers.profiles import PROFILES, profile, tuning_for
 from observers.run import run
 from observers.steering_torque import SteeringTorque
 from observers.thesis import ZoneHistory, ZoneRootSolver, ZoneRootState, zone_history

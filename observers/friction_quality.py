@@ -1,7 +1,7 @@
 """How good the friction that an observer found over a recording was, without knowing the true one.
 
-The recording's own final estimate is the reference: how soon the estimate stays near it, how far it still
-moves, and whether the bands on the way held it.
+The recording's own final estimate is the reference: how soon the estimate stays near it, how far it
+still moves, and whether the bands on the way held it.
 """
 
 from collections.abc import Sequence
@@ -54,8 +54,8 @@ def friction_quality(estimates: Estimates) -> FrictionQuality:
     final = float(mu_eff[-1])
     if not np.isfinite(std[-1]):
         raise InvalidInputError(
-            "the quality of an estimate needs its standard deviation; use Ekf or Mhe, the root solver has"
-            " none"
+            "the quality of an estimate needs its standard deviation; use Ekf or Mhe, the root solver"
+            " has none"
         )
     away = np.flatnonzero(~(np.abs(mu_eff - final) <= NEAR_FINAL * final))
     settled = 0 if away.size == 0 else int(away[-1]) + 1

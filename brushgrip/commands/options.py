@@ -71,6 +71,8 @@ ModelFile = Annotated[
         show_default=False,
     ),
 ]
+
+
 class TuningName(StrEnum):
     """Tunings by the name that a user gives."""
 

@@ -1,4 +1,4 @@
-"""The code on the pages runs: Python blocks and commands, in the order in which a reader would give them."""
+"""The code on the pages runs: Python blocks and commands, in the order of the page."""
 
 import re
 import shlex
@@ -20,11 +20,11 @@ def folder(tmp_path, monkeypatch):
     for path in (ROOT / "examples" / "recordings").iterdir():
         shutil.copy(path, tmp_path)
     monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 @pytest.mark.parametrize("page", [*QUICK, *(pytest.param(p, marks=pytest.mark.long) for p in WHOLE)])
-def test_the_code_of_a_page_runs(page, folder):
+@pytest.mark.usefixtures("folder")
+def test_the_code_of_a_page_runs(page):
     text = (ROOT / page).read_text(encoding="utf-8")
     names = {}
     blocks = BLOCK.findall(text)
