@@ -9,6 +9,8 @@ PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-r
 
 TRAINING := fem1 fem4_ident piros2_ident piros4
 HELD_OUT := fem3 fem5 piros1 piros7
+STEEL := fem1,fem3,fem4_ident,fem5
+EMERY := piros1,piros2_ident,piros4,piros7
 
 .PHONY: demo test test-all mutants gate measured clean
 .DELETE_ON_ERROR:
@@ -36,7 +38,8 @@ gate: $(STAMP)
 
 measured: $(STAMP)
 	$(BIN)/brushgrip diagnose $(TRAINING:%=$(DATA)/%.mat) \
-		$(HELD_OUT:%=--holdout $(DATA)/%.mat) --out measured_output
+		$(HELD_OUT:%=--holdout $(DATA)/%.mat) --ground steel=$(STEEL) --ground emery=$(EMERY) \
+		--out measured_output
 
 clean:
 	rm -rf .venv build dist demo_output measured_output htmlcov .coverage .coverage.* \

@@ -26,6 +26,7 @@ def from_files(
     model: str | Path | None = None,
     *,
     effects: Iterable[Effect] = (),
+    ground: str | None = None,
     **settings: Any,
 ) -> Kind:
     """An observer from a rig file and, optionally, the file of a model that a diagnosis found.
@@ -37,6 +38,8 @@ def from_files(
         model: the model file that `brushgrip diagnose` writes, whose k goes before that of the rig; None
             for the declared model. What belongs to one recording alone, as a torque zero, stays neutral.
         effects: effects beside the library's that the model file may name.
+        ground: the ground whose values are taken from the model file; the mean over its grounds for
+            None or another one.
         settings: further fields of the observer, such as `tuning` and `measurement_model`.
 
     Raises:
@@ -47,12 +50,12 @@ def from_files(
     if "measurement_model" in settings:
         with naming(rig):
             settings["measurement_model"].check(geometry, Model())
-    found = FoundModel(model=Model(), shared={"k": tyre.k}, own={})
+    found = FoundModel(model=Model(), tyre={"k": tyre.k}, own={})
     if model is not None:
         found = read_model_file(model, effects)
     return kind(
         model=found.model_for_estimation(),
-        values=found.values_for_estimation(),
+        values=found.values_for_estimation(ground),
         rig=geometry,
         **settings,
     )

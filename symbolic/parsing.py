@@ -2,7 +2,7 @@
 
 import json
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -69,3 +69,15 @@ def json_of(content: bytes) -> Any:
         return json.loads(content.decode("utf-8-sig"))
     except (ValueError, RecursionError) as error:
         raise InvalidInputError(f"not a JSON file: {error}") from None
+
+
+def floats(place: str, table: Mapping[str, int | float]) -> dict[str, float]:
+    """The numbers of a table as floats.
+
+    Raises:
+        InvalidInputError: one is too large.
+    """
+    try:
+        return {name: float(value) for name, value in table.items()}
+    except OverflowError:
+        raise InvalidInputError(f"{place} holds a number too large to compute with") from None

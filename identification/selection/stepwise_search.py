@@ -8,8 +8,8 @@ search ends.
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from identification.fits.fitting import Values
 from identification.fits.loss import LEAST_SQUARES, Loss
+from identification.fits.values import Values
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
@@ -20,8 +20,8 @@ from identification.selection.criteria import (
 )
 from identification.selection.journal import Journal
 from identification.selection.trial_runner import Effects, TrialRunner, workers
-from identification.selection.trials import RANKING, ROUGH, Precision, Trial
-from symbolic import EFFECTS, Effect, effects_named
+from identification.selection.trials import RANKING, ROUGH, Precision, Trial, model_of
+from symbolic import CANDIDATES, Effect, effects_named
 
 Progress = Callable[[str, int, int], None]
 Justified = Callable[[Trial, Trial, Sequence[Recording], SelectionCriteria], bool]
@@ -69,7 +69,7 @@ def search(
     *,
     jobs: int | None = None,
     progress: Progress | None = None,
-    candidates: Iterable[str | Effect] = tuple(EFFECTS),
+    candidates: Iterable[str | Effect] = tuple(CANDIDATES),
     criteria: SelectionCriteria = DEFAULT_CRITERIA,
     loss: Loss = LEAST_SQUARES,
     journal: Journal | None = None,
@@ -168,8 +168,18 @@ class Search:
         if len(recent) == self.criteria.idle_steps:
             idle = set.intersection(*(step.idle(self.criteria) for step in recent))
         excluded = {*present, *(step.removed_effect for step in steps)}
-        allowed = [effect for effect in self.candidates if effect not in excluded]
+        allowed = [e for e in self.candidates if e not in excluded and self._changes(present, e)]
         return [e for e in allowed if e not in idle], [e for e in allowed if e in idle]
+
+    def _changes(self, present: Effects, effect: Effect) -> bool:
+        """Whether a model with the effect too is another one for these recordings.
+
+        One that gives every ground its own values needs a parameter to do that to, and two grounds.
+        """
+        after, before = (model_of(effects).parameters for effects in ((*present, effect), present))
+        if not any(p.scope == "ground" for _, p in after if (_, p) not in before):
+            return after != before
+        return len({r.ground for r in self.runner.training} - {None}) > 1
 
     def _add(
         self, present: _PresentModel, effects: Sequence[Effect], earlier: Sequence[Trial]

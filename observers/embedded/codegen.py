@@ -8,7 +8,6 @@ depend on the observer.
 import hashlib
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import asdict
 from inspect import getattr_static
 from math import isfinite
 from pathlib import Path
@@ -25,7 +24,7 @@ from observers.embedded.generated_files import mark, release, require_replaceabl
 from observers.embedded.reference_samples import reference_table
 from observers.embedded.scalar_type import SINGLE, Real, in_type
 from observers.embedded.templating import Body, render
-from observers.measurement_model import SENSIBLE
+from observers.measurement_model import RIG, SENSIBLE
 from observers.model_observer import RIG_UNITS
 from observers.protocol import LONGEST_STEP, FunctionObserver, Status
 from symbolic import InvalidInputError
@@ -155,7 +154,7 @@ def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any
 def _parameters(observer: FunctionObserver, real: Real, version: str) -> str:
     """JSON of model, values, rig and settings; what JSON does not have is written as a string."""
     units = units_of(observer.model)
-    rig = zip(asdict(observer.rig).items(), RIG_UNITS, strict=True)
+    rig = zip(((name, getattr(observer.rig, name)) for name in RIG), RIG_UNITS, strict=True)
     document = {
         "generated": mark(),
         "version": version,

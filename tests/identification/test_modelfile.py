@@ -13,7 +13,7 @@ OWN = {"a": {"mu": 1.3, "torque_offset.M_0": 0.1}, "b": {"mu": 1.2, "torque_offs
 CONTENT = {
     "version": 1,
     "effects": ["carcass_torsion", "torque_offset"],
-    "shared": SHARED,
+    "tyre": SHARED,
     "recordings": OWN,
 }
 
@@ -39,16 +39,17 @@ def message_of(path: Path) -> str:
 def test_round_trip(tmp_path: Path) -> None:
     model = Model(effects=effects_named(CONTENT["effects"]), corners=16)
     error = ModelError(spread=0.03, correlation_time=0.4)
-    diagnosis = SimpleNamespace(model=model, values=Values(shared=SHARED, own=OWN), model_error=error)
+    diagnosis = SimpleNamespace(model=model, values=Values(tyre=SHARED, own=OWN), model_error=error)
     text = model_text(diagnosis)  # type: ignore[arg-type]
     found = read_model(write(tmp_path, text))
 
     table = {"spread": 0.03, "correlation_time": 0.4}
-    assert json.loads(text) == {**CONTENT, "units": UNITS, "model_error": table}
+    expected = {**CONTENT, "grounds": {}, "rig": {}, "units": UNITS, "model_error": table}
+    assert json.loads(text) == expected
     assert found.error == error
     assert text.endswith("}\n")
     assert found.model.effects == model.effects
-    assert (found.shared, found.own) == (SHARED, OWN)
+    assert (found.tyre, found.own) == (SHARED, OWN)
 
 
 def test_values_for_a_recording(tmp_path: Path) -> None:
@@ -64,7 +65,7 @@ def test_values_for_a_recording(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("units", [{}, {"k": "N/m^2"}, UNITS], ids=["none", "one", "all"])
 def test_units_may_be_left_out(tmp_path: Path, units: dict[str, str]) -> None:
-    assert read_model(write(tmp_path, {**CONTENT, "units": units})).shared == SHARED
+    assert read_model(write(tmp_path, {**CONTENT, "units": units})).tyre == SHARED
 
 
 def test_recordings_may_be_left_out(tmp_path: Path) -> None:
@@ -87,15 +88,15 @@ def test_the_error_of_a_model_may_be_unknown(tmp_path: Path) -> None:
         ({"effects": [1]}, "'effects' must be a list of effect names"),
         ({"effects": ["magic"]}, "unknown effect 'magic'; known are asymmetric_friction"),
         ({"effects": ["torque_offset"] * 2}, "effect 'torque_offset' is named twice"),
-        ({"shared": None}, "'shared' must be a table of numbers"),
-        ({"shared": [2.4e6]}, "'shared' must be a table of numbers"),
-        ({"shared": {"k": 2.4e6}}, "'shared' lacks carcass_torsion.k_t [N m/rad]"),
-        ({"shared": {**SHARED, "k": "stiff"}}, "shared.k must be a number, got 'stiff'"),
-        ({"shared": {**SHARED, "k": True}}, "shared.k must be a number, got True"),
-        ({"shared": {**SHARED, "k": -2.4e6}}, "shared.k must lie in [1000.0, 1000000000.0] N/m^2"),
-        ({"shared": {**SHARED, "k": float("nan")}}, "shared.k must lie in"),
-        ({"shared": {**SHARED, "k": 10**400}}, "shared holds a number too large"),
-        ({"shared": {**SHARED, "wings": 2}}, "shared holds an unknown 'wings'; the model has mu, k"),
+        ({"tyre": None}, "'tyre' must be a table of numbers"),
+        ({"tyre": [2.4e6]}, "'tyre' must be a table of numbers"),
+        ({"tyre": {"k": 2.4e6}}, "'tyre' lacks carcass_torsion.k_t [N m/rad]"),
+        ({"tyre": {**SHARED, "k": "stiff"}}, "tyre.k must be a number, got 'stiff'"),
+        ({"tyre": {**SHARED, "k": True}}, "tyre.k must be a number, got True"),
+        ({"tyre": {**SHARED, "k": -2.4e6}}, "tyre.k must lie in [1000.0, 1000000000.0] N/m^2"),
+        ({"tyre": {**SHARED, "k": float("nan")}}, "tyre.k must lie in"),
+        ({"tyre": {**SHARED, "k": 10**400}}, "tyre holds a number too large"),
+        ({"tyre": {**SHARED, "wings": 2}}, "tyre holds an unknown 'wings'; the model has mu, k"),
         ({"recordings": []}, "'recordings' must hold one table per recording"),
         ({"recordings": {"a": 3}}, "'recordings.a' must be a table of numbers"),
         ({"recordings": {"a": {"mu": None}}}, "recordings.a.mu must be a number, got None"),

@@ -6,8 +6,8 @@ import pytest
 from identification import Fit, Huber, Recording, fit
 from identification.fits.autocorrelation import effective_samples
 from identification.fits.covariance import standard_deviations
-from identification.fits.fitting import initial_guess
 from identification.fits.loss import rmse_of
+from identification.fits.values import initial_guess
 from identification.selection.criteria import DEFAULT_CRITERIA, advantage, delta_bic
 from identification.selection.trials import (
     RANKING,
