@@ -26,9 +26,7 @@ from identification.reading.recordings import Recording
 from symbolic import Model
 
 Array = NDArray[np.float64]
-REWEIGHTINGS = 2
-"""How often a fit is repeated at most because its residuals give another weight to what was declared."""
-SAME_WEIGHT = 0.1
+SAME_WEIGHT = 0.3
 """Relative change of such a weight that counts as none [1]."""
 
 
@@ -92,8 +90,10 @@ def fit(
     begin = start or initial_guess(model, recordings)
     problem = Problem(model, recordings, with_effects(model, begin, recordings), options)
     weights = problem.prior_weights(np.clip(problem.origin(), *problem.bounds()))
+    if options.prior_weight is not None:
+        weights = np.where(weights > 0, options.prior_weight, 0.0)
     solution = _solve(problem, problem.origin(), weights, options)
-    for _ in range(REWEIGHTINGS):
+    for _ in range(options.reweightings):
         revised = problem.prior_weights(solution.x)
         if np.allclose(revised, weights, rtol=SAME_WEIGHT, atol=0.0):
             break

@@ -1,9 +1,9 @@
 """The likelihood of free vibrations as a nonlinear programme of CasADi, as a reference for `solve`.
 
 Single shooting: the angles at the samples are functions of the unknowns of
-`identification.free_decay.likelihood`, CasADi differentiates the objective twice, and IPOPT takes Newton
-steps with that Hessian, curvature of the angles included. `solve` leaves that out, has no other solver in
-common with this, and is many times as quick; this one is meant for tests.
+`identification.free_decay.likelihood`, CasADi differentiates the objective twice, and IPOPT takes
+Newton steps with that Hessian, curvature of the angles included. `solve` leaves that out, shares no
+solver with this, and is many times as quick; this one is meant for tests.
 
 Source: Waechter and Biegler, On the implementation of an interior-point filter line-search algorithm for
 large-scale nonlinear programming, Math. Programming 106 (2006) 25.

@@ -87,6 +87,13 @@ def _own_parameters(trial: Trial) -> int:
     return sum(trial.fitted.own)
 
 
+def removal_justified(
+    poorer: Trial, present: Trial, training: Sequence[Recording], criteria: SelectionCriteria
+) -> bool:
+    """Whether the addition of the effect that the poorer model lacks would not be justified."""
+    return not addition_justified(present, poorer, training, criteria)
+
+
 def exchange_justified(
     trial: Trial, present: Trial, training: Sequence[Recording], criteria: SelectionCriteria
 ) -> bool:

@@ -17,6 +17,7 @@ from identification.selection.criteria import (
     addition_justified,
     distinguishable,
     exchange_justified,
+    removal_justified,
 )
 from identification.selection.journal import Journal
 from identification.selection.trial_runner import Effects, TrialRunner, workers
@@ -176,10 +177,10 @@ class Search:
 
         One that gives every ground its own values needs a parameter to do that to, and two grounds.
         """
+        if not effect.regroups:
+            return True
         after, before = (model_of(effects).parameters for effects in ((*present, effect), present))
-        if not any(p.scope == "ground" for _, p in after if (_, p) not in before):
-            return after != before
-        return len({r.ground for r in self.runner.training} - {None}) > 1
+        return after != before and len({r.ground for r in self.runner.training} - {None}) > 1
 
     def _add(
         self, present: _PresentModel, effects: Sequence[Effect], earlier: Sequence[Trial]
@@ -269,13 +270,6 @@ class Search:
 
 def _without(effects: Effects, removed: Effect) -> Effects:
     return tuple(effect for effect in effects if effect != removed)
-
-
-def removal_justified(
-    poorer: Trial, present: Trial, training: Sequence[Recording], criteria: SelectionCriteria
-) -> bool:
-    """Whether the addition of the effect that the poorer model lacks would not be justified."""
-    return not addition_justified(present, poorer, training, criteria)
 
 
 def ranked_candidates(justified: Sequence[Trial], criteria: SelectionCriteria) -> list[RankedCandidate]:

@@ -189,7 +189,15 @@ def fit_own_parameters(
     """
     own = initial_guess(fitted.model, recordings).own
     start = replace(fitted.values, own=own, rig={})
-    return fit(fitted.model, recordings, start, replace(options, free_shared=False, loss=fitted.loss))
+    weights = fitted.prior_weights[fitted.prior_weights > 0]
+    options = replace(
+        options,
+        free_shared=False,
+        loss=fitted.loss,
+        # The residuals of a first guess say nothing of those that the model will leave.
+        prior_weight=float(weights.mean()) if weights.size else None,
+    )
+    return fit(fitted.model, recordings, start, options)
 
 
 def judge(

@@ -115,6 +115,7 @@ class Effect:
         memory: length of its own memory from sample to sample.
         discrete: True where it breaks the parabola and so needs the bristle patch.
         sensor: True where `transform_inputs` changes what everything else sees, so that it comes first.
+        regroups: True where it gives parameters of the model another scope, see `scope_of`.
         signatures: what the residual follows where the effect is missing; empty if no signal shows it.
     """
 
@@ -124,6 +125,7 @@ class Effect:
     memory: int = 0
     discrete: bool = False
     sensor: bool = False
+    regroups: bool = False
     signatures: tuple[ResidualSignature, ...] = ()
 
     def fixed_values(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:

@@ -7,8 +7,9 @@ from identification import Fit, FitOptions, Recording, Values, fit, initial_gues
 from identification.error_stages import declared_friction, declared_residuals, left_out_residuals
 from identification.fits.loss import rmse_of
 from identification.fits.problem import torque_range
+from identification.selection.leave_one_out import leave_one_out
 from identification.selection.trial_runner import workers
-from identification.selection.trials import Trial, TrialTask, leave_one_out, run_trial
+from identification.selection.trials import Trial, TrialTask, run_trial
 from symbolic import Model, effects_named
 from tests.identification.factories import read_campaign
 

@@ -63,6 +63,66 @@ def test_values_for_a_recording(tmp_path: Path) -> None:
         found.values_for("new")
 
 
+GROUNDS = {
+    **CONTENT,
+    "effects": ["frictional_creep", "stiffness_by_ground", "friction_by_ground"],
+    "tyre": {},
+    "grounds": {
+        "steel": {"k": 5.4e6, "frictional_creep.c": 0.2},
+        "emery": {"k": 4.0e6, "frictional_creep.c": 0.05},
+    },
+    "recordings": {"a": {"mu": 1.3}},
+    "rig": {"a": {"a": 0.0462, "load": 0.99}},
+}
+
+
+def test_values_of_a_ground(tmp_path: Path) -> None:
+    found = read_model(write(tmp_path, GROUNDS))
+    model = Model(effects=effects_named(GROUNDS["effects"]))
+    values = Values(tyre={}, own=found.own, grounds=found.grounds, rig=found.rig)
+    written = model_text(SimpleNamespace(model=model, values=values, model_error=None))  # type: ignore[arg-type]
+
+    assert json.loads(written) == {
+        **GROUNDS,
+        "units": {"mu": "1", "k": "N/m^2", "frictional_creep.c": "1"},
+    }
+    assert found.values_for("a", ground="steel") == {"mu": 1.3, "k": 5.4e6, "frictional_creep.c": 0.2}
+    assert found.values_for_estimation("emery") == {"k": 4.0e6, "frictional_creep.c": 0.05}
+    mean = pytest.approx({"k": (5.4e6 * 4.0e6) ** 0.5, "frictional_creep.c": 0.1})
+    assert found.values_for_estimation() == mean
+    assert found.values_for_estimation("ice") == mean
+    assert found.ground_taken("steel") == "values of steel"
+    assert found.ground_taken() == "ground not given: mean of steel and emery"
+    assert found.ground_taken("ice") == "ice is unknown: mean of steel and emery"
+    assert found.rig == GROUNDS["rig"]
+
+
+def test_a_model_without_grounds_has_nothing_to_say_of_them(tmp_path: Path) -> None:
+    assert read_model(write(tmp_path, CONTENT)).ground_taken("steel") == ""
+
+
+def test_what_an_older_version_wrote_is_read(tmp_path: Path) -> None:
+    older = {name: value for name, value in CONTENT.items() if name != "tyre"}
+
+    assert read_model(write(tmp_path, {**older, "shared": SHARED})).tyre == SHARED
+    assert message_of(write(tmp_path, older)).startswith("'tyre' must be a table of numbers")
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"grounds": {}}, "'grounds' lacks k [N/m^2]"),
+        ({"grounds": []}, "'grounds' must hold one table per ground"),
+        ({"grounds": {"steel": {"k": 5e6}}}, "'grounds.steel' lacks frictional_creep.c [1]"),
+        ({"grounds": {"steel": {"k": 5.0}}}, "grounds.steel.k must lie in"),
+        ({"rig": {"a": {"b": 1}}}, "rig.a holds an unknown 'b'; allowed: a, e, load, zero"),
+        ({"rig": 1}, "'rig' must hold one table per recording"),
+    ],
+)
+def test_faults_of_grounds(tmp_path: Path, change: dict[str, Any], word: str) -> None:
+    assert message_of(write(tmp_path, {**GROUNDS, **change})).startswith(word)
+
+
 @pytest.mark.parametrize("units", [{}, {"k": "N/m^2"}, UNITS], ids=["none", "one", "all"])
 def test_units_may_be_left_out(tmp_path: Path, units: dict[str, str]) -> None:
     assert read_model(write(tmp_path, {**CONTENT, "units": units})).tyre == SHARED
