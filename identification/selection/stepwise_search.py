@@ -21,7 +21,7 @@ from identification.selection.criteria import (
 )
 from identification.selection.journal import Journal
 from identification.selection.trial_runner import Effects, TrialRunner, workers
-from identification.selection.trials import RANKING, ROUGH, Precision, Trial, model_of
+from identification.selection.trials import RANKING, ROUGH, Precision, Trial, model_of, with_prior_weight
 from symbolic import CANDIDATES, Effect, effects_named
 
 Progress = Callable[[str, int, int], None]
@@ -150,6 +150,7 @@ class Search:
     def _step(self, current: Trial, steps: Sequence[SearchStep]) -> SearchStep:
         """Add an effect, else remove one, else exchange one, else nothing."""
         precision = ROUGH if current.nrmse > self.criteria.rough_above else RANKING
+        precision = with_prior_weight(precision, current.fitted)
         coarse = self.runner.run_coarse(current.effects, current.fitted.values, precision)
         present = _PresentModel(fine=current, coarse=coarse, precision=precision)
         active, idle = self._active_and_idle(current.effects, steps)

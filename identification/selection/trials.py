@@ -189,15 +189,27 @@ def fit_own_parameters(
     """
     own = initial_guess(fitted.model, recordings).own
     start = replace(fitted.values, own=own, rig={})
-    weights = fitted.prior_weights[fitted.prior_weights > 0]
-    options = replace(
-        options,
-        free_shared=False,
-        loss=fitted.loss,
-        # The residuals of a first guess say nothing of those that the model will leave.
-        prior_weight=float(weights.mean()) if weights.size else None,
-    )
+    # The residuals of a first guess say nothing of those that the model will leave.
+    weight = _mean_prior_weight(fitted)
+    options = replace(options, free_shared=False, loss=fitted.loss, prior_weight=weight)
     return fit(fitted.model, recordings, start, options)
+
+
+def with_prior_weight(precision: Precision, present: Fit) -> Precision:
+    """The precision at which rivals of a model are compared with it.
+
+    What was declared with a tolerance weighs the same in all of them: as in the present model on the
+    average of its recordings.
+    """
+    weight = _mean_prior_weight(present)
+    if weight is None:
+        return precision
+    return replace(precision, options=replace(precision.options, prior_weight=weight))
+
+
+def _mean_prior_weight(fitted: Fit) -> float | None:
+    weights = fitted.prior_weights[fitted.prior_weights > 0]
+    return float(weights.mean()) if weights.size else None
 
 
 def judge(
