@@ -11,6 +11,8 @@ PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 
 TRAINING := fem1 fem4_ident piros2_ident piros4
 HELD_OUT := fem3 fem5 piros1 piros7
+STEEL := fem1,fem3,fem4_ident,fem5
+EMERY := piros1,piros2_ident,piros4,piros7
 
 .PHONY: demo test test-all mutants attack gate docs measured clean
 .DELETE_ON_ERROR:
@@ -49,7 +51,8 @@ docs: $(ALL)
 
 measured: $(QUICK)
 	$(BIN)/brushgrip diagnose $(TRAINING:%=$(DATA)/%.mat) \
-		$(HELD_OUT:%=--holdout $(DATA)/%.mat) --out measured_output
+		$(HELD_OUT:%=--holdout $(DATA)/%.mat) --ground steel=$(STEEL) --ground emery=$(EMERY) \
+		--out measured_output
 
 clean:
 	rm -rf .venv attack_findings build dist docs/_build docs/gallery demo_output measured_output htmlcov .coverage .coverage.* \

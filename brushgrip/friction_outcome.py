@@ -69,7 +69,7 @@ def friction_outcome(recordings: Sequence[Recording], found: FoundModel) -> Fric
     )
     grounds: dict[str, tuple[str, ...]] = {}
     for recording in recordings:
-        ground = getattr(recording, "ground", None) or ""
+        ground = recording.ground or ""
         grounds[ground] = (*grounds.get(ground, ()), recording.name)
     return FrictionOutcome(before=before, after=after, grounds=grounds)
 

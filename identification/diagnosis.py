@@ -9,8 +9,9 @@ from identification.build_diagnosis import build_diagnosis
 from identification.error_stages import left_out_residuals
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
-from identification.fits.fitting import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss
+from identification.fits.problem import torque_range
+from identification.fits.values import grounds_of
 from identification.reading.recordings import Recording
 from identification.residuals.signals import check_signatures
 from identification.results import Diagnosis
@@ -19,7 +20,7 @@ from identification.selection.journal import Journal
 from identification.selection.stepwise_search import Progress, Search, SearchStep, silent
 from identification.selection.trial_runner import Effects, Submit, TrialRunner, workers
 from identification.selection.trials import RANKING, Trial
-from symbolic import EFFECTS, Effect, InvalidInputError, effects_named
+from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named
 
 Array = NDArray[np.float64]
 LEAST_TRAVEL = 0.01
@@ -30,7 +31,7 @@ def diagnose(
     recordings: Sequence[Recording],
     holdout: Sequence[Recording] = (),
     *,
-    candidates: Iterable[str | Effect] = tuple(EFFECTS),
+    candidates: Iterable[str | Effect] = tuple(CANDIDATES),
     criteria: SelectionCriteria = DEFAULT_CRITERIA,
     loss: Loss = LEAST_SQUARES,
     jobs: int | None = None,
@@ -80,6 +81,7 @@ def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> 
     for name in names:
         if names.count(name) > 1:
             raise InvalidInputError(f"recording {name!r} is given twice; every recording counts once")
+    grounds_of(everything)
     for recording in everything:
         torque_range(recording)
         travel = float(np.ptp(recording.psi))

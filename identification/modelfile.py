@@ -21,13 +21,19 @@ def model_text(diagnosis: Diagnosis) -> str:
     content: dict[str, Any] = {
         "version": MODEL_VERSION,
         "effects": [effect.name for effect in diagnosis.model.effects],
-        "shared": _writable(diagnosis.values.shared),
-        "recordings": {name: _writable(values) for name, values in diagnosis.values.own.items()},
+        "tyre": _writable(diagnosis.values.tyre),
+        "grounds": _tables(diagnosis.values.grounds),
+        "recordings": _tables(diagnosis.values.own),
+        "rig": _tables(diagnosis.values.rig),
         "units": units_of(diagnosis.model),
     }
     if diagnosis.model_error is not None:
         content["model_error"] = asdict(diagnosis.model_error)
     return json.dumps(content, indent=2, allow_nan=False) + "\n"
+
+
+def _tables(values: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:
+    return {name: _writable(own) for name, own in values.items()}
 
 
 def _writable(values: Mapping[str, float]) -> dict[str, float]:

@@ -29,6 +29,7 @@ def from_files(
     *,
     effects: Iterable[Effect] = (),
     tuning: Tuning | None = None,
+    ground: str | None = None,
     **settings: Any,
 ) -> Kind:
     """An observer from a rig file and, optionally, the file of a model that a diagnosis found.
@@ -42,6 +43,8 @@ def from_files(
         effects: effects beside the library's that the model file may name.
         tuning: of an `Ekf` or `Mhe`, None for the usual one; the error of the model that the model file
             states goes before its own, see `observers.tuning_for`.
+        ground: the ground whose values are taken from the model file; the mean over its grounds for
+            None or another one.
         settings: further fields of the observer, such as `measurement_model`.
 
     Raises:
@@ -52,14 +55,14 @@ def from_files(
     if "measurement_model" in settings:
         with naming(rig):
             settings["measurement_model"].check(geometry, Model())
-    found = FoundModel(model=Model(), shared={"k": tyre.k}, own={})
+    found = FoundModel(model=Model(), tyre={"k": tyre.k}, own={})
     if model is not None:
         found = read_model_file(model, effects)
     if tuning is not None or (found.error is not None and _has_tuning(kind)):
         settings["tuning"] = tuning_for(found, tuning)
     return kind(
         model=found.model_for_estimation(),
-        values=found.values_for_estimation(),
+        values=found.values_for_estimation(ground),
         rig=geometry,
         **settings,
     )

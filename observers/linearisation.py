@@ -103,7 +103,11 @@ def build_measurement(measurement_model: MeasurementModel) -> ca.Function:
         "measurement",
         inputs,
         [
-            innovation, ca.densify(H), weight, measurement.expected, measurement.huber_scale,
+            innovation,
+            ca.densify(H),
+            weight,
+            measurement.expected,
+            measurement.huber_scale,
             ca.SX(measurement.independent),
         ],
         list(names),

@@ -32,7 +32,7 @@ DECLARED = (
     ),
     Parameter(
         name="k", unit="N/m^2", neutral=None, start=2e6, lower=STIFFNESS[0], upper=STIFFNESS[1],
-        scale=1e6,
+        scale=1e6, of="stiffness",
     ),
 )  # fmt: skip
 """The parameters of the declared model."""
@@ -66,7 +66,14 @@ class Model:
         """Every parameter with its effect, None for the declared model's own, in the order of theta."""
         declared = [(None, parameter) for parameter in DECLARED]
         added = [(effect, p) for effect in self.effects for p in effect.parameters]
-        return (*declared, *added)
+        return tuple((effect, self._with_scope(p)) for effect, p in (*declared, *added))
+
+    def _with_scope(self, parameter: Parameter) -> Parameter:
+        """The parameter with the scope that the effects give it."""
+        for effect in self.effects:
+            if (scope := effect.scope_of(parameter)) != parameter.scope:
+                parameter = replace(parameter, scope=scope)
+        return parameter
 
     def theta(self, values: Mapping[str, float]) -> ca.DM:
         """The parameter vector of physical values named `mu`, `k`, `effect.parameter`.

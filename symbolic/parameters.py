@@ -19,6 +19,41 @@ MOST_DAMPING = 1e4
 """Largest torsional damping that the models take [N m s/rad]."""
 
 
+TOLERATED = {"a": "m", "e": "m", "load": "1", "zero": "N m"}
+"""What may be declared with a tolerance, and its unit."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Tolerances:
+    """How far off declared values may be, either way: any value within is as likely as any other.
+
+    Attributes:
+        a: of the half-length of the contact patch [m].
+        e: of the caster length [m].
+        load: of the recorded load, as a share of it [1], less than 1.
+        zero: of the zero of the recorded aligning torque [N m].
+
+    Raises:
+        InvalidInputError: one is below 0, or not a finite number.
+    """
+
+    a: float = 0.0
+    e: float = 0.0
+    load: float = 0.0
+    zero: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Check every tolerance."""
+        for name, unit in TOLERATED.items():
+            most = 1.0 if name == "load" else math.inf
+            if not 0 <= getattr(self, name) < most:
+                allowed = "of at least 0 and less than 1" if name == "load" else f"of at least 0 {unit}"
+                got = f"{getattr(self, name):g}"
+                raise InvalidInputError(
+                    f"{name}: its tolerance must be a finite number {allowed}, got {got}"
+                )
+
+
 @dataclass(frozen=True, kw_only=True)
 class Rig:
     """The wheel on its kingpin, [Györök 2022], fig. 2.1.
@@ -32,6 +67,7 @@ class Rig:
         b_t: torsional damping [N m s/rad], from 0 to `MOST_DAMPING`; None where unknown.
         slide_rate: turning rate at which the torque of full slide, and so the effective friction, is
             stated [rad/s], greater than 0; see `symbolic.full_slide`.
+        tolerances: how far off a, e, the recorded load and the torque's zero may be.
 
     Raises:
         InvalidInputError: a value is outside its range, or not a finite number.
@@ -42,6 +78,7 @@ class Rig:
     J_A: float | None = None
     b_t: float | None = None
     slide_rate: float = SLIDE_RATE
+    tolerances: Tolerances = Tolerances()
 
     def __post_init__(self) -> None:
         """Check every value against its range."""
@@ -49,6 +86,11 @@ class Rig:
         if not abs(self.e) < self.a:
             raise InvalidInputError(
                 f"e must lie between -a and a, here -{self.a:g} and {self.a:g} m, got {self.e:g}"
+            )
+        if not abs(self.e) + self.tolerances.e < self.a - self.tolerances.a:
+            raise InvalidInputError(
+                f"a must stay greater than e and 0 within their tolerances, {self.tolerances.a:g} and"
+                f" {self.tolerances.e:g} m, got {self.a:g} and {self.e:g}"
             )
         if self.J_A is not None:
             _require_within("J_A", self.J_A, INERTIA, "kg m^2")

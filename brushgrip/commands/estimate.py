@@ -9,6 +9,7 @@ from brushgrip.atomic import staged_file
 from brushgrip.commands.options import (
     EffectModules,
     ModelFile,
+    OneGround,
     OutFile,
     RecordingName,
     RigFile,
@@ -26,6 +27,7 @@ from brushgrip.estimation import (
     observer_factory,
 )
 from brushgrip.formatting import csv_text, estimates_summary
+from brushgrip.grounds import on_grounds, say_ground
 from brushgrip.pictures import draw_friction
 from brushgrip.recordings import keep_inputs, read_all
 from brushgrip.user_effects import effect_files, user_effects
@@ -44,6 +46,7 @@ def estimate(
     model: ModelFile = None,
     effects: EffectModules = None,
     tuning: TuningProfile = None,
+    ground: OneGround = None,
     picture: Annotated[
         Path | None,
         typer.Option(
@@ -68,7 +71,7 @@ def estimate(
     image = out.with_suffix(".png") if picture is None else picture
     _check_names(out, image)
     own = user_effects(effects)
-    read = _read(recording, rig)
+    (read,) = on_grounds([_read(recording, rig)], ground, bare=True)
     keep_inputs([out, image], [recording], rig, model, *effect_files(effects))
     found = None if model is None else read_model(model, effects=own)
     with staged_file(out) as table, staged_file(image) as drawing:
@@ -76,6 +79,7 @@ def estimate(
         table.write_text(_table(estimates), encoding="utf-8", newline="\n")
         label = "declared model" if found is None else "model found"
         draw_friction(drawing, [friction_track(observer, read, estimates, label)])
+    say_ground(read, found)
     say(f"{read.name}: {estimates_summary(estimates)}")
     say(f"wrote {out} and {image}")
 

@@ -99,6 +99,26 @@ EffectModules = Annotated[
         show_default=False,
     ),
 ]
+Grounds = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--ground",
+        metavar="NAME=REC,REC",
+        help="What recordings stand on, such as steel=fem1,fem3; goes before '# ground = steel' in a CSV"
+        " file. May be repeated.",
+        show_default=False,
+    ),
+]
+OneGround = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--ground",
+        metavar="NAME",
+        help="What the wheel stands on, or NAME=REC,REC for some of the recordings; picks the values of"
+        " that ground from the model file.",
+        show_default=False,
+    ),
+]
 OutFile = Annotated[
     Path,
     typer.Option(

@@ -262,7 +262,9 @@ def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> 
     }
     numbers = {"n": n, "window": observer.window, "eliminated": eliminated, "stored": STORED_CORNERS}
     a_sample = n + len(ROW) + eliminated + 1 + 2 * STORED_CORNERS
-    size = (n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(MONITOR) + observer.window * a_sample) * real.size
+    size = (
+        n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(MONITOR) + observer.window * a_sample
+    ) * real.size
     return Body(
         core=f"{source.text}\n{render('patch.c', values)}",
         stepping=render("window.c", values),

@@ -21,7 +21,7 @@ from tests.identification.factories import read_campaign, with_torque
 pytestmark = pytest.mark.usefixtures("interpreted")
 FIGURES = {
     *("torque_rmse", "torque_nrmse", "holdout_torque_rmse", "holdout_torque_nrmse"),
-    "left_out_torque_nrmse",
+    *("left_out_torque_nrmse", "holdout_torque_nrmse_unrefitted"),
 }
 
 
@@ -80,7 +80,7 @@ def test_what_the_file_holds(found: Diagnosis) -> None:
     (effect,) = content["effects"]
     keys = {
         *("name", "parameters", "holdout_nrmse_after", "delta_bic", "indistinguishable_from"),
-        "experiment",
+        *("experiment", "scope"),
     }
     assert set(effect) == keys
     assert set(effect["parameters"]["delay"]) == {"value", "std", "unit"}
@@ -112,7 +112,7 @@ def test_its_model_file_reads_back(found: Diagnosis, tmp_path: Path) -> None:
     read = read_model(path)
 
     assert read.model.effects == found.model.effects
-    assert read.shared == found.values.shared
+    assert read.tyre == found.values.tyre
     assert read.own == found.values.own
 
 

@@ -200,3 +200,26 @@ def test_embedded_recordings_are_made_by_the_rig(repository_root: Path) -> None:
     assert {path.name for path in folder.iterdir()} == set(made)
     for name, text in made.items():
         assert (folder / name).read_text(encoding="utf-8") == text, name
+
+
+def test_a_campaign_elsewhere_differs_in_lengths_and_friction_alone() -> None:
+    there, usual = (
+        make_campaign(None, 4, 4, duration=2.0, off=off, grounds=grounds)
+        for off, grounds in ((0.0025, ("steel", "emery")), (0.0, ()))
+    )
+
+    assert [r.ground for r in there.recordings] == ["steel", "emery"] * 2
+    assert [r.ground for r in usual.recordings] == [None] * 4
+    assert there.nominal == usual.nominal
+    offs = [r.tyre.a - there.nominal.a for r in there.recordings]
+    assert max(map(abs, offs)) <= 0.0025
+    assert len(set(offs)) == 4
+    ratios = [
+        one.tyre.mu / two.tyre.mu for one, two in zip(there.recordings, usual.recordings, strict=True)
+    ]
+    assert ratios[0] == pytest.approx(ratios[2])
+    assert ratios[1] == pytest.approx(ratios[3])
+    assert abs(ratios[0] - ratios[1]) > 0.01
+    for one, two in zip(there.recordings, usual.recordings, strict=True):
+        np.testing.assert_allclose(one.psi, two.psi)
+        np.testing.assert_allclose(one.F_N, two.F_N, rtol=0.02)

@@ -127,7 +127,7 @@ def test_parameters_are_declared_sanely(effect: Effect) -> None:
         assert p.unit in UNITS
         assert p.lower < p.start < p.upper
         assert 0 < p.scale < math.inf
-        assert p.scope == ("recording" if effect.name in {"torque_offset", "pretwist"} else "shared")
+        assert p.scope == ("recording" if effect.name in {"torque_offset", "pretwist"} else "tyre")
         if p.neutral is not None:
             assert p.lower <= p.neutral <= p.upper
             assert p.start != p.neutral, "a fit that starts neutral sees no derivative"

@@ -11,7 +11,7 @@ from identification.fits.covariance import (
     scores_variance,
     standard_deviations,
 )
-from identification.fits.fitting import torque_range
+from identification.fits.problem import torque_range
 from symbolic import Model, effects_named
 from tests.identification.factories import read_campaign, with_torque
 
@@ -44,7 +44,7 @@ def noisy(
 
 def positions(fitted: Fit) -> np.ndarray:
     values = fitted.values
-    return np.array([(values.own[o] if o else values.shared)[name] for o, name in fitted.labels])
+    return np.array([values.at((o, name)) for o, name in fitted.labels])
 
 
 def test_white_noise_of_one_size_has_the_textbooks_covariance(noiseless) -> None:

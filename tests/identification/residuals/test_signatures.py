@@ -10,7 +10,7 @@ import pytest
 from scipy.signal import lfilter
 
 from identification import Fit, Recording, fit, initial_guess, read_recording
-from identification.fits.fitting import torque_range
+from identification.fits.problem import torque_range
 from identification.residuals.correlation import correlation, directions_of, noise_of, rows_of
 from identification.residuals.signals import RESIDUAL_SIGNALS, Signal, effects_leaving, motion_of
 from identification.residuals.signatures import Signature, Signatures, signatures

@@ -67,7 +67,7 @@ def test_held_out_recordings_only_judge(damped: list[Recording]) -> None:
     assert set(first.after.fitted.residuals) == {training.name}
     frozen = first.after.held_out
     assert frozen is not None
-    assert frozen.values.shared == first.after.fitted.values.shared
+    assert frozen.values.tyre == first.after.fitted.values.tyre
     residual = frozen.residuals[held_out.name]
     assert first.after.nrmse == pytest.approx(np.sqrt(np.mean(residual**2)) / np.ptp(held_out.M_z))
 
@@ -82,4 +82,4 @@ def test_finds_a_compliant_carcass() -> None:
     assert first.after.names == ("carcass_torsion",)
     assert [step.after for step in others] == [None]
     k_t = made.recordings[0].effects["carcass_torsion"]["k_t"]
-    assert others[0].before.fitted.values.shared["carcass_torsion.k_t"] == pytest.approx(k_t, rel=0.05)
+    assert others[0].before.fitted.values.tyre["carcass_torsion.k_t"] == pytest.approx(k_t, rel=0.05)
