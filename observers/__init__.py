@@ -9,6 +9,8 @@ from observers.linearisation import build_clean
 from observers.loop import Loop
 from observers.measurement_model import CLEAN, AligningTorque, MeasurementModel
 from observers.mhe import Mhe
+from observers.plausibility import suspicions_of
+from observers.profiles import PROFILES, profile, tuning_for
 from observers.protocol import (
     ESTIMATE,
     OUTPUT,
@@ -21,7 +23,6 @@ from observers.protocol import (
     Sample,
     Status,
 )
-from observers.profiles import PROFILES, profile, tuning_for
 from observers.run import run
 from observers.steering_torque import SteeringTorque
 from observers.thesis import ZoneHistory, ZoneRootSolver, ZoneRootState, zone_history
@@ -61,6 +62,7 @@ __all__ = [
     "next_rate",
     "profile",
     "run",
+    "suspicions_of",
     "tuning_for",
     "zone_history",
 ]

@@ -92,15 +92,18 @@ def build_innovation(measurement_model: MeasurementModel) -> ca.Function:
         [innovation, H, weight, expected, huber_scale, independent, H_P_H, nis, missing, *test],
         order,
         [
-            *measurement.name_out(), "H_P_H", "nis", "missing", *build_gate().name_out(), "inconsistent",
+            *measurement.name_out(),
+            "H_P_H",
+            "nis",
+            "missing",
+            *build_gate().name_out(),
+            "inconsistent",
             "monitor_next",
         ],
     )
 
 
-def innovation_variance(
-    H_P_H: Expression, weight: Expression, huber_scale: Expression
-) -> Expression:
+def innovation_variance(H_P_H: Expression, weight: Expression, huber_scale: Expression) -> Expression:
     """Variance of one innovation; a model error that lasts counts with its size, not with its weight."""
     return H_P_H + ca.fmin(huber_scale, 1 / ca.if_else(weight > 0, weight, 1))
 

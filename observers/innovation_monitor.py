@@ -1,16 +1,16 @@
 """Monitor of the innovations: slow changes of the ground, and whether the model explains the torque.
 
-A change of ln mu by d shifts the innovation nu, of variance S, by d h, with h the slope of the measurement
-by ln mu. Two cumulative sums of the log-likelihood ratio of such a change, one a side,
+A change of ln mu by d shifts the innovation nu, of variance S, by d h, with h the slope of the
+measurement by ln mu. Two cumulative sums of the log-likelihood ratio of such a change, one a side,
 
     g <- max(0, g + n (+-d h nu - d^2 h^2 / 2) / (S max(1, c))),
 
-detect it where a sum exceeds `Tuning.alarm` [Page 1954], [Basseville 1993], section 2.2. n is the share of
-an independent sample that a sample is worth. Samples in stick, h = 0, count for nothing.
+detect it where a sum exceeds `Tuning.alarm` [Page 1954], [Basseville 1993], section 2.2. n is the share
+of an independent sample that a sample is worth. Samples in stick, h = 0, count for nothing.
 
-The consistency c is the mean of nu^2 / S, forgetting over `WINDOW` independent samples: 1 where the model
-and its stated error are right, [Bar-Shalom 2001], section 5.4. Where they are not, it also makes an alarm
-as much rarer. Innovations beyond the gate count for neither.
+The consistency c is the mean of nu^2 / S, forgetting over `WINDOW` independent samples: 1 where the
+model and its stated error are right, [Bar-Shalom 2001], section 5.4. Where they are not, alarms become
+rarer by as much. Innovations beyond the gate count for neither.
 """
 
 from functools import cache
@@ -33,9 +33,10 @@ LARGEST = 25.0
 
 @cache
 def build_monitor() -> ca.Function:
-    """(innovation, slope, variance, independent, accepted, monitor, tuning) -> (alarm, inconsistent, monitor_next).
+    """One sample of the monitor.
 
-    slope is that of the measurement by ln mu, variance the one of the innovation, independent as in
+    (innovation, slope, variance, independent, accepted, monitor, tuning) -> (alarm, inconsistent,
+    monitor_next). slope is that of the measurement by ln mu, variance the one of the innovation, independent as in
     `Measurement`, 0 where the measurement is missing; accepted, alarm and inconsistent are 0 or 1.
     """
     names = ["innovation", "slope", "variance", "independent", "accepted"]

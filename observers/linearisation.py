@@ -80,9 +80,10 @@ def build_motion(measurement_model: MeasurementModel) -> ca.Function:
 
 @cache
 def build_measurement(measurement_model: MeasurementModel) -> ca.Function:
-    """(x, M_z, slopes, now, rig, tuning) -> (innovation, H, weight, expected, huber_scale, independent).
+    """The measurement of the sample now.
 
-    For the sample now. The last three as in `Measurement`, H (n,) the derivative of expected by x;
+    (x, M_z, slopes, now, rig, tuning) -> (innovation, H, weight, expected, huber_scale, independent).
+    The last three as in `Measurement`, H (n,) the derivative of expected by x;
     innovation is measured - expected and weight the inverse variance of its error, both 0 where it is missing.
     """
     names = ("x", "M_z", "slopes", "now", "rig", "tuning")
@@ -103,7 +104,11 @@ def build_measurement(measurement_model: MeasurementModel) -> ca.Function:
         "measurement",
         inputs,
         [
-            innovation, ca.densify(H), weight, measurement.expected, measurement.huber_scale,
+            innovation,
+            ca.densify(H),
+            weight,
+            measurement.expected,
+            measurement.huber_scale,
             ca.SX(measurement.independent),
         ],
         list(names),

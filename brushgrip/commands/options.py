@@ -42,6 +42,8 @@ ModelFile = Annotated[
         show_default=False,
     ),
 ]
+
+
 class TuningName(StrEnum):
     """Tunings by the name that a user gives."""
 

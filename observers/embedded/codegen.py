@@ -33,7 +33,11 @@ from symbolic.serialisation import units_of
 REFUSED = 128
 """Status of a sample that generated code ignores; Python raises an error there."""
 STATUS_FLAGS = (
-    *((str(flag.name), int(flag), flag.remedy) for flag in Status if flag & ~Status.NO_ROOT),
+    *(
+        (str(flag.name), int(flag), flag.remedy)
+        for flag in Status
+        if flag & ~(Status.NO_ROOT | Status.IMPLAUSIBLE)
+    ),
     ("REFUSED", REFUSED, "dt out of range, the sample was ignored; or an estimate was not finite"),
 )
 """Name, number and remedy of every status."""

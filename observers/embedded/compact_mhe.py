@@ -91,7 +91,8 @@ def _symbols(observer: Mhe, *names: str) -> list[ca.MX]:
     shapes = {
         "sample": (len(SAMPLE), 1), "last": (len(CLEAN), 1), "now": (len(CLEAN), 1), "x": (n, 1),
         "mean": (n, 1), "factor": (n, n), "P": (n, n), "torque": (len(TORQUE), 1),
-        "row": (len(ROW), 1), "next": (len(ROW), 1), "counts": (len(COUNTS), 1), "monitor": (len(MONITOR), 1),
+        "row": (len(ROW), 1), "next": (len(ROW), 1), "counts": (len(COUNTS), 1),
+        "monitor": (len(MONITOR), 1),
         "eliminated": (elimination_size(observer), 1), "costate": (n, 1), "newest": (n, 1),
         "test": (len(TEST), 1), "age": (1, 1), "imputed": (1, 1), "rig": (len(RIG), 1),
         "theta": (len(observer.model.coordinates), 1), "tuning": (len(TUNING_FIELDS), 1),
@@ -262,7 +263,9 @@ def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> 
     }
     numbers = {"n": n, "window": observer.window, "eliminated": eliminated, "stored": STORED_CORNERS}
     a_sample = n + len(ROW) + eliminated + 1 + 2 * STORED_CORNERS
-    size = (n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(MONITOR) + observer.window * a_sample) * real.size
+    size = (
+        n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(MONITOR) + observer.window * a_sample
+    ) * real.size
     return Body(
         core=f"{source.text}\n{render('patch.c', values)}",
         stepping=render("window.c", values),
