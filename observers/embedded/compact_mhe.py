@@ -226,7 +226,7 @@ def _output(observer: Mhe) -> ca.Function:
 STORED_CORNERS = 9
 """Corners stored with a sample: a window of 50 samples takes less than 8 KB in single precision."""
 STATE = """\
-    {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}], last[8], counts[2], monitor[3];
+    {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}], last[8], counts[2], monitor[4];
     {real} x[{window}][{n}], row[{window}][6], eliminated[{window}][{eliminated}];
     {real} slope[{window}], xi[{window}][{stored}], d[{window}][{stored}];
     {name}_patch_t patch;
