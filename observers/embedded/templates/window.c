@@ -1,6 +1,6 @@
 /* The window: the last ${window} samples in a ring, the states at each, and the patch after each. */
 
-enum { STATES = ${states}, ROW = 5, CLEAN = 7 };
+enum { STATES = ${states}, ROW = 5, CLEAN = ${clean} };
 /* A row of a sample: load, time, torque, whether it is accepted, and the jump of the variance of ln mu. */
 enum { ROW_F_N, ROW_DT, ROW_M_Z, ROW_ACCEPTED, ROW_JUMP };
 
