@@ -7,7 +7,7 @@ from numbers import Integral
 from typing import Any
 
 from observers.angle_derivative import next_rate
-from observers.measurement_model import SENSIBLE
+from observers.measurement_model import LEAST_FIRST_LOAD, SENSIBLE
 from observers.plausibility import Evidence, gathered, suspicions
 from observers.protocol import Estimate, Observer, Sample, Status, prior_estimate
 from symbolic import InvalidInputError
@@ -26,8 +26,8 @@ class _LoopState:
 class Loop:
     """An observer that keeps its state: `loop(sample)` is the estimate after the sample.
 
-    It starts at the first sample with a sensible psi and F_N > 0 N, which says where the patch stands at
-    rest. A yaw rate that a sample lacks, NaN, is taken from the past of the angle as in `observers.run`.
+    It starts at the first sample with a sensible psi and F_N >= 0.001 N, which says where the patch stands
+    at rest. A yaw rate that a sample lacks, NaN, is taken from the past of the angle as in `observers.run`.
     Where samples look like ones in another unit or of the other sign, no estimate is informed and its
     status is `Status.IMPLAUSIBLE`.
 
@@ -120,7 +120,7 @@ class Loop:
         state = before.state
         if not abs(sample.psi_dot) < SENSIBLE:
             sample = replace(sample, psi_dot=rate)
-        if state is None and abs(sample.psi) < SENSIBLE and SENSIBLE > sample.F_N > 0:
+        if state is None and abs(sample.psi) < SENSIBLE and LEAST_FIRST_LOAD <= sample.F_N < SENSIBLE:
             state = self.observer.init(sample)
         state = None if state is None else self.observer.step(state, sample)
         return _LoopState(state, psi, age, rate)

@@ -30,7 +30,8 @@ class Sample:
     Attributes:
         psi: yaw angle [rad].
         psi_dot: yaw rate [rad/s]; a missing one counts as 0, `run` and `Loop` take it from psi.
-        F_N: vertical load [N]; a missing or non-positive one counts as unchanged.
+        F_N: vertical load [N]; where it is missing, the last one stands. One below a twentieth of the
+            first load, zero or negative too, is missing, and M_z with it.
         dt: time since the last sample, at most an hour [s].
         M_z: aligning torque, moment of the ground on the wheel [N m], where that is measured.
         M: steering torque, of the hand or motor on the wheel [N m], where that is measured.

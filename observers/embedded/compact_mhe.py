@@ -226,7 +226,7 @@ def _output(observer: Mhe) -> ca.Function:
 STORED_CORNERS = 9
 """Corners stored with a sample: a window of 50 samples takes less than 8 KB in single precision."""
 STATE = """\
-    {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}], last[8], counts[2], monitor[4];
+    {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}], last[{clean}], counts[2], monitor[4];
     {real} x[{window}][{n}], row[{window}][6], eliminated[{window}][{eliminated}];
     {real} slope[{window}], xi[{window}][{stored}], d[{window}][{stored}];
     {name}_patch_t patch;
@@ -255,6 +255,7 @@ def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> 
         **patch_numbers(observer),
         "window": str(observer.window),
         "states": str(n),
+        "clean": str(len(CLEAN)),
         "log_mu": str(state_index(observer.measurement_model)),
         "eliminated": str(eliminated),
         "stored": str(STORED_CORNERS),
@@ -262,10 +263,10 @@ def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> 
         "stiffness_newest": f"newest{stiff}" if stiff else "1.0",
     }
     numbers = {"n": n, "window": observer.window, "eliminated": eliminated, "stored": STORED_CORNERS}
+    numbers["clean"] = len(CLEAN)
     a_sample = n + len(ROW) + eliminated + 1 + 2 * STORED_CORNERS
-    size = (
-        n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(MONITOR) + observer.window * a_sample
-    ) * real.size
+    parts = n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(MONITOR)
+    size = (parts + observer.window * a_sample) * real.size
     return Body(
         core=f"{source.text}\n{render('patch.c', values)}",
         stepping=render("window.c", values),

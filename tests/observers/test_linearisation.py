@@ -27,7 +27,11 @@ MEANINGS = {"log_mu": 0.1, "M_0": 0.2, "stiffness": 0.9, "psi": 0.03, "psi_dot":
 
 def clean(**values: float) -> Array:
     usual = {"psi": 0.03, "psi_dot": 0.1, "F_N": 410.0, "dt": 0.008, "M_z": -3.0, "M": 2.5, "M_age": 0.0,
+<<<<<<< HEAD
              "travel": 0.001}  # fmt: skip
+=======
+             "F_N_first": 400.0}  # fmt: skip
+>>>>>>> h3
     return np.array([(usual | values)[name] for name in CLEAN])
 
 

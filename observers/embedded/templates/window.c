@@ -1,6 +1,6 @@
 /* The window: the last ${window} samples in a ring, the states at each, and the patch after each. */
 
-enum { STATES = ${states}, ROW = 6, CLEAN = 8 };
+enum { STATES = ${states}, ROW = 6, CLEAN = ${clean} };
 /* A row of a sample: load, time, torque, turn, whether it is accepted, and the jump of the variance of ln mu. */
 enum { ROW_F_N, ROW_DT, ROW_M_Z, ROW_TRAVEL, ROW_ACCEPTED, ROW_JUMP };
 
@@ -151,7 +151,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     state->row[at][ROW_F_N] = now[2];
     state->row[at][ROW_DT] = now[3];
     state->row[at][ROW_M_Z] = now[4];
-    state->row[at][ROW_TRAVEL] = now[7];
+    state->row[at][ROW_TRAVEL] = now[CLEAN - 1];
     state->row[at][ROW_ACCEPTED] = 1.0;
     state->row[at][ROW_JUMP] = 0.0;
     state->newest = at;
