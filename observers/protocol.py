@@ -90,11 +90,11 @@ _REMEDIES = {
     Status.BOUND: "mu is on its bound: check k, a, F_N and the sign of the torque, or widen the bounds",
     Status.UNSETTLED: "the last Gauss-Newton step moved mu by more than its standard deviation: raise"
     " Mhe.iterations",
+    Status.NO_ROOT: "no mu explains the torque, the nearest was taken: check k and a, or use Ekf or Mhe",
     Status.INCONSISTENT: "model and stated error do not explain the torque, mu_std is too small: check"
     " units, a, F_N and k, find what the model lacks (brushgrip diagnose), or raise Tuning.error",
     Status.IMPLAUSIBLE: "an input looks like one in another unit or of the other sign:"
     " Loop.suspicions names it",
-    Status.NO_ROOT: "no mu explains the torque, the nearest was taken: check k and a, or use Ekf or Mhe",
 }
 
 

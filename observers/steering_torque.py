@@ -107,11 +107,8 @@ class SteeringTorque:
             "M_z": 0,
             "M": ca.if_else(missing, last["M"], sample["M"]),
             "M_age": ca.if_else(missing, last["M_age"] + sample["dt"], 0),
-<<<<<<< HEAD
-            "travel": 0,
-=======
             "F_N_first": last["F_N_first"],
->>>>>>> h3
+            "travel": 0,
         }
         return now, ca.logic_or(load_imputed, missing)
 

@@ -66,7 +66,7 @@ class Tuning:
 
     mu: float = 1.0
     mu_std: float = 0.5
-    mu_walk: float = 0.005
+    mu_walk: float = 0.01
     mu_floor: float = 0.04
     least: float = 0.02
     greatest: float = 4.0

@@ -27,11 +27,7 @@ MEANINGS = {"log_mu": 0.1, "M_0": 0.2, "stiffness": 0.9, "psi": 0.03, "psi_dot":
 
 def clean(**values: float) -> Array:
     usual = {"psi": 0.03, "psi_dot": 0.1, "F_N": 410.0, "dt": 0.008, "M_z": -3.0, "M": 2.5, "M_age": 0.0,
-<<<<<<< HEAD
-             "travel": 0.001}  # fmt: skip
-=======
-             "F_N_first": 400.0}  # fmt: skip
->>>>>>> h3
+             "F_N_first": 400.0, "travel": 0.001}  # fmt: skip
     return np.array([(usual | values)[name] for name in CLEAN])
 
 
@@ -172,7 +168,9 @@ def test_noise_of_a_torque_counts_by_time() -> None:
 
 def test_angle_has_its_own_noise() -> None:
     read = build_measurement(SteeringTorque())
-    _, _, weight, _, huber_scale, _ = read(np.zeros(3), 0.0, np.zeros(2), clean(), NUMBERS, TUNING.vector)
+    _, _, weight, _, huber_scale, _ = read(
+        np.zeros(3), 0.0, np.zeros(2), clean(), NUMBERS, TUNING.vector
+    )
 
     assert float(weight) == pytest.approx(TUNING.psi_noise**-2)
     assert float(huber_scale) == np.inf

@@ -16,7 +16,7 @@ from tests.observers.factories import slide
 
 GOOD = {"psi": 0.1, "psi_dot": 0.2, "F_N": 410.0, "dt": 0.01, "M_z": -2.0, "M": 3.0}
 LAST = {"psi": 0.05, "psi_dot": 0.3, "F_N": 390.0, "dt": 0.02, "M_z": -1.0, "M": 1.5, "M_age": 0.0,
-        "F_N_first": 400.0}  # fmt: skip
+        "F_N_first": 400.0, "travel": 0.5}  # fmt: skip
 NOTHING = (nan, inf, -inf)
 
 
@@ -28,10 +28,12 @@ def cleaned(measurement_model: MeasurementModel, **fault: float) -> tuple[dict[s
 
 def test_a_good_sample_passes() -> None:
     aligning, held = cleaned(AligningTorque())
-    assert aligning == {**GOOD, "M": 0.0, "M_age": 0.0, "F_N_first": 400.0}
+    assert aligning == {**GOOD, "M": 0.0, "M_age": 0.0, "F_N_first": 400.0, "travel": 0.2 * 0.01}
     assert not held
     steering, held = cleaned(SteeringTorque())
-    assert steering == {**GOOD, "psi_dot": 0.0, "M_z": 0.0, "M_age": 0.0, "F_N_first": 400.0}
+    assert steering == {
+        **GOOD, "psi_dot": 0.0, "M_z": 0.0, "M_age": 0.0, "F_N_first": 400.0, "travel": 0.0
+    }  # fmt: skip
     assert not held
 
 

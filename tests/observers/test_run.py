@@ -234,4 +234,4 @@ def test_what_a_state_says_is_what_a_run_says_last(recording: RigRecording) -> N
     assert (said.mu, said.mu_std) == pytest.approx((estimates.mu[-1], estimates.mu_std[-1]), abs=1e-13)
     assert said.informed is bool(estimates.informed[-1])
     assert isinstance(said.status, Status)
-    assert observer.tuning == Tuning()
+    assert observer.tuning == Tuning(mu_floor=0.0)
