@@ -16,12 +16,14 @@ from observers import (
     MeasurementModel,
     Mhe,
     Observer,
+    Sample,
     Status,
     SteeringTorque,
     Tuning,
     ZoneRootSolver,
     profile,
     run,
+    suspicions_of,
     tuning_for,
 )
 from symbolic import InvalidInputError, Model
@@ -126,7 +128,8 @@ def observer_factory(name: ObserverName, tuning: str | None = None) -> ObserverF
         return OBSERVERS[name]
     if name is ObserverName.ROOT:
         raise InvalidInputError("--observer root has no tuning; leave --tuning out, or use ekf or mhe")
-    return partial(OBSERVERS[name], tuning=profile(tuning))
+    kind: type[Ekf] | type[Mhe] = Ekf if name is ObserverName.EKF else Mhe
+    return partial(model_observer, kind, tuning=profile(tuning))
 
 
 def observe(
@@ -167,6 +170,24 @@ def measured_angle(recording: Recording) -> Array:
     """The yaw angle as measured, NaN where it was imputed [rad]."""
     measured = True if recording.psi_recorded is None else recording.psi_recorded
     return np.where(measured, recording.psi, np.nan)
+
+
+def require_plausible(recording: Recording) -> None:
+    """Refuses a recording that looks like one in other units, or of the other sign.
+
+    Raises:
+        InvalidInputError: the message names the suspected cause.
+    """
+    channel = "M_z" if has_aligning_torque(recording) else "M"
+    torque = recording.M_z if channel == "M_z" else recording.M
+    columns = zip(
+        measured_angle(recording).tolist(), recording.F_N.tolist(),
+        np.diff(recording.t, prepend=2 * recording.t[0] - recording.t[1]).tolist(),
+        np.asarray(torque).tolist(), strict=True,
+    )  # fmt: skip
+    samples = (Sample(psi=p, psi_dot=np.nan, F_N=F, dt=dt, **{channel: m}) for p, F, dt, m in columns)
+    if suspects := suspicions_of(samples, recording.rig, channel):
+        raise InvalidInputError(f"{recording.name}: {'; '.join(suspects)}")
 
 
 def has_aligning_torque(recording: Recording) -> bool:

@@ -28,7 +28,7 @@ OBSERVER = Ekf(
     model=loop.MODEL,
     values={"k": K},
     rig=loop.RIG,
-    tuning=Tuning(mu=GUESS, noise=0.03),
+    tuning=Tuning(mu=GUESS, noise=0.03, error=float("inf")),
     measurement_model=SteeringTorque(),
 )
 

@@ -40,11 +40,8 @@ class ConstantGain(CasadiObserver):
         """The patch at rest, mu = 1 with a deviation of 0.5."""
         sample, constants = ca.MX.sym("sample", len(SAMPLE)), ca.MX.sym("c", self.constants.size)
         memory = self.model.initial(sample[: len(SIGNALS)], constants[:-2], constants[-2:])
-        parts = {
-            "memory": memory,
-            "last": ca.vertcat(sample, 0),
-            "output": self.output(mu=1, mu_std=0.5),
-        }
+        last = ca.vertcat(sample, 0, sample[SAMPLE.index("F_N")], 0)
+        parts = {"memory": memory, "last": last, "output": self.output(mu=1, mu_std=0.5)}
         return ca.Function("own_start", [sample, constants], [self.layout.fill(parts)])
 
     @property

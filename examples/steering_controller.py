@@ -106,7 +106,7 @@ def observer() -> control.NonlinearIOSystem:
         model=MODEL,
         values={"k": K},
         rig=RIG,
-        tuning=Tuning(mu=GUESS, noise=0.03),
+        tuning=Tuning(mu=GUESS, noise=0.03, error=float("inf")),
         measurement_model=SteeringTorque(),
     )
     return as_system(ekf, Sample(psi=0.0, psi_dot=0.0, F_N=LOAD, dt=STEP), direct=False)

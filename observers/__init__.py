@@ -10,6 +10,7 @@ from observers.linearisation import build_clean
 from observers.loop import Loop
 from observers.measurement_model import CLEAN, AligningTorque, MeasurementModel
 from observers.mhe import Mhe
+from observers.plausibility import suspicions_of
 from observers.profiles import PROFILES, profile, tuning_for
 from observers.protocol import (
     ESTIMATE,
@@ -65,6 +66,7 @@ __all__ = [
     "next_rate",
     "profile",
     "run",
+    "suspicions_of",
     "tuning_for",
     "zone_history",
 ]

@@ -18,7 +18,7 @@ from observers.compiled_step import (
 )
 from observers.effective_friction import build_effective_friction, output_vector
 from observers.layout import Expression, Layout, ObserverState, outputs_of
-from observers.measurement_model import SENSIBLE
+from observers.measurement_model import LEAST_FIRST_LOAD, SENSIBLE
 from observers.protocol import ESTIMATE, OUTPUT, Estimate, Sample, Status, prior_estimate
 from observers.tuning import INFORMED
 from symbolic import DECLARED, GEOMETRY, InvalidInputError, Model, Rig
@@ -140,12 +140,12 @@ class CasadiObserver:
         """The state before the first sample, at whose angle the patch is at rest.
 
         Raises:
-            InvalidInputError: psi is not finite or F_N is not greater than 0.
+            InvalidInputError: psi is not finite or F_N is less than 0.001 N.
         """
-        if not (abs(first.psi) < SENSIBLE and 0 < first.F_N < SENSIBLE):
+        if not (abs(first.psi) < SENSIBLE and LEAST_FIRST_LOAD <= first.F_N < SENSIBLE):
             raise InvalidInputError(
-                "the first sample must have a finite psi and F_N > 0 N, as they say where the patch"
-                f" stands; got psi = {first.psi} rad, F_N = {first.F_N} N; wait for one that has"
+                f"the first sample must have a finite psi and F_N >= {LEAST_FIRST_LOAD:g} N, as they say"
+                f" where the patch stands; got psi = {first.psi} rad, F_N = {first.F_N} N; wait for one that has"
             )
         state = self.initial_function(np.array(first.numbers), self.constants)
         return ObserverState(state.full().ravel(), self.layout)

@@ -36,7 +36,8 @@ def as_system(
             NaN in an estimate, such as M_z_predicted before the first sample, is 0.
 
     Raises:
-        InvalidInputError: the observer's state is no vector, or `first` has no finite psi and F_N > 0.
+        InvalidInputError: the observer's state is no vector, or `first` has no finite psi and F_N
+            of at least 0.001 N.
     """
     if not isinstance(observer, CasadiObserver):
         raise InvalidInputError(

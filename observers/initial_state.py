@@ -63,4 +63,5 @@ def build_initial_state(
 
 def _at_rest(names: tuple[str, ...], first: dict[str, ca.MX]) -> ca.MX:
     """The angle and the load of the first sample, 0 for everything else."""
-    return ca.vertcat(*(first[name] if name in ("psi", "F_N") else 0 for name in names))
+    given = {"psi": first["psi"], "F_N": first["F_N"], "F_N_first": first["F_N"]}
+    return ca.vertcat(*(given.get(name, 0) for name in names))

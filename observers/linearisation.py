@@ -80,10 +80,11 @@ def build_motion(measurement_model: MeasurementModel) -> ca.Function:
 
 @cache
 def build_measurement(measurement_model: MeasurementModel) -> ca.Function:
-    """(x, M_z, slopes, now, rig, tuning) -> (innovation, H, weight, expected, huber_scale, independent).
+    """The measurement of the sample now.
 
-    For the sample now. The last three as in `Measurement`, H (n,) the derivative of expected by x;
-    innovation is measured - expected and weight the inverse variance of its error, both 0 where it is missing.
+    (x, M_z, slopes, now, rig, tuning) -> (innovation, H, weight, expected, huber_scale, independent).
+    The last three as in `Measurement`, H (n,) the derivative of expected by x; innovation is measured -
+    expected and weight the inverse variance of its error, both 0 where it is missing.
     """
     names = ("x", "M_z", "slopes", "now", "rig", "tuning")
     x, M_z, slopes, now, rig, tuning = inputs = _symbols(measurement_model, *names)

@@ -29,9 +29,13 @@ LONGEST = 0.05
 """The weight of a sample grows with its time step up to this step [s]."""
 SENSIBLE = 1e9
 """Sensor values of this magnitude and above are invalid, in SI units; 1e20 squared overflows a float."""
-CLEAN = (*SAMPLE, "M_age", "travel")
-"""Order of a cleaned sample: last valid values in place of missing ones; time since M was valid [s], and
-turn since the last sample without its sign [rad]."""
+LEAST_FIRST_LOAD = 1e-3
+"""Least load of a first sample [N]."""
+LEAST_LOAD = 0.05
+"""Share of the first load below which a load is missing [1]: the weight of a torque goes with 1 / F_N^2."""
+CLEAN = (*SAMPLE, "M_age", "F_N_first", "travel")
+"""Order of a cleaned sample: last valid values in place of missing ones; time since M was valid [s]; load
+of the first sample [N]; turn since the last sample without its sign [rad]."""
 SHORTEST_TRAVEL = 1e-9
 """Turn that counts as none [rad]."""
 Update = TypeVar("Update")
@@ -103,10 +107,15 @@ def is_known(value: Expression) -> Expression:
     return ca.fabs(value) < SENSIBLE
 
 
-def impute_load(sample: Parts, last: Parts) -> tuple[Expression, Expression]:
-    """The load [N], the last one where it is missing or not positive, and whether that is so."""
-    known = ca.logic_and(is_known(sample["F_N"]), sample["F_N"] > 0)
-    return ca.if_else(known, sample["F_N"], last["F_N"]), ca.logic_not(known)
+def impute_load(sample: Parts, last: Parts) -> tuple[Expression, Expression, Expression]:
+    """The load [N], whether it is missing, so that the last one stands, and whether it is too small.
+
+    A load below `LEAST_LOAD` of the first one, zero or negative too, is missing as NaN is.
+    """
+    given = is_known(sample["F_N"])
+    too_small = ca.logic_and(given, sample["F_N"] < LEAST_LOAD * last["F_N_first"])
+    missing = ca.logic_or(ca.logic_not(given), too_small)
+    return ca.if_else(missing, last["F_N"], sample["F_N"]), missing, too_small
 
 
 def random_walk(
@@ -191,9 +200,13 @@ class AligningTorque:
         return random_walk_prior(tuning, self.states, slide)
 
     def clean(self, sample: Parts, last: Parts) -> tuple[Parts, Expression]:
-        """Where the angle is missing, the patch does not turn and the torque is ignored."""
+        """Where the angle is missing, the patch does not turn; there the torque is ignored.
+
+        It is also ignored where the load is given, but too small: a wheel that is lifted says nothing.
+        """
         known = is_known(sample["psi"])
-        F_N, load_imputed = impute_load(sample, last)
+        F_N, load_imputed, too_small = impute_load(sample, last)
+        usable = ca.logic_and(known, ca.logic_not(too_small))
         turning = ca.logic_and(known, is_known(sample["psi_dot"]))
         psi = ca.if_else(known, sample["psi"], last["psi"])
         now = {
@@ -201,12 +214,13 @@ class AligningTorque:
             "psi_dot": ca.if_else(turning, sample["psi_dot"], 0),
             "F_N": F_N,
             "dt": sample["dt"],
-            "M_z": ca.if_else(known, sample["M_z"], float("nan")),
+            "M_z": ca.if_else(usable, sample["M_z"], float("nan")),
             "M": 0,
             "M_age": 0,
             "travel": ca.if_else(
                 turning, ca.fabs(sample["psi_dot"]) * sample["dt"], ca.fabs(psi - last["psi"])
             ),
+            "F_N_first": last["F_N_first"],
         }
         return now, ca.logic_or(load_imputed, ca.logic_not(known))
 

@@ -9,8 +9,8 @@ minimise
 
 with the motion f, the measurement y and their noises of the measurement model, and no r_i where y_i is
 missing or rejected; mu is clipped to its bounds after each step. rho is Huber's function. Where the
-ground has changed, Q_i of ln mu includes the variance between two grounds, and samples that were rejected
-before are accepted again.
+ground has changed, Q_i of ln mu includes the variance between two grounds, and samples that were
+rejected before are accepted again.
 
 The memory of the patch is stored with every sample, see `observers.patch_history`.
 
@@ -157,10 +157,9 @@ def build_window_step(
     old = reset_retention(test["reset"], before["P_newest"][at, at], unknown)
     memory = patch.newest(history)["memory"]
     friction = friction_output(model, x_newest, P, memory, now, theta, rig, tuning, at=at)
-    output = step_output(
-        measurement_model, x_newest, friction, M_z, tuning, test, held=imputed,
-        unsettled=is_unsettled(measurement_model, x_newest, previous[:, -1], P),
-    )  # fmt: skip
+    unsettled = is_unsettled(measurement_model, x_newest, previous[:, -1], P)
+    conditions = {"held": imputed, "unsettled": unsettled}
+    output = step_output(measurement_model, x_newest, friction, M_z, tuning, test, **conditions)
     state_next = {
         **patch.scale_newest_sensitivity(history, old), "samples": samples, "x": x, "mean": mean,
         "factor": factor, "P_newest": P, "counts": test["counts_next"],

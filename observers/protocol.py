@@ -30,7 +30,8 @@ class Sample:
     Attributes:
         psi: yaw angle [rad].
         psi_dot: yaw rate [rad/s]; a missing one counts as 0, `run` and `Loop` take it from psi.
-        F_N: vertical load [N]; a missing or non-positive one counts as unchanged.
+        F_N: vertical load [N]; where it is missing, the last one stands. One below a twentieth of the
+            first load, zero or negative too, is missing, and M_z with it.
         dt: time since the last sample, at most an hour [s].
         M_z: aligning torque, moment of the ground on the wheel [N m], where that is measured.
         M: steering torque, of the hand or motor on the wheel [N m], where that is measured.
@@ -71,6 +72,7 @@ class Status(IntFlag):
     UNSETTLED = 32
     NO_ROOT = 64
     INCONSISTENT = 256
+    IMPLAUSIBLE = 512
 
     @property
     def remedy(self) -> str:
@@ -88,9 +90,11 @@ _REMEDIES = {
     Status.BOUND: "mu is on its bound: check k, a, F_N and the sign of the torque, or widen the bounds",
     Status.UNSETTLED: "the last Gauss-Newton step moved mu by more than its standard deviation: raise"
     " Mhe.iterations",
-    Status.INCONSISTENT: "model and stated error do not explain the torque, mu_std is too small: check units,"
-    " a, F_N and k, find what the model lacks (brushgrip diagnose), or raise Tuning.error",
     Status.NO_ROOT: "no mu explains the torque, the nearest was taken: check k and a, or use Ekf or Mhe",
+    Status.INCONSISTENT: "model and stated error do not explain the torque, mu_std is too small: check"
+    " units, a, F_N and k, find what the model lacks (brushgrip diagnose), or raise Tuning.error",
+    Status.IMPLAUSIBLE: "an input looks like one in another unit or of the other sign:"
+    " Loop.suspicions names it",
 }
 
 

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from observers.angle_derivative import causal_rate
 from observers.compiled_step import first_sample
+from observers.measurement_model import LEAST_FIRST_LOAD
 from observers.protocol import (
     ESTIMATE,
     BatchObserver,
@@ -56,7 +57,7 @@ def run(
     if torque is None or not np.isfinite(torque).any():
         needed = "M, the steering torque" if observer.channel == "M" else "M_z, the aligning torque"
         raise InvalidInputError(f"this observer needs {needed}, in at least one sample")
-    known = np.isfinite(psi) & np.isfinite(F_N) & (F_N > 0)
+    known = np.isfinite(psi) & np.isfinite(F_N) & (F_N >= LEAST_FIRST_LOAD)
     if not known.any():
         raise InvalidInputError("psi must be finite and F_N greater than 0 N in at least one sample")
     nothing = np.full(t.size, np.nan)

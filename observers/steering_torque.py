@@ -97,7 +97,7 @@ class SteeringTorque:
 
     def clean(self, sample: Parts, last: Parts) -> tuple[Parts, Expression]:
         """The last steering torque stands for a missing one; its error grows with its age."""
-        F_N, load_imputed = impute_load(sample, last)
+        F_N, load_imputed, _ = impute_load(sample, last)
         missing = ca.logic_not(is_known(sample["M"]))
         now = {
             "psi": sample["psi"],
@@ -107,6 +107,7 @@ class SteeringTorque:
             "M_z": 0,
             "M": ca.if_else(missing, last["M"], sample["M"]),
             "M_age": ca.if_else(missing, last["M_age"] + sample["dt"], 0),
+            "F_N_first": last["F_N_first"],
             "travel": 0,
         }
         return now, ca.logic_or(load_imputed, missing)

@@ -38,10 +38,10 @@ class Tuning:
             one absorbs model error that lasts.
         stiffness_std: prior standard deviation of k over its nominal value [1], where k is a state.
         stiffness_walk: its random walk [1/sqrt(s)].
-        mu_floor: relative standard deviation of mu that no measurement lowers [1], as the half-length and
-            the load are known to so much only: full slide measures mu times both. It is added to what is
+        mu_floor: relative standard deviation of mu that no measurement lowers [1], as half-length and
+            load are known to so much only: full slide measures mu times both. It is added to what is
             reported, in quadrature, and does not enter the filter: a parameter that is considered, not
-            estimated, after Schmidt (1966).
+            estimated, [Schmidt 1966].
         noise: torque noise as a share, as the standard deviation of a white error of one sample in 10 ms
             [1]. It counts by time, not by samples.
         error: standard deviation of the torque error of the model, as a share [1]; Huber's loss is
@@ -66,7 +66,7 @@ class Tuning:
 
     mu: float = 1.0
     mu_std: float = 0.5
-    mu_walk: float = 0.005
+    mu_walk: float = 0.01
     mu_floor: float = 0.04
     least: float = 0.02
     greatest: float = 4.0

@@ -25,6 +25,7 @@ from brushgrip.estimation import (
     has_steering_torque,
     observe,
     observer_factory,
+    require_plausible,
 )
 from brushgrip.formatting import csv_text, estimates_summary
 from brushgrip.grounds import on_grounds, say_ground
@@ -72,6 +73,7 @@ def estimate(
     _check_names(out, image)
     own = user_effects(effects)
     (read,) = on_grounds([_read(recording, rig)], ground, bare=True)
+    require_plausible(read)
     keep_inputs([out, image], [recording], rig, model, *effect_files(effects))
     found = None if model is None else read_model(model, effects=own)
     with staged_file(out) as table, staged_file(image) as drawing:

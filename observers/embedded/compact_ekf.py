@@ -24,6 +24,7 @@ from observers.embedded.templating import Body, render
 from observers.initial_state import build_initial_state
 from observers.layout import Layout
 from observers.linearisation import directions
+from observers.measurement_model import LEAST_LOAD
 from observers.protocol import OUTPUT, FunctionObserver
 from symbolic import DECLARED, GEOMETRY, SIGNALS, Model
 
@@ -103,15 +104,20 @@ def compact_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> Body:
     parts = _layout(observer)
     functions = [build_corner(observer), _build_begin(observer), _build_filter(observer)]
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
-    terms = {**terms, **patch_numbers(observer), **_patch_calls(observer)}
+    terms = {
+        **terms,
+        **patch_numbers(observer),
+        **_patch_calls(observer),
+        "least_load": repr(LEAST_LOAD),
+    }
     size = parts.size
     private = f"    {real.c_type} values[2][{size}]; /* of the filter, before and after a sample */\n"
-    private += f"    {real.c_type} F_N;\n    {terms['name']}_patch_t patch;"
+    private += f"    {real.c_type} F_N, least_load;\n    {terms['name']}_patch_t patch;"
     return Body(
         core=f"{source.text}\n{render('patch.c', terms)}",
         stepping=render("patch_stepping.c", terms),
         private=private,
-        bytes=(2 * size + 1) * real.size + patch_bytes(real),
+        bytes=(2 * size + 2) * real.size + patch_bytes(real),
         types=patch_types(real, terms["name"]),
     )
 

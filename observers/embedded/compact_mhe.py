@@ -91,7 +91,8 @@ def _symbols(observer: Mhe, *names: str) -> list[ca.MX]:
     shapes = {
         "sample": (len(SAMPLE), 1), "last": (len(CLEAN), 1), "now": (len(CLEAN), 1), "x": (n, 1),
         "mean": (n, 1), "factor": (n, n), "P": (n, n), "torque": (len(TORQUE), 1),
-        "row": (len(ROW), 1), "next": (len(ROW), 1), "counts": (len(COUNTS), 1), "monitor": (len(MONITOR), 1),
+        "row": (len(ROW), 1), "next": (len(ROW), 1), "counts": (len(COUNTS), 1),
+        "monitor": (len(MONITOR), 1),
         "eliminated": (elimination_size(observer), 1), "costate": (n, 1), "newest": (n, 1),
         "test": (len(TEST), 1), "age": (1, 1), "imputed": (1, 1), "rig": (len(RIG), 1),
         "theta": (len(observer.model.coordinates), 1), "tuning": (len(TUNING_FIELDS), 1),
@@ -225,7 +226,7 @@ def _output(observer: Mhe) -> ca.Function:
 STORED_CORNERS = 9
 """Corners stored with a sample: a window of 50 samples takes less than 8 KB in single precision."""
 STATE = """\
-    {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}], last[8], counts[2], monitor[3];
+    {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}], last[{clean}], counts[2], monitor[4];
     {real} x[{window}][{n}], row[{window}][6], eliminated[{window}][{eliminated}];
     {real} slope[{window}], xi[{window}][{stored}], d[{window}][{stored}];
     {name}_patch_t patch;
@@ -254,6 +255,7 @@ def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> 
         **patch_numbers(observer),
         "window": str(observer.window),
         "states": str(n),
+        "clean": str(len(CLEAN)),
         "log_mu": str(state_index(observer.measurement_model)),
         "eliminated": str(eliminated),
         "stored": str(STORED_CORNERS),
@@ -261,10 +263,10 @@ def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> 
         "stiffness_newest": f"newest{stiff}" if stiff else "1.0",
     }
     numbers = {"n": n, "window": observer.window, "eliminated": eliminated, "stored": STORED_CORNERS}
+    numbers["clean"] = len(CLEAN)
     a_sample = n + len(ROW) + eliminated + 1 + 2 * STORED_CORNERS
-    size = (
-        n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(MONITOR) + observer.window * a_sample
-    ) * real.size
+    parts = n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(MONITOR)
+    size = (parts + observer.window * a_sample) * real.size
     return Body(
         core=f"{source.text}\n{render('patch.c', values)}",
         stepping=render("window.c", values),

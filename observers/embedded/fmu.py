@@ -60,7 +60,10 @@ INPUTS = (
     Variable("M_z", 2, 'Real unit="N.m"', "aligning torque, moment of the ground on the wheel"),
     Variable("M", 2, 'Real unit="N.m"', "steering torque, of the hand or motor on the wheel"),
     Variable(
-        "F_N", 3, 'Real unit="N"', "vertical load; a missing or non-positive one counts as unchanged"
+        "F_N",
+        3,
+        'Real unit="N"',
+        "vertical load; missing below a twentieth of the first, and M_z with it",
     ),
 )
 """All inputs."""

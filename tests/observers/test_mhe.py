@@ -158,7 +158,7 @@ def test_prediction_is_the_whole_history_at_the_present_mu(recording: RigRecordi
 
 @pytest.mark.parametrize("kind", [Ekf, Mhe])
 def test_follows_a_change_of_ground(kind: Any) -> None:
-    estimates = run(make(kind, noise=0.3), *change_of_ground())
+    estimates = run(make(kind, noise=0.3, error_travel=0.0, mu_walk=0.02), *change_of_ground())
 
     assert estimates.mu[690] == pytest.approx(1.5, abs=0.03)
     assert estimates.mu[-1] == pytest.approx(1.1, abs=0.03)

@@ -181,24 +181,42 @@ FMI2(fmi2Status, FreeFMUstate)(fmi2Component c, fmi2FMUstate *state) {
     return fmi2OK;
 }
 
+/* Serialised, a state is its block and the digest of that. The block begins with the GUID, which goes with the code
+   and its parameters. */
+enum { SERIALISED = sizeof(fmu_state_t) + sizeof(uint64_t) };
+
+/* FNV-1a, 64 bits: it changes with every single byte. */
+static uint64_t digest_of(const void *block) {
+    const unsigned char *bytes = block;
+    uint64_t digest = 14695981039346656037u;
+    size_t i;
+    for (i = 0; i < sizeof(fmu_state_t); ++i) digest = (digest ^ bytes[i]) * 1099511628211u;
+    return digest;
+}
+
 FMI2(fmi2Status, SerializedFMUstateSize)(fmi2Component c, fmi2FMUstate state, size_t *size) {
     (void)c, (void)state;
-    *size = sizeof(fmu_state_t);
+    *size = SERIALISED;
     return fmi2OK;
 }
 
 FMI2(fmi2Status, SerializeFMUstate)(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-    if (size != sizeof(fmu_state_t)) return report(c, "a state has another size");
-    memcpy(bytes, state, size);
+    const uint64_t digest = digest_of(state);
+    if (size != SERIALISED) return report(c, "a serialised state has another size");
+    memcpy(bytes, state, sizeof(fmu_state_t));
+    memcpy(bytes + sizeof(fmu_state_t), &digest, sizeof digest);
     return fmi2OK;
 }
 
 FMI2(fmi2Status, DeSerializeFMUstate)(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
-    if (size != sizeof(fmu_state_t) || memcmp(bytes, GUID, sizeof GUID) != 0)
+    uint64_t digest;
+    if (size != SERIALISED || memcmp(bytes, GUID, sizeof GUID) != 0)
         return report(c, "these bytes are no state of this model");
-    if (*state == NULL) *state = malloc(size);
+    memcpy(&digest, bytes + sizeof(fmu_state_t), sizeof digest);
+    if (digest != digest_of(bytes)) return report(c, "the bytes of this state are damaged");
+    if (*state == NULL) *state = malloc(sizeof(fmu_state_t));
     if (*state == NULL) return report(c, "no memory for a state");
-    memcpy(*state, bytes, size);
+    memcpy(*state, bytes, sizeof(fmu_state_t));
     return fmi2OK;
 }
 

@@ -32,7 +32,8 @@ typedef struct {
     ${real} psi_dot; /* yaw rate [rad/s]; a missing one is derived from psi */
     ${real} M_z;     /* aligning torque, moment of the ground on the wheel [N m] */
 %% endif
-    ${real} F_N;     /* vertical load [N]; a missing or non-positive one counts as unchanged */
+    ${real} F_N;     /* vertical load [N]; where it is missing, the last one stands; missing is one below
+                        a twentieth of the first, and the aligning torque with it */
     ${real} dt;      /* time since the last sample, greater than 0 and at most 3600 [s] */
 } ${name}_sample_t;
 
@@ -69,7 +70,7 @@ ${private}
 void ${name}_init(${name}_state_t *state);
 
 /* Advances the observer by one sample and returns the sample's status. The patch is at rest at the angle of
-   the first sample with a known psi and a load greater than 0; until then the estimate is the prior. A sample
+   the first sample with a known psi and a load of at least 0.001 N; until then the estimate is the prior. A sample
    with a dt out of range is ignored, with status ${NAME}_REFUSED. The same status means that no finite estimate
    resulted. */
 int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample);

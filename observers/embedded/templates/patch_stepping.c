@@ -23,7 +23,7 @@ static void patch_moment(const ${name}_patch_t *patch, ${real} scale, ${real} *m
 static void advance_patch(${name}_state_t *state, ${real} psi, ${real} F_N, ${real} mu, ${real} stiffness, ${real} *torque) {
     const ${real} k = ${k} * stiffness, scale = mu / k;
     ${real} moment[3];
-    if (is_known(F_N) && F_N > 0.0) state->F_N = F_N;
+    if (is_known(F_N) && F_N >= state->least_load) state->F_N = F_N;
     turn_patch(&state->patch, psi, ${level} * state->F_N, scale);
     patch_moment(&state->patch, scale, moment);
     torque[0] = k * moment[0];
@@ -39,6 +39,7 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
     begin_filter(arg, res, 0, 0, 0);
     clear_patch(&state->patch, sample[0]);
     state->F_N = sample[2];
+    state->least_load = ${least_load} * sample[2];
     state->now = 0;
 }
 

@@ -1,6 +1,6 @@
 /* The window: the last ${window} samples in a ring, the states at each, and the patch after each. */
 
-enum { STATES = ${states}, ROW = 6, CLEAN = 8 };
+enum { STATES = ${states}, ROW = 6, CLEAN = ${clean} };
 /* A row of a sample: load, time, torque, turn, whether it is accepted, and the jump of the variance of ln mu. */
 enum { ROW_F_N, ROW_DT, ROW_M_Z, ROW_TRAVEL, ROW_ACCEPTED, ROW_JUMP };
 
@@ -49,7 +49,7 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
     }
     for (j = 0; j < STATES * STATES; ++j) state->P_newest[j] = state->factor[j];
     for (j = 0; j < 2; ++j) state->counts[j] = 0.0;
-    for (j = 0; j < 3; ++j) state->monitor[j] = 0.0;
+    for (j = 0; j < 4; ++j) state->monitor[j] = 0.0;
     clear_patch(&state->patch, sample[0]);
     state->newest = ${window} - 1;
     state->now = 0;
@@ -130,7 +130,7 @@ static void smooth(${name}_state_t *state) {
 /* One sample. */
 static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${real} now[CLEAN] = {0.0}, imputed = 0.0, newest[STATES] = {0.0}, P[STATES * STATES] = {0.0};
-    ${real} torque[3], test[7] = {0.0}, counts[2] = {0.0}, monitor[3] = {0.0}, output[OUTPUTS] = {0.0}, scale;
+    ${real} torque[3], test[7] = {0.0}, counts[2] = {0.0}, monitor[4] = {0.0}, output[OUTPUTS] = {0.0}, scale;
     const int32_t last = state->newest, at = (last + 1) % ${window};
     int32_t i;
     {
@@ -151,7 +151,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     state->row[at][ROW_F_N] = now[2];
     state->row[at][ROW_DT] = now[3];
     state->row[at][ROW_M_Z] = now[4];
-    state->row[at][ROW_TRAVEL] = now[7];
+    state->row[at][ROW_TRAVEL] = now[CLEAN - 1];
     state->row[at][ROW_ACCEPTED] = 1.0;
     state->row[at][ROW_JUMP] = 0.0;
     state->newest = at;
@@ -170,7 +170,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     }
     for (i = 0; i < CLEAN; ++i) state->last[i] = now[i];
     for (i = 0; i < 2; ++i) state->counts[i] = counts[i];
-    for (i = 0; i < 3; ++i) state->monitor[i] = monitor[i];
+    for (i = 0; i < 4; ++i) state->monitor[i] = monitor[i];
     if (!(is_known(output[OUT_MU]) && is_known(output[OUT_MU_STD]) && is_known(output[OUT_M_Z_PREDICTED]))) {
         ${name}_init(state);
         state->output[OUT_STATUS] = ${NAME}_REFUSED;

@@ -203,3 +203,21 @@ def test_outliers_and_changes_of_the_ground(
     flags = [int(status) for status in expected[:, -1]]
     assert sum(status & Status.RESET > 0 for status in flags) > 0, "the ground never changed"
     assert sum(status & Status.REJECTED > 0 for status in flags) > 5, "there were no outliers"
+
+
+@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize("kind", KINDS)
+def test_loads_of_nothing_count_for_nothing(
+    generated: Generate, kind: Any, model: Any, recording: RigRecording
+) -> None:
+    observer = observer_of(kind, model, AligningTorque())
+    part = rows_of(recording)[: PART[kind]]
+    light = slice(len(part) // 2, len(part) // 2 + 9)
+    without = part.copy()
+    without[light, 2] = without[light, 3] = np.nan
+    code = generated(observer, SINGLE)
+    expected = code.run(without)
+    assert np.ptp(expected[:, 0]) > 0.005
+    for load in (1e-40, 0.02, 19.0, 0.0, -3.0):
+        part[light, 3] = load
+        np.testing.assert_array_equal(code.run(part), expected)

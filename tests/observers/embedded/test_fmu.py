@@ -211,6 +211,22 @@ def test_a_state_can_be_saved_and_transferred(unpacked: Unpacked, samples: Array
             other.slave.deserializeFMUState(b"x" + sent[1:])
 
 
+def test_damaged_states_are_refused(unpacked: Unpacked, samples: Array) -> None:
+    with instances(unpacked(EKF, SINGLE)) as (one,):
+        one.steps(samples[:100])
+        state = one.slave.getFMUState()
+        sent = one.slave.serializeFMUState(state)
+        one.slave.freeFMUState(state)
+        for at in (*range(0, len(sent), 17), len(sent) - 1):
+            damaged = bytes([*sent[:at], sent[at] ^ 0x10, *sent[at + 1 :]])
+            with pytest.raises(FMICallException):
+                one.slave.deserializeFMUState(damaged)
+        for damaged in (sent[:-8], sent[:-1], sent + b"x", bytes(len(sent))):
+            with pytest.raises(FMICallException):
+                one.slave.deserializeFMUState(damaged)
+        one.slave.freeFMUState(one.slave.deserializeFMUState(sent))
+
+
 def test_missing_sensors_are_flagged(unpacked: Unpacked) -> None:
     good = [0.05, 0.0, -1.0, 400.0]
     with instances(unpacked(EKF, SINGLE)) as (one,):
