@@ -22,6 +22,7 @@ from observers.protocol import (
     Status,
 )
 from observers.run import run
+from observers.smoothing import smooth
 from observers.steering_torque import SteeringTorque
 from observers.thesis import ZoneHistory, ZoneRootSolver, ZoneRootState, zone_history
 from observers.tuning import Tuning
@@ -58,5 +59,6 @@ __all__ = [
     "from_files",
     "next_rate",
     "run",
+    "smooth",
     "zone_history",
 ]
