@@ -5,16 +5,16 @@ from dataclasses import dataclass
 
 from symbolic.errors import InvalidInputError
 
-STIFFNESS = (1e3, 1e9)
-"""Distributed lateral stiffness that the models take [N/m^2]."""
-FRICTION = (0.01, 10.0)
-"""Coefficient of friction that the models take [1]."""
 HALF_LENGTH = (1e-3, 1.0)
 """Half-length of a contact patch that the models take [m]."""
 INERTIA = (1e-6, 1e4)
 """Moment of inertia that the models take [kg m^2]."""
 MOST_DAMPING = 1e4
 """Largest torsional damping that the models take [N m s/rad]."""
+STIFFNESS = (1e3, 1e9)
+"""Distributed lateral stiffness that the models take [N/m^2]."""
+FRICTION = (0.01, 10.0)
+"""Coefficient of friction that the models take [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,8 +26,8 @@ class Rig:
     Attributes:
         a: half-length of the contact patch [m], within `HALF_LENGTH`.
         e: caster length (trail) [m], |e| < a; the kingpin A stands at x = e.
-        J_A: moment of inertia about the kingpin A [kg m^2], within `INERTIA`; None where unknown.
-        b_t: torsional damping [N m s/rad], from 0 to `MOST_DAMPING`; None where unknown.
+        J_A: moment of inertia about the kingpin A [kg m^2], greater than 0; None where unknown.
+        b_t: torsional damping [N m s/rad], at least 0; None where unknown.
 
     Raises:
         InvalidInputError: a value is outside its range, or not a finite number.
