@@ -5,10 +5,6 @@ from dataclasses import dataclass
 
 from symbolic.errors import InvalidInputError
 
-STIFFNESS = (1e3, 1e9)
-"""Distributed lateral stiffness that the models take [N/m^2]."""
-FRICTION = (0.01, 10.0)
-"""Coefficient of friction that the models take [1]."""
 SLIDE_RATE = 0.1
 """Turning rate at which effective friction is stated unless the rig has another one [rad/s]."""
 HALF_LENGTH = (1e-3, 1.0)
@@ -17,6 +13,10 @@ INERTIA = (1e-6, 1e4)
 """Moment of inertia that the models take [kg m^2]."""
 MOST_DAMPING = 1e4
 """Largest torsional damping that the models take [N m s/rad]."""
+STIFFNESS = (1e3, 1e9)
+"""Distributed lateral stiffness that the models take [N/m^2]."""
+FRICTION = (0.01, 10.0)
+"""Coefficient of friction that the models take [1]."""
 
 
 TOLERATED = {"a": "m", "e": "m", "load": "1", "zero": "N m"}
