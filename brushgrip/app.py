@@ -43,8 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     """
     command_line = sys.argv[1:] if arguments is None else arguments
     if arguments is None:
-        # SIGTERM cleans up as Ctrl-C does.
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
+        _clean_up_when_ended()
     try:
         status = app(args=repeat_lists(command_line), prog_name="brushgrip", standalone_mode=False)
     except BrushgripError as error:
@@ -59,6 +58,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         _print_error(error.format_message() or "no command given; brushgrip --help lists them")
         raise SystemExit(BAD_INPUT) from None
     raise SystemExit(status or 0)
+
+
+def _clean_up_when_ended() -> None:
+    """SIGTERM, and SIGHUP of a terminal that closes, clean up as Ctrl-C does; nohup stays nohup."""
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) == signal.SIG_DFL:
+            signal.signal(number, signal.default_int_handler)
 
 
 def _print_error(message: str) -> None:

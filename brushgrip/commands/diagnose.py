@@ -8,7 +8,7 @@ import typer
 
 from brushgrip.atomic import staged_directory
 from brushgrip.commands.options import EffectModules, Jobs, OutFolder, RecordingNames, RigFile
-from brushgrip.console import print_diagnosis, progress, say
+from brushgrip.console import print_diagnosis, progress, say, warn
 from brushgrip.estimation import FrictionTrack
 from brushgrip.formatting import json_text
 from brushgrip.recordings import keep_inputs, read_all
@@ -17,6 +17,7 @@ from brushgrip.unfinished import kept_trials
 from brushgrip.user_effects import effect_files, user_effects
 from identification import LEAST_SQUARES, Diagnosis, Huber, model_text
 from identification import diagnose as close_the_loop
+from identification.reading.long_recordings import bounded
 from symbolic import EFFECTS
 
 DIAGNOSIS, MODEL = "diagnosis.json", "model.json"
@@ -57,6 +58,8 @@ def diagnose(
     read = read_all([*recordings, *held_out], rig)
     outputs = [out / DIAGNOSIS, out / MODEL, out / PAGE, *out.resolve().glob("*.png")]
     keep_inputs(outputs, [*recordings, *held_out], rig, *effect_files(effects))
+    if shortened := bounded(read)[1]:
+        warn(shortened)
     training = read[: len(recordings)]
     loss = LEAST_SQUARES if robust is None else Huber(threshold=robust)
     with kept_trials(out) as journal, staged_directory(out) as folder:
