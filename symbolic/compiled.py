@@ -174,6 +174,7 @@ def _run(line: list[str]) -> None:
                 with suppress(ProcessLookupError):
                     os.killpg(running.pid, signal.SIGKILL)
             running.kill()
+            running.wait()
             raise
     if status:
         raise subprocess.CalledProcessError(status, line[0])
