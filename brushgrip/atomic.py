@@ -1,5 +1,6 @@
 """Files and folders of results that are written whole or not at all."""
 
+import os
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -66,8 +67,12 @@ def is_same_file(one: Path, other: Path) -> bool:
     Links and `..` are resolved as for writing, also behind folders that are not there yet; two hard
     links are the same file.
     """
-    one, other = one.resolve(), other.resolve()
-    return one == other or (one.exists() and other.exists() and one.samefile(other))
+    # Takes loops of links, as resolve does not.
+    one, other = (Path(os.path.realpath(path)) for path in (one, other))
+    try:
+        return one == other or one.samefile(other)
+    except OSError:  # One is not there, or its name is none.
+        return False
 
 
 def _nearest(target: Path) -> Path:
@@ -98,5 +103,6 @@ def _move_into(stage: Path, target: Path) -> None:
 def _as_input_error(path: Path) -> Iterator[None]:
     try:
         yield
-    except OSError as error:
-        raise InvalidInputError(f"{path}: cannot be written: {error.strerror or error}") from None
+    except (OSError, RuntimeError) as error:  # The latter is what Python 3.11 says of a loop of links.
+        reason = getattr(error, "strerror", None) or error
+        raise InvalidInputError(f"{path}: cannot be written: {reason}") from None

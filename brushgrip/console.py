@@ -22,6 +22,7 @@ from brushgrip.formatting import (
 )
 from identification import Diagnosis, FreeDecay, ParameterEstimate
 from identification.thesis import DecrementEstimate
+from symbolic.errors import printable
 
 Progress = Callable[[str, int, int], None]
 """Called with the task, the number of its parts that are done, and their number."""
@@ -31,12 +32,12 @@ _SECONDS_BETWEEN_LINES = 10.0
 
 def say(text: str) -> None:
     """One line on standard output, not wrapped, so that a path stays whole."""
-    Console(highlight=False, markup=False, soft_wrap=True).print(text)
+    Console(highlight=False, markup=False, soft_wrap=True).print(printable(text))
 
 
 def warn(text: str) -> None:
     """One line on standard error."""
-    Console(stderr=True, highlight=False, markup=False, soft_wrap=True).print(text)
+    Console(stderr=True, highlight=False, markup=False, soft_wrap=True).print(printable(text))
 
 
 @contextmanager

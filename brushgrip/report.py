@@ -1,7 +1,8 @@
 """The report: one page that needs no other file, and its pictures."""
 
 import base64
-from collections.abc import Sequence
+import re
+from collections.abc import Container, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,9 +19,11 @@ from brushgrip.pictures import (
     draw_residuals,
     draw_signatures,
 )
+from brushgrip.pictures.style import is_drawn_by_us
 from identification import Diagnosis, ParameterEstimate, Signature
 
 PAGE = "report.html"
+_PICTURES = re.compile(r"(loops|residuals|signatures|candidates|friction|experiment_\w+)\.png")
 TEMPLATE = "report.html.j2"
 FILTERS = ("listed", "parameters", "percent", "plain", "quantity", "sentence", "signed", "torque")
 FUNCTIONS = (
@@ -54,6 +57,18 @@ def write_report(folder: Path, diagnosis: Diagnosis, friction: Sequence[Friction
     path = folder / PAGE
     path.write_text(text, encoding="utf-8", newline="\n")
     return path
+
+
+def remove_stale_pictures(folder: Path, written: Container[str]) -> None:
+    """Removes what an earlier report drew and this one did not; all other files stay.
+
+    Args:
+        folder: where the report is.
+        written: names of the files of this report.
+    """
+    for path in folder.glob("*.png"):
+        if path.name not in written and _PICTURES.fullmatch(path.name) and is_drawn_by_us(path):
+            path.unlink()
 
 
 def _draw_pictures(folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack]) -> int:

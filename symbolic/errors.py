@@ -17,12 +17,17 @@ class InvalidInputError(BrushgripError, ValueError):
 
 
 def one_line(text: str) -> str:
-    """The text as a screen can show it: on one line, its middle cut out where it is long.
+    """The text as `printable` has it, its middle cut out where it is long."""
+    return _clipped(printable(_clipped(text)))
+
+
+def printable(text: str) -> str:
+    """The text as a screen can show it on one line.
 
     What a terminal takes for a command, turns the direction of writing or is half a character, as in a
     file name that is not UTF-8, stands as its escape sequence.
     """
-    return _clipped("".join(map(_visible, _clipped(text))))
+    return "".join(map(_visible, text))
 
 
 def _clipped(text: str) -> str:

@@ -10,10 +10,11 @@ import typer
 import brushgrip
 from brushgrip.atomic import staged_directory
 from brushgrip.commands.diagnose import write_diagnosis
+from brushgrip.commands.options import usable_folder
 from brushgrip.console import print_diagnosis, progress, say
 from brushgrip.estimation import OBSERVERS, FrictionTrack, ObserverName, friction_track, observe
 from brushgrip.recordings import read_all
-from brushgrip.report import PAGE
+from brushgrip.report import PAGE, remove_stale_pictures
 from identification import Diagnosis, FoundModel, Recording, diagnose
 from symbolic import InvalidInputError
 
@@ -21,9 +22,10 @@ RIG = "rig.toml"
 
 
 def demo(
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder to write to.")] = Path(
-        "demo_output"
-    ),
+    out: Annotated[
+        Path,
+        typer.Option("--out", metavar="DIR", help="Folder to write to.", callback=usable_folder),
+    ] = Path("demo_output"),
 ) -> None:
     """Show the main job on embedded recordings: diagnosis, report and friction over time."""
     folder = embedded_folder()
@@ -35,6 +37,8 @@ def demo(
         with progress() as report:
             result = diagnose(recordings, holdout, progress=report)
         write_diagnosis(stage, result, estimate_friction(holdout, result))
+        written = {path.name for path in stage.iterdir()}
+    remove_stale_pictures(out, written)
     print_diagnosis(result)
     say(f"report: {out / PAGE}")
 

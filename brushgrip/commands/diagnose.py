@@ -8,16 +8,17 @@ import typer
 
 from brushgrip.atomic import staged_directory
 from brushgrip.commands.options import EffectModules, Jobs, OutFolder, RecordingNames, RigFile
-from brushgrip.console import print_diagnosis, progress, say, warn
+from brushgrip.console import print_diagnosis, progress, say
 from brushgrip.estimation import FrictionTrack
 from brushgrip.formatting import json_text
 from brushgrip.recordings import keep_inputs, read_all
-from brushgrip.report import PAGE, write_report
+from brushgrip.report import PAGE, remove_stale_pictures, write_report
 from brushgrip.unfinished import kept_trials
 from brushgrip.user_effects import effect_files, user_effects
-from identification import LEAST_SQUARES, Diagnosis, Huber, model_text
+from identification import LEAST_SQUARES, Diagnosis, Huber, Recording, model_text
 from identification import diagnose as close_the_loop
 from identification.reading.long_recordings import bounded
+from identification.selection.trials import RANKING_STEP, thin
 from symbolic import EFFECTS
 
 DIAGNOSIS, MODEL = "diagnosis.json", "model.json"
@@ -58,11 +59,12 @@ def diagnose(
     read = read_all([*recordings, *held_out], rig)
     outputs = [out / DIAGNOSIS, out / MODEL, out / PAGE, *out.resolve().glob("*.png")]
     keep_inputs(outputs, [*recordings, *held_out], rig, *effect_files(effects))
-    if shortened := bounded(read)[1]:
-        warn(shortened)
     training = read[: len(recordings)]
     loss = LEAST_SQUARES if robust is None else Huber(threshold=robust)
     with kept_trials(out) as journal, staged_directory(out) as folder:
+        used, shortened = bounded(read)
+        for line in filter(None, (shortened, thinning(used))):
+            say(line)
         with progress() as report:
             result = close_the_loop(
                 training,
@@ -74,8 +76,21 @@ def diagnose(
                 journal=journal,
             )
         write_diagnosis(folder, result)
+        written = {path.name for path in folder.iterdir()}
+    remove_stale_pictures(out, written)
     print_diagnosis(result)
     say(f"report: {out / PAGE}")
+
+
+def thinning(recordings: Sequence[Recording]) -> str:
+    """What of these recordings the search leaves out while it ranks candidates; empty for nothing."""
+    whole, thinned = (sum(r.t.size for r in some) for some in (recordings, map(thin, recordings)))
+    if thinned == whole:
+        return ""
+    return (
+        f"candidates are ranked on {thinned} of {whole} samples, thinned towards {RANKING_STEP:g} s;"
+        " the best are fitted to all of them"
+    )
 
 
 def write_diagnosis(folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack] = ()) -> None:

@@ -13,6 +13,7 @@ from brushgrip.commands.options import (
     RecordingName,
     RigFile,
     check_picture_name,
+    usable_file,
 )
 from brushgrip.console import say
 from brushgrip.estimation import (
@@ -44,7 +45,11 @@ def estimate(
     picture: Annotated[
         Path | None,
         typer.Option(
-            "--picture", metavar="PNG", help="Picture of mu(t); OUT.png if left out.", show_default=False
+            "--picture",
+            metavar="PNG",
+            help="Picture of mu(t); OUT.png if left out.",
+            show_default=False,
+            callback=usable_file,
         ),
     ] = None,
 ) -> None:

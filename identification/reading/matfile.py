@@ -22,6 +22,8 @@ from symbolic.parsing import naming
 
 _VARIABLES = {"t": "time", "psi": "Psi", "M_z": "Mz", "F_N": "Fz"}
 """Variable of each column."""
+_WANTED = {*_VARIABLES.values(), *DECLARABLE, *(f"{name}_tolerance" for name in DECLARABLE)}
+"""Columns, values of the rig, and how far off these may be."""
 _HEADER_BYTES = 128
 _NUMBERS = {
     1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"
@@ -89,7 +91,7 @@ def _load(path: Path) -> Mapping[str, Array | None]:
         )
     try:
         with naming(path):
-            return read_arrays(content, {*_VARIABLES.values(), *DECLARABLE})
+            return read_arrays(content, _WANTED)
     except DamagedFileError as error:
         raise InvalidInputError(
             f"{path}: is damaged, it cannot be read as a MATLAB 5 file ({error}); copy or save it again"

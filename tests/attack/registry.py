@@ -1,6 +1,6 @@
 """All classes of attack, in the order of the table; one more file is one more line here."""
 
-from tests.attack import fuzzing
+from tests.attack import fuzzing, properties
 from tests.attack.attack_class import AttackClass
 
-CLASSES: tuple[AttackClass, ...] = (*fuzzing.CLASSES,)
+CLASSES: tuple[AttackClass, ...] = (*fuzzing.CLASSES, *properties.CLASSES)

@@ -7,6 +7,7 @@ import pytest
 
 from brushgrip.commands import demo as demonstrating
 from brushgrip.commands import diagnose as diagnosing
+from brushgrip.pictures.style import picture
 from brushgrip.recordings import read_all
 from identification.fits.loss import Huber
 from identification.reading.recordings import Recording
@@ -78,6 +79,38 @@ def test_writes_everything(
     assert content["recordings"] == ["a", "b"]
     assert content["effects"][0]["name"] == "carcass_torsion"
     assert json.loads((out / "model.json").read_text())["effects"][0] == "carcass_torsion"
+
+
+@pytest.mark.usefixtures("no_report")
+def test_pictures_of_an_earlier_run_go_and_nothing_else(
+    run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    for ours in ("experiment_stribeck.png", "friction.png", "mine.png"):
+        with picture(out / ours, 1.0):
+            pass
+    (out / "experiment_of_mine.png").write_bytes(b"not by us")
+    outcome = run("diagnose", *paths, "--rig", rig, "--out", out)
+
+    assert outcome.status == 0
+    assert asked
+    assert sorted(path.name for path in out.glob("*.png")) == ["experiment_of_mine.png", "mine.png"]
+
+
+@pytest.mark.usefixtures("no_report")
+def test_says_what_is_thinned(
+    run: Run, asked: list[Any], paths: list[Path], write_csv: Write, rig: Path, tmp_path: Path
+) -> None:
+    outcome = run("diagnose", *paths[:2], "--rig", rig, "--out", tmp_path / "out")
+    sparse = write_csv("sparse.csv", {"t": [0.02 * i for i in range(60)]})
+    whole = run("diagnose", sparse, "--rig", rig, "--out", tmp_path / "whole")
+
+    assert len(asked) == 2
+    assert outcome.out.startswith(
+        "candidates are ranked on 60 of 120 samples, thinned towards 0.02 s; the best are fitted to all"
+    )
+    assert "ranked" not in whole.out
 
 
 @pytest.mark.usefixtures("no_report")
