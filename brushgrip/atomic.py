@@ -1,13 +1,12 @@
 """Files and folders of results that are written whole or not at all."""
 
 import os
-import secrets
-import shutil
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from symbolic import InvalidInputError
+from symbolic.scratch import scratch_folder
 
 
 @contextmanager
@@ -28,17 +27,15 @@ def staged_file(final: str | Path) -> Iterator[Path]:
     if direct:
         yield final
         return
-    with _as_input_error(final):
-        target = final.resolve()
-        stage = _beside(target)
-        stage.touch(exist_ok=False)
-    try:
+    with ExitStack() as stack:
+        with _as_input_error(final):
+            target = final.resolve()
+            stage = stack.enter_context(scratch_folder(_nearest(target))) / target.name
+            stage.touch()
         yield stage
         with _as_input_error(final):
             target.parent.mkdir(parents=True, exist_ok=True)
             stage.replace(target)
-    finally:
-        stage.unlink(missing_ok=True)
 
 
 @contextmanager
@@ -52,18 +49,16 @@ def staged_directory(final: str | Path) -> Iterator[Path]:
         InvalidInputError: the folder cannot be written there, or holds a folder where a file goes.
     """
     final = Path(final)
-    with _as_input_error(final):
-        target = final.resolve()
-        if target.exists() and not target.is_dir():
-            raise InvalidInputError(f"{final}: is not a folder")
-        stage = _beside(target / "stage")
-        stage.mkdir()
-    try:
+    with ExitStack() as stack:
+        with _as_input_error(final):
+            target = final.resolve()
+            if target.exists() and not target.is_dir():
+                raise InvalidInputError(f"{final}: is not a folder")
+            stage = stack.enter_context(scratch_folder(_nearest(target / "stage"))) / "stage"
+            stage.mkdir()
         yield stage
         with _as_input_error(final):
             _move_into(stage, target)
-    finally:
-        shutil.rmtree(stage, ignore_errors=True)
 
 
 def is_same_file(one: Path, other: Path) -> bool:
@@ -80,17 +75,18 @@ def is_same_file(one: Path, other: Path) -> bool:
         return False
 
 
-def _beside(target: Path) -> Path:
-    """A free hidden name in the nearest folder that exists: renaming from there is atomic."""
-    folder = next(parent for parent in target.parents if parent.exists())
-    return folder / f".{target.stem}-{secrets.token_hex(4)}{target.suffix}"
+def _nearest(target: Path) -> Path:
+    """The nearest folder that exists: renaming from there is atomic."""
+    return next(parent for parent in target.parents if parent.exists())
 
 
 def _move_into(stage: Path, target: Path) -> None:
     if not target.exists():
         target.parent.mkdir(parents=True, exist_ok=True)
-        stage.rename(target)
-        return
+        # Another run may have made it by now.
+        with suppress(OSError):
+            stage.rename(target)
+            return
     entries = [path.relative_to(stage) for path in sorted(stage.rglob("*"))]
     for entry in entries:
         new, old = stage / entry, target / entry

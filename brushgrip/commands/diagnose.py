@@ -18,6 +18,7 @@ from brushgrip.unfinished import kept_trials
 from brushgrip.user_effects import effect_files, user_effects
 from identification import LEAST_SQUARES, Diagnosis, Huber, Recording, model_text
 from identification import diagnose as close_the_loop
+from identification.reading.long_recordings import bounded
 from identification.selection.trials import RANKING_STEP, thin
 from symbolic import CANDIDATES
 
@@ -63,7 +64,8 @@ def diagnose(
     training = read[: len(recordings)]
     loss = LEAST_SQUARES if robust is None else Huber(threshold=robust)
     with kept_trials(out) as journal, staged_directory(out) as folder:
-        if line := thinning(read):
+        used, shortened = bounded(read)
+        for line in filter(None, (shortened, thinning(used))):
             say(line)
         with progress() as report:
             result = close_the_loop(

@@ -180,7 +180,6 @@ def test_an_interrupted_search_keeps_its_trials(
     finish = diagnosing.close_the_loop
 
     def interrupted(*_: object, journal: Journal, **__: object) -> None:
-        journal.folder.mkdir()
         (journal.folder / "trial").touch()
         raise KeyboardInterrupt
 
@@ -217,6 +216,47 @@ def test_a_fault_keeps_the_trials_too(
     assert fault == "brushgrip: a: M_z is constant"
 
 
+def test_trials_are_kept_elsewhere_where_nothing_can_be_beside_the_results(
+    run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
+) -> None:
+    seen: list[Path] = []
+
+    def faulty(*_: object, journal: Journal, **__: object) -> None:
+        (journal.folder / "trial").touch()
+        seen.append(journal.folder)
+        raise InvalidInputError("enough")
+
+    monkeypatch.setattr(diagnosing, "close_the_loop", faulty)
+    monkeypatch.setenv("BRUSHGRIP_CACHE", str(tmp_path / "cache"))
+    # A name that leaves no room for another one beside it.
+    out = tmp_path / ("o" * 250)
+    for _ in range(2):
+        assert (
+            f"kept in {tmp_path / 'cache' / 'unfinished'}"
+            in run("diagnose", *paths, "--out", out, "--rig", rig).err
+        )
+    out.mkdir()
+    assert f"kept in {out / '.unfinished'}" in run("diagnose", *paths, "--out", out, "--rig", rig).err
+
+    assert seen[0] == seen[1] != seen[2]
+
+
+def test_it_is_said_that_nothing_can_be_kept(
+    run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
+) -> None:
+    def faulty(*_: object, journal: Journal | None, **__: object) -> None:
+        raise InvalidInputError(f"enough, {journal}")
+
+    monkeypatch.setattr(diagnosing, "close_the_loop", faulty)
+    monkeypatch.setenv("BRUSHGRIP_CACHE", str(paths[0] / "cache"))
+    outcome = run("diagnose", *paths, "--out", tmp_path / ("o" * 250), "--rig", rig)
+
+    assert outcome.err.splitlines() == [
+        "what is found cannot be kept, no folder can be written; interrupted, all begins anew",
+        "brushgrip: enough, None",
+    ]
+
+
 @pytest.mark.long
 @pytest.mark.usefixtures("asked")
 def test_a_folder_in_the_way_of_the_report_does_not_cost_the_search(
@@ -225,7 +265,6 @@ def test_a_folder_in_the_way_of_the_report_does_not_cost_the_search(
     finish = diagnosing.close_the_loop
 
     def searching(*given: Any, journal: Journal, **options: Any) -> Diagnosis:
-        journal.folder.mkdir(exist_ok=True)
         (journal.folder / "trial").touch()
         return finish(*given, journal=journal, **options)
 
