@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from observers import (
     ZoneRootSolver,
     profile,
     run,
+    smooth,
     suspicions_of,
     tuning_for,
 )
@@ -133,7 +135,11 @@ def observer_factory(name: ObserverName, tuning: str | None = None) -> ObserverF
 
 
 def observe(
-    factory: ObserverFactory, recording: Recording, found: FoundModel | None = None
+    factory: ObserverFactory,
+    recording: Recording,
+    found: FoundModel | None = None,
+    *,
+    smoothed: bool = False,
 ) -> Estimates:
     """Friction over a recording, sample by sample.
 
@@ -141,24 +147,39 @@ def observe(
         factory: builds the observer, one of `OBSERVERS` or a user's own.
         recording: the signals; the steering torque is used where there is no aligning torque.
         found: the model that a diagnosis found; the declared model, k as given, without it.
+        smoothed: every sample's estimate from the whole recording, see `observers.smooth`.
 
     Raises:
         InvalidInputError: the observer cannot use the model or the torque, or the rig lacks a value that
-            it needs; the message names the recording.
+            it needs, the message names the recording; or the observer cannot smooth.
     """
     try:
         observer = factory(recording, found)
     except InvalidInputError as error:
         raise InvalidInputError(f"{recording.name}: {error}") from None
-    return run_observer(observer, recording)
+    if not smoothed:
+        return run_observer(observer, recording)
+    if not isinstance(observer, Ekf):
+        raise InvalidInputError("--smooth works on the stored states of the filter; take --observer ekf")
+    return smooth(observer, **_channels(recording))
 
 
 def run_observer(observer: Observer, recording: Recording, *, one_by_one: bool = False) -> Estimates:
     """The estimates of an observer over a recording; see `observers.run`."""
+    return run(observer, **_channels(recording), one_by_one=one_by_one)
+
+
+def _channels(recording: Recording) -> dict[str, Any]:
+    """What `observers.run` takes, by name; the aligning torque where there is one."""
     M_z, M = (recording.M_z, None) if has_aligning_torque(recording) else (None, recording.M)
-    psi_dot = recording.psi_dot if recording.psi_dot_recorded else None
-    psi = measured_angle(recording)
-    return run(observer, recording.t, psi, recording.F_N, M_z, psi_dot, M=M, one_by_one=one_by_one)
+    return {
+        "t": recording.t,
+        "psi": measured_angle(recording),
+        "F_N": recording.F_N,
+        "M_z": M_z,
+        "psi_dot": recording.psi_dot if recording.psi_dot_recorded else None,
+        "M": M,
+    }
 
 
 def comparable_friction(estimates: Estimates) -> Array:

@@ -24,6 +24,7 @@ from observers.protocol import (
     Status,
 )
 from observers.run import run
+from observers.smoothing import smooth
 from observers.steering_torque import SteeringTorque
 from observers.thesis import ZoneHistory, ZoneRootSolver, ZoneRootState, zone_history
 from observers.tuning import Tuning
@@ -62,6 +63,7 @@ __all__ = [
     "next_rate",
     "profile",
     "run",
+    "smooth",
     "suspicions_of",
     "tuning_for",
     "zone_history",

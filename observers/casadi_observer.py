@@ -145,7 +145,8 @@ class CasadiObserver:
         if not (abs(first.psi) < SENSIBLE and LEAST_FIRST_LOAD <= first.F_N < SENSIBLE):
             raise InvalidInputError(
                 f"the first sample must have a finite psi and F_N >= {LEAST_FIRST_LOAD:g} N, as they say"
-                f" where the patch stands; got psi = {first.psi} rad, F_N = {first.F_N} N; wait for one that has"
+                f" where the patch stands; got psi = {first.psi} rad, F_N = {first.F_N} N; wait for one"
+                " that has"
             )
         state = self.initial_function(np.array(first.numbers), self.constants)
         return ObserverState(state.full().ravel(), self.layout)

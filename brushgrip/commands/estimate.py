@@ -44,6 +44,10 @@ def estimate(
     model: ModelFile = None,
     effects: EffectModules = None,
     tuning: TuningProfile = None,
+    smooth: Annotated[
+        bool,
+        typer.Option("--smooth", help="Estimate every sample from the whole recording; takes ekf."),
+    ] = False,
     picture: Annotated[
         Path | None,
         typer.Option(
@@ -60,6 +64,7 @@ def estimate(
     From the aligning torque M_z, or, where the recording has none, from the steering torque M; that
     takes J_A and b_t of the rig. informed is 0 or 1, status a number; deviations and nis are empty with
     root, the method of [Györök 2022], which has none. A picture of mu_eff(t) goes beside OUT.csv.
+    With --smooth an estimate knows later samples too, for those who work offline.
     """
     image = out.with_suffix(".png") if picture is None else picture
     _check_names(out, image)
@@ -69,9 +74,9 @@ def estimate(
     keep_inputs([out, image], [recording], rig, model, *effect_files(effects))
     found = None if model is None else read_model(model, effects=own)
     with staged_file(out) as table, staged_file(image) as drawing:
-        estimates = observe(observer_factory(observer, tuning), read, found)
+        estimates = observe(observer_factory(observer, tuning), read, found, smoothed=smooth)
         table.write_text(_table(estimates), encoding="utf-8", newline="\n")
-        label = "declared model" if found is None else "model found"
+        label = ("declared model" if found is None else "model found") + ", smoothed" * smooth
         draw_friction(drawing, [friction_track(observer, read, estimates, label)])
     say(f"{read.name}: {estimates_summary(estimates)}")
     say(f"wrote {out} and {image}")

@@ -216,3 +216,34 @@ def test_picture_is_a_png(run: Run, simulated: Path, rig: Path, tmp_path: Path) 
 
     assert_one_line(outcome, str(wanted), ".png")
     assert not (tmp_path / "mu.csv").exists()
+
+
+def test_smoothed_friction_is_known_from_the_start(
+    run: Run, simulated: Path, rig: Path, tmp_path: Path
+) -> None:
+    outcome = run(
+        "estimate",
+        "--rig",
+        rig,
+        "--observer",
+        "ekf",
+        "--smooth",
+        simulated,
+        "--out",
+        tmp_path / "mu.csv",
+    )
+    causal = tmp_path / "causal.csv"
+    estimate(run, rig, simulated, causal)
+    smoothed, filtered = columns_of(tmp_path / "mu.csv"), columns_of(causal)
+
+    assert outcome.status == 0
+    assert smoothed["mu_std"][0] < 0.5 * filtered["mu_std"][0]
+    assert smoothed["mu"][-1] == pytest.approx(filtered["mu"][-1], rel=1e-9)
+
+
+def test_only_the_filter_smooths(run: Run, simulated: Path, rig: Path, tmp_path: Path) -> None:
+    out = tmp_path / "mu.csv"
+    outcome = run("estimate", "--rig", rig, "--observer", "mhe", "--smooth", simulated, "--out", out)
+
+    assert_one_line(outcome, "--smooth", "--observer ekf")
+    assert not out.exists()
