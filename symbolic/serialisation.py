@@ -120,9 +120,7 @@ class FoundModel:
 
         Behind a compliance the memory of the exact patch follows a changing mu badly.
         """
-        _, theta, _ = self.model.symbols()
-        compliant = any(effect.compliance(own) is not None for effect, own in self.model.values(theta))
-        return replace(self.model, discretised=True) if compliant else self.model
+        return self.model if self.model.deflection is None else replace(self.model, discretised=True)
 
     def values_for_estimation(self) -> dict[str, float]:
         """All parameter values but mu for a recording to come, as an observer needs them.
