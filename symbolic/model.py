@@ -117,6 +117,16 @@ class Model:
         return BristlePatch(traits=traits, lengthways=self.lengthways)
 
     @property
+    def deflection(self) -> ca.Function | None:
+        """(M_z, load and theta) -> turn of what is in series with the patch [rad]; None for nothing."""
+        M_z, F_N, theta = ca.MX.sym("M_z"), ca.MX.sym("F_N"), self.symbols()[1]
+        turns = [effect.deflection(M_z, F_N, values) for effect, values in self.values(theta)]
+        present = [turn for turn in turns if turn is not None]
+        if not present:
+            return None
+        return ca.Function("deflection", [M_z, ca.vertcat(F_N, theta)], [sum(present)])
+
+    @property
     def memory_size(self) -> int:
         """Length of the memory: the patch angle, the patch, then each effect's own."""
         return 1 + self.patch().size + sum(effect.memory for effect in self.effects)
@@ -271,7 +281,7 @@ def _advance(
     """The memory after a sample, the sample as the patch saw it, and what drove the patch."""
     seen = _signals(signals)
     angle, before, own = model.split(memory)
-    effects, factor, compliance = model.values(theta), ca.MX(1), None
+    effects, factor = model.values(theta), ca.MX(1)
     memories: list[Expression] = list(own)
     # Sensors first, so that the order of the effects does not change the signals of the others.
     for i in sorted(range(len(effects)), key=lambda i: not effects[i][0].sensor):
@@ -279,16 +289,15 @@ def _advance(
         seen, memories[i] = effect.transform_inputs(seen, own[i], values)
     for (effect, values), present in zip(effects, memories, strict=True):
         factor = factor * effect.friction(seen, present, values)
-        added = effect.compliance(values)
-        if added is not None:
-            compliance = added if compliance is None else compliance + added
     patch = model.patch(theta)
     coefficients = patch.coefficients(_inputs(seen, factor, theta, geometry))
     turn = seen.psi - angle
-    if compliance is None:
+    deflection = model.deflection
+    if deflection is None:
         after = patch.advance(before, turn, coefficients)
     else:
-        turn, after = advance_in_series(patch, before, turn, coefficients, compliance)
+        elements = ca.vertcat(seen.F_N, theta)
+        turn, after = advance_in_series(patch, before, turn, coefficients, deflection, elements)
     return ca.vertcat(angle + turn, after, *memories), seen, coefficients
 
 

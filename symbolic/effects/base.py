@@ -171,9 +171,18 @@ class Effect:
         del values
         return traits
 
-    def compliance(self, values: Values) -> Expression | None:
-        """Torsional compliance in series with the patch [rad/(N m)], None where there is none."""
-        del values
+    def deflection(self, M_z: Expression, F_N: Expression, values: Values) -> Expression | None:
+        """Turn of the patch against the recorded angle [rad], by an element in series with it.
+
+        Args:
+            M_z: torque of the patch [N m]; the turn rises with it, is zero at zero, and has its sign.
+            F_N: vertical load [N].
+            values: parameters of the effect.
+
+        Returns:
+            The turn; None where nothing is in series.
+        """
+        del M_z, F_N, values
         return None
 
     def torque(self, signals: Signals, values: Values) -> Expression:
