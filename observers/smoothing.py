@@ -2,7 +2,7 @@
 
 The smoother of Rauch, Tung and Striebel on what the filter stored: from the last sample back, what
 later samples say goes to the earlier ones through the motion between them. At the last sample it is the
-filter, before it no less sure of ln mu. Measurements stay linearised, weighted and accepted as they were.
+filter, before it no less sure of ln mu. Measurements stay linearised, weighted and accepted.
 
 Source: Rauch, Tung, Striebel, Maximum likelihood estimates of linear dynamic systems, AIAA Journal 3
 (1965) 1445.
