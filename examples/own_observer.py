@@ -27,13 +27,9 @@ class ConstantGain(CasadiObserver):
     @property
     def layout(self) -> Layout:
         """Memory of the patch, last sample, ln mu, output."""
-        sizes = {
-            "memory": self.model.memory_size,
-            "last": len(CLEAN),
-            "log_mu": 1,
-            "output": len(OUTPUT),
-        }
-        return Layout(tuple((name, size, 1) for name, size in sizes.items()))
+        names = ("memory", "last", "log_mu", "output")
+        sizes = (self.model.memory_size, len(CLEAN), 1, len(OUTPUT))
+        return Layout(tuple((name, size, 1) for name, size in zip(names, sizes, strict=True)))
 
     @property
     def initial_function(self) -> ca.Function:
@@ -56,8 +52,8 @@ class ConstantGain(CasadiObserver):
         slope, measured = ca.jtimes(M_z, state, self.layout.fill({"log_mu": 1})), now[CLEAN.index("M_z")]
         innovation = ca.if_else(ca.fabs(measured) < 1e9, measured - M_z, 0)
         log_mu = before["log_mu"] + self.gain * slope * innovation / (slope**2 + self.damping**2)
-        friction = {"mu": ca.exp(log_mu), "mu_std": 0.1, "M_z_predicted": M_z}
-        output = self.output(memory, now[CLEAN.index("F_N")], **friction)
+        load = now[CLEAN.index("F_N")]
+        output = self.output(memory, load, mu=ca.exp(log_mu), mu_std=0.1, M_z_predicted=M_z)
         parts = {"memory": memory, "last": now, "log_mu": log_mu, "output": output}
         return ca.Function("own_step", symbols, [self.layout.join(parts), output])
 
