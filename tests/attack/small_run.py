@@ -6,8 +6,8 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from brushgrip.commands import diagnose
 from brushgrip.app import main
+from brushgrip.commands import diagnose
 
 CANDIDATES = ("torque_offset", "contact_damping", "steering_return")
 
