@@ -4,13 +4,15 @@ from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from identification.build_diagnosis import build_diagnosis
-from identification.error_stages import left_out_errors
+from identification.error_stages import left_out_residuals
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
-from identification.fits.fitting import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss
+from identification.fits.problem import torque_range
+from identification.fits.values import grounds_of
 from identification.reading.long_recordings import bounded
 from identification.reading.recordings import Recording
 from identification.residuals.signals import check_signatures
@@ -20,8 +22,9 @@ from identification.selection.journal import Journal
 from identification.selection.stepwise_search import Progress, Search, SearchStep, silent
 from identification.selection.trial_runner import Effects, Submit, TrialRunner, workers
 from identification.selection.trials import RANKING, Trial
-from symbolic import EFFECTS, Effect, InvalidInputError, effects_named
+from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named
 
+Array = NDArray[np.float64]
 LEAST_TRAVEL = 0.01
 """Greatest minus least angle that a diagnosis needs [rad]."""
 
@@ -30,7 +33,7 @@ def diagnose(
     recordings: Sequence[Recording],
     holdout: Sequence[Recording] = (),
     *,
-    candidates: Iterable[str | Effect] = tuple(EFFECTS),
+    candidates: Iterable[str | Effect] = tuple(CANDIDATES),
     criteria: SelectionCriteria = DEFAULT_CRITERIA,
     loss: Loss = LEAST_SQUARES,
     jobs: int | None = None,
@@ -84,6 +87,7 @@ def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> 
     for name in names:
         if names.count(name) > 1:
             raise InvalidInputError(f"recording {name!r} is given twice; every recording counts once")
+    grounds_of(everything)
     for recording in everything:
         torque_range(recording)
         travel = float(np.ptp(recording.psi))
@@ -100,12 +104,12 @@ def _left_out(
     holdout: Sequence[Recording],
     submit: Submit,
     report: Progress,
-) -> dict[str, float]:
-    """Errors with each recording left out in turn, where none is held out."""
+) -> dict[str, Array]:
+    """Residuals with each recording left out in turn, where none is held out."""
     if holdout:
         return {}
     report("leaving each recording out in turn", 0, 1)
-    return left_out_errors(trial, recordings, submit)
+    return left_out_residuals(trial, recordings, submit)
 
 
 def _proposals(

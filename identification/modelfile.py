@@ -3,7 +3,9 @@
 import json
 import sys
 from collections.abc import Iterable, Mapping
+from dataclasses import asdict
 from pathlib import Path
+from typing import Any
 
 from identification.reading.files import read_bytes
 from identification.results import Diagnosis
@@ -16,14 +18,22 @@ __all__ = ["FoundModel", "model_text", "read_model"]
 
 def model_text(diagnosis: Diagnosis) -> str:
     """The content of `model.json` for a diagnosis."""
-    content = {
+    content: dict[str, Any] = {
         "version": MODEL_VERSION,
         "effects": [effect.name for effect in diagnosis.model.effects],
-        "shared": _writable(diagnosis.values.shared),
-        "recordings": {name: _writable(values) for name, values in diagnosis.values.own.items()},
+        "tyre": _writable(diagnosis.values.tyre),
+        "grounds": _tables(diagnosis.values.grounds),
+        "recordings": _tables(diagnosis.values.own),
+        "rig": _tables(diagnosis.values.rig),
         "units": units_of(diagnosis.model),
     }
+    if diagnosis.model_error is not None:
+        content["model_error"] = asdict(diagnosis.model_error)
     return json.dumps(content, indent=2, allow_nan=False) + "\n"
+
+
+def _tables(values: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:
+    return {name: _writable(own) for name, own in values.items()}
 
 
 def _writable(values: Mapping[str, float]) -> dict[str, float]:

@@ -4,7 +4,7 @@ import json
 import re
 import tomllib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -102,3 +102,15 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
         ((twice, _),) = Counter(name for name, _ in pairs).most_common(1)
         raise InvalidInputError(f"{excerpt(twice)} is given twice in one object; allowed: once")
     return members
+
+
+def floats(place: str, table: Mapping[str, int | float]) -> dict[str, float]:
+    """The numbers of a table as floats.
+
+    Raises:
+        InvalidInputError: one is too large.
+    """
+    try:
+        return {name: float(value) for name, value in table.items()}
+    except OverflowError:
+        raise InvalidInputError(f"{place} holds a number too large to compute with") from None

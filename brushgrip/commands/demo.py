@@ -45,7 +45,13 @@ def demo(
 
 def estimate_friction(recordings: Sequence[Recording], diagnosis: Diagnosis) -> list[FrictionTrack]:
     """Friction over each recording: EKF on the declared model, EKF and MHE on the model found."""
-    found = FoundModel(model=diagnosis.model, shared=diagnosis.values.shared, own={})
+    found = FoundModel(
+        model=diagnosis.model,
+        tyre=diagnosis.values.tyre,
+        own={},
+        grounds=diagnosis.values.grounds,
+        error=diagnosis.model_error,
+    )
     runs: list[tuple[ObserverName, FoundModel | None, str]] = [
         (ObserverName.EKF, None, "declared model"),
         (ObserverName.EKF, found, "model found"),

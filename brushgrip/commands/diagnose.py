@@ -7,10 +7,11 @@ from typing import Annotated
 import typer
 
 from brushgrip.atomic import staged_directory
-from brushgrip.commands.options import EffectModules, Jobs, OutFolder, RecordingNames, RigFile
+from brushgrip.commands.options import EffectModules, Grounds, Jobs, OutFolder, RecordingNames, RigFile
 from brushgrip.console import print_diagnosis, progress, say
 from brushgrip.estimation import FrictionTrack
 from brushgrip.formatting import json_text
+from brushgrip.grounds import on_grounds
 from brushgrip.recordings import keep_inputs, read_all
 from brushgrip.report import PAGE, remove_stale_pictures, write_report
 from brushgrip.unfinished import kept_trials
@@ -19,7 +20,7 @@ from identification import LEAST_SQUARES, Diagnosis, Huber, Recording, model_tex
 from identification import diagnose as close_the_loop
 from identification.reading.long_recordings import bounded
 from identification.selection.trials import RANKING_STEP, thin
-from symbolic import EFFECTS
+from symbolic import CANDIDATES
 
 DIAGNOSIS, MODEL = "diagnosis.json", "model.json"
 
@@ -47,6 +48,7 @@ def diagnose(
         ),
     ] = None,
     effects: EffectModules = None,
+    ground: Grounds = None,
     rig: RigFile = None,
     jobs: Jobs = None,
 ) -> None:
@@ -56,7 +58,7 @@ def diagnose(
     """
     own = user_effects(effects)
     held_out = holdout or []
-    read = read_all([*recordings, *held_out], rig)
+    read = on_grounds(read_all([*recordings, *held_out], rig), ground)
     outputs = [out / DIAGNOSIS, out / MODEL, out / PAGE, *out.resolve().glob("*.png")]
     keep_inputs(outputs, [*recordings, *held_out], rig, *effect_files(effects))
     training = read[: len(recordings)]
@@ -70,7 +72,7 @@ def diagnose(
                 training,
                 read[len(training) :],
                 loss=loss,
-                candidates=[*EFFECTS, *own],
+                candidates=[*CANDIDATES, *own],
                 jobs=jobs,
                 progress=report,
                 journal=journal,

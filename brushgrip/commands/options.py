@@ -1,5 +1,6 @@
 """Arguments and options that several commands share, and checks of the files they name."""
 
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -70,6 +71,24 @@ ModelFile = Annotated[
         show_default=False,
     ),
 ]
+
+
+class TuningName(StrEnum):
+    """Tunings by the name that a user gives."""
+
+    REAL_TYRE = "real_tyre"
+    CLEAN = "clean"
+    CHANGING_GROUND = "changing_ground"
+
+
+TuningProfile = Annotated[
+    TuningName | None,
+    typer.Option(
+        "--tuning",
+        help="Tuning by name; real_tyre if left out. A model file's model_error goes before its error.",
+        show_default=False,
+    ),
+]
 EffectModules = Annotated[
     list[str] | None,
     typer.Option(
@@ -77,6 +96,26 @@ EffectModules = Annotated[
         metavar="MODULE",
         help="Module with effects of your own, EFFECTS = [MyEffect(), ...]; it is imported. May be"
         " repeated; several may be separated by commas.",
+        show_default=False,
+    ),
+]
+Grounds = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--ground",
+        metavar="NAME=REC,REC",
+        help="What recordings stand on, such as steel=fem1,fem3; goes before '# ground = steel' in a CSV"
+        " file. May be repeated.",
+        show_default=False,
+    ),
+]
+OneGround = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--ground",
+        metavar="NAME",
+        help="What the wheel stands on, or NAME=REC,REC for some of the recordings; picks the values of"
+        " that ground from the model file.",
         show_default=False,
     ),
 ]

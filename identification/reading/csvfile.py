@@ -1,16 +1,20 @@
-"""Recordings in CSV: ``t,psi,M_z,F_N``, optional ``psi_dot``, ``M``, and ``# a = 0.045`` lines."""
+"""Recordings in CSV: ``t,psi,M_z,F_N``, optional ``psi_dot`` and ``M``, and first lines.
+
+Such lines are ``# a = 0.045 +- 0.0025``, ``# load = 1 +- 0.01`` and ``# ground = steel``.
+"""
 
 import csv
 import re
 from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
 from identification.reading.files import read_text
-from identification.reading.rigfile import DECLARABLE
+from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
 from identification.reading.table import (
     MOST_SAMPLES,
     OPTIONAL_COLUMNS,
@@ -18,10 +22,14 @@ from identification.reading.table import (
     Fault,
     Table,
 )
-from symbolic import InvalidInputError
+from symbolic import TOLERATED, InvalidInputError
 from symbolic.parsing import excerpt
+from symbolic.rig_tables import NEUTRAL
 
-_DECLARATION = re.compile(rf"#\s*({'|'.join(DECLARABLE)})\s*=(.*)")
+GROUND = "ground"
+"""What a first line calls the ground that the wheel stands on."""
+_DECLARATION = re.compile(rf"#\s*({'|'.join((*DECLARABLE, *TOLERANCE_ONLY, GROUND))})\s*=(.*)")
+_TOLERANCE = re.compile(r"(.*?)(?:\+-|\+/-|±)(.*)")
 _LINE_END = re.compile(r"\r\n|\n|\r")
 
 Rows = Iterator[tuple[int, list[str]]]
@@ -41,11 +49,12 @@ def read_csv(path: Path, needed: Sequence[str]) -> Table:
     """
     lines = _lines(read_text(path))
     places: dict[int | str, int] = {}
-    declared: dict[str, float] = {}
+    heading = _Heading()
+    start = 0
     for start, line in enumerate(lines):
         if line.strip() and not line.lstrip().startswith("#"):
             break
-        _declare(path, start + 1, line, declared, places)
+        _declare(path, start + 1, line, heading, places)
     else:
         raise InvalidInputError(f"{path}: has no header; expected {','.join(needed)}")
     rows = _fields(path, start, chain([line], lines))
@@ -55,9 +64,11 @@ def read_csv(path: Path, needed: Sequence[str]) -> Table:
     return Table(
         path=path,
         columns=columns,
-        declared=declared,
+        declared=heading.declared,
         faults=faults,
         place=lambda of: f"row {numbers[of] if isinstance(of, int) else places[of]}",
+        tolerances=heading.tolerances,
+        ground=heading.ground,
     )
 
 
@@ -81,24 +92,53 @@ def _fields(path: Path, start: int, lines: Iterable[str]) -> Iterator[tuple[int,
         raise InvalidInputError(f"{path}: row {row}: is not CSV: {error}") from None
 
 
-def _declare(
-    path: Path, row: int, line: str, declared: dict[str, float], places: dict[int | str, int]
-) -> None:
+@dataclass
+class _Heading:
+    """What the lines before the header declare."""
+
+    declared: dict[str, float] = field(default_factory=dict)
+    tolerances: dict[str, float] = field(default_factory=dict)
+    ground: str | None = None
+
+
+def _declare(path: Path, row: int, line: str, heading: _Heading, places: dict[int | str, int]) -> None:
     found = _DECLARATION.fullmatch(line.strip())
     if found is None:
         return
     name, text = found.groups()
+    if name in places:
+        raise InvalidInputError(
+            f"{path}: row {row}: {name} is given twice, first in row {places[name]}; allowed: once"
+        )
+    places[name] = row
+    if name == GROUND:
+        heading.ground = text.strip()
+        if not heading.ground:
+            raise InvalidInputError(
+                f"{path}: row {row}: {GROUND} has no name; such as '# {GROUND} = steel'"
+            )
+        return
+    pair = _TOLERANCE.fullmatch(text) if name in TOLERATED else None
+    value = _declared_number(path, row, name, pair[1] if pair else text)
+    if pair:
+        heading.tolerances[name] = _declared_number(path, row, name, pair[2])
+    if name not in NEUTRAL:
+        heading.declared[name] = value
+    elif value != NEUTRAL[name] or pair is None:
+        raise InvalidInputError(
+            f"{path}: row {row}: {name} has a tolerance alone, as in"
+            f" '# {name} = {NEUTRAL[name]:g} +- 0.01'; correct the recording instead"
+        )
+
+
+def _declared_number(path: Path, row: int, name: str, text: str) -> float:
     value = _number(text)
     if value is None or np.isnan(value):
         raise InvalidInputError(
             f"{path}: row {row}: {name} = {excerpt(text.strip())} is not a number; "
             f"expected such as '# {name} = 0.045', SI units without the unit"
         )
-    if name in declared:
-        raise InvalidInputError(
-            f"{path}: row {row}: {name} is given twice, first in row {places[name]}; allowed: once"
-        )
-    declared[name], places[name] = value, row
+    return value
 
 
 def _header(path: Path, row: int, fields: Sequence[str], needed: Sequence[str]) -> Mapping[str, int]:

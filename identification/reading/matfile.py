@@ -17,11 +17,15 @@ from numpy.typing import NDArray
 from identification.reading.files import read_bytes
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.table import MOST_SAMPLES, Array, Table
-from symbolic import InvalidInputError
+from symbolic import TOLERATED, InvalidInputError
 from symbolic.parsing import naming
 
 _VARIABLES = {"t": "time", "psi": "Psi", "M_z": "Mz", "F_N": "Fz"}
 """Variable of each column."""
+HALF_LENGTH_TOLERANCE = 0.0025
+"""Half-lengths in the published files are whole multiples of 5 mm [m].
+
+A scalar `a_tolerance` in a file goes before it."""
 _WANTED = {*_VARIABLES.values(), *DECLARABLE, *(f"{name}_tolerance" for name in DECLARABLE)}
 """Columns, values of the rig, and how far off these may be."""
 _HEADER_BYTES = 128
@@ -68,12 +72,17 @@ def read_mat(path: Path, needed: Sequence[str]) -> Table:
                 f"{columns['t'].size}; equal numbers are needed"
             )
     declared = {name: _scalar(path, name, content[name]) for name in DECLARABLE if name in content}
+    tolerances = {"a": HALF_LENGTH_TOLERANCE} if "a" in content else {}
+    for name in TOLERATED:
+        if f"{name}_tolerance" in content:
+            tolerances[name] = _scalar(path, f"{name}_tolerance", content[f"{name}_tolerance"])
     return Table(
         path=path,
         columns=columns,
         declared=declared,
         faults=(),
         place=lambda of: f"sample {of + 1}" if isinstance(of, int) else f"scalar {of}",
+        tolerances=tolerances,
     )
 
 

@@ -1,7 +1,7 @@
 """A recording as it stands in a file, and the checks of its samples."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
@@ -50,6 +50,8 @@ class Table:
         faults: samples that could not be read.
         place: names the place of a sample (index from 0) or of a declared value, for messages: the
             line in a CSV file, the sample in a MAT file, both counted from 1.
+        tolerances: how far off declared values may be, by name, see `symbolic.Tolerances`.
+        ground: name of what the wheel stands on; None where the file does not say.
     """
 
     path: Path
@@ -57,6 +59,8 @@ class Table:
     declared: Mapping[str, float]
     faults: Sequence[Fault]
     place: Callable[[int | str], str]
+    tolerances: Mapping[str, float] = field(default_factory=dict)
+    ground: str | None = None
 
 
 def required_columns(*, torque_required: bool) -> tuple[str, ...]:

@@ -6,13 +6,13 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future, as_completed
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from identification.fits.fitting import Values
 from identification.fits.loss import Loss
+from identification.fits.values import Values
 from identification.reading.recordings import Recording
 from identification.selection.journal import Journal
 from identification.selection.trials import Precision, Trial, TrialTask, model_of, run_trial, thin
@@ -128,8 +128,11 @@ def values_for(present: Trial, effects: Sequence[Effect]) -> Values:
     def of_the_set(parameters: Mapping[str, float]) -> dict[str, float]:
         return {n: v for n, v in parameters.items() if "." not in n or n.split(".")[0] in names}
 
-    own = {name: of_the_set(values) for name, values in values.own.items()}
-    return Values(shared=of_the_set(values.shared), own=own)
+    own, grounds = (
+        {name: of_the_set(parameters) for name, parameters in place.items()}
+        for place in (values.own, values.grounds)
+    )
+    return replace(values, tyre=of_the_set(values.tyre), own=own, grounds=grounds)
 
 
 @contextmanager

@@ -22,7 +22,7 @@ from scipy.optimize import fsolve, minimize_scalar
 from observers.measurement_model import SENSIBLE
 from observers.protocol import Estimate, Sample, Status
 from observers.thesis.zone_state_machine import TorqueCurve, ZoneState, advance_zones, branch, curve
-from symbolic import InvalidInputError, Rig, Tyre, full_slide_torque
+from symbolic import InvalidInputError, Rig, Tyre, full_slide_arm, full_slide_torque
 
 Array = NDArray[np.float64]
 CLOSE = 1e-6
@@ -135,7 +135,8 @@ class ZoneRootSolver:
     def estimate(self, state: ZoneRootState) -> Estimate:
         """The estimate of a state.
 
-        The method has no standard deviation, so `mu_std` is NaN, and no measure of information.
+        The method has no standard deviation, so `mu_std`, `mu_eff_std` and `nis` are NaN, and no measure
+        of information.
         `informed` is an addition, and lenient: once a root was found while the patch slid noticeably it
         stays True, through full stick and through samples without a root. `ZoneRootState.solved` tells
         those.
@@ -145,6 +146,8 @@ class ZoneRootSolver:
             mu_std=nan,
             M_z_predicted=state.M_z_predicted,
             informed=state.informed,
+            mu_eff=state.mu,
+            M_slide=state.mu * state.F_N * full_slide_arm(self.rig.a, self.rig.e),
             status=state.status,
         )
 

@@ -12,6 +12,7 @@ import numpy as np
 from identification import Journal, Recording, read_decay, read_model, read_recording, read_rig
 from identification.free_decay.onset import find_vibration
 from identification.selection.trials import TrialTask, run_trial
+from identification.thesis.author_estimate import read_author_estimate
 from symbolic import InvalidInputError, Rig, Tyre
 from tests.attack.oracle import check_decay, check_message, check_recording, check_rig
 
@@ -63,6 +64,17 @@ def _decay(suffix: str) -> Target:
         assert np.isfinite([vibration.omega, vibration.damping, vibration.step]).all()
 
     return target
+
+
+def author_file(content: bytes) -> None:
+    """A published estimate of [Györök 2022]."""
+    try:
+        estimate = read_author_estimate(_written(content, ".csv"))
+    except InvalidInputError as error:
+        check_message(error)
+        return
+    assert len(estimate.t) == len(estimate.mu) >= 2
+    assert np.isfinite([*estimate.t, *estimate.psi, *estimate.mu, estimate.declared]).all()
 
 
 def rig_file(content: bytes) -> None:
@@ -124,6 +136,7 @@ TARGETS: dict[str, Target] = {
     "csv_decay": _decay(".csv"),
     "mat": _recording(".mat"),
     "mat_decay": _decay(".mat"),
+    "author_csv": author_file,
     "rig_toml": rig_file,
     "model_json": model_file,
     "journal": journal,

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from tests.attack import fuzzing
 from tests.attack.attack_class import AttackClass, Effort, Outcome, one_by_one
+from tests.attack.command_lines import attempt
 from tests.attack.damaged import damaged
 from tests.attack.run import attack, main
 from tests.attack.targets import BROKE, TARGETS, broken, seeds
@@ -43,6 +44,10 @@ def test_damaged_files(name: str) -> None:
 def test_any_bytes(content: bytes) -> None:
     for target in TARGETS.values():
         target(content)
+
+
+def test_command_lines() -> None:
+    assert [fault for fault in map(attempt, range(12)) if fault] == []
 
 
 def test_the_table_counts_inputs_and_failures(capsys: pytest.CaptureFixture[str]) -> None:
@@ -88,6 +93,6 @@ def test_without_atheris_hypothesis_draws(
 
 @pytest.mark.long
 def test_guided_by_coverage(capsys: pytest.CaptureFixture[str]) -> None:
-    status = main(["--inputs", "20000", "--seconds", "60"])
+    status = main(["--inputs", "5000", "--seconds", "20"])
 
     assert status == 0, capsys.readouterr().out

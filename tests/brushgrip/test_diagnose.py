@@ -257,6 +257,7 @@ def test_it_is_said_that_nothing_can_be_kept(
     ]
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("asked")
 def test_a_folder_in_the_way_of_the_report_does_not_cost_the_search(
     run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path

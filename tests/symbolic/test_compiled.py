@@ -59,11 +59,19 @@ def libraries(folder: Path) -> list[Path]:
             Model(effects=effects_named(["frictional_creep", "carcass_torsion"]), lengthways=20),
             (0.15, 1 / 350),
         ),
-        (Model(effects=effects_named(OTHERS), lengthways=8), OTHER_VALUES),
+        pytest.param(
+            Model(effects=effects_named(OTHERS), lengthways=8), OTHER_VALUES, marks=pytest.mark.long
+        ),
     ],
     ids=["zones", "bristles", "relaxing bristles", "creep behind a carcass", "every other effect"],
 )
-@pytest.mark.parametrize("vectorised", [False, True], ids=["plain", "vectorised"])
+@pytest.mark.parametrize(
+    "vectorised",
+    [
+        pytest.param(False, id="plain", marks=pytest.mark.long),
+        pytest.param(True, id="vectorised"),
+    ],
+)
 def test_machine_code_gives_the_interpreters_numbers(
     model: Model, own: tuple[float, ...], vectorised: bool
 ) -> None:

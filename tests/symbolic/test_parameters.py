@@ -16,7 +16,16 @@ def test_what_is_not_known_is_none() -> None:
 
 @pytest.mark.parametrize(
     "values",
-    [{"e": 0.0}, {"e": -0.039}, {"b_t": 0.0}, {"J_A": 1e-6}, {"J_A": 1e4}, {"b_t": 1e4}, {"a": 1.0}],
+    [
+        {"e": 0.0},
+        {"e": -0.039},
+        {"b_t": 0.0},
+        {"J_A": 1e-6},
+        {"J_A": 1e4},
+        {"b_t": 1e4},
+        {"a": 1.0},
+        {"slide_rate": 1e-9},
+    ],
 )
 def test_the_whole_range_is_allowed(values: dict[str, Any]) -> None:
     assert Rig(**RIG | values) is not None
@@ -42,6 +51,8 @@ def test_the_whole_range_is_allowed(values: dict[str, Any]) -> None:
         {"b_t": math.nan},
         {"b_t": 1.01e4},
         {"b_t": math.inf},
+        {"slide_rate": 0.0},
+        {"slide_rate": math.nan},
     ],
 )
 def test_rig_refuses(values: dict[str, Any]) -> None:

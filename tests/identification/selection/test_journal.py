@@ -139,12 +139,12 @@ DAMAGES: dict[str, Callable[[Arrays, Texts], object]] = {
     "no object": lambda _, texts: texts.__setitem__(0, None),
     "a fit too few": lambda _, texts: texts.pop(),
     "a fit too many": lambda _, texts: texts.append(texts[0]),
-    "shared values as a list": lambda _, texts: texts[0].update(shared=[]),
-    "a value as text": lambda _, texts: texts[0]["shared"].update(k="2e6"),
-    "a value of nothing": lambda _, texts: texts[0]["shared"].update(k=None),
-    "a value that is not finite": lambda _, texts: texts[0]["shared"].update(k=float("nan")),
-    "a value missing": lambda _, texts: texts[0]["shared"].pop("k"),
-    "a recording's values missing": lambda _, texts: texts[1].update(own={}),
+    "shared values as a list": lambda _, texts: texts[0]["values"].update(tyre=[]),
+    "a value as text": lambda _, texts: texts[0]["values"]["tyre"].update(k="2e6"),
+    "a value of nothing": lambda _, texts: texts[0]["values"]["tyre"].update(k=None),
+    "a value that is not finite": lambda _, texts: texts[0]["values"]["tyre"].update(k=float("nan")),
+    "a value missing": lambda _, texts: texts[0]["values"]["tyre"].pop("k"),
+    "a recording's values missing": lambda _, texts: texts[1]["values"].update(own={}),
     "a label too many": lambda _, texts: texts[0]["labels"].append([None, "torque_offset"]),
     "a label twice": lambda _, texts: texts[0]["labels"].__setitem__(0, texts[0]["labels"][1]),
     "a label of no parameter": lambda _, texts: texts[0]["labels"].__setitem__(0, [None, "no"]),
@@ -269,6 +269,7 @@ def test_another_value_given_by_the_recordings_is_another_trial(
     assert journal.recall(replace(task, effects=(OtherLine(),))) is None
 
 
+@pytest.mark.long
 def test_goes_on_after_an_interruption(
     damped: list[Recording], journal: Journal, monkeypatch: pytest.MonkeyPatch
 ) -> None:
