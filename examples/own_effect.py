@@ -1,4 +1,8 @@
-"""An effect of your own: a stiffening rubber boot, found in recordings (CLI: `--effects own_effect`)."""
+"""An effect of your own
+=====================
+
+A stiffening rubber boot, found in recordings (CLI: `--effects own_effect`).
+"""
 
 import sys
 from dataclasses import dataclass

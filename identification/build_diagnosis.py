@@ -1,17 +1,27 @@
 """The result of a search: errors, effects with their parameters, unexplained structure."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.error_stages import declared_residuals, errors_of, trial_residuals
+from identification.error_stages import (
+    declared_friction,
+    declared_residuals,
+    declared_unrefitted,
+    errors_of,
+    trial_residuals,
+)
 from identification.experiments.proposals import Proposal
 from identification.fits.covariance import standard_deviations
-from identification.fits.fitting import Fit, Values
+from identification.fits.fitting import Fit
+from identification.fits.values import Values
 from identification.notes import notes_on
 from identification.parameter_estimate import ParameterEstimate
+from identification.prediction import unrefitted_residuals
 from identification.reading.recordings import Recording
+from identification.residuals.model_error import model_error
 from identification.residuals.signatures import Signatures, signatures
 from identification.residuals.unexplained import unexplained
 from identification.results import Candidate, Diagnosis, FoundEffect, Series
@@ -19,16 +29,18 @@ from identification.selection.criteria import SelectionCriteria, delta_bic
 from identification.selection.stepwise_search import SearchStep
 from identification.selection.trial_runner import Effects
 from identification.selection.trials import Trial
-from symbolic import Effect, parameter_name
+from symbolic import TOLERATED, Effect, Scope, parameter_name, units_of
 
 Array = NDArray[np.float64]
+SCOPES: tuple[Scope, ...] = ("ground", "tyre", "recording")
+"""An effect belongs to the first of these that one of its parameters belongs to."""
 
 
 def build_diagnosis(
     steps: Sequence[SearchStep],
     training: Sequence[Recording],
     holdout: Sequence[Recording],
-    left_out: Sequence[Mapping[str, float]],
+    left_out: Sequence[Mapping[str, Array]],
     proposals: Mapping[Effects, Proposal],
     candidates: Sequence[Effect],
     criteria: SelectionCriteria,
@@ -39,7 +51,7 @@ def build_diagnosis(
         steps: of the search, the last one with nothing chosen.
         training: recordings that the shared parameters were fitted to.
         holdout: recordings that judged, may be empty.
-        left_out: errors before and after of each training recording left out in turn, or empty.
+        left_out: residuals before and after of each training recording left out in turn, or empty.
         proposals: for a set of effects that was chosen, the experiment to distinguish it from its rival.
         candidates: the effects that the search could choose.
         criteria: its thresholds.
@@ -47,10 +59,23 @@ def build_diagnosis(
     everything = [*training, *holdout]
     before, after = steps[0].before, steps[-1].before
     loss = after.fitted.loss
-    residuals = [declared_residuals(everything, loss), trial_residuals(before), trial_residuals(after)]
+    friction = declared_friction(everything, loss)
+    residuals = [
+        declared_residuals(everything, friction),
+        trial_residuals(before),
+        trial_residuals(after),
+    ]
+    unrefitted = [
+        declared_unrefitted(friction, training, holdout),
+        *(unrefitted_residuals(trial.fitted, training, holdout) for trial in (before, after)),
+    ]
     stages = [
-        errors_of(stage, training, holdout, unseen)
-        for stage, unseen in zip(residuals, ({}, *left_out), strict=True)
+        errors_of(stage, training, holdout, unseen, own)
+        for stage, unseen, own in zip(residuals, ({}, *left_out), unrefitted, strict=True)
+    ]
+    unfitted = [
+        model_error(seen if holdout else unseen, holdout if holdout else training[: len(unseen)], loss)
+        for seen, unseen in zip(residuals[1:], left_out, strict=True)
     ]
     followed = [_signatures(trial, everything, candidates) for trial in (before, after)]
     estimates = _estimates(after.fitted, training)
@@ -73,6 +98,8 @@ def build_diagnosis(
         series=_series(everything, holdout, residuals[1], residuals[2]),
         notes=notes_on(stages[1], stages[2], after.fitted),
         criteria=criteria,
+        model_error_before=unfitted[0],
+        model_error=unfitted[1],
     )
 
 
@@ -97,26 +124,28 @@ def _candidates(first: SearchStep, recordings: Sequence[Recording]) -> tuple[Can
 
 
 def _all_values(fitted: Fit, held_out: Fit | None) -> Values:
-    own = {**fitted.values.own, **(held_out.values.own if held_out else {})}
-    return Values(shared=fitted.values.shared, own=own)
+    own, rig = dict(fitted.values.own), dict(fitted.values.rig)
+    if held_out:
+        own |= held_out.values.own
+        rig |= held_out.values.rig
+    return replace(fitted.values, own=own, rig=rig)
 
 
 def _estimates(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, ParameterEstimate]:
     """Every fitted parameter with its deviation, in physical units."""
     parameters = {parameter_name(e, p): p for e, p in fitted.model.parameters}
+    units = units_of(fitted.model) | TOLERATED
     estimates = {}
     spread = standard_deviations(fitted, recordings)
     for (recording, name), deviation in zip(fitted.labels, spread, strict=True):
-        parameter = parameters[name]
-        place = fitted.values.shared if recording is None else fitted.values.own[recording]
-        value = place[name]
-        if parameter.inverse:
+        value = fitted.values.at((recording, name))
+        if name in parameters and parameters[name].inverse:
             deviation = deviation * value**2
         std = float(deviation) if np.isfinite(deviation) else None
         label = name if recording is None else f"{name} [{recording}]"
-        estimates[label] = ParameterEstimate(value=value, std=std, unit=parameter.unit)
+        estimates[label] = ParameterEstimate(value=value, std=std, unit=units[name])
     return estimates | {
-        name: ParameterEstimate(value=fitted.values.shared[name], std=None, unit=parameter.unit)
+        name: ParameterEstimate(value=fitted.values.tyre[name], std=None, unit=parameter.unit)
         for name, parameter in parameters.items()
         if parameter.fixed
     }
@@ -136,12 +165,12 @@ def _found_effects(
         # Effects that were dropped later are not among the estimates of the final model.
         if effect not in steps[-1].before.effects or effect in step.before.effects:
             continue
-        prefix = f"{effect.name}."
-        own = {k.removeprefix(prefix): e for k, e in estimates.items() if k.startswith(prefix)}
+        scope, own = _scope_and_parameters(effect, steps[-1].before.fitted, estimates)
         effects.append(
             FoundEffect(
                 name=effect.name,
                 summary=effect.summary,
+                scope=scope,
                 parameters=own,
                 holdout_nrmse_after=step.after.nrmse,
                 delta_bic=delta_bic(step.after.fitted, step.before.fitted, recordings),
@@ -150,6 +179,24 @@ def _found_effects(
             )
         )
     return tuple(effects)
+
+
+def _scope_and_parameters(
+    effect: Effect, fitted: Fit, estimates: Mapping[str, ParameterEstimate]
+) -> tuple[Scope, dict[str, ParameterEstimate]]:
+    """What an effect belongs to, and its parameters; those of others that it gave to each ground."""
+    prefix, parameters = f"{effect.name}.", fitted.model.parameters
+    own = {k.removeprefix(prefix): e for k, e in estimates.items() if k.startswith(prefix)}
+    if own:
+        scopes = {p.scope for owner, p in parameters if owner == effect}
+        return next(s for s in SCOPES if s in scopes), own
+    without = replace(fitted.model, effects=tuple(e for e in fitted.model.effects if e != effect))
+    moved = {
+        parameter_name(*after)
+        for after, before in zip(parameters, without.parameters, strict=True)
+        if after != before
+    }
+    return "ground", {k: e for k, e in estimates.items() if k.split(" ")[0] in moved}
 
 
 def _series(

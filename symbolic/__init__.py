@@ -9,17 +9,18 @@
 
 from symbolic.bristles import BristleTraits, Relaxation
 from symbolic.compiled import compiled, compiler
-from symbolic.deformation import full_slide_level, full_slide_torque
+from symbolic.deformation import full_slide_arm, full_slide_level, full_slide_torque
 from symbolic.effects.base import (
     Effect,
     Parameter,
     ResidualSignature,
+    Scope,
     Signals,
     Values,
     with_limit,
     with_shape,
 )
-from symbolic.effects.library import EFFECTS, effects_in, effects_named
+from symbolic.effects.library import CANDIDATES, EFFECTS, GROUND_SCOPES, effects_in, effects_named
 from symbolic.errors import BrushgripError, InvalidInputError
 from symbolic.masing import (
     TurningPoints,
@@ -29,23 +30,28 @@ from symbolic.masing import (
     zone_boundaries,
 )
 from symbolic.model import DECLARED, GEOMETRY, SIGNALS, Model
+from symbolic.model_error import ModelError
 from symbolic.motion import TorqueProfile, WheelMotion, simulate_motion
-from symbolic.parameters import Rig, Tyre
+from symbolic.parameters import TOLERATED, Rig, Tolerances, Tyre
 from symbolic.patch import Expression
+from symbolic.rig_tables import rig_from_tables
 from symbolic.serialisation import (
     FoundModel,
     model_from_tables,
     parameter_name,
-    rig_from_tables,
     units_of,
 )
-from symbolic.trajectory import TorqueTrajectory, sensitivity_step, simulate
+from symbolic.trajectory import RIG_DIRECTIONS, TorqueTrajectory, sensitivity_step, simulate
 
 __all__ = [
+    "CANDIDATES",
     "DECLARED",
     "EFFECTS",
     "GEOMETRY",
+    "GROUND_SCOPES",
+    "RIG_DIRECTIONS",
     "SIGNALS",
+    "TOLERATED",
     "BristleTraits",
     "BrushgripError",
     "Effect",
@@ -53,11 +59,14 @@ __all__ = [
     "FoundModel",
     "InvalidInputError",
     "Model",
+    "ModelError",
     "Parameter",
     "Relaxation",
     "ResidualSignature",
     "Rig",
+    "Scope",
     "Signals",
+    "Tolerances",
     "TorqueProfile",
     "TorqueTrajectory",
     "TurningPoints",
@@ -69,6 +78,7 @@ __all__ = [
     "deformation_limit",
     "effects_in",
     "effects_named",
+    "full_slide_arm",
     "full_slide_level",
     "full_slide_torque",
     "lateral_deformation",

@@ -14,6 +14,7 @@ from symbolic.bristles import BristlePatch, BristleTraits
 from symbolic.compliance import advance_in_series
 from symbolic.effects.base import Effect, Parameter, Signals
 from symbolic.errors import InvalidInputError
+from symbolic.full_slide import build_full_slide
 from symbolic.parameters import FRICTION, STIFFNESS
 from symbolic.patch import Expression, Patch, PatchInputs
 from symbolic.zones import ZonePatch
@@ -31,7 +32,7 @@ DECLARED = (
     ),
     Parameter(
         name="k", unit="N/m^2", neutral=None, start=2e6, lower=STIFFNESS[0], upper=STIFFNESS[1],
-        scale=1e6,
+        scale=1e6, of="stiffness",
     ),
 )  # fmt: skip
 """The parameters of the declared model."""
@@ -65,7 +66,14 @@ class Model:
         """Every parameter with its effect, None for the declared model's own, in the order of theta."""
         declared = [(None, parameter) for parameter in DECLARED]
         added = [(effect, p) for effect in self.effects for p in effect.parameters]
-        return (*declared, *added)
+        return tuple((effect, self._with_scope(p)) for effect, p in (*declared, *added))
+
+    def _with_scope(self, parameter: Parameter) -> Parameter:
+        """The parameter with the scope that the effects give it."""
+        for effect in self.effects:
+            if (scope := effect.scope_of(parameter)) != parameter.scope:
+                parameter = replace(parameter, scope=scope)
+        return parameter
 
     def theta(self, values: Mapping[str, float]) -> ca.DM:
         """The parameter vector of physical values named `mu`, `k`, `effect.parameter`.
@@ -150,6 +158,11 @@ class Model:
     def torque(self) -> ca.Function:
         """The second half of `step`: (memory_next, seen, theta, geometry) -> M_z."""
         return _build_halves(self)[1]
+
+    @property
+    def full_slide(self) -> ca.Function:
+        """(memory, F_N, theta, geometry, rate) -> (mu_eff, M_slide), see `symbolic.full_slide`."""
+        return build_full_slide(self)
 
     def memory_depends_on(self, coordinate: str) -> bool:
         """Whether the memory depends on that parameter, so that another value is another history.

@@ -16,6 +16,8 @@ from symbolic.compiled import compiled
 from symbolic.errors import InvalidInputError
 from symbolic.model import GEOMETRY, SIGNALS, Model
 
+RIG_DIRECTIONS = (*GEOMETRY, "load")
+"""Directions beside the parameter vector: half-length and caster [m], factor on the load [1]."""
 STRETCH = 100
 """Samples in one call; a recording is padded to a multiple of it."""
 
@@ -47,7 +49,8 @@ def simulate(
         signals: rows psi [rad], psi_dot [rad/s], F_N [N], dt [s], shape (4, n).
         theta: parameter vector in the order of `model.coordinates`, shape (p,).
         geometry: a and e [m], shape (2,).
-        directions: columns in parameter space, shape (p, d); None for no derivatives.
+        directions: columns in parameter space, shape (p, d), or with `RIG_DIRECTIONS` as further rows,
+            shape (p + 3, d); None for no derivatives.
 
     Raises:
         InvalidInputError: an array has another shape.
@@ -56,7 +59,7 @@ def simulate(
     seeds = np.zeros((parameters, 0)) if directions is None else directions
     _check_shapes(signals, theta, geometry, seeds, parameters)
     count, d = signals.shape[1], seeds.shape[1]
-    start, stretch = _functions(model, d)
+    start, stretch = _functions(model, d, rig=seeds.shape[0] > parameters)
     initial = [part.full() for part in start(signals[:, 0], theta, seeds, geometry)]
     padded = np.pad(signals, ((0, 0), (0, -count % STRETCH)), mode="edge")
     # Buffers: conversion to and from CasADi's matrices would take a third of the time.
@@ -92,41 +95,61 @@ def _check_shapes(
         "signals": (signals.shape[:1], (len(SIGNALS),)),
         "theta": (theta.shape, (parameters,)),
         "geometry": (geometry.shape, (len(GEOMETRY),)),
-        "directions": (seeds.shape[:1], (parameters,)),
     }
     for name, (given, allowed) in wanted.items():
         if given != allowed:
             raise InvalidInputError(f"{name} must have leading shape {allowed}, got {given}")
+    if seeds.shape[:1] not in ((parameters,), (parameters + len(RIG_DIRECTIONS),)):
+        raise InvalidInputError(
+            f"directions must have leading shape {(parameters,)}, or"
+            f" {(parameters + len(RIG_DIRECTIONS),)} with those of the rig, got {seeds.shape[:1]}"
+        )
 
 
 @cache
-def _functions(model: Model, d: int) -> tuple[ca.Function, ca.Function]:
+def _functions(model: Model, d: int, *, rig: bool) -> tuple[ca.Function, ca.Function]:
     """The start and one stretch, each with sensitivities in d directions."""
-    return _start_with_sensitivities(model, d), compiled(_stretch(model, d), vectorised=True)
+    stretch = _stretch(model, d, rig=rig)
+    return _start_with_sensitivities(model, d, rig=rig), compiled(stretch, vectorised=True)
 
 
-def _start_with_sensitivities(model: Model, d: int) -> ca.Function:
+def _start_with_sensitivities(model: Model, d: int, *, rig: bool) -> ca.Function:
     signals, theta, geometry = model.symbols()
-    seeds = ca.MX.sym("seeds", theta.numel(), d)
-    memory = model.initial(signals, theta, geometry)
-    along = model.initial.forward(d)(
-        signals,
-        theta,
-        geometry,
-        memory,
-        ca.MX(signals.numel(), d),
-        seeds,
-        ca.MX(geometry.numel(), d),
+    moving, inputs, at = _moving(model, signals, theta, geometry, rig=rig)
+    seeds = ca.MX.sym("seeds", moving.numel(), d)
+    (memory,) = model.initial.call(inputs, True, False)
+    along = ca.Function(
+        "along", [signals, moving, seeds, geometry], [memory, ca.jtimes(memory, moving, seeds)]
     )
-    return ca.Function("start_along", [signals, theta, seeds, geometry], [memory, ca.densify(along)])
+    outputs = along.call([signals, at, seeds, geometry], True, False)
+    return ca.Function(
+        "start_along", [signals, theta, seeds, geometry], [ca.densify(output) for output in outputs]
+    )
 
 
-def _stretch(model: Model, d: int) -> ca.Function:
+def _moving(
+    model: Model, signals: ca.MX, theta: ca.MX, geometry: ca.MX, *, rig: bool
+) -> tuple[ca.MX, list[ca.MX], ca.MX]:
+    """What is differentiated by, the model's inputs as functions of it, and its value.
+
+    It is the parameter vector; with the rig also `RIG_DIRECTIONS`, where the load's factor is 1.
+    """
+    parameters = len(model.parameters)
+    if not rig:
+        moving = ca.MX.sym("moving", parameters)
+        return moving, [signals, moving, geometry], theta
+    moving = ca.MX.sym("moving", parameters + len(RIG_DIRECTIONS))
+    factors = [moving[-1] if name == "F_N" else 1 for name in SIGNALS]
+    inputs = [signals * ca.vertcat(*factors), moving[:parameters], moving[parameters:-1]]
+    return moving, inputs, ca.vertcat(theta, geometry, 1)
+
+
+def _stretch(model: Model, d: int, *, rig: bool) -> ca.Function:
     """`STRETCH` calls of `sensitivity_step`: signals, M_z and derivative have a column for each sample.
 
     Memory and its sensitivity are those before the first sample, then those after the last one.
     """
-    step = sensitivity_step(model, d)
+    step = sensitivity_step(model, d, rig=rig)
     accumulated = step.mapaccum(f"{step.name()}_{STRETCH}", STRETCH, 2, {})
     given = step.mx_in()
     given[2] = ca.MX.sym("signals", len(SIGNALS), STRETCH)
@@ -136,20 +159,25 @@ def _stretch(model: Model, d: int) -> ca.Function:
     return ca.Function(f"stretch_{d}", given, [memory[:, -1], memory_sensitivity, M_z, derivatives])
 
 
-def sensitivity_step(model: Model, d: int) -> ca.Function:
+def sensitivity_step(model: Model, d: int, *, rig: bool = False) -> ca.Function:
     """The model's step with the sensitivities of memory and torque in d directions.
 
     Inputs: memory, memory_sensitivity (memory_size, d), signals, theta, seeds (p, d), geometry. Outputs:
-    memory_next, memory_sensitivity_next, M_z and derivative (1, d).
+    memory_next, memory_sensitivity_next, M_z and derivative (1, d). With `rig`, seeds have
+    `RIG_DIRECTIONS` as further rows.
     """
-    size, parameters = model.memory_size, len(model.parameters)
+    size = model.memory_size
     signals, theta, geometry = model.symbols()
     memory, memory_sensitivity = ca.MX.sym("memory", size), ca.MX.sym("memory_sensitivity", size, d)
-    seeds = ca.MX.sym("seeds", parameters, d)
     # Differentiated as one expression, not call by call, so that zero and shared terms are found.
-    moving = ca.MX.sym("moving", size + parameters)
-    inputs = [moving[:size], signals, moving[size:], geometry]
-    after, M_z = model.step.call(inputs, True, False)
+    by, given, at = _moving(model, signals, theta, geometry, rig=rig)
+    seeds = ca.MX.sym("seeds", by.numel(), d)
+    moving = ca.MX.sym("moving", size + by.numel())
+    # The parts of `by` become parts of what is differentiated by together with the memory.
+    inputs = ca.Function("inputs", [signals, by, geometry], given).call(
+        [signals, moving[size:], geometry], True, False
+    )
+    after, M_z = model.step.call([moving[:size], *inputs], True, False)
     along = ca.jtimes(ca.vertcat(after, M_z), moving, ca.vertcat(memory_sensitivity, seeds))
     flat = ca.Function(
         "along",
@@ -158,7 +186,7 @@ def sensitivity_step(model: Model, d: int) -> ca.Function:
         {"cse": True},
     )
     outputs = flat.call(
-        [ca.vertcat(memory, theta), memory_sensitivity, signals, seeds, geometry], True, False
+        [ca.vertcat(memory, at), memory_sensitivity, signals, seeds, geometry], True, False
     )
     names = ["memory", "memory_sensitivity", "signals", "theta", "seeds", "geometry"]
     return ca.Function(

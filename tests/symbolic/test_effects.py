@@ -128,7 +128,7 @@ def test_parameters_are_declared_sanely(effect: Effect) -> None:
         assert p.unit in UNITS
         assert p.lower < p.start < p.upper
         assert 0 < p.scale < math.inf
-        assert p.scope == ("recording" if effect.name in {"torque_offset", "pretwist"} else "shared")
+        assert p.scope == ("recording" if effect.name in {"torque_offset", "pretwist"} else "tyre")
         if p.neutral is not None:
             assert p.lower <= p.neutral <= p.upper
             assert p.start != p.neutral, "a fit that starts neutral sees no derivative"
@@ -202,12 +202,20 @@ def test_sample_that_takes_no_time_changes_nothing(effect: Effect) -> None:
     [
         (("carcass_torsion", "friction_drift", "torque_offset", "pretwist"), 1e-5),
         (("carcass_torsion", "rate_friction", "pressure_skew"), 3e-3),
-        (("stribeck", "pressure_shape", "asymmetric_friction", "steering_return"), 3e-3),
+        pytest.param(
+            ("stribeck", "pressure_shape", "asymmetric_friction", "steering_return"),
+            3e-3,
+            marks=pytest.mark.long,
+        ),
         (("patch_width", "viscoelastic_relaxation", "bearing_friction"), 3e-3),
         (("viscoelastic_relaxation", "frictional_creep"), 3e-3),
-        (("carcass_torsion", "frictional_creep", "pretwist"), 3e-3),
-        (("patch_width", "frictional_creep", "rate_friction"), 3e-3),
-        (("contact_length", "frictional_creep", "carcass_torsion", "pressure_skew"), 3e-3),
+        pytest.param(("carcass_torsion", "frictional_creep", "pretwist"), 3e-3, marks=pytest.mark.long),
+        pytest.param(("patch_width", "frictional_creep", "rate_friction"), 3e-3, marks=pytest.mark.long),
+        pytest.param(
+            ("contact_length", "frictional_creep", "carcass_torsion", "pressure_skew"),
+            3e-3,
+            marks=pytest.mark.long,
+        ),
         (("contact_length", "pressure_shape", "patch_width"), 3e-3),
         (("carcass_torsion", "backlash", "rate_friction"), 5e-3),
     ],

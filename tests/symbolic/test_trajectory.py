@@ -235,3 +235,33 @@ def test_wrong_shapes_are_refused(field: str, shape: tuple[int, ...]) -> None:
 
     with pytest.raises(InvalidInputError, match=f"{field} must have leading shape"):
         simulate(Model(), **given | {field: np.ones(shape)})
+
+
+@pytest.mark.parametrize("name", [None, "pretwist", "contact_length", "carcass_torsion", "sensor_delay"])
+def test_derivatives_by_the_rig(name: str | None) -> None:
+    model = Model(effects=() if name is None else (EFFECTS[name],), corners=8, lengthways=20)
+    values = {} if name is None else {f"{name}.{n}": v for n, v in VALUES[name].items()}
+    theta = theta_of(model, values)
+    samples, p = kinked_signals(), theta.size
+    found = simulate(model, samples, theta, GEOMETRY, np.eye(p + 3)[:, [0, p, p + 1, p + 2]])
+
+    def torque(a: float = 0.0, e: float = 0.0, load: float = 1.0) -> Array:
+        changed = samples * np.array([1, 1, load, 1])[:, None]
+        return simulate(model, changed, theta, GEOMETRY + np.array([a, e])).M_z
+
+    h = 1e-7
+    expected = [
+        central_difference(model, samples, theta, 0),
+        (torque(a=h) - torque(a=-h)) / (2 * h),
+        (torque(e=h) - torque(e=-h)) / (2 * h),
+        (torque(load=1 + h) - torque(load=1 - h)) / (2 * h),
+    ]
+    for column, reference in zip(found.sensitivities.T, expected, strict=True):
+        off = np.abs(column - reference) > 2e-4 * np.abs(reference).max()
+        assert off.mean() < 0.02  # a sample at a kink has a derivative from one side
+
+
+def test_directions_of_the_rig_are_all_or_none() -> None:
+    samples, theta = kinked_signals(), theta_of(Model(corners=8), {})
+    with pytest.raises(InvalidInputError, match=r"directions must have leading shape \(2,\), or \(5,\)"):
+        simulate(Model(corners=8), samples, theta, GEOMETRY, np.eye(4))

@@ -1,0 +1,48 @@
+"""Size and correlation time of a model's torque error on recordings that it was not fitted to."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.fits.autocorrelation import autocorrelation_time
+from identification.fits.loss import LEAST_SQUARES, Loss, influence
+from identification.fits.problem import torque_range
+from identification.reading.recordings import Recording
+from symbolic import ModelError, full_slide_torque
+
+Array = NDArray[np.float64]
+
+
+def model_error(
+    residuals: Mapping[str, Array], recordings: Sequence[Recording], loss: Loss = LEAST_SQUARES
+) -> ModelError | None:
+    """The model error that these residuals show; every recording counts alike.
+
+    Args:
+        residuals: simulated minus measured torque of these recordings [N m], NaN where missing; on
+            recordings to which no shared parameter was fitted.
+        recordings: the recordings.
+        loss: what a residual costs; an outlier counts as much as it influences the fit.
+
+    Returns:
+        None without recordings. The correlation time is the mean over recordings, weighted by the mean
+        squares, as the uncertainty of a mean is by spread and time together.
+    """
+    powers, times = [], []
+    for recording in recordings:
+        span = torque_range(recording)
+        counted = influence(loss, residuals[recording.name] / span) * span
+        share = counted / full_slide_torque(recording.F_N, recording.rig.a)
+        present = np.isfinite(share)
+        # The autocorrelation time counts the samples that are there.
+        period = float(recording.t[-1] - recording.t[0]) / max(int(present.sum()) - 1, 1)
+        powers.append(float(np.mean(share[present] ** 2)))
+        times.append(autocorrelation_time(share) * period)
+    if not powers:
+        return None
+    weights = np.array(powers) if sum(powers) > 0 else np.ones(len(powers))
+    return ModelError(
+        spread=float(np.sqrt(np.mean(powers))),
+        correlation_time=float(np.average(times, weights=weights)),
+    )

@@ -1,0 +1,34 @@
+"""How wrong a model is: the size of its torque error, and for how long it lasts."""
+
+import math
+from dataclasses import dataclass
+
+from symbolic.errors import InvalidInputError
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelError:
+    """The torque error of a model on recordings to which its shared parameters were not fitted.
+
+    Attributes:
+        spread: root mean square of the error as a share of the torque of full slide with mu = 1,
+            (3/8) F_N a, at least 0 [1].
+        correlation_time: integrated autocorrelation time of the error, greater than 0 [s]: it is worth
+            one independent sample in so much time. Twice the time constant of an error whose
+            autocorrelation is an exponential.
+
+    Raises:
+        InvalidInputError: a value is outside its range, or not a finite number.
+    """
+
+    spread: float
+    correlation_time: float
+
+    def __post_init__(self) -> None:
+        """Check both values against their ranges."""
+        if not 0 <= self.spread < math.inf:
+            raise InvalidInputError(f"spread must be a finite number of at least 0, got {self.spread}")
+        if not 0 < self.correlation_time < math.inf:
+            raise InvalidInputError(
+                f"correlation_time must be a finite number greater than 0 s, got {self.correlation_time}"
+            )
