@@ -12,7 +12,7 @@ import casadi as ca
 
 from symbolic.bristles import BristlePatch, BristleTraits
 from symbolic.compliance import advance_in_series
-from symbolic.effects.base import Effect, Parameter, Signals
+from symbolic.effects.base import Effect, Parameter, Signals, with_scope
 from symbolic.errors import InvalidInputError
 from symbolic.full_slide import build_full_slide
 from symbolic.parameters import FRICTION, STIFFNESS
@@ -64,16 +64,9 @@ class Model:
     @property
     def parameters(self) -> tuple[tuple[Effect | None, Parameter], ...]:
         """Every parameter with its effect, None for the declared model's own, in the order of theta."""
-        declared = [(None, parameter) for parameter in DECLARED]
-        added = [(effect, p) for effect in self.effects for p in effect.parameters]
-        return tuple((effect, self._with_scope(p)) for effect, p in (*declared, *added))
-
-    def _with_scope(self, parameter: Parameter) -> Parameter:
-        """The parameter with the scope that the effects give it."""
-        for effect in self.effects:
-            if (scope := effect.scope_of(parameter)) != parameter.scope:
-                parameter = replace(parameter, scope=scope)
-        return parameter
+        pairs = [(None, parameter) for parameter in DECLARED]
+        pairs += [(effect, p) for effect in self.effects for p in effect.parameters]
+        return tuple((effect, with_scope(p, self.effects)) for effect, p in pairs)
 
     def theta(self, values: Mapping[str, float]) -> ca.DM:
         """The parameter vector of physical values named `mu`, `k`, `effect.parameter`.
@@ -118,13 +111,12 @@ class Model:
 
     @property
     def deflection(self) -> ca.Function | None:
-        """(M_z, load and theta) -> turn of what is in series with the patch [rad]; None for nothing."""
+        """(M_z, load and theta) -> turn in series with the patch [rad]; None for nothing."""
         M_z, F_N, theta = ca.MX.sym("M_z"), ca.MX.sym("F_N"), self.symbols()[1]
         turns = [effect.deflection(M_z, F_N, values) for effect, values in self.values(theta)]
         present = [turn for turn in turns if turn is not None]
-        if not present:
-            return None
-        return ca.Function("deflection", [M_z, ca.vertcat(F_N, theta)], [sum(present)])
+        inputs = [M_z, ca.vertcat(F_N, theta)]
+        return ca.Function("deflection", inputs, [sum(present)]) if present else None
 
     @property
     def memory_size(self) -> int:
@@ -169,12 +161,9 @@ class Model:
 
         The declared model's memory depends on neither mu nor k (`symbolic.zones`).
         """
-        column = self.coordinates.index(coordinate)
-        depends = (
-            self.step.jac_sparsity(0, 2),
-            self.initial.jac_sparsity(0, 1),
-        )
-        return any(s.colind()[column + 1] > s.colind()[column] for s in depends)
+        i = self.coordinates.index(coordinate)
+        depends = (self.step.jac_sparsity(0, 2), self.initial.jac_sparsity(0, 1))
+        return any(s.colind()[i + 1] > s.colind()[i] for s in depends)
 
     def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
         """Fresh symbols for signals (4,), theta (p,) and geometry (2,)."""

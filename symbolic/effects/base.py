@@ -199,3 +199,11 @@ def with_limit(traits: BristleTraits, factor: Any) -> BristleTraits:
 def with_shape(traits: BristleTraits, factor: Any) -> BristleTraits:
     """The traits with one more factor on the pressure parabola, a function of u = x / a."""
     return replace(traits, shape=(*traits.shape, factor))
+
+
+def with_scope(parameter: Parameter, effects: Sequence[Effect]) -> Parameter:
+    """The parameter with the scope that these effects give it, see `Effect.scope_of`."""
+    for effect in effects:
+        if (scope := effect.scope_of(parameter)) != parameter.scope:
+            parameter = replace(parameter, scope=scope)
+    return parameter

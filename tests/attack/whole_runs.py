@@ -1,7 +1,7 @@
 """Whole runs of a search on small recordings, in a sandbox of their own, to which faults happen.
 
-A run is of three candidates, interpreted, with two processes. What a fault may leave is tested by the same
-command given again: it ends with the result of a run without fault, to the last digit; nobody is left.
+A run is of three candidates, interpreted, with two processes. What a fault may leave is tested by the
+same command given again: it ends with the result of a run without fault, to the last digit; nobody is left.
 """
 
 import os
@@ -27,7 +27,7 @@ MARK = "BRUSHGRIP_ATTACK"
 
 @dataclass(frozen=True)
 class Ended:
-    """How a run ended: exit status (negative: signal), standard error, and whether it had to be killed."""
+    """How a run ended: exit status (negative: signal), standard error, and whether it was killed."""
 
     status: int
     err: str
