@@ -278,9 +278,8 @@ def _advance(
         seen, memories[i] = effect.transform_inputs(seen, own[i], values)
     for (effect, values), present in zip(effects, memories, strict=True):
         factor = factor * effect.friction(seen, present, values)
-    patch = model.patch(theta)
+    patch, turn = model.patch(theta), seen.psi - angle
     coefficients = patch.coefficients(_inputs(seen, factor, theta, geometry))
-    turn = seen.psi - angle
     deflection = model.deflection
     if deflection is None:
         after = patch.advance(before, turn, coefficients)
