@@ -4,6 +4,7 @@ from observers.angle_derivative import causal_rate, next_rate
 from observers.casadi_observer import CasadiObserver
 from observers.ekf import Ekf
 from observers.factory import from_files
+from observers.innovations import Innovations, innovations
 from observers.layout import Layout, ObserverState
 from observers.linearisation import build_clean
 from observers.loop import Loop
@@ -43,6 +44,7 @@ __all__ = [
     "Estimate",
     "Estimates",
     "FunctionObserver",
+    "Innovations",
     "Layout",
     "Loop",
     "MeasurementModel",
@@ -60,6 +62,7 @@ __all__ = [
     "causal_rate",
     "covariance_of",
     "from_files",
+    "innovations",
     "next_rate",
     "profile",
     "run",
