@@ -64,9 +64,9 @@ class Model:
     @property
     def parameters(self) -> tuple[tuple[Effect | None, Parameter], ...]:
         """Every parameter with its effect, None for the declared model's own, in the order of theta."""
-        pairs = [(None, parameter) for parameter in DECLARED]
-        pairs += [(effect, p) for effect in self.effects for p in effect.parameters]
-        return tuple((effect, with_scope(p, self.effects)) for effect, p in pairs)
+        declared = [(None, parameter) for parameter in DECLARED]
+        added = [(effect, p) for effect in self.effects for p in effect.parameters]
+        return tuple((effect, with_scope(p, self.effects)) for effect, p in (*declared, *added))
 
     def theta(self, values: Mapping[str, float]) -> ca.DM:
         """The parameter vector of physical values named `mu`, `k`, `effect.parameter`.
