@@ -4,6 +4,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +17,16 @@ from observers import (
     MeasurementModel,
     Mhe,
     Observer,
+    Sample,
     Status,
     SteeringTorque,
+    Tuning,
     ZoneRootSolver,
+    profile,
     run,
+    smooth,
+    suspicions_of,
+    tuning_for,
 )
 from symbolic import InvalidInputError, Model
 
@@ -38,13 +45,13 @@ class ObserverName(StrEnum):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FrictionTrack:
-    """The friction that one observer estimated over a recording; arrays of shape (n,).
+    """The effective friction that one observer estimated over a recording; arrays of shape (n,).
 
     Attributes:
         name: the recording.
         label: observer and model, such as "EKF, declared model"; tracks of one name share a panel.
         t: time [s].
-        mu: estimated friction coefficient [1].
+        mu: estimated effective friction [1], so that tracks of different models compare.
         mu_std: its standard deviation [1]; NaN where the observer has none.
         informed: False while the estimate still rests on the prior.
         changes: instants at which the observer detected a change of the ground [s], shape (c,).
@@ -64,9 +71,16 @@ class FrictionTrack:
 
 
 def model_observer(
-    kind: type[Ekf] | type[Mhe], recording: Recording, found: FoundModel | None = None
+    kind: type[Ekf] | type[Mhe],
+    recording: Recording,
+    found: FoundModel | None = None,
+    *,
+    tuning: Tuning | None = None,
 ) -> Ekf | Mhe:
-    """EKF or MHE for the torque that was recorded, on the declared model, k as given, or a found one."""
+    """EKF or MHE for the torque that was recorded, on the declared model, k as given, or a found one.
+
+    The tuning is that given, or `real_tyre`, with the error of the found model where that is known.
+    """
     if found is None:
         model, values = Model(), {"k": recording.tyre.k}
     else:
@@ -75,7 +89,13 @@ def model_observer(
     measurement_model: MeasurementModel = (
         AligningTorque() if has_aligning_torque(recording) else SteeringTorque()
     )
-    return kind(model=model, values=values, rig=recording.rig, measurement_model=measurement_model)
+    return kind(
+        model=model,
+        values=values,
+        rig=recording.rig,
+        measurement_model=measurement_model,
+        tuning=tuning_for(found, tuning),
+    )
 
 
 def root_solver(
@@ -100,8 +120,26 @@ OBSERVERS: Mapping[ObserverName, ObserverFactory] = {
 """The observers that a command offers; one more is one more entry here and in `ObserverName`."""
 
 
+def observer_factory(name: ObserverName, tuning: str | None = None) -> ObserverFactory:
+    """The factory of an observer, with a tuning by name; None for the usual one.
+
+    Raises:
+        InvalidInputError: there is no tuning of this name, or the observer has none.
+    """
+    if tuning is None:
+        return OBSERVERS[name]
+    if name is ObserverName.ROOT:
+        raise InvalidInputError("--observer root has no tuning; leave --tuning out, or use ekf or mhe")
+    kind: type[Ekf] | type[Mhe] = Ekf if name is ObserverName.EKF else Mhe
+    return partial(model_observer, kind, tuning=profile(tuning))
+
+
 def observe(
-    factory: ObserverFactory, recording: Recording, found: FoundModel | None = None
+    factory: ObserverFactory,
+    recording: Recording,
+    found: FoundModel | None = None,
+    *,
+    smoothed: bool = False,
 ) -> Estimates:
     """Friction over a recording, sample by sample.
 
@@ -109,30 +147,68 @@ def observe(
         factory: builds the observer, one of `OBSERVERS` or a user's own.
         recording: the signals; the steering torque is used where there is no aligning torque.
         found: the model that a diagnosis found; the declared model, k as given, without it.
+        smoothed: every sample's estimate from the whole recording, see `observers.smooth`.
 
     Raises:
         InvalidInputError: the observer cannot use the model or the torque, or the rig lacks a value that
-            it needs; the message names the recording.
+            it needs, the message names the recording; or the observer cannot smooth.
     """
     try:
         observer = factory(recording, found)
     except InvalidInputError as error:
         raise InvalidInputError(f"{recording.name}: {error}") from None
-    return run_observer(observer, recording)
+    if not smoothed:
+        return run_observer(observer, recording)
+    if not isinstance(observer, Ekf):
+        raise InvalidInputError("--smooth works on the stored states of the filter; take --observer ekf")
+    return smooth(observer, **_channels(recording))
 
 
 def run_observer(observer: Observer, recording: Recording, *, one_by_one: bool = False) -> Estimates:
     """The estimates of an observer over a recording; see `observers.run`."""
+    return run(observer, **_channels(recording), one_by_one=one_by_one)
+
+
+def _channels(recording: Recording) -> dict[str, Any]:
+    """What `observers.run` takes, by name; the aligning torque where there is one."""
     M_z, M = (recording.M_z, None) if has_aligning_torque(recording) else (None, recording.M)
-    psi_dot = recording.psi_dot if recording.psi_dot_recorded else None
-    psi = measured_angle(recording)
-    return run(observer, recording.t, psi, recording.F_N, M_z, psi_dot, M=M, one_by_one=one_by_one)
+    return {
+        "t": recording.t,
+        "psi": measured_angle(recording),
+        "F_N": recording.F_N,
+        "M_z": M_z,
+        "psi_dot": recording.psi_dot if recording.psi_dot_recorded else None,
+        "M": M,
+    }
+
+
+def comparable_friction(estimates: Estimates) -> Array:
+    """Friction that compares between models: mu_eff, or mu of an observer that does not state it [1]."""
+    return np.where(np.isfinite(estimates.mu_eff), estimates.mu_eff, estimates.mu)
 
 
 def measured_angle(recording: Recording) -> Array:
     """The yaw angle as measured, NaN where it was imputed [rad]."""
     measured = True if recording.psi_recorded is None else recording.psi_recorded
     return np.where(measured, recording.psi, np.nan)
+
+
+def require_plausible(recording: Recording) -> None:
+    """Refuses a recording that looks like one in other units, or of the other sign.
+
+    Raises:
+        InvalidInputError: the message names the suspected cause.
+    """
+    channel = "M_z" if has_aligning_torque(recording) else "M"
+    torque = recording.M_z if channel == "M_z" else recording.M
+    columns = zip(
+        measured_angle(recording).tolist(), recording.F_N.tolist(),
+        np.diff(recording.t, prepend=2 * recording.t[0] - recording.t[1]).tolist(),
+        np.asarray(torque).tolist(), strict=True,
+    )  # fmt: skip
+    samples = (Sample(psi=p, psi_dot=np.nan, F_N=F, dt=dt, **{channel: m}) for p, F, dt, m in columns)
+    if suspects := suspicions_of(samples, recording.rig, channel):
+        raise InvalidInputError(f"{recording.name}: {'; '.join(suspects)}")
 
 
 def has_aligning_torque(recording: Recording) -> bool:
@@ -154,8 +230,8 @@ def friction_track(
         name=recording.name,
         label=f"{label}, {model}",
         t=estimates.t,
-        mu=estimates.mu,
-        mu_std=estimates.mu_std,
+        mu=comparable_friction(estimates),
+        mu_std=estimates.mu_eff_std,
         informed=estimates.informed,
         changes=estimates.t[estimates.status & Status.RESET != 0],
         reference=recording.tyre.mu,

@@ -175,16 +175,24 @@ def estimates_summary(estimates: Estimates) -> str:
     if changes := counts[Status.RESET]:
         parts.append(f"{changes} {_plural(changes, 'change')} of the ground")
     line = ", ".join(parts)
-    most_frequent = max(counts, key=lambda flag: counts[flag])
+    # Whether the deviation can be believed goes before what happened to samples.
+    inconsistent = counts[Status.INCONSISTENT] > 0
+    most_frequent = Status.INCONSISTENT if inconsistent else max(counts, key=lambda flag: counts[flag])
     number = counts[most_frequent]
     return f"{line}; {number} {_plural(number, 'sample')}: {most_frequent.remedy}" if number else line
 
 
 def _final_friction(estimates: Estimates) -> str:
-    mu, std = estimates.mu[-1], estimates.mu_std[-1]
-    spread = f" ± {std:.3f}" if np.isfinite(std) else ""
+    friction = _with_deviation("mu", estimates.mu[-1], estimates.mu_std[-1])
+    # On the declared model the two are the same.
+    if abs(estimates.mu_eff[-1] - estimates.mu[-1]) > 5e-4:
+        friction += ", " + _with_deviation("mu_eff", estimates.mu_eff[-1], estimates.mu_eff_std[-1])
     share = f"informed in {100 * estimates.informed.mean():.0f} % of {estimates.t.size} samples"
-    return f"mu = {mu:.3f}{spread} at the end, {share}"
+    return f"{friction} at the end, {share}"
+
+
+def _with_deviation(name: str, value: float, std: float) -> str:
+    return f"{name} = {value:.3f}" + (f" ± {std:.3f}" if np.isfinite(std) else "")
 
 
 def _plural(count: int, noun: str) -> str:
@@ -194,7 +202,8 @@ def _plural(count: int, noun: str) -> str:
 def csv_text(columns: Mapping[str, NDArray[Any]]) -> str:
     """Columns of equal length under their names.
 
-    Floats round-trip, truth values are 0 and 1, NaN is an empty field, as in a recording.
+    Floats round-trip, whole numbers stay so, truth values are 0 and 1, NaN is an empty field, as in a
+    recording.
     """
     lists = [[_field(value) for value in values.tolist()] for values in columns.values()]
     rows = [",".join(columns), *(",".join(row) for row in zip(*lists, strict=True))]
@@ -202,7 +211,7 @@ def csv_text(columns: Mapping[str, NDArray[Any]]) -> str:
 
 
 def _field(value: float) -> str:
-    if isinstance(value, bool):
+    if isinstance(value, int):
         return str(int(value))
     return "" if math.isnan(value) else repr(float(value))
 

@@ -1,4 +1,7 @@
-"""Turn a wheel at standstill along a reference, friction compensated by what an observer says of it.
+"""A steering controller that knows the friction
+=============================================
+
+Turn a wheel at standstill along a reference, friction compensated by what an observer says of it.
 
 The closed loop is python-control's: a wheel with inertia on a contact patch, state feedback by LQR, and
 the observer as one more system. The compensation asks the brush model for the aligning torque of the
@@ -103,7 +106,7 @@ def observer() -> control.NonlinearIOSystem:
         model=MODEL,
         values={"k": K},
         rig=RIG,
-        tuning=Tuning(mu=GUESS, noise=0.03),
+        tuning=Tuning(mu=GUESS, noise=0.03, error=float("inf")),
         measurement_model=SteeringTorque(),
     )
     return as_system(ekf, Sample(psi=0.0, psi_dot=0.0, F_N=LOAD, dt=STEP), direct=False)

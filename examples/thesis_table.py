@@ -28,7 +28,7 @@ from thesis_profile import DT, FACTORS, NESTED, RIG, K, steered, zones
 Array = NDArray[np.float64]
 SETTLED = 0.5
 """From here on errors count: before, the thesis says, the angle is too small [s]."""
-CLEAN = Tuning(noise=1e-3, error=1e-3, mu_walk=1e-3, zero_std=1e-4, zero_walk=0.0)
+CLEAN = Tuning(noise=1e-3, error=1e-3, error_travel=0.0, mu_walk=1e-3, zero_std=1e-4, zero_walk=0.0)
 """Tuning for a simulated torque: without noise, by the same model."""
 DELAYED = Model(effects=effects_named(["sensor_delay"]))
 DRAWN = 0.5

@@ -1,6 +1,7 @@
 """Diagnosis: residual of the declared model, effects that it lacks, errors before and after."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +13,7 @@ from identification.experiments.proposals import Proposal
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.fits.problem import torque_range
 from identification.fits.values import grounds_of
+from identification.reading.long_recordings import bounded
 from identification.reading.recordings import Recording
 from identification.residuals.signals import check_signatures
 from identification.results import Diagnosis
@@ -40,6 +42,8 @@ def diagnose(
 ) -> Diagnosis:
     """Find the effects that the declared model lacks.
 
+    Of recordings with more than `MOST_SAMPLES` together, fewer are used; a note says so.
+
     Args:
         recordings: training recordings; shared parameters are fitted to these alone.
         holdout: recordings that judge. Every shared parameter stays frozen on them; only mu, torque
@@ -57,8 +61,9 @@ def diagnose(
             processes cannot import.
         BrushgripError: a process ended before its work was done.
     """
-    everything = [*recordings, *holdout]
+    everything, shortened = bounded([*recordings, *holdout])
     _check(recordings, everything)
+    recordings, holdout = everything[: len(recordings)], everything[len(recordings) :]
     effects = effects_named(candidates)
     check_signatures(effects)
     report = progress or silent
@@ -71,7 +76,8 @@ def diagnose(
         left_out = [_left_out(trial, recordings, holdout, submit, report) for trial in trials]
         proposals = _proposals(steps, runner, criteria, report)
     report("correlating the residual with signals", 0, 1)
-    return build_diagnosis(steps, recordings, holdout, left_out, proposals, effects, criteria)
+    result = build_diagnosis(steps, recordings, holdout, left_out, proposals, effects, criteria)
+    return replace(result, notes=(shortened, *result.notes)) if shortened else result
 
 
 def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 from identification.reading.files import read_bytes
 from identification.results import Diagnosis
 from symbolic import Effect, FoundModel, model_from_tables, units_of
-from symbolic.parsing import json_of, naming
+from symbolic.parsing import LARGEST_MODEL, json_of, naming
 from symbolic.serialisation import MODEL_VERSION
 
 __all__ = ["FoundModel", "model_text", "read_model"]
@@ -51,6 +51,6 @@ def read_model(path: Path, effects: Iterable[Effect] = ()) -> FoundModel:
     Raises:
         InvalidInputError: the file is missing, no JSON, or lacks something; one line says what.
     """
-    content = read_bytes(path)
+    content = read_bytes(path, LARGEST_MODEL)
     with naming(path):
         return model_from_tables(json_of(content), effects)

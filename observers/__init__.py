@@ -4,12 +4,16 @@ from observers.angle_derivative import causal_rate, next_rate
 from observers.casadi_observer import CasadiObserver
 from observers.ekf import Ekf
 from observers.factory import from_files
+from observers.friction_quality import FrictionQuality, friction_quality, friction_spread
 from observers.layout import Layout, ObserverState
 from observers.linearisation import build_clean
 from observers.loop import Loop
 from observers.measurement_model import CLEAN, AligningTorque, MeasurementModel
 from observers.mhe import Mhe
+from observers.plausibility import suspicions_of
+from observers.profiles import PROFILES, profile, tuning_for
 from observers.protocol import (
+    ESTIMATE,
     OUTPUT,
     SAMPLE,
     BatchObserver,
@@ -21,6 +25,7 @@ from observers.protocol import (
     Status,
 )
 from observers.run import run
+from observers.smoothing import smooth
 from observers.steering_torque import SteeringTorque
 from observers.thesis import ZoneHistory, ZoneRootSolver, ZoneRootState, zone_history
 from observers.tuning import Tuning
@@ -28,7 +33,9 @@ from observers.udu import covariance_of
 
 __all__ = [
     "CLEAN",
+    "ESTIMATE",
     "OUTPUT",
+    "PROFILES",
     "SAMPLE",
     "AligningTorque",
     "BatchObserver",
@@ -36,6 +43,7 @@ __all__ = [
     "Ekf",
     "Estimate",
     "Estimates",
+    "FrictionQuality",
     "FunctionObserver",
     "Layout",
     "Loop",
@@ -53,8 +61,14 @@ __all__ = [
     "build_clean",
     "causal_rate",
     "covariance_of",
+    "friction_quality",
+    "friction_spread",
     "from_files",
     "next_rate",
+    "profile",
     "run",
+    "smooth",
+    "suspicions_of",
+    "tuning_for",
     "zone_history",
 ]

@@ -16,9 +16,10 @@ from observers.compiled_step import (
     first_sample,
     run_stretches,
 )
-from observers.layout import Layout, ObserverState
-from observers.measurement_model import SENSIBLE
-from observers.protocol import OUTPUT, Estimate, Sample, Status, prior_estimate
+from observers.effective_friction import build_effective_friction, output_vector
+from observers.layout import Expression, Layout, ObserverState, outputs_of
+from observers.measurement_model import LEAST_FIRST_LOAD, SENSIBLE
+from observers.protocol import ESTIMATE, OUTPUT, Estimate, Sample, Status, prior_estimate
 from observers.tuning import INFORMED
 from symbolic import DECLARED, GEOMETRY, InvalidInputError, Model, Rig
 from symbolic.serialisation import units_of
@@ -30,8 +31,9 @@ Array = NDArray[np.float64]
 class CasadiObserver:
     """A model with its parameters; a subclass defines `layout`, `initial_function` and `step_function`.
 
-    The state is one vector with named parts, see `Layout`; its part `output` (4,) is in the order of
-    `OUTPUT`. Both Functions take `constants`, by default theta and the geometry as `Model.step` does.
+    The state is one vector with named parts, see `Layout`; its part `output` is in the order of
+    `OUTPUT`, and `output()` makes one. Both Functions take `constants`, by default theta and the
+    geometry as `Model.step` does.
 
     Attributes:
         model: the model, with the effects that a diagnosis found if there are any.
@@ -99,6 +101,24 @@ class CasadiObserver:
         """(state, sample, constants) -> (state_next, output), in the order of these arguments."""
         raise NotImplementedError
 
+    def output(
+        self, memory: Expression | None = None, F_N: Expression | None = None, **known: Any
+    ) -> ca.MX:
+        """An output in the order of `OUTPUT`: what is known, and the effective friction that follows.
+
+        Args:
+            memory: of the model after the sample, (m,); None where there is no sample yet.
+            F_N: load at the sample, greater than 0 [N]; None there too.
+            known: mu, mu_std and, as far as they are known, M_z_predicted, nis and status.
+        """
+        if memory is None:
+            return output_vector(**known)
+        theta = self.model.theta({**self.values, "mu": DECLARED[0].start})
+        geometry = ca.DM([getattr(self.rig, name) for name in GEOMETRY])
+        slide = build_effective_friction(self.model)
+        given = (known["mu"], known["mu_std"], memory, F_N, theta, geometry, self.rig.slide_rate)
+        return output_vector(**outputs_of(slide, *given), **known)
+
     @cached_property
     def constants(self) -> Array:
         """Theta at the start value of mu, and the geometry."""
@@ -120,12 +140,13 @@ class CasadiObserver:
         """The state before the first sample, at whose angle the patch is at rest.
 
         Raises:
-            InvalidInputError: psi is not finite or F_N is not greater than 0.
+            InvalidInputError: psi is not finite or F_N is less than 0.001 N.
         """
-        if not (abs(first.psi) < SENSIBLE and 0 < first.F_N < SENSIBLE):
+        if not (abs(first.psi) < SENSIBLE and LEAST_FIRST_LOAD <= first.F_N < SENSIBLE):
             raise InvalidInputError(
-                "the first sample must have a finite psi and F_N > 0 N, as they say where the patch"
-                f" stands; got psi = {first.psi} rad, F_N = {first.F_N} N; wait for one that has"
+                f"the first sample must have a finite psi and F_N >= {LEAST_FIRST_LOAD:g} N, as they say"
+                f" where the patch stands; got psi = {first.psi} rad, F_N = {first.F_N} N; wait for one"
+                " that has"
             )
         state = self.initial_function(np.array(first.numbers), self.constants)
         return ObserverState(state.full().ravel(), self.layout)
@@ -141,24 +162,19 @@ class CasadiObserver:
 
     def estimate(self, state: ObserverState) -> Estimate:
         """The estimate of a state."""
-        mu, std, predicted, status = state["output"].tolist()
+        mu, std, predicted, mu_eff, mu_eff_std, M_slide, nis, status = state["output"].tolist()
         return Estimate(
-            mu=mu,
-            mu_std=std,
-            M_z_predicted=predicted,
-            informed=std < self._informed_below * mu,
-            status=Status(int(status)),
-        )
+            mu=mu, mu_std=std, M_z_predicted=predicted, informed=std < self._informed_below * mu,
+            mu_eff=mu_eff, mu_eff_std=mu_eff_std, M_slide=M_slide, nis=nis, status=Status(int(status)),
+        )  # fmt: skip
 
     def run_samples(self, samples: Array) -> Array:
         """A whole recording; see `BatchObserver.run_samples`."""
         start = self.init(first_sample(samples)).values
         stretch = compiled_stretch(self._function)
         output = dict(zip(OUTPUT, run_stretches(stretch, start, samples, self.constants), strict=True))
-        informed = output["mu_std"] < self.informed_below * output["mu"]
-        return np.vstack(
-            [output["mu"], output["mu_std"], output["M_z_predicted"], informed, output["status"]]
-        )
+        output["informed"] = output["mu_std"] < self.informed_below * output["mu"]
+        return np.vstack([output[name] for name in ESTIMATE])
 
     @property
     def _theta_labels(self) -> tuple[str, ...]:

@@ -60,12 +60,24 @@ def compiled_stretch(step: ca.Function) -> ca.Function:
 
 def run_stretches(stretch: ca.Function, state: Array, samples: Array, constants: Array) -> Array:
     """The output of every sample, one column each; see `compiled_stretch`."""
+    return _stretches(stretch, state, samples, constants, 1)
+
+
+def states_of(stretch: ca.Function, state: Array, samples: Array, constants: Array) -> Array:
+    """The state after every sample, one column each."""
+    return _stretches(stretch, state, samples, constants, 0)
+
+
+def _stretches(
+    stretch: ca.Function, state: Array, samples: Array, constants: Array, wanted: int
+) -> Array:
+    """States (0) or outputs (1) along samples."""
     present, count = ca.DM(state), samples.shape[1]
     padded = np.pad(samples, ((0, 0), (0, -count % STRETCH)), mode="edge")
     tiled = ca.DM(np.tile(constants.reshape(-1, 1), STRETCH))
     outputs = []
     for at in range(0, count, STRETCH):
-        states, output = stretch.call([present, ca.DM(padded[:, at : at + STRETCH]), tiled])
-        present = states[:, -1]
-        outputs.append(output.full())
+        results = stretch.call([present, ca.DM(padded[:, at : at + STRETCH]), tiled])
+        present = results[0][:, -1]
+        outputs.append(results[wanted].full())
     return np.hstack(outputs)[:, :count]

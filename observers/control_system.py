@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from observers.casadi_observer import CasadiObserver
 from observers.layout import ObserverState
-from observers.protocol import ESTIMATE, Estimate, Sample
+from observers.protocol import ESTIMATE, Sample
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
@@ -32,11 +32,12 @@ def as_system(
         observer: an `Ekf`, an `Mhe` or another `CasadiObserver`.
         first: says where the patch stands at rest, and the time between samples, its dt.
         direct: the output holds the present sample already, as `observers.run` has it. False: it is that
-            of the state before, for a controller that chooses the present sample's torque by it; there
-            M_z_predicted is 0 before the first sample.
+            of the state before, for a controller that chooses the present sample's torque by it. What is
+            NaN in an estimate, such as M_z_predicted before the first sample, is 0.
 
     Raises:
-        InvalidInputError: the observer's state is no vector, or `first` has no finite psi and F_N > 0.
+        InvalidInputError: the observer's state is no vector, or `first` has no finite psi and F_N
+            of at least 0.001 N.
     """
     if not isinstance(observer, CasadiObserver):
         raise InvalidInputError(
@@ -58,7 +59,8 @@ def as_system(
         return step(x, u).values
 
     def output(_t: float, x: Array, u: Array, _params: object) -> Array:
-        return _numbers(observer.estimate(step(x, u) if direct else state_of(x)))
+        # Never NaN, which an interconnection would spread.
+        return np.nan_to_num(observer.estimate(step(x, u) if direct else state_of(x)).numbers)
 
     return control.nlsys(
         update,
@@ -69,8 +71,3 @@ def as_system(
         dt=first.dt,
         name=observer.name,
     )
-
-
-def _numbers(now: Estimate) -> Array:
-    """The estimate as numbers; never NaN, which an interconnection would spread."""
-    return np.nan_to_num([now.mu, now.mu_std, now.M_z_predicted, now.informed, int(now.status)])

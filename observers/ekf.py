@@ -13,6 +13,7 @@ from functools import cache, partial
 import casadi as ca
 
 from observers.innovation_gate import COUNTS, build_innovation, huber_weight
+from observers.innovation_monitor import MONITOR, change_variance
 from observers.layout import Layout, named, outputs_of
 from observers.linearisation import (
     build_clean,
@@ -23,11 +24,12 @@ from observers.linearisation import (
     directions,
     state_index,
 )
-from observers.measurement_model import CLEAN, MeasurementModel, log_mu_variance
+from observers.measurement_model import CLEAN, MeasurementModel
 from observers.model_observer import (
     ModelObserver,
     build_step_function,
     clip_to_bounds,
+    friction_output,
     step_output,
     step_symbols,
 )
@@ -59,7 +61,8 @@ class Ekf(ModelObserver):
     Parts of its state: `memory` (m,) of the patch and, where it depends on the tyre,
     `memory_sensitivity` (m, t) and the tyre's parameters `linearisation_point` (t,) that it holds for;
     `x` (n,) in the order of `states` and `factor` (n, n) of its covariance, see `covariance_of`; `last`,
-    the last sample; `M_z` and `slopes`; `counts`, streak and changes of the ground; `output`.
+    the last sample; `M_z` and `slopes`; `counts`, streak and changes of the ground; `monitor`, see
+    `observers.innovation_monitor`; `output`.
     """
 
     iterations: int = 1
@@ -101,6 +104,7 @@ def layout(model: PatchModel, measurement_model: MeasurementModel) -> Layout:
             ("M_z", 1, 1),
             ("slopes", len(directions(measurement_model)), 1),
             ("counts", len(COUNTS), 1),
+            ("monitor", len(MONITOR), 1),
             ("output", len(OUTPUT), 1),
         )
     )
@@ -125,11 +129,11 @@ def build_step(
     patch = measurement_model.patch_before(before, partial(update_patch, x))
     test = outputs_of(
         build_innovation(measurement_model), x, covariance(factor), patch["M_z"], patch["slopes"],
-        now, before["counts"], rig, tuning,
+        now, before["counts"], before["monitor"], rig, tuning,
     )  # fmt: skip
     at = state_index(measurement_model)
     variance = covariance(factor)[at, at]
-    increment = test["reset"] * log_mu_variance(named(TUNING_FIELDS, tuning))
+    increment = test["reset"] * change_variance(named(TUNING_FIELDS, tuning))
     factor[at, at] += increment
     spread = test["H_P_H"] + increment * test["H"][at] ** 2
     weight = test["weight"] * test["accepted"]
@@ -151,12 +155,13 @@ def build_step(
     if memory_depends_on_tyre(model, measurement_model):
         retention = reset_retention(test["reset"], variance, increment)
         patch["memory_sensitivity"] = retention * patch["memory_sensitivity"]
-    output = step_output(
-        measurement_model, corrected, covariance(after)[at, at], M_z, tuning, test, held=imputed
+    friction = friction_output(
+        model, corrected, covariance(after), patch["memory"], now, theta, rig, tuning, at=at
     )
+    output = step_output(measurement_model, corrected, friction, M_z, tuning, test, held=imputed)
     state_next = {
         **patch, "x": corrected, "factor": after, "last": now, "counts": test["counts_next"],
-        "output": output,
+        "monitor": test["monitor_next"], "output": output,
     }  # fmt: skip
     return build_step_function("ekf_step", symbols, parts.join(state_next), output)
 

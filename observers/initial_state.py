@@ -4,6 +4,7 @@ from functools import cache
 
 import casadi as ca
 
+from observers.effective_friction import output_vector
 from observers.layout import Layout, named
 from observers.measurement_model import CLEAN, RIG, MeasurementModel, is_known
 from observers.patch_model import PatchModel, constants_size, split_constants
@@ -45,7 +46,7 @@ def build_initial_state(
         "x": mean,
         "factor": ca.diag(variance),
         "last": last,
-        "output": ca.vertcat(tuning["mu"], tuning["mu_std"], float("nan"), 0),
+        "output": output_vector(mu=tuning["mu"], mu_std=tuning["mu_std"]),
         "seen": _at_rest(SIGNALS, first),
         "angle_slope": ca.vertcat(first["psi"], 0),
         "mean": mean,
@@ -62,4 +63,5 @@ def build_initial_state(
 
 def _at_rest(names: tuple[str, ...], first: dict[str, ca.MX]) -> ca.MX:
     """The angle and the load of the first sample, 0 for everything else."""
-    return ca.vertcat(*(first[name] if name in ("psi", "F_N") else 0 for name in names))
+    given = {"psi": first["psi"], "F_N": first["F_N"], "F_N_first": first["F_N"]}
+    return ca.vertcat(*(given.get(name, 0) for name in names))

@@ -1,7 +1,8 @@
 """Test of the innovation: outliers, and changes of the ground.
 
 An innovation beyond the gate is rejected. After `Tuning.reset_after` in a row, all to one side, the
-ground has changed: the variance of the prior is added to that of ln mu, and the samples are accepted.
+ground has changed: the variance that two grounds differ by is added to that of ln mu, and the samples
+are accepted. What stays within the gate is watched by `observers.innovation_monitor`.
 
 Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001),
 section 5.4 for the test of the innovation; Huber, Robust Statistics (1981), for the loss.
@@ -12,8 +13,9 @@ from typing import Any
 
 import casadi as ca
 
+from observers.innovation_monitor import MONITOR, build_monitor
 from observers.layout import named
-from observers.linearisation import build_measurement
+from observers.linearisation import build_measurement, state_index
 from observers.measurement_model import MeasurementModel
 from observers.tuning import TUNING_FIELDS
 
@@ -36,7 +38,7 @@ def build_gate() -> ca.Function:
     streak, resets = ca.vertsplit(counts)
     limits = named(TUNING_FIELDS, tuning)
     measured = weight > 0
-    deviation = ca.sqrt(H_P_H + ca.fmin(huber_scale, 1 / ca.if_else(measured, weight, 1)))
+    deviation = ca.sqrt(innovation_variance(H_P_H, weight, huber_scale))
     beyond = ca.logic_and(measured, ca.fabs(innovation) > limits["gate"] * deviation)
     side = ca.if_else(innovation > 0, 1, -1)
     run = ca.if_else(beyond, ca.fmax(streak * side, 0) + 1, 0)
@@ -56,9 +58,11 @@ def build_gate() -> ca.Function:
 def build_innovation(measurement_model: MeasurementModel) -> ca.Function:
     """The innovation of a sample and its test, by name.
 
-    (x, P, M_z, slopes, now, counts, rig, tuning) -> (innovation, H, weight, expected, huber_scale,
-    H_P_H, accepted, reset, run, counts_next), as of `build_measurement` and `build_gate`; x (n,) and P
-    (n, n) are predicted.
+    (x, P, M_z, slopes, now, counts, monitor, rig, tuning) -> (innovation, H, weight, expected,
+    huber_scale, independent, H_P_H, nis, missing, accepted, reset, run, counts_next, inconsistent,
+    monitor_next), as of `build_measurement`, `build_gate` and `build_monitor`; x (n,) and P (n, n) are
+    predicted. nis is innovation^2 over `innovation_variance`, NaN where it is missing. An alarm of the
+    monitor is a reset with a run of this one sample.
     """
     measurement = build_measurement(measurement_model)
     symbols = {name: ca.MX.sym(name, *measurement.size_in(name)) for name in measurement.name_in()}
@@ -66,18 +70,42 @@ def build_innovation(measurement_model: MeasurementModel) -> ca.Function:
         ca.MX.sym("P", symbols["x"].numel(), symbols["x"].numel()),
         ca.MX.sym("counts", len(COUNTS)),
     )
-    innovation, H, weight, expected, huber_scale = measurement(*symbols.values())
-    H_P_H = ca.dot(H, P @ H)
-    test = build_gate()(innovation, H_P_H, weight, huber_scale, counts, symbols["tuning"])
-    inputs = {"x": symbols.pop("x"), "P": P, **symbols, "counts": counts}
-    order = ["x", "P", "M_z", "slopes", "now", "counts", "rig", "tuning"]
+    monitor = ca.MX.sym("monitor", len(MONITOR))
+    innovation, H, weight, expected, huber_scale, independent = measurement(*symbols.values())
+    H_P_H, missing = ca.dot(H, P @ H), weight <= 0
+    accepted, reset, run, counts_next = build_gate()(
+        innovation, H_P_H, weight, huber_scale, counts, symbols["tuning"]
+    )
+    variance = innovation_variance(H_P_H, weight, huber_scale)
+    nis = ca.if_else(missing, float("nan"), innovation**2 / variance)
+    alarm, inconsistent, monitor_next = build_monitor()(
+        innovation, H[state_index(measurement_model)], variance, independent * ca.logic_not(missing),
+        accepted * ca.logic_not(reset), monitor, symbols["tuning"],
+    )  # fmt: skip
+    counts_next[COUNTS.index("resets")] += alarm
+    test = (accepted, reset + alarm, ca.fmax(run, alarm), counts_next, inconsistent, monitor_next)
+    inputs = {"x": symbols.pop("x"), "P": P, **symbols, "counts": counts, "monitor": monitor}
+    order = ["x", "P", "M_z", "slopes", "now", "counts", "monitor", "rig", "tuning"]
     return ca.Function(
         "innovation",
         [inputs[name] for name in order],
-        [innovation, H, weight, expected, huber_scale, H_P_H, weight <= 0, *test],
+        [innovation, H, weight, expected, huber_scale, independent, H_P_H, nis, missing, *test],
         order,
-        [*measurement.name_out(), "H_P_H", "missing", *build_gate().name_out()],
+        [
+            *measurement.name_out(),
+            "H_P_H",
+            "nis",
+            "missing",
+            *build_gate().name_out(),
+            "inconsistent",
+            "monitor_next",
+        ],
     )
+
+
+def innovation_variance(H_P_H: Expression, weight: Expression, huber_scale: Expression) -> Expression:
+    """Variance of one innovation; a model error that lasts counts with its size, not with its weight."""
+    return H_P_H + ca.fmin(huber_scale, 1 / ca.if_else(weight > 0, weight, 1))
 
 
 def huber_weight(

@@ -80,10 +80,11 @@ def build_motion(measurement_model: MeasurementModel) -> ca.Function:
 
 @cache
 def build_measurement(measurement_model: MeasurementModel) -> ca.Function:
-    """(x, M_z, slopes, now, rig, tuning) -> (innovation, H, weight, expected, huber_scale), for now.
+    """The measurement of the sample now.
 
-    expected and huber_scale as in `Measurement`, H (n,) the derivative of expected by x; innovation is
-    measured - expected and weight the inverse variance of its error, both 0 where it is missing.
+    (x, M_z, slopes, now, rig, tuning) -> (innovation, H, weight, expected, huber_scale, independent).
+    The last three as in `Measurement`, H (n,) the derivative of expected by x; innovation is measured -
+    expected and weight the inverse variance of its error, both 0 where it is missing.
     """
     names = ("x", "M_z", "slopes", "now", "rig", "tuning")
     x, M_z, slopes, now, rig, tuning = inputs = _symbols(measurement_model, *names)
@@ -102,9 +103,16 @@ def build_measurement(measurement_model: MeasurementModel) -> ca.Function:
     return ca.Function(
         "measurement",
         inputs,
-        [innovation, ca.densify(H), weight, measurement.expected, measurement.huber_scale],
+        [
+            innovation,
+            ca.densify(H),
+            weight,
+            measurement.expected,
+            measurement.huber_scale,
+            ca.SX(measurement.independent),
+        ],
         list(names),
-        ["innovation", "H", "weight", "expected", "huber_scale"],
+        ["innovation", "H", "weight", "expected", "huber_scale", "independent"],
     )
 
 

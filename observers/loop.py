@@ -7,8 +7,9 @@ from numbers import Integral
 from typing import Any
 
 from observers.angle_derivative import next_rate
-from observers.measurement_model import SENSIBLE
-from observers.protocol import Estimate, Observer, Sample, prior_estimate
+from observers.measurement_model import LEAST_FIRST_LOAD, SENSIBLE
+from observers.plausibility import Evidence, gathered, suspicions
+from observers.protocol import Estimate, Observer, Sample, Status, prior_estimate
 from symbolic import InvalidInputError
 
 
@@ -25,28 +26,37 @@ class _LoopState:
 class Loop:
     """An observer that keeps its state: `loop(sample)` is the estimate after the sample.
 
-    It starts at the first sample with a sensible psi and F_N > 0 N, which says where the patch stands at
-    rest. A yaw rate that a sample lacks, NaN, is taken from the past of the angle as in `observers.run`.
+    It starts at the first sample with a sensible psi and F_N >= 0.001 N, which says where the patch
+    stands at rest. A yaw rate that a sample lacks, NaN, is taken from the past of the angle as in
+    `observers.run`.
+    Where samples look like ones in another unit or of the other sign, no estimate is informed and its
+    status is `Status.IMPLAUSIBLE`.
 
     Attributes:
         observer: the observer.
         history: samples that a late measurement may reach back, the newest included.
+        check_units: look for other units and signs where the observer has a rig, see
+            `observers.plausibility`.
 
     Raises:
         InvalidInputError: history is no whole number of at least 1.
     """
 
-    def __init__(self, observer: Observer, history: int = 50) -> None:
+    def __init__(self, observer: Observer, history: int = 50, *, check_units: bool = True) -> None:
         """Begin without a sample."""
         if not (isinstance(history, int) and history >= 1):
             raise InvalidInputError(f"history must be a whole number of at least 1, got {history}")
         self.observer = observer
         self.history = history
+        self.check_units = check_units
+        self._rig = getattr(observer, "rig", None) if check_units else None
         self.reset()
 
     def reset(self) -> None:
         """Forget all samples; the next usable one starts anew."""
         self._present = _LoopState()
+        self._evidence = Evidence()
+        self.suspicions: tuple[str, ...] = ()
         # Each sample with the state before it.
         self._past: deque[tuple[_LoopState, Sample]] = deque(maxlen=self.history)
 
@@ -59,6 +69,9 @@ class Loop:
         """The estimate after one more sample; before the start the prior, `Status.MISSING`."""
         self._past.append((self._present, sample))
         self._present = self._after(self._present, sample)
+        if self._rig is not None:
+            self._evidence = gathered(self._evidence, sample, self._rig, self.observer.channel)
+            self.suspicions = suspicions(self._evidence)
         return self._estimate(sample)
 
     def late(
@@ -108,13 +121,16 @@ class Loop:
         state = before.state
         if not abs(sample.psi_dot) < SENSIBLE:
             sample = replace(sample, psi_dot=rate)
-        if state is None and abs(sample.psi) < SENSIBLE and SENSIBLE > sample.F_N > 0:
+        if state is None and abs(sample.psi) < SENSIBLE and LEAST_FIRST_LOAD <= sample.F_N < SENSIBLE:
             state = self.observer.init(sample)
         state = None if state is None else self.observer.step(state, sample)
         return _LoopState(state, psi, age, rate)
 
     def _estimate(self, sample: Sample) -> Estimate:
         """The present estimate; the newest sample only lends its dt to the prior."""
-        if self.state is not None:
-            return self.observer.estimate(self.state)
-        return prior_estimate(self.observer, sample.dt)
+        if self.state is None:
+            return prior_estimate(self.observer, sample.dt)
+        estimate = self.observer.estimate(self.state)
+        if not self.suspicions:
+            return estimate
+        return replace(estimate, informed=False, status=estimate.status | Status.IMPLAUSIBLE)

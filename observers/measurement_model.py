@@ -23,14 +23,21 @@ from symbolic import Model, Rig, full_slide_torque
 Expression = Any
 Parts = Mapping[str, Expression]
 Moments = tuple[Expression, Expression]
-RIG = ("a", "e", "J_A", "b_t")
+RIG = ("a", "e", "J_A", "b_t", "slide_rate")
 """Order of the rig's numbers."""
 LONGEST = 0.05
 """The weight of a sample grows with its time step up to this step [s]."""
 SENSIBLE = 1e9
 """Sensor values of this magnitude and above are invalid, in SI units; 1e20 squared overflows a float."""
-CLEAN = (*SAMPLE, "M_age")
-"""Order of a cleaned sample: last valid values in place of missing ones; time since M was valid [s]."""
+LEAST_FIRST_LOAD = 1e-3
+"""Least load of a first sample [N]."""
+LEAST_LOAD = 0.05
+"""Share of the first load below which a load is missing [1]: a torque weighs with 1 / F_N^2."""
+CLEAN = (*SAMPLE, "M_age", "F_N_first", "travel")
+"""Order of a cleaned sample: last valid values in place of missing ones; time since M was valid [s];
+load of the first sample [N]; turn since the last sample without its sign [rad]."""
+SHORTEST_TRAVEL = 1e-9
+"""Turn that counts as none [rad]."""
 Update = TypeVar("Update")
 
 
@@ -43,12 +50,15 @@ class Measurement:
         measured: value of the sensor, NaN where it is missing.
         precision: inverse variance of the white measurement error; 0 in an empty place of a window.
         huber_scale: square of the error up to which Huber's loss is quadratic.
+        independent: share of an independent sample that this one is worth [1], less than 1 where the
+            error of the model lasts.
     """
 
     expected: Expression
     measured: Expression
     precision: Expression
     huber_scale: Expression
+    independent: Expression = 1
 
 
 class MeasurementModel(Hashable, Protocol):
@@ -97,10 +107,15 @@ def is_known(value: Expression) -> Expression:
     return ca.fabs(value) < SENSIBLE
 
 
-def impute_load(sample: Parts, last: Parts) -> tuple[Expression, Expression]:
-    """The load [N], the last one where it is missing or not positive, and whether that is so."""
-    known = ca.logic_and(is_known(sample["F_N"]), sample["F_N"] > 0)
-    return ca.if_else(known, sample["F_N"], last["F_N"]), ca.logic_not(known)
+def impute_load(sample: Parts, last: Parts) -> tuple[Expression, Expression, Expression]:
+    """The load [N], whether it is missing, so that the last one stands, and whether it is too small.
+
+    A load below `LEAST_LOAD` of the first one, zero or negative too, is missing as NaN is.
+    """
+    given = is_known(sample["F_N"])
+    too_small = ca.logic_and(given, sample["F_N"] < LEAST_LOAD * last["F_N_first"])
+    missing = ca.logic_or(ca.logic_not(given), too_small)
+    return ca.if_else(missing, last["F_N"], sample["F_N"]), missing, too_small
 
 
 def random_walk(
@@ -131,6 +146,17 @@ def random_walk_prior(tuning: Parts, states: tuple[str, ...], slide: Expression)
 def log_mu_variance(tuning: Parts) -> Expression:
     """Variance of ln mu on an unknown ground [1]."""
     return (tuning["mu_std"] / tuning["mu"]) ** 2
+
+
+def independent_share(travel: Expression, error_travel: Expression) -> Expression:
+    """Share of an independent sample of the model's error that a turn [rad] is worth, at most 1."""
+    return ca.fmin(1, (travel + SHORTEST_TRAVEL) / (error_travel + SHORTEST_TRAVEL))
+
+
+def model_error_variance(tuning: Parts) -> Expression:
+    """Variance of the model's error, as a share squared [1]; 0 where `noise` is all that there is."""
+    stated = ca.logic_and(tuning["error_travel"] > 0, tuning["error"] < SENSIBLE)
+    return ca.if_else(stated, tuning["error"] ** 2, 0)
 
 
 def select_states(**selected: bool) -> tuple[str, ...]:
@@ -174,18 +200,27 @@ class AligningTorque:
         return random_walk_prior(tuning, self.states, slide)
 
     def clean(self, sample: Parts, last: Parts) -> tuple[Parts, Expression]:
-        """Where the angle is missing, the patch does not turn and the torque is ignored."""
+        """Where the angle is missing, the patch does not turn; there the torque is ignored.
+
+        It is also ignored where the load is given, but too small: a wheel that is lifted says nothing.
+        """
         known = is_known(sample["psi"])
-        F_N, load_imputed = impute_load(sample, last)
+        F_N, load_imputed, too_small = impute_load(sample, last)
+        usable = ca.logic_and(known, ca.logic_not(too_small))
         turning = ca.logic_and(known, is_known(sample["psi_dot"]))
+        psi = ca.if_else(known, sample["psi"], last["psi"])
         now = {
-            "psi": ca.if_else(known, sample["psi"], last["psi"]),
+            "psi": psi,
             "psi_dot": ca.if_else(turning, sample["psi_dot"], 0),
             "F_N": F_N,
             "dt": sample["dt"],
-            "M_z": ca.if_else(known, sample["M_z"], float("nan")),
+            "M_z": ca.if_else(usable, sample["M_z"], float("nan")),
             "M": 0,
             "M_age": 0,
+            "travel": ca.if_else(
+                turning, ca.fabs(sample["psi_dot"]) * sample["dt"], ca.fabs(psi - last["psi"])
+            ),
+            "F_N_first": last["F_N_first"],
         }
         return now, ca.logic_or(load_imputed, ca.logic_not(known))
 
@@ -200,12 +235,15 @@ class AligningTorque:
         self, x: Parts, M_z: Expression, now: Parts, rig: Parts, tuning: Parts
     ) -> Measurement:
         """The aligning torque with the zero of its channel [N m]."""
-        slide = full_slide_torque(now["F_N"], rig["a"])
+        slide, dt = full_slide_torque(now["F_N"], rig["a"]), ca.fmin(now["dt"], LONGEST)
+        independent = independent_share(now["travel"], tuning["error_travel"])
+        noise, error = REFERENCE_STEP * tuning["noise"] ** 2, model_error_variance(tuning)
         return Measurement(
             expected=M_z + x.get("M_0", 0),
             measured=now["M_z"],
-            precision=ca.fmin(now["dt"], LONGEST) / (REFERENCE_STEP * (tuning["noise"] * slide) ** 2),
+            precision=dt * independent / ((error * dt + noise * independent) * slide**2),
             huber_scale=(tuning["error"] * slide) ** 2,
+            independent=independent,
         )
 
     def patch_before(self, stored: Update, update: Callable[[], Update]) -> Update:

@@ -9,8 +9,8 @@ minimise
 
 with the motion f, the measurement y and their noises of the measurement model, and no r_i where y_i is
 missing or rejected; mu is clipped to its bounds after each step. rho is Huber's function. Where the
-ground has changed, Q_i of ln mu includes the variance of the prior, and samples that were rejected
-before are accepted again.
+ground has changed, Q_i of ln mu includes the variance between two grounds, and samples that were
+rejected before are accepted again.
 
 The memory of the patch is stored with every sample, see `observers.patch_history`.
 
@@ -26,9 +26,10 @@ from functools import cache, partial
 import casadi as ca
 
 from observers.innovation_gate import COUNTS, build_innovation
+from observers.innovation_monitor import MONITOR, change_variance
 from observers.layout import Layout, named, outputs_of
 from observers.linearisation import build_clean, state_index
-from observers.measurement_model import CLEAN, MeasurementModel, log_mu_variance
+from observers.measurement_model import CLEAN, MeasurementModel
 from observers.mhe_terms import (
     ROWS,
     arrival_jump,
@@ -38,7 +39,13 @@ from observers.mhe_terms import (
     build_prediction,
     is_unsettled,
 )
-from observers.model_observer import build_step_function, clip_to_bounds, step_output, step_symbols
+from observers.model_observer import (
+    build_step_function,
+    clip_to_bounds,
+    friction_output,
+    step_output,
+    step_symbols,
+)
 from observers.patch_history import PatchHistory
 from observers.patch_model import PatchModel, split_constants
 from observers.patch_update import memory_depends_on_tyre, reset_retention, sensitivity_retention
@@ -59,6 +66,7 @@ def layout(model: PatchModel, measurement_model: MeasurementModel, window: int) 
             ("factor", n, n),
             ("P_newest", n, n),
             ("counts", len(COUNTS), 1),
+            ("monitor", len(MONITOR), 1),
             ("output", len(OUTPUT), 1),
         )
     )
@@ -123,12 +131,12 @@ def build_window_step(
     M_z, slopes = torques(history, x)
     test = outputs_of(
         build_innovation(measurement_model), x_newest, P, M_z[-1], slopes[:, -1], now,
-        before["counts"], rig, tuning,
+        before["counts"], before["monitor"], rig, tuning,
     )  # fmt: skip
     # A memory that depends on the old friction does not fit samples of the new ground: they stay
     # rejected.
     run = 1 if memory_depends_on_tyre(model, measurement_model) else test["run"]
-    unknown = log_mu_variance(named(TUNING_FIELDS, tuning))
+    unknown = change_variance(named(TUNING_FIELDS, tuning))
     samples = _accept(samples, ca.MX(ca.vertcat(test["accepted"], test["reset"], run)), unknown)
     at = state_index(measurement_model)
     factor[at, at] += arrival_jump(window, test["reset"], run, unknown)
@@ -147,13 +155,15 @@ def build_window_step(
 
     history, M_z = measurement_model.patch_after((history, test["expected"]), updated)
     old = reset_retention(test["reset"], before["P_newest"][at, at], unknown)
-    output = step_output(
-        measurement_model, x_newest, P[at, at], M_z, tuning, test, held=imputed,
-        unsettled=is_unsettled(measurement_model, x_newest, previous[:, -1], P),
-    )  # fmt: skip
+    memory = patch.newest(history)["memory"]
+    friction = friction_output(model, x_newest, P, memory, now, theta, rig, tuning, at=at)
+    unsettled = is_unsettled(measurement_model, x_newest, previous[:, -1], P)
+    conditions = {"held": imputed, "unsettled": unsettled}
+    output = step_output(measurement_model, x_newest, friction, M_z, tuning, test, **conditions)
     state_next = {
         **patch.scale_newest_sensitivity(history, old), "samples": samples, "x": x, "mean": mean,
-        "factor": factor, "P_newest": P, "counts": test["counts_next"], "output": output,
+        "factor": factor, "P_newest": P, "counts": test["counts_next"],
+        "monitor": test["monitor_next"], "output": output,
     }  # fmt: skip
     return build_step_function("mhe_step", symbols, parts.join(state_next), output)
 

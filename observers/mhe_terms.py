@@ -56,7 +56,7 @@ def build_forward(measurement_model: MeasurementModel) -> ca.Function:
     mean, factor = (ca.MX.sym(name, *update.size_in(name)) for name in ("mean", "factor"))
     row, row_next = ca.MX.sym("row", len(ROWS)), ca.MX.sym("row_next", len(ROWS))
     now, now_next = (vector[: len(CLEAN)] for vector in (row, row_next))
-    innovation, H, weight, _, huber_scale = measurement(x, M_z, slopes, now, rig, tuning)
+    innovation, H, weight, _, huber_scale, _ = measurement(x, M_z, slopes, now, rig, tuning)
     weight = weight * huber_weight(innovation, huber_scale) * row[ROWS.index("accepted")]
     _, A, Q, b = motion(x, M_z, slopes, now, now_next, rig, tuning)
     Q[state_index(measurement_model)] += row_next[ROWS.index("jump")]

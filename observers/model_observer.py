@@ -10,17 +10,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observers.casadi_observer import CasadiObserver
+from observers.effective_friction import build_effective_friction, output_vector
 from observers.initial_state import build_initial_state
-from observers.layout import Layout, named
+from observers.layout import Layout, named, outputs_of
 from observers.linearisation import state_index
-from observers.measurement_model import RIG, AligningTorque, MeasurementModel
+from observers.measurement_model import CLEAN, RIG, AligningTorque, MeasurementModel
 from observers.patch_model import PatchModel, constants_size
 from observers.protocol import SAMPLE, Status
 from observers.tuning import TUNING_FIELDS, Tuning
-from symbolic import InvalidInputError, Model, Rig
+from symbolic import GEOMETRY, InvalidInputError, Model, Rig
 
 Array = NDArray[np.float64]
-RIG_UNITS = ("m", "m", "kg m^2", "N m s/rad")
+RIG_UNITS = ("m", "m", "kg m^2", "N m s/rad", "rad/s")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -127,10 +128,42 @@ def clip_to_bounds(measurement_model: MeasurementModel, x: ca.MX, tuning: ca.MX)
     return ca.vertcat(*rows)
 
 
+def friction_output(
+    model: PatchModel,
+    x: ca.MX,
+    P: ca.MX,
+    memory: ca.MX,
+    now: ca.MX,
+    theta: ca.MX,
+    rig: ca.MX,
+    tuning: ca.MX,
+    *,
+    at: int,
+) -> dict[str, ca.MX]:
+    """Friction and effective friction with their standard deviations, M_slide: parts of the output.
+
+    Args:
+        model: the model.
+        x: corrected states (n,).
+        P: their covariance (n, n).
+        memory: of the model after the sample (m,).
+        now: the sample, cleaned.
+        theta: parameters of the model.
+        rig: as in `RIG`.
+        tuning: as in `TUNING_FIELDS`, for what no measurement lowers.
+        at: index of ln mu in the states.
+    """
+    mu = ca.exp(x[at])
+    std = mu * ca.sqrt(P[at, at] + named(TUNING_FIELDS, tuning)["mu_floor"] ** 2)
+    given = (mu, std, memory, now[CLEAN.index("F_N")], theta, rig[: len(GEOMETRY)])
+    slide = outputs_of(build_effective_friction(model), *given, named(RIG, rig)["slide_rate"])
+    return {"mu": mu, "mu_std": std, **slide}
+
+
 def step_output(
     measurement_model: MeasurementModel,
     x: ca.MX,
-    variance: ca.MX,
+    friction: Mapping[str, ca.MX],
     M_z: ca.MX,
     tuning: ca.MX,
     test: Mapping[str, ca.MX],
@@ -141,20 +174,20 @@ def step_output(
     Args:
         measurement_model: gives the order of the states.
         x: corrected states (n,).
-        variance: that of ln mu [1].
+        friction: as of `friction_output`.
         M_z: predicted aligning torque [N m].
         tuning: as in `TUNING_FIELDS`.
-        test: missing, accepted and reset of the innovation, see `observers.innovation_gate`.
+        test: missing, accepted, reset, nis and inconsistent of the innovation, see
+            `observers.innovation_gate`.
         conditions: further flags of `Status` in small letters.
     """
     log_mu, limits = x[state_index(measurement_model)], named(TUNING_FIELDS, tuning)
     bound = ca.logic_or(log_mu <= ca.log(limits["least"]), log_mu >= ca.log(limits["greatest"]))
-    mu = ca.exp(log_mu) * ca.vertcat(1, ca.sqrt(variance))
     status = status_flags(
         missing=test["missing"], rejected=ca.logic_not(test["accepted"]), reset=test["reset"],
-        bound=bound, **conditions,
+        bound=bound, inconsistent=test["inconsistent"], **conditions,
     )  # fmt: skip
-    return ca.vertcat(mu, M_z, status)
+    return output_vector(**friction, M_z_predicted=M_z, nis=test["nis"], status=status)
 
 
 def step_symbols(model: PatchModel, parts: Layout) -> list[ca.MX]:

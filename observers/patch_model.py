@@ -36,6 +36,10 @@ class PatchModel(Hashable, Protocol):
     def torque(self) -> ca.Function:
         """(memory_next, seen, theta, geometry) -> M_z [N m]."""
 
+    @property
+    def full_slide(self) -> ca.Function:
+        """(memory, F_N, theta, geometry, rate) -> (mu_eff, M_slide), see `symbolic.full_slide`."""
+
     def memory_depends_on(self, coordinate: str) -> bool:
         """True where the memory depends on a parameter."""
 

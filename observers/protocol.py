@@ -17,9 +17,9 @@ LONGEST_STEP = 3600.0
 """A pause longer than this is the end of a measurement [s]."""
 SAMPLE = ("psi", "psi_dot", "F_N", "dt", "M_z", "M")
 """Order of a sample's numbers."""
-OUTPUT = ("mu", "mu_std", "M_z_predicted", "status")
+OUTPUT = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide", "nis", "status")
 """Order of the output of an observer's step Function."""
-ESTIMATE = ("mu", "mu_std", "M_z_predicted", "informed", "status")
+ESTIMATE = (*OUTPUT[:3], "informed", *OUTPUT[3:])
 """Order of an estimate's numbers; `informed` is 0 or 1, `status` the number of a `Status`."""
 
 
@@ -30,7 +30,8 @@ class Sample:
     Attributes:
         psi: yaw angle [rad].
         psi_dot: yaw rate [rad/s]; a missing one counts as 0, `run` and `Loop` take it from psi.
-        F_N: vertical load [N]; a missing or non-positive one counts as unchanged.
+        F_N: vertical load [N]; where it is missing, the last one stands. One below a twentieth of the
+            first load, zero or negative too, is missing, and M_z with it.
         dt: time since the last sample, at most an hour [s].
         M_z: aligning torque, moment of the ground on the wheel [N m], where that is measured.
         M: steering torque, of the hand or motor on the wheel [N m], where that is measured.
@@ -70,6 +71,8 @@ class Status(IntFlag):
     BOUND = 16
     UNSETTLED = 32
     NO_ROOT = 64
+    INCONSISTENT = 256
+    IMPLAUSIBLE = 512
 
     @property
     def remedy(self) -> str:
@@ -88,6 +91,10 @@ _REMEDIES = {
     Status.UNSETTLED: "the last Gauss-Newton step moved mu by more than its standard deviation: raise"
     " Mhe.iterations",
     Status.NO_ROOT: "no mu explains the torque, the nearest was taken: check k and a, or use Ekf or Mhe",
+    Status.INCONSISTENT: "model and stated error do not explain the torque, mu_std is too small: check"
+    " units, a, F_N and k, find what the model lacks (brushgrip diagnose), or raise Tuning.error",
+    Status.IMPLAUSIBLE: "an input looks like one in another unit or of the other sign:"
+    " Loop.suspicions names it",
 }
 
 
@@ -101,6 +108,13 @@ class Estimate:
         M_z_predicted: aligning torque expected before its measurement was seen [N m]; where the angle is
             what is measured, the model's torque at the corrected angle.
         informed: False while the estimate rests on the prior, as in full stick.
+        mu_eff: effective friction [1], which compares between models: the torque of steady full slide at
+            `Rig.slide_rate` and the present load over that of the declared patch with mu = 1; mu itself
+            on the declared model. NaN before the first load, and where an observer does not state it.
+        mu_eff_std: its standard deviation, from that of mu [1].
+        M_slide: the torque of that full slide [N m].
+        nis: normalised innovation squared, the square of measured minus predicted over its variance; 1
+            on average where model and tuning are right [1]. NaN without a measurement.
         status: how the sample was treated.
     """
 
@@ -108,7 +122,16 @@ class Estimate:
     mu_std: float
     M_z_predicted: float
     informed: bool
+    mu_eff: float = float("nan")
+    mu_eff_std: float = float("nan")
+    M_slide: float = float("nan")
+    nis: float = float("nan")
     status: Status = Status.USED
+
+    @property
+    def numbers(self) -> list[float]:
+        """All numbers in the order of `ESTIMATE`."""
+        return [float(getattr(self, name)) for name in ESTIMATE]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -120,6 +143,10 @@ class Estimates:
     mu_std: Array
     M_z_predicted: Array
     informed: NDArray[np.bool_]
+    mu_eff: Array
+    mu_eff_std: Array
+    M_slide: Array
+    nis: Array
     status: NDArray[np.int64]
 
 
@@ -144,7 +171,7 @@ class BatchObserver(Observer, Protocol):
     """An observer that takes a whole recording at once, with the same result sample by sample."""
 
     def run_samples(self, samples: Array) -> Array:
-        """Rows as in `ESTIMATE` of every sample, shape (5, n).
+        """Rows as in `ESTIMATE` of every sample, one column each.
 
         Args:
             samples: one sample a column, rows in the order of `SAMPLE`, shape (6, n); the first one
@@ -189,7 +216,10 @@ class FunctionObserver(Observer, Protocol):
 
     @property
     def step_function(self) -> ca.Function:
-        """(state, sample, constants) -> (state_next, output)."""
+        """(state, sample, constants) -> (state_next, output), the output in the order of `OUTPUT`.
+
+        `CasadiObserver.output` completes one from mu, mu_std and M_z_predicted.
+        """
 
     @property
     def constants(self) -> Array:

@@ -112,7 +112,7 @@ def _build_costs(model: PatchModel, measurement_model: MeasurementModel, window:
     constant = [ca.repmat(vector, 1, window) for vector in (rig, tuning)]
     measure = build_measurement(measurement_model).map(window)
     move = build_motion(measurement_model).map(window)
-    innovations, _, weights, _, huber_scale = measure(x, M_z, slopes, clean, *constant)
+    innovations, _, weights, _, huber_scale, _ = measure(x, M_z, slopes, clean, *constant)
     onward = ca.horzcat(clean[:, 1:], clean[:, -1])
     predicted, _, variances, _ = move(x, M_z, slopes, clean, onward, *constant)
     variances = variances[:, :-1]

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from observers.angle_derivative import causal_rate
 from observers.compiled_step import first_sample
+from observers.measurement_model import LEAST_FIRST_LOAD
 from observers.protocol import (
     ESTIMATE,
     BatchObserver,
@@ -48,6 +49,27 @@ def run(
         InvalidInputError: shapes differ, time does not increase, or nothing is known of the torque that
             the observer uses, of the angle or of the load.
     """
+    samples, begins = arrange(observer, t, psi, F_N, M_z, psi_dot, M)
+    # The patch is at rest where it is first seen; until then the prior stands.
+    prior = observer.estimate(observer.init(first_sample(samples[:, begins:])))
+    rows = np.full((len(ESTIMATE), samples.shape[1]), np.nan)
+    for name in ("mu", "mu_std"):
+        rows[ESTIMATE.index(name), :begins] = getattr(prior, name)
+    rows[:, begins:] = _estimates(observer, samples[:, begins:], one_by_one)
+    return as_estimates(np.asarray(t, dtype=float), rows)
+
+
+def arrange(
+    observer: Observer, t: Array, psi: Array, F_N: Array, M_z: Array | None, psi_dot: Array | None,
+    M: Array | None,
+) -> tuple[Array, int]:  # fmt: skip
+    """A recording as samples, and the first of them that an observer can start with.
+
+    Arguments and errors as of `run`.
+
+    Returns:
+        Samples, one a column with rows in the order of `SAMPLE`, shape (6, n), and the index.
+    """
     t, psi, F_N = (np.asarray(channel, dtype=float) for channel in (t, psi, F_N))
     M_z, psi_dot, M = (None if c is None else np.asarray(c, dtype=float) for c in (M_z, psi_dot, M))
     F_N = np.full(t.shape, F_N) if F_N.ndim == 0 else F_N
@@ -56,30 +78,23 @@ def run(
     if torque is None or not np.isfinite(torque).any():
         needed = "M, the steering torque" if observer.channel == "M" else "M_z, the aligning torque"
         raise InvalidInputError(f"this observer needs {needed}, in at least one sample")
-    known = np.isfinite(psi) & np.isfinite(F_N) & (F_N > 0)
+    known = np.isfinite(psi) & np.isfinite(F_N) & (F_N >= LEAST_FIRST_LOAD)
     if not known.any():
-        raise InvalidInputError("psi must be finite and F_N greater than 0 N in at least one sample")
+        raise InvalidInputError("psi must be finite and F_N at least 0.001 N in at least one sample")
     nothing = np.full(t.size, np.nan)
     rate = _rate(t, psi) if psi_dot is None else psi_dot
     steps, torques = np.diff(t, prepend=2 * t[0] - t[1]), (nothing if a is None else a for a in (M_z, M))
     samples = np.vstack([psi, rate, F_N, steps, *torques])
-    # The patch is at rest where it is first seen; until then the prior stands.
-    begins = int(np.argmax(known))
-    prior = observer.estimate(observer.init(first_sample(samples[:, begins:])))
-    rows = np.full((len(ESTIMATE), t.size), np.nan)
-    rows[:2, :begins] = [[prior.mu], [prior.mu_std]]
-    rows[:, begins:] = _estimates(observer, samples[:, begins:], one_by_one)
-    return as_estimates(t, rows)
+    return samples, int(np.argmax(known))
 
 
 def as_estimates(t: Array, rows: Array) -> Estimates:
-    """Rows as in `ESTIMATE`, shape (5, n), by name; before anything is known they hold NaN."""
-    mu, mu_std, predicted, informed, status = rows
+    """Rows as in `ESTIMATE`, one column a sample, by name; before anything is known they hold NaN."""
+    arrays = dict(zip(ESTIMATE, rows, strict=True))
+    informed, status = arrays.pop("informed"), arrays.pop("status")
     return Estimates(
         t=t,
-        mu=mu,
-        mu_std=mu_std,
-        M_z_predicted=predicted,
+        **arrays,
         informed=informed == 1,
         status=np.where(np.isfinite(status), status, int(Status.MISSING)).astype(int),
     )
@@ -111,6 +126,5 @@ def _estimates(observer: Observer | BatchObserver, samples: Array, one_by_one: b
     for psi, psi_dot, F_N, dt, M_z, M in samples.T.tolist():
         sample = Sample(psi=psi, psi_dot=psi_dot, F_N=F_N, dt=dt, M_z=M_z, M=M)
         state = observer.step(observer.init(sample) if state is None else state, sample)
-        now = observer.estimate(state)
-        rows.append([now.mu, now.mu_std, now.M_z_predicted, now.informed, int(now.status)])
-    return np.array(rows, dtype=float).T
+        rows.append(observer.estimate(state).numbers)
+    return np.array(rows).T

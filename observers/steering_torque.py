@@ -21,7 +21,9 @@ from observers.measurement_model import (
     Parts,
     Update,
     impute_load,
+    independent_share,
     is_known,
+    model_error_variance,
     random_walk,
     random_walk_prior,
     select_states,
@@ -31,6 +33,8 @@ from symbolic import InvalidInputError, Model, Rig, full_slide_torque
 
 STALE = 0.1
 """Age at which the error of an imputed steering torque reaches full slide [s]."""
+SLOW = 0.1
+"""Yaw rate below which the model's error lasts no longer [rad/s]."""
 USUAL_STEP = 0.02
 """The part of a step beyond this counts as age of the steering torque [s]; a wheel swings in 0.2 s."""
 
@@ -93,7 +97,7 @@ class SteeringTorque:
 
     def clean(self, sample: Parts, last: Parts) -> tuple[Parts, Expression]:
         """The last steering torque stands for a missing one; its error grows with its age."""
-        F_N, load_imputed = impute_load(sample, last)
+        F_N, load_imputed, _ = impute_load(sample, last)
         missing = ca.logic_not(is_known(sample["M"]))
         now = {
             "psi": sample["psi"],
@@ -103,6 +107,8 @@ class SteeringTorque:
             "M_z": 0,
             "M": ca.if_else(missing, last["M"], sample["M"]),
             "M_age": ca.if_else(missing, last["M_age"] + sample["dt"], 0),
+            "F_N_first": last["F_N_first"],
+            "travel": 0,
         }
         return now, ca.logic_or(load_imputed, missing)
 
@@ -111,7 +117,8 @@ class SteeringTorque:
     ) -> tuple[Parts, Parts]:
         """One leapfrog step: a kick at the last sample, a drift to this one.
 
-        The torque noise acts as a white torque, so that what it does to the rate grows with the time.
+        The torque noise acts as a white torque, so that what it does to the rate grows with the time. So
+        does the model's error, as strong as it is over the time in which it is one independent sample.
         """
         dt, slide = now["dt"], full_slide_torque(now["F_N"], rig["a"])
         after, variance = random_walk(x, slide, dt, tuning)
@@ -121,7 +128,9 @@ class SteeringTorque:
         torque = M_z + last["M"] + x.get("M_0", 0)
         rate = ((1 - damping) * x["psi_dot"] + kick * torque / rig["J_A"]) / (1 + damping)
         after |= {"psi": x["psi"] + dt * rate, "psi_dot": rate}
-        white = (tuning["noise"] * slide) ** 2 * REFERENCE_STEP * kick
+        lasting = tuning["error_travel"] / ca.fmax(SLOW, ca.fabs(x["psi_dot"]))
+        density = tuning["noise"] ** 2 * REFERENCE_STEP + model_error_variance(tuning) * lasting
+        white = density * slide**2 * kick
         # The error of an imputed torque is correlated over about `STALE`; so is that of a torque between
         # samples that are far apart, where the leapfrog is inaccurate too.
         age = last["M_age"] + ca.fmax(0, dt - USUAL_STEP)
@@ -135,11 +144,13 @@ class SteeringTorque:
     ) -> Measurement:
         """The angle [rad]."""
         del M_z, rig
+        travel = now["dt"] * ca.fmax(SLOW, ca.fabs(x["psi_dot"]))
         return Measurement(
             expected=x["psi"],
             measured=now["psi"],
             precision=ca.if_else(now["dt"] > 0, 1 / tuning["psi_noise"] ** 2, 0),
             huber_scale=ca.inf,
+            independent=independent_share(travel, tuning["error_travel"]),
         )
 
     def patch_before(self, stored: Update, update: Callable[[], Update]) -> Update:

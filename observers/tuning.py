@@ -19,7 +19,7 @@ REFERENCE_STEP = 0.01
 INFORMED = 0.5
 """Share of the prior's relative standard deviation below which an estimate is its own [1]."""
 
-LIMITS = ("mu", "least", "greatest", "zero_time", "error", "gate", "reset_after")
+LIMITS = ("mu", "least", "greatest", "zero_time", "error", "gate", "reset_after", "alarm", "explained")
 """Fields that are no standard deviation: checked against each other, or inf means no limit."""
 
 
@@ -38,12 +38,18 @@ class Tuning:
             one absorbs model error that lasts.
         stiffness_std: prior standard deviation of k over its nominal value [1], where k is a state.
         stiffness_walk: its random walk [1/sqrt(s)].
-        noise: torque noise and model error as a share, as the standard deviation of a white error of
-            one sample in 10 ms [1]. Model error lasts, so the default is large: an error of 3 % of full
-            slide that stays for a second weighs like 0.4. It counts by time, not by samples.
-        error: torque error, sensor and model together, up to which Huber's loss is quadratic, as a share
-            [1]. Model error is intermittent, at reversals above all; Huber's loss limits its influence
-            on mu. inf for least squares.
+        mu_floor: relative standard deviation of mu that no measurement lowers [1], as half-length and
+            load are known to so much only: full slide measures mu times both. It is added to what is
+            reported, in quadrature, and does not enter the filter: a parameter that is considered, not
+            estimated, [Schmidt 1966].
+        noise: torque noise as a share, as the standard deviation of a white error of one sample in 10 ms
+            [1]. It counts by time, not by samples.
+        error: standard deviation of the torque error of the model, as a share [1]; Huber's loss is
+            quadratic up to it. Model error is intermittent, at reversals above all; Huber's loss limits
+            its influence on mu. inf for least squares, and no model error.
+        error_travel: turn in which the model's error is worth one independent sample [rad]. It follows
+            the history of the angle, so that it does not average out while the wheel stands. 0 where the
+            error is that of `noise` alone.
         psi_noise: standard deviation of a measured angle [rad], where the angle is what is measured; the
             default is half a step of a 14-bit encoder.
         psi_dot_std: prior standard deviation of the yaw rate, there [rad/s].
@@ -51,12 +57,17 @@ class Tuning:
         of
             `error` (of `noise` if that is less) and of the prior covariance; inf accepts everything.
         reset_after: after so many innovations in a row beyond the gate, all to one side, the ground has
-            changed: the variance of the prior is added to that of ln mu.
+            changed: twice the variance of the prior is added to that of ln mu.
+        alarm: log-likelihood ratio at which innovations within the gate say so too [1], see
+            `observers.innovation_monitor`; inf for never.
+        explained: mean square of the innovations over their variance beyond which the model and its
+            stated error do not explain the torque [1], `Status.INCONSISTENT`; inf for never.
     """
 
     mu: float = 1.0
     mu_std: float = 0.5
-    mu_walk: float = 0.02
+    mu_walk: float = 0.01
+    mu_floor: float = 0.04
     least: float = 0.02
     greatest: float = 4.0
     zero_std: float = 0.03
@@ -64,22 +75,25 @@ class Tuning:
     zero_time: float = float("inf")
     stiffness_std: float = 0.2
     stiffness_walk: float = 0.0
-    noise: float = 0.5
+    noise: float = 0.02
     error: float = 0.05
+    error_travel: float = 0.2
     psi_noise: float = 2e-4
     psi_dot_std: float = 0.1
     gate: float = 12.0
     reset_after: int = 5
+    alarm: float = 7.0
+    explained: float = 1.0
 
     def __post_init__(self) -> None:
         """Check signs and order."""
         for name in (
             "mu_std", "least", "zero_time", "stiffness_std", "noise", "psi_noise", "psi_dot_std", "gate",
-            "error",
+            "error", "alarm", "explained",
         ):  # fmt: skip
             if not getattr(self, name) > 0:
                 raise InvalidInputError(f"{name} must be greater than 0, got {getattr(self, name)}")
-        for name in ("mu_walk", "zero_std", "zero_walk", "stiffness_walk"):
+        for name in ("mu_walk", "mu_floor", "error_travel", "zero_std", "zero_walk", "stiffness_walk"):
             if not getattr(self, name) >= 0:
                 raise InvalidInputError(f"{name} must be at least 0, got {getattr(self, name)}")
         for name in TUNING_FIELDS:

@@ -9,7 +9,7 @@
 
 from symbolic.bristles import BristleTraits, Relaxation
 from symbolic.compiled import compiled, compiler
-from symbolic.deformation import full_slide_level, full_slide_torque
+from symbolic.deformation import full_slide_arm, full_slide_level, full_slide_torque
 from symbolic.effects.base import (
     Effect,
     Parameter,
@@ -78,6 +78,7 @@ __all__ = [
     "deformation_limit",
     "effects_in",
     "effects_named",
+    "full_slide_arm",
     "full_slide_level",
     "full_slide_torque",
     "lateral_deformation",

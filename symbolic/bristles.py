@@ -13,10 +13,11 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symbolic.deformation import full_slide_arm
 from symbolic.errors import InvalidInputError
 from symbolic.patch import Expression, PatchInputs
 from symbolic.quadrature import gauss_legendre
-from symbolic.slip import clipped, slip
+from symbolic.slip import clipped, creep_factor, slip
 
 SPAN = 1.25
 """Half-lengths over which a patch that grows has bristles; growth is clamped to it [1]."""
@@ -38,7 +39,7 @@ class BristleTraits:
 
     Attributes:
         shape: factors on the pressure parabola at u = x / a, keeping the total load.
-        limits: factors on the friction limit at the speed |x - e| |psi_dot| [m/s] at which the wheel
+        limits: factors on the friction limit at the speed `|x - e| |psi_dot|` [m/s] at which the wheel
             drives a bristle.
         creep: growth of the limit with the log of each bristle's own sliding speed, see `symbolic.slip`
             [1]; None for none.
@@ -143,6 +144,17 @@ class BristlePatch:
         n = self.bristles
         stress = memory if self.traits.relaxation is None else memory[:n] + memory[n:]
         return ca.dot(stress, coefficients[2 * n : 3 * n])
+
+    def effective_friction(self, inputs: PatchInputs) -> Expression:
+        """Every bristle at its limit, against the turn; see `Patch.effective_friction`.
+
+        Spring and Maxwell branch bear the limit between them, so that relaxation does not matter.
+        """
+        lever, limit, weight = self._geometry(inputs)
+        if self.traits.creep is not None:
+            limit = limit * creep_factor(ca.fabs(lever * inputs.speed), self.traits.creep)
+        declared = inputs.F_N * full_slide_arm(inputs.a, inputs.e)
+        return inputs.k * inputs.a * ca.dot(weight * ca.fabs(lever), limit) / declared
 
     def _geometry(self, inputs: PatchInputs) -> tuple[Expression, Expression, Expression]:
         """Lever arm [m], limit of stress / (k a) [1] and weight [m] of every bristle."""

@@ -5,6 +5,14 @@ from dataclasses import dataclass
 
 from symbolic.errors import InvalidInputError
 
+SLIDE_RATE = 0.1
+"""Turning rate at which effective friction is stated unless the rig has another one [rad/s]."""
+HALF_LENGTH = (1e-3, 1.0)
+"""Half-length of a contact patch that the models take [m]."""
+INERTIA = (1e-6, 1e4)
+"""Moment of inertia that the models take [kg m^2]."""
+MOST_DAMPING = 1e4
+"""Largest torsional damping that the models take [N m s/rad]."""
 STIFFNESS = (1e3, 1e9)
 """Distributed lateral stiffness that the models take [N/m^2]."""
 FRICTION = (0.01, 10.0)
@@ -53,10 +61,12 @@ class Rig:
     The message of a fault begins with the name of the parameter.
 
     Attributes:
-        a: half-length of the contact patch [m], greater than 0.
-        e: caster length (trail) [m], |e| < a; the kingpin A stands at x = e.
-        J_A: moment of inertia about the kingpin A [kg m^2], greater than 0; None where unknown.
-        b_t: torsional damping [N m s/rad], at least 0; None where unknown.
+        a: half-length of the contact patch [m], within `HALF_LENGTH`.
+        e: caster length (trail) [m], `|e| < a`; the kingpin A stands at x = e.
+        J_A: moment of inertia about the kingpin A [kg m^2], within `INERTIA`; None where unknown.
+        b_t: torsional damping [N m s/rad], from 0 to `MOST_DAMPING`; None where unknown.
+        slide_rate: turning rate at which the torque of full slide, and so the effective friction, is
+            stated [rad/s], greater than 0; see `symbolic.full_slide`.
         tolerances: how far off a, e, the recorded load and the torque's zero may be.
 
     Raises:
@@ -67,11 +77,12 @@ class Rig:
     e: float
     J_A: float | None = None
     b_t: float | None = None
+    slide_rate: float = SLIDE_RATE
     tolerances: Tolerances = Tolerances()
 
     def __post_init__(self) -> None:
         """Check every value against its range."""
-        _require_positive("a", self.a, "m")
+        _require_within("a", self.a, HALF_LENGTH, "m")
         if not abs(self.e) < self.a:
             raise InvalidInputError(
                 f"e must lie between -a and a, here -{self.a:g} and {self.a:g} m, got {self.e:g}"
@@ -82,11 +93,12 @@ class Rig:
                 f" {self.tolerances.e:g} m, got {self.a:g} and {self.e:g}"
             )
         if self.J_A is not None:
-            _require_positive("J_A", self.J_A, "kg m^2")
-        if self.b_t is not None and not 0 <= self.b_t < math.inf:
+            _require_within("J_A", self.J_A, INERTIA, "kg m^2")
+        if self.b_t is not None and not 0 <= self.b_t <= MOST_DAMPING:
             raise InvalidInputError(
-                f"b_t must be a finite number of at least 0 N m s/rad, got {self.b_t:g}"
+                f"b_t must be a number from 0 to {MOST_DAMPING:g} N m s/rad, got {self.b_t:g}"
             )
+        _require_positive("slide_rate", self.slide_rate, "rad/s")
 
 
 @dataclass(frozen=True, kw_only=True)

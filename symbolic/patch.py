@@ -59,5 +59,8 @@ class Patch(Protocol):
     def advance(self, memory: Expression, turn: Expression, coefficients: Expression) -> Expression:
         """The memory after a turn [rad], shape (size,)."""
 
+    def effective_friction(self, inputs: PatchInputs) -> Expression:
+        """Torque of steady full slide at `inputs.speed` over that of the declared patch, mu = 1 [1]."""
+
     def torque(self, memory: Expression, coefficients: Expression) -> Expression:
         """M_z after `advance` with the same coefficients [N m]."""

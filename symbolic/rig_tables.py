@@ -11,9 +11,9 @@ from typing import Any
 
 from symbolic.errors import InvalidInputError
 from symbolic.parameters import TOLERATED, Rig, Tolerances, Tyre
-from symbolic.parsing import excerpt, floats
+from symbolic.parsing import excerpt, floats, shown
 
-RIG_KEYS = {"rig": ("a", "e", "J_A", "b_t"), "tyre": ("k", "mu")}
+RIG_KEYS = {"rig": ("a", "e", "J_A", "b_t", "slide_rate"), "tyre": ("k", "mu")}
 """Sections of a rig file and their keys."""
 REQUIRED_KEYS = {"rig": ("a", "e"), "tyre": ("k",)}
 """Keys that a rig file must have."""
@@ -67,9 +67,7 @@ def _with_tolerance(name: str, entry: object) -> tuple[Any, Any]:
             )
     for key, number in entry.items():
         if isinstance(number, bool) or not isinstance(number, int | float):
-            raise InvalidInputError(
-                f"[rig] {name}: its {key} must be a number, got {excerpt(str(number))}"
-            )
+            raise InvalidInputError(f"[rig] {name}: its {key} must be a number, got {shown(number)}")
     return entry.get("value", NEUTRAL.get(name)), entry["tolerance"]
 
 
@@ -110,7 +108,7 @@ def _section(name: str, section: object) -> dict[str, float]:
         if key not in RIG_KEYS[name]:
             raise InvalidInputError(f"[{name}] unknown key {excerpt(key)}; allowed: {allowed}")
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise InvalidInputError(f"[{name}] {key} must be a number, got {excerpt(str(value))}")
+            raise InvalidInputError(f"[{name}] {key} must be a number, got {shown(value)}")
     for key in REQUIRED_KEYS[name]:
         if key not in section:
             raise InvalidInputError(

@@ -15,7 +15,7 @@ from symbolic.ground import mean_over_grounds
 from symbolic.model import Model
 from symbolic.model_error import ModelError
 from symbolic.parameters import TOLERATED
-from symbolic.parsing import excerpt, floats, naming
+from symbolic.parsing import excerpt, floats, naming, shown
 
 MODEL_VERSION = 1
 """Version of the model files that are read and written."""
@@ -68,9 +68,7 @@ class FoundModel:
 
         Behind a compliance the memory of the exact patch follows a changing mu badly.
         """
-        _, theta, _ = self.model.symbols()
-        compliant = any(effect.compliance(own) is not None for effect, own in self.model.values(theta))
-        return replace(self.model, discretised=True) if compliant else self.model
+        return self.model if self.model.deflection is None else replace(self.model, discretised=True)
 
     def on_ground(self, ground: str | None = None) -> dict[str, float]:
         """What belongs to a ground; its mean over grounds where this is none of them, or unknown."""
@@ -188,10 +186,12 @@ def _check_units(table: object, units: Mapping[str, str]) -> None:
         raise InvalidInputError("'units' must be a table of units, by parameter")
     for name, unit in table.items():
         if name not in units:
-            raise InvalidInputError(f"units holds an unknown {name!r}; the model has {', '.join(units)}")
+            raise InvalidInputError(
+                f"units holds an unknown {excerpt(name)}; the model has {', '.join(units)}"
+            )
         if unit != units[name]:
             raise InvalidInputError(
-                f"{name} has the unit {excerpt(str(unit))}, expected {units[name]!r}; convert the value"
+                f"{name} has the unit {shown(unit)}, expected {units[name]!r}; convert the value"
             )
 
 
@@ -199,7 +199,7 @@ def _check_range(place: str, table: Mapping[str, float], allowed: Mapping[str, P
     for name, value in table.items():
         if name not in allowed:
             raise InvalidInputError(
-                f"{place} holds an unknown {name!r}; the model has {', '.join(allowed)}"
+                f"{place} holds an unknown {excerpt(name)}; the model has {', '.join(allowed)}"
             )
         parameter = allowed[name]
         if not parameter.lower <= value <= parameter.upper:
@@ -214,5 +214,5 @@ def _numbers(place: str, table: object) -> dict[str, float]:
         raise InvalidInputError(f"{place!r} must be a table of numbers")
     for name, value in table.items():
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise InvalidInputError(f"{place}.{name} must be a number, got {value!r}")
+            raise InvalidInputError(f"{place}.{name} must be a number, got {shown(value)}")
     return floats(place, table)

@@ -58,6 +58,11 @@ def slip(
     return ca.sign(stress) * (slipped - yielding * beyond)
 
 
+def creep_factor(speed: Expression, c: Expression) -> Expression:
+    """Factor on the limit of a bristle that slides at a steady speed [m/s], >= 0."""
+    return 1 + c * (ca.log(ca.fmax(speed, REST_SPEED)) - _REFERENCE)
+
+
 def clipped(value: Expression, limit: Expression) -> Expression:
     """The elastoplastic stop, [Györök 2022], (2.16)."""
     return ca.fmax(-limit, ca.fmin(limit, value))

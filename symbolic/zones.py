@@ -79,6 +79,10 @@ class ZonePatch:
         _, scale, k, a, e = ca.vertsplit(coefficients)
         return polyline_moment(memory[: self.corners], memory[self.corners :], scale, k, a, e)
 
+    def effective_friction(self, inputs: PatchInputs) -> Expression:
+        """That of the declared patch is mu; see `Patch.effective_friction`."""
+        return inputs.mu * inputs.factor
+
 
 def clip_polyline(
     xi: Expression, r: Expression, turn: Expression, level: Expression

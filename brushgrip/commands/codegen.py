@@ -7,12 +7,12 @@ from typing import Annotated
 import typer
 
 from brushgrip.atomic import staged_directory
-from brushgrip.commands.options import EffectModules, ModelFile, OutFolder
+from brushgrip.commands.options import EffectModules, ModelFile, OutFolder, TuningProfile
 from brushgrip.console import say
 from brushgrip.recordings import keep_inputs
 from brushgrip.user_effects import effect_files, user_effects
 from identification import read_model
-from observers import AligningTorque, Ekf, MeasurementModel, Mhe, SteeringTorque, from_files
+from observers import AligningTorque, Ekf, MeasurementModel, Mhe, SteeringTorque, from_files, profile
 from observers.embedded import DOUBLE, SINGLE, generate, generate_fmu, require_replaceable
 
 
@@ -60,6 +60,7 @@ def codegen(
     out: OutFolder,
     model: ModelFile = None,
     effects: EffectModules = None,
+    tuning: TuningProfile = None,
     ground: Annotated[
         str | None,
         typer.Option(
@@ -96,6 +97,7 @@ def codegen(
         effects=own,
         ground=ground,
         measurement_model=MEASUREMENT_MODELS[torque],
+        tuning=None if tuning is None else profile(tuning),
     )
     with staged_directory(out) as stage:
         if target is Target.FMU:

@@ -13,16 +13,19 @@ from brushgrip.commands.options import (
     OutFile,
     RecordingName,
     RigFile,
+    TuningProfile,
     check_picture_name,
+    usable_file,
 )
 from brushgrip.console import say
 from brushgrip.estimation import (
-    OBSERVERS,
     ObserverName,
     friction_track,
     has_aligning_torque,
     has_steering_torque,
     observe,
+    observer_factory,
+    require_plausible,
 )
 from brushgrip.formatting import csv_text, estimates_summary
 from brushgrip.grounds import on_grounds, say_ground
@@ -30,7 +33,7 @@ from brushgrip.pictures import draw_friction
 from brushgrip.recordings import keep_inputs, read_all
 from brushgrip.user_effects import effect_files, user_effects
 from identification import Recording, read_model
-from observers import Estimates
+from observers import ESTIMATE, Estimates
 from symbolic import InvalidInputError
 
 
@@ -43,30 +46,45 @@ def estimate(
     rig: RigFile = None,
     model: ModelFile = None,
     effects: EffectModules = None,
+    tuning: TuningProfile = None,
     ground: OneGround = None,
+    smooth: Annotated[
+        bool,
+        typer.Option("--smooth", help="Estimate every sample from the whole recording; takes ekf."),
+    ] = False,
     picture: Annotated[
         Path | None,
         typer.Option(
-            "--picture", metavar="PNG", help="Picture of mu(t); OUT.png if left out.", show_default=False
+            "--picture",
+            metavar="PNG",
+            help="Picture of mu(t); OUT.png if left out.",
+            show_default=False,
+            callback=usable_file,
         ),
     ] = None,
 ) -> None:
-    """Estimate friction over time, causally: t,mu,mu_std,M_z_predicted,informed.
+    """Estimate friction over time, causally, one row a sample.
+
+    Columns t,mu,mu_std,M_z_predicted,informed,mu_eff,mu_eff_std,M_slide,nis,status. The effective
+    friction mu_eff compares between models: the torque M_slide [N m] of a steady full slide over that of
+    the declared patch with mu = 1; nis is the square of measured minus predicted over its variance.
 
     From the aligning torque M_z, or, where the recording has none, from the steering torque M; that
-    takes J_A and b_t of the rig. One row a sample, informed as 0 or 1; mu_std is empty with root, the
-    method of [Györök 2022], which has none. A picture of mu(t) goes beside OUT.csv.
+    takes J_A and b_t of the rig. informed is 0 or 1, status a number; deviations and nis are empty with
+    root, the method of [Györök 2022], which has none. A picture of mu_eff(t) goes beside OUT.csv.
+    With --smooth an estimate knows later samples too, for those who work offline.
     """
     image = out.with_suffix(".png") if picture is None else picture
     _check_names(out, image)
     own = user_effects(effects)
     (read,) = on_grounds([_read(recording, rig)], ground, bare=True)
+    require_plausible(read)
     keep_inputs([out, image], [recording], rig, model, *effect_files(effects))
     found = None if model is None else read_model(model, effects=own)
     with staged_file(out) as table, staged_file(image) as drawing:
-        estimates = observe(OBSERVERS[observer], read, found)
+        estimates = observe(observer_factory(observer, tuning), read, found, smoothed=smooth)
         table.write_text(_table(estimates), encoding="utf-8", newline="\n")
-        label = "declared model" if found is None else "model found"
+        label = ("declared model" if found is None else "model found") + ", smoothed" * smooth
         draw_friction(drawing, [friction_track(observer, read, estimates, label)])
     say_ground(read, found)
     say(f"{read.name}: {estimates_summary(estimates)}")
@@ -88,5 +106,4 @@ def _read(name: str, rig: Path | None) -> Recording:
 
 
 def _table(estimates: Estimates) -> str:
-    names = ("t", "mu", "mu_std", "M_z_predicted", "informed")
-    return csv_text({name: getattr(estimates, name) for name in names})
+    return csv_text({name: getattr(estimates, name) for name in ("t", *ESTIMATE)})

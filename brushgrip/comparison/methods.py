@@ -12,6 +12,7 @@ from brushgrip.estimation import (
     OBSERVERS,
     ObserverFactory,
     ObserverName,
+    comparable_friction,
     measured_angle,
     model_observer,
     root_solver,
@@ -43,9 +44,10 @@ class Method(Protocol):
         """Whether the method gives a standard deviation."""
 
     def estimate(self, recording: Recording) -> Array:
-        """Friction at every sample, from this and earlier samples alone, shape (n,) [1].
+        """Effective friction at every sample, from this and earlier samples alone, shape (n,) [1].
 
-        Each call is timed; work done once per recording, such as compiling, is to be cached.
+        That of the declared model is its mu. Each call is timed; work done once per recording, such as
+        compiling, is to be cached.
         """
 
 
@@ -69,7 +71,8 @@ class ObserverMethod:
 
     def estimate(self, recording: Recording) -> Array:
         """See `Method.estimate`."""
-        return run_observer(self.factory(recording, self.found), recording, one_by_one=True).mu
+        observer = self.factory(recording, self.found)
+        return comparable_friction(run_observer(observer, recording, one_by_one=True))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,7 +97,8 @@ class CompiledEkf:
         code = _compiled_ekf(ekf.model, tuple(ekf.values.items()), ekf.rig)
         psi_dot = recording.psi_dot if recording.psi_dot_recorded else None
         psi = measured_angle(recording)
-        return code.run(recording.t, psi, recording.F_N, recording.M_z, psi_dot).mu
+        channels = (recording.t, psi, recording.F_N, recording.M_z, psi_dot)
+        return comparable_friction(code.run(*channels))
 
 
 def filtered_root_solver(recording: Recording, found: FoundModel | None = None) -> ZoneRootSolver:

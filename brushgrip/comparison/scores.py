@@ -25,8 +25,8 @@ class Score:
 
     Attributes:
         method: its name.
-        rmse: root mean square of mu minus the declared mu [1].
-        spread: standard deviation of mu over time after the first slide [1].
+        rmse: root mean square of the effective friction minus the declared mu [1].
+        spread: standard deviation of the effective friction over time after the first slide [1].
         theta: calculation time over measurement time on this machine [1], [Györök 2022], (5.10); None
             where nothing was calculated.
         mu: the estimate at the settled samples of the case [1].

@@ -3,6 +3,7 @@
 import platform
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +15,9 @@ from brushgrip.comparison.cases import SETTLED
 from brushgrip.comparison.scores import PUBLISHED, CaseScores, MethodSummary
 
 NOTE = (
-    "RMSE of μ against the declared μ, from {settled} s after the wheel began to turn; spread: standard"
-    " deviation of μ over time after the first slide; ϑ = calculation time / measurement time, here,"
-    " samples given one at a time."
+    "RMSE of the effective friction μ_eff (μ on the declared model) against the declared μ, from"
+    " {settled} s after the wheel began to turn; spread: its standard deviation over time after the"
+    " first slide; ϑ = calculation time / measurement time, here, samples given one at a time."
 )
 PUBLISHED_NOTE = "Published: [Györök 2022], Table 6.1, six recordings on steel, ϑ on an Intel i5-8250U."
 QUANTILES = (0.0, 0.25, 0.5, 0.75, 1.0)
@@ -142,7 +143,12 @@ def _markdown(table: TextTable) -> str:
 
 
 def _line(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(cell.replace('|', '/') for cell in cells)} |"
+    return f"| {' | '.join(map(_plain, cells))} |"
+
+
+def _plain(cell: str) -> str:
+    """The cell without what Markdown takes for a column, for HTML or for a link."""
+    return escape(cell.replace("|", "/"), quote=False).replace("](", "]\\(")
 
 
 def _cells(name: str, row: MethodSummary) -> tuple[str, ...]:

@@ -37,7 +37,7 @@ def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
             for track in own:
                 _track(axes, track, line_styles[track.label])
             axes.set_title(literal(name))
-            axes.set_ylabel("friction coefficient μ [1]")
+            axes.set_ylabel("effective friction μ_eff [1]")
             axes.set_ylim(*_limits(own))
             axes.margins(x=0.01)
         panels[-1].set_xlabel("time t [s]")

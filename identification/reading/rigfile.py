@@ -6,7 +6,7 @@ from pathlib import Path
 from identification.reading.files import read_bytes
 from identification.reading.table import Table
 from symbolic import InvalidInputError, Rig, Tyre, rig_from_tables
-from symbolic.parsing import naming, toml_of
+from symbolic.parsing import LARGEST_TABLES, naming, toml_of
 from symbolic.rig_tables import NEUTRAL, REQUIRED_KEYS, RIG_KEYS, rig_from_values
 
 DECLARABLE = (*RIG_KEYS["rig"], *RIG_KEYS["tyre"])
@@ -26,7 +26,7 @@ def read_rig(path: str | Path) -> tuple[Rig, Tyre]:
             value is not a number within its range.
     """
     path = Path(path)
-    content = read_bytes(path)
+    content = read_bytes(path, LARGEST_TABLES)
     with naming(path):
         return rig_from_tables(toml_of(content))
 

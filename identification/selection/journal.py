@@ -1,18 +1,21 @@
 """Trials kept on disk, so that an interrupted search goes on from them.
 
 A search is deterministic: a trial that it has run before is taken from here. A trial is one file, named
-by a digest of the model's Functions, the start, the precision, the recordings and the format. A file
-that cannot be read, or holds anything but such a trial, counts as absent. joblib.Memory and diskcache
-would unpickle what they read, which executes code that a file may hold; here only JSON and arrays
-without objects are read.
+by a digest of the model's Functions, the start, the precision, the recordings and the format, and begins
+with one of its content. A file that was damaged or altered, or holds anything but such a trial, counts
+as absent. joblib.Memory and diskcache would unpickle what they read, which executes code that a file may
+hold; here only JSON and arrays without objects are read.
 """
 
 import hashlib
+import io
 import json
+import logging
 import secrets
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +31,9 @@ FORMAT = 4
 """Changes with whatever makes a kept trial differ from one run anew."""
 ARRAYS = ("jacobian", "scales", "bound_distances", "prior_weights", "prior_steps")
 """What of a fit is an array, beside its residuals."""
+DIGEST = hashlib.sha256().digest_size
+"""Bytes in the beginning of a file that say whether the others are as they were written."""
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +51,10 @@ class Journal:
         path = self._path(task)
         places = [task.training, *([task.holdout] if task.holdout else [])]
         try:
-            with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
+            content = path.read_bytes()
+            if content[:DIGEST] != _seal(path, content[DIGEST:]):
+                return None
+            with np.load(io.BytesIO(content[DIGEST:]), allow_pickle=False) as kept:
                 arrays = {name: kept[name] for name in kept.files}
             texts = json.loads(str(arrays.pop("texts")))
             fits = [_fit(task, text, arrays, i) for i, text in enumerate(texts)]
@@ -63,12 +72,17 @@ class Journal:
             arrays |= {f"{i}/residual/{name}": r for name, r in fitted.residuals.items()}
             arrays |= {f"{i}/{name}": getattr(fitted, name) for name in ARRAYS}
         path = self._path(task)
+        content = io.BytesIO()
+        np.savez(content, **arrays)
         stage = path.with_name(f"{secrets.token_hex(4)}.part")
-        with suppress(OSError):
+        try:
             self.folder.mkdir(exist_ok=True)
-            with stage.open("wb") as file:
-                np.savez(file, **arrays)
+            stage.write_bytes(_seal(path, content.getvalue()) + content.getvalue())
             stage.replace(path)
+        except OSError as error:
+            with suppress(OSError):
+                stage.unlink()
+            _say_once(f"{self.folder}: what is found cannot be kept: {error.strerror or error}")
 
     def _path(self, task: TrialTask) -> Path:
         start = asdict(task.start) if task.start else None
@@ -85,6 +99,16 @@ class Journal:
             for recording in place:
                 digest.update(_digest(recording))
         return self.folder / f"{digest.hexdigest()[:32]}.npz"
+
+
+def _seal(path: Path, content: bytes) -> bytes:
+    """Digest of a trial and of the task that it is of."""
+    return hashlib.sha256(path.stem.encode() + content).digest()
+
+
+@cache
+def _say_once(line: str) -> None:
+    _LOG.warning("brushgrip: %s", line)
 
 
 def _digest(recording: Recording) -> bytes:

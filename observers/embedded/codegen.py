@@ -24,16 +24,20 @@ from observers.embedded.generated_files import mark, release, require_replaceabl
 from observers.embedded.reference_samples import reference_table
 from observers.embedded.scalar_type import SINGLE, Real, in_type
 from observers.embedded.templating import Body, render
-from observers.measurement_model import RIG, SENSIBLE
+from observers.measurement_model import LEAST_FIRST_LOAD, RIG, SENSIBLE
 from observers.model_observer import RIG_UNITS
-from observers.protocol import LONGEST_STEP, FunctionObserver, Status
+from observers.protocol import ESTIMATE, LONGEST_STEP, OUTPUT, FunctionObserver, Status
 from symbolic import InvalidInputError
 from symbolic.serialisation import units_of
 
 REFUSED = 128
 """Status of a sample that generated code ignores; Python raises an error there."""
 STATUS_FLAGS = (
-    *((str(flag.name), int(flag), flag.remedy) for flag in Status if flag & ~Status.NO_ROOT),
+    *(
+        (str(flag.name), int(flag), flag.remedy)
+        for flag in Status
+        if flag & ~(Status.NO_ROOT | Status.IMPLAUSIBLE)
+    ),
     ("REFUSED", REFUSED, "dt out of range, the sample was ignored; or an estimate was not finite"),
 )
 """Name, number and remedy of every status."""
@@ -114,6 +118,9 @@ def template_terms(observer: FunctionObserver, real: Real, name: str) -> dict[st
         "generated": mark(),
         "casadi": ca.CasadiMeta.version(),
         "flags": STATUS_FLAGS,
+        "output": OUTPUT,
+        "estimate": ESTIMATE,
+        "numbers": tuple(name for name in OUTPUT if name != "status"),
         "constants": [
             (real.literal(value), label)
             for value, label in zip(observer.constants, observer.constant_labels, strict=True)
@@ -124,6 +131,7 @@ def template_terms(observer: FunctionObserver, real: Real, name: str) -> dict[st
         "rate_time_constant": repr(MEMORY),
         "longest_step": repr(LONGEST_STEP),
         "largest_value": repr(SENSIBLE),
+        "least_first_load": repr(LEAST_FIRST_LOAD),
     }
 
 

@@ -24,8 +24,9 @@ from observers.embedded.templating import Body, render
 from observers.initial_state import build_initial_state
 from observers.layout import Layout
 from observers.linearisation import directions
+from observers.measurement_model import LEAST_LOAD
 from observers.protocol import OUTPUT, FunctionObserver
-from symbolic import DECLARED, GEOMETRY, SIGNALS
+from symbolic import DECLARED, GEOMETRY, SIGNALS, Model
 
 MEMORY = Layout(tuple((name, 1, 1) for name in ("M_z", "by_mu", "by_k", "mu", "k")))
 """Memory of a `LinearisedPatch`: M_z [N m], its derivatives by mu and k, and mu [1] and k [N/m^2]."""
@@ -74,6 +75,15 @@ class LinearisedPatch:
             "torque", inputs, [M_z + at["by_k"] * (values["k"] - at["k"]) if self.stiff else M_z]
         )
 
+    @property
+    def full_slide(self) -> ca.Function:
+        """That of the declared model: (memory, F_N, theta, geometry, rate) -> (mu_eff, M_slide)."""
+        memory, _, theta, geometry = self._symbols()
+        F_N, rate = ca.MX.sym("F_N"), ca.MX.sym("rate")
+        declared = Model()
+        slide = declared.full_slide(ca.MX(declared.memory_size, 1), F_N, theta, geometry, rate)
+        return ca.Function("full_slide", [memory, F_N, theta, geometry, rate], [*slide])
+
     def memory_depends_on(self, coordinate: str) -> bool:
         """False: the memory of the exact patch depends on no parameter."""
         del coordinate
@@ -94,15 +104,20 @@ def compact_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> Body:
     parts = _layout(observer)
     functions = [build_corner(observer), _build_begin(observer), _build_filter(observer)]
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
-    terms = {**terms, **patch_numbers(observer), **_patch_calls(observer)}
+    terms = {
+        **terms,
+        **patch_numbers(observer),
+        **_patch_calls(observer),
+        "least_load": repr(LEAST_LOAD),
+    }
     size = parts.size
     private = f"    {real.c_type} values[2][{size}]; /* of the filter, before and after a sample */\n"
-    private += f"    {real.c_type} F_N;\n    {terms['name']}_patch_t patch;"
+    private += f"    {real.c_type} F_N, least_load;\n    {terms['name']}_patch_t patch;"
     return Body(
         core=f"{source.text}\n{render('patch.c', terms)}",
         stepping=render("patch_stepping.c", terms),
         private=private,
-        bytes=(2 * size + 1) * real.size + patch_bytes(real),
+        bytes=(2 * size + 2) * real.size + patch_bytes(real),
         types=patch_types(real, terms["name"]),
     )
 
@@ -143,10 +158,10 @@ def _patch_before(observer: Ekf) -> list[str]:
     stiffness = f"before[{at['stiffness']}]" if "stiffness" in at else "1.0"
     psi = "is_known(sample[0]) ? sample[0] : state->patch.angle"
     lines = [
-        f"advance_patch(state, {psi}, sample[2], state->output[0], {stiffness}, torque);",
+        f"advance_patch(state, {psi}, sample[2], state->output[OUT_MU], {stiffness}, torque);",
         f"before[{at['memory.M_z']}] = torque[0];",
         f"before[{at['memory.by_mu']}] = torque[1];",
-        f"before[{at['memory.mu']}] = state->output[0];",
+        f"before[{at['memory.mu']}] = state->output[OUT_MU];",
     ]
     if "stiffness" not in at:
         return lines
@@ -162,14 +177,14 @@ def _patch_after(observer: Ekf) -> list[str]:
     """The patch at the corrected angle; its torque is for the next sample."""
     at = _indices(observer)
     stiffness = f"after[{at['stiffness']}]" if "stiffness" in at else "1.0"
-    by_state = {"psi": "torque[3]", "log_mu": "torque[1] * output[0]", "stiffness": "torque[2]"}
+    by_state = {"psi": "torque[3]", "log_mu": "torque[1] * output[OUT_MU]", "stiffness": "torque[2]"}
     slopes = [by_state[name] for name in directions(observer.measurement_model)]
     return [
-        f"advance_patch(state, after[{at['psi']}], sample[2], output[0], {stiffness}, torque);",
+        f"advance_patch(state, after[{at['psi']}], sample[2], output[OUT_MU], {stiffness}, torque);",
         f"after[{at['M_z']}] = torque[0];",
         *(f"after[{at['slopes'] + i}] = {slope};" for i, slope in enumerate(slopes)),
         f"after[{at['output.M_z_predicted']}] = torque[0];",
-        f"output[{OUTPUT.index('M_z_predicted')}] = torque[0];",
+        "output[OUT_M_Z_PREDICTED] = torque[0];",
     ]
 
 

@@ -22,9 +22,10 @@ from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
 from observers.initial_state import build_initial_state
 from observers.innovation_gate import COUNTS, build_innovation
+from observers.innovation_monitor import MONITOR, change_variance
 from observers.layout import Layout, named, outputs_of
 from observers.linearisation import build_clean, build_motion, directions, state_index
-from observers.measurement_model import CLEAN, RIG, AligningTorque, log_mu_variance
+from observers.measurement_model import CLEAN, RIG, AligningTorque
 from observers.mhe import Mhe
 from observers.mhe_terms import (
     ROWS,
@@ -35,16 +36,16 @@ from observers.mhe_terms import (
     build_prediction,
     is_unsettled,
 )
-from observers.model_observer import clip_to_bounds, step_output
+from observers.model_observer import clip_to_bounds, friction_output, step_output
 from observers.patch_update import slopes_by_states
 from observers.protocol import SAMPLE, FunctionObserver
 from observers.tuning import TUNING_FIELDS
 
-ROW = ("F_N", "dt", "M_z", "accepted", "jump")
+ROW = ("F_N", "dt", "M_z", "travel", "accepted", "jump")
 """Numbers of a sample that C stores: all that the terms of `AligningTorque` depend on."""
 TORQUE = ("M_z", "log_mu", "stiffness")
 """M_z, its derivative by mu, and that by k over its nominal value."""
-TEST = ("accepted", "reset", "run", "missing", "expected")
+TEST = ("accepted", "reset", "run", "missing", "expected", "nis", "inconsistent")
 """Result of the test of the newest innovation."""
 
 
@@ -52,7 +53,8 @@ def window_functions(observer: Mhe) -> list[ca.Function]:
     """The Functions that C calls."""
     at = len(observer.model.coordinates)
     rig, tuning = observer.constants[at : at + len(RIG)], observer.constants[at + len(RIG) :]
-    numbers = {"constants": observer.constants, "rig": rig, "tuning": tuning}
+    theta = observer.constants[:at]
+    numbers = {"constants": observer.constants, "theta": theta, "rig": rig, "tuning": tuning}
     builders = (
         _begin,
         _clean,
@@ -90,9 +92,10 @@ def _symbols(observer: Mhe, *names: str) -> list[ca.MX]:
         "sample": (len(SAMPLE), 1), "last": (len(CLEAN), 1), "now": (len(CLEAN), 1), "x": (n, 1),
         "mean": (n, 1), "factor": (n, n), "P": (n, n), "torque": (len(TORQUE), 1),
         "row": (len(ROW), 1), "next": (len(ROW), 1), "counts": (len(COUNTS), 1),
+        "monitor": (len(MONITOR), 1),
         "eliminated": (elimination_size(observer), 1), "costate": (n, 1), "newest": (n, 1),
         "test": (len(TEST), 1), "age": (1, 1), "imputed": (1, 1), "rig": (len(RIG), 1),
-        "tuning": (len(TUNING_FIELDS), 1),
+        "theta": (len(observer.model.coordinates), 1), "tuning": (len(TUNING_FIELDS), 1),
     }  # fmt: skip
     return [ca.MX.sym(name, *shapes[name]) for name in names]
 
@@ -153,25 +156,22 @@ def _predict(observer: Mhe) -> ca.Function:
 
 
 def _test_innovation(observer: Mhe) -> ca.Function:
-    """(newest, torque, now, P, counts) -> test, counts."""
-    names = ("newest", "torque", "now", "P", "counts", "rig", "tuning")
-    newest, torque, now, P, counts, rig, tuning = inputs = _symbols(observer, *names)
+    """(newest, torque, now, P, counts, monitor) -> test, counts, monitor."""
+    names = ("newest", "torque", "now", "P", "counts", "monitor", "rig", "tuning")
+    newest, torque, now, P, counts, monitor, rig, tuning = inputs = _symbols(observer, *names)
     innovation = build_innovation(observer.measurement_model)
     results = outputs_of(
-        innovation, newest, P, *_torque(observer, torque, newest), now, counts, rig, tuning
+        innovation, newest, P, *_torque(observer, torque, newest), now, counts, monitor, rig, tuning
     )
-    return _function(
-        "test_innovation",
-        inputs,
-        [ca.vertcat(*(results[name] for name in TEST)), results["counts_next"]],
-    )
+    test = ca.vertcat(*(results[name] for name in TEST))
+    return _function("test_innovation", inputs, [test, results["counts_next"], results["monitor_next"]])
 
 
 def _accept(observer: Mhe) -> ca.Function:
     """(row, age, test) -> accepted, jump."""
     row, age, test, tuning = inputs = _symbols(observer, "row", "age", "test", "tuning")
     stored, three = named(ROW, row), test[: TEST.index("run") + 1]
-    unknown = log_mu_variance(named(TUNING_FIELDS, tuning))
+    unknown = change_variance(named(TUNING_FIELDS, tuning))
     accepted = build_acceptance()(stored["accepted"], stored["jump"], age, three, unknown)
     return _function("accept", inputs, [*accepted])
 
@@ -179,7 +179,7 @@ def _accept(observer: Mhe) -> ca.Function:
 def _reset_arrival(observer: Mhe) -> ca.Function:
     """(test) -> increment of the arrival's variance of ln mu."""
     test, tuning = inputs = _symbols(observer, "test", "tuning")
-    result, unknown = named(TEST, test), log_mu_variance(named(TUNING_FIELDS, tuning))
+    result, unknown = named(TEST, test), change_variance(named(TUNING_FIELDS, tuning))
     jump = arrival_jump(observer.window, result["reset"], result["run"], unknown)
     return _function("reset_arrival", inputs, [jump])
 
@@ -209,12 +209,15 @@ def _backward(observer: Mhe) -> ca.Function:
 
 
 def _output(observer: Mhe) -> ca.Function:
-    """(x, P, newest, test, imputed) -> output."""
-    names = ("x", "P", "newest", "test", "imputed", "tuning")
-    x, P, newest, test, imputed, tuning = inputs = _symbols(observer, *names)
+    """(x, P, newest, now, test, imputed) -> output."""
+    names = ("x", "P", "newest", "now", "test", "imputed", "theta", "rig", "tuning")
+    x, P, newest, now, test, imputed, theta, rig, tuning = inputs = _symbols(observer, *names)
     result, at = named(TEST, test), state_index(observer.measurement_model)
+    # The full slide of the declared patch does not depend on its memory.
+    memory = ca.MX(observer.model.memory_size, 1)
+    friction = friction_output(observer.model, x, P, memory, now, theta, rig, tuning, at=at)
     output = step_output(
-        observer.measurement_model, x, P[at, at], result["expected"], tuning, result, held=imputed,
+        observer.measurement_model, x, friction, result["expected"], tuning, result, held=imputed,
         unsettled=is_unsettled(observer.measurement_model, x, newest, P),
     )  # fmt: skip
     return _function("step_output", inputs, [output])
@@ -223,8 +226,8 @@ def _output(observer: Mhe) -> ca.Function:
 STORED_CORNERS = 9
 """Corners stored with a sample: a window of 50 samples takes less than 8 KB in single precision."""
 STATE = """\
-    {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}], last[7], counts[2];
-    {real} x[{window}][{n}], row[{window}][5], eliminated[{window}][{eliminated}];
+    {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}], last[{clean}], counts[2], monitor[4];
+    {real} x[{window}][{n}], row[{window}][6], eliminated[{window}][{eliminated}];
     {real} slope[{window}], xi[{window}][{stored}], d[{window}][{stored}];
     {name}_patch_t patch;
     int32_t newest;
@@ -252,6 +255,7 @@ def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> 
         **patch_numbers(observer),
         "window": str(observer.window),
         "states": str(n),
+        "clean": str(len(CLEAN)),
         "log_mu": str(state_index(observer.measurement_model)),
         "eliminated": str(eliminated),
         "stored": str(STORED_CORNERS),
@@ -259,8 +263,10 @@ def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> 
         "stiffness_newest": f"newest{stiff}" if stiff else "1.0",
     }
     numbers = {"n": n, "window": observer.window, "eliminated": eliminated, "stored": STORED_CORNERS}
-    a_sample = n + 5 + eliminated + 1 + 2 * STORED_CORNERS
-    size = (n + 2 * n * n + 9 + observer.window * a_sample) * real.size
+    numbers["clean"] = len(CLEAN)
+    a_sample = n + len(ROW) + eliminated + 1 + 2 * STORED_CORNERS
+    parts = n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(MONITOR)
+    size = (parts + observer.window * a_sample) * real.size
     return Body(
         core=f"{source.text}\n{render('patch.c', values)}",
         stepping=render("window.c", values),

@@ -60,7 +60,10 @@ INPUTS = (
     Variable("M_z", 2, 'Real unit="N.m"', "aligning torque, moment of the ground on the wheel"),
     Variable("M", 2, 'Real unit="N.m"', "steering torque, of the hand or motor on the wheel"),
     Variable(
-        "F_N", 3, 'Real unit="N"', "vertical load; a missing or non-positive one counts as unchanged"
+        "F_N",
+        3,
+        'Real unit="N"',
+        "vertical load; missing below a twentieth of the first, and M_z with it",
     ),
 )
 """All inputs."""
@@ -71,6 +74,10 @@ OUTPUTS = (
     Variable("mu_std", 5, 'Real unit="1"', "standard deviation of mu"),
     Variable("M_z_predicted", 6, 'Real unit="N.m"', "predicted aligning torque; NaN at first"),
     Variable("informed", 7, "Boolean", "false while the estimate rests on the prior"),
+    Variable("mu_eff", 9, 'Real unit="1"', "effective friction, full slide over that of mu = 1"),
+    Variable("mu_eff_std", 10, 'Real unit="1"', "standard deviation of mu_eff"),
+    Variable("M_slide", 11, 'Real unit="N.m"', "torque of steady full slide at the present load"),
+    Variable("nis", 12, 'Real unit="1"', "normalised innovation squared; NaN if not measured"),
     Variable("status", 8, "Integer", "0 where the sample was used, else flags as in the C header"),
 )
 

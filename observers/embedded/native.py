@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from observers.embedded.codegen import generate
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
-from observers.protocol import Estimates, FunctionObserver
+from observers.protocol import ESTIMATE, Estimates, FunctionObserver
 from observers.run import as_estimates
 from symbolic import InvalidInputError, compiler
 
@@ -54,7 +54,7 @@ class NativeObserver:
             raise InvalidInputError("all channels must have the shape of t, (n,) with n >= 2")
         dt = np.diff(t, prepend=2 * t[0] - t[1])
         samples = np.column_stack([*channels, dt]).astype(self.real.dtype)
-        outputs = np.empty_like(samples)
+        outputs = np.empty((t.size, len(ESTIMATE)), self.real.dtype)
         pointers = (ctypes.c_void_p(array.ctypes.data) for array in (samples, outputs))
         self.library.run(ctypes.c_int64(t.size), *pointers)
         return as_estimates(t, outputs.T.astype(float))
@@ -69,7 +69,7 @@ def compile_native(observer: FunctionObserver, real: Real = SINGLE) -> NativeObs
     command = compiler()
     if command is None:
         raise InvalidInputError("no C compiler was found; set CC, or put cc on the path")
-    terms = {"name": _NAME, "real": real.c_type, "torque": observer.channel}
+    terms = {"name": _NAME, "real": real.c_type, "torque": observer.channel, "estimate": ESTIMATE}
     with tempfile.TemporaryDirectory() as scratch:
         folder = Path(scratch)
         generate(observer, folder, real, name=_NAME)

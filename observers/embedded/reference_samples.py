@@ -8,12 +8,11 @@ from numpy.typing import NDArray
 from observers.embedded.generated_files import mark
 from observers.embedded.scalar_type import Real
 from observers.loop import Loop
-from observers.protocol import FunctionObserver, Sample
+from observers.protocol import ESTIMATE, FunctionObserver, Sample
 from symbolic import simulate
 
 Array = NDArray[np.float64]
 INPUTS = ("psi", "psi_dot", "M_z", "M", "F_N", "dt")
-OUTPUTS = ("mu", "mu_std", "M_z_predicted", "informed", "status")
 COUNT, STEP, SEED = 400, 0.01, 20
 COMMENT = """\
 Simulated with the observer's own model at mu = {mu:g}: a hand's path with nested reversals, a load that
@@ -30,18 +29,16 @@ def reference_table(observer: FunctionObserver, real: Real) -> str:
         *expected_estimates(observer, samples),
     ]
     comment = COMMENT.format(mu=reference_friction(observer), seed=SEED).splitlines()
-    lines = [f"# {mark()}", *(f"# {line}" for line in comment), ",".join((*inputs, *OUTPUTS))]
+    lines = [f"# {mark()}", *(f"# {line}" for line in comment), ",".join((*inputs, *ESTIMATE))]
     lines += [",".join(_number(v, real) for v in row) for row in zip(*columns, strict=True)]
     return "\n".join(lines) + "\n"
 
 
 def expected_estimates(observer: FunctionObserver, samples: Array) -> Array:
-    """What `observers.Loop` estimates after each sample, rows as in `OUTPUTS`, shape (5, n)."""
-    loop, rows = Loop(observer), []
-    for column in samples.T.tolist():
-        estimate = loop(Sample(**dict(zip(INPUTS, column, strict=True))))
-        rows.append([float(getattr(estimate, name)) for name in OUTPUTS])
-    return np.array(rows).T
+    """What `observers.Loop` estimates after each sample, rows as in `ESTIMATE`, one column each."""
+    loop = Loop(observer, check_units=False)
+    sequence = (Sample(**dict(zip(INPUTS, column, strict=True))) for column in samples.T.tolist())
+    return np.array([loop(sample).numbers for sample in sequence]).T
 
 
 def reference_samples(observer: FunctionObserver) -> Array:

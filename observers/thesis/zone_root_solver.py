@@ -19,9 +19,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import fsolve, minimize_scalar
 
+from observers.measurement_model import SENSIBLE
 from observers.protocol import Estimate, Sample, Status
 from observers.thesis.zone_state_machine import TorqueCurve, ZoneState, advance_zones, branch, curve
-from symbolic import InvalidInputError, Rig, Tyre, full_slide_torque
+from symbolic import InvalidInputError, Rig, Tyre, full_slide_arm, full_slide_torque
 
 Array = NDArray[np.float64]
 CLOSE = 1e-6
@@ -134,7 +135,8 @@ class ZoneRootSolver:
     def estimate(self, state: ZoneRootState) -> Estimate:
         """The estimate of a state.
 
-        The method has no standard deviation, so `mu_std` is NaN, and no measure of information.
+        The method has no standard deviation, so `mu_std`, `mu_eff_std` and `nis` are NaN, and no measure
+        of information.
         `informed` is an addition, and lenient: once a root was found while the patch slid noticeably it
         stays True, through full stick and through samples without a root. `ZoneRootState.solved` tells
         those.
@@ -144,20 +146,22 @@ class ZoneRootSolver:
             mu_std=nan,
             M_z_predicted=state.M_z_predicted,
             informed=state.informed,
+            mu_eff=state.mu,
+            M_slide=state.mu * state.F_N * full_slide_arm(self.rig.a, self.rig.e),
             status=state.status,
         )
 
     def _turn(self, state: ZoneRootState, sample: Sample) -> ZoneRootState:
         """Angle, load and zones at the sample, and what is missing from it."""
-        status = Status.USED if isfinite(sample.M_z) else Status.MISSING
+        status = Status.USED if abs(sample.M_z) < SENSIBLE else Status.MISSING
         psi, F_N, rest, zones = state.psi, state.F_N, state.rest, state.zones
-        if isfinite(sample.psi):
+        if abs(sample.psi) < SENSIBLE:
             rest = rest if isfinite(rest) else sample.psi
             psi = sample.psi - rest
             zones = advance_zones(zones, psi, self.least_turn)
         else:
             status |= Status.HELD
-        if 0 < sample.F_N < np.inf:
+        if 0 < sample.F_N < SENSIBLE:
             F_N = sample.F_N
         else:
             status |= Status.HELD

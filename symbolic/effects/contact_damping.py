@@ -22,6 +22,8 @@ class ContactDamping(Effect):
         ResidualSignature("the rate of the torque", sign=-1, rank=2),
     )
 
+    torque_by_ground: bool = True
+
     def torque(self, signals: Signals, values: Values) -> Expression:
         """Viscous torque, against the motion for c > 0 [N m]."""
         return -values["c"] * signals.psi_dot

@@ -125,6 +125,10 @@ def test_a_track_has_the_declared_friction_and_the_changes_of_the_ground(recordi
         mu_std=np.ones(n),
         M_z_predicted=np.zeros(n),
         informed=np.ones(n, dtype=bool),
+        mu_eff=np.where(np.arange(n) > 0, 0.9, np.nan),
+        mu_eff_std=np.full(n, 0.3),
+        M_slide=np.ones(n),
+        nis=np.ones(n),
         status=status,
     )
     track = friction_track(ObserverName.EKF, recording, estimates, "declared model")
@@ -132,3 +136,5 @@ def test_a_track_has_the_declared_friction_and_the_changes_of_the_ground(recordi
     np.testing.assert_array_equal(track.changes, recording.t[[12, 40]])
     assert (track.name, track.label, track.reference) == ("run", "EKF, declared model", 1.2)
     assert track.reference_label == "declared μ"
+    # What an observer does not state is its mu.
+    assert (track.mu[0], track.mu[1], track.mu_std[1]) == (1.0, 0.9, 0.3)

@@ -116,7 +116,7 @@ def test_worse(make_diagnosis: Make) -> None:
     assert [name for name in diagnosis.after.nrmse if is_worse(diagnosis, name)] == ["held_d"]
 
 
-def estimates(*status: Status, std: float = 0.02) -> Estimates:
+def estimates(*status: Status, std: float = 0.02, off: float = 0.0) -> Estimates:
     size = len(status)
     return Estimates(
         t=np.arange(size) * 0.01,
@@ -124,6 +124,10 @@ def estimates(*status: Status, std: float = 0.02) -> Estimates:
         mu_std=np.full(size, std),
         M_z_predicted=np.zeros(size),
         informed=np.arange(size) >= size / 2,
+        mu_eff=np.linspace(1.0, 1.25, size) + off,
+        mu_eff_std=np.full(size, 2 * std),
+        M_slide=np.ones(size),
+        nis=np.ones(size),
         status=np.array(status, dtype=np.int64),
     )
 
@@ -132,6 +136,12 @@ def test_nothing_to_complain_about() -> None:
     line = estimates_summary(estimates(*[Status.USED] * 4))
 
     assert line == "mu = 1.250 ± 0.020 at the end, informed in 50 % of 4 samples"
+
+
+def test_effective_friction_is_named_where_it_differs() -> None:
+    line = estimates_summary(estimates(*[Status.USED] * 4, off=-0.1))
+
+    assert line.startswith("mu = 1.250 ± 0.020, mu_eff = 1.150 ± 0.040 at the end, informed")
 
 
 def test_without_standard_deviation() -> None:

@@ -189,7 +189,7 @@ def test_signatures_before_and_after_are_not_mixed_up(
 @pytest.mark.parametrize(
     ("training", "holdout"),
     [
-        (1, 0),
+        pytest.param(1, 0, marks=pytest.mark.long),
         (1, 1),
         pytest.param(2, 0, marks=pytest.mark.long),
         pytest.param(9, 4, marks=pytest.mark.long),

@@ -34,6 +34,7 @@ def predicted(fitted: Fit, left: Recording) -> float:
     return rmse_of(alone.residuals[left.name]) / torque_range(left)
 
 
+@pytest.mark.long
 def test_left_out_in_turn(trial: Trial, recordings: list[Recording]) -> None:
     model = Model(effects=EFFECTS)
     with workers(1) as submit:

@@ -24,9 +24,14 @@ def steered() -> SteeringRecording:
 
 
 def make(kind: Callable[..., Any], **settings: Any) -> Any:
-    """An observer on the rig's usual tyre; keywords are its own, or those of `Tuning`."""
+    """An observer on the rig's usual tyre; keywords are its own or `Tuning`'s, without a floor."""
     own = {name: settings.pop(name) for name in OWN if name in settings}
-    usual = {"model": Model(), "values": {"k": K}, "rig": RIG, "tuning": Tuning(**settings)}
+    usual = {
+        "model": Model(),
+        "values": {"k": K},
+        "rig": RIG,
+        "tuning": Tuning(**{"mu_floor": 0.0, **settings}),
+    }
     return kind(**{**usual, **own})
 
 

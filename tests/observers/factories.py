@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from observers import Observer, Sample, causal_rate, run
+from observers import ESTIMATE, Observer, Sample, causal_rate, run
 from reference_rig import RigRecording, RigTyre, SteeringRecording, hand_path, simulate_bristles
 from symbolic import Model, simulate
 from tests.observers.conftest import RIG, K
 
 Array = NDArray[np.float64]
 Recording = RigRecording | SteeringRecording
-FIELDS = ("mu", "mu_std", "M_z_predicted", "informed", "status")
+FIELDS = ESTIMATE
 CLEAN_RIG: dict[str, Any] = {"noise": 0.01, "error": inf, "gate": inf}
 """Tuning for white torque noise of 0.4 % of range, about 1 % of the full-slide torque at mu = 1."""
 

@@ -16,6 +16,7 @@ int tyre(const float **arg, float **res, long long *iw, float *w, int mem);
 int tyre_work(long long *arg, long long *res, long long *iw, long long *w);
 
 enum { PSI, PSI_DOT, F_N, DT, M_Z, M, CHANNELS };
+enum { OUTPUTS = 8 };
 enum { MISSING = 1, HELD = 2, REJECTED = 4, RESET = 8, BOUND = 16 };
 enum { SOUND, NOT_FINITE, NOT_POSITIVE };
 enum { STILL, WANDERING, SWEEPING, CREEPING, JUMPING, PATHS };
@@ -181,11 +182,13 @@ static void sampled(struct world *it, const struct setup *s, float *sample, cons
     }
 }
 
-/* Where the state is not sound, and how: `last` may hold the NaN of a missing measurement. */
+/* Where the state is not sound, and how: `last` and, before the status, nis may hold the
+   NaN of a missing measurement. */
 static void checked(const struct setup *s, const float *state, struct report *r) {
     long long i, j;
     for (i = 0; i < s->size && r->fault == SOUND; ++i) {
         if (i >= s->last && i < s->last + s->last_size) continue;
+        if (i == s->status - 1) continue;
         if (!isfinite(state[i])) r->fault = NOT_FINITE, r->at = i;
     }
     for (j = 0; j < s->n && r->fault == SOUND; ++j) {
@@ -213,7 +216,7 @@ void drive(const struct setup *s, long long steps, uint64_t seed, const float *c
            struct report *r) {
     struct world it = {.seed = seed, .load = 400};
     struct room room = opened();
-    float said[4];
+    float said[OUTPUTS];
 
     memcpy(it.theta, theta, sizeof it.theta);
     memcpy(it.geometry, geometry, sizeof it.geometry);
@@ -228,12 +231,12 @@ void drive(const struct setup *s, long long steps, uint64_t seed, const float *c
     closed(room);
 }
 
-/* The samples given, six numbers each; says four numbers of each. */
+/* The samples given, six numbers each; says `OUTPUTS` numbers of each. */
 void follow(long long size, long long steps, const float *samples, const float *constants, float *state,
             float *before, float *said) {
     struct room room = opened();
 
-    for (; steps > 0; --steps, samples += CHANNELS, said += 4) {
+    for (; steps > 0; --steps, samples += CHANNELS, said += OUTPUTS) {
         memcpy(before, state, sizeof(float) * (size_t)size);
         step(&room, before, samples, constants, state, said);
     }

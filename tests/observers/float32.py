@@ -174,7 +174,7 @@ class Single:
         return Outcome(report=report, state=state, before=before, sample=sample)
 
     def follow(self, samples: Floats) -> Floats:
-        """What the filter says of samples (n, 6) in the order of `observers.SAMPLE`, (n, 4)."""
+        """What the filter says of samples (n, 6) in the order of `observers.SAMPLE`, one row each."""
         psi, psi_dot, F_N, dt, *_ = samples[0].tolist()
         state = self.start(Sample(psi=psi, psi_dot=psi_dot, F_N=F_N, dt=dt))
         said = np.empty((len(samples), len(OUTPUT)), np.float32)

@@ -27,12 +27,12 @@ NOISES = [pytest.param({}, id="as it stands"), pytest.param(CLEAN_RIG, id="clean
 
 
 @pytest.mark.parametrize(("kind", "settings"), KINDS)
-@pytest.mark.parametrize("missing", ["none", "a fifth"])
+@pytest.mark.parametrize("missing", [pytest.param("none", marks=pytest.mark.long), "a fifth"])
 @pytest.mark.parametrize(
     ("seed", "mu"),
     [
         (22, 0.7),
-        (23, 1.9),
+        pytest.param(23, 1.9, marks=pytest.mark.long),
         pytest.param(21, 1.4, marks=pytest.mark.long),
         pytest.param(24, 1.1, marks=pytest.mark.long),
     ],
@@ -48,7 +48,8 @@ def test_converges_to_the_true_friction(
     estimates = run(make(kind, **CLEAN_RIG, **settings), **columns)
     slid = first_full_slide(made)
 
-    assert all(np.isfinite(getattr(estimates, name)).all() for name in FIELDS)
+    assert all(np.isfinite(getattr(estimates, name)).all() for name in FIELDS if name != "nis")
+    np.testing.assert_array_equal(np.isfinite(estimates.nis), np.isfinite(columns["M_z"]))
     assert estimates.informed[slid:].all()
     error = np.abs(estimates.mu - mu)[slid:]
     assert error.max() < 0.03 * mu

@@ -127,7 +127,7 @@ def test_a_change_of_the_ground_resets(kind: Any, settings: Any, later: float) -
 @pytest.mark.parametrize(("kind", "settings"), KINDS)
 def test_after_a_reset_the_estimate_rests_on_the_prior_again(kind: Any, settings: Any) -> None:
     # A cautious tuning: one sample that is believed does not inform.
-    observer = make(kind, noise=1.0, error=0.02, gate=8.0, **settings)
+    observer = make(kind, noise=1.0, error=0.02, error_travel=0.0, gate=8.0, **settings)
     said = [observer.estimate(s) for s in states_of(observer, settled(400, later=0.5, change=300))]
     reset = next(i for i, e in enumerate(said) if Status.RESET in e.status)
 
@@ -138,13 +138,13 @@ def test_after_a_reset_the_estimate_rests_on_the_prior_again(kind: Any, settings
 
 def test_the_sample_that_resets_is_blamed_no_more_than_is_unknown() -> None:
     # In full slide M_z is proportional to mu, so that its slope by ln mu is M_z itself.
-    observer = make(Ekf, noise=0.1, error=0.02, gate=8.0, zero_std=0.0, zero_walk=0.0)
+    observer = make(Ekf, noise=0.1, error=0.02, error_travel=0.0, gate=8.0, zero_std=0.0, zero_walk=0.0)
     samples = settled(70, later=0.5)
     states = list(states_of(observer, samples))
     before, after = (covariance_of(states[i]["factor"])[0, 0] for i in (63, 64))
     level = samples[64].M_z / 0.5
     expected = level * observer.estimate(states[63]).mu
-    open_now = before + 0.01 * observer.tuning.mu_walk**2 + observer.tuning.mu_std**2
+    open_now = before + 0.01 * observer.tuning.mu_walk**2 + 2 * observer.tuning.mu_std**2
     limit = np.sqrt((0.02 * slide()) ** 2 + expected**2 * open_now)
     share = min(1.0, limit / abs(samples[64].M_z - expected))
     weight = share / (0.1 * slide()) ** 2

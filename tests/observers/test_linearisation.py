@@ -1,5 +1,6 @@
 """Motion and measurement of both measurement models: derivatives, noises, and the wheel's path."""
 
+from math import inf
 from typing import Any
 
 import casadi as ca
@@ -15,8 +16,8 @@ from tests.observers.conftest import RIG
 from tests.observers.factories import slide
 
 Array = NDArray[np.float64]
-NUMBERS = np.array([RIG.a, RIG.e, RIG.J_A, RIG.b_t])
-TUNING = Tuning(zero_time=3.0, stiffness_walk=0.01)
+NUMBERS = np.array([RIG.a, RIG.e, RIG.J_A, RIG.b_t, RIG.slide_rate])
+TUNING = Tuning(zero_time=3.0, stiffness_walk=0.01, noise=0.5, error=inf)
 CHOICES = [(zero, stiffness) for zero in (False, True) for stiffness in (False, True)]
 MEASUREMENT_MODELS = [
     kind(zero=z, stiffness=s) for kind in (AligningTorque, SteeringTorque) for z, s in CHOICES
@@ -25,7 +26,8 @@ MEANINGS = {"log_mu": 0.1, "M_0": 0.2, "stiffness": 0.9, "psi": 0.03, "psi_dot":
 
 
 def clean(**values: float) -> Array:
-    usual = {"psi": 0.03, "psi_dot": 0.1, "F_N": 410.0, "dt": 0.008, "M_z": -3.0, "M": 2.5, "M_age": 0.0}
+    usual = {"psi": 0.03, "psi_dot": 0.1, "F_N": 410.0, "dt": 0.008, "M_z": -3.0, "M": 2.5, "M_age": 0.0,
+             "F_N_first": 400.0, "travel": 0.001}  # fmt: skip
     return np.array([(usual | values)[name] for name in CLEAN])
 
 
@@ -101,7 +103,7 @@ def test_derivative_of_the_measurement(measurement_model: MeasurementModel) -> N
         made = build_measurement(measurement_model)(y, M_z(y), slopes, now, NUMBERS, TUNING.vector)
         return [np.asarray(part).ravel() for part in made]
 
-    innovation, H, weight, expected, _ = read(x, clean())
+    innovation, H, weight, expected, *_ = read(x, clean())
     np.testing.assert_allclose(H, by_differences(lambda y: read(y, clean())[3][0], x), rtol=0, atol=1e-9)
     measured = 0.03 if "psi" in measurement_model.states else -3.0
     assert innovation[0] == pytest.approx(measured - expected[0], abs=1e-15)
@@ -127,7 +129,7 @@ def test_into_an_empty_place_nothing_moves(measurement_model: MeasurementModel, 
 
 @pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS[3::4], ids=repr)
 def test_walks_grow_with_time_and_not_with_samples(measurement_model: MeasurementModel) -> None:
-    tuning = Tuning(mu_walk=0.1, zero_walk=0.02, stiffness_walk=0.3, noise=0.2)
+    tuning = Tuning(mu_walk=0.1, zero_walk=0.02, stiffness_walk=0.3, noise=0.2, error=inf)
     x, slopes = usual_x(measurement_model), np.zeros(len(directions(measurement_model)))
     of_a_second = []
     for steps in (np.full(100, 0.01), np.full(1000, 0.001), np.random.default_rng(1).random(300)):
@@ -166,7 +168,9 @@ def test_noise_of_a_torque_counts_by_time() -> None:
 
 def test_angle_has_its_own_noise() -> None:
     read = build_measurement(SteeringTorque())
-    _, _, weight, _, huber_scale = read(np.zeros(3), 0.0, np.zeros(2), clean(), NUMBERS, TUNING.vector)
+    _, _, weight, _, huber_scale, _ = read(
+        np.zeros(3), 0.0, np.zeros(2), clean(), NUMBERS, TUNING.vector
+    )
 
     assert float(weight) == pytest.approx(TUNING.psi_noise**-2)
     assert float(huber_scale) == np.inf
@@ -218,7 +222,7 @@ def exactly(times: Array) -> Array:
     return np.asarray(solution.y)
 
 
-@pytest.mark.parametrize("jitter", [0.0, 0.6])
+@pytest.mark.parametrize("jitter", [pytest.param(0.0, marks=pytest.mark.long), 0.6])
 def test_wheel_on_a_spring_follows_its_equation_of_motion_to_second_order(jitter: float) -> None:
     pattern = 1 + jitter * np.random.default_rng(2).uniform(-1, 1, 500)
     errors = []
@@ -241,7 +245,7 @@ def test_undamped_wheel_keeps_its_energy_and_damping_takes_it() -> None:
     for b_t, keeps in ((0.0, True), (RIG.b_t, False), (1e4, False)):
         x, energy = ca.DM([1.0, 0.01, 0.0]), []
         for _ in range(2000):
-            numbers = [RIG.a, RIG.e, RIG.J_A, b_t]
+            numbers = [RIG.a, RIG.e, RIG.J_A, b_t, RIG.slide_rate]
             at = clean(M=0.0, dt=0.01)
             x = motion(x, -SPRING * x[1], [-SPRING, 0.0], at, at, numbers, TUNING.vector)[0]
             energy.append(0.5 * RIG.J_A * float(x[2]) ** 2 + 0.5 * SPRING * float(x[1]) ** 2)

@@ -15,7 +15,8 @@ from tests.observers.conftest import RIG, make
 from tests.observers.factories import slide
 
 GOOD = {"psi": 0.1, "psi_dot": 0.2, "F_N": 410.0, "dt": 0.01, "M_z": -2.0, "M": 3.0}
-LAST = {"psi": 0.05, "psi_dot": 0.3, "F_N": 390.0, "dt": 0.02, "M_z": -1.0, "M": 1.5, "M_age": 0.0}
+LAST = {"psi": 0.05, "psi_dot": 0.3, "F_N": 390.0, "dt": 0.02, "M_z": -1.0, "M": 1.5, "M_age": 0.0,
+        "F_N_first": 400.0, "travel": 0.5}  # fmt: skip
 NOTHING = (nan, inf, -inf)
 
 
@@ -27,10 +28,12 @@ def cleaned(measurement_model: MeasurementModel, **fault: float) -> tuple[dict[s
 
 def test_a_good_sample_passes() -> None:
     aligning, held = cleaned(AligningTorque())
-    assert aligning == {**GOOD, "M": 0.0, "M_age": 0.0}
+    assert aligning == {**GOOD, "M": 0.0, "M_age": 0.0, "F_N_first": 400.0, "travel": 0.2 * 0.01}
     assert not held
     steering, held = cleaned(SteeringTorque())
-    assert steering == {**GOOD, "psi_dot": 0.0, "M_z": 0.0, "M_age": 0.0}
+    assert steering == {
+        **GOOD, "psi_dot": 0.0, "M_z": 0.0, "M_age": 0.0, "F_N_first": 400.0, "travel": 0.0
+    }  # fmt: skip
     assert not held
 
 
@@ -61,12 +64,20 @@ def test_steering_torque_without_a_sensor(nothing: float) -> None:
 
 
 @pytest.mark.parametrize("measurement_model", [AligningTorque(), SteeringTorque()], ids=repr)
-@pytest.mark.parametrize("nothing", [*NOTHING, 0.0, -400.0])
+@pytest.mark.parametrize("nothing", [*NOTHING, 0.0, -400.0, 1e-300, 0.03, 19.99])
 def test_without_a_load_the_last_one_is_held(
     measurement_model: MeasurementModel, nothing: float
 ) -> None:
     now, held = cleaned(measurement_model, F_N=nothing)
     assert (now["F_N"], held) == (LAST["F_N"], True)
+
+
+def test_the_torque_of_a_wheel_that_is_lifted_says_nothing() -> None:
+    for F_N in (0.0, -1.0, 0.03, 19.99):
+        assert isnan(cleaned(AligningTorque(), F_N=F_N)[0]["M_z"])
+    for F_N in (nan, inf, 20.01):
+        assert cleaned(AligningTorque(), F_N=F_N)[0]["M_z"] == GOOD["M_z"]
+    assert cleaned(AligningTorque(), F_N=20.01)[0]["F_N"] == 20.01
 
 
 @pytest.mark.parametrize("measurement_model", [AligningTorque(), SteeringTorque()], ids=repr)
@@ -105,7 +116,7 @@ def test_prior(kind: Any, measurement_model: MeasurementModel) -> None:
 def test_first_sample_says_where_the_patch_stands(kind: Any, fault: dict[str, float]) -> None:
     first = Sample(**{"psi": 0.0, "psi_dot": nan, "F_N": 400.0, "dt": 0.01, **fault})
     with pytest.raises(
-        InvalidInputError, match="first sample must have a finite psi and F_N > 0"
+        InvalidInputError, match=r"first sample must have a finite psi and F_N >= 0\.001 N"
     ) as caught:
         make(kind).init(first)
     assert "\n" not in str(caught.value)
@@ -133,7 +144,7 @@ def test_steering_torque_needs_the_inertia_and_the_damping(kind: Any) -> None:
 
 
 def test_tuning_is_of_the_observer() -> None:
-    assert make(Ekf).tuning == Tuning()
+    assert make(Ekf).tuning == Tuning(mu_floor=0.0)
 
 
 @pytest.mark.parametrize("kind", [Ekf, Mhe])

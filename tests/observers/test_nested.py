@@ -11,7 +11,7 @@ from symbolic import Model, Rig
 RIG, K, LOAD, SECONDS = Rig(a=0.04, e=0.01), 6e4, 180.0, 5.11
 KNOTS = ((0.0, 0.4), (1.4, 0.8), (2.4, -0.4), (3.4, 0.5), (4.3, -0.2), (6.0, 0.8))
 """Steering torque for mu = 0.5, of which it is a multiple [s], [N m]; the wheel of [Györök 2022]."""
-CLEAN = Tuning(noise=1e-3, error=1e-3, mu_walk=1e-3, zero_std=1e-4, zero_walk=0.0)
+CLEAN = Tuning(noise=1e-3, error=1e-3, error_travel=0.0, mu_walk=1e-3, zero_std=1e-4, zero_walk=0.0)
 
 
 @pytest.fixture(scope="module", params=[0.5, 1.4])

@@ -177,6 +177,7 @@ class Filter:
         self.filter.x, self.filter.P = x.reshape(-1, 1), P
         self.last: Sample | None = None
         self.M_z, self.by_x = 0.0, np.zeros(x.size)
+        self.nis = np.nan
 
     @property
     def x(self) -> Array:
@@ -198,6 +199,7 @@ class Filter:
             (self.history, 0.0, self.by_x) if space.steers else space.update_patch(history, after, now)
         )
         measured, expected, H, weight = space.measurement(after, patch[1], patch[2], now)
+        self.nis = np.nan
         if weight > 0:
             filter_.update(
                 np.array([[measured]]),
@@ -206,6 +208,7 @@ class Filter:
                 R=1 / weight,
             )
             filter_.x = space.projected(self.x).reshape(-1, 1)
+            self.nis = float(filter_.y[0, 0] ** 2 / filter_.S[0, 0])
         # The aligned patch is corrected when it meets the next sample, to first order.
         self.history, self.M_z, self.by_x = (
             space.update_patch(history, self.x, now) if space.steers else patch

@@ -155,7 +155,9 @@ def _share(made: RigRecording) -> float:
     return float(np.sqrt(np.mean((made.M_z_true - without) ** 2)) / np.ptp(without))
 
 
-@pytest.mark.parametrize("name", ["carcass_torsion", "friction_drift", "gust"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("carcass_torsion", marks=pytest.mark.long), "friction_drift", "gust"]
+)
 def test_planted_effect_is_as_strong_as_asked(name: str) -> None:
     assert _share(plant_effect(name, 12, share=0.06)) == pytest.approx(0.06, rel=0.03)
 
@@ -190,6 +192,7 @@ def test_campaign_files(tmp_path: Path) -> None:
     assert (tmp_path / "rig.toml").is_file()
 
 
+@pytest.mark.long
 def test_embedded_recordings_are_made_by_the_rig(repository_root: Path) -> None:
     folder = repository_root / "examples" / "recordings"
     made = runpy.run_path(str(folder.parent / "make_recordings.py"))["files"]()

@@ -48,12 +48,12 @@ def test_a_rig() -> None:
 @pytest.mark.parametrize(
     ("document", "fault"),
     [
-        ({}, "section [rig] is missing; it holds a, e, J_A, b_t"),
+        ({}, "section [rig] is missing; it holds a, e, J_A, b_t, slide_rate"),
         ({"rig": RIG["rig"]}, "section [tyre] is missing; it holds k, mu"),
         (changed(RIG, "rig", a=45), "a must be given in metres, at most 1 m in size, got 45; if"),
         (changed(RIG, "rig", e=9.0), "e must be given in metres, at most 1 m in size, got 9; if"),
         (changed(RIG, "rig", a=True), "[rig] a must be a number, got 'True'"),
-        (changed(RIG, "rig", J=0.1), "[rig] unknown key 'J'; allowed: a, e, J_A, b_t"),
+        (changed(RIG, "rig", J=0.1), "[rig] unknown key 'J'; allowed: a, e, J_A, b_t, slide_rate"),
         (changed(RIG, "tyre", k=2.4), "k must lie between 1000 and 1e+09 N/m^2, got 2.4"),
         (changed(RIG, "tyre", k=10**400), "[tyre] holds a number too large to compute with"),
         ({**RIG, "wheel": {}}, "unknown section or key 'wheel'; allowed: [rig], [tyre]"),
@@ -158,9 +158,12 @@ def test_tables_of_text() -> None:
         (b"a = 1\n\0", "row 2: is not text, it holds a zero byte"),
         (b"a = ", "is not valid TOML: "),
         (b"a = 1\na = 2\n", "is not valid TOML: "),
-        (b"a = " + b"[" * 100_000, "is not valid TOML: "),
+        (b"a = " + b"[" * 10_000, "row 1: is not valid TOML for a rig: 20 tables within each other"),
+        (b"a = 1\n" + b"a." * 20 + b"a = 1", "row 2: is not valid TOML for a rig: 20 tables"),
+        (b"a = " + b"9" * 5000, "is not valid TOML: "),
+        (b"#" * 16_385, "holds 16385 bytes; allowed: up to 16384"),
     ],
-    ids=["empty", "latin", "zero", "no value", "twice", "deep"],
+    ids=["empty", "latin", "zero", "no value", "twice", "deep", "dotted", "digits", "large"],
 )
 def test_no_toml(content: bytes, fault: str) -> None:
     with pytest.raises(InvalidInputError) as caught:
@@ -168,6 +171,17 @@ def test_no_toml(content: bytes, fault: str) -> None:
     message = str(caught.value)
     assert message.startswith(fault)
     assert "\n" not in message
+
+
+def test_a_number_that_is_too_long_to_show() -> None:
+    with pytest.raises(InvalidInputError, match="J_A must be a number, got a number of more digits"):
+        rig_from_tables({"rig": {"a": 0.04, "e": 0.0, "J_A": [16**4000]}, "tyre": {"k": 1e6}})
+
+
+def test_a_key_that_stands_twice() -> None:
+    assert json_of(b'{"a": {"k": 1}, "b": {"k": 2}}') == {"a": {"k": 1}, "b": {"k": 2}}
+    with pytest.raises(InvalidInputError, match="'k' is given twice in one object; allowed: once"):
+        json_of(b'{"shared": {"k": 1, "mu": 2, "k": 3}}')
 
 
 @pytest.mark.parametrize("content", [b"", b"{", b"\xff\xfe\x00", b"[" * 100_000])

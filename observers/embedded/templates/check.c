@@ -1,7 +1,7 @@
 /* Compares this build with the estimates of Python: check ${name}_vector.csv
 
-   Prints the largest differences; status 0 if those of mu and mu_std are at most ${tolerance}, that of the torque
-   at most ${tolerance} of its largest value, and all flags equal.
+   Prints the largest differences; status 0 if those of mu, mu_eff and their deviations are at most ${tolerance}, those
+   of torques at most ${tolerance} of the largest value, those of nis at most ${tolerance} of 1 + nis, and all flags equal.
 
    ${generated} */
 #include <math.h>
@@ -10,17 +10,24 @@
 
 #include "${name}.h"
 
-enum { PSI, PSI_DOT, TORQUE, LOAD, DT, MU, MU_STD, M_Z, INFORMED, STATUS, COLUMNS };
+enum { PSI, PSI_DOT, TORQUE, LOAD, DT, ${estimate|join(", ")|upper}, COLUMNS };
+enum { FRICTION, DEVIATION, TORQUES, INNOVATION, KINDS };
 
 static double difference(double actual, double expected) {
     if (isnan(actual) || isnan(expected)) return isnan(actual) && isnan(expected) ? 0.0 : INFINITY;
     return fabs(actual - expected);
 }
 
+/* The larger of a difference so far and that of one more number, over its scale. */
+static void note(double *worst, double actual, double expected, double scale) {
+    if (isnan(expected)) scale = 1.0;
+    *worst = fmax(*worst, difference(actual, expected) / scale);
+}
+
 int main(int argc, char **argv) {
     static ${name}_state_t state;
     char line[1024], *at;
-    double row[COLUMNS], worst[3] = {0.0}, size = 0.0;
+    double row[COLUMNS], worst[KINDS] = {0.0}, size = 0.0;
     int samples = 0, flags = 0, i;
     FILE *file = argc == 2 ? fopen(argv[1], "r") : NULL;
     if (file == NULL) {
@@ -31,7 +38,6 @@ int main(int argc, char **argv) {
     while (fgets(line, sizeof line, file) != NULL) {
         ${name}_sample_t sample;
         ${name}_estimate_t estimate;
-        double actual[3];
         if (line[0] == '#' || line[0] == 'p') continue;
         for (i = 0, at = line; i < COLUMNS; ++i) {
             row[i] = strtod(at, &at);
@@ -44,17 +50,22 @@ int main(int argc, char **argv) {
         sample.dt = (${real})row[DT];
         ${name}_step(&state, &sample);
         ${name}_estimate(&state, &estimate);
-        actual[0] = estimate.mu, actual[1] = estimate.mu_std, actual[2] = estimate.M_z_predicted;
-        for (i = 0; i < 3; ++i) worst[i] = fmax(worst[i], difference(actual[i], row[MU + i]));
-        size = fmax(size, fabs(row[M_Z]));
+        note(&worst[FRICTION], estimate.mu, row[MU], 1.0);
+        note(&worst[FRICTION], estimate.mu_eff, row[MU_EFF], 1.0);
+        note(&worst[DEVIATION], estimate.mu_std, row[MU_STD], 1.0);
+        note(&worst[DEVIATION], estimate.mu_eff_std, row[MU_EFF_STD], 1.0);
+        note(&worst[TORQUES], estimate.M_z_predicted, row[M_Z_PREDICTED], 1.0);
+        note(&worst[TORQUES], estimate.M_slide, row[M_SLIDE], 1.0);
+        note(&worst[INNOVATION], estimate.nis, row[NIS], 1.0 + fabs(row[NIS]));
+        size = fmax(size, fabs(row[M_Z_PREDICTED]));
         flags += estimate.status != (int)row[STATUS] || estimate.informed != (int)row[INFORMED];
         ++samples;
     }
     fclose(file);
-    printf("%s\n%d samples: mu off by %.1e, mu_std by %.1e, M_z by %.1e N m; flags differ in %d\n",
-           ${name}_version(), samples, worst[0], worst[1], worst[2], flags);
-    return samples > 0 && flags == 0 && worst[0] <= ${tolerance} && worst[1] <= ${tolerance} &&
-                   worst[2] <= ${tolerance} * size
+    printf("%s\n%d samples: mu off by %.1e, mu_std by %.1e, M_z by %.1e N m, nis by %.1e; flags differ in %d\n",
+           ${name}_version(), samples, worst[FRICTION], worst[DEVIATION], worst[TORQUES], worst[INNOVATION], flags);
+    return samples > 0 && flags == 0 && worst[FRICTION] <= ${tolerance} && worst[DEVIATION] <= ${tolerance} &&
+                   worst[TORQUES] <= ${tolerance} * size && worst[INNOVATION] <= ${tolerance}
                ? 0
                : 1;
 }

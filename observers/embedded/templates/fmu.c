@@ -12,7 +12,7 @@
 #define GUID "${guid}"
 
 /* Value references, as in modelDescription.xml. */
-enum { PSI, PSI_DOT, TORQUE, LOAD, INPUTS, MU = INPUTS, MU_STD, M_Z_PREDICTED, INFORMED, STATUS };
+enum { PSI, PSI_DOT, TORQUE, LOAD, INPUTS, MU = INPUTS, MU_STD, M_Z_PREDICTED, INFORMED, STATUS, MU_EFF, MU_EFF_STD, M_SLIDE, NIS };
 enum { INSTANTIATED, INITIALISING, STEPPING, TERMINATED };
 
 /* The FMU state: one block without pointers. */
@@ -127,11 +127,14 @@ FMI2(fmi2Status, GetReal)(fmi2Component c, const fmi2ValueReference at[], size_t
     size_t i;
     ${name}_estimate(&state->observer, &estimate);
     for (i = 0; i < count; ++i) {
-        if (at[i] > M_Z_PREDICTED) return report(c, "no real variable has this value reference");
-        values[i] = at[i] < INPUTS    ? state->inputs[at[i]]
-                    : at[i] == MU     ? (double)estimate.mu
-                    : at[i] == MU_STD ? (double)estimate.mu_std
-                                      : (double)estimate.M_z_predicted;
+        switch (at[i]) {
+%% for name in numbers
+        case ${name|upper}: values[i] = (double)estimate.${name}; break;
+%% endfor
+        default:
+            if (at[i] >= INPUTS) return report(c, "no real variable has this value reference");
+            values[i] = state->inputs[at[i]];
+        }
     }
     return fmi2OK;
 }
@@ -178,24 +181,42 @@ FMI2(fmi2Status, FreeFMUstate)(fmi2Component c, fmi2FMUstate *state) {
     return fmi2OK;
 }
 
+/* Serialised, a state is its block and the digest of that. The block begins with the GUID, which goes with the code
+   and its parameters. */
+enum { SERIALISED = sizeof(fmu_state_t) + sizeof(uint64_t) };
+
+/* FNV-1a, 64 bits: it changes with every single byte. */
+static uint64_t digest_of(const void *block) {
+    const unsigned char *bytes = block;
+    uint64_t digest = 14695981039346656037u;
+    size_t i;
+    for (i = 0; i < sizeof(fmu_state_t); ++i) digest = (digest ^ bytes[i]) * 1099511628211u;
+    return digest;
+}
+
 FMI2(fmi2Status, SerializedFMUstateSize)(fmi2Component c, fmi2FMUstate state, size_t *size) {
     (void)c, (void)state;
-    *size = sizeof(fmu_state_t);
+    *size = SERIALISED;
     return fmi2OK;
 }
 
 FMI2(fmi2Status, SerializeFMUstate)(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-    if (size != sizeof(fmu_state_t)) return report(c, "a state has another size");
-    memcpy(bytes, state, size);
+    const uint64_t digest = digest_of(state);
+    if (size != SERIALISED) return report(c, "a serialised state has another size");
+    memcpy(bytes, state, sizeof(fmu_state_t));
+    memcpy(bytes + sizeof(fmu_state_t), &digest, sizeof digest);
     return fmi2OK;
 }
 
 FMI2(fmi2Status, DeSerializeFMUstate)(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
-    if (size != sizeof(fmu_state_t) || memcmp(bytes, GUID, sizeof GUID) != 0)
+    uint64_t digest;
+    if (size != SERIALISED || memcmp(bytes, GUID, sizeof GUID) != 0)
         return report(c, "these bytes are no state of this model");
-    if (*state == NULL) *state = malloc(size);
+    memcpy(&digest, bytes + sizeof(fmu_state_t), sizeof digest);
+    if (digest != digest_of(bytes)) return report(c, "the bytes of this state are damaged");
+    if (*state == NULL) *state = malloc(sizeof(fmu_state_t));
     if (*state == NULL) return report(c, "no memory for a state");
-    memcpy(*state, bytes, size);
+    memcpy(*state, bytes, sizeof(fmu_state_t));
     return fmi2OK;
 }
 

@@ -1,4 +1,4 @@
-/* Reads a recording and prints t,mu,mu_std,M_z_predicted,informed, one row a sample.
+/* Reads a recording and prints t,${estimate|join(",")}, one row a sample.
 
        example RECORDING.csv
 
@@ -46,8 +46,10 @@ static void step(${name}_state_t *state, const double *row, double dt) {
     sample.dt = (${real})dt;
     ${name}_step(state, &sample);
     ${name}_estimate(state, &estimate);
-    printf("%.9g,%.${digits}g,%.${digits}g,%.${digits}g,%d\n", row[T], (double)estimate.mu, (double)estimate.mu_std,
+    printf("%.9g,%.${digits}g,%.${digits}g,%.${digits}g,%d,", row[T], (double)estimate.mu, (double)estimate.mu_std,
            (double)estimate.M_z_predicted, (int)estimate.informed);
+    printf("%.${digits}g,%.${digits}g,%.${digits}g,%.${digits}g,%d\n", (double)estimate.mu_eff, (double)estimate.mu_eff_std,
+           (double)estimate.M_slide, (double)estimate.nis, (int)estimate.status);
 }
 
 int main(int argc, char **argv) {
@@ -61,7 +63,7 @@ int main(int argc, char **argv) {
         return 2;
     }
     ${name}_init(&state);
-    printf("t,mu,mu_std,M_z_predicted,informed\n");
+    printf("t,${estimate|join(",")}\n");
     while (fgets(line, sizeof line, file) != NULL) {
         const int count = line[0] == '#' ? 0 : split(line, fields, 64);
         if (count == 0) continue;

@@ -2,6 +2,14 @@
    ${generated} */
 #include "${name}.h"
 
+/* Order of the output of a step. */
+enum {
+%% for name in output
+    OUT_${name|upper},
+%% endfor
+    OUTPUTS
+};
+
 /* Computation: written by CasADi ${casadi} from the Functions that run in Python. -------------------------- */
 
 ${core}
@@ -11,10 +19,11 @@ ${core}
 static int is_known(${real} value) { return fabs(value) < ${largest_value}; }
 
 void ${name}_init(${name}_state_t *state) {
-    state->output[0] = ${prior_mu};
-    state->output[1] = ${prior_std};
-    state->output[2] = (${real})NAN;
-    state->output[3] = ${NAME}_MISSING;
+    int32_t i;
+    for (i = 0; i < OUTPUTS; ++i) state->output[i] = (${real})NAN;
+    state->output[OUT_MU] = ${prior_mu};
+    state->output[OUT_MU_STD] = ${prior_std};
+    state->output[OUT_STATUS] = ${NAME}_MISSING;
     state->psi = 0.0;
     state->age = 0.0;
     state->rate = 0.0;
@@ -29,7 +38,7 @@ static void update_rate(${name}_state_t *state, ${real} psi, ${real} dt) {
     state->age += dt;
     if (is_known(psi)) {
         const ${real} turn = state->seen ? psi - state->psi : 0.0;
-        state->rate += state->age / (${rate_time_constant} + state->age) * (turn / state->age - state->rate);
+        state->rate += (turn - state->rate * state->age) / (${rate_time_constant} + state->age);
         state->psi = psi;
         state->age = 0.0;
         state->seen = 1;
@@ -40,7 +49,7 @@ ${stepping}
 int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
     ${real} now[6];
     if (!(sample->dt > 0.0 && sample->dt <= ${longest_step})) {
-        state->output[3] = ${NAME}_REFUSED;
+        state->output[OUT_STATUS] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }
     update_rate(state, sample->psi, sample->dt);
@@ -51,18 +60,18 @@ int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
     now[4] = ${"sample->M_z" if torque == "M_z" else "(%s)NAN" % real};
     now[5] = ${"sample->M" if torque == "M" else "(%s)NAN" % real};
     if (state->now < 0) {
-        if (!(is_known(now[0]) && is_known(now[2]) && now[2] > 0.0)) return ${NAME}_MISSING;
+        if (!(is_known(now[0]) && is_known(now[2]) && now[2] >= ${least_first_load})) return ${NAME}_MISSING;
         begin(state, now);
     }
     return advance(state, now);
 }
 
 void ${name}_estimate(const ${name}_state_t *state, ${name}_estimate_t *estimate) {
-    estimate->mu = state->output[0];
-    estimate->mu_std = state->output[1];
-    estimate->M_z_predicted = state->output[2];
-    estimate->informed = state->output[1] < ${informed_below} * state->output[0];
-    estimate->status = (int32_t)state->output[3];
+%% for name in numbers
+    estimate->${name} = state->output[OUT_${name|upper}];
+%% endfor
+    estimate->informed = state->output[OUT_MU_STD] < ${informed_below} * state->output[OUT_MU];
+    estimate->status = (int32_t)state->output[OUT_STATUS];
 }
 
 const char *${name}_version(void) { return "${version}"; }

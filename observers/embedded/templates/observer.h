@@ -32,7 +32,8 @@ typedef struct {
     ${real} psi_dot; /* yaw rate [rad/s]; a missing one is derived from psi */
     ${real} M_z;     /* aligning torque, moment of the ground on the wheel [N m] */
 %% endif
-    ${real} F_N;     /* vertical load [N]; a missing or non-positive one counts as unchanged */
+    ${real} F_N;     /* vertical load [N]; where it is missing, the last one stands; missing is one below
+                        a twentieth of the first, and the aligning torque with it */
     ${real} dt;      /* time since the last sample, greater than 0 and at most 3600 [s] */
 } ${name}_sample_t;
 
@@ -48,14 +49,18 @@ enum {
 typedef struct {
     ${real} mu;            /* friction coefficient [1] */
     ${real} mu_std;        /* its standard deviation [1] */
-    ${real} M_z_predicted; /* predicted aligning torque [N m]; NAN before the first sample */
+    ${real} M_z_predicted; /* predicted aligning torque [N m]; NAN before the first sample, as all below */
+    ${real} mu_eff;        /* effective friction: M_slide over that of the declared patch with mu = 1 [1] */
+    ${real} mu_eff_std;    /* its standard deviation [1] */
+    ${real} M_slide;       /* torque of steady full slide at the present load [N m] */
+    ${real} nis;           /* square of measured minus predicted over its variance [1]; NAN if not measured */
     int32_t informed;    /* 0 while the estimate rests on the prior, else 1 */
     int32_t status;      /* flags as above */
 } ${name}_estimate_t;
 
 ${types}/* One observer, ${bytes} bytes; its fields are private. */
 typedef struct {
-    ${real} output[4];
+    ${real} output[${output|length}];
     ${real} psi, age, rate;
     int32_t seen, now;
 ${private}
@@ -65,7 +70,7 @@ ${private}
 void ${name}_init(${name}_state_t *state);
 
 /* Advances the observer by one sample and returns the sample's status. The patch is at rest at the angle of
-   the first sample with a known psi and a load greater than 0; until then the estimate is the prior. A sample
+   the first sample with a known psi and a load of at least 0.001 N; until then the estimate is the prior. A sample
    with a dt out of range is ignored, with status ${NAME}_REFUSED. The same status means that no finite estimate
    resulted. */
 int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample);

@@ -23,7 +23,7 @@ static void patch_moment(const ${name}_patch_t *patch, ${real} scale, ${real} *m
 static void advance_patch(${name}_state_t *state, ${real} psi, ${real} F_N, ${real} mu, ${real} stiffness, ${real} *torque) {
     const ${real} k = ${k} * stiffness, scale = mu / k;
     ${real} moment[3];
-    if (is_known(F_N) && F_N > 0.0) state->F_N = F_N;
+    if (is_known(F_N) && F_N >= state->least_load) state->F_N = F_N;
     turn_patch(&state->patch, psi, ${level} * state->F_N, scale);
     patch_moment(&state->patch, scale, moment);
     torque[0] = k * moment[0];
@@ -39,21 +39,22 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
     begin_filter(arg, res, 0, 0, 0);
     clear_patch(&state->patch, sample[0]);
     state->F_N = sample[2];
+    state->least_load = ${least_load} * sample[2];
     state->now = 0;
 }
 
 /* One sample: from one half of the state to the other, which becomes valid only if the estimate is finite. */
 static int32_t advance(${name}_state_t *state, const ${real} *sample) {
-    ${real} output[4], torque[4], *before = state->values[state->now], *after = state->values[1 - state->now];
+    ${real} output[OUTPUTS], torque[4], *before = state->values[state->now], *after = state->values[1 - state->now];
     const ${real} *arg[${arg}] = {before, sample};
     ${real} *res[${res}] = {after, output};
     int i;
 ${patch_before}    filter(arg, res, 0, 0, 0);
-    if (!(is_known(output[0]) && is_known(output[1]) && is_known(output[2]))) {
-        state->output[3] = ${NAME}_REFUSED;
+    if (!(is_known(output[OUT_MU]) && is_known(output[OUT_MU_STD]) && is_known(output[OUT_M_Z_PREDICTED]))) {
+        state->output[OUT_STATUS] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }
 ${patch_after}    state->now = 1 - state->now;
-    for (i = 0; i < 4; ++i) state->output[i] = output[i];
-    return (int32_t)output[3];
+    for (i = 0; i < OUTPUTS; ++i) state->output[i] = output[i];
+    return (int32_t)output[OUT_STATUS];
 }

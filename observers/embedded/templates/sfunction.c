@@ -5,7 +5,7 @@
 
    Input ports, one number each: psi [rad], psi_dot [rad/s], ${torque} [N m], F_N [N], NaN where a sensor gave none;
    ${"psi_dot is not used: the rate is estimated" if torque == "M" else "a missing psi_dot is derived from psi"}.
-   Output ports: mu, mu_std, M_z_predicted [N m], informed, status. Parameter: the sample time [s].
+   Output ports: ${estimate|join(", ")}, torques in N m. Parameter: the sample time [s].
    Outputs are those of the last sample, without direct feedthrough, so that a controller may close its loop over
    them; the block takes its sample when Simulink updates discrete states. Each block has a state of its own.
 
@@ -18,7 +18,7 @@
 #include "${name}.h"
 
 enum { PSI, PSI_DOT, TORQUE, LOAD, INPUTS };
-enum { MU, MU_STD, M_Z_PREDICTED, INFORMED, STATUS, OUTPUTS };
+enum { PORTS = ${estimate|length} };
 
 static real_T sample_time(SimStruct *S) { return mxGetScalar(ssGetSFcnParam(S, 0)); }
 
@@ -33,13 +33,13 @@ static void mdlInitializeSizes(SimStruct *S) {
         ssSetErrorStatus(S, "The sample time must be greater than 0 s and at most ${longest_step} s.");
         return;
     }
-    if (!ssSetNumInputPorts(S, INPUTS) || !ssSetNumOutputPorts(S, OUTPUTS)) return;
+    if (!ssSetNumInputPorts(S, INPUTS) || !ssSetNumOutputPorts(S, PORTS)) return;
     for (i = 0; i < INPUTS; ++i) {
         ssSetInputPortWidth(S, i, 1);
         ssSetInputPortRequiredContiguous(S, i, 1);
         ssSetInputPortDirectFeedThrough(S, i, 0);
     }
-    for (i = 0; i < OUTPUTS; ++i) ssSetOutputPortWidth(S, i, 1);
+    for (i = 0; i < PORTS; ++i) ssSetOutputPortWidth(S, i, 1);
     ssSetNumSampleTimes(S, 1);
     /* The width is in doubles, whose alignment suits every number of the state. */
     ssSetNumDWork(S, 1);
@@ -60,11 +60,9 @@ static void mdlOutputs(SimStruct *S, int_T tid) {
     ${name}_estimate_t estimate;
     (void)tid;
     ${name}_estimate(state_of(S), &estimate);
-    *ssGetOutputPortRealSignal(S, MU) = (real_T)estimate.mu;
-    *ssGetOutputPortRealSignal(S, MU_STD) = (real_T)estimate.mu_std;
-    *ssGetOutputPortRealSignal(S, M_Z_PREDICTED) = (real_T)estimate.M_z_predicted;
-    *ssGetOutputPortRealSignal(S, INFORMED) = (real_T)estimate.informed;
-    *ssGetOutputPortRealSignal(S, STATUS) = (real_T)estimate.status;
+%% for name in estimate
+    *ssGetOutputPortRealSignal(S, ${loop.index0}) = (real_T)estimate.${name};
+%% endfor
 }
 
 #define MDL_UPDATE

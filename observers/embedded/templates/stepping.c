@@ -15,16 +15,16 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
 
 /* One sample: from one half of the state to the other, which becomes valid only if the estimate is finite. */
 static int32_t advance(${name}_state_t *state, const ${real} *sample) {
-    ${real} output[4];
+    ${real} output[OUTPUTS];
     const ${real} *arg[${arg}] = {state->values[state->now], sample, constants};
     ${real} *res[${res}] = {state->values[1 - state->now], output};
     int i;
     ${step}(arg, res, state->integers, state->scratch, 0);
-    if (!(is_known(output[0]) && is_known(output[1]) && is_known(output[2]))) {
-        state->output[3] = ${NAME}_REFUSED;
+    if (!(is_known(output[OUT_MU]) && is_known(output[OUT_MU_STD]) && is_known(output[OUT_M_Z_PREDICTED]))) {
+        state->output[OUT_STATUS] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }
     state->now = 1 - state->now;
-    for (i = 0; i < 4; ++i) state->output[i] = output[i];
-    return (int32_t)output[3];
+    for (i = 0; i < OUTPUTS; ++i) state->output[i] = output[i];
+    return (int32_t)output[OUT_STATUS];
 }

@@ -1,8 +1,8 @@
 /* The window: the last ${window} samples in a ring, the states at each, and the patch after each. */
 
-enum { STATES = ${states}, ROW = 5, CLEAN = 7 };
-/* A row of a sample: load, time, torque, whether it is accepted, and the jump of the variance of ln mu. */
-enum { ROW_F_N, ROW_DT, ROW_M_Z, ROW_ACCEPTED, ROW_JUMP };
+enum { STATES = ${states}, ROW = 6, CLEAN = ${clean} };
+/* A row of a sample: load, time, torque, turn, whether it is accepted, and the jump of the variance of ln mu. */
+enum { ROW_F_N, ROW_DT, ROW_M_Z, ROW_TRAVEL, ROW_ACCEPTED, ROW_JUMP };
 
 /* Stores the patch with a sample; of more corners than fit, those that contribute least to M_z are dropped. */
 static void store_patch(${name}_state_t *state, int32_t at, ${real} scale) {
@@ -48,8 +48,8 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
         state->corners[i] = 0;
     }
     for (j = 0; j < STATES * STATES; ++j) state->P_newest[j] = state->factor[j];
-    state->counts[0] = 0.0;
-    state->counts[1] = 0.0;
+    for (j = 0; j < 2; ++j) state->counts[j] = 0.0;
+    for (j = 0; j < 4; ++j) state->monitor[j] = 0.0;
     clear_patch(&state->patch, sample[0]);
     state->newest = ${window} - 1;
     state->now = 0;
@@ -81,7 +81,7 @@ static void update_arrival_cost(${name}_state_t *state, int32_t oldest) {
 }
 
 /* Which samples of the window count after the test of the newest innovation: accepted, reset, run, missing,
-   expected. Without a reset only the newest changes. */
+   expected, nis, inconsistent. Without a reset only the newest changes. */
 static void accept_samples(${name}_state_t *state, const ${real} *test) {
     const int32_t run = test[2] < ${window} ? (int32_t)test[2] : ${window};
     const int32_t count = test[1] == 0.0 ? 1 : run;
@@ -130,7 +130,7 @@ static void smooth(${name}_state_t *state) {
 /* One sample. */
 static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${real} now[CLEAN] = {0.0}, imputed = 0.0, newest[STATES] = {0.0}, P[STATES * STATES] = {0.0};
-    ${real} torque[3], test[5] = {0.0}, counts[2] = {0.0}, output[4] = {0.0}, scale;
+    ${real} torque[3], test[7] = {0.0}, counts[2] = {0.0}, monitor[4] = {0.0}, output[OUTPUTS] = {0.0}, scale;
     const int32_t last = state->newest, at = (last + 1) % ${window};
     int32_t i;
     {
@@ -151,30 +151,31 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     state->row[at][ROW_F_N] = now[2];
     state->row[at][ROW_DT] = now[3];
     state->row[at][ROW_M_Z] = now[4];
+    state->row[at][ROW_TRAVEL] = now[CLEAN - 1];
     state->row[at][ROW_ACCEPTED] = 1.0;
     state->row[at][ROW_JUMP] = 0.0;
     state->newest = at;
     torque_at(state, at, newest, torque);
     {
-        const ${real} *arg[5] = {newest, torque, now, P, state->counts};
-        ${real} *res[2] = {test, counts};
+        const ${real} *arg[6] = {newest, torque, now, P, state->counts, state->monitor};
+        ${real} *res[3] = {test, counts, monitor};
         test_innovation(arg, res, 0, 0, 0);
     }
     accept_samples(state, test);
     smooth(state);
     {
-        const ${real} *arg[5] = {state->x[at], state->P_newest, newest, test, &imputed};
+        const ${real} *arg[6] = {state->x[at], state->P_newest, newest, now, test, &imputed};
         ${real} *res[1] = {output};
         step_output(arg, res, 0, 0, 0);
     }
     for (i = 0; i < CLEAN; ++i) state->last[i] = now[i];
-    state->counts[0] = counts[0];
-    state->counts[1] = counts[1];
-    if (!(is_known(output[0]) && is_known(output[1]) && is_known(output[2]))) {
+    for (i = 0; i < 2; ++i) state->counts[i] = counts[i];
+    for (i = 0; i < 4; ++i) state->monitor[i] = monitor[i];
+    if (!(is_known(output[OUT_MU]) && is_known(output[OUT_MU_STD]) && is_known(output[OUT_M_Z_PREDICTED]))) {
         ${name}_init(state);
-        state->output[3] = ${NAME}_REFUSED;
+        state->output[OUT_STATUS] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }
-    for (i = 0; i < 4; ++i) state->output[i] = output[i];
-    return (int32_t)output[3];
+    for (i = 0; i < OUTPUTS; ++i) state->output[i] = output[i];
+    return (int32_t)output[OUT_STATUS];
 }

@@ -112,6 +112,7 @@ def test_the_experiment_tells_apart_what_the_recordings_cannot(
     assert gain > 0.05
 
 
+@pytest.mark.long
 def test_it_does_so_where_the_rival_was_named(ambiguous: Ambiguous) -> None:
     proposal = propose(ambiguous.rival, ambiguous.true, ambiguous.recordings)
     recordings, true, rival = with_experiment(ambiguous, proposal)

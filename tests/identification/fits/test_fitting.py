@@ -79,6 +79,7 @@ def test_a_candidate_converges_as_models_are_ranked() -> None:
     assert not fit(model, recordings, options=FitOptions(tolerance=1e-3, max_evaluations=4)).converged
 
 
+@pytest.mark.long
 def test_what_recordings_give_is_never_fitted() -> None:
     """F_0 is the mean of the loads, brought to one length; another one is nearly another mu and k."""
     made, recordings = read_campaign("contact_length", 3)
@@ -107,6 +108,7 @@ def test_what_recordings_give_is_never_fitted() -> None:
         assert np.sqrt(np.mean(off**2)) < 2e-3 * span
 
 
+@pytest.mark.long
 def test_finds_how_the_patch_grows_where_its_length_was_rounded() -> None:
     """Of 45 mm (F_N / 400 N)^0.5, declared to 5 mm, the power is found, and the rounding made good."""
     planted = {"contact_length": {"n": 0.5, "F_0": 400.0, "m": 2.0}}
@@ -185,6 +187,7 @@ def test_recovers_an_effect(effect: str) -> None:
     assert (spread < 0.02 * np.abs(truth)).all()
 
 
+@pytest.mark.long
 def test_recovers_a_compliance() -> None:
     made, recordings = read_campaign("carcass_torsion", 1, duration=8.0)
     fitted = fit_from_scratch(model_of("carcass_torsion"), recordings)
@@ -205,6 +208,7 @@ def test_a_stiff_carcass_fits_where_there_is_none(declared: Given) -> None:
     assert fitted.values.tyre["carcass_torsion.k_t"] > 5e3
 
 
+@pytest.mark.long
 def test_deviations_are_those_of_repeated_noise(declared: Given) -> None:
     made, recordings = declared
     model, rng = model_of(), np.random.default_rng(7)
@@ -283,6 +287,7 @@ def test_a_constant_torque_is_a_fault(declared: Given, M_z: float) -> None:
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.long
 def test_jacobian_is_the_slope_of_the_residuals() -> None:
     _, recordings = read_campaign("torque_offset", 2, duration=5.0)
     effects = effects_named(["torque_offset", "contact_damping", "carcass_torsion"])

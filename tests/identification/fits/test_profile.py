@@ -117,6 +117,7 @@ def test_every_fit_begins_where_its_neighbour_ended(fitted, monkeypatch: pytest.
     assert np.ptp(list(friction.values())) > 1e-4
 
 
+@pytest.mark.long
 def test_a_softer_carcass_makes_up_for_stiffer_bristles() -> None:
     recordings = read_campaign("carcass_torsion", 1, recordings=1, duration=5.0)[1]
     model = Model(effects=effects_named(["carcass_torsion"]), corners=16)
@@ -148,6 +149,7 @@ def test_what_cannot_be_profiled(fitted, axis: ProfileAxis, grid: list[float], m
         profile(MODEL, recordings, best.values, axis, grid)
 
 
+@pytest.mark.long
 def test_values_that_are_missing_begin_at_their_own_start(fitted) -> None:
     _, recordings = fitted
     start = initial_guess(MODEL, recordings)

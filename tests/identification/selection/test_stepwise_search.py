@@ -45,6 +45,7 @@ def test_reports_its_progress(damped: list[Recording]) -> None:
     assert ("trying effects on top of the declared structure", 1, 1) in said
 
 
+@pytest.mark.long
 def test_two_processes_find_the_same(damped: list[Recording], steps: list[SearchStep]) -> None:
     again = search(damped, (), jobs=2, candidates=CANDIDATES)
 
@@ -71,6 +72,7 @@ def test_held_out_recordings_only_judge(damped: list[Recording]) -> None:
     assert first.after.nrmse == pytest.approx(np.sqrt(np.mean(residual**2)) / np.ptp(held_out.M_z))
 
 
+@pytest.mark.long
 def test_finds_a_compliant_carcass() -> None:
     made, recordings = read_campaign("carcass_torsion", 1)
     rivals = ("carcass_torsion", "contact_damping", "sensor_delay", "steering_return")

@@ -154,6 +154,7 @@ def test_the_information_criterion_speaks_for_what_is_there(three: list[Recordin
     assert right.nrmse < 0.5 * declared.nrmse
 
 
+@pytest.mark.long
 def test_the_information_criterion_speaks_against_what_is_not() -> None:
     _, recordings = read_campaign(None, 1)
     declared = run_trial(TrialTask((), recordings, ()))

@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
-OUTPUTS = ("mu", "mu_std", "M_z_predicted", "informed", "status")
 
 
 class Instance:
@@ -32,8 +31,10 @@ class Instance:
         return np.array([self.step(row) for row in rows])
 
     def outputs(self) -> list[float]:
-        """The outputs, as in `OUTPUTS`."""
-        return [*self.slave.getReal([4, 5, 6]), *self.slave.getBoolean([7]), *self.slave.getInteger([8])]
+        """The outputs in the order of `observers.ESTIMATE`."""
+        informed, status = self.slave.getBoolean([7]), self.slave.getInteger([8])
+        numbers = self.slave.getReal([4, 5, 6, 9, 10, 11, 12])
+        return [*numbers[:3], *informed, *numbers[3:], *status]
 
 
 @contextmanager

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from observers import Ekf, Estimate, Loop, Mhe, ObserverState, Sample, Tuning
+from observers import ESTIMATE, Ekf, Estimate, Loop, Mhe, ObserverState, Sample, Tuning
 from observers.compiled_step import CompiledStep
 from observers.embedded import Real, generate
 from symbolic import Model, compiler, effects_named
@@ -47,16 +47,16 @@ class GeneratedCode:
     folder: Path
 
     def run(self, samples: Array) -> Array:
-        """Estimates for samples (n, 5) psi, psi_dot, torque, F_N, dt; (n, 5) as `python_estimates`."""
+        """Estimates as `python_estimates` for samples (n, 5) psi, psi_dot, torque, F_N, dt."""
         inputs = np.ascontiguousarray(samples, self.real.dtype)
-        estimates = np.empty_like(inputs)
+        estimates = np.empty((len(inputs), len(ESTIMATE)), self.real.dtype)
         self.library.run(ctypes.c_int64(len(inputs)), _pointer(inputs), _pointer(estimates))
         return estimates.astype(float)
 
     def run_two(self, samples: Array) -> tuple[Array, Array]:
         """The same for two observers that take turns, the second on the samples in reverse order."""
         inputs = np.ascontiguousarray(samples, self.real.dtype)
-        forward, reverse = np.empty_like(inputs), np.empty_like(inputs)
+        forward, reverse = (np.empty((len(inputs), len(ESTIMATE)), self.real.dtype) for _ in range(2))
         self.library.run_two(ctypes.c_int64(len(inputs)), *map(_pointer, (inputs, forward, reverse)))
         return forward.astype(float), reverse.astype(float)
 
@@ -126,12 +126,12 @@ class InterpretedObserver:
 
 
 def python_estimates(observer: Any, samples: Array) -> Array:
-    """mu, mu_std, M_z_predicted, informed, status of `Loop` after samples (n, 5)."""
+    """Estimates of `Loop` after samples (n, 5), a row each in the order of `observers.ESTIMATE`."""
     loop, rows = Loop(observer), []
     for psi, psi_dot, torque, F_N, dt in samples.tolist():
         now = loop(Sample(psi=psi, psi_dot=psi_dot, F_N=F_N, dt=dt, **{observer.channel: torque}))
-        rows.append([now.mu, now.mu_std, now.M_z_predicted, now.informed, int(now.status)])
-    return np.array(rows, dtype=float)
+        rows.append(now.numbers)
+    return np.array(rows)
 
 
 def _pointer(array: NDArray[Any]) -> ctypes.c_void_p:

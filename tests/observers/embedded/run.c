@@ -6,7 +6,7 @@
 
 #include "brushgrip.h"
 
-enum { WIDTH = 5 };
+enum { WIDTH = 5, INFORMED = 3, STATUS = 8, OUTPUTS };
 
 static void step(brushgrip_state_t *state, const REAL *row, REAL *outputs) {
     brushgrip_sample_t sample;
@@ -15,7 +15,8 @@ static void step(brushgrip_state_t *state, const REAL *row, REAL *outputs) {
     brushgrip_step(state, &sample);
     brushgrip_estimate(state, &estimate);
     outputs[0] = estimate.mu, outputs[1] = estimate.mu_std, outputs[2] = estimate.M_z_predicted;
-    outputs[3] = (REAL)estimate.informed, outputs[4] = (REAL)estimate.status;
+    outputs[INFORMED] = (REAL)estimate.informed, outputs[4] = estimate.mu_eff, outputs[5] = estimate.mu_eff_std;
+    outputs[6] = estimate.M_slide, outputs[7] = estimate.nis, outputs[STATUS] = (REAL)estimate.status;
 }
 
 int64_t state_size(void) { return (int64_t)sizeof(brushgrip_state_t); }
@@ -25,7 +26,7 @@ void run(int64_t count, const REAL *samples, REAL *outputs) {
     static brushgrip_state_t state;
     int64_t i;
     brushgrip_init(&state);
-    for (i = 0; i < count; ++i) step(&state, samples + WIDTH * i, outputs + WIDTH * i);
+    for (i = 0; i < count; ++i) step(&state, samples + WIDTH * i, outputs + OUTPUTS * i);
 }
 
 /* The same for two observers in turn, the second on the samples in reverse order. */
@@ -35,8 +36,8 @@ void run_two(int64_t count, const REAL *samples, REAL *forward, REAL *reverse) {
     brushgrip_init(&one);
     brushgrip_init(&two);
     for (i = 0; i < count; ++i) {
-        step(&one, samples + WIDTH * i, forward + WIDTH * i);
-        step(&two, samples + WIDTH * (count - 1 - i), reverse + WIDTH * i);
+        step(&one, samples + WIDTH * i, forward + OUTPUTS * i);
+        step(&two, samples + WIDTH * (count - 1 - i), reverse + OUTPUTS * i);
     }
 }
 
@@ -47,15 +48,15 @@ static uint64_t draw(uint64_t *seed) {
 
 static int is_valid(const REAL *outputs, REAL least, REAL greatest) {
     /* Written so that NaN fails. */
-    return outputs[0] >= least && outputs[0] <= greatest && outputs[1] >= 0 && outputs[1] < 1e9f && (outputs[3] == 0 || outputs[3] == 1) &&
-           outputs[4] >= 0 && outputs[4] < 256;
+    return outputs[0] >= least && outputs[0] <= greatest && outputs[1] >= 0 && outputs[1] < 1e9f && (outputs[INFORMED] == 0 || outputs[INFORMED] == 1) &&
+           outputs[STATUS] >= 0 && outputs[STATUS] < 256;
 }
 
 /* Samples with random bytes in some or all fields: how many leave an invalid estimate; refused counts those that
    were ignored. */
 int64_t fuzz(int64_t count, uint64_t seed, const REAL *usual, REAL least, REAL greatest, int64_t *refused) {
     static brushgrip_state_t state;
-    REAL row[WIDTH], outputs[WIDTH];
+    REAL row[WIDTH], outputs[OUTPUTS];
     int64_t i, invalid = 0;
     int j;
     *refused = 0;
@@ -71,7 +72,7 @@ int64_t fuzz(int64_t count, uint64_t seed, const REAL *usual, REAL least, REAL g
         if (which % 1000 == 7) brushgrip_reset(&state);
         step(&state, row, outputs);
         invalid += !is_valid(outputs, least, greatest);
-        *refused += outputs[4] == 128;
+        *refused += outputs[STATUS] == 128;
     }
     return invalid;
 }

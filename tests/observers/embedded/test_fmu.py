@@ -11,13 +11,13 @@ import pytest
 from numpy.typing import NDArray
 
 from identification import read_recording
-from observers import AligningTorque, Ekf, Mhe, SteeringTorque
+from observers import ESTIMATE, AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real, generate_fmu
 from observers.embedded.fmu import is_host
 from symbolic import InvalidInputError, Tyre, compiler
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.conftest import Generate
-from tests.observers.embedded.fmu_instance import OUTPUTS, initialise, instances
+from tests.observers.embedded.fmu_instance import initialise, instances
 from tests.observers.embedded.generated_code import (
     DECLARED,
     EFFECTS,
@@ -30,6 +30,7 @@ from tests.observers.embedded.generated_code import (
 fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed: pip install 'brushgrip[dev]'")
 FMICallException = pytest.importorskip("fmpy.fmi1").FMICallException
 pytestmark = [
+    pytest.mark.long,
     pytest.mark.skipif(compiler() is None, reason=NO_COMPILER),
     pytest.mark.skipif(not is_host(), reason="FMUs are built on Linux x86_64 alone"),
 ]
@@ -93,7 +94,7 @@ def test_fmpy_validates(tmp_path: Path, kind: Any, measurement_model: Any) -> No
     assert units == (
         {"psi": "rad", "M": "N.m", "F_N": "N"} if "M" in measurement_model.channels else ours
     )
-    assert tuple(v.name for v in description.modelVariables if v.causality == "output") == OUTPUTS
+    assert tuple(v.name for v in description.modelVariables if v.causality == "output") == ESTIMATE
     assert fmpy.supported_platforms(str(archive)) == ["c-code", "linux64"]
 
 
@@ -127,12 +128,12 @@ def test_equals_the_c(
         stop_time=STEP * len(rows),
         output_interval=STEP,
         input=given,
-        output=OUTPUTS,
+        output=ESTIMATE,
     )
 
     assert len(estimates) == len(printed_rows) + 1
     # The estimate of a sample is the output at the end of its step.
-    for name in OUTPUTS[:4]:
+    for name in ESTIMATE:
         np.testing.assert_array_equal(
             estimates[name][1:].astype(real.dtype), printed_rows[name].astype(real.dtype)
         )
@@ -210,19 +211,35 @@ def test_a_state_can_be_saved_and_transferred(unpacked: Unpacked, samples: Array
             other.slave.deserializeFMUState(b"x" + sent[1:])
 
 
+def test_damaged_states_are_refused(unpacked: Unpacked, samples: Array) -> None:
+    with instances(unpacked(EKF, SINGLE)) as (one,):
+        one.steps(samples[:100])
+        state = one.slave.getFMUState()
+        sent = one.slave.serializeFMUState(state)
+        one.slave.freeFMUState(state)
+        for at in (*range(0, len(sent), 17), len(sent) - 1):
+            damaged = bytes([*sent[:at], sent[at] ^ 0x10, *sent[at + 1 :]])
+            with pytest.raises(FMICallException):
+                one.slave.deserializeFMUState(damaged)
+        for damaged in (sent[:-8], sent[:-1], sent + b"x", bytes(len(sent))):
+            with pytest.raises(FMICallException):
+                one.slave.deserializeFMUState(damaged)
+        one.slave.freeFMUState(one.slave.deserializeFMUState(sent))
+
+
 def test_missing_sensors_are_flagged(unpacked: Unpacked) -> None:
     good = [0.05, 0.0, -1.0, 400.0]
     with instances(unpacked(EKF, SINGLE)) as (one,):
         # Nobody has set an input yet.
         one.slave.doStep(currentCommunicationPoint=-0.01, communicationStepSize=0.01)
-        assert one.outputs()[4] == MISSING
+        assert one.outputs()[-1] == MISSING
         one.step(good)
         for at, expected in ((0, 3), (2, MISSING), (3, NO_LOAD)):
             for missing in (np.nan, np.inf, 1e30):
                 estimates = one.step([missing if i == at else v for i, v in enumerate(good)])
-                assert np.isfinite(estimates).all()
-                assert estimates[4] == expected
-        assert one.step(good)[4] == 0
+                assert np.isfinite(np.delete(estimates, ESTIMATE.index("nis"))).all()
+                assert estimates[-1] == expected
+        assert one.step(good)[-1] == 0
 
 
 def test_calls_out_of_order_are_errors(unpacked: Unpacked) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from observers import AligningTorque, Ekf, SteeringTorque
+from observers import ESTIMATE, AligningTorque, Ekf, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE
 from symbolic import compiler
 from tests.observers.embedded.conftest import Generate
@@ -38,7 +38,7 @@ def test_block_outputs_what_the_c_estimates(
     psi = 0.2 * np.sin(5 * t)
     inputs = np.column_stack([psi, np.gradient(psi, 0.01), -8 * np.sin(5 * t), 400 + 0 * t])
     inputs[100:110, 2] = np.nan
-    outputs = np.zeros((300, 5))
+    outputs = np.zeros((300, len(ESTIMATE)))
     arguments = [ctypes.c_void_p(array.ctypes.data) for array in (inputs, outputs)]
 
     assert simulate(ctypes.c_int64(300), ctypes.c_double(0.01), *arguments) == 300

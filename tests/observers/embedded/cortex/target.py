@@ -47,7 +47,7 @@ class Cost:
     """Cost of the code.
 
     Attributes:
-        estimates: after each sample, (n, 5).
+        estimates: after each sample, a row in the order of `observers.ESTIMATE`.
         flash: bytes of code and constants, what it needs of math.h and memcpy included.
         state: bytes of one observer.
         stack: bytes of stack that a step touches.
@@ -132,6 +132,7 @@ def _samples(samples: Array) -> str:
 
 
 def _estimate(line: str) -> list[float]:
-    *numbers, informed, status = line.split()
-    reals = np.array([int(number, 16) for number in numbers], np.uint32).view(np.float32)
-    return [*reals.astype(float).tolist(), float(informed), float(status)]
+    numbers = line.split()
+    informed, status = float(numbers.pop(3)), float(numbers.pop())
+    reals = np.array([int(number, 16) for number in numbers], np.uint32).view(np.float32).astype(float)
+    return [*reals[:3].tolist(), informed, *reals[3:].tolist(), status]

@@ -8,7 +8,7 @@
 typedef double real_T;
 typedef int int_T;
 typedef double mxArray;
-enum { SS_DOUBLE = 0, SS_OPTION_EXCEPTION_FREE_CODE = 1, MOST = 8 };
+enum { SS_DOUBLE = 0, SS_OPTION_EXCEPTION_FREE_CODE = 1, MOST = 10 };
 
 typedef struct {
     int_T parameters_expected, parameters_count, inputs, outputs, dworks;

@@ -1,0 +1,93 @@
+"""What is mu_eff +- sigma worth where the model is wrong, and how soon is a new ground known?
+
+    python benchmarks/friction_bands.py --model measured_output/model.json --runs 200
+
+Measured recordings (where `BRUSHGRIP_DATA` has them): share of the informed samples whose 95 % band
+holds the recording's own mu_eff at the end, median sigma over mu, time until mu_eff stays within 10 %
+of its end, pairs on one ground, with the declared model and with --model, tuned by its own `model_error`.
+
+Independent rig: effects that nobody declares, the declared model and the usual tuning: runs that are
+flagged INCONSISTENT or whose band holds the true mu_eff in 90 % of the informed samples. The same with
+the model that was found, k and effect known, tuned by its error on another recording. Then every
+profile: the turn until a new ground is known, and alarms on ground that stays. Half an hour on two cores
+with 200 runs.
+"""
+
+import argparse
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from benchmarks.bands_on_rig import found_models, undeclared_effects
+from benchmarks.ground_changes import changes, false_alarms
+from brushgrip.estimation import model_observer, run_observer
+from brushgrip.recordings import read_all
+from identification import FoundModel, Recording, read_model
+from observers import PROFILES, Ekf, Estimates, Mhe, Status
+
+NAMES = ("fem1", "fem3", "fem4_ident", "fem5", "piros1", "piros2_ident", "piros4", "piros7")
+PAIRS = (("fem3", "fem4_ident"), ("piros1", "piros2_ident"))
+"""Recordings on one ground whose loads are within 15 %."""
+CLOSE = 0.1
+"""Share of mu_eff within which it counts as settled [1]."""
+COLUMNS = ("covered", "sigma/mu", "settled s", "mu_eff", "sigma", "flagged", "alarms")
+
+
+def figures(recording: Recording, estimates: Estimates) -> list[float]:
+    """The figures of one recording in the order of `COLUMNS`."""
+    mu, std, informed = estimates.mu_eff, estimates.mu_eff_std, estimates.informed
+    off = np.flatnonzero(~(np.abs(mu / mu[-1] - 1) <= CLOSE))
+    settled = recording.t[off[-1] + 1] - recording.t[0] if off.size else 0.0
+    return [
+        float(np.mean(np.abs(mu - mu[-1])[informed] < 1.96 * std[informed])),
+        float(np.median((std / mu)[informed])),
+        float(settled),
+        float(mu[-1]),
+        float(std[-1]),
+        float(np.mean(estimates.status & Status.INCONSISTENT != 0)),
+        float(np.count_nonzero(estimates.status & Status.RESET)),
+    ]
+
+
+def measured(kind: type[Ekf] | type[Mhe], tuning: str, found: FoundModel | None) -> None:
+    """Bands on the published recordings."""
+    print(f"\n{kind.__name__.upper()}, {tuning}, {'declared model' if found is None else 'model found'}")
+    print(f"{'':16}" + "".join(f"{name:>11}" for name in COLUMNS))
+    table = {}
+    for recording in read_all(list(NAMES), None, causal=True):
+        observer = model_observer(kind, recording, found, tuning=PROFILES[tuning])
+        table[recording.name] = figures(recording, run_observer(observer, recording))
+        print(f"{recording.name:16}" + "".join(f"{v:11.3f}" for v in table[recording.name]), flush=True)
+    mean = np.mean(list(table.values()), axis=0)
+    print(f"{'mean':16}" + "".join(f"{v:11.3f}" for v in mean))
+    at, of = COLUMNS.index("mu_eff"), COLUMNS.index("sigma")
+    for one, other in PAIRS:
+        a, b = table[one], table[other]
+        print(f"{one} and {other}: {abs(a[at] - b[at]) / np.hypot(a[of], b[of]):.2f} joint deviations")
+
+
+def main() -> None:
+    """Print the tables."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--model", type=Path, help="model.json of the measured recordings")
+    parser.add_argument("--runs", type=int, default=200, help="of the rig, with undeclared effects")
+    parser.add_argument("--found", type=int, default=40, help="of the rig, with the model found")
+    parser.add_argument("--seconds", type=int, default=1000, help="on ground that stays")
+    options = parser.parse_args()
+    if options.model is not None:
+        for kind in (Ekf, Mhe):
+            for found in (None, read_model(options.model)):
+                measured(kind, "real_tyre", found)
+        measured(Ekf, "changing_ground", read_model(options.model))
+    undeclared_effects(options.runs)
+    found_models(options.found)
+    for tuning in PROFILES:
+        changes(tuning)
+        false_alarms(tuning, options.seconds)
+
+
+if __name__ == "__main__":
+    main()

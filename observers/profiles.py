@@ -1,0 +1,73 @@
+"""Tunings by name, and the tuning that follows from what a diagnosis found of a model's error.
+
+| name | for |
+|---|---|
+| `real_tyre` | a real tyre on ground that stays for a while; the default |
+| `clean` | a torque that the model explains to its sensor's noise, as in simulation |
+| `changing_ground` | a real tyre on ground that changes often: sooner known, more easily alarmed |
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from types import MappingProxyType
+
+from observers.tuning import Tuning
+from symbolic import FoundModel, InvalidInputError, ModelError
+
+TURNING_RATE = 0.1
+"""Yaw rate at which a correlation time is taken for a turn [rad/s]: that of hand-turned recordings."""
+SENSOR_SHARE = 0.1
+"""White noise beside a spread that includes it already [1]."""
+EXPLAINED = 2.5
+"""Consistency beyond which a spread that was measured is exceeded [1]: chi-square with 40 degrees of
+freedom over 40, which it exceeds once in 500,000 windows."""
+PROFILES: Mapping[str, Tuning] = MappingProxyType(
+    {
+        "real_tyre": Tuning(),
+        "clean": Tuning(
+            mu_walk=0.001, mu_floor=0.0, noise=0.02, error=0.02, error_travel=0.0, alarm=20.0,
+            explained=EXPLAINED,
+        ),
+        "changing_ground": Tuning(mu_walk=0.05, alarm=4.0),
+    }
+)  # fmt: skip
+"""The tuning of each profile."""
+
+
+def profile(name: str) -> Tuning:
+    """The tuning of a profile.
+
+    Raises:
+        InvalidInputError: there is none of this name.
+    """
+    if name not in PROFILES:
+        raise InvalidInputError(f"unknown tuning {name!r}; allowed: {', '.join(PROFILES)}")
+    return PROFILES[name]
+
+
+def tuning_for(found: FoundModel | None, tuning: Tuning | None = None) -> Tuning:
+    """A tuning with the error of the model that was found in place of its own, where that is known.
+
+    Args:
+        found: the model; None for the declared one.
+        tuning: the tuning to begin with; None for `real_tyre`.
+    """
+    tuning = Tuning() if tuning is None else tuning
+    if found is None or found.error is None:
+        return tuning
+    return with_model_error(tuning, found.error)
+
+
+def with_model_error(tuning: Tuning, error: ModelError) -> Tuning:
+    """A tuning with this error of the model, nothing set by hand.
+
+    The spread is what the torque of recordings that were not fitted differs by, noise of the sensor
+    included; over a correlation time, which counts as the turn made in it at `TURNING_RATE`, it is worth
+    one independent sample.
+    """
+    if error.spread == 0:
+        return tuning
+    return replace(
+        tuning, noise=SENSOR_SHARE * error.spread, error=error.spread,
+        error_travel=TURNING_RATE * error.correlation_time, explained=EXPLAINED,
+    )  # fmt: skip

@@ -1,0 +1,93 @@
+"""Full slide: the torque of a steady turn in which every bristle slides, and the effective friction.
+
+The effective friction mu_eff is that torque over the torque of the declared patch with mu = 1 under the
+same load, [Györök 2022], (2.1) in (2.3). It is mu for the declared model. Models with effects state
+their mu at different speeds, loads and travels, so that their mu do not compare; their mu_eff does.
+
+Steady means: turned at one rate for so long that creep, relaxation and Stribeck's law have the values of
+that rate, that a sensor's delay no longer matters, and that a compliant carcass turns along. What an
+effect counts up, such as the travel of `friction_drift`, stays as it is now.
+"""
+
+from collections.abc import Hashable
+from dataclasses import replace
+from functools import cache
+from typing import Protocol
+
+import casadi as ca
+
+from symbolic.deformation import full_slide_arm
+from symbolic.effects.base import Effect, Signals, Values
+from symbolic.patch import Expression, Patch, PatchInputs
+
+
+class Composition(Hashable, Protocol):
+    """What is needed of `symbolic.Model`, whose members these are."""
+
+    @property
+    def memory_size(self) -> int:
+        """Length of the memory."""
+
+    def patch(self, theta: Expression | None = None) -> Patch:
+        """The patch."""
+
+    def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
+        """Symbols for signals, theta and geometry."""
+
+    def values(self, theta: Expression) -> list[tuple[Effect, Values]]:
+        """Each effect with its parameters."""
+
+    def split(self, memory: Expression) -> tuple[Expression, Expression, list[Expression]]:
+        """Patch angle, patch memory, and each effect's own memory."""
+
+
+@cache
+def build_full_slide(model: Composition) -> ca.Function:
+    """(memory, F_N, theta, geometry, rate) -> (mu_eff, M_slide) of a model.
+
+    M_slide [N m] is half the difference of the torques of the ground in steady full slides to either
+    side: offsets and return torques cancel, and friction that differs by direction gives its mean. Of
+    the torques beside the patch those count that are the ground's, see `Effect.torque_by_ground`.
+    mu_eff [1] is M_slide over that of the declared patch with mu = 1 under the load F_N [N]; rate
+    [rad/s] is that of the turn, greater than 0.
+    """
+    memory, rate, F_N = ca.MX.sym("memory", model.memory_size), ca.MX.sym("rate"), ca.MX.sym("F_N")
+    _, theta, geometry = model.symbols()
+    angle, _, own = model.split(memory)
+    effects = model.values(theta)
+    # No steady torque depends on the time step.
+    forth = Signals(psi=angle, psi_dot=rate, F_N=F_N, dt=1)
+    sides = (forth, replace(forth, psi_dot=-rate))
+    factors, torques = zip(*(_by_effects(effects, own, side) for side in sides), strict=True)
+    # The patch itself slides alike to both sides, and in proportion to the factor on its limit.
+    inputs = PatchInputs(
+        speed=rate, dt=forth.dt, F_N=F_N, factor=_mean(factors),
+        mu=theta[0], k=theta[1], a=geometry[0], e=geometry[1],
+    )  # fmt: skip
+    declared = F_N * full_slide_arm(inputs.a, inputs.e)
+    beside = (torques[1] - torques[0]) / (2 * declared)
+    mu_eff = model.patch(theta).effective_friction(inputs) + beside
+    return ca.Function(
+        "full_slide",
+        [memory, F_N, theta, geometry, rate],
+        [mu_eff, mu_eff * declared],
+        ["memory", "F_N", "theta", "geometry", "rate"],
+        ["mu_eff", "M_slide"],
+        {"cse": True},
+    )
+
+
+def _by_effects(
+    effects: list[tuple[Effect, Values]], own: list[Expression], side: Signals
+) -> tuple[Expression, Expression]:
+    """Factor on the limit [1], and torque of the ground beside the patch [N m], of all effects."""
+    factor, torque = ca.MX(1), ca.MX(0)
+    for (effect, values), memory in zip(effects, own, strict=True):
+        factor = factor * effect.friction(side, memory, values)
+        if effect.torque_by_ground:
+            torque = torque + effect.torque(side, values)
+    return factor, torque
+
+
+def _mean(pair: tuple[Expression, ...]) -> Expression:
+    return (pair[0] + pair[1]) / 2

@@ -1,0 +1,161 @@
+"""The smoother against filterpy, against the textbook on the steered wheel, and what must hold of it."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from filterpy.kalman import KalmanFilter
+from numpy.typing import NDArray
+
+from observers import Ekf, Mhe, SteeringTorque, Tuning, covariance_of, run, smooth
+from reference_rig import RigRecording, SteeringRecording, make_recording
+from symbolic import InvalidInputError, Model, effects_named
+from tests.observers.conftest import RIG, K
+from tests.observers.factories import (
+    CLEAN_RIG,
+    change_of_ground,
+    columns_of,
+    first_full_slide,
+    samples_of,
+    slide,
+    states_of,
+)
+from tests.observers.textbook import StateSpace
+
+pytestmark = pytest.mark.usefixtures("interpreted")
+
+Array = NDArray[np.float64]
+DECLARED: dict[str, Any] = {"model": Model(), "values": {"k": K}, "rig": RIG}
+BRISTLES: dict[str, Any] = {
+    "model": Model(effects=effects_named(["rate_friction"]), lengthways=20),
+    "values": {"k": K, "rate_friction.c": 0.04},
+    "rig": RIG,
+}
+
+
+def filtered(observer: Ekf, columns: dict[str, Array]) -> tuple[Array, Array, list[Any]]:
+    states, n = list(states_of(observer, samples_of(columns))), len(observer.states)
+    P = [covariance_of(state["factor"].reshape(n, n, order="F")) for state in states]
+    return np.array([state["x"] for state in states]), np.array(P), states
+
+
+@pytest.mark.parametrize("settings", [DECLARED, BRISTLES], ids=["declared", "bristles"])
+def test_equals_the_smoother_of_filterpy(recording: RigRecording, settings: dict[str, Any]) -> None:
+    tuning = Tuning(
+        noise=0.1,
+        error_travel=0.0,
+        mu_floor=0.0,
+        mu_walk=0.05,
+        zero_walk=0.01,
+        zero_time=8.0,
+        alarm=np.inf,
+    )
+    observer, columns = Ekf(**settings, tuning=tuning), columns_of(recording, slice(40, 300))
+    x, P, _ = filtered(observer, columns)
+    dt = np.diff(columns["t"], prepend=columns["t"][0] - 0.01)
+    fade, size = np.exp(-dt / tuning.zero_time), 0.01 * slide(1.0) * columns["F_N"]
+    F = [np.diag([1.0, share]) for share in fade]
+    Q = [np.diag([0.05**2 * step, step * share * level**2])
+         for step, share, level in zip(dt, fade, size, strict=True)]  # fmt: skip
+    # filterpy takes F and Q of the step to sample i + 1 at i + 1 or at i, by version: both are given.
+    oracle = KalmanFilter(dim_x=2, dim_z=1)
+    mean, cov, _, _ = oracle.rts_smoother(x, P, [*F[1:], F[-1]], [*Q[1:], Q[-1]])
+    shifted = oracle.rts_smoother(x, P, F, Q)[:2]
+    smoothed = smooth(observer, **columns)
+
+    off = [
+        max(
+            np.abs(np.log(smoothed.mu) - m[:, 0]).max(),
+            np.abs((smoothed.mu_std / smoothed.mu) ** 2 / c[:, 0, 0] - 1).max(),
+        )
+        for m, c in ((mean, cov), shifted)
+    ]
+    assert min(off) < 1e-6
+    assert np.abs(np.exp(mean[:, 0]) - np.exp(x[:, 0])).max() > 0.05, "nothing was smoothed"
+
+
+def test_equals_the_textbook_on_the_steered_wheel(steered: SteeringRecording) -> None:
+    observer = Ekf(
+        **DECLARED, measurement_model=SteeringTorque(), tuning=Tuning(error=np.inf, mu_floor=0.0)
+    )
+    columns = columns_of(steered, slice(0, 400))
+    x, P, states = filtered(observer, columns)
+    samples, space = samples_of(columns), StateSpace(observer)
+    smoothed, cov = x.copy(), P.copy()
+    for i in range(len(x) - 2, -1, -1):
+        slopes = np.zeros(x.shape[1])
+        slopes[[observer.states.index("psi"), observer.states.index("log_mu")]] = states[i]["slopes"]
+        M_z = float(states[i]["M_z"][0])
+        after, A, Q = space.motion(x[i], M_z, slopes, samples[i], samples[i + 1])
+        before = A @ P[i] @ A.T + np.diag(Q)
+        gain = P[i] @ A.T @ np.linalg.inv(before)
+        smoothed[i] = x[i] + gain @ (smoothed[i + 1] - after)
+        cov[i] = P[i] + gain @ (cov[i + 1] - before) @ gain.T
+    at = observer.states.index("log_mu")
+    made = smooth(observer, **columns)
+
+    np.testing.assert_allclose(np.log(made.mu), smoothed[:, at], rtol=0, atol=1e-6)
+    np.testing.assert_allclose((made.mu_std / made.mu) ** 2, cov[:, at, at], rtol=1e-4)
+
+
+@pytest.mark.parametrize("settings", [DECLARED, BRISTLES], ids=["declared", "bristles"])
+def test_it_ends_as_the_filter_and_knows_more_before(
+    recording: RigRecording, settings: dict[str, Any]
+) -> None:
+    observer, columns = Ekf(**settings), columns_of(recording)
+    causal, smoothed = run(observer, **columns), smooth(observer, **columns)
+
+    for name in ("mu", "mu_std", "mu_eff", "mu_eff_std", "M_slide", "nis", "status"):
+        assert getattr(smoothed, name)[-1] == pytest.approx(getattr(causal, name)[-1], rel=1e-9)
+    relative = [made.mu_std / made.mu for made in (smoothed, causal)]
+    assert (relative[0] <= relative[1] * (1 + 1e-12)).all()
+    # Before the first slide the filter knows nothing; the smoother knows what comes.
+    early = slice(0, int(np.argmax(causal.informed)))
+    assert 40 < early.stop < first_full_slide(recording)
+    assert smoothed.informed[early].all()
+    if settings is DECLARED:
+        assert np.abs(smoothed.mu[early] - recording.tyre.mu).max() < 0.06
+    np.testing.assert_array_equal(smoothed.M_z_predicted, causal.M_z_predicted)
+
+
+def test_a_change_of_the_ground_is_not_smoothed_over() -> None:
+    t, psi, F_N, M_z = change_of_ground()
+    tuning = Tuning(noise=0.01, error=0.02, gate=4.0, reset_after=3)
+    smoothed = smooth(Ekf(**DECLARED, tuning=tuning), t, psi, F_N, M_z)
+
+    assert smoothed.mu[np.abs(t - 6.0) < 0.5] == pytest.approx(1.5, abs=0.05)
+    assert smoothed.mu[t > 10] == pytest.approx(1.1, abs=0.05)
+
+
+def test_samples_before_the_first_usable_one_take_its_friction(recording: RigRecording) -> None:
+    observer, columns = Ekf(**DECLARED), columns_of(recording)
+    columns["psi"] = np.where(columns["t"] < 0.3, np.nan, columns["psi"])
+    smoothed = smooth(observer, **columns)
+    first = int(np.argmax(np.isfinite(columns["psi"])))
+
+    assert smoothed.mu[:first] == pytest.approx(smoothed.mu[first])
+    walked = smoothed.mu_std[0] ** 2 - smoothed.mu_std[first] ** 2
+    assert walked == pytest.approx((0.01 * smoothed.mu[first]) ** 2 * columns["t"][first], rel=1e-9)
+    assert np.isnan(smoothed.mu_eff[:first]).all()
+    assert np.isfinite(smoothed.mu_eff[first:]).all()
+
+
+def test_it_needs_the_filter(recording: RigRecording) -> None:
+    with pytest.raises(InvalidInputError, match=r"smooth needs an Ekf, .* got Mhe"):
+        smooth(Mhe(**DECLARED), **columns_of(recording))  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("count", [3, pytest.param(150, marks=pytest.mark.long)])
+def test_its_band_covers_the_truth(count: int) -> None:
+    inside = []
+    for seed in range(count):
+        mu = float(np.exp(np.random.default_rng([seed, 7]).normal(0.0, 0.4)))
+        made = make_recording(seed, mu=mu, k=K, duration=6.0, bristles=400)
+        # Noise of 0.4 % of range; mu does not walk there.
+        level = 0.004 * np.ptp(made.M_z_true) / slide()
+        tuning = Tuning(**{**CLEAN_RIG, "noise": level, "mu_walk": 1e-4})
+        smoothed = smooth(Ekf(**DECLARED, tuning=tuning), **columns_of(made))
+        off = np.log(smoothed.mu / mu) * smoothed.mu / smoothed.mu_std
+        inside.append(np.abs(off[[0, 200, 500]]) < 1.96)
+
+    assert np.mean(inside) > (0.6 if count < 20 else 0.88)

@@ -1,0 +1,160 @@
+"""Effective friction: against long steady turns of the model itself and of the reference rig."""
+
+from collections.abc import Callable, Mapping
+
+import casadi as ca
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from reference_rig import RigTyre, build_effects, free_path, simulate_bristles
+from symbolic import EFFECTS, Model, simulate
+from symbolic.deformation import full_slide_arm, full_slide_torque
+from tests.symbolic.oracles import Array
+from tests.symbolic.test_effects import EACH, VALUES
+
+pytestmark = pytest.mark.usefixtures("interpreted")
+
+TYRE = RigTyre()
+GEOMETRY = np.array([TYRE.a, TYRE.e])
+F_N, RATE, TURN, STEP = 480.0, 0.1, 4.0, 0.2
+T = np.arange(0.0, TURN / RATE + STEP, STEP)
+"""A turn in which all bristles but those within half a millimetre of the kingpin slide."""
+Planted = Mapping[str, Mapping[str, float]]
+BEARING = 0.7
+EVERYTHING: Planted = {
+    "rate_friction": {"c": 0.04}, "friction_drift": {"gain": 0.3, "scale": 0.6},
+    "asymmetric_friction": {"ratio": 1.2}, "patch_width": {"half_width": 0.03},
+    "contact_damping": {"c": 2.0}, "torque_offset": {"M_0": 0.8}, "steering_return": {"stiffness": 3.0},
+    "load_dependent_friction": {"n": 0.4}, "carcass_torsion": {"k_t": 150.0},
+}  # fmt: skip
+
+
+def declared_arm(e: float) -> float:
+    """Torque of the declared patch in full slide over load, mu = 1 [m], by quadrature."""
+
+    def moment(x: float) -> float:
+        return 0.75 / TYRE.a**3 * (TYRE.a**2 - x**2) * abs(x - e)
+
+    return float(quad(moment, -TYRE.a, e)[0] + quad(moment, e, TYRE.a)[0])
+
+
+def turned_to_the_same_angle(torque: Callable[[Array], Array]) -> float:
+    """Half the difference of the torques at the ends of a turn forth and a turn back [N m]."""
+    forth = np.minimum(RATE * T, TURN)
+    return 0.5 * float(torque(2 * TURN - forth)[-1] - torque(forth)[-1])
+
+
+def signals(psi: Array) -> Array:
+    return np.vstack([psi, np.gradient(psi, T), np.full(T.size, F_N), np.full(T.size, STEP)])
+
+
+def theta(model: Model, planted: Planted, mu: float = TYRE.mu) -> Array:
+    values = {f"{name}.{p}": v for name, parameters in planted.items() for p, v in parameters.items()}
+    return np.asarray(model.theta({"mu": mu, "k": TYRE.k} | values)).ravel()
+
+
+def model_of(planted: Planted) -> Model:
+    return Model(effects=tuple(EFFECTS[name] for name in planted))
+
+
+def memory_after(model: Model, theta: Array, columns: Array) -> ca.DM:
+    memory = model.initial(columns[:, 0], theta, GEOMETRY)
+    for column in columns.T:
+        memory, _ = model.advance(memory, column, theta, GEOMETRY)
+    return memory
+
+
+def full_slide(planted: Planted, mu: float = TYRE.mu) -> tuple[float, float]:
+    """mu_eff and M_slide after the turn, so that what effects count up is the same."""
+    model = model_of(planted)
+    at = theta(model, planted, mu)
+    turned = signals(np.minimum(RATE * T, TURN))
+    # Two samples do for what has no memory of its own.
+    turned = turned if any(effect.memory for effect in model.effects) else turned[:, :2]
+    mu_eff, M_slide = model.full_slide(memory_after(model, at, turned), F_N, at, GEOMETRY, RATE)
+    return float(mu_eff), float(M_slide)
+
+
+def on_the_rig(planted: Planted, mu: float = TYRE.mu) -> float:
+    tyre, effects = RigTyre(mu=mu), build_effects(planted)
+
+    def torque(psi: Array) -> Array:
+        return simulate_bristles(free_path(T, psi, load=F_N, rate=1 / STEP), tyre, effects).M_z
+
+    return turned_to_the_same_angle(torque)
+
+
+@pytest.mark.parametrize("e", [0.0, 0.009, -0.02, 0.044])
+def test_the_declared_model_has_its_mu(e: float) -> None:
+    model = Model()
+    memory = np.zeros(model.memory_size)
+    mu_eff, M_slide = model.full_slide(memory, F_N, [1.3, TYRE.k], [TYRE.a, e], RATE)
+
+    assert float(mu_eff) == 1.3
+    assert float(M_slide) == pytest.approx(1.3 * F_N * declared_arm(e), rel=1e-12)
+    assert full_slide_arm(TYRE.a, 0.0) == pytest.approx(full_slide_torque(1.0, TYRE.a), rel=1e-14)
+
+
+@EACH
+def test_a_steady_turn_of_the_model_has_this_torque(effect: object) -> None:
+    name = getattr(effect, "name", "")
+    planted = {name: VALUES[name]}
+    model = model_of(planted)
+
+    def torque(psi: Array) -> Array:
+        return simulate(model, signals(psi), theta(model, planted), GEOMETRY).M_z
+
+    _, M_slide = full_slide(planted)
+    of_bearing = BEARING if name == "bearing_friction" else 0.0
+    assert M_slide == pytest.approx(turned_to_the_same_angle(torque) - of_bearing, rel=1e-3)
+
+
+@EACH
+def test_a_steady_turn_of_the_rig_has_this_torque(effect: object) -> None:
+    name = getattr(effect, "name", "")
+    planted = {name: VALUES[name]}
+
+    mu_eff, M_slide = full_slide(planted)
+
+    turned = on_the_rig(planted) - (BEARING if name == "bearing_friction" else 0.0)
+    assert M_slide == pytest.approx(turned, rel=1.5e-3)
+    assert mu_eff == pytest.approx(turned / (F_N * declared_arm(TYRE.e)), rel=1.5e-3)
+
+
+def test_many_effects_at_once_on_the_rig() -> None:
+    mu_eff, M_slide = full_slide(EVERYTHING)
+
+    turned = on_the_rig(EVERYTHING)
+    assert M_slide == pytest.approx(turned, rel=2e-3)
+    assert mu_eff > 1.2 * TYRE.mu
+
+
+def test_models_of_equal_torque_have_equal_effective_friction() -> None:
+    creeping: Planted = {"frictional_creep": {"c": 0.06}}
+    falling: Planted = {"stribeck": {"ratio": 1.3, "v_s": 3e-3}, "pressure_shape": {"exponent": 4.0}}
+    # The torque of full slide is proportional to mu: this is the mu that makes the two equal.
+    mu = 0.9 * on_the_rig(creeping, 0.9) / on_the_rig(falling, 0.9)
+    one, other = full_slide(creeping, 0.9), full_slide(falling, mu)
+
+    assert abs(mu - 0.9) > 0.05
+    assert one == pytest.approx(other, rel=2e-3)
+
+
+def test_drift_counts_as_far_as_it_has_come() -> None:
+    planted: Planted = {"friction_drift": {"gain": 0.3, "scale": 0.6}}
+    model = model_of(planted)
+    at = theta(model, planted)
+    for travel in (0.0, 0.5, 30.0):
+        turned = signals(travel / TURN * np.minimum(RATE * T, TURN))
+        mu_eff, _ = model.full_slide(memory_after(model, at, turned), F_N, at, GEOMETRY, RATE)
+        assert float(mu_eff) == pytest.approx(TYRE.mu * (1 + 0.3 * (1 - np.exp(-travel / 0.6))))
+
+
+def test_it_follows_the_rate_at_which_friction_is_asked_for() -> None:
+    planted: Planted = {"contact_damping": {"c": 2.0}}
+    model = model_of(planted)
+    memory, at = np.zeros(model.memory_size), theta(model, planted)
+    slow, fast = (float(model.full_slide(memory, F_N, at, GEOMETRY, rate)[1]) for rate in (0.1, 0.3))
+
+    assert fast - slow == pytest.approx(2.0 * 0.2, rel=1e-9)
