@@ -64,7 +64,7 @@ class Model:
     @property
     def parameters(self) -> tuple[tuple[Effect | None, Parameter], ...]:
         """Every parameter with its effect, None for the declared model's own, in the order of theta."""
-        pairs = [(None, parameter) for parameter in DECLARED]
+        pairs: list[tuple[Effect | None, Parameter]] = [(None, p) for p in DECLARED]
         pairs += [(effect, p) for effect in self.effects for p in effect.parameters]
         return tuple((effect, with_scope(p, self.effects)) for effect, p in pairs)
 
