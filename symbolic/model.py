@@ -64,9 +64,9 @@ class Model:
     @property
     def parameters(self) -> tuple[tuple[Effect | None, Parameter], ...]:
         """Every parameter with its effect, None for the declared model's own, in the order of theta."""
-        pairs: list[tuple[Effect | None, Parameter]] = [(None, p) for p in DECLARED]
-        pairs += [(effect, p) for effect in self.effects for p in effect.parameters]
-        return tuple((effect, with_scope(p, self.effects)) for effect, p in pairs)
+        declared = [(None, parameter) for parameter in DECLARED]
+        added = [(effect, p) for effect in self.effects for p in effect.parameters]
+        return tuple((effect, with_scope(p, self.effects)) for effect, p in (*declared, *added))
 
     def theta(self, values: Mapping[str, float]) -> ca.DM:
         """The parameter vector of physical values named `mu`, `k`, `effect.parameter`.
@@ -278,9 +278,8 @@ def _advance(
         seen, memories[i] = effect.transform_inputs(seen, own[i], values)
     for (effect, values), present in zip(effects, memories, strict=True):
         factor = factor * effect.friction(seen, present, values)
-    patch = model.patch(theta)
+    patch, turn = model.patch(theta), seen.psi - angle
     coefficients = patch.coefficients(_inputs(seen, factor, theta, geometry))
-    turn = seen.psi - angle
     deflection = model.deflection
     if deflection is None:
         after = patch.advance(before, turn, coefficients)
