@@ -1,7 +1,8 @@
 """Whole runs of a search on small recordings, in a sandbox of their own, to which faults happen.
 
 A run is of three candidates, interpreted, with two processes. What a fault may leave is tested by the
-same command given again: it ends with the result of a run without fault, to the last digit; nobody is left.
+same command given again: it ends with the result of a run without fault, to the last digit; nobody
+is left.
 """
 
 import os
