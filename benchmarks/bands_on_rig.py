@@ -116,7 +116,7 @@ def found_model(name: str, recording: RigRecording, values: dict[str, float]) ->
     share = (torque.M_z - recording.M_z) / full_slide_torque(recording.F_N, recording.tyre.a)
     time = autocorrelation_time(share) * float(np.median(steps))
     error = ModelError(spread=float(np.sqrt(np.mean(share**2))), correlation_time=time)
-    return FoundModel(model=model, shared=values, own={}, error=error)
+    return FoundModel(model=model, tyre=values, own={}, error=error)
 
 
 def _found(task: tuple[str, int]) -> tuple[float, bool]:

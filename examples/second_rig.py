@@ -91,8 +91,8 @@ def scored(folder: Path, recording: Recording, torque: Array) -> tuple[float, fl
 def on_unseen(names: Sequence[str], training: Sequence[Recording], unseen: Sequence[Recording]) -> Fit:
     """The fit of what belongs to unseen recordings, everything else as the training runs have it."""
     model = Model(effects=effects_named(names), discretised=True)
-    shared = fit(model, training, options=FitOptions(tolerance=1e-4)).values.shared
-    start = Values(shared=shared, own=initial_guess(model, unseen).own)
+    shared = fit(model, training, options=FitOptions(tolerance=1e-4)).values.tyre
+    start = Values(tyre=shared, own=initial_guess(model, unseen).own)
     return fit(model, unseen, start, FitOptions(free_shared=False))
 
 

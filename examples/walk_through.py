@@ -18,14 +18,14 @@ import numpy as np
 
 from brushgrip.formatting import error_columns, error_figures, listed, percent, plain, quantity, sentence
 from brushgrip.pictures import draw_loops, draw_residuals, draw_signatures
-from identification import Diagnosis, Recording, diagnose, read_recording
+from identification import Diagnosis, Recording, diagnose
 from identification.fits.covariance import covariance
 from identification.fits.fitting import Fit, fit
 from identification.fits.loss import rmse_of
 from identification.fits.options import FitOptions
 from identification.fits.problem import torque_range
 from identification.selection.trials import RANKING, fit_own_parameters, model_of, thin
-from published import measured_folder
+from published import measured_folder, measured_recordings
 from symbolic import EFFECTS
 
 TRAINING = ("fem1", "fem4_ident", "piros2_ident", "piros4")
@@ -186,8 +186,6 @@ def figures(
         "series": series,
         "count": str(len(EFFECTS)),
         "clear": f"{split.criteria.clear:g}",
-        "strong": f"{split.criteria.strong:g}",
-        "block": f"{split.criteria.long_block:g}",
     }
 
 
@@ -214,7 +212,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--jobs", type=int)
     options = parser.parse_args()
-    recordings = [read_recording(path) for path in sorted(options.data.glob("*.mat"))]
+    recordings = measured_recordings(options.data)
     if not recordings:
         sys.exit(f"no recordings in {options.data}; `brushgrip fetch` downloads them")
     training = [r for r in recordings if r.name in TRAINING]

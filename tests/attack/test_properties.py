@@ -175,7 +175,7 @@ def model_documents(draw: st.DrawFn) -> dict[str, Any]:
     shared, own = {}, {}
     for effect, parameter in model.parameters:
         low, high = max(parameter.lower, -1e12), min(parameter.upper, 1e12)
-        values = shared if parameter.scope == "shared" else own
+        values = shared if parameter.scope == "tyre" else own
         values[parameter_name(effect, parameter)] = draw(st.floats(low, high))
     recordings = {draw(st.text(max_size=8)): own}
     units = units_of(model)
@@ -192,7 +192,7 @@ def test_a_model_file_is_read_as_it_was_written(document: dict[str, Any]) -> Non
     ((name, own),) = document["recordings"].items()
 
     assert [effect.name for effect in found.model.effects] == document["effects"]
-    assert found.shared == document["shared"]
+    assert found.tyre == document["shared"]
     assert found.values_for(name) == {**found.values_for_estimation(), **own}
     theta = np.asarray(found.model.theta(found.values_for(name))).ravel()
     assert np.isfinite(theta).all()

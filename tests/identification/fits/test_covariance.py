@@ -182,6 +182,7 @@ def test_what_cannot_be_told_apart_has_no_deviation(noiseless) -> None:
         jacobian=np.hstack([fitted.jacobian, 3 * fitted.jacobian[:, :1]]),
         labels=(*fitted.labels, (None, "again")),
         scales=np.append(fitted.scales, 1.0),
+        prior_weights=np.append(fitted.prior_weights, 0.0),
     )
     spread = standard_deviations(twice, given)
 
@@ -201,6 +202,7 @@ def test_whatever_takes_part_in_what_cannot_be_told_apart_has_no_deviation(noise
         jacobian=np.column_stack([fitted.jacobian, mixed]),
         labels=(*fitted.labels, (None, "mixture")),
         scales=np.append(fitted.scales, 1.0),
+        prior_weights=np.append(fitted.prior_weights, 0.0),
     )
     spread = standard_deviations(mixture, given)
 
