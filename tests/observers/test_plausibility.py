@@ -52,7 +52,8 @@ def test_right_samples_raise_no_suspicion(recording: RigRecording) -> None:
 def test_a_few_odd_samples_and_a_wheel_that_stands_are_no_evidence(recording: RigRecording) -> None:
     samples = samples_of(columns_of(recording))
     odd: dict[int, dict[str, Any]] = {
-        50: {"psi": 30.0}, 150: {"F_N": 1e-3}, 250: {"dt": 5.0}, 350: {"M_z": -1e6}, 450: {"psi": np.nan},
+        50: {"psi": 30.0}, 150: {"F_N": 1e-3}, 250: {"dt": 5.0}, 350: {"M_z": -1e6},
+        450: {"psi": np.nan},
     }  # fmt: skip
     faulty = [replace(s, **odd.get(i, {})) for i, s in enumerate(samples)]
     assert suspicions_of(faulty[:50] + faulty[51:], RIG, "M_z") == ()
