@@ -11,7 +11,7 @@ from functools import cache
 import casadi as ca
 
 from symbolic.bristles import BristlePatch, BristleTraits
-from symbolic.compliance import advance_in_series
+from symbolic.compliance import advance_in_series, deflection_of
 from symbolic.effects.base import Effect, Parameter, Signals
 from symbolic.errors import InvalidInputError
 from symbolic.full_slide import build_full_slide
@@ -115,16 +115,6 @@ class Model:
         for effect, values in self.values(self.symbols()[1] if theta is None else theta):
             traits = effect.traits(traits, values)
         return BristlePatch(traits=traits, lengthways=self.lengthways)
-
-    @property
-    def deflection(self) -> ca.Function | None:
-        """(M_z, load and theta) -> turn of what is in series with the patch [rad]; None for nothing."""
-        M_z, F_N, theta = ca.MX.sym("M_z"), ca.MX.sym("F_N"), self.symbols()[1]
-        turns = [effect.deflection(M_z, F_N, values) for effect, values in self.values(theta)]
-        present = [turn for turn in turns if turn is not None]
-        if not present:
-            return None
-        return ca.Function("deflection", [M_z, ca.vertcat(F_N, theta)], [sum(present)])
 
     @property
     def memory_size(self) -> int:
@@ -292,12 +282,9 @@ def _advance(
     patch = model.patch(theta)
     coefficients = patch.coefficients(_inputs(seen, factor, theta, geometry))
     turn = seen.psi - angle
-    deflection = model.deflection
-    if deflection is None:
-        after = patch.advance(before, turn, coefficients)
-    else:
-        elements = ca.vertcat(seen.F_N, theta)
-        turn, after = advance_in_series(patch, before, turn, coefficients, deflection, elements)
+    turn, after = advance_in_series(
+        patch, before, turn, coefficients, deflection_of(model), ca.vertcat(seen.F_N, theta)
+    )
     return ca.vertcat(angle + turn, after, *memories), seen, coefficients
 
 
