@@ -35,7 +35,7 @@ RATE, SECONDS = 0.1, 25.0
 """Full slide of which mu_eff is the torque [rad/s], [s]."""
 NOT_OF_THE_GROUND = {
     "bearing_friction", "steering_return", "torque_offset", "sensor_delay", "pretwist", "gust",
-    "slide_oscillation", "backlash", "friction_drift",
+    "slide_oscillation", "backlash", "play", "friction_drift",
 }  # fmt: skip
 """Effects whose torque is not the ground's, or that pass; the drift is counted by its own law."""
 STAYS = replace(PROFILES["clean"], mu_walk=0.0, zero_walk=0.0)

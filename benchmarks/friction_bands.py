@@ -2,9 +2,10 @@
 
     python benchmarks/friction_bands.py --model measured_output/model.json --runs 200
 
-Measured recordings (where `BRUSHGRIP_DATA` has them): share of the informed samples whose 95 % band holds
-the recording's own mu_eff at the end, median sigma over mu, time until mu_eff stays within 10 % of its end,
-pairs on one ground, with the declared model and with --model, tuned by its own `model_error`.
+Measured recordings (where `BRUSHGRIP_DATA` has them): share of the informed samples whose 95 % band
+holds the recording's own mu_eff at the end, median sigma over mu, time until mu_eff stays within 10 %
+of its end, pairs on one ground, with the declared model and with --model, tuned by its own
+`model_error`.
 
 Independent rig: effects that nobody declares, the declared model and the usual tuning: runs that are
 flagged INCONSISTENT or whose band holds the true mu_eff in 90 % of the informed samples. The same with

@@ -20,6 +20,7 @@ from brushgrip.formatting import (
     residual_structure,
     sentence,
 )
+from brushgrip.friction_outcome import FrictionOutcome, friction_figures
 from identification import Diagnosis, FreeDecay, ParameterEstimate
 from identification.thesis import DecrementEstimate
 from symbolic.errors import printable
@@ -76,7 +77,7 @@ def _plain_lines(screen: Console) -> Progress:
     return report
 
 
-def print_diagnosis(diagnosis: Diagnosis) -> None:
+def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None) -> None:
     """Print errors, effects and the unexplained residual on standard output."""
     screen = Console(highlight=False, markup=False)
     screen.print(headline(diagnosis), style="bold")
@@ -87,6 +88,8 @@ def print_diagnosis(diagnosis: Diagnosis) -> None:
     for effect in diagnosis.effects:
         if effect.experiment:
             screen.print(f"next experiment: {sentence(effect.experiment.sentence)}")
+    if outcome:
+        screen.print(_friction_table(outcome))
     screen.print(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
     for note in diagnosis.notes:
         screen.print(f"note: {note}")
@@ -113,6 +116,16 @@ def _effects_table(diagnosis: Diagnosis) -> Table:
     for effect in diagnosis.effects:
         rivals = listed([plain(name) for name in effect.indistinguishable_from], "or")
         table.add_row(plain(effect.name), parameters(effect.parameters), rivals or "–")
+    return table
+
+
+def _friction_table(outcome: FrictionOutcome) -> Table:
+    table = Table(title="Effective friction by the EKF", title_justify="left")
+    table.add_column("figure")
+    for stage in outcome.stages:
+        table.add_column(stage, justify="right")
+    for label, figures in friction_figures(outcome):
+        table.add_row(label, *figures)
     return table
 
 

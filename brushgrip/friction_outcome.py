@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from brushgrip.estimation import OBSERVERS, ObserverName, has_aligning_torque, observe
-from identification import FoundModel, Recording
+from identification import Diagnosis, FoundModel, Recording
 from observers import FrictionQuality, friction_quality, friction_spread
 
 Stage = Mapping[str, FrictionQuality]
@@ -44,6 +44,7 @@ class FrictionOutcome:
         return {
             ground: friction_spread([stage[name] for name in names])
             for ground, names in self.grounds.items()
+            if ground
         }
 
     def to_dict(self) -> dict[str, Any]:
@@ -56,6 +57,17 @@ class FrictionOutcome:
             }
             for name, stage in self.stages.items()
         }
+
+
+def found_model(diagnosis: Diagnosis) -> FoundModel:
+    """The model of a diagnosis for recordings that it has not seen."""
+    return FoundModel(
+        model=diagnosis.model,
+        tyre=diagnosis.values.tyre,
+        own={},
+        grounds=diagnosis.values.grounds,
+        error=diagnosis.model_error,
+    )
 
 
 def friction_outcome(recordings: Sequence[Recording], found: FoundModel) -> FrictionOutcome | None:
@@ -77,3 +89,37 @@ def friction_outcome(recordings: Sequence[Recording], found: FoundModel) -> Fric
 def _mean(figures: Sequence[float | None]) -> float | None:
     known = [figure for figure in figures if figure is not None]
     return float(np.mean(known)) if known else None
+
+
+def friction_figures(outcome: FrictionOutcome) -> list[tuple[str, list[str]]]:
+    """Rows of a table, before and after: a label, and the figures averaged over recordings."""
+    means = [outcome.means(stage) for stage in outcome.stages.values()]
+    rows = [
+        ("settled within 10 %, mean [s]", [_decimal(mean["settling"]) for mean in means]),
+        ("drift over the second half, mean", [whole_percent(mean["drift"]) for mean in means]),
+        ("informed samples whose band holds the end", [whole_percent(m["coverage"]) for m in means]),
+        ("standard deviation over μ_eff, median", [_share(mean["relative_band"]) for mean in means]),
+    ]
+    spreads = [outcome.spread(stage) for stage in outcome.stages.values()]
+    return rows + [
+        (f"spread between recordings on {ground}", [_share(spread[ground]) for spread in spreads])
+        for ground in spreads[0]
+    ]
+
+
+def end_friction(quality: FrictionQuality) -> str:
+    """The effective friction at the end, with its deviation."""
+    return f"{quality.mu_eff:.3f} ± {quality.mu_eff_std:.3f}"
+
+
+def whole_percent(share: float | None) -> str:
+    """A share as a whole percentage, a dash where there is none."""
+    return "–" if share is None else f"{100 * share:.0f} %"
+
+
+def _share(share: float | None) -> str:
+    return "–" if share is None else f"{100 * share:.1f} %"
+
+
+def _decimal(value: float | None) -> str:
+    return "–" if value is None else f"{value:.1f}"

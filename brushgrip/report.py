@@ -11,6 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from brushgrip import formatting
 from brushgrip.estimation import FrictionTrack
+from brushgrip.friction_outcome import FrictionOutcome, end_friction, friction_figures, whole_percent
 from brushgrip.pictures import (
     draw_candidates,
     draw_experiment,
@@ -33,13 +34,19 @@ FUNCTIONS = (
 """Names in `brushgrip.formatting` that the template uses as filters and as functions."""
 
 
-def write_report(folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack] = ()) -> Path:
+def write_report(
+    folder: Path,
+    diagnosis: Diagnosis,
+    friction: Sequence[FrictionTrack] = (),
+    outcome: FrictionOutcome | None = None,
+) -> Path:
     """Writes report.html and its pictures.
 
     Args:
         folder: an existing folder.
         diagnosis: the result of the search.
         friction: estimates of friction over time to show, may be empty.
+        outcome: friction before and after, recording by recording; None where none was estimated.
 
     Returns:
         The page.
@@ -49,6 +56,7 @@ def write_report(folder: Path, diagnosis: Diagnosis, friction: Sequence[Friction
     text = template.render(
         diagnosis=diagnosis,
         friction=friction,
+        friction_outcome=outcome,
         residuals_shown=shown,
         signatures=_signature_pairs(diagnosis),
         strong=diagnosis.criteria.strong,
@@ -99,6 +107,8 @@ def _environment(folder: Path) -> Environment:
     )
     environment.filters |= {name: getattr(formatting, name) for name in FILTERS}
     environment.filters |= {"correlation": _correlation, "final_friction": _final_friction}
+    environment.filters |= {"end_friction": end_friction, "whole_percent": whole_percent}
+    environment.globals["friction_figures"] = friction_figures
     environment.globals |= {name: getattr(formatting, name) for name in FUNCTIONS}
     environment.globals["picture"] = lambda name: _data_address(folder / name)
     return environment

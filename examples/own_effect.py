@@ -1,7 +1,5 @@
 """An effect of your own
 =====================
-
-A stiffening rubber boot, found in recordings (CLI: `--effects own_effect`).
 """
 
 import sys

@@ -24,12 +24,12 @@ from identification.reading.recordings import Recording
 from identification.residuals.model_error import model_error
 from identification.residuals.signatures import Signatures, signatures
 from identification.residuals.unexplained import unexplained
-from identification.results import Candidate, Diagnosis, FoundEffect, Series
+from identification.results import Candidate, Diagnosis, Errors, FoundEffect, Series
 from identification.selection.criteria import SelectionCriteria, delta_bic
 from identification.selection.stepwise_search import SearchStep
 from identification.selection.trial_runner import Effects
 from identification.selection.trials import Trial
-from symbolic import TOLERATED, Effect, Scope, parameter_name, units_of
+from symbolic import TOLERATED, Effect, ModelError, Scope, parameter_name, units_of
 
 Array = NDArray[np.float64]
 SCOPES: tuple[Scope, ...] = ("ground", "tyre", "recording")
@@ -58,7 +58,42 @@ def build_diagnosis(
     """
     everything = [*training, *holdout]
     before, after = steps[0].before, steps[-1].before
-    loss = after.fitted.loss
+    residuals, stages, unfitted = _errors_by_stage(before, after, training, holdout, left_out)
+    followed = [_signatures(trial, everything, candidates) for trial in (before, after)]
+    estimates = _estimates(after.fitted, training)
+    if after.held_out is not None:
+        estimates |= _estimates(after.held_out, holdout)
+    return Diagnosis(
+        recordings=tuple(r.name for r in training),
+        holdout=tuple(r.name for r in holdout),
+        declared=stages[0],
+        before=stages[1],
+        after=stages[2],
+        effects=_found_effects(steps, estimates, training, proposals),
+        candidates=_candidates(steps[0], training),
+        unexplained=unexplained(residuals[2], everything, followed[1], after.fitted.loss),
+        parameters=estimates,
+        signatures_before=followed[0],
+        signatures_after=followed[1],
+        model=after.fitted.model,
+        values=_all_values(after.fitted, after.held_out),
+        series=_series(everything, holdout, residuals[1], residuals[2]),
+        notes=notes_on(stages[1], stages[2], after.fitted),
+        criteria=criteria,
+        model_error_before=unfitted[0],
+        model_error=unfitted[1],
+    )
+
+
+def _errors_by_stage(
+    before: Trial,
+    after: Trial,
+    training: Sequence[Recording],
+    holdout: Sequence[Recording],
+    left_out: Sequence[Mapping[str, Array]],
+) -> tuple[list[dict[str, Array]], list[Errors], list[ModelError | None]]:
+    """Residuals [N m] and errors as declared, before and after; the model's error before and after."""
+    everything, loss = [*training, *holdout], after.fitted.loss
     friction = declared_friction(everything, loss)
     residuals = [
         declared_residuals(everything, friction),
@@ -77,30 +112,7 @@ def build_diagnosis(
         model_error(seen if holdout else unseen, holdout if holdout else training[: len(unseen)], loss)
         for seen, unseen in zip(residuals[1:], left_out, strict=True)
     ]
-    followed = [_signatures(trial, everything, candidates) for trial in (before, after)]
-    estimates = _estimates(after.fitted, training)
-    if after.held_out is not None:
-        estimates |= _estimates(after.held_out, holdout)
-    return Diagnosis(
-        recordings=tuple(r.name for r in training),
-        holdout=tuple(r.name for r in holdout),
-        declared=stages[0],
-        before=stages[1],
-        after=stages[2],
-        effects=_found_effects(steps, estimates, training, proposals),
-        candidates=_candidates(steps[0], training),
-        unexplained=unexplained(residuals[2], everything, followed[1], loss),
-        parameters=estimates,
-        signatures_before=followed[0],
-        signatures_after=followed[1],
-        model=after.fitted.model,
-        values=_all_values(after.fitted, after.held_out),
-        series=_series(everything, holdout, residuals[1], residuals[2]),
-        notes=notes_on(stages[1], stages[2], after.fitted),
-        criteria=criteria,
-        model_error_before=unfitted[0],
-        model_error=unfitted[1],
-    )
+    return residuals, stages, unfitted
 
 
 def _signatures(

@@ -5,6 +5,7 @@ from observers.casadi_observer import CasadiObserver
 from observers.ekf import Ekf
 from observers.factory import from_files
 from observers.friction_quality import FrictionQuality, friction_quality, friction_spread
+from observers.innovations import Innovations, innovations
 from observers.layout import Layout, ObserverState
 from observers.linearisation import build_clean
 from observers.loop import Loop
@@ -45,6 +46,7 @@ __all__ = [
     "Estimates",
     "FrictionQuality",
     "FunctionObserver",
+    "Innovations",
     "Layout",
     "Loop",
     "MeasurementModel",
@@ -64,6 +66,7 @@ __all__ = [
     "friction_quality",
     "friction_spread",
     "from_files",
+    "innovations",
     "next_rate",
     "profile",
     "run",

@@ -32,10 +32,10 @@ SENSIBLE = 1e9
 LEAST_FIRST_LOAD = 1e-3
 """Least load of a first sample [N]."""
 LEAST_LOAD = 0.05
-"""Share of the first load below which a load is missing [1]; the weight of a torque goes with 1/F_N^2."""
+"""Share of the first load below which a load is missing [1]: a torque weighs with 1 / F_N^2."""
 CLEAN = (*SAMPLE, "M_age", "F_N_first", "travel")
-"""Order of a cleaned sample: last valid values in place of missing ones; time since M was valid [s]; load
-of the first sample [N]; turn since the last sample without its sign [rad]."""
+"""Order of a cleaned sample: last valid values in place of missing ones; time since M was valid [s];
+load of the first sample [N]; turn since the last sample without its sign [rad]."""
 SHORTEST_TRAVEL = 1e-9
 """Turn that counts as none [rad]."""
 Update = TypeVar("Update")
@@ -209,17 +209,18 @@ class AligningTorque:
         usable = ca.logic_and(known, ca.logic_not(too_small))
         turning = ca.logic_and(known, is_known(sample["psi_dot"]))
         psi = ca.if_else(known, sample["psi"], last["psi"])
+        psi_dot = ca.if_else(turning, sample["psi_dot"], 0)
+        # The rate knows noise of the angle from a turn; one of nothing may be a missing sensor.
+        travel = ca.fabs(ca.if_else(psi_dot == 0, psi - last["psi"], psi_dot * sample["dt"]))
         now = {
             "psi": psi,
-            "psi_dot": ca.if_else(turning, sample["psi_dot"], 0),
+            "psi_dot": psi_dot,
             "F_N": F_N,
             "dt": sample["dt"],
             "M_z": ca.if_else(usable, sample["M_z"], float("nan")),
             "M": 0,
             "M_age": 0,
-            "travel": ca.if_else(
-                turning, ca.fabs(sample["psi_dot"]) * sample["dt"], ca.fabs(psi - last["psi"])
-            ),
+            "travel": travel,
             "F_N_first": last["F_N_first"],
         }
         return now, ca.logic_or(load_imputed, ca.logic_not(known))

@@ -1,8 +1,8 @@
 """Friction over a whole recording from all of its samples, for those who work offline.
 
-The smoother of Rauch, Tung and Striebel on what the filter stored: from the last sample back, what later
-samples say goes to the earlier ones through the motion between them. At the last sample it is the filter,
-before it no less sure of ln mu. Measurements stay linearised, weighted and accepted as the filter had them.
+The smoother of Rauch, Tung and Striebel on what the filter stored: from the last sample back, what
+later samples say goes to the earlier ones through the motion between them. At the last sample it is the
+filter, before it no less sure of ln mu. Measurements stay linearised, weighted and accepted.
 
 Source: Rauch, Tung, Striebel, Maximum likelihood estimates of linear dynamic systems, AIAA Journal 3
 (1965) 1445.
@@ -16,6 +16,7 @@ from observers.compiled_step import compiled_stretch, first_sample, states_of
 from observers.effective_friction import build_effective_friction
 from observers.ekf import Ekf
 from observers.innovation_gate import COUNTS
+from observers.innovation_monitor import change_variance
 from observers.layout import Layout
 from observers.linearisation import build_motion, state_index
 from observers.measurement_model import CLEAN, RIG
@@ -45,7 +46,12 @@ def smooth(
 
     Args:
         observer: the filter.
-        t, psi, F_N, M_z, psi_dot, M: the recording, as for `observers.run`.
+        t: time [s]; this and the following as for `observers.run`.
+        psi: yaw angle [rad].
+        F_N: vertical load [N].
+        M_z: aligning torque [N m].
+        psi_dot: yaw rate [rad/s].
+        M: steering torque [N m].
 
     Raises:
         InvalidInputError: the observer is no `Ekf`; else as for `observers.run`.
@@ -65,7 +71,8 @@ def smooth(
     friction = _friction(observer, states, mean, variance)
     for name, row in (filtered | friction).items():
         rows[ESTIMATE.index(name), begins:] = row
-    walked = variance[0] + observer.tuning.mu_walk**2 * (time[begins] - time[:begins])
+    walk, floor = (getattr(observer.tuning, name) ** 2 for name in ("mu_walk", "mu_floor"))
+    walked = variance[0] + floor + walk * (time[begins] - time[:begins])
     rows[ESTIMATE.index("mu"), :begins] = friction["mu"][0]
     rows[ESTIMATE.index("mu_std"), :begins] = friction["mu"][0] * np.sqrt(walked)
     relative = rows[ESTIMATE.index("mu_std")] / rows[ESTIMATE.index("mu")]
@@ -95,7 +102,7 @@ def smoothed_friction(observer: Ekf, states: Array) -> tuple[Array, Array]:
 
 
 def _motions(observer: Ekf, states: Array) -> tuple[Array, Array, Array]:
-    """Predicted states (n - 1, m), derivatives (n - 1, m, m) and variances (n - 1, m) between samples."""
+    """Predicted states (n - 1, m), derivatives (n - 1, m, m) and variances (n - 1, m), a step each."""
     layout, measurement_model = observer.layout, observer.measurement_model
     between = states.shape[1] - 1
     x, M_z, slopes, last, counts = (
@@ -110,7 +117,7 @@ def _motions(observer: Ekf, states: Array) -> tuple[Array, Array, Array]:
     predicted, A, Q = (result.full() for result in results[:3])
     n = x.shape[0]
     resets = np.diff(counts[COUNTS.index("resets")])
-    Q[state_index(measurement_model)] += resets * observer.tuning.log_std**2
+    Q[state_index(measurement_model)] += resets * change_variance(vars(observer.tuning))
     return predicted.T, A.T.reshape(between, n, n).transpose(0, 2, 1), Q.T
 
 
@@ -118,7 +125,7 @@ def _friction(observer: Ekf, states: Array, mean: Array, variance: Array) -> dic
     """Friction and effective friction, each with its deviation, and the torque of full slide."""
     tuning, count = observer.tuning, mean.size
     mu = np.clip(np.exp(mean), tuning.least, tuning.greatest)
-    std = mu * np.sqrt(variance)
+    std = mu * np.sqrt(variance + tuning.mu_floor**2)
     memory, last = (_part(observer.layout, states, name) for name in ("memory", "last"))
     slide = build_effective_friction(observer.model)
     theta = observer.constants[: len(observer.model.coordinates)]

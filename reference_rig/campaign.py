@@ -117,6 +117,7 @@ STRENGTHS: Mapping[str, StrengthRange] = {
     "bearing_friction": StrengthRange(parameters=_one("M_c"), least=0.02, largest=5.0),
     "steering_return": StrengthRange(parameters=_one("stiffness"), least=0.2, largest=50.0),
     "backlash": StrengthRange(parameters=_one("gap"), least=1e-3, largest=0.1),
+    "play": StrengthRange(parameters=_one("gap"), least=1e-3, largest=0.1),
     "slide_oscillation": StrengthRange(
         parameters=_with("amplitude", 0.0, "frequency", 3.0, 8.0), least=0.05, largest=5.0
     ),

@@ -68,9 +68,7 @@ class FoundModel:
 
         Behind a compliance the memory of the exact patch follows a changing mu badly.
         """
-        _, theta, _ = self.model.symbols()
-        compliant = any(effect.compliance(own) is not None for effect, own in self.model.values(theta))
-        return replace(self.model, discretised=True) if compliant else self.model
+        return self.model if self.model.deflection is None else replace(self.model, discretised=True)
 
     def on_ground(self, ground: str | None = None) -> dict[str, float]:
         """What belongs to a ground; its mean over grounds where this is none of them, or unknown."""

@@ -13,6 +13,7 @@ from brushgrip.commands.diagnose import write_diagnosis
 from brushgrip.commands.options import usable_folder
 from brushgrip.console import print_diagnosis, progress, say
 from brushgrip.estimation import OBSERVERS, FrictionTrack, ObserverName, friction_track, observe
+from brushgrip.friction_outcome import found_model, friction_outcome
 from brushgrip.recordings import read_all
 from brushgrip.report import PAGE, remove_stale_pictures
 from identification import Diagnosis, FoundModel, Recording, diagnose
@@ -36,22 +37,19 @@ def demo(
     with staged_directory(out) as stage:
         with progress() as report:
             result = diagnose(recordings, holdout, progress=report)
-        write_diagnosis(stage, result, estimate_friction(holdout, result))
+            report("estimating friction", 0, 1)
+            outcome = friction_outcome(read, found_model(result))
+            tracks = estimate_friction(holdout, result)
+        write_diagnosis(stage, result, outcome, tracks)
         written = {path.name for path in stage.iterdir()}
     remove_stale_pictures(out, written)
-    print_diagnosis(result)
+    print_diagnosis(result, outcome)
     say(f"report: {out / PAGE}")
 
 
 def estimate_friction(recordings: Sequence[Recording], diagnosis: Diagnosis) -> list[FrictionTrack]:
     """Friction over each recording: EKF on the declared model, EKF and MHE on the model found."""
-    found = FoundModel(
-        model=diagnosis.model,
-        tyre=diagnosis.values.tyre,
-        own={},
-        grounds=diagnosis.values.grounds,
-        error=diagnosis.model_error,
-    )
+    found = found_model(diagnosis)
     runs: list[tuple[ObserverName, FoundModel | None, str]] = [
         (ObserverName.EKF, None, "declared model"),
         (ObserverName.EKF, found, "model found"),

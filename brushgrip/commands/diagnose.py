@@ -11,6 +11,7 @@ from brushgrip.commands.options import EffectModules, Grounds, Jobs, OutFolder, 
 from brushgrip.console import print_diagnosis, progress, say
 from brushgrip.estimation import FrictionTrack
 from brushgrip.formatting import json_text
+from brushgrip.friction_outcome import FrictionOutcome, found_model, friction_outcome
 from brushgrip.grounds import on_grounds
 from brushgrip.recordings import keep_inputs, read_all
 from brushgrip.report import PAGE, remove_stale_pictures, write_report
@@ -77,10 +78,12 @@ def diagnose(
                 progress=report,
                 journal=journal,
             )
-        write_diagnosis(folder, result)
+            report("estimating friction", 0, 1)
+            outcome = friction_outcome(read, found_model(result))
+        write_diagnosis(folder, result, outcome)
         written = {path.name for path in folder.iterdir()}
     remove_stale_pictures(out, written)
-    print_diagnosis(result)
+    print_diagnosis(result, outcome)
     say(f"report: {out / PAGE}")
 
 
@@ -95,11 +98,24 @@ def thinning(recordings: Sequence[Recording]) -> str:
     )
 
 
-def write_diagnosis(folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack] = ()) -> None:
-    """Writes diagnosis.json, model.json, report.html and the pictures into an existing folder."""
+def write_diagnosis(
+    folder: Path,
+    diagnosis: Diagnosis,
+    outcome: FrictionOutcome | None = None,
+    friction: Sequence[FrictionTrack] = (),
+) -> None:
+    """Writes diagnosis.json, model.json, report.html and the pictures into an existing folder.
+
+    Args:
+        folder: to write to.
+        diagnosis: the result of the search.
+        outcome: friction before and after, None where none was estimated.
+        friction: estimates of friction over time to show in the report, may be empty.
+    """
+    content = diagnosis.to_dict() | {"friction": outcome.to_dict() if outcome else None}
     for name, text in (
-        (DIAGNOSIS, json_text(diagnosis.to_dict())),
+        (DIAGNOSIS, json_text(content)),
         (MODEL, model_text(diagnosis)),
     ):
         (folder / name).write_text(text, encoding="utf-8", newline="\n")
-    write_report(folder, diagnosis, friction)
+    write_report(folder, diagnosis, friction, outcome)

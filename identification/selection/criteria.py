@@ -24,8 +24,8 @@ class SelectionCriteria:
             discretised patch [1].
         gain_standard_errors: standard errors of the paired test by which that error has to fall [1].
         clear: standard errors by which two models have to differ to be distinguished [1].
-        strong: difference in the information criterion from which evidence is strong (Kass and Raftery,
-            JASA 90 (1995) 773) [1].
+        strong: rise of the information criterion that held-out recordings may outweigh; 6 is where
+            evidence is strong (Kass and Raftery, JASA 90 (1995) 773), 0 where it has to fall [1].
         block: length of the blocks in which residuals are taken as independent [s].
         long_block: length that outlasts the correlation of a real tyre's residual [s].
         runners_up: candidates fitted to the whole recordings where the best is not confirmed there.
@@ -39,7 +39,7 @@ class SelectionCriteria:
     resolution: float = 5e-4
     gain_standard_errors: float = 1.0
     clear: float = 2.0
-    strong: float = 6.0
+    strong: float = 0.0
     block: float = 1.0
     long_block: float = 4.0
     runners_up: int = 2
@@ -68,8 +68,8 @@ def addition_justified(
 ) -> bool:
     """Whether an effect is worth adding: lower judged error, and a lower information criterion.
 
-    The criterion, taken on the training data, may rise, though not strongly, where held-out recordings
-    show the effect clearly. Leaving training recordings out in turn is no evidence beyond the criterion,
+    The criterion, taken on the training data, may rise by `strong` where held-out recordings show the
+    effect clearly. Leaving training recordings out in turn is no evidence beyond the criterion,
     nor is an error that falls because a parameter of a held-out recording is fitted to it.
     """
     if not error_falls(richer.judgement, present.judgement, criteria):

@@ -171,9 +171,18 @@ class Effect:
         del values
         return traits
 
-    def compliance(self, values: Values) -> Expression | None:
-        """Torsional compliance in series with the patch [rad/(N m)], None where there is none."""
-        del values
+    def deflection(self, M_z: Expression, F_N: Expression, values: Values) -> Expression | None:
+        """Turn of the patch against the recorded angle [rad], by an element in series with it.
+
+        Args:
+            M_z: torque of the patch [N m]; the turn rises with it, is zero at zero, and has its sign.
+            F_N: vertical load [N].
+            values: parameters of the effect.
+
+        Returns:
+            The turn; None where nothing is in series.
+        """
+        del M_z, F_N, values
         return None
 
     def torque(self, signals: Signals, values: Values) -> Expression:
@@ -190,3 +199,11 @@ def with_limit(traits: BristleTraits, factor: Any) -> BristleTraits:
 def with_shape(traits: BristleTraits, factor: Any) -> BristleTraits:
     """The traits with one more factor on the pressure parabola, a function of u = x / a."""
     return replace(traits, shape=(*traits.shape, factor))
+
+
+def with_scope(parameter: Parameter, effects: Sequence[Effect]) -> Parameter:
+    """The parameter with the scope that these effects give it, see `Effect.scope_of`."""
+    for effect in effects:
+        if (scope := effect.scope_of(parameter)) != parameter.scope:
+            parameter = replace(parameter, scope=scope)
+    return parameter

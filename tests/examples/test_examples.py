@@ -424,3 +424,10 @@ def test_own_effect(tmp_path: Path) -> None:
     assert abs(value - 80) < 3 * spread
     before, after = map(float, matched.groups())
     assert after < 0.4 < 0.5 * before
+
+
+def test_second_rig_says_that_it_has_no_recordings(tmp_path: Path) -> None:
+    shown = printed_by("second_rig.py", tmp_path)
+
+    assert shown.startswith("skipped: no harmonic_00.npz")
+    assert "brushgrip fetch friction-damper" in shown

@@ -41,7 +41,15 @@ def filtered(observer: Ekf, columns: dict[str, Array]) -> tuple[Array, Array, li
 
 @pytest.mark.parametrize("settings", [DECLARED, BRISTLES], ids=["declared", "bristles"])
 def test_equals_the_smoother_of_filterpy(recording: RigRecording, settings: dict[str, Any]) -> None:
-    tuning = Tuning(noise=0.1, mu_walk=0.05, zero_walk=0.01, zero_time=8.0)
+    tuning = Tuning(
+        noise=0.1,
+        error_travel=0.0,
+        mu_floor=0.0,
+        mu_walk=0.05,
+        zero_walk=0.01,
+        zero_time=8.0,
+        alarm=np.inf,
+    )
     observer, columns = Ekf(**settings, tuning=tuning), columns_of(recording, slice(40, 300))
     x, P, _ = filtered(observer, columns)
     dt = np.diff(columns["t"], prepend=columns["t"][0] - 0.01)
@@ -67,7 +75,9 @@ def test_equals_the_smoother_of_filterpy(recording: RigRecording, settings: dict
 
 
 def test_equals_the_textbook_on_the_steered_wheel(steered: SteeringRecording) -> None:
-    observer = Ekf(**DECLARED, measurement_model=SteeringTorque(), tuning=Tuning(error=np.inf))
+    observer = Ekf(
+        **DECLARED, measurement_model=SteeringTorque(), tuning=Tuning(error=np.inf, mu_floor=0.0)
+    )
     columns = columns_of(steered, slice(0, 400))
     x, P, states = filtered(observer, columns)
     samples, space = samples_of(columns), StateSpace(observer)
@@ -125,13 +135,13 @@ def test_samples_before_the_first_usable_one_take_its_friction(recording: RigRec
 
     assert smoothed.mu[:first] == pytest.approx(smoothed.mu[first])
     walked = smoothed.mu_std[0] ** 2 - smoothed.mu_std[first] ** 2
-    assert walked == pytest.approx((0.02 * smoothed.mu[first]) ** 2 * columns["t"][first], rel=1e-9)
+    assert walked == pytest.approx((0.01 * smoothed.mu[first]) ** 2 * columns["t"][first], rel=1e-9)
     assert np.isnan(smoothed.mu_eff[:first]).all()
     assert np.isfinite(smoothed.mu_eff[first:]).all()
 
 
 def test_it_needs_the_filter(recording: RigRecording) -> None:
-    with pytest.raises(InvalidInputError, match="smooth needs an Ekf, .* got Mhe"):
+    with pytest.raises(InvalidInputError, match=r"smooth needs an Ekf, .* got Mhe"):
         smooth(Mhe(**DECLARED), **columns_of(recording))  # type: ignore[arg-type]
 
 

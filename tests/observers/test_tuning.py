@@ -16,9 +16,9 @@ from tests.observers.conftest import K, make
 
 POSITIVE = (
     "mu_std", "least", "zero_time", "stiffness_std", "noise", "error", "psi_noise", "psi_dot_std",
-    "gate",
+    "gate", "alarm", "explained",
 )  # fmt: skip
-NOT_NEGATIVE = ("mu_walk", "zero_std", "zero_walk", "stiffness_walk")
+NOT_NEGATIVE = ("mu_walk", "mu_floor", "error_travel", "zero_std", "zero_walk", "stiffness_walk")
 
 
 def refused(word: str, **change: Any) -> None:
@@ -41,13 +41,14 @@ def test_must_not_be_negative(name: str, value: float) -> None:
 
 
 @pytest.mark.parametrize(
-    "name", sorted({*POSITIVE, *NOT_NEGATIVE} - {"least", "zero_time", "error", "gate"})
+    "name",
+    sorted({*POSITIVE, *NOT_NEGATIVE} - {"least", "zero_time", "error", "gate", "alarm", "explained"}),
 )
 def test_only_limits_may_be_infinite(name: str) -> None:
     refused(f"{name} must be finite", **{name: inf})
 
 
-@pytest.mark.parametrize("name", ["zero_time", "error", "gate"])
+@pytest.mark.parametrize("name", ["zero_time", "error", "gate", "alarm", "explained"])
 def test_infinite_limits_are_none(name: str) -> None:
     assert getattr(Tuning(**{name: inf}), name) == inf
 

@@ -39,6 +39,7 @@ POINTED_AT: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "the load": (("contact_length",), ("contact_length",)),
     "the torque times the load": (LENGTH, LENGTH),
     SIZE: (("asymmetric_friction",), ("asymmetric_friction",)),
+    "the torque near zero": (("backlash",), ()),
     "the signed angle since the last reversal": (GROWS, FALLS),
     "the signed time since the last reversal": (GROWS, FALLS),
     "time": (("pretwist",), ("pretwist",)),

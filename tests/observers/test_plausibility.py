@@ -1,0 +1,69 @@
+"""Other units and signs are named; right recordings are not."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from observers import Ekf, Loop, Sample, Status, suspicions_of
+from reference_rig import FOURTEEN_BIT_STEP, RigRecording
+from tests.observers.conftest import RIG, make
+from tests.observers.factories import columns_of, samples_of
+
+WRONG = {
+    "psi looks like degrees": {"psi": 180 / np.pi},
+    "time looks like milliseconds": {"dt": 1e3},
+    "F_N looks like kN": {"F_N": 1e-3},
+    "torque looks like N mm": {"M_z": 1e3},
+    "psi or the torque has the other sign": {"M_z": -1.0},
+}
+
+
+def converted(samples: list[Sample], factors: dict[str, float]) -> list[Sample]:
+    return [replace(s, **{n: getattr(s, n) * f for n, f in factors.items()}) for s in samples]
+
+
+@pytest.mark.parametrize("cause", WRONG)
+def test_the_cause_is_named_and_no_estimate_is_informed(recording: RigRecording, cause: str) -> None:
+    samples = converted(samples_of(columns_of(recording)), WRONG[cause])
+    loop = Loop(make(Ekf))
+    last = [loop(sample) for sample in samples][-1]
+
+    assert len(loop.suspicions) == 1
+    assert cause in loop.suspicions[0]
+    assert loop.suspicions == suspicions_of(samples, RIG, "M_z")
+    assert Status.IMPLAUSIBLE in last.status
+    assert not last.informed
+    loop.reset()
+    assert loop.suspicions == ()
+
+
+def test_right_samples_raise_no_suspicion(recording: RigRecording) -> None:
+    samples = samples_of(columns_of(recording))
+    loop = Loop(make(Ekf))
+    last = [loop(sample) for sample in samples][-1]
+
+    assert loop.suspicions == ()
+    assert last.informed
+    assert Status.IMPLAUSIBLE not in last.status
+
+
+def test_a_few_odd_samples_and_a_wheel_that_stands_are_no_evidence(recording: RigRecording) -> None:
+    samples = samples_of(columns_of(recording))
+    odd: dict[int, dict[str, Any]] = {
+        50: {"psi": 30.0}, 150: {"F_N": 1e-3}, 250: {"dt": 5.0}, 350: {"M_z": -1e6},
+        450: {"psi": np.nan},
+    }  # fmt: skip
+    faulty = [replace(s, **odd.get(i, {})) for i, s in enumerate(samples)]
+    assert suspicions_of(faulty[:50] + faulty[51:], RIG, "M_z") == ()
+    rng = np.random.default_rng(4)
+    still = [replace(samples[200], psi=FOURTEEN_BIT_STEP * b) for b in rng.integers(0, 2, 5000).tolist()]
+    assert suspicions_of(still, RIG, "M_z") == ()
+
+
+def test_it_can_be_left_out(recording: RigRecording) -> None:
+    loop = Loop(make(Ekf), check_units=False)
+    for sample in converted(samples_of(columns_of(recording)), {"psi": 180 / np.pi}):
+        loop(sample)
+    assert loop.suspicions == ()

@@ -1,0 +1,61 @@
+"""Tunings by name, and from the error of the model that was found."""
+
+import numpy as np
+import pytest
+
+from observers import PROFILES, Ekf, Tuning, profile, run, tuning_for
+from reference_rig import RigRecording
+from symbolic import FoundModel, InvalidInputError, Model, ModelError
+from tests.observers.conftest import make
+from tests.observers.factories import columns_of
+
+
+def found(error: ModelError | None) -> FoundModel:
+    return FoundModel(model=Model(), shared={"k": 2.4e6}, own={}, error=error)
+
+
+def test_profiles_by_name() -> None:
+    assert profile("real_tyre") == Tuning()
+    assert tuple(PROFILES) == ("real_tyre", "clean", "changing_ground")
+    with pytest.raises(InvalidInputError, match="allowed: real_tyre, clean, changing_ground"):
+        profile("wet")
+
+
+def test_the_error_of_the_model_goes_before_that_of_the_tuning() -> None:
+    error = ModelError(spread=0.08, correlation_time=1.5)
+    tuning = tuning_for(found(error), Tuning(mu=0.8))
+
+    assert (tuning.mu, tuning.error) == (0.8, 0.08)
+    assert tuning.error_travel == pytest.approx(0.15)
+    assert tuning_for(found(error)).error == 0.08
+
+
+@pytest.mark.parametrize(
+    "model", [None, found(None), found(ModelError(spread=0.0, correlation_time=1.0))]
+)
+def test_without_a_known_error_the_tuning_stays(model: FoundModel | None) -> None:
+    assert tuning_for(model) == Tuning()
+    assert tuning_for(model, PROFILES["clean"]) == PROFILES["clean"]
+
+
+def test_a_wheel_that_stands_gives_no_further_evidence(recording: RigRecording) -> None:
+    columns = columns_of(recording)
+    stop = int(np.argmax(np.abs(columns["psi"]) > 0.2))
+    held = {name: np.append(c[:stop], np.full(500, c[stop - 1])) for name, c in columns.items()}
+    held["t"] = np.arange(stop + 500) * 0.01
+    by_turn, by_time = (
+        run(make(Ekf, mu_walk=0.0, **tuning), **held).mu_std[[stop + 20, -1]]
+        for tuning in ({}, {"noise": 0.5, "error_travel": 0.0})
+    )
+
+    assert by_turn[1] > 0.95 * by_turn[0]
+    assert by_time[1] < 0.7 * by_time[0]
+
+
+def test_no_measurement_lowers_the_floor(recording: RigRecording) -> None:
+    columns = columns_of(recording)
+    with_floor, without = (run(make(Ekf, mu_floor=f), **columns) for f in (0.1, 0.0))
+
+    np.testing.assert_array_equal(with_floor.mu, without.mu)
+    relative = [estimates.mu_std / estimates.mu for estimates in (with_floor, without)]
+    np.testing.assert_allclose(relative[0][1:], np.hypot(relative[1][1:], 0.1), rtol=1e-9)
