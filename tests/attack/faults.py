@@ -1,4 +1,4 @@
-"""Faults that happen to whole runs: after each the same command comes to the same result or says why."""
+"""Faults that happen to whole runs; after each the same command comes to the same result."""
 
 import os
 import random
