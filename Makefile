@@ -4,49 +4,69 @@ WORKERS ?= 2
 DATA ?= $(or $(BRUSHGRIP_DATA),../shared/measured)
 
 BIN := .venv/bin
-STAMP := .venv/.installed
-PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist loadfile --no-loadscope-reorder
+QUICK := .venv/.quick
+ALL := .venv/.all
+PIP := $(BIN)/python -m pip install --quiet --disable-pip-version-check --no-compile
+PYTEST := $(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
 
 TRAINING := fem1 fem4_ident piros2_ident piros4
 HELD_OUT := fem3 fem5 piros1 piros7
+STEEL := fem1,fem3,fem4_ident,fem5
+EMERY := piros1,piros2_ident,piros4,piros7
 
-.PHONY: demo test test-all mutants gate measured clean
+.PHONY: demo test test-all mutants attack gate docs measured clean
 .DELETE_ON_ERROR:
 
-demo: $(STAMP)
+demo: $(QUICK)
 	$(BIN)/brushgrip demo --out demo_output
 
-# In minutes: everything but the campaigns at full size, generated C compiled without optimisation.
-test: $(STAMP)
+# In minutes, with few dependencies: everything but the campaigns at full size, generated C compiled without optimisation.
+test: $(QUICK)
 	$(PYTEST) -m "not long"
 
 # Everything, with branch coverage, generated C compiled as for a target.
-test-all: $(STAMP)
+test-all: $(ALL)
 	BRUSHGRIP_TEST_OPTIMISATION=-O2 $(PYTEST) --cov
 	$(MAKE) mutants
 
-mutants: $(STAMP)
+mutants: $(ALL)
 	$(BIN)/python tests/mutants/run.py --jobs $(WORKERS)
 
-gate: $(STAMP)
+# Each class for so long [s], or INPUTS=1000000 of each however long that takes; exit status 1 if anything failed.
+SECONDS ?= 60
+attack: $(ALL)
+	-@$(PIP) -e '.[attack]' 2>/dev/null
+	nice $(BIN)/python -m tests.attack.run $(if $(INPUTS),--inputs $(INPUTS),--seconds $(SECONDS)) $(CLASSES)
+
+gate: $(ALL)
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
-measured: $(STAMP)
+# The documentation site, in docs/_build; a warning is an error, every page of the gallery runs.
+docs: $(ALL)
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[docs]'
+	$(BIN)/python -m sphinx -q -W --keep-going docs docs/_build
+
+measured: $(QUICK)
 	$(BIN)/brushgrip diagnose $(TRAINING:%=$(DATA)/%.mat) \
-		$(HELD_OUT:%=--holdout $(DATA)/%.mat) --out measured_output
+		$(HELD_OUT:%=--holdout $(DATA)/%.mat) --ground steel=$(STEEL) --ground emery=$(EMERY) \
+		--out measured_output
 
 clean:
-	rm -rf .venv build dist demo_output measured_output htmlcov .coverage .coverage.* \
+	rm -rf .venv attack_findings build dist docs/_build docs/gallery demo_output measured_output htmlcov .coverage .coverage.* \
 		.benchmarks .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
-$(STAMP): pyproject.toml
+$(QUICK): pyproject.toml
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and \
 		"brushgrip needs Python 3.11 or newer, this is " + sys.version.split()[0] + \
 		"; name another with make PYTHON=...")'
 	$(PYTHON) -m venv .venv
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	$(PIP) -e '.[test]'
+	@touch $@
+
+$(ALL): $(QUICK)
+	$(PIP) -e '.[dev]'
 	@touch $@

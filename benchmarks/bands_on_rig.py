@@ -35,7 +35,7 @@ RATE, SECONDS = 0.1, 25.0
 """Full slide of which mu_eff is the torque [rad/s], [s]."""
 NOT_OF_THE_GROUND = {
     "bearing_friction", "steering_return", "torque_offset", "sensor_delay", "pretwist", "gust",
-    "slide_oscillation", "backlash", "friction_drift",
+    "slide_oscillation", "backlash", "play", "friction_drift",
 }  # fmt: skip
 """Effects whose torque is not the ground's, or that pass; the drift is counted by its own law."""
 STAYS = replace(PROFILES["clean"], mu_walk=0.0, zero_walk=0.0)
@@ -116,7 +116,7 @@ def found_model(name: str, recording: RigRecording, values: dict[str, float]) ->
     share = (torque.M_z - recording.M_z) / full_slide_torque(recording.F_N, recording.tyre.a)
     time = autocorrelation_time(share) * float(np.median(steps))
     error = ModelError(spread=float(np.sqrt(np.mean(share**2))), correlation_time=time)
-    return FoundModel(model=model, shared=values, own={}, error=error)
+    return FoundModel(model=model, tyre=values, own={}, error=error)
 
 
 def _found(task: tuple[str, int]) -> tuple[float, bool]:

@@ -19,7 +19,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
-from benchmarks.problem import MODEL, RIG, TUNING, VALUES, K, Problem
+from benchmarks.problem import MODEL, RIG, TUNING, VALUES, K, TimedProblem
 from benchmarks.timing import compare, seconds
 from benchmarks.with_do_mpc import WARM, Running
 from benchmarks.with_filterpy import filter_all, in_place, through_casadi
@@ -32,10 +32,10 @@ STEPS = 20
 TARGETS = {"ekf": 10, "mhe": 200}
 """Times of a step called from Python that are aimed at [µs]."""
 Observer = Ekf | Mhe
-PROBLEM = Problem()
+PROBLEM = TimedProblem()
 
 
-def samples(problem: Problem) -> list[Sample]:
+def samples(problem: TimedProblem) -> list[Sample]:
     """The problem as a control loop hands it over."""
     rows = zip(*problem.signals.tolist(), problem.M_z.tolist(), strict=True)
     return [Sample(psi=p, psi_dot=r, F_N=F, dt=dt, M_z=M, M=-M) for p, r, F, dt, M in rows]

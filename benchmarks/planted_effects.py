@@ -7,8 +7,10 @@
 each run and a table: runs in which everything planted is named, or stands in `indistinguishable_from` of
 what is named (outright: exactly what was planted is named); error after over the noise. A run that is
 wrong says what the information criterion makes of what was planted against what was named; above zero
-the recordings do not ask for it. `--out F.json` keeps the outcomes. An hour and more on two cores for
-all.
+the recordings do not ask for it. `--out F.json` keeps the outcomes. With `--off M` every half-length
+differs from the declared one by up to so much, which is then declared as its tolerance; with
+`--grounds 2` the recordings stand on two grounds of different friction in turn. An hour and more on two
+cores for all.
 """
 
 import argparse
@@ -46,6 +48,8 @@ class Task:
 
     planted: tuple[str, ...]
     seed: int
+    off: float = 0.0
+    grounds: int = 0
 
     @property
     def outside(self) -> bool:
@@ -71,12 +75,19 @@ class Outcome:
 
 
 def run(task: Task) -> Outcome:
-    """One campaign of three recordings, diagnosed."""
+    """One campaign of three recordings, two for each ground of several, diagnosed."""
     rng = np.random.default_rng([task.seed, 6])
     also = {PARTNER: {"c": rng.uniform(WEAKEST, STRONGEST)}} if len(task.planted) > 1 else {}
-    rig = make_campaign(task.planted[-1] if task.planted else None, task.seed, also=also)
+    rig = make_campaign(
+        task.planted[-1] if task.planted else None,
+        task.seed,
+        max(3, 2 * task.grounds),
+        also=also,
+        off=task.off,
+        grounds=[f"ground {number}" for number in range(task.grounds)],
+    )
     began = time.perf_counter()
-    recordings = [as_read(recording, rig.nominal) for recording in rig.recordings]
+    recordings = [as_read(recording, rig.nominal, task.off) for recording in rig.recordings]
     diagnosis = diagnose(recordings, jobs=1)
     named = tuple(effect.name for effect in diagnosis.effects)
     ambiguous = tuple({rival for e in diagnosis.effects for rival in e.indistinguishable_from})
@@ -120,9 +131,10 @@ def tasks_of(options: argparse.Namespace) -> list[Task]:
     if "outside" in options.kinds:
         planted += [(name,) for name in UNMODELLED_EFFECTS]
     seeds = range(options.first, options.first + options.seeds)
-    tasks = [Task(planted=names, seed=seed) for names in planted for seed in seeds]
+    given = {"off": options.off, "grounds": options.grounds}
+    tasks = [Task(planted=names, seed=seed, **given) for names in planted for seed in seeds]
     controls = range(options.first, options.first + options.controls)
-    return tasks + [Task(planted=(), seed=seed) for seed in controls]
+    return tasks + [Task(planted=(), seed=seed, **given) for seed in controls]
 
 
 def main() -> None:
@@ -133,6 +145,8 @@ def main() -> None:
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--effects", nargs="*", default=list(EFFECTS))
     parser.add_argument("--kinds", nargs="*", choices=("alone", "pairs", "outside"), default=["alone"])
+    parser.add_argument("--off", type=float, default=0.0, help="error of half-lengths [m]")
+    parser.add_argument("--grounds", type=int, default=0)
     parser.add_argument("--jobs", type=int, default=2)
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()

@@ -13,7 +13,7 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from benchmarks.problem import DT, MODEL, TUNING, Problem
+from benchmarks.problem import DT, MODEL, TUNING, TimedProblem
 
 QUIET = {"ipopt.print_level": 0, "ipopt.sb": "yes", "print_time": 0, "record_time": True}
 WARM = {
@@ -25,7 +25,7 @@ WARM = {
 """IPOPT begins where the last sample ended; do-mpc hands the last solution and its multipliers over."""
 
 
-def build_model(do_mpc: Any, problem: Problem) -> Any:
+def build_model(do_mpc: Any, problem: TimedProblem) -> Any:
     """States ln mu and M_0 that walk at random, measurement M_z + M_0, both with noise."""
     model = do_mpc.model.Model("discrete", "SX")
     log_mu, zero = (model.set_variable("_x", name) for name in ("log_mu", "M_0"))
@@ -40,7 +40,7 @@ def build_model(do_mpc: Any, problem: Problem) -> Any:
     return model
 
 
-def estimator(do_mpc: Any, problem: Problem, window: int, options: Mapping[str, Any]) -> Any:
+def estimator(do_mpc: Any, problem: TimedProblem, window: int, options: Mapping[str, Any]) -> Any:
     """do-mpc's estimator for the problem, at the last sample of the first full window."""
     mhe = do_mpc.estimator.MHE(build_model(do_mpc, problem), [])
     mhe.settings.n_horizon, mhe.settings.t_step = window, DT
@@ -82,7 +82,7 @@ class Running:
         solver_times: what IPOPT took for every sample [s].
     """
 
-    def __init__(self, problem: Problem, window: int, options: Mapping[str, Any]) -> None:
+    def __init__(self, problem: TimedProblem, window: int, options: Mapping[str, Any]) -> None:
         """Stand before the last sample of the first full window.
 
         Raises:

@@ -7,7 +7,7 @@ import casadi as ca
 import numpy as np
 from filterpy.kalman import ExtendedKalmanFilter
 
-from benchmarks.problem import Array, Problem
+from benchmarks.problem import Array, TimedProblem
 from symbolic import compiled
 
 Call = Callable[..., list[Array]]
@@ -39,7 +39,7 @@ def through_casadi(function: ca.Function) -> Call:
     return lambda *values: [output.full().ravel() for output in function.call(list(values))]
 
 
-def filter_all(problem: Problem, wrap: Callable[[ca.Function], Call]) -> Array:
+def filter_all(problem: TimedProblem, wrap: Callable[[ca.Function], Call]) -> Array:
     """The filter over the whole problem, sample by sample; mu after each."""
     parts = (problem.advance, problem.torque, problem.slopes)
     advance, torque, slopes = (wrap(compiled(part)) for part in parts)

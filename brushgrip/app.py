@@ -14,7 +14,9 @@ from brushgrip.commands.estimate import estimate
 from brushgrip.commands.fetch import fetch
 from brushgrip.commands.identify import identify
 from brushgrip.commands.simulate import simulate
+from brushgrip.terminal import fault_of_output, spell_what_is_lacking
 from symbolic import BrushgripError, InvalidInputError
+from symbolic.errors import one_line
 
 BAD_INPUT, FAILED = 2, 1
 """Exit status for input that the user can correct, and for failures outside, such as of a download."""
@@ -41,28 +43,52 @@ def main(arguments: Sequence[str] | None = None) -> None:
     Raises:
         SystemExit: always; status 0 on success, 2 for bad input, 1 for failures outside.
     """
-    command_line = sys.argv[1:] if arguments is None else arguments
-    if arguments is None:
-        # SIGTERM cleans up as Ctrl-C does.
-        signal.signal(signal.SIGTERM, signal.default_int_handler)
+    spell_what_is_lacking()
+    if arguments is not None:
+        raise SystemExit(_run(arguments))
+    _clean_up_when_ended()
+    status = _run(sys.argv[1:])
+    fault = fault_of_output()
+    if fault and not status:
+        _print_error(f"standard output: cannot be written: {fault}")
+    raise SystemExit(status if fault is None else status or FAILED)
+
+
+def _run(arguments: Sequence[str]) -> int:
+    """The exit status of a command line; what went wrong is said."""
     try:
-        status = app(args=repeat_lists(command_line), prog_name="brushgrip", standalone_mode=False)
+        status = app(args=repeat_lists(arguments), prog_name="brushgrip", standalone_mode=False)
     except BrushgripError as error:
         _print_error(str(error))
-        raise SystemExit(BAD_INPUT if isinstance(error, InvalidInputError) else FAILED) from None
-    except typer.Abort:
-        raise SystemExit(FAILED) from None
+        return BAD_INPUT if isinstance(error, InvalidInputError) else FAILED
+    except (typer.Abort, BrokenPipeError):
+        return FAILED
+    except OSError as error:
+        # Such as a full disk, which a stream says without a name.
+        _print_error(f"{error.filename or 'cannot write'}: {error.strerror or error}")
+        return FAILED
+    except MemoryError as error:
+        _print_error(f"there is not enough memory: {error}")
+        return FAILED
     except Exception as error:
         # Faults of usage come from the parser below typer, whose class differs between its versions.
         if not hasattr(error, "format_message"):
             raise
         _print_error(error.format_message() or "no command given; brushgrip --help lists them")
-        raise SystemExit(BAD_INPUT) from None
-    raise SystemExit(status or 0)
+        return BAD_INPUT
+    return status or 0
+
+
+def _clean_up_when_ended() -> None:
+    """SIGTERM, and SIGHUP of a terminal that closes, clean up as Ctrl-C does; nohup stays nohup."""
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) == signal.SIG_DFL:
+            signal.signal(number, signal.default_int_handler)
 
 
 def _print_error(message: str) -> None:
-    print(f"brushgrip: {' '.join(message.split())}", file=sys.stderr)
+    print(f"brushgrip: {one_line(' '.join(message.split()))}", file=sys.stderr)
 
 
 def repeat_lists(arguments: Sequence[str]) -> list[str]:

@@ -1,12 +1,12 @@
 """Files and folders of results that are written whole or not at all."""
 
-import secrets
-import shutil
+import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from symbolic import InvalidInputError
+from symbolic.scratch import scratch_folder
 
 
 @contextmanager
@@ -27,17 +27,15 @@ def staged_file(final: str | Path) -> Iterator[Path]:
     if direct:
         yield final
         return
-    with _as_input_error(final):
-        target = final.resolve()
-        stage = _beside(target)
-        stage.touch(exist_ok=False)
-    try:
+    with ExitStack() as stack:
+        with _as_input_error(final):
+            target = final.resolve()
+            stage = stack.enter_context(scratch_folder(_nearest(target))) / target.name
+            stage.touch()
         yield stage
         with _as_input_error(final):
             target.parent.mkdir(parents=True, exist_ok=True)
             stage.replace(target)
-    finally:
-        stage.unlink(missing_ok=True)
 
 
 @contextmanager
@@ -51,18 +49,16 @@ def staged_directory(final: str | Path) -> Iterator[Path]:
         InvalidInputError: the folder cannot be written there, or holds a folder where a file goes.
     """
     final = Path(final)
-    with _as_input_error(final):
-        target = final.resolve()
-        if target.exists() and not target.is_dir():
-            raise InvalidInputError(f"{final}: is not a folder")
-        stage = _beside(target / "stage")
-        stage.mkdir()
-    try:
+    with ExitStack() as stack:
+        with _as_input_error(final):
+            target = final.resolve()
+            if target.exists() and not target.is_dir():
+                raise InvalidInputError(f"{final}: is not a folder")
+            stage = stack.enter_context(scratch_folder(_nearest(target / "stage"))) / "stage"
+            stage.mkdir()
         yield stage
         with _as_input_error(final):
             _move_into(stage, target)
-    finally:
-        shutil.rmtree(stage, ignore_errors=True)
 
 
 def is_same_file(one: Path, other: Path) -> bool:
@@ -71,21 +67,26 @@ def is_same_file(one: Path, other: Path) -> bool:
     Links and `..` are resolved as for writing, also behind folders that are not there yet; two hard
     links are the same file.
     """
-    one, other = one.resolve(), other.resolve()
-    return one == other or (one.exists() and other.exists() and one.samefile(other))
+    # Takes loops of links, as resolve does not.
+    one, other = (Path(os.path.realpath(path)) for path in (one, other))
+    try:
+        return one == other or one.samefile(other)
+    except OSError:  # One is not there, or its name is none.
+        return False
 
 
-def _beside(target: Path) -> Path:
-    """A free hidden name in the nearest folder that exists: renaming from there is atomic."""
-    folder = next(parent for parent in target.parents if parent.exists())
-    return folder / f".{target.stem}-{secrets.token_hex(4)}{target.suffix}"
+def _nearest(target: Path) -> Path:
+    """The nearest folder that exists: renaming from there is atomic."""
+    return next(parent for parent in target.parents if parent.exists())
 
 
 def _move_into(stage: Path, target: Path) -> None:
     if not target.exists():
         target.parent.mkdir(parents=True, exist_ok=True)
-        stage.rename(target)
-        return
+        # Another run may have made it by now.
+        with suppress(OSError):
+            stage.rename(target)
+            return
     entries = [path.relative_to(stage) for path in sorted(stage.rglob("*"))]
     for entry in entries:
         new, old = stage / entry, target / entry
@@ -102,5 +103,6 @@ def _move_into(stage: Path, target: Path) -> None:
 def _as_input_error(path: Path) -> Iterator[None]:
     try:
         yield
-    except OSError as error:
-        raise InvalidInputError(f"{path}: cannot be written: {error.strerror or error}") from None
+    except (OSError, RuntimeError) as error:  # The latter is what Python 3.11 says of a loop of links.
+        reason = getattr(error, "strerror", None) or error
+        raise InvalidInputError(f"{path}: cannot be written: {reason}") from None

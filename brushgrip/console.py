@@ -20,8 +20,10 @@ from brushgrip.formatting import (
     residual_structure,
     sentence,
 )
+from brushgrip.friction_outcome import FrictionOutcome, friction_figures
 from identification import Diagnosis, FreeDecay, ParameterEstimate
 from identification.thesis import DecrementEstimate
+from symbolic.errors import printable
 
 Progress = Callable[[str, int, int], None]
 """Called with the task, the number of its parts that are done, and their number."""
@@ -31,12 +33,12 @@ _SECONDS_BETWEEN_LINES = 10.0
 
 def say(text: str) -> None:
     """One line on standard output, not wrapped, so that a path stays whole."""
-    Console(highlight=False, markup=False, soft_wrap=True).print(text)
+    Console(highlight=False, markup=False, soft_wrap=True).print(printable(text))
 
 
 def warn(text: str) -> None:
     """One line on standard error."""
-    Console(stderr=True, highlight=False, markup=False, soft_wrap=True).print(text)
+    Console(stderr=True, highlight=False, markup=False, soft_wrap=True).print(printable(text))
 
 
 @contextmanager
@@ -75,7 +77,7 @@ def _plain_lines(screen: Console) -> Progress:
     return report
 
 
-def print_diagnosis(diagnosis: Diagnosis) -> None:
+def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None) -> None:
     """Print errors, effects and the unexplained residual on standard output."""
     screen = Console(highlight=False, markup=False)
     screen.print(headline(diagnosis), style="bold")
@@ -86,6 +88,8 @@ def print_diagnosis(diagnosis: Diagnosis) -> None:
     for effect in diagnosis.effects:
         if effect.experiment:
             screen.print(f"next experiment: {sentence(effect.experiment.sentence)}")
+    if outcome:
+        screen.print(_friction_table(outcome))
     screen.print(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
     for note in diagnosis.notes:
         screen.print(f"note: {note}")
@@ -112,6 +116,16 @@ def _effects_table(diagnosis: Diagnosis) -> Table:
     for effect in diagnosis.effects:
         rivals = listed([plain(name) for name in effect.indistinguishable_from], "or")
         table.add_row(plain(effect.name), parameters(effect.parameters), rivals or "–")
+    return table
+
+
+def _friction_table(outcome: FrictionOutcome) -> Table:
+    table = Table(title="Effective friction by the EKF", title_justify="left")
+    table.add_column("figure")
+    for stage in outcome.stages:
+        table.add_column(stage, justify="right")
+    for label, figures in friction_figures(outcome):
+        table.add_row(label, *figures)
     return table
 
 

@@ -17,8 +17,8 @@ REGISTRY = files("brushgrip").joinpath("published.txt")
 """Name, digest and address of every published file, as pooch reads them."""
 
 _SIMULATIONS_BESIDE = "thesis_simulation"
-_RETRIES = 2
-_TIMEOUT = 30.0
+RETRIES = 2
+TIMEOUT = 30.0
 
 
 class FetchError(BrushgripError):
@@ -27,7 +27,7 @@ class FetchError(BrushgripError):
 
 def published_files(folder: str | Path) -> pooch.Pooch:
     """The registry of the published files, which downloads them into a folder."""
-    published = pooch.create(path=folder, base_url="", retry_if_failed=_RETRIES)
+    published = pooch.create(path=folder, base_url="", retry_if_failed=RETRIES)
     with REGISTRY.open(encoding="utf-8") as lines:
         published.load_registry(lines)
     return published
@@ -97,7 +97,7 @@ def _download(published: pooch.Pooch, names: list[str], say: Callable[[str], Non
         say(f"{number}/{len(names)} {name}")
         url = published.get_url(name)
         try:
-            published.fetch(name, downloader=pooch.HTTPDownloader(timeout=_TIMEOUT))
+            published.fetch(name, downloader=pooch.HTTPDownloader(timeout=TIMEOUT))
         except ValueError:
             raise FetchError(
                 f"{name}: what {url} delivers has not the published digest "

@@ -97,6 +97,7 @@ def error_columns(diagnosis: Diagnosis) -> dict[str, str]:
     if diagnosis.holdout:
         columns["holdout_torque_rmse"] = "held out [N m]"
         columns["holdout_torque_nrmse"] = "held out, of range"
+        columns["holdout_torque_nrmse_unrefitted"] = "nothing refitted, of range"
     if diagnosis.after.left_out:
         columns["left_out_torque_nrmse"] = "left out in turn, of range"
     return columns
@@ -105,9 +106,7 @@ def error_columns(diagnosis: Diagnosis) -> dict[str, str]:
 def error_figures(diagnosis: Diagnosis, errors: Errors) -> list[str]:
     """The errors of one stage of the model, in the order of `error_columns`."""
     figures = errors.summary()
-    return [
-        (percent if key.endswith("nrmse") else torque)(figures[key]) for key in error_columns(diagnosis)
-    ]
+    return [(percent if "nrmse" in key else torque)(figures[key]) for key in error_columns(diagnosis)]
 
 
 def _judged_by(diagnosis: Diagnosis) -> tuple[str, str]:

@@ -12,7 +12,12 @@ import numpy as np
 from brushgrip.atomic import is_same_file
 from brushgrip.fetch import LOCAL_COPY
 from identification import READERS, Decay, Recording, read_decay, read_recording, read_rig
+from identification.reading.table import MIN_SAMPLES
 from symbolic import InvalidInputError
+from symbolic.errors import printable
+
+_SHARED = 0.5
+"""Recordings that share more of their samples are one, cut, thinned or shifted in time."""
 
 
 def download_folder() -> Path:
@@ -27,7 +32,10 @@ def locate(name: str) -> Path:
     Raises:
         InvalidInputError: there is none; the message says where it was looked for.
     """
-    given = Path(name).expanduser()
+    try:
+        given = Path(name).expanduser()
+    except RuntimeError as error:
+        raise InvalidInputError(f"{name}: {error}") from None
     folders = [Path()]
     if given.name == name:
         local = os.environ.get(LOCAL_COPY)
@@ -35,7 +43,7 @@ def locate(name: str) -> Path:
         folders.append(download_folder())
     for folder in folders:
         for path in (folder / given, *(folder / f"{given}{suffix}" for suffix in READERS)):
-            if path.exists() and not path.is_dir():
+            if _is_there(path) and not path.is_dir():
                 return path
     if given.is_dir():
         raise InvalidInputError(f"{name}: is a folder, expected a recording ({' or '.join(READERS)})")
@@ -46,6 +54,13 @@ def locate(name: str) -> Path:
         f" in {places if given.name == name else given.parent}"
         + ("" if len(folders) == 1 else "; 'brushgrip fetch' downloads the published ones")
     )
+
+
+def _is_there(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError as error:
+        raise InvalidInputError(f"{path}: cannot be read: {error.strerror or error}") from None
 
 
 def read_all(
@@ -117,12 +132,20 @@ def _twice(one: Path, other: Path, where: str = "") -> InvalidInputError:
 
 
 def _same_samples(one: Recording, other: Recording) -> bool:
-    return np.array_equal(one.psi, other.psi) and np.array_equal(one.M_z, other.M_z, equal_nan=True)
+    """Whether they are alike, or most pairs of angle and torque in the shorter occur in the longer."""
+    if np.array_equal(one.psi, other.psi) and np.array_equal(one.M_z, other.M_z, equal_nan=True):
+        return True
+    first, second = (np.unique((r.psi + 1j * r.M_z)[np.isfinite(r.M_z)]) for r in (one, other))
+    common = int(np.intersect1d(first, second, assume_unique=True).size)
+    return common >= MIN_SAMPLES and common > _SHARED * min(first.size, second.size)
 
 
 def _unique_labels(paths: Sequence[Path]) -> list[str]:
-    """File names without suffix; folders go before, and the suffix behind, where that is needed."""
-    parts = [[*path.absolute().parent.parts[1:], path.stem] for path in paths]
+    """File names without suffix; folders go before, and the suffix behind, where that is needed.
+
+    What no screen can show stands as its escape sequence: labels go into tables, pictures and files.
+    """
+    parts = [list(map(printable, (*path.absolute().parent.parts[1:], path.stem))) for path in paths]
     depths = [1] * len(paths)
     while True:
         labels = ["_".join(p[-depth:]) for p, depth in zip(parts, depths, strict=True)]
@@ -137,6 +160,6 @@ def _unique_labels(paths: Sequence[Path]) -> list[str]:
     if not twice:
         return labels
     return [
-        path.name.replace(".", "_") if label in twice else label
+        printable(path.name).replace(".", "_") if label in twice else label
         for path, label in zip(paths, labels, strict=True)
     ]

@@ -1,7 +1,8 @@
 """The report: one page that needs no other file, and its pictures."""
 
 import base64
-from collections.abc import Sequence
+import re
+from collections.abc import Container, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from brushgrip import formatting
 from brushgrip.estimation import FrictionTrack
+from brushgrip.friction_outcome import FrictionOutcome, end_friction, friction_figures, whole_percent
 from brushgrip.pictures import (
     draw_candidates,
     draw_experiment,
@@ -18,9 +20,11 @@ from brushgrip.pictures import (
     draw_residuals,
     draw_signatures,
 )
+from brushgrip.pictures.style import is_drawn_by_us
 from identification import Diagnosis, ParameterEstimate, Signature
 
 PAGE = "report.html"
+_PICTURES = re.compile(r"(loops|residuals|signatures|candidates|friction|experiment_\w+)\.png")
 TEMPLATE = "report.html.j2"
 FILTERS = ("listed", "parameters", "percent", "plain", "quantity", "sentence", "signed", "torque")
 FUNCTIONS = (
@@ -30,13 +34,19 @@ FUNCTIONS = (
 """Names in `brushgrip.formatting` that the template uses as filters and as functions."""
 
 
-def write_report(folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack] = ()) -> Path:
+def write_report(
+    folder: Path,
+    diagnosis: Diagnosis,
+    friction: Sequence[FrictionTrack] = (),
+    outcome: FrictionOutcome | None = None,
+) -> Path:
     """Writes report.html and its pictures.
 
     Args:
         folder: an existing folder.
         diagnosis: the result of the search.
         friction: estimates of friction over time to show, may be empty.
+        outcome: friction before and after, recording by recording; None where none was estimated.
 
     Returns:
         The page.
@@ -46,6 +56,7 @@ def write_report(folder: Path, diagnosis: Diagnosis, friction: Sequence[Friction
     text = template.render(
         diagnosis=diagnosis,
         friction=friction,
+        friction_outcome=outcome,
         residuals_shown=shown,
         signatures=_signature_pairs(diagnosis),
         strong=diagnosis.criteria.strong,
@@ -54,6 +65,18 @@ def write_report(folder: Path, diagnosis: Diagnosis, friction: Sequence[Friction
     path = folder / PAGE
     path.write_text(text, encoding="utf-8", newline="\n")
     return path
+
+
+def remove_stale_pictures(folder: Path, written: Container[str]) -> None:
+    """Removes what an earlier report drew and this one did not; all other files stay.
+
+    Args:
+        folder: where the report is.
+        written: names of the files of this report.
+    """
+    for path in folder.glob("*.png"):
+        if path.name not in written and _PICTURES.fullmatch(path.name) and is_drawn_by_us(path):
+            path.unlink()
 
 
 def _draw_pictures(folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack]) -> int:
@@ -84,6 +107,8 @@ def _environment(folder: Path) -> Environment:
     )
     environment.filters |= {name: getattr(formatting, name) for name in FILTERS}
     environment.filters |= {"correlation": _correlation, "final_friction": _final_friction}
+    environment.filters |= {"end_friction": end_friction, "whole_percent": whole_percent}
+    environment.globals["friction_figures"] = friction_figures
     environment.globals |= {name: getattr(formatting, name) for name in FUNCTIONS}
     environment.globals["picture"] = lambda name: _data_address(folder / name)
     return environment

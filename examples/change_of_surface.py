@@ -1,4 +1,9 @@
-"""The ground changes under a turning wheel, mu from 1.2 to 0.5: how far until an observer knows?
+"""The ground changes under a turning wheel
+========================================
+
+The ground changes under a turning wheel, mu from 1.2 to 0.5: how far until an observer knows?
+
+.. code-block:: sh
 
     python examples/change_of_surface.py [PICTURE.png]
 

@@ -1,4 +1,9 @@
-"""An observer as C: generated, compiled, run along a recording, held against Python.
+"""An observer as C, and back
+==========================
+
+An observer as C: generated, compiled, run along a recording, held against Python.
+
+.. code-block:: sh
 
     python examples/embedded_round_trip.py [REC...]
 

@@ -1,4 +1,7 @@
-"""Estimate friction in a control loop: one sample in, one estimate out, the state passed along.
+"""An observer in a control loop
+=============================
+
+Estimate friction in a control loop: one sample in, one estimate out, the state passed along.
 
 The recording stands for the sensors. The model is what `find_the_missing_effect.py` finds on other
 recordings of the same rig, rounded.

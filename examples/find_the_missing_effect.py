@@ -1,4 +1,8 @@
-"""Find what the brush model lacks: two recordings to learn from, two that judge."""
+"""Find the missing effect
+=======================
+
+Find what the brush model lacks: two recordings to learn from, two that judge.
+"""
 
 from pathlib import Path
 

@@ -1,4 +1,7 @@
-"""The steering loop of `steering_controller.py` with the observer as an FMU, driven by FMPy beside it.
+"""The observer as an FMU in a steering loop
+=========================================
+
+The steering loop of `steering_controller.py` with the observer as an FMU, driven by FMPy beside it.
 
 Wheel and controller are python-control's, the observer is co-simulated: in every step the loop is asked
 for its sensors, with the last estimate of the FMU; the FMU is given them and makes its step, and the

@@ -1,4 +1,9 @@
-"""Identify k and b_t from a wheel that is struck and swings: by likelihood, and by FFT and decrement.
+"""k and b_t from free vibration
+=============================
+
+Identify k and b_t from a wheel that is struck and swings: by likelihood, and by FFT and decrement.
+
+.. code-block:: sh
 
     python examples/free_decay.py [PICTURE.png]
 

@@ -13,9 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.formatting import percent, plain
-from identification import Recording, diagnose, read_recording
-from identification.selection.trials import TrialTask, run_trial
-from published import measured_folder
+from identification import Recording, diagnose
+from identification.prediction import unrefitted_residuals
+from identification.selection.trials import Trial, TrialTask, run_trial
+from published import measured_folder, measured_recordings
 
 OPENING = """# The search without the recording that judges
 
@@ -23,8 +24,15 @@ Written by `python examples/left_out_search.py --out docs/left_out_search.md`. N
 the shared parameters have seen the recording on which the error is taken; only its own μ is fitted to it
 (torque zero and starting twist too, where such effects were found). The library of effects and the rules
 of the search were made with all of them in sight. Errors are root mean squares of the torque over its
-range, of the declared structure and with the effects that were named."""
-HEADER = "| left out | before | after | named without it |\n|---|---:|---:|---|"
+range, of the declared structure and with the effects that were named; "nothing refitted" takes μ from
+the other recordings on its ground, by their loads, and fits nothing of the recording's own."""
+HEADER = (
+    "| left out | before | after | nothing refitted, before | after | named without it |\n"
+    "|---|---:|---:|---:|---:|---|"
+)
+
+
+FIGURES = ("before", "after", "unrefitted_before", "unrefitted_after")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -34,12 +42,15 @@ class SearchScore:
     name: str
     before: float
     after: float
+    unrefitted_before: float
+    unrefitted_after: float
     effects: tuple[str, ...]
 
     def row(self) -> str:
         """Its row of the table."""
         named = ", ".join(plain(effect) for effect in self.effects) or "nothing"
-        return f"| {self.name} | {percent(self.before)} | {percent(self.after)} | {named} |"
+        figures = " | ".join(percent(getattr(self, figure)) for figure in FIGURES)
+        return f"| {self.name} | {figures} | {named} |"
 
 
 def search_without(recordings: list[Recording], judge: Recording) -> SearchScore:
@@ -49,14 +60,27 @@ def search_without(recordings: list[Recording], judge: Recording) -> SearchScore
     effects = diagnosis.model.effects
     declared = run_trial(TrialTask((), others, [judge]))
     named = run_trial(TrialTask(effects, others, [judge], start=diagnosis.values))
-    return SearchScore(name=judge.name, before=declared.nrmse, after=named.nrmse, effects=named.names)
+    return SearchScore(
+        name=judge.name,
+        before=declared.nrmse,
+        after=named.nrmse,
+        unrefitted_before=unrefitted(declared, others, judge),
+        unrefitted_after=unrefitted(named, others, judge),
+        effects=named.names,
+    )
+
+
+def unrefitted(trial: Trial, others: list[Recording], judge: Recording) -> float:
+    """Error over range where nothing of the recording's own is fitted."""
+    (residual,) = unrefitted_residuals(trial.fitted, others, [judge]).values()
+    return float(np.sqrt(np.nanmean(residual**2)) / np.nanmax(judge.M_z - np.nanmin(judge.M_z)))
 
 
 def summary(scores: list[SearchScore]) -> str:
     """The last row of the table, and what remains of the error."""
-    before, after = (float(np.mean([getattr(j, kind) for j in scores])) for kind in ("before", "after"))
-    row = f"| mean | {percent(before)} | {percent(after)} | |"
-    return f"{row}\n\nWhat remains of the error: {after / before:.2f}."
+    means = [float(np.mean([getattr(j, figure) for j in scores])) for figure in FIGURES]
+    row = f"| mean | {' | '.join(percent(mean) for mean in means)} | |"
+    return f"{row}\n\nWhat remains of the error: {means[1] / means[0]:.2f}."
 
 
 def main() -> None:
@@ -66,7 +90,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path)
     options = parser.parse_args()
     folder = options.data or measured_folder()
-    recordings = [read_recording(path) for path in sorted(folder.glob("*.mat"))]
+    recordings = measured_recordings(folder)
     if options.out and not options.out.parent.is_dir():
         parser.error(f"there is no folder {options.out.parent}; make it first")
     if len(recordings) < 3:

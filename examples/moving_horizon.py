@@ -1,4 +1,9 @@
-"""The moving-horizon estimator over recordings, sample by sample as in a control loop.
+"""The moving-horizon estimator over a recording
+=============================================
+
+The moving-horizon estimator over recordings, sample by sample as in a control loop.
+
+.. code-block:: sh
 
     python examples/moving_horizon.py [REC...]
 

@@ -1,8 +1,13 @@
-"""What a sample of the torque tells of mu along a turn out and back: the derivative of M_z by mu.
+"""What the torque tells of friction
+=================================
+
+What a sample of the torque tells of mu along a turn out and back: the derivative of M_z by mu.
+
+.. code-block:: sh
 
     python examples/observability.py [PICTURE.png]
 
-A torque noise of standard deviation s leaves mu open by s / |dM_z/dmu| after one sample, and by
+A torque noise of standard deviation s leaves mu open by `s / |dM_z/dmu|` after one sample, and by
 s / sqrt(sum of squares) after all samples so far, k and the torque's zero known. In full stick the
 torque does not depend on mu at all; in full slide it does most, and one sample leaves
 s / (3/8 F_N a), the caster length being 0. After a reversal the derivative passes through zero once

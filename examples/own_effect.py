@@ -1,4 +1,6 @@
-"""An effect of your own: a stiffening rubber boot, found in recordings (CLI: `--effects own_effect`)."""
+"""An effect of your own
+=====================
+"""
 
 import sys
 from dataclasses import dataclass

@@ -1,6 +1,7 @@
-"""An observer of one's own: a constant-gain filter on ln mu made of two casadi Functions."""
+"""An observer of your own
+=======================
+"""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import casadi as ca
@@ -11,25 +12,18 @@ from symbolic import SIGNALS, Model, effects_named
 
 MODEL = Model(effects=effects_named(["rate_friction", "carcass_torsion"]))
 VALUES = {"k": 2.4e6, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
+GAIN, DAMPING = 0.05, 3.0  # [1], [N m]: the gain is small where M_z hardly depends on mu
 
 
-@dataclass(frozen=True, kw_only=True)
 class ConstantGain(CasadiObserver):
-    """A gradient step on ln mu; `damping` [N m] keeps it small where M_z hardly depends on mu."""
-
-    gain: float = 0.05
-    damping: float = 3.0
+    """A constant-gain filter on ln mu, made of two casadi Functions."""
 
     @property
     def layout(self) -> Layout:
         """Memory of the patch, last sample, ln mu, output."""
-        sizes = {
-            "memory": self.model.memory_size,
-            "last": len(CLEAN),
-            "log_mu": 1,
-            "output": len(OUTPUT),
-        }
-        return Layout(tuple((name, size, 1) for name, size in sizes.items()))
+        sizes = (self.model.memory_size, len(CLEAN), 1, len(OUTPUT))
+        names = ("memory", "last", "log_mu", "output")
+        return Layout(tuple(zip(names, sizes, (1, 1, 1, 1), strict=True)))
 
     @property
     def initial_function(self) -> ca.Function:
@@ -51,21 +45,15 @@ class ConstantGain(CasadiObserver):
         memory, M_z = self.model.step(before["memory"], now[: len(SIGNALS)], theta, constants[-2:])
         slope, measured = ca.jtimes(M_z, state, self.layout.fill({"log_mu": 1})), now[CLEAN.index("M_z")]
         innovation = ca.if_else(ca.fabs(measured) < 1e9, measured - M_z, 0)
-        log_mu = before["log_mu"] + self.gain * slope * innovation / (slope**2 + self.damping**2)
-        friction = {"mu": ca.exp(log_mu), "mu_std": 0.1, "M_z_predicted": M_z}
-        output = self.output(memory, now[CLEAN.index("F_N")], **friction)
-        parts = {"memory": memory, "last": now, "log_mu": log_mu, "output": output}
-        return ca.Function("own_step", symbols, [self.layout.join(parts), output])
-
-
-def main() -> None:
-    """Print the friction coefficient at the end of a recording."""
-    folder = Path(__file__).resolve().parent / "recordings"
-    recording = read_recording(folder / "holdout_c.csv", read_rig(folder / "rig.toml"))
-    observer = ConstantGain(model=MODEL, values=VALUES, rig=recording.rig)
-    end = run(observer, recording.t, recording.psi, recording.F_N, recording.M_z).mu[-1]
-    print(f"constant gain: mu = {end:.3f} at the end, planted 1.370")
+        log_mu = before["log_mu"] + GAIN * slope * innovation / (slope**2 + DAMPING**2)
+        load, friction = now[CLEAN.index("F_N")], {"mu": ca.exp(log_mu), "mu_std": 0.1}
+        output = self.output(memory, load, **friction, M_z_predicted=M_z)
+        return ca.Function("own_step", symbols, [ca.vertcat(memory, now, log_mu, output), output])
 
 
 if __name__ == "__main__":
-    main()
+    RECORDINGS = Path(__file__).resolve().parent / "recordings"
+    recording = read_recording(RECORDINGS / "holdout_c.csv", read_rig(RECORDINGS / "rig.toml"))
+    observer = ConstantGain(model=MODEL, values=VALUES, rig=recording.rig)
+    end = run(observer, recording.t, recording.psi, recording.F_N, recording.M_z).mu[-1]
+    print(f"constant gain: mu = {end:.3f} at the end, planted 1.370")

@@ -1,4 +1,7 @@
-"""Read a recording in a format of one's own: a logger that writes semicolons and degrees.
+"""A reader of your own
+====================
+
+Read a recording in a format of one's own: a logger that writes semicolons and degrees.
 
 The logger's file is made here from an embedded recording. Its reader turns it into the `Table` that
 every other part of the project takes, so that mu comes out as from the CSV file.

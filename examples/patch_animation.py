@@ -1,4 +1,9 @@
-"""The contact patch in motion: bristles that stick and slide, and the torque loop they draw.
+"""The contact patch in motion
+===========================
+
+The contact patch in motion: bristles that stick and slide, and the torque loop they draw.
+
+.. code-block:: sh
 
     python examples/patch_animation.py --out DIR [--frames 90]
 

@@ -7,11 +7,15 @@ prints both: the folder named by BRUSHGRIP_DATA, else ../shared/measured where t
 """
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 from brushgrip.fetch import LOCAL_COPY
 from brushgrip.recordings import download_folder
+from identification import Recording, read_recording
 
+GROUNDS = {"fem": "steel", "piros": "emery"}
+"""What the recordings stand on, by the beginning of their names."""
 BESIDE = Path("../shared/measured")
 
 
@@ -20,6 +24,17 @@ def measured_folder() -> Path:
     if named := os.environ.get(LOCAL_COPY):
         return Path(named)
     return BESIDE if BESIDE.is_dir() else download_folder()
+
+
+def measured_recordings(folder: Path) -> list[Recording]:
+    """The recordings of a folder, each on its ground."""
+    recordings = [read_recording(path) for path in sorted(folder.glob("*.mat"))]
+    return [replace(r, ground=ground_named(r.name)) for r in recordings]
+
+
+def ground_named(name: str) -> str | None:
+    """The ground of a published recording of this name; None for another one."""
+    return next((g for beginning, g in GROUNDS.items() if name.startswith(beginning)), None)
 
 
 def simulation_folder() -> Path:

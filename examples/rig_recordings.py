@@ -13,11 +13,17 @@ sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 
 from identification import Decay, Recording, smoothed_rate
 from reference_rig import ImpactRecording, RigRecording, RigTyre, make_recording
-from symbolic import Rig, Tyre
+from symbolic import Rig, Tolerances, Tyre
 
 
-def as_read(recording: RigRecording, nominal: RigTyre) -> Recording:
-    """A recording with only the nominal parameters declared; psi_dot is that of the smoothed angle."""
+def as_read(recording: RigRecording, nominal: RigTyre, tolerance: float = 0.0) -> Recording:
+    """A recording with only the nominal parameters declared; psi_dot is that of the smoothed angle.
+
+    Args:
+        recording: what the rig recorded.
+        nominal: the tyre as declared.
+        tolerance: of the declared half-length [m].
+    """
     return Recording(
         name=recording.name,
         t=recording.t,
@@ -25,8 +31,9 @@ def as_read(recording: RigRecording, nominal: RigTyre) -> Recording:
         psi_dot=smoothed_rate(recording.t, recording.psi),
         M_z=recording.M_z,
         F_N=recording.F_N,
-        rig=Rig(a=nominal.a, e=nominal.e),
+        rig=Rig(a=nominal.a, e=nominal.e, tolerances=Tolerances(a=tolerance)),
         tyre=Tyre(k=nominal.k, mu=nominal.mu),
+        ground=recording.ground,
     )
 
 

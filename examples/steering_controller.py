@@ -1,4 +1,7 @@
-"""Turn a wheel at standstill along a reference, friction compensated by what an observer says of it.
+"""A steering controller that knows the friction
+=============================================
+
+Turn a wheel at standstill along a reference, friction compensated by what an observer says of it.
 
 The closed loop is python-control's: a wheel with inertia on a contact patch, state feedback by LQR, and
 the observer as one more system. The compensation asks the brush model for the aligning torque of the

@@ -1,4 +1,9 @@
-"""The friction of three plates by towing a loaded block over them, as in [Györök 2022], section 5.2.1.
+"""Friction by towing a block
+==========================
+
+The friction of three plates by towing a loaded block over them, as in [Györök 2022], section 5.2.1.
+
+.. code-block:: sh
 
     python examples/towing.py [PICTURE.png]
 

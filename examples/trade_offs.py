@@ -1,4 +1,9 @@
-"""What a recording cannot tell apart: friction from contact length, bristles from carcass.
+"""What a recording cannot tell apart
+==================================
+
+What a recording cannot tell apart: friction from contact length, bristles from carcass.
+
+.. code-block:: sh
 
     python examples/trade_offs.py [PICTURE.png]
 

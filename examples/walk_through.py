@@ -18,13 +18,14 @@ import numpy as np
 
 from brushgrip.formatting import error_columns, error_figures, listed, percent, plain, quantity, sentence
 from brushgrip.pictures import draw_loops, draw_residuals, draw_signatures
-from identification import Diagnosis, Recording, diagnose, read_recording
+from identification import Diagnosis, Recording, diagnose
 from identification.fits.covariance import covariance
-from identification.fits.fitting import Fit, fit, torque_range
+from identification.fits.fitting import Fit, fit
 from identification.fits.loss import rmse_of
 from identification.fits.options import FitOptions
+from identification.fits.problem import torque_range
 from identification.selection.trials import RANKING, fit_own_parameters, model_of, thin
-from published import measured_folder
+from published import measured_folder, measured_recordings
 from symbolic import EFFECTS
 
 TRAINING = ("fem1", "fem4_ident", "piros2_ident", "piros4")
@@ -108,8 +109,8 @@ def grounds_table(diagnosis: Diagnosis, recordings: Sequence[Recording]) -> tupl
 
 
 def _error_at(fitted: Fit, recording: Recording, factor: float) -> float:
-    shared = {**fitted.values.shared, "k": factor * fitted.values.shared["k"]}
-    shifted = replace(fitted, values=replace(fitted.values, shared=shared))
+    shared = {**fitted.values.tyre, "k": factor * fitted.values.tyre["k"]}
+    shifted = replace(fitted, values=replace(fitted.values, tyre=shared))
     refitted = fit_own_parameters(shifted, [recording], QUICK)
     return rmse_of(refitted.residuals[recording.name]) / torque_range(recording)
 
@@ -132,14 +133,14 @@ def vibration(diagnosis: Diagnosis, training: Sequence[Recording]) -> tuple[str,
     per_k = 2 * (a**3 / 3 + a * e**2)
     thinned = [thin(recording) for recording in training]
     fitted = fit(model_of(diagnosis.model.effects, RANKING), thinned, diagnosis.values)
-    k = fitted.values.shared["k"]
+    k = fitted.values.tyre["k"]
     compliance = 1 / (per_k * k)
     slope = np.zeros(len(fitted.labels))
     slope[fitted.labels.index((None, "k"))] = -compliance / k
     carcass = "carcass_torsion.k_t"
-    if carcass in fitted.values.shared:
+    if carcass in fitted.values.tyre:
         # Its coordinate is the compliance.
-        compliance += 1 / fitted.values.shared[carcass]
+        compliance += 1 / fitted.values.tyre[carcass]
         slope[fitted.labels.index((None, carcass))] = 1
     spread = np.sqrt(slope @ covariance(fitted, thinned) @ slope) / compliance**2
     return f"{per_k * PUBLISHED_K:.0f}", f"{1 / compliance:.0f} ± {spread:.0f}"
@@ -185,8 +186,6 @@ def figures(
         "series": series,
         "count": str(len(EFFECTS)),
         "clear": f"{split.criteria.clear:g}",
-        "strong": f"{split.criteria.strong:g}",
-        "block": f"{split.criteria.long_block:g}",
     }
 
 
@@ -213,7 +212,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--jobs", type=int)
     options = parser.parse_args()
-    recordings = [read_recording(path) for path in sorted(options.data.glob("*.mat"))]
+    recordings = measured_recordings(options.data)
     if not recordings:
         sys.exit(f"no recordings in {options.data}; `brushgrip fetch` downloads them")
     training = [r for r in recordings if r.name in TRAINING]

@@ -3,10 +3,12 @@
 from identification.diagnosis import diagnose
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
-from identification.fits.fitting import Fit, Values, fit, initial_guess, signals_of
+from identification.fits.fitting import Fit, fit
 from identification.fits.loss import LEAST_SQUARES, Huber, Loss, Squares
 from identification.fits.options import FitOptions
+from identification.fits.problem import signals_of
 from identification.fits.profile import LIMIT, Profile, profile
+from identification.fits.values import Values, initial_guess, replaced_rig
 from identification.free_decay.estimator import identify_free_decay
 from identification.free_decay.recording import Decay, read_decay
 from identification.free_decay.results import FittedVibration, FreeDecay
@@ -95,6 +97,7 @@ __all__ = [
     "read_recording",
     "read_rig",
     "recording_from_raw",
+    "replaced_rig",
     "search",
     "signals_of",
     "signatures",

@@ -1,28 +1,39 @@
 """The result of a search: errors, effects with their parameters, unexplained structure."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.error_stages import declared_residuals, errors_of, trial_residuals
+from identification.error_stages import (
+    declared_friction,
+    declared_residuals,
+    declared_unrefitted,
+    errors_of,
+    trial_residuals,
+)
 from identification.experiments.proposals import Proposal
 from identification.fits.covariance import standard_deviations
-from identification.fits.fitting import Fit, Values
+from identification.fits.fitting import Fit
+from identification.fits.values import Values
 from identification.notes import notes_on
 from identification.parameter_estimate import ParameterEstimate
+from identification.prediction import unrefitted_residuals
 from identification.reading.recordings import Recording
 from identification.residuals.model_error import model_error
 from identification.residuals.signatures import Signatures, signatures
 from identification.residuals.unexplained import unexplained
-from identification.results import Candidate, Diagnosis, FoundEffect, Series
+from identification.results import Candidate, Diagnosis, Errors, FoundEffect, Series
 from identification.selection.criteria import SelectionCriteria, delta_bic
 from identification.selection.stepwise_search import SearchStep
 from identification.selection.trial_runner import Effects
 from identification.selection.trials import Trial
-from symbolic import Effect, parameter_name
+from symbolic import TOLERATED, Effect, ModelError, Scope, parameter_name, units_of
 
 Array = NDArray[np.float64]
+SCOPES: tuple[Scope, ...] = ("ground", "tyre", "recording")
+"""An effect belongs to the first of these that one of its parameters belongs to."""
 
 
 def build_diagnosis(
@@ -47,16 +58,7 @@ def build_diagnosis(
     """
     everything = [*training, *holdout]
     before, after = steps[0].before, steps[-1].before
-    loss = after.fitted.loss
-    residuals = [declared_residuals(everything, loss), trial_residuals(before), trial_residuals(after)]
-    stages = [
-        errors_of(stage, training, holdout, unseen)
-        for stage, unseen in zip(residuals, ({}, *left_out), strict=True)
-    ]
-    unfitted = [
-        model_error(seen if holdout else unseen, holdout if holdout else training[: len(unseen)], loss)
-        for seen, unseen in zip(residuals[1:], left_out, strict=True)
-    ]
+    residuals, stages, unfitted = _errors_by_stage(before, after, training, holdout, left_out)
     followed = [_signatures(trial, everything, candidates) for trial in (before, after)]
     estimates = _estimates(after.fitted, training)
     if after.held_out is not None:
@@ -69,7 +71,7 @@ def build_diagnosis(
         after=stages[2],
         effects=_found_effects(steps, estimates, training, proposals),
         candidates=_candidates(steps[0], training),
-        unexplained=unexplained(residuals[2], everything, followed[1], loss),
+        unexplained=unexplained(residuals[2], everything, followed[1], after.fitted.loss),
         parameters=estimates,
         signatures_before=followed[0],
         signatures_after=followed[1],
@@ -81,6 +83,36 @@ def build_diagnosis(
         model_error_before=unfitted[0],
         model_error=unfitted[1],
     )
+
+
+def _errors_by_stage(
+    before: Trial,
+    after: Trial,
+    training: Sequence[Recording],
+    holdout: Sequence[Recording],
+    left_out: Sequence[Mapping[str, Array]],
+) -> tuple[list[dict[str, Array]], list[Errors], list[ModelError | None]]:
+    """Residuals [N m] and errors as declared, before and after; the model's error before and after."""
+    everything, loss = [*training, *holdout], after.fitted.loss
+    friction = declared_friction(everything, loss)
+    residuals = [
+        declared_residuals(everything, friction),
+        trial_residuals(before),
+        trial_residuals(after),
+    ]
+    unrefitted = [
+        declared_unrefitted(friction, training, holdout),
+        *(unrefitted_residuals(trial.fitted, training, holdout) for trial in (before, after)),
+    ]
+    stages = [
+        errors_of(stage, training, holdout, unseen, own)
+        for stage, unseen, own in zip(residuals, ({}, *left_out), unrefitted, strict=True)
+    ]
+    unfitted = [
+        model_error(seen if holdout else unseen, holdout if holdout else training[: len(unseen)], loss)
+        for seen, unseen in zip(residuals[1:], left_out, strict=True)
+    ]
+    return residuals, stages, unfitted
 
 
 def _signatures(
@@ -104,26 +136,28 @@ def _candidates(first: SearchStep, recordings: Sequence[Recording]) -> tuple[Can
 
 
 def _all_values(fitted: Fit, held_out: Fit | None) -> Values:
-    own = {**fitted.values.own, **(held_out.values.own if held_out else {})}
-    return Values(shared=fitted.values.shared, own=own)
+    own, rig = dict(fitted.values.own), dict(fitted.values.rig)
+    if held_out:
+        own |= held_out.values.own
+        rig |= held_out.values.rig
+    return replace(fitted.values, own=own, rig=rig)
 
 
 def _estimates(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, ParameterEstimate]:
     """Every fitted parameter with its deviation, in physical units."""
     parameters = {parameter_name(e, p): p for e, p in fitted.model.parameters}
+    units = units_of(fitted.model) | TOLERATED
     estimates = {}
     spread = standard_deviations(fitted, recordings)
     for (recording, name), deviation in zip(fitted.labels, spread, strict=True):
-        parameter = parameters[name]
-        place = fitted.values.shared if recording is None else fitted.values.own[recording]
-        value = place[name]
-        if parameter.inverse:
+        value = fitted.values.at((recording, name))
+        if name in parameters and parameters[name].inverse:
             deviation = deviation * value**2
         std = float(deviation) if np.isfinite(deviation) else None
         label = name if recording is None else f"{name} [{recording}]"
-        estimates[label] = ParameterEstimate(value=value, std=std, unit=parameter.unit)
+        estimates[label] = ParameterEstimate(value=value, std=std, unit=units[name])
     return estimates | {
-        name: ParameterEstimate(value=fitted.values.shared[name], std=None, unit=parameter.unit)
+        name: ParameterEstimate(value=fitted.values.tyre[name], std=None, unit=parameter.unit)
         for name, parameter in parameters.items()
         if parameter.fixed
     }
@@ -143,12 +177,12 @@ def _found_effects(
         # Effects that were dropped later are not among the estimates of the final model.
         if effect not in steps[-1].before.effects or effect in step.before.effects:
             continue
-        prefix = f"{effect.name}."
-        own = {k.removeprefix(prefix): e for k, e in estimates.items() if k.startswith(prefix)}
+        scope, own = _scope_and_parameters(effect, steps[-1].before.fitted, estimates)
         effects.append(
             FoundEffect(
                 name=effect.name,
                 summary=effect.summary,
+                scope=scope,
                 parameters=own,
                 holdout_nrmse_after=step.after.nrmse,
                 delta_bic=delta_bic(step.after.fitted, step.before.fitted, recordings),
@@ -157,6 +191,24 @@ def _found_effects(
             )
         )
     return tuple(effects)
+
+
+def _scope_and_parameters(
+    effect: Effect, fitted: Fit, estimates: Mapping[str, ParameterEstimate]
+) -> tuple[Scope, dict[str, ParameterEstimate]]:
+    """What an effect belongs to, and its parameters; those of others that it gave to each ground."""
+    prefix, parameters = f"{effect.name}.", fitted.model.parameters
+    own = {k.removeprefix(prefix): e for k, e in estimates.items() if k.startswith(prefix)}
+    if own:
+        scopes = {p.scope for owner, p in parameters if owner == effect}
+        return next(s for s in SCOPES if s in scopes), own
+    without = replace(fitted.model, effects=tuple(e for e in fitted.model.effects if e != effect))
+    moved = {
+        parameter_name(*after)
+        for after, before in zip(parameters, without.parameters, strict=True)
+        if after != before
+    }
+    return "ground", {k: e for k, e in estimates.items() if k.split(" ")[0] in moved}
 
 
 def _series(

@@ -1,6 +1,7 @@
 """Diagnosis: residual of the declared model, effects that it lacks, errors before and after."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,8 +10,10 @@ from identification.build_diagnosis import build_diagnosis
 from identification.error_stages import left_out_residuals
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
-from identification.fits.fitting import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss
+from identification.fits.problem import torque_range
+from identification.fits.values import grounds_of
+from identification.reading.long_recordings import bounded
 from identification.reading.recordings import Recording
 from identification.residuals.signals import check_signatures
 from identification.results import Diagnosis
@@ -19,7 +22,7 @@ from identification.selection.journal import Journal
 from identification.selection.stepwise_search import Progress, Search, SearchStep, silent
 from identification.selection.trial_runner import Effects, Submit, TrialRunner, workers
 from identification.selection.trials import RANKING, Trial
-from symbolic import EFFECTS, Effect, InvalidInputError, effects_named
+from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named
 
 Array = NDArray[np.float64]
 LEAST_TRAVEL = 0.01
@@ -30,7 +33,7 @@ def diagnose(
     recordings: Sequence[Recording],
     holdout: Sequence[Recording] = (),
     *,
-    candidates: Iterable[str | Effect] = tuple(EFFECTS),
+    candidates: Iterable[str | Effect] = tuple(CANDIDATES),
     criteria: SelectionCriteria = DEFAULT_CRITERIA,
     loss: Loss = LEAST_SQUARES,
     jobs: int | None = None,
@@ -38,6 +41,8 @@ def diagnose(
     journal: Journal | None = None,
 ) -> Diagnosis:
     """Find the effects that the declared model lacks.
+
+    Of recordings with more than `MOST_SAMPLES` together, fewer are used; a note says so.
 
     Args:
         recordings: training recordings; shared parameters are fitted to these alone.
@@ -56,8 +61,9 @@ def diagnose(
             processes cannot import.
         BrushgripError: a process ended before its work was done.
     """
-    everything = [*recordings, *holdout]
+    everything, shortened = bounded([*recordings, *holdout])
     _check(recordings, everything)
+    recordings, holdout = everything[: len(recordings)], everything[len(recordings) :]
     effects = effects_named(candidates)
     check_signatures(effects)
     report = progress or silent
@@ -70,7 +76,8 @@ def diagnose(
         left_out = [_left_out(trial, recordings, holdout, submit, report) for trial in trials]
         proposals = _proposals(steps, runner, criteria, report)
     report("correlating the residual with signals", 0, 1)
-    return build_diagnosis(steps, recordings, holdout, left_out, proposals, effects, criteria)
+    result = build_diagnosis(steps, recordings, holdout, left_out, proposals, effects, criteria)
+    return replace(result, notes=(shortened, *result.notes)) if shortened else result
 
 
 def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> None:
@@ -80,6 +87,7 @@ def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> 
     for name in names:
         if names.count(name) > 1:
             raise InvalidInputError(f"recording {name!r} is given twice; every recording counts once")
+    grounds_of(everything)
     for recording in everything:
         torque_range(recording)
         travel = float(np.ptp(recording.psi))

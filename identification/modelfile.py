@@ -10,7 +10,7 @@ from typing import Any
 from identification.reading.files import read_bytes
 from identification.results import Diagnosis
 from symbolic import Effect, FoundModel, model_from_tables, units_of
-from symbolic.parsing import json_of, naming
+from symbolic.parsing import LARGEST_MODEL, json_of, naming
 from symbolic.serialisation import MODEL_VERSION
 
 __all__ = ["FoundModel", "model_text", "read_model"]
@@ -21,13 +21,19 @@ def model_text(diagnosis: Diagnosis) -> str:
     content: dict[str, Any] = {
         "version": MODEL_VERSION,
         "effects": [effect.name for effect in diagnosis.model.effects],
-        "shared": _writable(diagnosis.values.shared),
-        "recordings": {name: _writable(values) for name, values in diagnosis.values.own.items()},
+        "tyre": _writable(diagnosis.values.tyre),
+        "grounds": _tables(diagnosis.values.grounds),
+        "recordings": _tables(diagnosis.values.own),
+        "rig": _tables(diagnosis.values.rig),
         "units": units_of(diagnosis.model),
     }
     if diagnosis.model_error is not None:
         content["model_error"] = asdict(diagnosis.model_error)
     return json.dumps(content, indent=2, allow_nan=False) + "\n"
+
+
+def _tables(values: Mapping[str, Mapping[str, float]]) -> dict[str, dict[str, float]]:
+    return {name: _writable(own) for name, own in values.items()}
 
 
 def _writable(values: Mapping[str, float]) -> dict[str, float]:
@@ -45,6 +51,6 @@ def read_model(path: Path, effects: Iterable[Effect] = ()) -> FoundModel:
     Raises:
         InvalidInputError: the file is missing, no JSON, or lacks something; one line says what.
     """
-    content = read_bytes(path)
+    content = read_bytes(path, LARGEST_MODEL)
     with naming(path):
         return model_from_tables(json_of(content), effects)

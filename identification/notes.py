@@ -1,8 +1,10 @@
 """Remarks on a diagnosis: recordings that got worse, parameters at their bounds, unfinished fits."""
 
+import numpy as np
+
 from identification.fits.fitting import Fit
 from identification.results import Errors
-from symbolic import parameter_name
+from symbolic import TOLERATED, parameter_name
 
 AT_BOUND = 1e-3
 """A parameter is at a bound within this share of its scale [1]."""
@@ -32,6 +34,7 @@ def notes_on(before: Errors, after: Errors, fitted: Fit) -> tuple[str, ...]:
         if after.left_out[name] > before.left_out[name]
     ]
     notes += _at_their_bounds(fitted)
+    notes += _at_their_tolerances(fitted)
     if not fitted.converged:
         notes.append(f"the final fit stopped early ({fitted.status}); more samples or bounds may help")
     return tuple(notes)
@@ -40,16 +43,30 @@ def notes_on(before: Errors, after: Errors, fitted: Fit) -> tuple[str, ...]:
 def _at_their_bounds(fitted: Fit) -> list[str]:
     """Effects whose parameter ends where its range does; such an effect may stand in for another."""
     notes = []
-    for effect, parameter in fitted.model.parameters:
-        value = fitted.values.shared.get(parameter_name(effect, parameter))
-        if effect is None or value is None:
+    named = {parameter_name(effect, p): (effect, p) for effect, p in fitted.model.parameters}
+    for (owner, name), own in zip(fitted.labels, fitted.own, strict=True):
+        effect, parameter = named.get(name, (None, None))
+        if effect is None or parameter is None or own:
             continue
         ends = [end for end in (parameter.lower, parameter.upper) if end != parameter.neutral]
+        value = fitted.values.at((owner, name))
         near = [end for end in ends if abs(value - end) <= AT_BOUND * parameter.scale]
         unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+        ground = f" on {owner}" if owner else ""
         notes += [
-            f"{effect.name}: {parameter.name} is at the end of its range, {end:g}{unit};"
+            f"{effect.name}: {parameter.name}{ground} is at the end of its range, {end:g}{unit};"
             " the effect may stand in for one that is not in the library"
             for end in near
         ]
     return notes
+
+
+def _at_their_tolerances(fitted: Fit) -> list[str]:
+    """Recordings of which a declared value is off by all that its tolerance allows."""
+    room = np.abs(fitted.bound_distances).min(axis=0)
+    return [
+        f"{owner}: {name} is at the end of its tolerance, {fitted.values.at((owner, name)):g}"
+        f" {TOLERATED[name]}".removesuffix(" 1")
+        for (owner, name), weight, least in zip(fitted.labels, fitted.prior_weights, room, strict=True)
+        if weight > 0 and least <= AT_BOUND
+    ]

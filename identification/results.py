@@ -8,12 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.experiments.proposals import Proposal
-from identification.fits.fitting import Values
+from identification.fits.values import Values
 from identification.parameter_estimate import ParameterEstimate
 from identification.residuals.signatures import Signatures
 from identification.residuals.unexplained import Unexplained
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
-from symbolic import Model, ModelError
+from symbolic import Model, ModelError, Scope
 
 Array = NDArray[np.float64]
 
@@ -29,6 +29,8 @@ class Errors:
         holdout: names over which the held-out figures are averaged.
         left_out: root mean square torque error over range of each recording by the shared parameters of
             the others, fitted anew without it; empty where recordings are held out or there is only one.
+        unrefitted: root mean square torque error over range of each held-out recording of which nothing
+            was fitted, see `identification.prediction`.
     """
 
     rmse: Mapping[str, float]
@@ -36,6 +38,7 @@ class Errors:
     training: tuple[str, ...]
     holdout: tuple[str, ...]
     left_out: Mapping[str, float] = field(default_factory=dict)
+    unrefitted: Mapping[str, float] = field(default_factory=dict)
 
     def summary(self) -> dict[str, float | None]:
         """Averages for `diagnosis.json`; None without recordings to average over."""
@@ -45,6 +48,7 @@ class Errors:
             "torque_nrmse": _mean(self.nrmse, self.training),
             "holdout_torque_rmse": _mean(self.rmse, self.holdout),
             "holdout_torque_nrmse": _mean(self.nrmse, self.holdout),
+            "holdout_torque_nrmse_unrefitted": _mean(self.unrefitted, tuple(self.unrefitted)),
         }
 
 
@@ -60,6 +64,7 @@ class FoundEffect:
         holdout_nrmse_after: judged error once it was added [1].
         delta_bic: change of the Bayesian information criterion by its addition; negative is better.
         indistinguishable_from: effects that the judged data cannot distinguish from it.
+        scope: what its parameters belong to; "ground" where each ground has its own.
         experiment: the manoeuvre that would distinguish it from the nearest of those; None without any.
     """
 
@@ -70,6 +75,7 @@ class FoundEffect:
     delta_bic: float
     indistinguishable_from: tuple[str, ...]
     experiment: Proposal | None = None
+    scope: Scope = "tyre"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,6 +171,7 @@ class Diagnosis:
                     "torque_rmse": dict(errors.rmse),
                     "torque_nrmse": dict(errors.nrmse),
                     "left_out_torque_nrmse": dict(errors.left_out),
+                    "torque_nrmse_unrefitted": dict(errors.unrefitted),
                 }
                 for stage, errors in (
                     ("declared", self.declared),
@@ -179,6 +186,7 @@ class Diagnosis:
             "effects": [
                 {
                     "name": effect.name,
+                    "scope": effect.scope,
                     "parameters": {p: _estimate(e) for p, e in effect.parameters.items()},
                     "holdout_nrmse_after": effect.holdout_nrmse_after,
                     "delta_bic": effect.delta_bic,

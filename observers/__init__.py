@@ -4,6 +4,7 @@ from observers.angle_derivative import causal_rate, next_rate
 from observers.casadi_observer import CasadiObserver
 from observers.ekf import Ekf
 from observers.factory import from_files
+from observers.friction_quality import FrictionQuality, friction_quality, friction_spread
 from observers.innovations import Innovations, innovations
 from observers.layout import Layout, ObserverState
 from observers.linearisation import build_clean
@@ -43,6 +44,7 @@ __all__ = [
     "Ekf",
     "Estimate",
     "Estimates",
+    "FrictionQuality",
     "FunctionObserver",
     "Innovations",
     "Layout",
@@ -61,6 +63,8 @@ __all__ = [
     "build_clean",
     "causal_rate",
     "covariance_of",
+    "friction_quality",
+    "friction_spread",
     "from_files",
     "innovations",
     "next_rate",

@@ -17,7 +17,8 @@ def next_rate(rate: float, turn: float, dt: float, memory: float = MEMORY) -> fl
         dt: time since the last sample [s].
         memory: time constant of the filter [s].
     """
-    return rate + dt / (memory + dt) * (turn / dt - rate)
+    # Not by turn / dt, which is infinite for the shortest steps.
+    return rate + (turn - rate * dt) / (memory + dt)
 
 
 def causal_rate(t: Array, psi: Array, memory: float = MEMORY) -> Array:

@@ -17,7 +17,7 @@ from symbolic import (
     model_from_tables,
     rig_from_tables,
 )
-from symbolic.parsing import json_of, naming, toml_of
+from symbolic.parsing import LARGEST_MODEL, json_of, naming, toml_of
 
 Kind = TypeVar("Kind", bound=CasadiObserver)
 
@@ -29,6 +29,7 @@ def from_files(
     *,
     effects: Iterable[Effect] = (),
     tuning: Tuning | None = None,
+    ground: str | None = None,
     **settings: Any,
 ) -> Kind:
     """An observer from a rig file and, optionally, the file of a model that a diagnosis found.
@@ -42,6 +43,8 @@ def from_files(
         effects: effects beside the library's that the model file may name.
         tuning: of an `Ekf` or `Mhe`, None for the usual one; the error of the model that the model file
             states goes before its own, see `observers.tuning_for`.
+        ground: the ground whose values are taken from the model file; the mean over its grounds for
+            None or another one.
         settings: further fields of the observer, such as `measurement_model`.
 
     Raises:
@@ -52,14 +55,14 @@ def from_files(
     if "measurement_model" in settings:
         with naming(rig):
             settings["measurement_model"].check(geometry, Model())
-    found = FoundModel(model=Model(), shared={"k": tyre.k}, own={})
+    found = FoundModel(model=Model(), tyre={"k": tyre.k}, own={})
     if model is not None:
         found = read_model_file(model, effects)
     if tuning is not None or (found.error is not None and _has_tuning(kind)):
         settings["tuning"] = tuning_for(found, tuning)
     return kind(
         model=found.model_for_estimation(),
-        values=found.values_for_estimation(),
+        values=found.values_for_estimation(ground),
         rig=geometry,
         **settings,
     )
@@ -94,7 +97,16 @@ def read_model_file(path: str | Path, effects: Iterable[Effect] = ()) -> FoundMo
 
 
 def _content(path: str | Path) -> bytes:
+    path = Path(path)
     try:
-        return Path(path).read_bytes()
+        if path.exists() and not path.is_file():
+            raise InvalidInputError("is a folder, a pipe or a device; allowed: a regular file")
+        with path.open("rb") as file:
+            content = file.read(LARGEST_MODEL + 1)
+        if len(content) > LARGEST_MODEL:
+            raise InvalidInputError(
+                f"holds more than {LARGEST_MODEL} bytes; that is no rig and no model"
+            )
+        return content
     except OSError as error:
         raise InvalidInputError(f"cannot be read: {error.strerror or error}") from None

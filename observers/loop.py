@@ -26,8 +26,9 @@ class _LoopState:
 class Loop:
     """An observer that keeps its state: `loop(sample)` is the estimate after the sample.
 
-    It starts at the first sample with a sensible psi and F_N >= 0.001 N, which says where the patch stands
-    at rest. A yaw rate that a sample lacks, NaN, is taken from the past of the angle as in `observers.run`.
+    It starts at the first sample with a sensible psi and F_N >= 0.001 N, which says where the patch
+    stands at rest. A yaw rate that a sample lacks, NaN, is taken from the past of the angle as in
+    `observers.run`.
     Where samples look like ones in another unit or of the other sign, no estimate is informed and its
     status is `Status.IMPLAUSIBLE`.
 

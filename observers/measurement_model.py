@@ -32,10 +32,10 @@ SENSIBLE = 1e9
 LEAST_FIRST_LOAD = 1e-3
 """Least load of a first sample [N]."""
 LEAST_LOAD = 0.05
-"""Share of the first load below which a load is missing [1]: the weight of a torque goes with 1 / F_N^2."""
+"""Share of the first load below which a load is missing [1]: a torque weighs with 1 / F_N^2."""
 CLEAN = (*SAMPLE, "M_age", "F_N_first", "travel")
-"""Order of a cleaned sample: last valid values in place of missing ones; time since M was valid [s]; load
-of the first sample [N]; turn since the last sample without its sign [rad]."""
+"""Order of a cleaned sample: last valid values in place of missing ones; time since M was valid [s];
+load of the first sample [N]; turn since the last sample without its sign [rad]."""
 SHORTEST_TRAVEL = 1e-9
 """Turn that counts as none [rad]."""
 Update = TypeVar("Update")

@@ -1,8 +1,8 @@
 """Friction over a whole recording from all of its samples, for those who work offline.
 
-The smoother of Rauch, Tung and Striebel on what the filter stored: from the last sample back, what later
-samples say goes to the earlier ones through the motion between them. At the last sample it is the filter,
-before it no less sure of ln mu. Measurements stay linearised, weighted and accepted as the filter had them.
+The smoother of Rauch, Tung and Striebel on what the filter stored: from the last sample back, what
+later samples say goes to the earlier ones through the motion between them. At the last sample it is the
+filter, before it no less sure of ln mu. Measurements stay linearised, weighted and accepted.
 
 Source: Rauch, Tung, Striebel, Maximum likelihood estimates of linear dynamic systems, AIAA Journal 3
 (1965) 1445.
@@ -46,7 +46,12 @@ def smooth(
 
     Args:
         observer: the filter.
-        t, psi, F_N, M_z, psi_dot, M: the recording, as for `observers.run`.
+        t: time [s]; this and the following as for `observers.run`.
+        psi: yaw angle [rad].
+        F_N: vertical load [N].
+        M_z: aligning torque [N m].
+        psi_dot: yaw rate [rad/s].
+        M: steering torque [N m].
 
     Raises:
         InvalidInputError: the observer is no `Ekf`; else as for `observers.run`.
@@ -97,7 +102,7 @@ def smoothed_friction(observer: Ekf, states: Array) -> tuple[Array, Array]:
 
 
 def _motions(observer: Ekf, states: Array) -> tuple[Array, Array, Array]:
-    """Predicted states (n - 1, m), derivatives (n - 1, m, m) and variances (n - 1, m) between samples."""
+    """Predicted states (n - 1, m), derivatives (n - 1, m, m) and variances (n - 1, m), a step each."""
     layout, measurement_model = observer.layout, observer.measurement_model
     between = states.shape[1] - 1
     x, M_z, slopes, last, counts = (

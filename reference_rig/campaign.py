@@ -1,6 +1,6 @@
 """Campaigns: a few recordings of one tyre with one effect of a chosen strength."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from pathlib import Path
@@ -117,6 +117,7 @@ STRENGTHS: Mapping[str, StrengthRange] = {
     "bearing_friction": StrengthRange(parameters=_one("M_c"), least=0.02, largest=5.0),
     "steering_return": StrengthRange(parameters=_one("stiffness"), least=0.2, largest=50.0),
     "backlash": StrengthRange(parameters=_one("gap"), least=1e-3, largest=0.1),
+    "play": StrengthRange(parameters=_one("gap"), least=1e-3, largest=0.1),
     "slide_oscillation": StrengthRange(
         parameters=_with("amplitude", 0.0, "frequency", 3.0, 8.0), least=0.05, largest=5.0
     ),
@@ -186,6 +187,8 @@ def make_campaign(
     *,
     duration: float = 14.0,
     also: EffectValues | None = None,
+    off: float = 0.0,
+    grounds: Sequence[str] = (),
 ) -> Campaign:
     """Recordings of one tyre on different days: same k and effect, other path, load and mu.
 
@@ -195,6 +198,10 @@ def make_campaign(
         recordings: how many.
         duration: of each [s].
         also: further effects with their parameters, in every recording.
+        off: a recording's half-length differs from the nominal one by up to this [m], another day's
+            inflation or a coarse ruler.
+        grounds: names of grounds, on which the recordings stand in turn; on each, mu is by another
+            factor of up to 30 %.
     """
     rng = np.random.default_rng([seed, 4])
     tyre = RigTyre(
@@ -217,8 +224,40 @@ def make_campaign(
         )
         for number in range(recordings)
     )
+    recorded = _elsewhere(
+        recorded, seed, off, grounds, STRENGTHS[name].hand if name else USUAL, duration
+    )
     share = _share(name, seed, tyre, load, duration, first.effects[name]) if name else 0.0
     return Campaign(name=name, recordings=recorded, nominal=nominal, share=share)
+
+
+def _elsewhere(
+    recorded: tuple[RigRecording, ...],
+    seed: int,
+    off: float,
+    grounds: Sequence[str],
+    hand: Hand,
+    duration: float,
+) -> tuple[RigRecording, ...]:
+    """The same recordings with other half-lengths and on grounds, where that is asked for."""
+    if not (off or grounds):
+        return recorded
+    rng = np.random.default_rng([seed, 8])
+    factors = {ground: rng.uniform(0.7, 1.3) for ground in grounds}
+    made = []
+    for number, recording in enumerate(recorded):
+        ground = grounds[number % len(grounds)] if grounds else None
+        tyre = replace(
+            recording.tyre,
+            a=recording.tyre.a + rng.uniform(-off, off),
+            mu=recording.tyre.mu * factors.get(ground or "", 1.0),
+        )
+        load = float(recording.F_N_true.mean())
+        again = _record(
+            seed + 1000 * number, recording.effects, tyre, load, duration, hand, recording.name
+        )
+        made.append(replace(again, ground=ground))
+    return tuple(made)
 
 
 def write_campaign(directory: Path, campaign: Campaign) -> list[Path]:

@@ -231,6 +231,17 @@ class PlantedSteeringReturn(PlantedEffect):
         return history.M_z - self.stiffness * history.drive.psi
 
 
+@dataclass(frozen=True, kw_only=True)
+class PlantedBacklash(PlantedEffect):
+    """A gap [rad], from flank to flank, that is crossed at no torque; flanks are hard."""
+
+    gap: float = 0.0
+
+    def lost_motion(self) -> float:
+        """The gap itself."""
+        return self.gap
+
+
 LIBRARY_EFFECTS: dict[str, type[PlantedEffect]] = {
     "rate_friction": PlantedRateFriction,
     "frictional_creep": PlantedFrictionalCreep,
@@ -250,13 +261,14 @@ LIBRARY_EFFECTS: dict[str, type[PlantedEffect]] = {
     "pressure_skew": PlantedPressureSkew,
     "bearing_friction": PlantedBearingFriction,
     "steering_return": PlantedSteeringReturn,
+    "backlash": PlantedBacklash,
 }
 """Name of the effect -> its class; the class's fields are the parameters, neutral by default."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class PlantedBacklash(PlantedEffect):
-    """Play between angle sensor and tyre, `gap` [rad] from flank to flank."""
+class PlantedPlay(PlantedEffect):
+    """Play before a tyre that dry friction holds, `gap` [rad] from flank to flank."""
 
     gap: float = 0.0
 
@@ -309,7 +321,7 @@ class PlantedGust(PlantedEffect):
 
 
 UNMODELLED_EFFECTS: dict[str, type[PlantedEffect]] = {
-    "backlash": PlantedBacklash,
+    "play": PlantedPlay,
     "slide_oscillation": PlantedSlideOscillation,
     "gust": PlantedGust,
 }

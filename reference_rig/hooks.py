@@ -103,6 +103,10 @@ class PlantedEffect:
         """Torsional compliance in series with the patch [rad/(N m)]."""
         return 0.0
 
+    def lost_motion(self) -> float:
+        """Play in series with the patch, from flank to flank [rad]."""
+        return 0.0
+
     def friction(self, sample: BristleStep) -> Array | float:
         """Factor on the friction limit during one step [1]."""
         del sample

@@ -11,6 +11,7 @@ from functools import cached_property, lru_cache
 from math import exp, expm1, prod
 
 import numpy as np
+from scipy.optimize import brentq
 from scipy.special import wrightomega
 
 from reference_rig.hooks import Array, BristleStep, MaxwellBranch, PlantedEffect, RigDrive, RigHistory
@@ -119,6 +120,7 @@ def simulate_bristles(
     n = len(drive.t)
     grid = lay_out(tyre, effects, bristles)
     compliance = sum(effect.compliance() for effect in effects)
+    gap = sum(effect.lost_motion() for effect in effects)
     travel = np.cumsum(np.abs(np.diff(drive.psi, prepend=drive.psi[0])))
     dt = np.diff(drive.t)
     dt = np.concatenate([dt[:1], dt])
@@ -138,7 +140,7 @@ def simulate_bristles(
         growth = prod(effect.growth(sample.F_N, tyre.a) for effect in effects)
         factor = sample.F_N * prod(effect.friction(sample) for effect in effects)
         step = PatchStep(grid, state, grid.limit_of(growth) * factor, float(dt[i]))
-        psi_patch[i] = step.solve(float(drive.psi[i]), compliance)
+        psi_patch[i] = step.solve_with_play(float(drive.psi[i]), compliance, gap)
         state, M_z[i], sliding[i] = step.take(psi_patch[i])
     history = RigHistory(drive=seen, psi_patch=psi_patch, M_z=M_z, sliding=sliding)
     for effect in sorted(effects, key=lambda effect: effect.rank):
@@ -219,6 +221,19 @@ class PatchStep:
             if not low < p < high:
                 p = 0.5 * (low + high)
         raise RuntimeError(f"no turn of the patch found at {psi} rad, residual {residual} rad")
+
+    def solve_with_play(self, psi: float, compliance: float, gap: float) -> float:
+        """Angle p of the patch behind a gap: at a flank it is driven, between them it turns freely."""
+        if gap == 0:
+            return self.solve(psi, compliance)
+        flanks = [self.solve(psi + side * gap / 2, compliance) for side in (-1.0, 1.0)]
+        torques = [self._trial(flank)[0] for flank in flanks]
+        # A patch behind its lower flank is driven upwards, against its torque; and the other way round.
+        if torques[0] <= 0:
+            return flanks[0]
+        if torques[1] >= 0:
+            return flanks[1]
+        return float(brentq(lambda p: self._trial(p)[0], *flanks, xtol=TURN_TOLERANCE))
 
     def take(self, psi: float) -> tuple[PatchState, float, float]:
         """Turn the patch to psi; state, torque [N m] and share of sliding bristles."""

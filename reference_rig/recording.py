@@ -45,6 +45,8 @@ class RigRecording:
     """The true tyre."""
     effects: EffectValues
     """The true effects."""
+    ground: str | None = None
+    """What the wheel stands on."""
 
 
 def build_effects(planted: EffectValues) -> tuple[PlantedEffect, ...]:

@@ -14,12 +14,13 @@ from symbolic.effects.base import (
     Effect,
     Parameter,
     ResidualSignature,
+    Scope,
     Signals,
     Values,
     with_limit,
     with_shape,
 )
-from symbolic.effects.library import EFFECTS, effects_in, effects_named
+from symbolic.effects.library import CANDIDATES, EFFECTS, GROUND_SCOPES, effects_in, effects_named
 from symbolic.errors import BrushgripError, InvalidInputError
 from symbolic.masing import (
     TurningPoints,
@@ -31,22 +32,26 @@ from symbolic.masing import (
 from symbolic.model import DECLARED, GEOMETRY, SIGNALS, Model
 from symbolic.model_error import ModelError
 from symbolic.motion import TorqueProfile, WheelMotion, simulate_motion
-from symbolic.parameters import Rig, Tyre
+from symbolic.parameters import TOLERATED, Rig, Tolerances, Tyre
 from symbolic.patch import Expression
+from symbolic.rig_tables import rig_from_tables
 from symbolic.serialisation import (
     FoundModel,
     model_from_tables,
     parameter_name,
-    rig_from_tables,
     units_of,
 )
-from symbolic.trajectory import TorqueTrajectory, sensitivity_step, simulate
+from symbolic.trajectory import RIG_DIRECTIONS, TorqueTrajectory, sensitivity_step, simulate
 
 __all__ = [
+    "CANDIDATES",
     "DECLARED",
     "EFFECTS",
     "GEOMETRY",
+    "GROUND_SCOPES",
+    "RIG_DIRECTIONS",
     "SIGNALS",
+    "TOLERATED",
     "BristleTraits",
     "BrushgripError",
     "Effect",
@@ -59,7 +64,9 @@ __all__ = [
     "Relaxation",
     "ResidualSignature",
     "Rig",
+    "Scope",
     "Signals",
+    "Tolerances",
     "TorqueProfile",
     "TorqueTrajectory",
     "TurningPoints",

@@ -39,7 +39,7 @@ class BristleTraits:
 
     Attributes:
         shape: factors on the pressure parabola at u = x / a, keeping the total load.
-        limits: factors on the friction limit at the speed |x - e| |psi_dot| [m/s] at which the wheel
+        limits: factors on the friction limit at the speed `|x - e| |psi_dot|` [m/s] at which the wheel
             drives a bristle.
         creep: growth of the limit with the log of each bristle's own sliding speed, see `symbolic.slip`
             [1]; None for none.

@@ -1,19 +1,24 @@
 """Functions compiled to machine code through C, with a cache; interpreted where no compiler is found."""
 
 import atexit
+import errno
 import hashlib
 import logging
 import os
 import platform
 import re
 import shutil
+import signal
 import stat
 import subprocess
 import tempfile
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
 import casadi as ca
+
+from symbolic.scratch import claimed_folder, scratch_folder
 
 _LOG = logging.getLogger(__name__)
 FLAGS = (
@@ -42,6 +47,8 @@ log1p, expm1 and hypot would lose digits, and no model has them. The expensive o
 calls quick beside wide registers. glibc's exp and log of several numbers are right to four units in the
 last place; the macro merely shows them."""
 
+NO_PLACE = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT)
+"""Why a library cannot be written where it should be."""
 LIBRARY = re.compile(r"\w+_[0-9a-f]{24}_[0-9a-f]{24}\.so")
 """Names of libraries of the cache: Function, digest of what was compiled, digest of the content."""
 
@@ -81,8 +88,15 @@ def compiled(function: ca.Function, *, vectorised: bool = False) -> ca.Function:
     flags = (*FLAGS, *VECTORISED) if vectorised and _takes(command, VECTORISED) else FLAGS
     try:
         return _loaded(function, command, flags)
-    except (OSError, subprocess.SubprocessError, RuntimeError):
+    except (OSError, subprocess.SubprocessError, RuntimeError) as error:
+        _say(f"a model is not compiled ({error}), and interpreted instead, which is slow")
         return function
+
+
+@cache
+def _say(line: str) -> None:
+    """Say it once."""
+    _LOG.warning("brushgrip: %s", line)
 
 
 @cache
@@ -91,9 +105,8 @@ def _takes(command: str, flags: tuple[str, ...]) -> bool:
     with tempfile.TemporaryDirectory() as scratch:
         source = Path(scratch) / "try.c"
         source.write_text("int one(void) { return 1; }\n")
-        line = [command, str(source), *FLAGS, *flags, "-o", str(source.with_suffix(".so"))]
         try:
-            subprocess.run(line, check=True, capture_output=True, timeout=60)
+            _run([command, str(source), *FLAGS, *flags, "-o", str(source.with_suffix(".so"))])
         except (OSError, subprocess.SubprocessError):
             return False
     return True
@@ -123,25 +136,48 @@ def _loaded(function: ca.Function, command: str, flags: tuple[str, ...]) -> ca.F
             except RuntimeError:
                 pass  # Of another machine with the same processor, say.
         library.unlink(missing_ok=True)
-    return ca.external(function.name(), str(_built(source, command, flags, folder / stem)))
+    try:
+        library = _built(source, command, flags, folder / stem)
+    except OSError as error:
+        if error.errno not in NO_PLACE:
+            raise
+        own = _in_its_place(folder, f"cannot be written ({error.strerror})")
+        library = _built(source, command, flags, own / stem)
+    return ca.external(function.name(), str(library))
 
 
 def _built(source: str, command: str, flags: tuple[str, ...], stem: Path) -> Path:
     """A new library, which is in the cache whole or not at all."""
-    with tempfile.TemporaryDirectory(dir=stem.parent) as scratch:
-        c_file, built = Path(scratch) / "function.c", Path(scratch) / "function.so"
+    with scratch_folder(stem.parent) as scratch:
+        c_file, built = scratch / "function.c", scratch / "function.so"
         c_file.write_text(source)
-        subprocess.run(
-            [command, str(c_file), *flags, "-o", str(built), "-lm"],
-            check=True,
-            capture_output=True,
-            timeout=300,
-        )
+        _run([command, str(c_file), *flags, "-o", str(built), "-lm"])
         built.chmod(0o700)
         with built.open("rb+") as content:
             digest = _digest(content.read())
             os.fsync(content.fileno())
         return built.replace(f"{stem}_{digest}.so")
+
+
+def _run(line: list[str]) -> None:
+    """Runs a compiler on the source that is named first; interrupted, nothing of it goes on."""
+    environment = {**os.environ, "TMPDIR": str(Path(line[1]).parent)}
+    silent = subprocess.DEVNULL
+    # In a session of its own, so that what it starts has its group and ends with it.
+    with subprocess.Popen(
+        line, stdout=silent, stderr=silent, env=environment, start_new_session=True
+    ) as running:
+        try:
+            status = running.wait(timeout=300)
+        except BaseException:
+            if hasattr(os, "killpg"):
+                with suppress(ProcessLookupError):
+                    os.killpg(running.pid, signal.SIGKILL)
+            running.kill()
+            running.wait()
+            raise
+    if status:
+        raise subprocess.CalledProcessError(status, line[0])
 
 
 def _is_sound(library: Path) -> bool:
@@ -159,22 +195,30 @@ def _digest(content: bytes) -> str:
 def _private_cache() -> Path:
     """The cache folder; where others may write to it, an empty one for this process and its children."""
     folder = cache_directory()
-    folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    try:
+        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+    except OSError as error:
+        return _in_its_place(folder, f"cannot be written ({error.strerror})")
     # From here on the folder is reached without a link, which might change its aim.
     folder = folder.resolve()
     _close_to_group(folder)
     if (reason := _distrust(folder) or _distrust_parents(folder)) is None:
         return folder
-    own = tempfile.mkdtemp(prefix="brushgrip-")
-    atexit.register(_remove_as, os.getpid(), own)
-    os.environ["BRUSHGRIP_CACHE"] = own
+    return _in_its_place(folder, f"{reason}, and compiled code in it would be run unseen")
+
+
+def _in_its_place(folder: Path, reason: str) -> Path:
+    """A cache for this process and its children, empty, and a line that says so."""
+    own, _ = claimed_folder(Path(tempfile.gettempdir()))
+    atexit.register(_remove_as, os.getpid(), str(own))
+    os.environ["BRUSHGRIP_CACHE"] = str(own)
     _LOG.warning(
-        "brushgrip: %s %s, and compiled code in it would be run unseen; what is compiled now is not"
-        " kept. Remove that folder, or name one of your own in BRUSHGRIP_CACHE",
+        "brushgrip: %s %s; what is compiled now is not kept. Remove that folder, or name one of your own"
+        " in BRUSHGRIP_CACHE",
         folder,
         reason,
     )
-    return Path(own)
+    return own
 
 
 def _close_to_group(folder: Path) -> None:

@@ -1,16 +1,43 @@
-"""A torsional compliance in series with the patch: the turn that balances both, at every sample.
+"""Elements in series with the patch: the turn that balances them and the patch, at every sample.
 
-The patch follows psi + C M_z, with C the compliance and M_z the torque of the patch at that turn.
-M_z falls monotonically with the turn and, for a given memory, is piecewise smooth, so bracketed Newton
-steps from rest find the turn.
+The patch follows psi + d(M_z), with d the deflection of the elements and M_z the torque of the patch at
+that turn. M_z falls with the turn and, for a given memory, is piecewise smooth; d rises with the torque.
+Newton steps linearise the patch, which takes its time to evaluate, and solve for the deflection as it
+is: a backlash bends far more sharply than the patch does.
 """
+
+from collections.abc import Sequence
+from typing import Protocol
 
 import casadi as ca
 
+from symbolic.effects.base import Effect, Values
 from symbolic.patch import Expression, Patch
 
 SEARCH_STEPS = 5
 """Number of bracketed Newton steps that are not differentiated; one differentiated step follows [1]."""
+BALANCE_STEPS = 8
+"""Newton steps within each of them, for the deflection against a patch that is linear [1]."""
+
+
+class Elements(Protocol):
+    """What is needed of `symbolic.Model`, whose members these are."""
+
+    def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
+        """Symbols for signals, theta and geometry."""
+
+    def values(self, theta: Expression) -> Sequence[tuple[Effect, Values]]:
+        """Each effect with its parameters."""
+
+
+def deflection_of(model: Elements) -> ca.Function | None:
+    """(M_z, load and theta) -> turn of what is in series with the patch [rad]; None for nothing."""
+    M_z, F_N, theta = ca.MX.sym("M_z"), ca.MX.sym("F_N"), model.symbols()[1]
+    turns = [effect.deflection(M_z, F_N, values) for effect, values in model.values(theta)]
+    present = [turn for turn in turns if turn is not None]
+    if not present:
+        return None
+    return ca.Function("deflection", [M_z, ca.vertcat(F_N, theta)], [sum(present)])
 
 
 def advance_in_series(
@@ -18,9 +45,10 @@ def advance_in_series(
     memory: Expression,
     rigid_turn: Expression,
     coefficients: Expression,
-    compliance: Expression,
+    deflection: ca.Function | None,
+    elements: Expression,
 ) -> tuple[Expression, Expression]:
-    """The turn t with t = rigid_turn + C M_z(t) [rad], and the patch memory after it.
+    """The turn t with t = rigid_turn + d(M_z(t)) [rad], and the patch memory after it.
 
     The search itself is not differentiated. One more Newton step from its end is, with constant
     slopes: first derivatives are those of the implicit function theorem, second derivatives are wrong.
@@ -28,53 +56,85 @@ def advance_in_series(
     Args:
         patch: the patch in series.
         memory: patch memory before the sample.
-        rigid_turn: turn of a patch without the compliance [rad].
+        rigid_turn: turn of a patch without the elements [rad].
         coefficients: of the sample, from `patch.coefficients`.
-        compliance: C >= 0 [rad/(N m)].
+        deflection: (M_z, elements) -> d [rad]; rises with M_z, zero at zero. None for a rigid patch.
+        elements: what the deflection depends on beside the torque.
     """
-    root, slope, follows = _search(patch)(memory, coefficients, rigid_turn, compliance)
-    near = patch.advance(memory, root, coefficients)
-    further = (rigid_turn + compliance * patch.torque(near, coefficients) - root) / slope
-    turn = root + further
-    return turn, near + follows * further if patch.smooth else patch.advance(memory, turn, coefficients)
+    if deflection is None:
+        return rigid_turn, patch.advance(memory, rigid_turn, coefficients)
+    root, slope, follows = _search(patch, deflection)(memory, coefficients, rigid_turn, elements)
+    turn = rigid_turn + deflection(root, elements)
+    near = patch.advance(memory, turn, coefficients)
+    M_z = root + (patch.torque(near, coefficients) - root) / slope
+    further = rigid_turn + deflection(M_z, elements) - turn
+    if patch.smooth:
+        return turn + further, near + follows * further
+    return turn + further, patch.advance(memory, turn + further, coefficients)
 
 
-def _search(patch: Patch) -> ca.Function:
-    """The search for the turn: (memory, coefficients, rigid_turn, compliance) -> (turn, slope, follows).
+def _search(patch: Patch, deflection: ca.Function) -> ca.Function:
+    """The search for the torque: (memory, coefficients, rigid_turn, elements) -> (M_z, slope, follows).
 
-    slope is the derivative of the residual turn - rigid_turn - C M_z by the turn [1]; follows is that of
-    the memory, zero where the patch is not `smooth`.
+    slope is the derivative of the residual M_z - M_z(rigid_turn + d(M_z)) by M_z [1]; follows is that of
+    the memory by the turn, zero where the patch is not `smooth`.
     """
     before, rest = ca.MX.sym("memory", patch.size), ca.MX.sym("coefficients", patch.coefficient_size)
-    turn, goal, soft = (ca.MX.sym(name) for name in ("turn", "rigid_turn", "compliance"))
+    elements = ca.MX.sym("elements", deflection.size1_in(1))
+    turn, goal = ca.MX.sym("turn"), ca.MX.sym("rigid_turn")
     after = patch.advance(before, turn, rest)
     M_z = patch.torque(after, rest)
     follows = ca.densify(ca.jtimes(after, turn, ca.MX(1))) if patch.smooth else ca.MX(0)
-    slope = 1 - soft * ca.jtimes(M_z, turn, ca.MX(1))
-    inputs, names = (
-        [before, turn, rest, goal, soft],
-        ["memory", "turn", "coefficients", "rigid_turn", "compliance"],
-    )
-    newton = ca.Function(
-        "newton", inputs, [turn - goal - soft * M_z, slope], names, ["residual", "slope"]
-    )
-    slopes = ca.Function("slopes", inputs, [slope, follows], names, ["slope", "follows"])
+    given, names = [before, turn, rest], ["memory", "turn", "coefficients"]
+    slope = ca.jtimes(M_z, turn, ca.MX(1))
+    tangent = ca.Function("tangent", given, [M_z, slope], names, ["M_z", "slope"])
+    slopes = ca.Function("slopes", given, [slope, follows], names, ["slope", "follows"])
+    balance = _balance(deflection)
     # The residual rises with the turn by at least one to one, so its value at rest brackets the root.
     root: Expression = ca.MX(0)
-    residual, steep = newton(before, root, rest, goal, soft)
+    torque, slope = tangent(before, root, rest)
+    residual = root - goal - deflection(torque, elements)
     low, high = ca.fmin(0, -residual), ca.fmax(0, -residual)
     for i in range(SEARCH_STEPS):
-        step = root - residual / steep
+        torque = balance(torque + slope * (goal - root), slope, elements)
+        step = goal + deflection(torque, elements)
+        # Rounding must not turn a converged step back out of the bracket, whose other end may be far.
+        step = ca.if_else(residual < 0, ca.fmax(step, root), ca.fmin(step, root))
         inside = ca.logic_and(step >= low, step <= high)
         root = ca.if_else(inside, step, (low + high) / 2)
         if i + 1 < SEARCH_STEPS:
-            residual, steep = newton(before, root, rest, goal, soft)
+            torque, slope = tangent(before, root, rest)
+            residual = root - goal - deflection(torque, elements)
             low, high = ca.if_else(residual < 0, root, low), ca.if_else(residual < 0, high, root)
+    slope, follows = slopes(before, goal + deflection(torque, elements), rest)
+    M_z = ca.MX.sym("M_z")
+    softness = ca.Function("softness", [M_z, elements], [ca.jacobian(deflection(M_z, elements), M_z)])
     return ca.Function(
         "search",
-        [before, rest, goal, soft],
-        [root, *slopes(before, root, rest, goal, soft)],
-        ["memory", "coefficients", "rigid_turn", "compliance"],
-        ["turn", "slope", "follows"],
+        [before, rest, goal, elements],
+        [torque, 1 - slope * softness(torque, elements), follows],
+        ["memory", "coefficients", "rigid_turn", "elements"],
+        ["M_z", "slope", "follows"],
         {"is_diff_out": [False] * 3},
     )
+
+
+def _balance(deflection: ca.Function) -> ca.Function:
+    """(rigid, slope, elements) -> M with M = rigid + slope d(M), the patch being linear.
+
+    rigid is the torque of the patch without the elements [N m], slope <= 0 that by its turn [N m/rad].
+    """
+    rigid, slope = ca.MX.sym("rigid"), ca.MX.sym("slope")
+    elements, M = ca.MX.sym("elements", deflection.size1_in(1)), ca.MX.sym("M")
+    residual = M - rigid - slope * deflection(M, elements)
+    newton = ca.Function("newton", [M, rigid, slope, elements], [residual, ca.jacobian(residual, M)])
+    low, high = ca.fmin(0, rigid), ca.fmax(0, rigid)
+    # The deflection at the largest torque is too large: what it leaves is too small a torque.
+    root = ca.fmin(high, ca.fmax(low, rigid + slope * deflection(rigid, elements)))
+    for _ in range(BALANCE_STEPS):
+        value, steep = newton(root, rigid, slope, elements)
+        low, high = ca.if_else(value < 0, root, low), ca.if_else(value < 0, high, root)
+        step = root - value / steep
+        inside = ca.logic_and(step >= low, step <= high)
+        root = ca.if_else(inside, step, (low + high) / 2)
+    return ca.Function("balance", [rigid, slope, elements], [root])

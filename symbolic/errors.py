@@ -1,9 +1,42 @@
 """The one tree of errors."""
 
+_LONGEST, _END = 1000, 300
+"""Length of a message, and of its end that stays where it is longer."""
+
 
 class BrushgripError(Exception):
-    """Root of every error that this project raises on purpose."""
+    """Root of every error that this project raises on purpose: one line of bounded length."""
+
+    def __init__(self, message: str) -> None:
+        """Put the message, which may quote a file, on one line."""
+        super().__init__(one_line(message))
 
 
 class InvalidInputError(BrushgripError, ValueError):
     """Bad input from the user: one line that names file, row, the fault and what is allowed."""
+
+
+def one_line(text: str) -> str:
+    """The text as `printable` has it, its middle cut out where it is long."""
+    return _clipped(printable(_clipped(text)))
+
+
+def printable(text: str) -> str:
+    """The text as a screen can show it on one line.
+
+    What a terminal takes for a command, turns the direction of writing or is half a character, as in a
+    file name that is not UTF-8, stands as its escape sequence.
+    """
+    return "".join(map(_visible, text))
+
+
+def _clipped(text: str) -> str:
+    if len(text) <= _LONGEST:
+        return text
+    return f"{text[: _LONGEST - _END - 3]} … {text[-_END:]}"
+
+
+def _visible(character: str) -> str:
+    if character.isprintable():
+        return character
+    return " " if character.isspace() else character.encode("unicode_escape").decode("ascii")

@@ -11,8 +11,8 @@ from functools import cache
 import casadi as ca
 
 from symbolic.bristles import BristlePatch, BristleTraits
-from symbolic.compliance import advance_in_series
-from symbolic.effects.base import Effect, Parameter, Signals
+from symbolic.compliance import advance_in_series, deflection_of
+from symbolic.effects.base import Effect, Parameter, Signals, with_scope
 from symbolic.errors import InvalidInputError
 from symbolic.full_slide import build_full_slide
 from symbolic.parameters import FRICTION, STIFFNESS
@@ -32,7 +32,7 @@ DECLARED = (
     ),
     Parameter(
         name="k", unit="N/m^2", neutral=None, start=2e6, lower=STIFFNESS[0], upper=STIFFNESS[1],
-        scale=1e6,
+        scale=1e6, of="stiffness",
     ),
 )  # fmt: skip
 """The parameters of the declared model."""
@@ -66,7 +66,7 @@ class Model:
         """Every parameter with its effect, None for the declared model's own, in the order of theta."""
         declared = [(None, parameter) for parameter in DECLARED]
         added = [(effect, p) for effect in self.effects for p in effect.parameters]
-        return (*declared, *added)
+        return tuple((effect, with_scope(p, self.effects)) for effect, p in (*declared, *added))
 
     def theta(self, values: Mapping[str, float]) -> ca.DM:
         """The parameter vector of physical values named `mu`, `k`, `effect.parameter`.
@@ -152,12 +152,9 @@ class Model:
 
         The declared model's memory depends on neither mu nor k (`symbolic.zones`).
         """
-        column = self.coordinates.index(coordinate)
-        depends = (
-            self.step.jac_sparsity(0, 2),
-            self.initial.jac_sparsity(0, 1),
-        )
-        return any(s.colind()[column + 1] > s.colind()[column] for s in depends)
+        i = self.coordinates.index(coordinate)
+        depends = (self.step.jac_sparsity(0, 2), self.initial.jac_sparsity(0, 1))
+        return any(s.colind()[i + 1] > s.colind()[i] for s in depends)
 
     def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
         """Fresh symbols for signals (4,), theta (p,) and geometry (2,)."""
@@ -264,7 +261,7 @@ def _advance(
     """The memory after a sample, the sample as the patch saw it, and what drove the patch."""
     seen = _signals(signals)
     angle, before, own = model.split(memory)
-    effects, factor, compliance = model.values(theta), ca.MX(1), None
+    effects, factor = model.values(theta), ca.MX(1)
     memories: list[Expression] = list(own)
     # Sensors first, so that the order of the effects does not change the signals of the others.
     for i in sorted(range(len(effects)), key=lambda i: not effects[i][0].sensor):
@@ -272,16 +269,11 @@ def _advance(
         seen, memories[i] = effect.transform_inputs(seen, own[i], values)
     for (effect, values), present in zip(effects, memories, strict=True):
         factor = factor * effect.friction(seen, present, values)
-        added = effect.compliance(values)
-        if added is not None:
-            compliance = added if compliance is None else compliance + added
-    patch = model.patch(theta)
+    patch, turn = model.patch(theta), seen.psi - angle
     coefficients = patch.coefficients(_inputs(seen, factor, theta, geometry))
-    turn = seen.psi - angle
-    if compliance is None:
-        after = patch.advance(before, turn, coefficients)
-    else:
-        turn, after = advance_in_series(patch, before, turn, coefficients, compliance)
+    turn, after = advance_in_series(
+        patch, before, turn, coefficients, deflection_of(model), ca.vertcat(seen.F_N, theta)
+    )
     return ca.vertcat(angle + turn, after, *memories), seen, coefficients
 
 

@@ -1,14 +1,22 @@
 """Content of a file -> text or table; every fault is one line."""
 
 import json
+import re
 import tomllib
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
 from symbolic.errors import InvalidInputError
 
+LARGEST_TABLES = 16_384
+"""Of a file with values of a rig [bytes]."""
+LARGEST_MODEL = 10_000_000
+"""Of a model file [bytes]."""
 _LONGEST_EXCERPT = 40
+_DEEP = re.compile(r"""(?<![\w"'-])(?:[\w"'-]+[ \t]*\.[ \t]*){20}|[{[]{20}""")
+"""Keys so deep take the parser seconds and all its stack."""
 
 
 @contextmanager
@@ -23,6 +31,14 @@ def naming(name: object) -> Iterator[None]:
 def excerpt(text: str) -> str:
     """The text, quoted on one line and cut where it is long, to show in a message."""
     return repr(text if len(text) <= _LONGEST_EXCERPT else text[:_LONGEST_EXCERPT] + "…")
+
+
+def shown(value: object) -> str:
+    """A value of a table, quoted on one line and cut, to show in a message."""
+    try:
+        return excerpt(str(value))
+    except ValueError:
+        return "a number of more digits than Python writes out"
 
 
 def text_of(content: bytes) -> str:
@@ -51,21 +67,50 @@ def toml_of(content: bytes) -> dict[str, Any]:
     """The table of a TOML file.
 
     Raises:
-        InvalidInputError: not UTF-8 text, or not TOML.
+        InvalidInputError: not UTF-8 text, not TOML, or larger or deeper than a rig needs.
     """
+    if len(content) > LARGEST_TABLES:
+        raise InvalidInputError(f"holds {len(content)} bytes; allowed: up to {LARGEST_TABLES}")
+    text = text_of(content)
+    if deep := _DEEP.search(text):
+        row = text.count("\n", 0, deep.start()) + 1
+        raise InvalidInputError(f"row {row}: is not valid TOML for a rig: 20 tables within each other")
     try:
-        return tomllib.loads(text_of(content))
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InvalidInputError(f"is not valid TOML: {' '.join(str(error).split())}") from None
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InvalidInputError(f"is not valid TOML: {error}") from None
 
 
 def json_of(content: bytes) -> Any:
     """The value of a JSON file.
 
     Raises:
-        InvalidInputError: not UTF-8 text, or not JSON.
+        InvalidInputError: not UTF-8 text, not JSON, or an object has one key twice.
     """
     try:
-        return json.loads(content.decode("utf-8-sig"))
+        return json.loads(content.decode("utf-8-sig"), object_pairs_hook=_object)
+    except InvalidInputError:
+        raise
     except (ValueError, RecursionError) as error:
         raise InvalidInputError(f"not a JSON file: {error}") from None
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """The members of an object; Python alone would take the last of two."""
+    members = dict(pairs)
+    if len(members) < len(pairs):
+        ((twice, _),) = Counter(name for name, _ in pairs).most_common(1)
+        raise InvalidInputError(f"{excerpt(twice)} is given twice in one object; allowed: once")
+    return members
+
+
+def floats(place: str, table: Mapping[str, int | float]) -> dict[str, float]:
+    """The numbers of a table as floats.
+
+    Raises:
+        InvalidInputError: one is too large.
+    """
+    try:
+        return {name: float(value) for name, value in table.items()}
+    except OverflowError:
+        raise InvalidInputError(f"{place} holds a number too large to compute with") from None

@@ -1,86 +1,25 @@
-"""Rig, tyre and model from tables and to tables; SI units throughout.
+"""A model that was found, from tables and to tables; SI units throughout.
 
-A table is a mapping as the parsers of TOML and JSON return it. A message says what is wrong with the
-table; the reader of the file puts its name before, see `symbolic.parsing.naming`.
+A table is a mapping as the parser of JSON returns it. A message says what is wrong with the table; the
+reader of the file puts its name before, see `symbolic.parsing.naming`.
 """
 
-import math
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
+from symbolic.compliance import deflection_of
 from symbolic.effects.base import Effect, Parameter
 from symbolic.effects.library import effects_named
 from symbolic.errors import InvalidInputError
+from symbolic.ground import mean_over_grounds
 from symbolic.model import Model
 from symbolic.model_error import ModelError
-from symbolic.parameters import Rig, Tyre
-from symbolic.parsing import excerpt, naming
+from symbolic.parameters import TOLERATED
+from symbolic.parsing import excerpt, floats, naming, shown
 
-RIG_KEYS = {"rig": ("a", "e", "J_A", "b_t", "slide_rate"), "tyre": ("k", "mu")}
-"""Sections of a rig file and their keys."""
-REQUIRED_KEYS = {"rig": ("a", "e"), "tyre": ("k",)}
-"""Keys that a rig file must have."""
 MODEL_VERSION = 1
 """Version of the model files that are read and written."""
-_LONGEST = 1.0
-"""Largest length of a rig [m]; a larger number was given in millimetres."""
-
-
-def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
-    """Rig and tyre from ``[rig] a, e, J_A, b_t`` and ``[tyre] k, mu``; J_A, b_t and mu are optional.
-
-    Raises:
-        InvalidInputError: a section or key is missing or unknown, a value is not a number within its
-            range, or a length is one in millimetres.
-    """
-    unknown = [name for name in document if name not in RIG_KEYS]
-    if unknown:
-        raise InvalidInputError(f"unknown section or key {excerpt(unknown[0])}; allowed: [rig], [tyre]")
-    return rig_from_values(_section(document, "rig") | _section(document, "tyre"))
-
-
-def rig_from_values(
-    values: Mapping[str, float], nominal: tuple[Rig, Tyre] | None = None
-) -> tuple[Rig, Tyre]:
-    """Rig and tyre from values by name; missing values are taken from the nominal ones.
-
-    Args:
-        values: out of `RIG_KEYS`; with the nominal ones, those of `REQUIRED_KEYS` must be known.
-        nominal: rig and tyre that the values go before; None for none.
-
-    Raises:
-        InvalidInputError: a value is outside its range, or a length is one in millimetres; the message
-            begins with the name of the value.
-    """
-    for name in ("a", "e"):
-        if _LONGEST < abs(values.get(name, 0.0)) < math.inf:
-            raise InvalidInputError(
-                f"{name} must be given in metres, at most {_LONGEST:g} m in size, got"
-                f" {values[name]:g}; if these are millimetres, write {values[name] / 1000:g}"
-            )
-    known: dict[str, Any] = {} if nominal is None else asdict(nominal[0]) | asdict(nominal[1])
-    known |= values
-    rig, tyre = ({key: known[key] for key in RIG_KEYS[part] if key in known} for part in ("rig", "tyre"))
-    return Rig(**rig), Tyre(**tyre)
-
-
-def _section(document: Mapping[str, object], name: str) -> dict[str, float]:
-    allowed = ", ".join(RIG_KEYS[name])
-    section = document.get(name)
-    if not isinstance(section, dict):
-        raise InvalidInputError(f"section [{name}] is missing; it holds {allowed}")
-    for key, value in section.items():
-        if key not in RIG_KEYS[name]:
-            raise InvalidInputError(f"[{name}] unknown key {excerpt(key)}; allowed: {allowed}")
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise InvalidInputError(f"[{name}] {key} must be a number, got {excerpt(str(value))}")
-    for key in REQUIRED_KEYS[name]:
-        if key not in section:
-            raise InvalidInputError(
-                f"[{name}] {key} is missing; required: {', '.join(REQUIRED_KEYS[name])}"
-            )
-    return _floats(f"[{name}]", section)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,21 +28,28 @@ class FoundModel:
 
     Attributes:
         model: the structure.
-        shared: values shared by all recordings, by name, `k` among them.
+        tyre: values that hold everywhere, by name, `k` among them where it belongs to no ground.
         own: values of the recordings of the diagnosis, by recording.
+        grounds: values of each ground, by its name; empty where nothing belongs to a ground.
+        rig: what became of the declared values that have a tolerance, by recording: `a`, `e`, `load`, a
+            factor on the recorded load, and `zero`, that of the torque channel.
         error: how wrong the model is on recordings that it was not fitted to; None where unknown.
     """
 
     model: Model
-    shared: Mapping[str, float]
+    tyre: Mapping[str, float]
     own: Mapping[str, Mapping[str, float]]
+    grounds: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    rig: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     error: ModelError | None = None
 
-    def values_for(self, recording: str, mu: float | None = None) -> dict[str, float]:
+    def values_for(
+        self, recording: str, mu: float | None = None, ground: str | None = None
+    ) -> dict[str, float]:
         """All parameter values for a recording.
 
         A recording that the file does not know gets `mu` and the neutral value of whatever else
-        belongs to a recording, as a torque zero.
+        belongs to a recording, as a torque zero. For grounds see `on_ground`.
 
         Raises:
             InvalidInputError: neither the file nor the caller gives mu.
@@ -116,28 +62,40 @@ class FoundModel:
                 f"{recording}: no mu in the model file for this recording and none in the rig;"
                 " add mu under [tyre] of the rig file"
             )
-        return {**self.values_for_estimation(), **own}
+        return {**self.values_for_estimation(ground), **own}
 
     def model_for_estimation(self) -> Model:
         """The model for an observer: discretised where a compliance is in series with the patch.
 
         Behind a compliance the memory of the exact patch follows a changing mu badly.
         """
-        _, theta, _ = self.model.symbols()
-        compliant = any(effect.compliance(own) is not None for effect, own in self.model.values(theta))
-        return replace(self.model, discretised=True) if compliant else self.model
+        return self.model if deflection_of(self.model) is None else replace(self.model, discretised=True)
 
-    def values_for_estimation(self) -> dict[str, float]:
+    def on_ground(self, ground: str | None = None) -> dict[str, float]:
+        """What belongs to a ground; its mean over grounds where this is none of them, or unknown."""
+        known = self.grounds.get(ground) if ground is not None else None
+        return mean_over_grounds(self.grounds) if known is None else dict(known)
+
+    def ground_taken(self, ground: str | None = None) -> str:
+        """The ground whose values `on_ground` takes, in words; empty where nothing belongs to one."""
+        if not self.grounds or ground in self.grounds:
+            return f"values of {ground}" if self.grounds else ""
+        known = " and ".join(self.grounds)
+        return f"{'ground not given' if ground is None else f'{ground} is unknown'}: mean of {known}"
+
+    def values_for_estimation(self, ground: str | None = None) -> dict[str, float]:
         """All parameter values but mu for a recording to come, as an observer needs them.
 
-        Other parameters of a recording, such as a torque zero, have their neutral values.
+        Other parameters of a recording, such as a torque zero, have their neutral values. For grounds
+        see `on_ground`.
         """
         neutral = {
             parameter_name(effect, parameter): parameter.neutral
             for effect, parameter in self.model.parameters
             if parameter.scope == "recording" and parameter.neutral is not None
         }
-        return neutral | {name: value for name, value in self.shared.items() if name != "mu"}
+        values = {**self.tyre, **self.on_ground(ground)}
+        return neutral | {name: value for name, value in values.items() if name != "mu"}
 
 
 def parameter_name(effect: Effect | None, parameter: Parameter) -> str:
@@ -153,9 +111,10 @@ def units_of(model: Model) -> dict[str, str]:
 def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> FoundModel:
     """The model and its values from the tables of a model file.
 
-    It holds `version`, `effects` (names), `shared` (values by name), and may hold `recordings` (a table
-    of values each), `units` (by name), which must be those of the parameters: nothing is converted, and
-    `model_error` (`spread`, `correlation_time`).
+    It holds `version`, `effects` (names), `tyre` (values by name; `shared` in older files), and may hold
+    `grounds`, `recordings` and `rig` (a table of values for each ground or recording), `units` (by
+    name), which must be those of the parameters: nothing is converted, and `model_error` (`spread`,
+    `correlation_time`).
 
     Args:
         document: the tables.
@@ -168,18 +127,42 @@ def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> Found
         raise InvalidInputError(f"not a model file of version {MODEL_VERSION}, as diagnose writes it")
     model = Model(effects=_effects_from_tables(document, effects))
     _check_units(document.get("units", {}), units_of(model))
-    recordings = document.get("recordings", {})
-    if not isinstance(recordings, dict):
-        raise InvalidInputError("'recordings' must hold one table per recording")
-    shared = _numbers("shared", document.get("shared"))
-    own = {name: _numbers(f"recordings.{name}", table) for name, table in recordings.items()}
+    key = "shared" if "shared" in document and "tyre" not in document else "tyre"
+    tyre = _numbers(key, document.get(key))
+    grounds, own, rig = (_tables(document, name) for name in ("grounds", "recordings", "rig"))
     allowed = {parameter_name(effect, parameter): parameter for effect, parameter in model.parameters}
-    for name, parameter in allowed.items():
-        if parameter.scope == "shared" and name not in shared:
-            raise InvalidInputError(f"'shared' lacks {name} [{parameter.unit}]")
-    for place, table in {"shared": shared, **{f"recordings.{n}": v for n, v in own.items()}}.items():
+    for place, table in {key: tyre, **grounds, **own}.items():
         _check_range(place, table, allowed)
-    return FoundModel(model=model, shared=shared, own=own, error=_model_error(document))
+    for place, table in rig.items():
+        if unknown := sorted(set(table) - set(TOLERATED)):
+            allowed_names = ", ".join(TOLERATED)
+            raise InvalidInputError(f"{place} holds an unknown {unknown[0]!r}; allowed: {allowed_names}")
+    scopes = {"tyre": {key: tyre}, "ground": grounds or {"grounds": {}}, "recording": {}}
+    for name, parameter in allowed.items():
+        for place, table in scopes[parameter.scope].items():
+            if name not in table:
+                raise InvalidInputError(f"{place!r} lacks {name} [{parameter.unit}]")
+    return FoundModel(
+        model=model,
+        tyre=tyre,
+        own=_without_prefix(own),
+        grounds=_without_prefix(grounds),
+        rig=_without_prefix(rig),
+        error=_model_error(document),
+    )
+
+
+def _tables(document: Mapping[str, Any], name: str) -> dict[str, dict[str, float]]:
+    """The tables of a section, each under the name of the section and its own."""
+    tables = document.get(name, {})
+    if not isinstance(tables, dict):
+        owner = "ground" if name == "grounds" else "recording"
+        raise InvalidInputError(f"{name!r} must hold one table per {owner}")
+    return {f"{name}.{each}": _numbers(f"{name}.{each}", table) for each, table in tables.items()}
+
+
+def _without_prefix(tables: Mapping[str, dict[str, float]]) -> dict[str, dict[str, float]]:
+    return {place.split(".", 1)[1]: table for place, table in tables.items()}
 
 
 def _model_error(document: Mapping[str, Any]) -> ModelError | None:
@@ -204,10 +187,12 @@ def _check_units(table: object, units: Mapping[str, str]) -> None:
         raise InvalidInputError("'units' must be a table of units, by parameter")
     for name, unit in table.items():
         if name not in units:
-            raise InvalidInputError(f"units holds an unknown {name!r}; the model has {', '.join(units)}")
+            raise InvalidInputError(
+                f"units holds an unknown {excerpt(name)}; the model has {', '.join(units)}"
+            )
         if unit != units[name]:
             raise InvalidInputError(
-                f"{name} has the unit {excerpt(str(unit))}, expected {units[name]!r}; convert the value"
+                f"{name} has the unit {shown(unit)}, expected {units[name]!r}; convert the value"
             )
 
 
@@ -215,7 +200,7 @@ def _check_range(place: str, table: Mapping[str, float], allowed: Mapping[str, P
     for name, value in table.items():
         if name not in allowed:
             raise InvalidInputError(
-                f"{place} holds an unknown {name!r}; the model has {', '.join(allowed)}"
+                f"{place} holds an unknown {excerpt(name)}; the model has {', '.join(allowed)}"
             )
         parameter = allowed[name]
         if not parameter.lower <= value <= parameter.upper:
@@ -230,12 +215,5 @@ def _numbers(place: str, table: object) -> dict[str, float]:
         raise InvalidInputError(f"{place!r} must be a table of numbers")
     for name, value in table.items():
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise InvalidInputError(f"{place}.{name} must be a number, got {value!r}")
-    return _floats(place, table)
-
-
-def _floats(place: str, table: Mapping[str, int | float]) -> dict[str, float]:
-    try:
-        return {name: float(value) for name, value in table.items()}
-    except OverflowError:
-        raise InvalidInputError(f"{place} holds a number too large to compute with") from None
+            raise InvalidInputError(f"{place}.{name} must be a number, got {shown(value)}")
+    return floats(place, table)

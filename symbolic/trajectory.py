@@ -17,7 +17,7 @@ from symbolic.errors import InvalidInputError
 from symbolic.model import GEOMETRY, SIGNALS, Model
 
 RIG_DIRECTIONS = (*GEOMETRY, "load")
-"""Directions beside the parameter vector: half-length [m], caster length [m], factor on every load [1]."""
+"""Directions beside the parameter vector: half-length and caster [m], factor on the load [1]."""
 STRETCH = 100
 """Samples in one call; a recording is padded to a multiple of it."""
 
@@ -122,7 +122,9 @@ def _start_with_sensitivities(model: Model, d: int, *, rig: bool) -> ca.Function
         "along", [signals, moving, seeds, geometry], [memory, ca.jtimes(memory, moving, seeds)]
     )
     outputs = along.call([signals, at, seeds, geometry], True, False)
-    return ca.Function("start_along", [signals, theta, seeds, geometry], [ca.densify(output) for output in outputs])
+    return ca.Function(
+        "start_along", [signals, theta, seeds, geometry], [ca.densify(output) for output in outputs]
+    )
 
 
 def _moving(
@@ -130,7 +132,7 @@ def _moving(
 ) -> tuple[ca.MX, list[ca.MX], ca.MX]:
     """What is differentiated by, the model's inputs as functions of it, and its value.
 
-    It is the parameter vector; with the rig also `RIG_DIRECTIONS`, where the load's factor has the value 1.
+    It is the parameter vector; with the rig also `RIG_DIRECTIONS`, where the load's factor is 1.
     """
     parameters = len(model.parameters)
     if not rig:

@@ -30,8 +30,12 @@ def mutant(before: str, after: str, *tests: str) -> Mutant:
         (mutant("OTHER = LIMIT", "OTHER = 7"), "survived"),
         (mutant("LIMIT", "WIDTH"), "occurs 2 times"),
         (mutant("WIDTH", "LIMIT"), "occurs 0 times"),
-        (mutant("LIMIT = 3", "LIMIT = 4", "test_nowhere.py"), "pytest ended with 4"),
-        (mutant("LIMIT = 3", "LIMIT ="), "pytest ended with 2"),
+        pytest.param(
+            mutant("LIMIT = 3", "LIMIT = 4", "test_nowhere.py"),
+            "pytest ended with 4",
+            marks=pytest.mark.long,
+        ),
+        pytest.param(mutant("LIMIT = 3", "LIMIT ="), "pytest ended with 2", marks=pytest.mark.long),
     ],
 )
 def test_verdicts(change: Mutant, verdict: str, checkout: Path) -> None:
@@ -41,6 +45,7 @@ def test_verdicts(change: Mutant, verdict: str, checkout: Path) -> None:
     assert (checkout / "code_under_test.py").read_text() == CODE
 
 
+@pytest.mark.long
 def test_tests_have_to_pass_before_anything_is_changed(
     checkout: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

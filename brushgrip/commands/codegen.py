@@ -11,6 +11,7 @@ from brushgrip.commands.options import EffectModules, ModelFile, OutFolder, Tuni
 from brushgrip.console import say
 from brushgrip.recordings import keep_inputs
 from brushgrip.user_effects import effect_files, user_effects
+from identification import read_model
 from observers import AligningTorque, Ekf, MeasurementModel, Mhe, SteeringTorque, from_files, profile
 from observers.embedded import DOUBLE, SINGLE, generate, generate_fmu, require_replaceable
 
@@ -60,6 +61,15 @@ def codegen(
     model: ModelFile = None,
     effects: EffectModules = None,
     tuning: TuningProfile = None,
+    ground: Annotated[
+        str | None,
+        typer.Option(
+            "--ground",
+            metavar="NAME",
+            help="Ground whose values are taken from the model file; the mean over its grounds without.",
+            show_default=False,
+        ),
+    ] = None,
     real: Annotated[Type, typer.Option("--real", help="Type of every number.")] = Type.FLOAT,
     target: Annotated[Target, typer.Option("--target", help="What to write.")] = Target.C,
     torque: Annotated[
@@ -79,11 +89,13 @@ def codegen(
 
     Files that an earlier codegen wrote are replaced; any other file in the way is a fault.
     """
+    own = user_effects(effects)
     chosen = from_files(
         KINDS[observer],
         rig,
         model,
-        effects=user_effects(effects),
+        effects=own,
+        ground=ground,
         measurement_model=MEASUREMENT_MODELS[torque],
         tuning=None if tuning is None else profile(tuning),
     )
@@ -95,4 +107,6 @@ def codegen(
         finals = [out.resolve() / path.name for path in files]
         keep_inputs(finals, [], rig, model, *effect_files(effects))
         require_replaceable(finals)
+    if model is not None and (taken := read_model(model, effects=own).ground_taken(ground)):
+        say(taken)
     say(f"wrote {', '.join(path.name for path in files)} to {out}")

@@ -3,12 +3,13 @@
 from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from brushgrip.atomic import staged_file
+from brushgrip.atomic import is_same_file, staged_file
 from brushgrip.commands.options import (
     EffectModules,
     ModelFile,
@@ -16,6 +17,7 @@ from brushgrip.commands.options import (
     RecordingNames,
     RigFile,
     check_picture_name,
+    usable_file,
 )
 from brushgrip.comparison.cases import Case, make_case
 from brushgrip.comparison.methods import Method, default_methods
@@ -62,11 +64,19 @@ TrainingNames = Annotated[
 ]
 TableFile = Annotated[
     Path | None,
-    typer.Option("--table", metavar="TABLE.md", help="Tables in Markdown as well.", show_default=False),
+    typer.Option(
+        "--table",
+        metavar="TABLE.md",
+        help="Tables in Markdown as well.",
+        show_default=False,
+        callback=usable_file,
+    ),
 ]
 PictureFile = Annotated[
     Path | None,
-    typer.Option("--picture", metavar="PNG", help="Box charts as well.", show_default=False),
+    typer.Option(
+        "--picture", metavar="PNG", help="Box charts as well.", show_default=False, callback=usable_file
+    ),
 ]
 
 
@@ -153,7 +163,7 @@ def _networks(training: Sequence[Case]) -> list[Method]:
 
 
 def _check_names(finals: Sequence[Path], picture: Path | None) -> None:
-    if len({path.resolve() for path in finals}) < len(finals):
+    if any(is_same_file(*pair) for pair in combinations(finals, 2)):
         raise InvalidInputError("--out, --table and --picture must be different files")
     if picture is not None:
         check_picture_name(picture)

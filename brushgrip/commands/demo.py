@@ -10,10 +10,12 @@ import typer
 import brushgrip
 from brushgrip.atomic import staged_directory
 from brushgrip.commands.diagnose import write_diagnosis
+from brushgrip.commands.options import usable_folder
 from brushgrip.console import print_diagnosis, progress, say
 from brushgrip.estimation import OBSERVERS, FrictionTrack, ObserverName, friction_track, observe
+from brushgrip.friction_outcome import found_model, friction_outcome
 from brushgrip.recordings import read_all
-from brushgrip.report import PAGE
+from brushgrip.report import PAGE, remove_stale_pictures
 from identification import Diagnosis, FoundModel, Recording, diagnose
 from symbolic import InvalidInputError
 
@@ -21,9 +23,10 @@ RIG = "rig.toml"
 
 
 def demo(
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="Folder to write to.")] = Path(
-        "demo_output"
-    ),
+    out: Annotated[
+        Path,
+        typer.Option("--out", metavar="DIR", help="Folder to write to.", callback=usable_folder),
+    ] = Path("demo_output"),
 ) -> None:
     """Show the main job on embedded recordings: diagnosis, report and friction over time."""
     folder = embedded_folder()
@@ -34,16 +37,19 @@ def demo(
     with staged_directory(out) as stage:
         with progress() as report:
             result = diagnose(recordings, holdout, progress=report)
-        write_diagnosis(stage, result, estimate_friction(holdout, result))
-    print_diagnosis(result)
+            report("estimating friction", 0, 1)
+            outcome = friction_outcome(read, found_model(result))
+            tracks = estimate_friction(holdout, result)
+        write_diagnosis(stage, result, outcome, tracks)
+        written = {path.name for path in stage.iterdir()}
+    remove_stale_pictures(out, written)
+    print_diagnosis(result, outcome)
     say(f"report: {out / PAGE}")
 
 
 def estimate_friction(recordings: Sequence[Recording], diagnosis: Diagnosis) -> list[FrictionTrack]:
     """Friction over each recording: EKF on the declared model, EKF and MHE on the model found."""
-    found = FoundModel(
-        model=diagnosis.model, shared=diagnosis.values.shared, own={}, error=diagnosis.model_error
-    )
+    found = found_model(diagnosis)
     runs: list[tuple[ObserverName, FoundModel | None, str]] = [
         (ObserverName.EKF, None, "declared model"),
         (ObserverName.EKF, found, "model found"),

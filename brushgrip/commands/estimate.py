@@ -9,11 +9,13 @@ from brushgrip.atomic import staged_file
 from brushgrip.commands.options import (
     EffectModules,
     ModelFile,
+    OneGround,
     OutFile,
     RecordingName,
     RigFile,
     TuningProfile,
     check_picture_name,
+    usable_file,
 )
 from brushgrip.console import say
 from brushgrip.estimation import (
@@ -26,6 +28,7 @@ from brushgrip.estimation import (
     require_plausible,
 )
 from brushgrip.formatting import csv_text, estimates_summary
+from brushgrip.grounds import on_grounds, say_ground
 from brushgrip.pictures import draw_friction
 from brushgrip.recordings import keep_inputs, read_all
 from brushgrip.user_effects import effect_files, user_effects
@@ -44,6 +47,7 @@ def estimate(
     model: ModelFile = None,
     effects: EffectModules = None,
     tuning: TuningProfile = None,
+    ground: OneGround = None,
     smooth: Annotated[
         bool,
         typer.Option("--smooth", help="Estimate every sample from the whole recording; takes ekf."),
@@ -51,7 +55,11 @@ def estimate(
     picture: Annotated[
         Path | None,
         typer.Option(
-            "--picture", metavar="PNG", help="Picture of mu(t); OUT.png if left out.", show_default=False
+            "--picture",
+            metavar="PNG",
+            help="Picture of mu(t); OUT.png if left out.",
+            show_default=False,
+            callback=usable_file,
         ),
     ] = None,
 ) -> None:
@@ -69,7 +77,7 @@ def estimate(
     image = out.with_suffix(".png") if picture is None else picture
     _check_names(out, image)
     own = user_effects(effects)
-    read = _read(recording, rig)
+    (read,) = on_grounds([_read(recording, rig)], ground, bare=True)
     require_plausible(read)
     keep_inputs([out, image], [recording], rig, model, *effect_files(effects))
     found = None if model is None else read_model(model, effects=own)
@@ -78,6 +86,7 @@ def estimate(
         table.write_text(_table(estimates), encoding="utf-8", newline="\n")
         label = ("declared model" if found is None else "model found") + ", smoothed" * smooth
         draw_friction(drawing, [friction_track(observer, read, estimates, label)])
+    say_ground(read, found)
     say(f"{read.name}: {estimates_summary(estimates)}")
     say(f"wrote {out} and {image}")
 

@@ -1,12 +1,11 @@
 """`brushgrip identify`."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from brushgrip.atomic import staged_file
-from brushgrip.commands.options import RigFile
+from brushgrip.commands.options import OutJson, RigFile
 from brushgrip.console import print_free_decay, say
 from brushgrip.formatting import free_decay_document, json_text
 from brushgrip.pictures import draw_free_decay
@@ -26,9 +25,7 @@ def identify(
             show_default=False,
         ),
     ],
-    out: Annotated[
-        Path, typer.Option("--out", metavar="ID.json", help="File to write.", show_default=False)
-    ],
+    out: OutJson,
     rig: RigFile = None,
 ) -> None:
     """Identify k and b_t from free vibrations, with standard deviations.

@@ -8,6 +8,35 @@ import typer
 
 from symbolic import InvalidInputError
 
+MOST_JOBS = 256
+
+
+def usable_file(path: Path | None) -> Path | None:
+    """The name of a file to write, as it was given; None for none.
+
+    Raises:
+        InvalidInputError: it is empty or names a folder by its place, as `.` and `/` do.
+    """
+    if path is not None and path.name in ("", ".."):
+        raise InvalidInputError(f"{str(path)!r} names no file to write; give one such as out.csv")
+    return path
+
+
+def usable_folder(path: Path | None) -> Path | None:
+    """The name of a folder to write to, as it was given; None for none.
+
+    Raises:
+        InvalidInputError: it is a loop of links, or too long.
+    """
+    try:
+        if path is not None:
+            path.resolve().exists()
+    except (OSError, RuntimeError) as error:  # The latter is what Python 3.11 says of a loop.
+        reason = getattr(error, "strerror", None) or error
+        raise InvalidInputError(f"{path}: cannot be written: {reason}") from None
+    return path
+
+
 RecordingName = Annotated[
     str,
     typer.Argument(
@@ -70,19 +99,48 @@ EffectModules = Annotated[
         show_default=False,
     ),
 ]
+Grounds = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--ground",
+        metavar="NAME=REC,REC",
+        help="What recordings stand on, such as steel=fem1,fem3; goes before '# ground = steel' in a CSV"
+        " file. May be repeated.",
+        show_default=False,
+    ),
+]
+OneGround = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--ground",
+        metavar="NAME",
+        help="What the wheel stands on, or NAME=REC,REC for some of the recordings; picks the values of"
+        " that ground from the model file.",
+        show_default=False,
+    ),
+]
 OutFile = Annotated[
-    Path, typer.Option("--out", metavar="OUT.csv", help="File to write.", show_default=False)
+    Path,
+    typer.Option(
+        "--out", metavar="OUT.csv", help="File to write.", show_default=False, callback=usable_file
+    ),
 ]
 OutJson = Annotated[
-    Path, typer.Option("--out", metavar="OUT.json", help="File to write.", show_default=False)
+    Path,
+    typer.Option(
+        "--out", metavar="OUT.json", help="File to write.", show_default=False, callback=usable_file
+    ),
 ]
 OutFolder = Annotated[
-    Path, typer.Option("--out", metavar="DIR", help="Folder to write to.", show_default=False)
+    Path,
+    typer.Option(
+        "--out", metavar="DIR", help="Folder to write to.", show_default=False, callback=usable_folder
+    ),
 ]
 Jobs = Annotated[
     int | None,
     typer.Option(
-        "--jobs", metavar="N", min=1, help="Processes to use; one per core if left out.",
+        "--jobs", metavar="N", min=1, max=MOST_JOBS, help="Processes to use; one per core if left out.",
         show_default=False,
     ),
 ]  # fmt: skip

@@ -7,12 +7,20 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.atomic import staged_file
-from brushgrip.commands.options import EffectModules, ModelFile, OutFile, RecordingNames, RigFile
+from brushgrip.commands.options import (
+    EffectModules,
+    ModelFile,
+    OneGround,
+    OutFile,
+    RecordingNames,
+    RigFile,
+)
 from brushgrip.console import say
 from brushgrip.formatting import csv_text
+from brushgrip.grounds import on_grounds, say_ground
 from brushgrip.recordings import keep_inputs, read_all
 from brushgrip.user_effects import effect_files, user_effects
-from identification import FoundModel, Recording, read_model, signals_of
+from identification import FoundModel, Recording, Values, read_model, replaced_rig, signals_of
 from symbolic import InvalidInputError, Model
 from symbolic import simulate as simulate_torque
 
@@ -23,6 +31,7 @@ def simulate(
     rig: RigFile = None,
     model: ModelFile = None,
     effects: EffectModules = None,
+    ground: OneGround = None,
 ) -> None:
     """Simulate the aligning torque for the angle and the load of recordings: t,M_z.
 
@@ -30,7 +39,7 @@ def simulate(
     Several recordings go to OUT_<recording>.csv.
     """
     own = user_effects(effects)
-    read = read_all(recordings, rig, torque_required=False)
+    read = on_grounds(read_all(recordings, rig, torque_required=False), ground, bare=True)
     found = None if model is None else read_model(model, effects=own)
     inputs = [model_and_values(recording, found) for recording in read]
     finals = [_final(out, recording, read) for recording in read]
@@ -39,10 +48,15 @@ def simulate(
         stages = [stack.enter_context(staged_file(final)) for final in finals]
         for recording, (structure, values), stage in zip(read, inputs, stages, strict=True):
             theta = np.asarray(structure.theta(values)).ravel()
-            geometry = np.array([recording.rig.a, recording.rig.e])
-            torque = simulate_torque(structure, signals_of(recording), theta, geometry)
-            text = csv_text({"t": recording.t, "M_z": torque.M_z})
+            rig_found = {} if found is None else found.rig
+            actual = replaced_rig(recording, Values(tyre={}, own={}, rig=rig_found))
+            geometry = np.array([actual.rig.a, actual.rig.e])
+            torque = simulate_torque(structure, signals_of(actual), theta, geometry)
+            zero = rig_found.get(recording.name, {}).get("zero", 0.0)
+            text = csv_text({"t": recording.t, "M_z": torque.M_z + zero})
             stage.write_text(text, encoding="utf-8", newline="\n")
+    for recording in read:
+        say_ground(recording, found)
     for final in finals:
         say(f"wrote {final}")
 
@@ -55,7 +69,7 @@ def model_and_values(recording: Recording, found: FoundModel | None) -> tuple[Mo
     """
     mu = recording.tyre.mu
     if found is not None:
-        return found.model, found.values_for(recording.name, mu)
+        return found.model, found.values_for(recording.name, mu, recording.ground)
     if mu is None:
         raise InvalidInputError(
             f"{recording.name}: mu is not known; give it under [tyre] of the rig file, "

@@ -3,6 +3,7 @@
 import platform
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -142,7 +143,12 @@ def _markdown(table: TextTable) -> str:
 
 
 def _line(cells: Sequence[str]) -> str:
-    return f"| {' | '.join(cell.replace('|', '/') for cell in cells)} |"
+    return f"| {' | '.join(map(_plain, cells))} |"
+
+
+def _plain(cell: str) -> str:
+    """The cell without what Markdown takes for a column, for HTML or for a link."""
+    return escape(cell.replace("|", "/"), quote=False).replace("](", "]\\(")
 
 
 def _cells(name: str, row: MethodSummary) -> tuple[str, ...]:

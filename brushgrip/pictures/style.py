@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from math import ceil
 from pathlib import Path
 from typing import Any
+from warnings import catch_warnings, filterwarnings
 
 from matplotlib import rc_context
 from matplotlib.artist import Artist
@@ -21,6 +22,8 @@ WIDTH = 10.0
 """Width of every picture [in]."""
 
 _DPI = 110
+_SOURCE, _BEGINNING = "brushgrip", 1024
+"""Mark of our pictures, and the bytes within which it stands."""
 _LETTERS_ACROSS, _LETTERS_PER_SYMBOL = 135, 8
 _STYLE: dict[Any, Any] = {
     "font.size": 9,
@@ -40,10 +43,18 @@ _STYLE: dict[Any, Any] = {
 @contextmanager
 def picture(path: Path, height: float) -> Iterator[Figure]:
     """An empty figure of the common width, written to `path` (PNG) in the end; height in inches."""
-    with rc_context(_STYLE):
+    with rc_context(_STYLE), catch_warnings():
+        # A name in a script that the font lacks is drawn as boxes.
+        filterwarnings("ignore", message="Glyph .* missing from font")
         figure = Figure(figsize=(WIDTH, height), layout="constrained", facecolor="white")
         yield figure
-        figure.savefig(path, dpi=_DPI, metadata={"Software": None})
+        figure.savefig(path, dpi=_DPI, metadata={"Software": None, "Source": _SOURCE})
+
+
+def is_drawn_by_us(path: Path) -> bool:
+    """Whether a file is a picture that `picture` has written."""
+    with path.open("rb") as file:
+        return f"tEXtSource\0{_SOURCE}".encode() in file.read(_BEGINNING)
 
 
 def legend_above(figure: Figure, artists: list[Artist]) -> None:

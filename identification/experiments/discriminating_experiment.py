@@ -16,8 +16,10 @@ from scipy.optimize import least_squares
 from identification.experiments.manoeuvres import manoeuvres
 from identification.experiments.proposals import Proposal, proposal, sample_period
 from identification.experiments.steering import STEP, Manoeuvre, reach_of
-from identification.fits.fitting import Fit, torque_range
+from identification.fits.fitting import Fit
 from identification.fits.loss import rmse_of
+from identification.fits.problem import torque_range
+from identification.fits.values import ground_of, replaced_rig
 from identification.reading.recordings import Recording
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from symbolic import parameter_name, simulate
@@ -87,8 +89,9 @@ class _Simulated:
 
     def __init__(self, fitted: Fit, typical: Recording) -> None:
         self.model = fitted.model
-        self.geometry = np.array([typical.rig.a, typical.rig.e])
-        values = fitted.values.of(typical.name)
+        found = replaced_rig(typical, fitted.values)
+        self.geometry = np.array([found.rig.a, found.rig.e])
+        values = fitted.values.of(typical)
         self.theta: Array = np.asarray(fitted.model.theta(values)).ravel()
 
     def torque(self, manoeuvre: Manoeuvre, theta: Array) -> tuple[Array, Array]:
@@ -105,7 +108,8 @@ class _Rival(_Simulated):
     def __init__(self, fitted: Fit, typical: Recording, span: float) -> None:
         super().__init__(fitted, typical)
         names = [parameter_name(e, p) for e, p in fitted.model.parameters]
-        columns = [i for i, (owner, _) in enumerate(fitted.labels) if owner in (None, typical.name)]
+        owners = (None, ground_of(typical), typical.name)
+        columns = [i for i, (o, name) in enumerate(fitted.labels) if o in owners and name in names]
         self.free = np.array([names.index(fitted.labels[i][1]) for i in columns])
         self.scales = fitted.scales[columns]
         self.origin: Array = self.theta[self.free] / self.scales
@@ -158,9 +162,11 @@ def _information_root(fitted: Fit, columns: Sequence[int]) -> Array:
 
     Columns as given, those of the recording's own parameters zero: a new recording has its own.
     """
-    shared = [i for i, (owner, _) in enumerate(fitted.labels) if owner is None]
-    own = [i for i, (owner, _) in enumerate(fitted.labels) if owner is not None]
-    by_shared, by_own = fitted.jacobian[:, shared], fitted.jacobian[:, own]
+    shared = [i for i, own in enumerate(fitted.own) if not own and i in columns]
+    own = [i for i in range(len(fitted.labels)) if i not in shared]
+    known = fitted.prior_weights > 0
+    rows = np.concatenate([fitted.jacobian, np.diag(fitted.prior_weights)[known]])
+    by_shared, by_own = rows[:, shared], rows[:, own]
     projected = by_shared - by_own @ np.linalg.lstsq(by_own, by_shared, rcond=None)[0]
     root: Array = np.linalg.qr(projected, mode="reduced").R
     padded = np.zeros((root.shape[0], len(columns)))

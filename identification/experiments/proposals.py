@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from identification.experiments.steering import STEP, Manoeuvre
 from identification.fits.autocorrelation import autocorrelation_time
-from identification.fits.fitting import Fit, torque_range
+from identification.fits.fitting import Fit
 from identification.fits.loss import rmse_of
+from identification.fits.problem import torque_range
 from identification.reading.recordings import Recording
 from identification.selection.criteria import SelectionCriteria
 

@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from identification.fits.autocorrelation import autoregression, fill_gaps, independent_samples
-from identification.fits.fitting import Fit, torque_range
+from identification.fits.fitting import Fit
 from identification.fits.loss import curvature, influence
+from identification.fits.problem import torque_range
 from identification.reading.recordings import Recording
 
 Array = NDArray[np.float64]
@@ -57,7 +58,9 @@ def covariance(fitted: Fit, recordings: Sequence[Recording]) -> Array:
     residuals = [fitted.residuals[r.name] / torque_range(r) for r in recordings]
     present = np.concatenate([np.isfinite(residual) for residual in residuals])
     curved = curvature(fitted.loss, np.concatenate(residuals)[present])
-    inverse, known = _inverse(fitted.jacobian.T @ (curved[:, None] * fitted.jacobian))
+    prior = fitted.prior_weights**2
+    data = fitted.jacobian.T @ (curved[:, None] * fitted.jacobian)
+    inverse, known = _inverse(data + np.diag(prior))
     covariances = np.full((known.size, known.size), np.nan)
     np.fill_diagonal(covariances, np.inf)
     if not known.any():
@@ -71,6 +74,8 @@ def covariance(fitted: Fit, recordings: Sequence[Recording]) -> Array:
         influenced = influence(fitted.loss, residual)
         variance += scores_variance(jacobian[rows], influenced, float(leverage[rows].sum()))
         at = rows.stop
+    # The score of a declared value: its weight times a residual of that standard deviation.
+    variance += np.diag(prior[known] ** 2)
     covariances[np.ix_(known, known)] = inverse @ variance @ inverse
     return covariances * np.outer(fitted.scales, fitted.scales)
 

@@ -21,6 +21,9 @@ class FitOptions:
         free_shared: False keeps every shared parameter at its start and fits only what belongs to a
             recording, as on held-out data.
         fixed: further parameters that keep their start.
+        reweightings: how often the fit is repeated at most because its residuals give another weight to
+            what was declared with a tolerance.
+        prior_weight: that weight at first; None for the one that the residuals at the start give.
 
     Raises:
         InvalidInputError: the tolerance is not greater than 0, or no evaluation is allowed.
@@ -31,6 +34,8 @@ class FitOptions:
     max_evaluations: int = 60
     free_shared: bool = True
     fixed: Collection[Label] = ()
+    reweightings: int = 2
+    prior_weight: float | None = None
 
     def __post_init__(self) -> None:
         """Check the ranges."""
@@ -42,5 +47,5 @@ class FitOptions:
 
 FINE_FIT = FitOptions()
 """For whatever is reported."""
-COARSE_FIT = FitOptions(tolerance=1e-3, max_evaluations=20)
-"""For models that are only ranked."""
+COARSE_FIT = FitOptions(tolerance=1e-3, max_evaluations=20, reweightings=0)
+"""For models that are only ranked, from the values of a model that is nearly the same."""

@@ -13,12 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from identification.fits.autocorrelation import effective_samples
-from identification.fits.fitting import Fit, Values, fit, torque_range, with_effects
+from identification.fits.fitting import Fit, fit
 from identification.fits.loss import cost
 from identification.fits.options import FINE_FIT, FitOptions
+from identification.fits.problem import torque_range
 from identification.fits.profile_axis import ProfileAxis
+from identification.fits.values import Values, with_effects
 from identification.reading.recordings import Recording
-from symbolic import InvalidInputError, Model, units_of
+from symbolic import TOLERATED, InvalidInputError, Model, units_of
 
 Array = NDArray[np.float64]
 FittedAt = Callable[[float, Values], Fit]
@@ -112,7 +114,7 @@ def profile(
         best=float(places[best]),
         interval=_interval(places, deviance, best),
         paths=paths,
-        units={path: units_of(model)[path] for path in paths},
+        units={path: (units_of(model) | TOLERATED)[path] for path in paths},
         converged=all(one.converged for one in ordered),
     )
 
@@ -196,4 +198,4 @@ def _paths(fits: Sequence[Fit]) -> dict[str, Array]:
 
 
 def _value(fitted: Fit, owner: str | None, name: str) -> float:
-    return (fitted.values.shared if owner is None else fitted.values.own[owner])[name]
+    return fitted.values.at((owner, name))

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
-from identification.fits.fitting import Values
 from identification.fits.options import Label
+from identification.fits.values import Values
 from identification.reading.recordings import Recording
 from symbolic import InvalidInputError, Model, Rig, units_of
 
@@ -40,7 +40,7 @@ class ModelParameter:
 
     Attributes:
         name: `k`, `mu` or `effect.parameter`.
-        recording: the recording that it belongs to; None for a shared one.
+        recording: the recording, or the ground, that it belongs to; None for one of the tyre.
 
     Raises:
         InvalidInputError: when used with a model or recordings that do not have it.
@@ -64,18 +64,15 @@ class ModelParameter:
 
     def initial(self, values: Values) -> float:
         """See `ProfileAxis`."""
-        place = values.shared if self.recording is None else values.own.get(self.recording, {})
-        if self.name not in place:
+        try:
+            return values.at((self.recording, self.name))
+        except KeyError:
             owner = "all recordings" if self.recording is None else repr(self.recording)
-            raise InvalidInputError(f"{self.name} is no parameter of {owner}")
-        return place[self.name]
+            raise InvalidInputError(f"{self.name} is no parameter of {owner}") from None
 
     def point(self, value: float, recordings: Sequence[Recording], values: Values) -> AxisPoint:
         """See `ProfileAxis`."""
-        if self.recording is None:
-            return list(recordings), replace(values, shared={**values.shared, self.name: value})
-        own = {**values.own[self.recording], self.name: value}
-        return list(recordings), replace(values, own={**values.own, self.recording: own})
+        return list(recordings), values.having({(self.recording, self.name): value})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,11 +111,17 @@ class RigLength:
         return [replace(r, rig=self.change(r.rig, value)) for r in recordings], values
 
 
+def _exact(rig: Rig, **lengths: float) -> Rig:
+    """The rig with these lengths, which then have no tolerance."""
+    tolerances = replace(rig.tolerances, **dict.fromkeys(lengths, 0.0))
+    return replace(rig, **lengths, tolerances=tolerances)
+
+
 HALF_LENGTH = RigLength(
-    name="a over a as declared", unit="1", neutral=1.0, change=lambda rig, x: replace(rig, a=rig.a * x)
+    name="a over a as declared", unit="1", neutral=1.0, change=lambda rig, x: _exact(rig, a=rig.a * x)
 )
 """The half-length of the patch, as a factor."""
 CASTER = RigLength(
-    name="e less e as declared", unit="m", neutral=0.0, change=lambda rig, x: replace(rig, e=rig.e + x)
+    name="e less e as declared", unit="m", neutral=0.0, change=lambda rig, x: _exact(rig, e=rig.e + x)
 )
 """The caster length, as a shift [m]."""

@@ -80,7 +80,7 @@ class Likelihood:
         self.contacts = tuple(dict.fromkeys(map(contact_of, vibrations))) if sliding else ()
         self.shared = COMMON + len(self.contacts)
         self.scales = self._scales()
-        self._grids = [_grid(r) for r in vibrations]
+        self._grids = [sample_grid(r) for r in vibrations]
         self._geometries = [np.array([*contact_of(r), r.decay.inertia]) for r in vibrations]
 
     def columns(self, recording: int) -> list[int]:
@@ -174,7 +174,7 @@ def first_guess(vibrations: Sequence[FreeVibration]) -> tuple[float, float]:
     return float(np.median(k)), float(np.median(b_t))
 
 
-def _grid(vibration: FreeVibration) -> tuple[Array, NDArray[np.intp]]:
+def sample_grid(vibration: FreeVibration) -> tuple[Array, NDArray[np.intp]]:
     """Times short enough for the integration [s], and the places of the samples among them."""
     parts = np.maximum(np.ceil(np.diff(vibration.t) * vibration.omega / _LONGEST_STEP), 1).astype(
         np.intp

@@ -114,6 +114,26 @@ def simulate_vibration(t: Array, unknowns: Array, geometry: Array) -> Response:
     return Response(psi, sensitivities)
 
 
+def vibration_of(steps: Array) -> ca.Function:
+    """(unknowns, geometry) -> psi, the vibration at the first sample and after each of these steps.
+
+    It can be differentiated any number of times; `simulate_vibration` is the quick way to the first.
+
+    Args:
+        steps: times between samples [s], shape (n - 1,).
+    """
+    unknowns, geometry = ca.MX.sym("unknowns", len(UNKNOWNS)), ca.MX.sym("geometry", len(GEOMETRY))
+    state, theta = ca.SX.sym("state", len(_STATES)), ca.SX.sym("theta", len(_PARAMETERS))
+    rig, dt = ca.SX.sym("geometry", len(GEOMETRY)), ca.SX.sym("dt")
+    step = ca.Function("step", [state, dt, theta, rig], [_step(state, theta, rig, dt)])
+    first = _initial_state(unknowns, geometry)
+    chosen = unknowns[[UNKNOWNS.index(name) for name in _PARAMETERS]]
+    constant = (ca.repmat(vector, 1, steps.size) for vector in (chosen, geometry))
+    states = step.mapaccum(steps.size)(first, ca.DM(steps).T, *constant)
+    psi = ca.vertcat(first[0], states[0, :].T)
+    return ca.Function("vibration", [unknowns, geometry], [psi], ["unknowns", "geometry"], ["psi"])
+
+
 def _parts(vector: Expression) -> list[Expression]:
     return list(ca.vertsplit(vector))
 

@@ -1,22 +1,38 @@
-"""Recordings in CSV: ``t,psi,M_z,F_N``, optional ``psi_dot``, ``M``, and ``# a = 0.045`` lines."""
+"""Recordings in CSV: ``t,psi,M_z,F_N``, optional ``psi_dot`` and ``M``, and first lines.
+
+Such lines are ``# a = 0.045 +- 0.0025``, ``# load = 1 +- 0.01`` and ``# ground = steel``.
+"""
 
 import csv
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from array import array
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
 from identification.reading.files import read_text
-from identification.reading.rigfile import DECLARABLE
-from identification.reading.table import OPTIONAL_COLUMNS, REQUIRED_COLUMNS, Fault, Table
-from symbolic import InvalidInputError
+from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
+from identification.reading.table import (
+    MOST_SAMPLES,
+    OPTIONAL_COLUMNS,
+    REQUIRED_COLUMNS,
+    Fault,
+    Table,
+)
+from symbolic import TOLERATED, InvalidInputError
 from symbolic.parsing import excerpt
+from symbolic.rig_tables import NEUTRAL
 
-_DECLARATION = re.compile(rf"#\s*({'|'.join(DECLARABLE)})\s*=(.*)")
+GROUND = "ground"
+"""What a first line calls the ground that the wheel stands on."""
+_DECLARATION = re.compile(rf"#\s*({'|'.join((*DECLARABLE, *TOLERANCE_ONLY, GROUND))})\s*=(.*)")
+_TOLERANCE = re.compile(r"(.*?)(?:\+-|\+/-|±)(.*)")
 _LINE_END = re.compile(r"\r\n|\n|\r")
 
-Rows = list[tuple[int, list[str]]]
+Rows = Iterator[tuple[int, list[str]]]
 """Fields with the number of their line, which begins at 1."""
 
 
@@ -31,33 +47,41 @@ def read_csv(path: Path, needed: Sequence[str]) -> Table:
         InvalidInputError: the file cannot be read as such a table at all; faults of single rows
             are in the result.
     """
-    lines = _LINE_END.split(read_text(path))
+    lines = _lines(read_text(path))
     places: dict[int | str, int] = {}
-    declared: dict[str, float] = {}
+    heading = _Heading()
     start = 0
     for start, line in enumerate(lines):
         if line.strip() and not line.lstrip().startswith("#"):
             break
-        _declare(path, start + 1, line, declared, places)
+        _declare(path, start + 1, line, heading, places)
     else:
         raise InvalidInputError(f"{path}: has no header; expected {','.join(needed)}")
-    rows = list(_fields(path, start, lines[start:]))
-    header = _header(path, *rows[0], needed)
-    samples = rows[1:]
-    while samples and not any(field.strip() for field in samples[-1][1]):
-        samples.pop()
-    columns, faults = _columns(header, len(rows[0][1]), samples)
-    places |= {sample: number for sample, (number, _) in enumerate(samples)}
+    rows = _fields(path, start, chain([line], lines))
+    number, names = next(rows)
+    header = _header(path, number, names, needed)
+    columns, numbers, faults = _columns(path, header, len(names), rows)
     return Table(
         path=path,
         columns=columns,
-        declared=declared,
+        declared=heading.declared,
         faults=faults,
-        place=lambda of: f"row {places[of]}",
+        place=lambda of: f"row {numbers[of] if isinstance(of, int) else places[of]}",
+        tolerances=heading.tolerances,
+        ground=heading.ground,
     )
 
 
-def _fields(path: Path, start: int, lines: Sequence[str]) -> Iterator[tuple[int, list[str]]]:
+def _lines(text: str) -> Iterator[str]:
+    """The lines in turn, as a split would take all at once."""
+    start = 0
+    for end in _LINE_END.finditer(text):
+        yield text[start : end.start()]
+        start = end.end()
+    yield text[start:]
+
+
+def _fields(path: Path, start: int, lines: Iterable[str]) -> Iterator[tuple[int, list[str]]]:
     reader = csv.reader(lines)
     row = start + 1
     try:
@@ -68,24 +92,53 @@ def _fields(path: Path, start: int, lines: Sequence[str]) -> Iterator[tuple[int,
         raise InvalidInputError(f"{path}: row {row}: is not CSV: {error}") from None
 
 
-def _declare(
-    path: Path, row: int, line: str, declared: dict[str, float], places: dict[int | str, int]
-) -> None:
+@dataclass
+class _Heading:
+    """What the lines before the header declare."""
+
+    declared: dict[str, float] = field(default_factory=dict)
+    tolerances: dict[str, float] = field(default_factory=dict)
+    ground: str | None = None
+
+
+def _declare(path: Path, row: int, line: str, heading: _Heading, places: dict[int | str, int]) -> None:
     found = _DECLARATION.fullmatch(line.strip())
     if found is None:
         return
     name, text = found.groups()
+    if name in places:
+        raise InvalidInputError(
+            f"{path}: row {row}: {name} is given twice, first in row {places[name]}; allowed: once"
+        )
+    places[name] = row
+    if name == GROUND:
+        heading.ground = text.strip()
+        if not heading.ground:
+            raise InvalidInputError(
+                f"{path}: row {row}: {GROUND} has no name; such as '# {GROUND} = steel'"
+            )
+        return
+    pair = _TOLERANCE.fullmatch(text) if name in TOLERATED else None
+    value = _declared_number(path, row, name, pair[1] if pair else text)
+    if pair:
+        heading.tolerances[name] = _declared_number(path, row, name, pair[2])
+    if name not in NEUTRAL:
+        heading.declared[name] = value
+    elif value != NEUTRAL[name] or pair is None:
+        raise InvalidInputError(
+            f"{path}: row {row}: {name} has a tolerance alone, as in"
+            f" '# {name} = {NEUTRAL[name]:g} +- 0.01'; correct the recording instead"
+        )
+
+
+def _declared_number(path: Path, row: int, name: str, text: str) -> float:
     value = _number(text)
     if value is None or np.isnan(value):
         raise InvalidInputError(
             f"{path}: row {row}: {name} = {excerpt(text.strip())} is not a number; "
             f"expected such as '# {name} = 0.045', SI units without the unit"
         )
-    if name in declared:
-        raise InvalidInputError(
-            f"{path}: row {row}: {name} is given twice, first in row {places[name]}; allowed: once"
-        )
-    declared[name], places[name] = value, row
+    return value
 
 
 def _header(path: Path, row: int, fields: Sequence[str], needed: Sequence[str]) -> Mapping[str, int]:
@@ -104,22 +157,30 @@ def _header(path: Path, row: int, fields: Sequence[str], needed: Sequence[str]) 
 
 
 def _columns(
-    header: Mapping[str, int], width: int, samples: Rows
-) -> tuple[dict[str, np.ndarray], list[Fault]]:
-    columns = {name: np.full(len(samples), np.nan) for name in header}
-    faults = []
-    for sample, (_, fields) in enumerate(samples):
-        if len(fields) != width:
+    path: Path, header: Mapping[str, int], width: int, rows: Rows
+) -> tuple[dict[str, np.ndarray], "array[int]", list[Fault]]:
+    """Columns, the number of each sample's line, and faults; empty rows at the end are none."""
+    columns = {name: array("d") for name in header}
+    numbers, faults, size = array("q"), list[Fault](), 0
+    for sample, (number, fields) in enumerate(rows):
+        if any(field.strip() for field in fields):
+            size = sample + 1
+        if size > MOST_SAMPLES:
+            raise InvalidInputError(
+                f"{path}: holds more than {MOST_SAMPLES} samples; cut it, or thin it out"
+            )
+        numbers.append(number)
+        fitting = len(fields) == width
+        if not fitting:
             faults.append(Fault(sample, f"has {len(fields)} fields, the header has {width}"))
-            continue
         for name, index in header.items():
-            value = _number(fields[index])
+            value = _number(fields[index]) if fitting else np.nan
             if value is None:
                 what = f"{name} = {excerpt(fields[index])} is not a number"
                 faults.append(Fault(sample, f"{what}; allowed: a finite number, empty or NaN"))
-            else:
-                columns[name][sample] = value
-    return columns, faults
+            columns[name].append(np.nan if value is None else value)
+    present = {name: np.array(values[:size]) for name, values in columns.items()}
+    return present, numbers, [fault for fault in faults if fault.sample < size]
 
 
 def _number(text: str) -> float | None:

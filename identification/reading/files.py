@@ -1,23 +1,41 @@
 """Files as bytes and text, with every failure as one line."""
 
 from pathlib import Path
+from stat import S_ISREG
 
 from symbolic import InvalidInputError
 from symbolic.parsing import naming, text_of
 
+LARGEST_FILE = 500_000_000
+"""Of a file that is read [bytes]."""
 
-def read_bytes(path: Path) -> bytes:
+
+def read_bytes(path: Path, largest: int = LARGEST_FILE) -> bytes:
     """The content of a file.
 
+    Args:
+        path: the file; a pipe or a device, which may block or never end, is refused.
+        largest: so many bytes are allowed.
+
     Raises:
-        InvalidInputError: no such file, a directory, or not readable.
+        InvalidInputError: no such file, no regular file, too large, or not readable.
     """
     try:
-        return path.read_bytes()
+        status = path.stat()
+        if path.is_dir():
+            raise InvalidInputError(f"{path}: is a directory, expected a file")
+        if not S_ISREG(status.st_mode):
+            raise InvalidInputError(
+                f"{path}: is a pipe or a device; allowed: a regular file, save it as one"
+            )
+        if status.st_size > largest:
+            raise InvalidInputError(
+                f"{path}: holds {status.st_size / 1e6:.3g} MB; allowed: up to {largest / 1e6:.3g} MB"
+            )
+        with path.open("rb") as file:
+            return file.read(status.st_size)
     except FileNotFoundError:
         raise InvalidInputError(f"{path}: no such file") from None
-    except IsADirectoryError:
-        raise InvalidInputError(f"{path}: is a directory, expected a file") from None
     except OSError as error:
         raise InvalidInputError(f"{path}: cannot be read: {error.strerror or error}") from None
 

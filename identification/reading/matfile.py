@@ -6,7 +6,7 @@ arrays alone; `scipy.io.loadmat` reads everything, but a damaged file can end th
 
 import struct
 import zlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from math import prod
 from pathlib import Path
 from typing import NamedTuple
@@ -16,19 +16,30 @@ from numpy.typing import NDArray
 
 from identification.reading.files import read_bytes
 from identification.reading.rigfile import DECLARABLE
-from identification.reading.table import Array, Table
-from symbolic import InvalidInputError
+from identification.reading.table import MOST_SAMPLES, Array, Table
+from symbolic import TOLERATED, InvalidInputError
+from symbolic.parsing import naming
 
 _VARIABLES = {"t": "time", "psi": "Psi", "M_z": "Mz", "F_N": "Fz"}
 """Variable of each column."""
+HALF_LENGTH_TOLERANCE = 0.0025
+"""Half-lengths in the published files are whole multiples of 5 mm [m].
+
+A scalar `a_tolerance` in a file goes before it."""
+_WANTED = {*_VARIABLES.values(), *DECLARABLE, *(f"{name}_tolerance" for name in DECLARABLE)}
+"""Columns, values of the rig, and how far off these may be."""
 _HEADER_BYTES = 128
 _NUMBERS = {
     1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"
 }  # fmt: skip
-_MATRIX, _COMPRESSED = 14, 15
+_INT32, _MATRIX, _COMPRESSED = 5, 14, 15
 _NUMERIC_CLASSES = range(6, 16)
 _OPAQUE_CLASS = 17
 _COMPLEX_FLAG = 0x0800
+_MOST_DIMENSIONS, _MOST_VARIABLES = 32, 10_000
+_LONGEST_HEAD = 1024
+"""Flags, shape and name end within so many bytes, in front of the values."""
+_LARGEST_ARRAY = 8 * MOST_SAMPLES + _LONGEST_HEAD
 
 
 def read_mat(path: Path, needed: Sequence[str]) -> Table:
@@ -61,12 +72,17 @@ def read_mat(path: Path, needed: Sequence[str]) -> Table:
                 f"{columns['t'].size}; equal numbers are needed"
             )
     declared = {name: _scalar(path, name, content[name]) for name in DECLARABLE if name in content}
+    tolerances = {"a": HALF_LENGTH_TOLERANCE} if "a" in content else {}
+    for name in TOLERATED:
+        if f"{name}_tolerance" in content:
+            tolerances[name] = _scalar(path, f"{name}_tolerance", content[f"{name}_tolerance"])
     return Table(
         path=path,
         columns=columns,
         declared=declared,
         faults=(),
         place=lambda of: f"sample {of + 1}" if isinstance(of, int) else f"scalar {of}",
+        tolerances=tolerances,
     )
 
 
@@ -83,7 +99,8 @@ def _load(path: Path) -> Mapping[str, Array | None]:
             f"{path}: is not a MATLAB 5 file; save it with save(..., '-v7'), or as CSV"
         )
     try:
-        return read_arrays(content)
+        with naming(path):
+            return read_arrays(content, _WANTED)
     except DamagedFileError as error:
         raise InvalidInputError(
             f"{path}: is damaged, it cannot be read as a MATLAB 5 file ({error}); copy or save it again"
@@ -112,52 +129,96 @@ class DamagedFileError(ValueError):
 
 class _Element(NamedTuple):
     kind: int
-    data: bytes
+    data: memoryview
 
 
-def read_arrays(content: bytes) -> dict[str, NDArray[np.float64] | None]:
-    """All variables by name, in their shape; None for what is not an array of real numbers.
+def read_arrays(
+    content: bytes, wanted: Container[str] | None = None
+) -> dict[str, NDArray[np.float64] | None]:
+    """Variables by name, in their shape; None for what is not an array of real numbers.
+
+    Args:
+        content: the file.
+        wanted: names of the variables whose values matter; None for all. The others are None.
 
     Raises:
         DamagedFileError: the content is not that of a whole MATLAB 5 file.
+        InvalidInputError: a wanted variable is larger than a recording may be.
     """
     order = {b"IM": "<", b"MI": ">"}.get(content[_HEADER_BYTES - 2 : _HEADER_BYTES])
     if order is None:
         raise DamagedFileError("no mark of the byte order")
+    arrays: dict[str, NDArray[np.float64] | None] = {}
     try:
-        return dict(_variables(content[_HEADER_BYTES:], order))
+        for element in _elements(memoryview(content)[_HEADER_BYTES:], order):
+            name, values = _variable(element, order, wanted)
+            arrays[name] = values
+            if len(arrays) > _MOST_VARIABLES:
+                raise InvalidInputError(f"holds more than {_MOST_VARIABLES} variables")
     except (struct.error, zlib.error, UnicodeDecodeError, KeyError) as error:
         raise DamagedFileError(str(error)) from error
+    return arrays
 
 
-def _variables(content: bytes, order: str) -> Iterator[tuple[str, NDArray[np.float64] | None]]:
-    for element in _elements(content, order):
-        if element.kind == _COMPRESSED:
-            yield from _variables(zlib.decompress(element.data), order)
-        elif element.kind == _MATRIX:
-            yield _variable(element.data, order)
-        else:
-            raise DamagedFileError(f"element of type {element.kind} outside an array")
-
-
-def _variable(content: bytes, order: str) -> tuple[str, NDArray[np.float64] | None]:
-    parts = _elements(content, order)
-    flags = next(parts, None)
-    if flags is None or len(flags.data) < 4:
-        raise DamagedFileError("an array without flags")
-    (flag,) = struct.unpack_from(order + "I", flags.data)
-    if flag & 0xFF not in range(1, _OPAQUE_CLASS + 1):
-        raise DamagedFileError(f"array of class {flag & 0xFF}")
-    if flag & 0xFF == _OPAQUE_CLASS:  # its name comes at once
-        return _part(parts).data.decode("ascii"), None
-    shape = [int(length) for length in _numbers(_part(parts), order)]
-    name = _part(parts).data.decode("ascii")
-    if flag & 0xFF not in _NUMERIC_CLASSES or flag & _COMPLEX_FLAG:
+def _variable(
+    element: _Element, order: str, wanted: Container[str] | None
+) -> tuple[str, NDArray[np.float64] | None]:
+    """A variable by name; decompressed as far as its name, and only a wanted one to its end."""
+    if element.kind == _MATRIX:
+        name, shape, parts = _head(element.data, order)
+        if shape is None or not (wanted is None or name in wanted):
+            return name, None
+        return name, _values(name, shape, next(parts, None), order)
+    if element.kind != _COMPRESSED:
+        raise DamagedFileError(f"element of type {element.kind} outside an array")
+    inflater = zlib.decompressobj()
+    begin = inflater.decompress(element.data, _LONGEST_HEAD)
+    kind, size = struct.unpack_from(order + "II", begin)
+    if kind != _MATRIX:
+        raise DamagedFileError(f"a compressed element of type {kind}, no array")
+    name, shape, _ = _head(memoryview(begin)[8:], order)
+    if wanted is not None and (shape is None or name not in wanted):
         return name, None
-    values = _numbers(_part(parts), order)
+    if size > _LARGEST_ARRAY:
+        raise InvalidInputError(f"{name} takes {size} bytes; allowed: up to {MOST_SAMPLES} numbers")
+    # One byte more than declared tells whether more is in it.
+    whole = begin + inflater.decompress(inflater.unconsumed_tail, max(1, size + 9 - len(begin)))
+    if not inflater.eof or len(whole) != size + 8:
+        raise DamagedFileError(f"{name} does not decompress to the {size} bytes that it declares")
+    return _variable(_Element(_MATRIX, memoryview(whole)[8:]), order, wanted)
+
+
+def _head(content: memoryview, order: str) -> tuple[str, tuple[int, ...] | None, Iterator[_Element]]:
+    """Name, shape (None for what is not an array of real numbers), and the parts that follow."""
+    parts = _elements(content, order)
+    (flag,) = struct.unpack_from(order + "I", _part(parts).data)
+    kind = flag & 0xFF
+    if kind not in range(1, _OPAQUE_CLASS + 1):
+        raise DamagedFileError(f"array of class {kind}")
+    if kind == _OPAQUE_CLASS:  # its name comes at once
+        return _text(_part(parts)), None, parts
+    lengths = _part(parts)
+    if lengths.kind != _INT32:
+        raise DamagedFileError(f"a shape of type {lengths.kind}")
+    shape = tuple(_numbers(lengths, order).tolist())
+    name = _text(_part(parts))
+    if kind not in _NUMERIC_CLASSES or flag & _COMPLEX_FLAG:
+        return name, None, parts
+    return name, shape, parts
+
+
+def _values(name: str, shape: tuple[int, ...], part: _Element | None, order: str) -> NDArray[np.float64]:
+    if part is None:
+        raise DamagedFileError("an array that ends early")
+    values = _numbers(part, order)
     if min(shape, default=-1) < 0 or prod(shape) != values.size:
         raise DamagedFileError(f"{name} holds {values.size} numbers, its shape is {shape}")
-    return name, values.astype(np.float64).reshape(shape, order="F")
+    if len(shape) > _MOST_DIMENSIONS or prod(max(1, length) for length in shape) > MOST_SAMPLES:
+        raise InvalidInputError(
+            f"{name} has {len(shape)} dimensions, {values.size} numbers; allowed: up to"
+            f" {_MOST_DIMENSIONS} dimensions, {MOST_SAMPLES} numbers"
+        )
+    return values.astype(np.float64).reshape(shape, order="F")
 
 
 def _part(parts: Iterator[_Element]) -> _Element:
@@ -167,6 +228,10 @@ def _part(parts: Iterator[_Element]) -> _Element:
     return part
 
 
+def _text(element: _Element) -> str:
+    return bytes(element.data).decode("ascii")
+
+
 def _numbers(element: _Element, order: str) -> NDArray[np.generic]:
     dtype = np.dtype(order + _NUMBERS[element.kind])
     if len(element.data) % dtype.itemsize:
@@ -174,7 +239,7 @@ def _numbers(element: _Element, order: str) -> NDArray[np.generic]:
     return np.frombuffer(element.data, dtype)
 
 
-def _elements(content: bytes, order: str) -> Iterator[_Element]:
+def _elements(content: memoryview, order: str) -> Iterator[_Element]:
     """The elements in turn: a tag of 8 bytes, then data, padded to 8 unless compressed."""
     at = 0
     while at < len(content):

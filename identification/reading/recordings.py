@@ -36,6 +36,7 @@ class Recording:
         M: steering torque [N m], NaN where the sample is missing; None where not recorded.
         rig: the rig as declared.
         tyre: the tyre as declared.
+        ground: name of what the wheel stands on; None where unknown.
 
     Raises:
         InvalidInputError: shapes differ, time does not increase, a load is not greater than 0, or a
@@ -53,6 +54,7 @@ class Recording:
     psi_recorded: NDArray[np.bool_] | None = None
     rig: Rig
     tyre: Tyre
+    ground: str | None = None
 
     def __post_init__(self) -> None:
         """Freeze the arrays and check them."""
@@ -130,6 +132,7 @@ def read_recording(
         M=columns.get("M"),
         rig=own_rig,
         tyre=own_tyre,
+        ground=table.ground,
     )
 
 

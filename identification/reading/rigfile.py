@@ -6,32 +6,42 @@ from pathlib import Path
 from identification.reading.files import read_bytes
 from identification.reading.table import Table
 from symbolic import InvalidInputError, Rig, Tyre, rig_from_tables
-from symbolic.parsing import naming, toml_of
-from symbolic.serialisation import REQUIRED_KEYS, RIG_KEYS, rig_from_values
+from symbolic.parsing import LARGEST_TABLES, naming, toml_of
+from symbolic.rig_tables import NEUTRAL, REQUIRED_KEYS, RIG_KEYS, rig_from_values
 
 DECLARABLE = (*RIG_KEYS["rig"], *RIG_KEYS["tyre"])
 """Parameters that a recording may give for itself."""
+TOLERANCE_ONLY = tuple(NEUTRAL)
+"""What a recording may give a tolerance alone: a factor on its load, the zero of its torque."""
 
 
 def read_rig(path: str | Path) -> tuple[Rig, Tyre]:
     """Read ``[rig] a, e, J_A, b_t`` and ``[tyre] k, mu`` (SI units; J_A, b_t and mu optional).
+
+    `a = { value = 0.045, tolerance = 0.0025 }` says how far off a may be, and so for e; `load` and
+    `zero` have a tolerance alone, `load = { tolerance = 0.01 }`, see `symbolic.Tolerances`.
 
     Raises:
         InvalidInputError: the file cannot be read, a section or key is missing or unknown, or a
             value is not a number within its range.
     """
     path = Path(path)
-    content = read_bytes(path)
+    content = read_bytes(path, LARGEST_TABLES)
     with naming(path):
         return rig_from_tables(toml_of(content))
 
 
-def with_declared(nominal: tuple[Rig, Tyre] | None, declared: Mapping[str, float]) -> tuple[Rig, Tyre]:
+def with_declared(
+    nominal: tuple[Rig, Tyre] | None,
+    declared: Mapping[str, float],
+    tolerances: Mapping[str, float] | None = None,
+) -> tuple[Rig, Tyre]:
     """The nominal rig and tyre, overridden by values that a recording declares.
 
     Args:
         nominal: rig and tyre from elsewhere; None where only the recording knows them.
         declared: values by name, out of `DECLARABLE` (SI units).
+        tolerances: of values, by name.
 
     Raises:
         InvalidInputError: a, e or k is known from neither, or a value is outside its range.
@@ -43,7 +53,7 @@ def with_declared(nominal: tuple[Rig, Tyre] | None, declared: Mapping[str, float
             "and k in the recording: lines such as '# a = 0.045' before a CSV header, scalars in "
             "a MAT file"
         )
-    return rig_from_values(declared, nominal)
+    return rig_from_values(declared, nominal, tolerances)
 
 
 def rig_of_table(table: Table, nominal: tuple[Rig, Tyre] | None) -> tuple[Rig, Tyre]:
@@ -53,7 +63,7 @@ def rig_of_table(table: Table, nominal: tuple[Rig, Tyre] | None) -> tuple[Rig, T
         InvalidInputError: a, e or k is known from neither, or a value is outside its range.
     """
     try:
-        return with_declared(nominal, table.declared)
+        return with_declared(nominal, table.declared, table.tolerances)
     except InvalidInputError as error:
         # The message begins with the parameter; where the file itself gave it, name its place.
         name = str(error).split()[0]

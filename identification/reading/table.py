@@ -1,7 +1,7 @@
 """A recording as it stands in a file, and the checks of its samples."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,6 +13,10 @@ from symbolic import InvalidInputError
 Array = NDArray[np.float64]
 
 MIN_SAMPLES = 10
+MOST_SAMPLES = 10_000_000
+"""Of a recording, nearly three hours at 1 kHz; what holds more has to be cut or thinned before."""
+SHORTEST_STEP = 1e-6
+"""Time advances by at least so much from sample to sample [s]."""
 REQUIRED_COLUMNS = ("t", "psi", "M_z", "F_N")
 OPTIONAL_COLUMNS = ("psi_dot", "M")
 DECAY_COLUMNS = ("t", "psi")
@@ -46,6 +50,8 @@ class Table:
         faults: samples that could not be read.
         place: names the place of a sample (index from 0) or of a declared value, for messages: the
             line in a CSV file, the sample in a MAT file, both counted from 1.
+        tolerances: how far off declared values may be, by name, see `symbolic.Tolerances`.
+        ground: name of what the wheel stands on; None where the file does not say.
     """
 
     path: Path
@@ -53,6 +59,8 @@ class Table:
     declared: Mapping[str, float]
     faults: Sequence[Fault]
     place: Callable[[int | str], str]
+    tolerances: Mapping[str, float] = field(default_factory=dict)
+    ground: str | None = None
 
 
 def required_columns(*, torque_required: bool) -> tuple[str, ...]:
@@ -81,9 +89,18 @@ def check(table: Table, needed: Sequence[str]) -> None:
         raise InvalidInputError(
             f"{table.path}: holds {size} sample{'s' * (size != 1)}, at least {MIN_SAMPLES} needed"
         )
+    if size > MOST_SAMPLES:
+        raise InvalidInputError(
+            f"{table.path}: holds {size} samples, at most {MOST_SAMPLES} allowed; cut it, or thin it"
+        )
     for name in needed:
-        if np.isnan(table.columns[name]).all():
+        known = int(np.isfinite(table.columns[name]).sum())
+        if known == 0:
             raise InvalidInputError(f"{table.path}: every {name} is missing, a number is needed")
+        if name == "M_z" and known < MIN_SAMPLES:
+            raise InvalidInputError(
+                f"{table.path}: M_z is known in {known} of {size} samples, at least {MIN_SAMPLES} needed"
+            )
 
 
 def _sample_faults(table: Table) -> list[Fault]:
@@ -117,14 +134,15 @@ def _time_faults(table: Table) -> list[Fault]:
         for sample in np.flatnonzero(np.isnan(t))
     ]
     known = np.flatnonzero(np.isfinite(t))
-    late = np.flatnonzero(np.diff(t[known]) <= 0)
+    late = np.flatnonzero(np.diff(t[known]) < SHORTEST_STEP)
     for before, sample in zip(known[late], known[late + 1], strict=True):
-        manner = "repeats" if t[sample] == t[before] else "runs backwards"
+        advance = t[sample] - t[before]
+        manner = "stands nearly still" if advance > 0 else "runs backwards" if advance else "repeats"
         faults.append(
             Fault(
                 int(sample),
-                f"time {manner}: t = {t[sample]:.10g} s after {t[before]:.10g} s; "
-                "t must increase from sample to sample",
+                f"time {manner}: t = {t[sample]:.10g} s after {t[before]:.10g} s; t must increase from"
+                f" sample to sample, by at least {SHORTEST_STEP:g} s",
             )
         )
     return faults

@@ -20,7 +20,8 @@ from scipy.signal import fftconvolve
 from scipy.stats import f
 
 from identification.fits.autocorrelation import lagged_products
-from identification.fits.fitting import Fit, torque_range
+from identification.fits.fitting import Fit
+from identification.fits.problem import torque_range
 from identification.reading.recordings import Recording
 
 Array = NDArray[np.float64]

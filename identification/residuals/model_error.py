@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.fits.autocorrelation import autocorrelation_time
-from identification.fits.fitting import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss, influence
+from identification.fits.problem import torque_range
 from identification.reading.recordings import Recording
 from symbolic import ModelError, full_slide_torque
 

@@ -15,6 +15,9 @@ REVERSAL = 1e-3
 SLOW = 0.05
 """Below this share of its rms yaw rate the wheel counts as resting [1]."""
 
+SMALL = 0.4
+"""Torques of about this share of their rms are near zero [1]."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MotionSignals:
@@ -159,6 +162,14 @@ RESIDUAL_SIGNALS: tuple[Signal, ...] = (
         "friction differs by direction of turning",
         # Friction that differs by direction shifts the loop as a whole.
         centred=False,
+    ),
+    Signal(
+        # A gap that is crossed at no torque takes from small torques what it leaves of large ones.
+        name="the torque near zero",
+        unit="1",
+        of=lambda motion: motion.M_z * np.exp(-0.5 * (motion.M_z / (SMALL * _rms(motion.M_z))) ** 2),
+        positive="a dead zone: the angle moves and the torque is near zero",
+        negative="contact that stiffens around zero torque",
     ),
     Signal(
         name="the signed angle since the last reversal",

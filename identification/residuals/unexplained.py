@@ -7,8 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.fits.autocorrelation import autocorrelation_time
-from identification.fits.fitting import torque_range
 from identification.fits.loss import LEAST_SQUARES, Loss, influence, rmse_of
+from identification.fits.problem import torque_range
 from identification.reading.recordings import Recording
 from identification.residuals.signatures import LEAST_SIZE, Signatures
 

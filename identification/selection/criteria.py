@@ -6,8 +6,9 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from identification.fits.autocorrelation import effective_samples
-from identification.fits.fitting import Fit, torque_range
+from identification.fits.fitting import Fit
 from identification.fits.loss import cost, influence
+from identification.fits.problem import torque_range
 from identification.reading.recordings import Recording
 from identification.selection.trials import Judgement, Trial
 from symbolic import InvalidInputError
@@ -23,8 +24,8 @@ class SelectionCriteria:
             discretised patch [1].
         gain_standard_errors: standard errors of the paired test by which that error has to fall [1].
         clear: standard errors by which two models have to differ to be distinguished [1].
-        strong: difference in the information criterion from which evidence is strong (Kass and Raftery,
-            JASA 90 (1995) 773) [1].
+        strong: rise of the information criterion that held-out recordings may outweigh; 6 is where
+            evidence is strong (Kass and Raftery, JASA 90 (1995) 773), 0 where it has to fall [1].
         block: length of the blocks in which residuals are taken as independent [s].
         long_block: length that outlasts the correlation of a real tyre's residual [s].
         runners_up: candidates fitted to the whole recordings where the best is not confirmed there.
@@ -38,7 +39,7 @@ class SelectionCriteria:
     resolution: float = 5e-4
     gain_standard_errors: float = 1.0
     clear: float = 2.0
-    strong: float = 6.0
+    strong: float = 0.0
     block: float = 1.0
     long_block: float = 4.0
     runners_up: int = 2
@@ -67,8 +68,8 @@ def addition_justified(
 ) -> bool:
     """Whether an effect is worth adding: lower judged error, and a lower information criterion.
 
-    The criterion, taken on the training data, may rise, though not strongly, where held-out recordings
-    show the effect clearly. Leaving training recordings out in turn is no evidence beyond the criterion,
+    The criterion, taken on the training data, may rise by `strong` where held-out recordings show the
+    effect clearly. Leaving training recordings out in turn is no evidence beyond the criterion,
     nor is an error that falls because a parameter of a held-out recording is fitted to it.
     """
     if not error_falls(richer.judgement, present.judgement, criteria):
@@ -83,7 +84,14 @@ def addition_justified(
 
 def _own_parameters(trial: Trial) -> int:
     """Number of parameters that belong to a recording."""
-    return sum(owner is not None for owner, _ in trial.fitted.labels)
+    return sum(trial.fitted.own)
+
+
+def removal_justified(
+    poorer: Trial, present: Trial, training: Sequence[Recording], criteria: SelectionCriteria
+) -> bool:
+    """Whether the addition of the effect that the poorer model lacks would not be justified."""
+    return not addition_justified(present, poorer, training, criteria)
 
 
 def exchange_justified(
@@ -125,13 +133,33 @@ def delta_bic(richer: Fit, poorer: Fit, recordings: Sequence[Recording]) -> floa
     """Change of the Bayesian information criterion from the poorer to the richer model.
 
     n ln(loss) + p ln(n) with n the effective number of samples of the richer model's residuals, as
-    samples 10 ms apart are far from independent. Negative speaks for the richer model.
+    samples 10 ms apart are far from independent. What was declared with a tolerance counts by the
+    degrees of freedom that the data decide, see `effective_parameters`, and its squared distance from
+    the declared value in standard deviations is added. Negative speaks for the richer model.
     """
     n = effective_samples(
         {r.name: influence(richer.loss, richer.residuals[r.name] / torque_range(r)) for r in recordings}
     )
     gain = np.log(_loss(richer, recordings) / _loss(poorer, recordings))
-    return float(n * gain + (len(richer.labels) - len(poorer.labels)) * np.log(n))
+    parameters = effective_parameters(richer) - effective_parameters(poorer)
+    distance = float(np.sum(richer.prior_steps**2) - np.sum(poorer.prior_steps**2))
+    return float(n * gain + distance + parameters * np.log(n))
+
+
+def effective_parameters(fitted: Fit) -> float:
+    """Number of parameters; one declared with a tolerance counts by the share that the data decide.
+
+    The trace of J'J (J'J + W)^-1, W the weights of what was declared: MacKay, Bayesian interpolation,
+    Neural Computation 4 (1992) 415, eq. (4.9).
+    """
+    weights, count = fitted.prior_weights**2, len(fitted.labels)
+    if not weights.any():
+        return float(count)
+    information = fitted.jacobian.T @ fitted.jacobian
+    # A column that the data say nothing of still counts as one, as without any tolerance.
+    size = np.sqrt(np.maximum(np.diag(information) + weights, 1e-300))
+    inverse = np.linalg.pinv((information + np.diag(weights)) / np.outer(size, size), hermitian=True)
+    return float(count - np.sum(weights * np.diag(inverse) / size**2))
 
 
 def _loss(fitted: Fit, recordings: Sequence[Recording]) -> float:

@@ -1,30 +1,39 @@
 """Trials kept on disk, so that an interrupted search goes on from them.
 
 A search is deterministic: a trial that it has run before is taken from here. A trial is one file, named
-by a digest of the model's Functions, the start, the precision, the recordings and the format. A file
-that cannot be read, or holds anything but such a trial, counts as absent. joblib.Memory and diskcache
-would unpickle what they read, which executes code that a file may hold; here only JSON and arrays
-without objects are read.
+by a digest of the model's Functions, the start, the precision, the recordings and the format, and begins
+with one of its content. A file that was damaged or altered, or holds anything but such a trial, counts
+as absent. joblib.Memory and diskcache would unpickle what they read, which executes code that a file may
+hold; here only JSON and arrays without objects are read.
 """
 
 import hashlib
+import io
 import json
+import logging
 import secrets
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from identification.fits.fitting import Fit, Values, initial_guess
+from identification.fits.fitting import Fit
+from identification.fits.values import Values, grounds_of, initial_guess
 from identification.reading.recordings import Recording
 from identification.selection.trials import Trial, TrialTask, model_of, trial_of
-from symbolic import parameter_name
+from symbolic import TOLERATED, parameter_name
 
-FORMAT = 3
+FORMAT = 4
 """Changes with whatever makes a kept trial differ from one run anew."""
+ARRAYS = ("jacobian", "scales", "bound_distances", "prior_weights", "prior_steps")
+"""What of a fit is an array, beside its residuals."""
+DIGEST = hashlib.sha256().digest_size
+"""Bytes in the beginning of a file that say whether the others are as they were written."""
+_LOG = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +51,10 @@ class Journal:
         path = self._path(task)
         places = [task.training, *([task.holdout] if task.holdout else [])]
         try:
-            with path.open("rb") as file, np.load(file, allow_pickle=False) as kept:
+            content = path.read_bytes()
+            if content[:DIGEST] != _seal(path, content[DIGEST:]):
+                return None
+            with np.load(io.BytesIO(content[DIGEST:]), allow_pickle=False) as kept:
                 arrays = {name: kept[name] for name in kept.files}
             texts = json.loads(str(arrays.pop("texts")))
             fits = [_fit(task, text, arrays, i) for i, text in enumerate(texts)]
@@ -58,17 +70,19 @@ class Journal:
         arrays: dict[str, Any] = {"texts": json.dumps([_text(fitted) for fitted in fits])}
         for i, fitted in enumerate(fits):
             arrays |= {f"{i}/residual/{name}": r for name, r in fitted.residuals.items()}
-            arrays |= {
-                f"{i}/{name}": getattr(fitted, name)
-                for name in ("jacobian", "scales", "bound_distances")
-            }
+            arrays |= {f"{i}/{name}": getattr(fitted, name) for name in ARRAYS}
         path = self._path(task)
+        content = io.BytesIO()
+        np.savez(content, **arrays)
         stage = path.with_name(f"{secrets.token_hex(4)}.part")
-        with suppress(OSError):
+        try:
             self.folder.mkdir(exist_ok=True)
-            with stage.open("wb") as file:
-                np.savez(file, **arrays)
+            stage.write_bytes(_seal(path, content.getvalue()) + content.getvalue())
             stage.replace(path)
+        except OSError as error:
+            with suppress(OSError):
+                stage.unlink()
+            _say_once(f"{self.folder}: what is found cannot be kept: {error.strerror or error}")
 
     def _path(self, task: TrialTask) -> Path:
         start = asdict(task.start) if task.start else None
@@ -87,8 +101,18 @@ class Journal:
         return self.folder / f"{digest.hexdigest()[:32]}.npz"
 
 
+def _seal(path: Path, content: bytes) -> bytes:
+    """Digest of a trial and of the task that it is of."""
+    return hashlib.sha256(path.stem.encode() + content).digest()
+
+
+@cache
+def _say_once(line: str) -> None:
+    _LOG.warning("brushgrip: %s", line)
+
+
 def _digest(recording: Recording) -> bytes:
-    digest = hashlib.sha256(repr((recording.name, recording.rig)).encode())
+    digest = hashlib.sha256(repr((recording.name, recording.rig, recording.ground)).encode())
     for values in (recording.t, recording.psi, recording.psi_dot, recording.M_z, recording.F_N):
         digest.update(values.tobytes())
     return digest.digest()
@@ -97,8 +121,7 @@ def _digest(recording: Recording) -> bytes:
 def _text(fitted: Fit) -> dict[str, Any]:
     """What of a fit is not an array."""
     return {
-        "shared": dict(fitted.values.shared),
-        "own": {name: dict(own) for name, own in fitted.values.own.items()},
+        "values": asdict(fitted.values),
         "labels": fitted.labels,
         "status": fitted.status,
         "converged": fitted.converged,
@@ -110,15 +133,13 @@ def _fit(task: TrialTask, text: Mapping[str, Any], arrays: Mapping[str, Any], i:
     labels: Sequence[Sequence[Any]] = text["labels"]
     return Fit(
         model=model_of(task.effects, task.precision),
-        values=Values(shared=text["shared"], own=text["own"]),
+        values=Values(**text["values"]),
         residuals={n.removeprefix(prefix): r for n, r in arrays.items() if n.startswith(prefix)},
-        jacobian=arrays[f"{i}/jacobian"],
         labels=tuple((owner, name) for owner, name in labels),
-        scales=arrays[f"{i}/scales"],
-        bound_distances=arrays[f"{i}/bound_distances"],
         status=text["status"],
         converged=text["converged"],
         loss=task.loss,
+        **{name: arrays[f"{i}/{name}"] for name in ARRAYS},
     )
 
 
@@ -131,14 +152,23 @@ def _is_whole(fitted: Fit, recordings: Sequence[Recording]) -> bool:
     names = {parameter_name(effect, parameter) for effect, parameter in fitted.model.parameters}
     present = {r.name: np.isfinite(r.M_z) for r in recordings}
     rows, columns = sum(int(mask.sum()) for mask in present.values()), len(fitted.labels)
-    shapes = {"jacobian": (rows, columns), "scales": (columns,), "bound_distances": (2, columns)}
+    shapes = dict.fromkeys(ARRAYS, (columns,)) | {
+        "jacobian": (rows, columns),
+        "bound_distances": (2, columns),
+    }
     arrays = {name: getattr(fitted, name) for name in shapes}
-    for name in present:
-        fitted.model.theta(fitted.values.of(name))  # Raises where a value is missing or out of bounds.
+    for recording in recordings:
+        # Raises where a value is missing or out of bounds.
+        fitted.model.theta(fitted.values.of(recording))
+    owners = {None, *present, *grounds_of(recordings)}
+    names |= set(TOLERATED)
+    for label in fitted.labels:
+        if not isinstance(fitted.values.at(label), float):
+            return False
     return (
         type(fitted.status) is str
         and type(fitted.converged) is bool
-        and all(owner in (None, *present) and name in names for owner, name in fitted.labels)
+        and all(owner in owners and name in names for owner, name in fitted.labels)
         and len(set(fitted.labels)) == columns > 0
         and fitted.residuals.keys() == present.keys()
         and all(np.array_equal(np.isfinite(fitted.residuals[n]), mask) for n, mask in present.items())

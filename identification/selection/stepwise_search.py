@@ -8,8 +8,8 @@ search ends.
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
-from identification.fits.fitting import Values
 from identification.fits.loss import LEAST_SQUARES, Loss
+from identification.fits.values import Values
 from identification.reading.recordings import Recording
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
@@ -17,11 +17,12 @@ from identification.selection.criteria import (
     addition_justified,
     distinguishable,
     exchange_justified,
+    removal_justified,
 )
 from identification.selection.journal import Journal
 from identification.selection.trial_runner import Effects, TrialRunner, workers
-from identification.selection.trials import RANKING, ROUGH, Precision, Trial
-from symbolic import EFFECTS, Effect, effects_named
+from identification.selection.trials import RANKING, ROUGH, Precision, Trial, model_of, with_prior_weight
+from symbolic import CANDIDATES, Effect, effects_named
 
 Progress = Callable[[str, int, int], None]
 Justified = Callable[[Trial, Trial, Sequence[Recording], SelectionCriteria], bool]
@@ -69,7 +70,7 @@ def search(
     *,
     jobs: int | None = None,
     progress: Progress | None = None,
-    candidates: Iterable[str | Effect] = tuple(EFFECTS),
+    candidates: Iterable[str | Effect] = tuple(CANDIDATES),
     criteria: SelectionCriteria = DEFAULT_CRITERIA,
     loss: Loss = LEAST_SQUARES,
     journal: Journal | None = None,
@@ -149,6 +150,7 @@ class Search:
     def _step(self, current: Trial, steps: Sequence[SearchStep]) -> SearchStep:
         """Add an effect, else remove one, else exchange one, else nothing."""
         precision = ROUGH if current.nrmse > self.criteria.rough_above else RANKING
+        precision = with_prior_weight(precision, current.fitted)
         coarse = self.runner.run_coarse(current.effects, current.fitted.values, precision)
         present = _PresentModel(fine=current, coarse=coarse, precision=precision)
         active, idle = self._active_and_idle(current.effects, steps)
@@ -168,8 +170,18 @@ class Search:
         if len(recent) == self.criteria.idle_steps:
             idle = set.intersection(*(step.idle(self.criteria) for step in recent))
         excluded = {*present, *(step.removed_effect for step in steps)}
-        allowed = [effect for effect in self.candidates if effect not in excluded]
+        allowed = [e for e in self.candidates if e not in excluded and self._changes(present, e)]
         return [e for e in allowed if e not in idle], [e for e in allowed if e in idle]
+
+    def _changes(self, present: Effects, effect: Effect) -> bool:
+        """Whether a model with the effect too is another one for these recordings.
+
+        One that gives every ground its own values needs a parameter to do that to, and two grounds.
+        """
+        if not effect.regroups:
+            return True
+        after, before = (model_of(effects).parameters for effects in ((*present, effect), present))
+        return after != before and len({r.ground for r in self.runner.training} - {None}) > 1
 
     def _add(
         self, present: _PresentModel, effects: Sequence[Effect], earlier: Sequence[Trial]
@@ -259,13 +271,6 @@ class Search:
 
 def _without(effects: Effects, removed: Effect) -> Effects:
     return tuple(effect for effect in effects if effect != removed)
-
-
-def removal_justified(
-    poorer: Trial, present: Trial, training: Sequence[Recording], criteria: SelectionCriteria
-) -> bool:
-    """Whether the addition of the effect that the poorer model lacks would not be justified."""
-    return not addition_justified(present, poorer, training, criteria)
 
 
 def ranked_candidates(justified: Sequence[Trial], criteria: SelectionCriteria) -> list[RankedCandidate]:

@@ -2,24 +2,22 @@
 
 import os
 import pickle
-import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import Future, as_completed
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from identification.fits.fitting import Values
 from identification.fits.loss import Loss
+from identification.fits.values import Values
 from identification.reading.recordings import Recording
 from identification.selection.journal import Journal
 from identification.selection.trials import Precision, Trial, TrialTask, model_of, run_trial, thin
-from symbolic import BrushgripError, Effect, InvalidInputError
+from identification.selection.worker_processes import WorkerProcesses
+from symbolic import Effect, InvalidInputError
 
 Effects = tuple[Effect, ...]
 Submit = Callable[..., Future[Any]]
@@ -130,15 +128,18 @@ def values_for(present: Trial, effects: Sequence[Effect]) -> Values:
     def of_the_set(parameters: Mapping[str, float]) -> dict[str, float]:
         return {n: v for n, v in parameters.items() if "." not in n or n.split(".")[0] in names}
 
-    own = {name: of_the_set(values) for name, values in values.own.items()}
-    return Values(shared=of_the_set(values.shared), own=own)
+    own, grounds = (
+        {name: of_the_set(parameters) for name, parameters in place.items()}
+        for place in (values.own, values.grounds)
+    )
+    return replace(values, tyre=of_the_set(values.tyre), own=own, grounds=grounds)
 
 
 @contextmanager
 def workers(jobs: int | None, effects: Effects = ()) -> Iterator[Submit]:
     """Processes to which work can be submitted; with one job it runs in this process, at once.
 
-    An interruption cancels what waits in the queue; running trials are finished first, in seconds.
+    An interruption ends the processes, at once; trials that they have not finished are lost.
 
     Args:
         jobs: processes; None for one per core.
@@ -146,7 +147,7 @@ def workers(jobs: int | None, effects: Effects = ()) -> Iterator[Submit]:
 
     Raises:
         InvalidInputError: another process cannot import the class of an effect.
-        BrushgripError: a process ended before its work was done.
+        BrushgripError: a process ended before its work was done, and so did the one in its place.
     """
     count = jobs or os.cpu_count() or 1
     if count == 1:
@@ -154,18 +155,12 @@ def workers(jobs: int | None, effects: Effects = ()) -> Iterator[Submit]:
         return
     for effect in effects:
         _check_importable(effect)
-    pool = ProcessPoolExecutor(count, mp_context=get_context("spawn"), initializer=_ignore_interruptions)
+    pool = WorkerProcesses(count)
     with _one_thread_each():
         try:
             yield pool.submit
-        except BrokenProcessPool:
-            raise BrushgripError(
-                "a process of the search ended before its work was done: out of memory, or it cannot"
-                " import the module of an own effect, or a script lacks 'if __name__ == \"__main__\":'"
-                " before its calls; jobs=1 (--jobs 1) does without processes"
-            ) from None
         finally:
-            pool.shutdown(cancel_futures=True)
+            pool.close()
 
 
 def _check_importable(effect: Effect) -> None:
@@ -201,11 +196,6 @@ def _one_thread_each() -> Iterator[None]:
                 del os.environ[name]
             else:
                 os.environ[name] = value
-
-
-def _ignore_interruptions() -> None:
-    """Ctrl-C reaches every process of the terminal; only the first one may act on it."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
 
 
 def _run_at_once(function: Callable[..., Any], *arguments: Any) -> Future[Any]:

@@ -6,10 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.fits.fitting import Fit, Values, fit, initial_guess, torque_range
+from identification.fits.fitting import Fit, fit
 from identification.fits.loss import LEAST_SQUARES, Loss, rmse_of
 from identification.fits.options import COARSE_FIT, FINE_FIT, FitOptions
+from identification.fits.problem import torque_range
+from identification.fits.values import Values, initial_guess
 from identification.reading.recordings import Recording
+from identification.selection.leave_one_out import leave_one_out
 from symbolic import Effect, Model
 
 Array = NDArray[np.float64]
@@ -180,10 +183,33 @@ def thin(recording: Recording) -> Recording:
 def fit_own_parameters(
     fitted: Fit, recordings: Sequence[Recording], options: FitOptions = FINE_FIT
 ) -> Fit:
-    """Fit only what belongs to these recordings, with the shared parameters of `fitted`."""
+    """Fit only what belongs to these recordings, with the shared parameters of `fitted`.
+
+    A recording on a ground of which `fitted` knows nothing gets the mean over the grounds that it knows.
+    """
     own = initial_guess(fitted.model, recordings).own
-    start = Values(shared=fitted.values.shared, own=own)
-    return fit(fitted.model, recordings, start, replace(options, free_shared=False, loss=fitted.loss))
+    start = replace(fitted.values, own=own, rig={})
+    # The residuals of a first guess say nothing of those that the model will leave.
+    weight = _mean_prior_weight(fitted)
+    options = replace(options, free_shared=False, loss=fitted.loss, prior_weight=weight)
+    return fit(fitted.model, recordings, start, options)
+
+
+def with_prior_weight(precision: Precision, present: Fit) -> Precision:
+    """The precision at which rivals of a model are compared with it.
+
+    What was declared with a tolerance weighs the same in all of them: as in the present model on the
+    average of its recordings.
+    """
+    weight = _mean_prior_weight(present)
+    if weight is None:
+        return precision
+    return replace(precision, options=replace(precision.options, prior_weight=weight))
+
+
+def _mean_prior_weight(fitted: Fit) -> float | None:
+    weights = fitted.prior_weights[fitted.prior_weights > 0]
+    return float(weights.mean()) if weights.size else None
 
 
 def judge(
@@ -196,68 +222,3 @@ def judge(
         ranges=ranges,
         times={r.name: r.t for r in recordings},
     )
-
-
-def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Array]:
-    """Residuals of every recording had it not been fitted, to first order of the parameters [N m].
-
-    The shared parameters move by the Gauss-Newton step of the other recordings alone, as far as their
-    ranges allow; then what belongs to the recording is refitted. A single recording keeps its residuals.
-    """
-    if len(recordings) < 2:
-        return dict(fitted.residuals)
-    owners = np.array([owner or "" for owner, _ in fitted.labels])
-    blocks, at = {}, 0
-    for recording in recordings:
-        present = np.isfinite(fitted.residuals[recording.name])
-        rows = slice(at, at + int(present.sum()))
-        blocks[recording.name] = (rows, present, torque_range(recording))
-        at = rows.stop
-    stacked = np.concatenate(
-        [fitted.residuals[name][present] / span for name, (_, present, span) in blocks.items()]
-    )
-    # An outlier pulls as little as the loss lets it: rows weighted as in reweighted least squares.
-    weight = np.sqrt(fitted.loss(stacked**2)[1])
-    jacobian = fitted.jacobian * weight[:, None]
-    residuals = {}
-    for name, (rows, present, span) in blocks.items():
-        others, own = owners != name, owners == name
-        shared = owners == ""
-        rest = np.ones(stacked.size, dtype=bool)
-        rest[rows] = False
-        step = np.zeros(owners.size)
-        step[others] = _bounded_least_squares(
-            fitted.bound_distances[:, others], jacobian[np.ix_(rest, others)], -(weight * stacked)[rest]
-        )
-        unseen = stacked[rows] + fitted.jacobian[rows][:, shared] @ step[shared]
-        refit = _bounded_least_squares(
-            fitted.bound_distances[:, own], jacobian[rows][:, own], -weight[rows] * unseen
-        )
-        residual = np.full(present.size, np.nan)
-        residual[present] = (unseen + fitted.jacobian[rows][:, own] @ refit) * span
-        residuals[name] = residual
-    return residuals
-
-
-def _bounded_least_squares(bounds: Array, matrix: Array, target: Array) -> Array:
-    """Least squares within bounds: components that reach theirs are fixed there (active set)."""
-    step = np.zeros(matrix.shape[1])
-    free = np.ones(step.size, dtype=bool)
-    while free.any():
-        step[free] = _least_squares(matrix[:, free], target - matrix[:, ~free] @ step[~free])
-        clipped = np.clip(step, *bounds)
-        free &= clipped == step
-        if np.array_equal(clipped, step):
-            break
-        step = clipped
-    return step
-
-
-def _least_squares(matrix: Array, target: Array) -> Array:
-    """Least squares; directions that the data do not determine stay zero."""
-    size = np.sqrt((matrix**2).sum(axis=0))
-    known = size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300)
-    solution = np.zeros(matrix.shape[1])
-    scaled = matrix[:, known] / size[known]
-    solution[known] = np.linalg.lstsq(scaled, target, rcond=1e-8)[0] / size[known]
-    return solution

@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import fsolve, minimize_scalar
 
+from observers.measurement_model import SENSIBLE
 from observers.protocol import Estimate, Sample, Status
 from observers.thesis.zone_state_machine import TorqueCurve, ZoneState, advance_zones, branch, curve
 from symbolic import InvalidInputError, Rig, Tyre, full_slide_arm, full_slide_torque
@@ -152,15 +153,15 @@ class ZoneRootSolver:
 
     def _turn(self, state: ZoneRootState, sample: Sample) -> ZoneRootState:
         """Angle, load and zones at the sample, and what is missing from it."""
-        status = Status.USED if isfinite(sample.M_z) else Status.MISSING
+        status = Status.USED if abs(sample.M_z) < SENSIBLE else Status.MISSING
         psi, F_N, rest, zones = state.psi, state.F_N, state.rest, state.zones
-        if isfinite(sample.psi):
+        if abs(sample.psi) < SENSIBLE:
             rest = rest if isfinite(rest) else sample.psi
             psi = sample.psi - rest
             zones = advance_zones(zones, psi, self.least_turn)
         else:
             status |= Status.HELD
-        if 0 < sample.F_N < np.inf:
+        if 0 < sample.F_N < SENSIBLE:
             F_N = sample.F_N
         else:
             status |= Status.HELD

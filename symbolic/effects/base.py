@@ -9,7 +9,7 @@ from symbolic.bristles import BristleTraits
 from symbolic.errors import InvalidInputError
 
 Expression = Any
-Scope = Literal["shared", "recording"]
+Scope = Literal["tyre", "ground", "recording"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,7 +24,10 @@ class Parameter:
         start: where a fit begins, off the neutral value so that every derivative is alive.
         lower: least value allowed.
         upper: greatest value allowed.
-        scope: "shared" by all recordings of a rig, or belonging to one "recording".
+        scope: what a value belongs to: the "tyre", so that all recordings share it, the "ground" that a
+            recording stands on, or the "recording".
+        of: "friction" for a parameter of the law of friction of tyre and ground, "stiffness" for one of
+            the bristles; None for neither.
         scale: size of a plain change, by which a solver scales it.
         inverse: fit one over the value, for compliances whose neutral value is an infinite stiffness.
         fixed: never fitted; the recordings give its value, see `Effect.fixed_values`.
@@ -37,7 +40,8 @@ class Parameter:
     lower: float
     upper: float
     scale: float
-    scope: Scope = "shared"
+    scope: Scope = "tyre"
+    of: Literal["friction", "stiffness"] | None = None
     inverse: bool = False
     fixed: bool = False
 
@@ -59,10 +63,8 @@ class Parameter:
                 f"parameter {self.name}: start must lie in"
                 f" [{self.lower}, {self.upper}], got {self.start}"
             )
-        if self.fixed and self.scope != "shared":
-            raise InvalidInputError(
-                f"parameter {self.name}: a fixed parameter is shared by all recordings"
-            )
+        if self.fixed and self.scope != "tyre":
+            raise InvalidInputError(f"parameter {self.name}: a fixed parameter belongs to the tyre")
 
 
 @dataclass(frozen=True)
@@ -115,6 +117,7 @@ class Effect:
         sensor: True where `transform_inputs` changes what everything else sees, so that it comes first.
         torque_by_ground: True where `torque` is the ground's, so that the torque of full slide includes
             it. What bearings, springs and the sensor add is not the ground's friction.
+        regroups: True where it gives parameters of the model another scope, see `scope_of`.
         signatures: what the residual follows where the effect is missing; empty if no signal shows it.
     """
 
@@ -125,6 +128,7 @@ class Effect:
     discrete: bool = False
     sensor: bool = False
     torque_by_ground: bool = False
+    regroups: bool = False
     signatures: tuple[ResidualSignature, ...] = ()
 
     def fixed_values(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:
@@ -136,6 +140,10 @@ class Effect:
         """
         del a, F_N
         return {}
+
+    def scope_of(self, parameter: Parameter) -> Scope:
+        """What a parameter of the model belongs to where this effect is in it."""
+        return parameter.scope
 
     def initial(self, signals: Signals) -> Expression:
         """Memory before the first sample, shape (memory,)."""
@@ -163,9 +171,18 @@ class Effect:
         del values
         return traits
 
-    def compliance(self, values: Values) -> Expression | None:
-        """Torsional compliance in series with the patch [rad/(N m)], None where there is none."""
-        del values
+    def deflection(self, M_z: Expression, F_N: Expression, values: Values) -> Expression | None:
+        """Turn of the patch against the recorded angle [rad], by an element in series with it.
+
+        Args:
+            M_z: torque of the patch [N m]; the turn rises with it, is zero at zero, and has its sign.
+            F_N: vertical load [N].
+            values: parameters of the effect.
+
+        Returns:
+            The turn; None where nothing is in series.
+        """
+        del M_z, F_N, values
         return None
 
     def torque(self, signals: Signals, values: Values) -> Expression:
@@ -182,3 +199,11 @@ def with_limit(traits: BristleTraits, factor: Any) -> BristleTraits:
 def with_shape(traits: BristleTraits, factor: Any) -> BristleTraits:
     """The traits with one more factor on the pressure parabola, a function of u = x / a."""
     return replace(traits, shape=(*traits.shape, factor))
+
+
+def with_scope(parameter: Parameter, effects: Sequence[Effect]) -> Parameter:
+    """The parameter with the scope that these effects give it, see `Effect.scope_of`."""
+    for effect in effects:
+        if (scope := effect.scope_of(parameter)) != parameter.scope:
+            parameter = replace(parameter, scope=scope)
+    return parameter

@@ -32,6 +32,7 @@ class CarcassTorsion(Effect):
         ResidualSignature("the rate of the torque", sign=1, rank=1),
     )
 
-    def compliance(self, values: Values) -> Expression:
-        """One over the torsional stiffness [rad/(N m)]."""
-        return values["1/k_t"]
+    def deflection(self, M_z: Expression, F_N: Expression, values: Values) -> Expression:
+        """The torque over the torsional stiffness [rad]."""
+        del F_N
+        return M_z * values["1/k_t"]

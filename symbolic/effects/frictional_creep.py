@@ -25,7 +25,9 @@ class FrictionalCreep(Effect):
         "friction grows with the log speed at which bristles slide, and they creep; mu is that at 1 mm/s"
     )
     parameters: tuple[Parameter, ...] = (
-        Parameter(name="c", unit="1", neutral=0.0, start=0.02, lower=0.0, upper=0.3, scale=0.05),
+        Parameter(
+            name="c", unit="1", neutral=0.0, start=0.02, lower=0.0, upper=0.3, scale=0.05, of="friction"
+        ),
     )
     signatures: tuple[ResidualSignature, ...] = (
         ResidualSignature("the direction of friction times log speed", sign=1, rank=1),

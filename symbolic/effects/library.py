@@ -10,9 +10,10 @@ from types import ModuleType
 
 from symbolic import effects as package
 from symbolic.effects.base import Effect
+from symbolic.effects.by_ground import FrictionByGround, StiffnessByGround
 from symbolic.errors import InvalidInputError
 
-NO_EFFECTS = ("base", "library")
+NO_EFFECTS = ("base", "by_ground", "library")
 """Modules of this package that hold no effect."""
 
 
@@ -32,6 +33,12 @@ def _library() -> Iterator[Effect]:
 
 
 EFFECTS: dict[str, Effect] = {effect.name: effect for effect in _library()}
+GROUND_SCOPES: dict[str, Effect] = {
+    effect.name: effect for effect in (FrictionByGround(), StiffnessByGround())
+}
+"""Effects without parameters: those of others belong to a ground each, see `ByGround`."""
+CANDIDATES = EFFECTS | GROUND_SCOPES
+"""What the search may add."""
 
 
 def effects_named(chosen: Iterable[str | Effect], own: Iterable[Effect] = ()) -> tuple[Effect, ...]:
@@ -46,7 +53,7 @@ def effects_named(chosen: Iterable[str | Effect], own: Iterable[Effect] = ()) ->
             beside the library's, see `effects_in`.
     """
     wanted = tuple(chosen)
-    known = EFFECTS | {effect.name: effect for effect in checked_effects(own)}
+    known = CANDIDATES | {effect.name: effect for effect in checked_effects(own)}
     effects = tuple(known.get(item, item) if isinstance(item, str) else item for item in wanted)
     for effect in effects:
         if isinstance(effect, str):
@@ -96,7 +103,7 @@ def checked_effects(effects: Iterable[object]) -> tuple[Effect, ...]:
                 f"effect {effect.name!r} must be a frozen dataclass whose parameters must be a tuple,"
                 f" and so must its signatures: {error}"
             ) from None
-        if EFFECTS.get(effect.name, effect) != effect:
+        if CANDIDATES.get(effect.name, effect) != effect:
             raise InvalidInputError(
                 f"effect {effect.name!r} has the name of another one in the library; choose another name"
             )

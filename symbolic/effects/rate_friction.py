@@ -26,7 +26,9 @@ class RateFriction(Effect):
     name: str = "rate_friction"
     summary: str = "friction changes with log sliding speed; mu is that at 1 mm/s"
     parameters: tuple[Parameter, ...] = (
-        Parameter(name="c", unit="1", neutral=0.0, start=0.02, lower=-0.3, upper=0.3, scale=0.05),
+        Parameter(
+            name="c", unit="1", neutral=0.0, start=0.02, lower=-0.3, upper=0.3, scale=0.05, of="friction"
+        ),
     )
     signatures: tuple[ResidualSignature, ...] = (
         ResidualSignature("the direction of friction times log speed", sign=1),

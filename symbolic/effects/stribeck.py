@@ -23,9 +23,25 @@ class Stribeck(Effect):
     name: str = "stribeck"
     summary: str = "static friction is above kinetic"
     parameters: tuple[Parameter, ...] = (
-        Parameter(name="ratio", unit="1", neutral=1.0, start=1.1, lower=1.0, upper=3.0, scale=0.2),
         Parameter(
-            name="v_s", unit="m/s", neutral=None, start=0.003, lower=0.0002, upper=0.03, scale=0.003
+            name="ratio",
+            unit="1",
+            neutral=1.0,
+            start=1.1,
+            lower=1.0,
+            upper=3.0,
+            scale=0.2,
+            of="friction",
+        ),
+        Parameter(
+            name="v_s",
+            unit="m/s",
+            neutral=None,
+            start=0.003,
+            lower=0.0002,
+            upper=0.03,
+            scale=0.003,
+            of="friction",
         ),
     )
     signatures: tuple[ResidualSignature, ...] = (

@@ -11,7 +11,7 @@ from brushgrip.app import main
 from brushgrip.estimation import FrictionTrack
 from identification.experiments.proposals import Proposal
 from identification.experiments.steering import Manoeuvre
-from identification.fits.fitting import Values
+from identification.fits.values import Values
 from identification.parameter_estimate import ParameterEstimate
 from identification.residuals.signals import RESIDUAL_SIGNALS, effects_leaving
 from identification.residuals.signatures import Autocorrelation, Signature, Signatures
@@ -222,7 +222,7 @@ def make_diagnosis() -> Callable[..., Diagnosis]:
             signatures_after=_signatures(0.1),
             model=Model(effects=effects_named([effect.name for effect in effects])),
             values=Values(
-                shared={"k": 2.4312e6, **({"carcass_torsion.k_t": 391.234} if found else {})},
+                tyre={"k": 2.4312e6, **({"carcass_torsion.k_t": 391.234} if found else {})},
                 own={name: {"mu": 1.3} for name in names},
             ),
             series=tuple(_series(name, i, name in holdout) for i, name in enumerate(names)),

@@ -1,5 +1,7 @@
 import os
 import stat
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -34,9 +36,27 @@ def unwritable(tmp_path: Path) -> list[Path]:
 
 def test_what_is_not_finished_is_hidden(tmp_path: Path) -> None:
     with staged_file(tmp_path / "figure.png") as stage, staged_directory(tmp_path / "out") as folder:
-        assert stage.name.startswith(".figure-")
-        assert folder.name.startswith(".")
+        hidden = {path.name for path in tmp_path.iterdir()}
+        assert {stage.parent.name, folder.parent.name} == hidden
+        assert all(name.startswith(".brushgrip-") for name in hidden)
         stage.write_text("new")
+
+
+def test_what_a_killed_process_left_goes_with_the_next(tmp_path: Path, repository_root: Path) -> None:
+    code = (
+        "import os, sys; from pathlib import Path; from brushgrip.atomic import staged_directory\n"
+        "with staged_directory(Path(sys.argv[1]) / 'out') as stage:\n"
+        "    (stage / 'report.html').write_text('half'); os.kill(os.getpid(), 9)"
+    )
+    subprocess.run([sys.executable, "-c", code, str(tmp_path)], cwd=repository_root)
+    (left,) = tmp_path.iterdir()
+    (tmp_path / ".brushgrip-of-the-user").mkdir()
+    with staged_file(tmp_path / "one") as one, staged_directory(tmp_path / "two") as two:
+        assert not left.exists()
+        one.write_text("1")
+        (two / "file").write_text("2")
+
+    assert names(tmp_path) == [".brushgrip-of-the-user", "one", "two", "two/file"]
 
 
 class TestStagedFile:

@@ -44,10 +44,11 @@ def tree(folder: Path) -> dict[str, bytes | None]:
         ({"M_z": None}, ["row 1", "M_z", "missing"]),
         ({"psi": replaced(GOOD, 3, "left")}, ["row 5", "psi", "'left'", "not a number"]),
         ({"t": replaced(GOOD, 30, 0.05)}, ["row 32", "runs backwards", "must increase"]),
+        ({"t": GOOD * 1e-321}, ["row 3", "stands nearly still", "at least 1e-06 s"]),
         ({"M_z": np.full(N, np.nan)}, ["every M_z is missing"]),
         ({"F_N": replaced(np.full(N, 400.0), 9, -5)}, ["row 11", "F_N = -5", "greater than 0"]),
     ],
-    ids=["column", "text", "time", "all NaN", "load"],
+    ids=["column", "text", "time", "time still", "all NaN", "load"],
 )
 @pytest.mark.parametrize("command", ["diagnose", "estimate"])
 def test_bad_columns(
@@ -66,6 +67,13 @@ def test_bad_columns(
 
     assert_refused(outcome, [str(path), *words])
     assert tree(tmp_path) == before
+
+
+def test_a_diagnosis_from_nine_torques(run: Run, write_csv: Write, rig: Path, tmp_path: Path) -> None:
+    path = write_csv("few.csv", {"M_z": [1.0] * 9 + [""] * (N - 9)})
+    outcome = run("diagnose", path, "--rig", rig, "--out", tmp_path / "out")
+
+    assert_refused(outcome, [f"{path}: M_z is known in 9 of 60 samples, at least 10 needed"])
 
 
 @pytest.mark.parametrize(

@@ -63,7 +63,7 @@ def test_an_fmu_needs_a_compiler(
 
 
 @NEEDS_COMPILER
-@pytest.mark.parametrize("torque", ["M_z", "M"])
+@pytest.mark.parametrize("torque", ["M_z", pytest.param("M", marks=pytest.mark.long)])
 def test_builds_and_agrees_with_python(run: Run, tmp_path: Path, torque: str) -> None:
     if (cmake := shutil.which("cmake")) is None:
         pytest.skip("no cmake at hand")
@@ -189,6 +189,7 @@ class TestReplacing:
         assert outcome.err.count("\n") == 1
         assert {entry.name: entry.read_text() for entry in out.iterdir()} == {"grip.json": content}
 
+    @pytest.mark.long
     @NEEDS_COMPILER
     @NEEDS_HOST
     def test_an_fmu_is_known_by_its_content(self, run: Run, rig: Path, out: Path) -> None:

@@ -243,6 +243,7 @@ def test_shared_steel_recordings(run: Run, measured_dir: Path, tmp_path: Path) -
         assert rows["EKF in C"]["rmse"] == pytest.approx(rows["EKF"]["rmse"], abs=1e-4)
 
 
+@pytest.mark.long
 def test_networks_stand_in_the_table_where_there_is_something_to_learn_from(
     run: Run, rig: Path, recording: Path, tmp_path: Path
 ) -> None:

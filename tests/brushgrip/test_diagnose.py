@@ -7,6 +7,7 @@ import pytest
 
 from brushgrip.commands import demo as demonstrating
 from brushgrip.commands import diagnose as diagnosing
+from brushgrip.pictures.style import picture
 from brushgrip.recordings import read_all
 from identification.fits.loss import Huber
 from identification.reading.recordings import Recording
@@ -81,6 +82,38 @@ def test_writes_everything(
 
 
 @pytest.mark.usefixtures("no_report")
+def test_pictures_of_an_earlier_run_go_and_nothing_else(
+    run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    for ours in ("experiment_stribeck.png", "friction.png", "mine.png"):
+        with picture(out / ours, 1.0):
+            pass
+    (out / "experiment_of_mine.png").write_bytes(b"not by us")
+    outcome = run("diagnose", *paths, "--rig", rig, "--out", out)
+
+    assert outcome.status == 0
+    assert asked
+    assert sorted(path.name for path in out.glob("*.png")) == ["experiment_of_mine.png", "mine.png"]
+
+
+@pytest.mark.usefixtures("no_report")
+def test_says_what_is_thinned(
+    run: Run, asked: list[Any], paths: list[Path], write_csv: Write, rig: Path, tmp_path: Path
+) -> None:
+    outcome = run("diagnose", *paths[:2], "--rig", rig, "--out", tmp_path / "out")
+    sparse = write_csv("sparse.csv", {"t": [0.02 * i for i in range(60)]})
+    whole = run("diagnose", sparse, "--rig", rig, "--out", tmp_path / "whole")
+
+    assert len(asked) == 2
+    assert outcome.out.startswith(
+        "candidates are ranked on 60 of 120 samples, thinned towards 0.02 s; the best are fitted to all"
+    )
+    assert "ranked" not in whole.out
+
+
+@pytest.mark.usefixtures("no_report")
 def test_says_what_was_found(
     run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path
 ) -> None:
@@ -147,7 +180,6 @@ def test_an_interrupted_search_keeps_its_trials(
     finish = diagnosing.close_the_loop
 
     def interrupted(*_: object, journal: Journal, **__: object) -> None:
-        journal.folder.mkdir()
         (journal.folder / "trial").touch()
         raise KeyboardInterrupt
 
@@ -184,6 +216,48 @@ def test_a_fault_keeps_the_trials_too(
     assert fault == "brushgrip: a: M_z is constant"
 
 
+def test_trials_are_kept_elsewhere_where_nothing_can_be_beside_the_results(
+    run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
+) -> None:
+    seen: list[Path] = []
+
+    def faulty(*_: object, journal: Journal, **__: object) -> None:
+        (journal.folder / "trial").touch()
+        seen.append(journal.folder)
+        raise InvalidInputError("enough")
+
+    monkeypatch.setattr(diagnosing, "close_the_loop", faulty)
+    monkeypatch.setenv("BRUSHGRIP_CACHE", str(tmp_path / "cache"))
+    # A name that leaves no room for another one beside it.
+    out = tmp_path / ("o" * 250)
+    for _ in range(2):
+        assert (
+            f"kept in {tmp_path / 'cache' / 'unfinished'}"
+            in run("diagnose", *paths, "--out", out, "--rig", rig).err
+        )
+    out.mkdir()
+    assert f"kept in {out / '.unfinished'}" in run("diagnose", *paths, "--out", out, "--rig", rig).err
+
+    assert seen[0] == seen[1] != seen[2]
+
+
+def test_it_is_said_that_nothing_can_be_kept(
+    run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
+) -> None:
+    def faulty(*_: object, journal: Journal | None, **__: object) -> None:
+        raise InvalidInputError(f"enough, {journal}")
+
+    monkeypatch.setattr(diagnosing, "close_the_loop", faulty)
+    monkeypatch.setenv("BRUSHGRIP_CACHE", str(paths[0] / "cache"))
+    outcome = run("diagnose", *paths, "--out", tmp_path / ("o" * 250), "--rig", rig)
+
+    assert outcome.err.splitlines() == [
+        "what is found cannot be kept, no folder can be written; interrupted, all begins anew",
+        "brushgrip: enough, None",
+    ]
+
+
+@pytest.mark.long
 @pytest.mark.usefixtures("asked")
 def test_a_folder_in_the_way_of_the_report_does_not_cost_the_search(
     run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
@@ -191,7 +265,6 @@ def test_a_folder_in_the_way_of_the_report_does_not_cost_the_search(
     finish = diagnosing.close_the_loop
 
     def searching(*given: Any, journal: Journal, **options: Any) -> Diagnosis:
-        journal.folder.mkdir(exist_ok=True)
         (journal.folder / "trial").touch()
         return finish(*given, journal=journal, **options)
 

@@ -125,7 +125,7 @@ def steering_rig(rig: Path) -> Path:
     return rig
 
 
-@each_observer
+@pytest.mark.parametrize("observer", ["ekf", pytest.param("mhe", marks=pytest.mark.long)])
 def test_from_the_steering_torque(
     run: Run, steered: Path, steering_rig: Path, tmp_path: Path, observer: str
 ) -> None:

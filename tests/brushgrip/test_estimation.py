@@ -106,12 +106,12 @@ def test_an_aligning_torque_with_gaps_is_still_preferred(recording: Recording) -
 
 
 def test_stiffness_comes_from_the_found_model_or_else_from_the_recording(recording: Recording) -> None:
-    found = FoundModel(model=Model(), shared={"k": 2.0e6}, own={})
+    found = FoundModel(model=Model(), tyre={"k": 2.0e6}, own={})
 
     assert model_observer(Ekf, recording).values["k"] == 2.4e6
     assert model_observer(Ekf, recording, found).values["k"] == 2.0e6
     with pytest.raises(InvalidInputError, match="k"):
-        model_observer(Ekf, recording, replace(found, shared={}))
+        model_observer(Ekf, recording, replace(found, tyre={}))
 
 
 def test_a_track_has_the_declared_friction_and_the_changes_of_the_ground(recording: Recording) -> None:

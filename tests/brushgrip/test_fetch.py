@@ -36,7 +36,7 @@ def no_network(monkeypatch: pytest.MonkeyPatch) -> None:
         return refuse
 
     monkeypatch.setattr(pooch, "HTTPDownloader", downloader)
-    monkeypatch.setattr(fetching, "_RETRIES", 0)
+    monkeypatch.setattr(fetching, "RETRIES", 0)
     monkeypatch.delenv("BRUSHGRIP_DATA", raising=False)
 
 

@@ -74,6 +74,7 @@ def test_identifies(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> 
     assert outcome.out.endswith(f"wrote {out} and {out.with_suffix('.png')}\n")
 
 
+@pytest.mark.long
 def test_order_of_options_and_flags_does_not_matter(
     run: Run, rig: Path, struck: list[Path], tmp_path: Path
 ) -> None:

@@ -2,6 +2,7 @@ import shutil
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from brushgrip.recordings import download_folder, locate, read_all
@@ -127,3 +128,26 @@ class TestReadAll:
         monkeypatch.chdir(tmp_path)
         with pytest.raises(InvalidInputError, match=r"is the same recording as run\.csv"):
             read_all(["run.csv", again], rig)
+
+    @pytest.mark.parametrize("kept", [slice(0, 59), slice(1, 60), slice(0, 60, 2), slice(20, 45)])
+    def test_a_part_of_a_recording_is_the_same(
+        self, write_csv: Write, rig: Path, table: dict[str, np.ndarray], kept: slice
+    ) -> None:
+        whole = write_csv("whole.csv")
+        part = write_csv("part.csv", {name: values[kept] for name, values in table.items()})
+        with pytest.raises(InvalidInputError, match=r"is the same recording as .*whole\.csv"):
+            read_all([str(whole), str(part)], rig)
+
+    def test_two_runs_may_have_much_in_common(
+        self, write_csv: Write, rig: Path, table: dict[str, np.ndarray]
+    ) -> None:
+        shared = np.arange(60) < 28
+        one = write_csv("one.csv")
+        other = write_csv("other.csv", {"M_z": np.where(shared, table["M_z"], table["M_z"] + 0.5)})
+
+        assert self.names(rig, one, other) == ["one", "other"]
+
+    def test_names_that_no_screen_can_show(self, write_csv: Write, rig: Path) -> None:
+        paths = [self.other(write_csv, name, i) for i, name in enumerate(("a\nb.csv", "\x1b[2J.csv"))]
+
+        assert self.names(rig, *paths) == ["a b", r"\x1b[2J"]

@@ -11,7 +11,7 @@ import pytest
 
 from brushgrip.commands import diagnose as diagnosing
 from brushgrip.user_effects import user_effects
-from symbolic import EFFECTS, InvalidInputError
+from symbolic import CANDIDATES, InvalidInputError
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 Run = Callable[..., Any]
@@ -141,7 +141,7 @@ def test_own_effects_are_candidates_beside_all_of_the_library(
         run("diagnose", write_csv(), "--rig", rig, *options, "--out", tmp_path / "out")
 
     alone, with_own = asked
-    assert alone == list(EFFECTS)
+    assert alone == list(CANDIDATES)
     assert with_own[:-2] == alone
     assert [effect.name for effect in with_own[-2:]] == ["stop", "creak"]
 

@@ -47,12 +47,14 @@ def python(folder: Path, *arguments: object) -> subprocess.CompletedProcess[str]
     )
 
 
+@pytest.mark.long
 def test_every_example_loads_as_a_script(tmp_path: Path) -> None:
     result = python(tmp_path, "-c", SCRIPT, EXAMPLES)
 
     assert (result.returncode, result.stdout, result.stderr) == (0, "", "")
 
 
+@pytest.mark.long
 def test_a_script_prints_what_its_main_function_prints(tmp_path: Path) -> None:
     result = python(tmp_path, EXAMPLES / "observability.py")
 
@@ -355,6 +357,7 @@ def test_measured_evaluation_measured(tmp_path: Path, measured_dir: Path) -> Non
         assert float(theta["EKF in C"]) < 5e-5
 
 
+@pytest.mark.long
 def test_thesis_simulation(tmp_path: Path) -> None:
     text = printed_by("thesis_simulation.py", tmp_path, "sim.png", leaves="sim.png")
     turns = re.search(rf"^turns back at {NUMBER} s, {NUMBER} s; ", text, re.MULTILINE)
@@ -396,6 +399,7 @@ def test_patch_animation(tmp_path: Path) -> None:
     assert gif.stat().st_size + page.stat().st_size < 1e6
 
 
+@pytest.mark.long
 def test_towing(tmp_path: Path) -> None:
     text = printed_by("towing.py", tmp_path, "tows.png", leaves="tows.png")
     rows = re.findall(rf"planted {NUMBER}, F = mu N gives {NUMBER} ± {NUMBER},", text)
@@ -408,6 +412,7 @@ def test_towing(tmp_path: Path) -> None:
     assert (tmp_path / "tows.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.long
 def test_own_effect(tmp_path: Path) -> None:
     found, errors = printed_by("own_effect.py", tmp_path).splitlines()
     named = re.fullmatch(rf"found boot_spring: c = {NUMBER} ± {NUMBER} N m/rad\^3", found)
@@ -419,3 +424,10 @@ def test_own_effect(tmp_path: Path) -> None:
     assert abs(value - 80) < 3 * spread
     before, after = map(float, matched.groups())
     assert after < 0.4 < 0.5 * before
+
+
+def test_second_rig_says_that_it_has_no_recordings(tmp_path: Path) -> None:
+    shown = printed_by("second_rig.py", tmp_path)
+
+    assert shown.startswith("skipped: no harmonic_00.npz")
+    assert "brushgrip fetch friction-damper" in shown

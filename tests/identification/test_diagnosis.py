@@ -21,7 +21,7 @@ from tests.identification.factories import read_campaign, with_torque
 pytestmark = pytest.mark.usefixtures("interpreted")
 FIGURES = {
     *("torque_rmse", "torque_nrmse", "holdout_torque_rmse", "holdout_torque_nrmse"),
-    "left_out_torque_nrmse",
+    *("left_out_torque_nrmse", "holdout_torque_nrmse_unrefitted"),
 }
 
 
@@ -80,7 +80,7 @@ def test_what_the_file_holds(found: Diagnosis) -> None:
     (effect,) = content["effects"]
     keys = {
         *("name", "parameters", "holdout_nrmse_after", "delta_bic", "indistinguishable_from"),
-        "experiment",
+        *("experiment", "scope"),
     }
     assert set(effect) == keys
     assert set(effect["parameters"]["delay"]) == {"value", "std", "unit"}
@@ -112,10 +112,11 @@ def test_its_model_file_reads_back(found: Diagnosis, tmp_path: Path) -> None:
     read = read_model(path)
 
     assert read.model.effects == found.model.effects
-    assert read.shared == found.values.shared
+    assert read.tyre == found.values.tyre
     assert read.own == found.values.own
 
 
+@pytest.mark.long
 def test_what_is_given_stands_beside_what_was_fitted() -> None:
     made, recordings = read_campaign("contact_length", 0)
     candidates = ["contact_length", "load_dependent_friction"]
@@ -131,6 +132,7 @@ def test_what_is_given_stands_beside_what_was_fitted() -> None:
     assert F_0.value == pytest.approx(planted["F_0"], rel=0.05)
 
 
+@pytest.mark.long
 def test_a_control_has_nothing_missing() -> None:
     found = diagnose(read_campaign(None, 1, duration=14.0)[1], jobs=1)
 
@@ -140,6 +142,7 @@ def test_a_control_has_nothing_missing() -> None:
     assert found.model.effects == ()
 
 
+@pytest.mark.long
 def test_published_simulations_are_one_sample_late(simulation_dir: Path) -> None:
     # Errata: in these files the torque is 10 ms late against the angle. They hold no noise.
     recordings = [_published(simulation_dir / f"{name}.csv") for name in ("sim_mu_05", "sim_mu_18")]

@@ -13,7 +13,7 @@ OWN = {"a": {"mu": 1.3, "torque_offset.M_0": 0.1}, "b": {"mu": 1.2, "torque_offs
 CONTENT = {
     "version": 1,
     "effects": ["carcass_torsion", "torque_offset"],
-    "shared": SHARED,
+    "tyre": SHARED,
     "recordings": OWN,
 }
 
@@ -39,16 +39,17 @@ def message_of(path: Path) -> str:
 def test_round_trip(tmp_path: Path) -> None:
     model = Model(effects=effects_named(CONTENT["effects"]), corners=16)
     error = ModelError(spread=0.03, correlation_time=0.4)
-    diagnosis = SimpleNamespace(model=model, values=Values(shared=SHARED, own=OWN), model_error=error)
+    diagnosis = SimpleNamespace(model=model, values=Values(tyre=SHARED, own=OWN), model_error=error)
     text = model_text(diagnosis)  # type: ignore[arg-type]
     found = read_model(write(tmp_path, text))
 
     table = {"spread": 0.03, "correlation_time": 0.4}
-    assert json.loads(text) == {**CONTENT, "units": UNITS, "model_error": table}
+    expected = {**CONTENT, "grounds": {}, "rig": {}, "units": UNITS, "model_error": table}
+    assert json.loads(text) == expected
     assert found.error == error
     assert text.endswith("}\n")
     assert found.model.effects == model.effects
-    assert (found.shared, found.own) == (SHARED, OWN)
+    assert (found.tyre, found.own) == (SHARED, OWN)
 
 
 def test_values_for_a_recording(tmp_path: Path) -> None:
@@ -62,9 +63,69 @@ def test_values_for_a_recording(tmp_path: Path) -> None:
         found.values_for("new")
 
 
+GROUNDS = {
+    **CONTENT,
+    "effects": ["frictional_creep", "stiffness_by_ground", "friction_by_ground"],
+    "tyre": {},
+    "grounds": {
+        "steel": {"k": 5.4e6, "frictional_creep.c": 0.2},
+        "emery": {"k": 4.0e6, "frictional_creep.c": 0.05},
+    },
+    "recordings": {"a": {"mu": 1.3}},
+    "rig": {"a": {"a": 0.0462, "load": 0.99}},
+}
+
+
+def test_values_of_a_ground(tmp_path: Path) -> None:
+    found = read_model(write(tmp_path, GROUNDS))
+    model = Model(effects=effects_named(GROUNDS["effects"]))
+    values = Values(tyre={}, own=found.own, grounds=found.grounds, rig=found.rig)
+    written = model_text(SimpleNamespace(model=model, values=values, model_error=None))  # type: ignore[arg-type]
+
+    assert json.loads(written) == {
+        **GROUNDS,
+        "units": {"mu": "1", "k": "N/m^2", "frictional_creep.c": "1"},
+    }
+    assert found.values_for("a", ground="steel") == {"mu": 1.3, "k": 5.4e6, "frictional_creep.c": 0.2}
+    assert found.values_for_estimation("emery") == {"k": 4.0e6, "frictional_creep.c": 0.05}
+    mean = pytest.approx({"k": (5.4e6 * 4.0e6) ** 0.5, "frictional_creep.c": 0.1})
+    assert found.values_for_estimation() == mean
+    assert found.values_for_estimation("ice") == mean
+    assert found.ground_taken("steel") == "values of steel"
+    assert found.ground_taken() == "ground not given: mean of steel and emery"
+    assert found.ground_taken("ice") == "ice is unknown: mean of steel and emery"
+    assert found.rig == GROUNDS["rig"]
+
+
+def test_a_model_without_grounds_has_nothing_to_say_of_them(tmp_path: Path) -> None:
+    assert read_model(write(tmp_path, CONTENT)).ground_taken("steel") == ""
+
+
+def test_what_an_older_version_wrote_is_read(tmp_path: Path) -> None:
+    older = {name: value for name, value in CONTENT.items() if name != "tyre"}
+
+    assert read_model(write(tmp_path, {**older, "shared": SHARED})).tyre == SHARED
+    assert message_of(write(tmp_path, older)).startswith("'tyre' must be a table of numbers")
+
+
+@pytest.mark.parametrize(
+    ("change", "word"),
+    [
+        ({"grounds": {}}, "'grounds' lacks k [N/m^2]"),
+        ({"grounds": []}, "'grounds' must hold one table per ground"),
+        ({"grounds": {"steel": {"k": 5e6}}}, "'grounds.steel' lacks frictional_creep.c [1]"),
+        ({"grounds": {"steel": {"k": 5.0}}}, "grounds.steel.k must lie in"),
+        ({"rig": {"a": {"b": 1}}}, "rig.a holds an unknown 'b'; allowed: a, e, load, zero"),
+        ({"rig": 1}, "'rig' must hold one table per recording"),
+    ],
+)
+def test_faults_of_grounds(tmp_path: Path, change: dict[str, Any], word: str) -> None:
+    assert message_of(write(tmp_path, {**GROUNDS, **change})).startswith(word)
+
+
 @pytest.mark.parametrize("units", [{}, {"k": "N/m^2"}, UNITS], ids=["none", "one", "all"])
 def test_units_may_be_left_out(tmp_path: Path, units: dict[str, str]) -> None:
-    assert read_model(write(tmp_path, {**CONTENT, "units": units})).shared == SHARED
+    assert read_model(write(tmp_path, {**CONTENT, "units": units})).tyre == SHARED
 
 
 def test_recordings_may_be_left_out(tmp_path: Path) -> None:
@@ -87,18 +148,18 @@ def test_the_error_of_a_model_may_be_unknown(tmp_path: Path) -> None:
         ({"effects": [1]}, "'effects' must be a list of effect names"),
         ({"effects": ["magic"]}, "unknown effect 'magic'; known are asymmetric_friction"),
         ({"effects": ["torque_offset"] * 2}, "effect 'torque_offset' is named twice"),
-        ({"shared": None}, "'shared' must be a table of numbers"),
-        ({"shared": [2.4e6]}, "'shared' must be a table of numbers"),
-        ({"shared": {"k": 2.4e6}}, "'shared' lacks carcass_torsion.k_t [N m/rad]"),
-        ({"shared": {**SHARED, "k": "stiff"}}, "shared.k must be a number, got 'stiff'"),
-        ({"shared": {**SHARED, "k": True}}, "shared.k must be a number, got True"),
-        ({"shared": {**SHARED, "k": -2.4e6}}, "shared.k must lie in [1000.0, 1000000000.0] N/m^2"),
-        ({"shared": {**SHARED, "k": float("nan")}}, "shared.k must lie in"),
-        ({"shared": {**SHARED, "k": 10**400}}, "shared holds a number too large"),
-        ({"shared": {**SHARED, "wings": 2}}, "shared holds an unknown 'wings'; the model has mu, k"),
+        ({"tyre": None}, "'tyre' must be a table of numbers"),
+        ({"tyre": [2.4e6]}, "'tyre' must be a table of numbers"),
+        ({"tyre": {"k": 2.4e6}}, "'tyre' lacks carcass_torsion.k_t [N m/rad]"),
+        ({"tyre": {**SHARED, "k": "stiff"}}, "tyre.k must be a number, got 'stiff'"),
+        ({"tyre": {**SHARED, "k": True}}, "tyre.k must be a number, got 'True'"),
+        ({"tyre": {**SHARED, "k": -2.4e6}}, "tyre.k must lie in [1000.0, 1000000000.0] N/m^2"),
+        ({"tyre": {**SHARED, "k": float("nan")}}, "tyre.k must lie in"),
+        ({"tyre": {**SHARED, "k": 10**400}}, "tyre holds a number too large"),
+        ({"tyre": {**SHARED, "wings": 2}}, "tyre holds an unknown 'wings'; the model has mu, k"),
         ({"recordings": []}, "'recordings' must hold one table per recording"),
         ({"recordings": {"a": 3}}, "'recordings.a' must be a table of numbers"),
-        ({"recordings": {"a": {"mu": None}}}, "recordings.a.mu must be a number, got None"),
+        ({"recordings": {"a": {"mu": None}}}, "recordings.a.mu must be a number, got 'None'"),
         ({"recordings": {"a": {"mu": 0}}}, "recordings.a.mu must lie in [0.01, 10.0] 1, got 0.0"),
         ({"units": ["N m"]}, "'units' must be a table of units"),
         ({"units": {"k": "N/mm^2"}}, "k has the unit 'N/mm^2', expected 'N/m^2'; convert the value"),

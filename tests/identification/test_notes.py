@@ -5,7 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.fits.fitting import Fit, Values
+from identification.fits.fitting import Fit
+from identification.fits.values import Values
 from identification.notes import notes_on
 from identification.results import Errors
 from symbolic import Model, effects_named
@@ -18,16 +19,18 @@ def errors(left_out: dict[str, float] | None = None, **nrmse: float) -> Errors:
 @pytest.fixture
 def fitted() -> Fit:
     return Fit(
+        prior_weights=np.zeros(3),
+        prior_steps=np.zeros(3),
         model=Model(effects=effects_named(("contact_length", "sensor_delay"))),
         values=Values(
-            shared={"k": 2e6, "contact_length.n": 0.4, "sensor_delay.delay": 0.02},
+            tyre={"k": 2e6, "contact_length.n": 0.4, "sensor_delay.delay": 0.02},
             own={"a": {"mu": 1.0}},
         ),
         residuals={},
-        jacobian=np.zeros((0, 0)),
-        labels=(),
-        scales=np.zeros(0),
-        bound_distances=np.zeros((2, 0)),
+        jacobian=np.zeros((0, 3)),
+        labels=((None, "k"), (None, "contact_length.n"), (None, "sensor_delay.delay")),
+        scales=np.ones(3),
+        bound_distances=np.array([[-1.0], [1.0]]) * np.ones(3),
         status="converged",
         converged=True,
     )
@@ -56,7 +59,7 @@ def test_every_recording_that_got_worse(fitted: Fit) -> None:
     ],
 )
 def test_parameter_at_its_bound(fitted: Fit, name: str, value: float, said: str) -> None:
-    values = replace(fitted.values, shared={**fitted.values.shared, name: value})
+    values = replace(fitted.values, tyre={**fitted.values.tyre, name: value})
 
     (note,) = notes_on(errors(a=0.04), errors(a=0.02), replace(fitted, values=values))
 
@@ -64,7 +67,7 @@ def test_parameter_at_its_bound(fitted: Fit, name: str, value: float, said: str)
 
 
 def test_neutral_is_no_end_of_a_range(fitted: Fit) -> None:
-    values = replace(fitted.values, shared={**fitted.values.shared, "sensor_delay.delay": 0.0})
+    values = replace(fitted.values, tyre={**fitted.values.tyre, "sensor_delay.delay": 0.0})
 
     assert notes_on(errors(a=0.04), errors(a=0.02), replace(fitted, values=values)) == ()
 

@@ -1,6 +1,6 @@
 import numpy as np
 
-from observers import causal_rate
+from observers import causal_rate, next_rate
 
 
 def test_a_steady_turn() -> None:
@@ -23,3 +23,9 @@ def test_longer_steps_weigh_more() -> None:
     coarse = np.array([0.0, 0.03, 0.06])
 
     np.testing.assert_allclose(causal_rate(coarse, coarse), [0, 0.5, 0.75])
+
+
+def test_the_shortest_step_there_is() -> None:
+    rate = next_rate(next_rate(0.2, 0.01, 5e-324), 0.0, 0.01)
+
+    np.testing.assert_allclose(rate, (0.2 + 0.01 / 0.03) * 3 / 4)

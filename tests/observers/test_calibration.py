@@ -59,6 +59,7 @@ def test_errors_are_as_large_as_their_standard_deviations(found: Figures) -> Non
     assert likely(found)
 
 
+@pytest.mark.long
 def test_the_window_errs_as_the_filter_does() -> None:
     by_filter, by_window = (constant(kind, range(6)) for kind in (Ekf, Mhe))
 
@@ -90,7 +91,7 @@ def test_wrong_standard_deviations_would_be_noticed(kind: Any, scale: float) -> 
 
 
 @pytest.mark.parametrize("kind", [Ekf, Mhe])
-@pytest.mark.parametrize("seed", [0, 14, 17])
+@pytest.mark.parametrize("seed", [17, *(pytest.param(n, marks=pytest.mark.long) for n in (0, 14))])
 def test_little_is_lost_against_bayes_rule(kind: Any, seed: int) -> None:
     made = turned_by_hand(seed)
     estimates = estimated(kind, made)
@@ -104,6 +105,7 @@ def test_little_is_lost_against_bayes_rule(kind: Any, seed: int) -> None:
     assert np.median((std / exact.std)[informed]) == pytest.approx(1, abs=0.05)
 
 
+@pytest.mark.long
 def test_ground_that_hardly_walks() -> None:
     found = walking(0.001)
 
@@ -111,6 +113,7 @@ def test_ground_that_hardly_walks() -> None:
     assert 0.93 < found.coverage < 0.97
 
 
+@pytest.mark.long
 def test_ground_that_walks_needs_bristles() -> None:
     # The exact patch reads all of the past at the present mu.
     exact, bristles = walking(0.01), walking(0.01, model=BRISTLES)
@@ -121,6 +124,7 @@ def test_ground_that_walks_needs_bristles() -> None:
     assert bristles.rmse < 0.7 * exact.rmse
 
 
+@pytest.mark.long
 def test_steering_torque() -> None:
     # An encoder at rest errs by a constant, so a whole step is believed of it, not 0.29 steps.
     made = [steered_by_hand(seed, 6.0) for seed in range(8)]

@@ -180,7 +180,7 @@ def test_needs_to_know_where_the_patch_stands(
     first = replace(first_of(columns_of(recording)), **fault)
 
     with pytest.raises(
-        InvalidInputError, match="first sample must have a finite psi and F_N >= 0.001 N"
+        InvalidInputError, match=r"first sample must have a finite psi and F_N >= 0\.001 N"
     ):
         as_system(observer, first)
 

@@ -54,7 +54,7 @@ EFFECTS = [
 
 
 @pytest.mark.parametrize(("effects", "values", "close"), EFFECTS)
-@pytest.mark.parametrize("noise", [0.3, 0.01])
+@pytest.mark.parametrize("noise", [0.3, pytest.param(0.01, marks=pytest.mark.long)])
 def test_equals_filterpy(
     recording: RigRecording, ekf: Make, effects: Any, values: Any, close: float, noise: float
 ) -> None:
@@ -88,7 +88,13 @@ def test_equals_filterpy_with_the_tyre_as_a_state(
 
 @pytest.mark.parametrize(
     "measurement_model",
-    [SteeringTorque(), SteeringTorque(zero=True), SteeringTorque(stiffness=True)],
+    [
+        SteeringTorque(stiffness=True),
+        *(
+            pytest.param(m, marks=pytest.mark.long)
+            for m in (SteeringTorque(), SteeringTorque(zero=True))
+        ),
+    ],
     ids=repr,
 )
 def test_equals_filterpy_where_the_steering_torque_is_measured(
@@ -99,7 +105,7 @@ def test_equals_filterpy_where_the_steering_torque_is_measured(
     assert_equals_filterpy(observer, samples, 1e-8)
 
 
-@pytest.mark.parametrize("at", [90, 120, 200])
+@pytest.mark.parametrize("at", [90, *(pytest.param(n, marks=pytest.mark.long) for n in (120, 200))])
 def test_iterations_find_the_minimum_of_the_cost_of_one_sample(
     recording: RigRecording, ekf: Make, at: int
 ) -> None:

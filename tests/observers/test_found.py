@@ -27,12 +27,12 @@ NOISES = [pytest.param({}, id="as it stands"), pytest.param(CLEAN_RIG, id="clean
 
 
 @pytest.mark.parametrize(("kind", "settings"), KINDS)
-@pytest.mark.parametrize("missing", ["none", "a fifth"])
+@pytest.mark.parametrize("missing", [pytest.param("none", marks=pytest.mark.long), "a fifth"])
 @pytest.mark.parametrize(
     ("seed", "mu"),
     [
         (22, 0.7),
-        (23, 1.9),
+        pytest.param(23, 1.9, marks=pytest.mark.long),
         pytest.param(21, 1.4, marks=pytest.mark.long),
         pytest.param(24, 1.1, marks=pytest.mark.long),
     ],

@@ -222,7 +222,7 @@ def exactly(times: Array) -> Array:
     return np.asarray(solution.y)
 
 
-@pytest.mark.parametrize("jitter", [0.0, 0.6])
+@pytest.mark.parametrize("jitter", [pytest.param(0.0, marks=pytest.mark.long), 0.6])
 def test_wheel_on_a_spring_follows_its_equation_of_motion_to_second_order(jitter: float) -> None:
     pattern = 1 + jitter * np.random.default_rng(2).uniform(-1, 1, 500)
     errors = []

@@ -17,7 +17,7 @@ PSI, M_Z, ESTIMATE = 1, 3, 10
 
 
 @pytest.mark.measured
-@pytest.mark.parametrize("kind", [Ekf, Mhe])
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
 @pytest.mark.parametrize(
     ("name", "shift"), [("fem1", 190), ("fem3", 142), ("fem4_ident", 174), ("fem5", 92)]
 )

@@ -116,7 +116,7 @@ def test_prior(kind: Any, measurement_model: MeasurementModel) -> None:
 def test_first_sample_says_where_the_patch_stands(kind: Any, fault: dict[str, float]) -> None:
     first = Sample(**{"psi": 0.0, "psi_dot": nan, "F_N": 400.0, "dt": 0.01, **fault})
     with pytest.raises(
-        InvalidInputError, match="first sample must have a finite psi and F_N >= 0.001 N"
+        InvalidInputError, match=r"first sample must have a finite psi and F_N >= 0\.001 N"
     ) as caught:
         make(kind).init(first)
     assert "\n" not in str(caught.value)

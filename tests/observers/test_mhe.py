@@ -30,7 +30,8 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 
 Array = NDArray[np.float64]
 Make = Callable[..., Mhe]
-WINDOWS = [(1, 1), (2, 1), (20, 1), (7, 3)]
+LONG = pytest.mark.long
+WINDOWS = [(1, 1), pytest.param(2, 1, marks=LONG), pytest.param(20, 1, marks=LONG), (7, 3)]
 
 
 @pytest.mark.parametrize(("window", "iterations"), WINDOWS)
@@ -86,7 +87,7 @@ ORACLES = [
 
 
 @pytest.mark.parametrize("settings", ORACLES)
-@pytest.mark.parametrize(("window", "iterations"), [(1, 1), (7, 1), (20, 2)])
+@pytest.mark.parametrize(("window", "iterations"), [(1, 1), (7, 1), pytest.param(20, 2, marks=LONG)])
 def test_moving_window_equals_dense_equations_by_the_book(
     recording: RigRecording, steered: SteeringRecording, settings: Any, window: int, iterations: int
 ) -> None:
@@ -108,6 +109,7 @@ def test_moving_window_equals_dense_equations_by_the_book(
     assert moved > 0.1, "the comparison saw no correction"
 
 
+@pytest.mark.long
 def test_converged_window_is_the_minimum_that_a_general_optimiser_finds(
     recording: RigRecording,
 ) -> None:

@@ -11,7 +11,7 @@ from tests.observers.factories import columns_of
 
 
 def found(error: ModelError | None) -> FoundModel:
-    return FoundModel(model=Model(), shared={"k": 2.4e6}, own={}, error=error)
+    return FoundModel(model=Model(), tyre={"k": 2.4e6}, own={}, error=error)
 
 
 def test_profiles_by_name() -> None:

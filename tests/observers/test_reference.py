@@ -16,6 +16,7 @@ from tests.observers.factories import CLEAN_RIG, columns_of, samples_of, sparse,
 pytestmark = pytest.mark.usefixtures("interpreted")
 
 Make = Callable[..., Mhe]
+LONG = pytest.mark.long
 SETTLED: dict[str, Any] = {"window": 20, "iterations": 15}
 WALKING = {**CLEAN_RIG, "mu_walk": 0.01}
 
@@ -37,19 +38,24 @@ def compare(observer: Mhe, made: RigRecording | SteeringRecording, count: int, e
 @pytest.mark.parametrize(
     "settings",
     [
-        pytest.param(WALKING, id="least squares"),
+        pytest.param(WALKING, id="least squares", marks=LONG),
         pytest.param({**WALKING, "error": 0.01}, id="Huber's loss"),
-        pytest.param({**WALKING, "measurement_model": AligningTorque(stiffness=True)}, id="stiffness"),
+        pytest.param(
+            {**WALKING, "measurement_model": AligningTorque(stiffness=True)}, id="stiffness", marks=LONG
+        ),
         pytest.param({**WALKING, "model": Model(discretised=True)}, id="bristles"),
         # Nothing disturbs the states: equalities hold them, to the arrival or to one another.
         pytest.param({**CLEAN_RIG, "mu_walk": 0.0, "zero_walk": 0.0}, id="nothing walks"),
-        pytest.param({**WALKING, "zero_std": 0.0, "zero_walk": 0.0}, id="a zero that is known"),
+        pytest.param(
+            {**WALKING, "zero_std": 0.0, "zero_walk": 0.0}, id="a zero that is known", marks=LONG
+        ),
     ],
 )
 def test_settled_equals_ipopt(mhe: Make, recording: RigRecording, settings: dict[str, Any]) -> None:
     compare(mhe(**SETTLED, **settings), recording, count=300, every=75)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("count", [400, pytest.param(800, marks=pytest.mark.long)])
 def test_settled_equals_ipopt_with_the_steering_torque(
     mhe: Make, steered: SteeringRecording, count: int

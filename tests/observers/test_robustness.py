@@ -100,6 +100,7 @@ def test_a_ground_that_falls_is_known_within_a_tenth_of_a_radian(place: float) -
         assert 0 < by_window <= by_filter < 0.06
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("place", PLACES)
 def test_a_ground_that_rises_takes_more_iterations(place: float) -> None:
     # The torque does not jump but grows with the turn, and one linearisation overshoots.

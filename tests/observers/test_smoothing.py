@@ -141,7 +141,7 @@ def test_samples_before_the_first_usable_one_take_its_friction(recording: RigRec
 
 
 def test_it_needs_the_filter(recording: RigRecording) -> None:
-    with pytest.raises(InvalidInputError, match="smooth needs an Ekf, .* got Mhe"):
+    with pytest.raises(InvalidInputError, match=r"smooth needs an Ekf, .* got Mhe"):
         smooth(Mhe(**DECLARED), **columns_of(recording))  # type: ignore[arg-type]
 
 

@@ -23,7 +23,10 @@ KINDS = [
     pytest.param(Mhe, {"measurement_model": SteeringTorque(), "window": 20}, id="mhe steering"),
     pytest.param(Ekf, {"measurement_model": AligningTorque(stiffness=True)}, id="ekf stiffness"),
     pytest.param(
-        Mhe, {"measurement_model": AligningTorque(stiffness=True), "window": 20}, id="mhe stiffness"
+        Mhe,
+        {"measurement_model": AligningTorque(stiffness=True), "window": 20},
+        id="mhe stiffness",
+        marks=pytest.mark.long,
     ),
 ]
 

@@ -17,10 +17,15 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 
 Array = NDArray[np.float64]
 KINDS = [pytest.param(Ekf, {}, id="ekf"), pytest.param(Mhe, {"window": 20}, id="mhe")]
-MEASUREMENT_MODELS = [SteeringTorque(), SteeringTorque(zero=True), SteeringTorque(stiffness=True)]
+MEASUREMENT_MODELS = [
+    SteeringTorque(),
+    SteeringTorque(stiffness=True),
+    pytest.param(SteeringTorque(zero=True), marks=pytest.mark.long),
+]
+MADE = [(6, 0.7), *(pytest.param(seed, marks=pytest.mark.long) for seed in ((5, 1.3), (8, 1.6)))]
 
 
-@pytest.fixture(scope="module", params=[(5, 1.3), (6, 0.7), (8, 1.6)], ids=str)
+@pytest.fixture(scope="module", params=MADE, ids=str)
 def made(request: pytest.FixtureRequest) -> SteeringRecording:
     seed, mu = request.param
     return make_steering_recording(seed, tyre=RigTyre(mu=mu), duration=4.0, rate=500.0)

@@ -271,12 +271,39 @@ def test_friction_beds_in_with_the_way() -> None:
     np.testing.assert_allclose(M_z[1:], SLIDE * grown * [-1, 1], rtol=1e-5)
 
 
-def test_backlash_is_a_lost_way() -> None:
+def test_backlash_is_crossed_at_no_torque() -> None:
+    """The patch is driven at one flank, relaxes between them, and is driven at the other."""
+    psi, gap = np.concatenate([np.linspace(0, 0.1, 40), np.linspace(0.1, -0.1, 400)]), 0.03
+
+    history = run(turn(psi), TRAILED, {"backlash": {"gap": gap}})
+
+    behind = history.psi_patch - psi
+    free = np.abs(history.M_z) < 1e-9 * SLIDE
+    flank = np.where(history.M_z < 0, -gap / 2, gap / 2)
+    np.testing.assert_allclose(behind[~free], flank[~free], rtol=0, atol=1e-12)
+    assert np.all(np.abs(behind[free]) <= gap / 2)
+    assert np.ptp(psi[free & (np.arange(psi.size) > 40)]) == pytest.approx(gap, abs=2e-3)
+    np.testing.assert_allclose(
+        history.M_z, run(turn(history.psi_patch), TRAILED).M_z, rtol=0, atol=1e-12
+    )
+
+
+def test_backlash_acts_beside_a_carcass() -> None:
+    drive, gap, k_t = hand_path(2, 8.0, rate=100.0), 0.03, 150.0
+
+    history = run(drive, TRAILED, {"backlash": {"gap": gap}, "carcass_torsion": {"k_t": k_t}})
+
+    lost = history.psi_patch - drive.psi - history.M_z / k_t
+    loaded = np.abs(history.M_z) > 1e-6
+    np.testing.assert_allclose(lost[loaded], gap / 2 * np.sign(history.M_z[loaded]), atol=1e-9)
+
+
+def test_play_is_a_lost_way() -> None:
     psi = np.array([0.0, 0.005, 0.03, 0.025, 0.01])
     taken_up = np.array([0.0, 0.0, 0.025, 0.025, 0.015])
 
     np.testing.assert_allclose(
-        run(turn(psi), TRAILED, {"backlash": {"gap": 0.01}}).M_z,
+        run(turn(psi), TRAILED, {"play": {"gap": 0.01}}).M_z,
         run(turn(taken_up), TRAILED).M_z,
         atol=1e-12,
     )

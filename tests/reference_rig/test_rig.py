@@ -155,7 +155,9 @@ def _share(made: RigRecording) -> float:
     return float(np.sqrt(np.mean((made.M_z_true - without) ** 2)) / np.ptp(without))
 
 
-@pytest.mark.parametrize("name", ["carcass_torsion", "friction_drift", "gust"])
+@pytest.mark.parametrize(
+    "name", [pytest.param("carcass_torsion", marks=pytest.mark.long), "friction_drift", "gust"]
+)
 def test_planted_effect_is_as_strong_as_asked(name: str) -> None:
     assert _share(plant_effect(name, 12, share=0.06)) == pytest.approx(0.06, rel=0.03)
 
@@ -190,6 +192,7 @@ def test_campaign_files(tmp_path: Path) -> None:
     assert (tmp_path / "rig.toml").is_file()
 
 
+@pytest.mark.long
 def test_embedded_recordings_are_made_by_the_rig(repository_root: Path) -> None:
     folder = repository_root / "examples" / "recordings"
     made = runpy.run_path(str(folder.parent / "make_recordings.py"))["files"]()
@@ -197,3 +200,26 @@ def test_embedded_recordings_are_made_by_the_rig(repository_root: Path) -> None:
     assert {path.name for path in folder.iterdir()} == set(made)
     for name, text in made.items():
         assert (folder / name).read_text(encoding="utf-8") == text, name
+
+
+def test_a_campaign_elsewhere_differs_in_lengths_and_friction_alone() -> None:
+    there, usual = (
+        make_campaign(None, 4, 4, duration=2.0, off=off, grounds=grounds)
+        for off, grounds in ((0.0025, ("steel", "emery")), (0.0, ()))
+    )
+
+    assert [r.ground for r in there.recordings] == ["steel", "emery"] * 2
+    assert [r.ground for r in usual.recordings] == [None] * 4
+    assert there.nominal == usual.nominal
+    offs = [r.tyre.a - there.nominal.a for r in there.recordings]
+    assert max(map(abs, offs)) <= 0.0025
+    assert len(set(offs)) == 4
+    ratios = [
+        one.tyre.mu / two.tyre.mu for one, two in zip(there.recordings, usual.recordings, strict=True)
+    ]
+    assert ratios[0] == pytest.approx(ratios[2])
+    assert ratios[1] == pytest.approx(ratios[3])
+    assert abs(ratios[0] - ratios[1]) > 0.01
+    for one, two in zip(there.recordings, usual.recordings, strict=True):
+        np.testing.assert_allclose(one.psi, two.psi)
+        np.testing.assert_allclose(one.F_N, two.F_N, rtol=0.02)

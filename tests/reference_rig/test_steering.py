@@ -118,6 +118,7 @@ def test_work_is_motion_damping_and_friction() -> None:
     assert into_patch[-1] > 1.0
 
 
+@pytest.mark.long
 def test_order_of_the_integration() -> None:
     finest, *others = (
         clean(duration=4.0, rate=100.0, step=step) for step in (1.25e-5, 1e-4, 2e-4, 4e-4)
@@ -129,6 +130,7 @@ def test_order_of_the_integration() -> None:
     assert errors[2] > 9 * errors[0]
 
 
+@pytest.mark.long
 def test_bristles_are_enough() -> None:
     coarse, fine = clean(), clean(bristles=4000)
 
@@ -136,7 +138,7 @@ def test_bristles_are_enough() -> None:
     assert np.max(np.abs(coarse.psi_true - fine.psi_true)) < 1e-5
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", [0, *(pytest.param(n, marks=pytest.mark.long) for n in range(1, 6))])
 def test_hand_slides_fully_and_reverses(seed: int) -> None:
     made = clean(seed)
     used = made.M_z_true / full_slide_moment(TYRE, 1.0) / (TYRE.mu * made.F_N)

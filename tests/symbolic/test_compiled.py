@@ -1,10 +1,13 @@
 """Machine code against the interpreter, and every way in which there may be no machine code."""
 
+import errno
 import hashlib
 import os
+import signal
 import stat
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -29,7 +32,9 @@ needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler at
 def fresh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """An empty cache, and a compiler that is looked for anew."""
     monkeypatch.setenv("BRUSHGRIP_CACHE", str(tmp_path / "cache"))
+    module = sys.modules["symbolic.compiled"]
     compiler.cache_clear()
+    module._say.cache_clear()
     yield
     compiler.cache_clear()
 
@@ -54,11 +59,19 @@ def libraries(folder: Path) -> list[Path]:
             Model(effects=effects_named(["frictional_creep", "carcass_torsion"]), lengthways=20),
             (0.15, 1 / 350),
         ),
-        (Model(effects=effects_named(OTHERS), lengthways=8), OTHER_VALUES),
+        pytest.param(
+            Model(effects=effects_named(OTHERS), lengthways=8), OTHER_VALUES, marks=pytest.mark.long
+        ),
     ],
     ids=["zones", "bristles", "relaxing bristles", "creep behind a carcass", "every other effect"],
 )
-@pytest.mark.parametrize("vectorised", [False, True], ids=["plain", "vectorised"])
+@pytest.mark.parametrize(
+    "vectorised",
+    [
+        pytest.param(False, id="plain", marks=pytest.mark.long),
+        pytest.param(True, id="vectorised"),
+    ],
+)
 def test_machine_code_gives_the_interpreters_numbers(
     model: Model, own: tuple[float, ...], vectorised: bool
 ) -> None:
@@ -125,15 +138,88 @@ def test_function_is_interpreted_where_it_cannot_be_compiled(
     assert libraries(tmp_path) == []
 
 
-def test_function_is_interpreted_where_nothing_can_be_kept(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+@needs_compiler
+def test_a_cache_that_cannot_be_written_has_another_in_its_place(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     # A file in the way of the folder stops every user, the superuser too.
     (tmp_path / "file").write_text("in the way")
     monkeypatch.setenv("BRUSHGRIP_CACHE", str(tmp_path / "file" / "cache"))
     function = small()
 
+    assert compiled(function) is not function
+    assert compiled(small(3.0)) is not function
+    (line,) = caplog.messages
+    assert f"{tmp_path / 'file' / 'cache'} cannot be written" in line
+    assert "what is compiled now is not kept" in line
+
+
+@needs_compiler
+def test_a_full_disk_has_another_folder_in_its_place(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    module = sys.modules["symbolic.compiled"]
+    scratch_folder = module.scratch_folder
+
+    def full(parent: Path) -> object:
+        if parent == tmp_path / "cache":
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return scratch_folder(parent)
+
+    monkeypatch.setattr(module, "scratch_folder", full)
+    function = small()
+
+    assert compiled(function) is not function
+    assert "cannot be written (No space left on device)" in caplog.text
+
+
+@needs_compiler
+def test_it_is_said_that_a_model_is_interpreted(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    monkeypatch.setenv("CC", "false")
+    function = small()
+
     assert compiled(function) is function
+    assert compiled(function) is function
+    (line,) = caplog.messages
+    assert "interpreted instead, which is slow" in line
+
+
+@needs_compiler
+def test_an_interrupted_compiler_ends_with_all_that_it_started(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiler_of_a_minute = tmp_path / "compiler"
+    compiler_of_a_minute.write_text(
+        f"#!/bin/sh\nsleep 60 &\necho $! > {tmp_path}/pid\nsleep 0.5\nkill -USR1 $PPID\nwait\n"
+    )
+    compiler_of_a_minute.chmod(0o700)
+    monkeypatch.setenv("CC", str(compiler_of_a_minute))
+
+    def interrupt(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    before = signal.signal(signal.SIGUSR1, interrupt)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            compiled(small())
+    finally:
+        signal.signal(signal.SIGUSR1, before)
+    pid = int((tmp_path / "pid").read_text())
+
+    assert libraries(tmp_path) == []
+    end = time.monotonic() + 10
+    while is_running(pid):
+        assert time.monotonic() < end
+
+
+def is_running(pid: int) -> bool:
+    """Whether a process does anything; one that has ended may wait for its exit status to be read."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
 
 
 @needs_compiler

@@ -89,7 +89,7 @@ def test_a_model_file_names_only_effects_that_are_given() -> None:
     found = model_from_tables(DOCUMENT, [stop])
 
     assert found.model == Model(effects=(EFFECTS["pretwist"], stop))
-    assert found.shared["stop.c"] == 0.5
+    assert found.tyre["stop.c"] == 0.5
     assert [effect.name for effect in found.model.effects] == DOCUMENT["effects"]
     with pytest.raises(InvalidInputError, match="unknown effect 'stop'"):
         model_from_tables(DOCUMENT)

@@ -15,7 +15,17 @@ def test_what_is_not_known_is_none() -> None:
 
 
 @pytest.mark.parametrize(
-    "values", [{"e": 0.0}, {"e": -0.039}, {"b_t": 0.0}, {"J_A": 1e-9}, {"slide_rate": 1e-9}]
+    "values",
+    [
+        {"e": 0.0},
+        {"e": -0.039},
+        {"b_t": 0.0},
+        {"J_A": 1e-6},
+        {"J_A": 1e4},
+        {"b_t": 1e4},
+        {"a": 1.0},
+        {"slide_rate": 1e-9},
+    ],
 )
 def test_the_whole_range_is_allowed(values: dict[str, Any]) -> None:
     assert Rig(**RIG | values) is not None
@@ -28,13 +38,18 @@ def test_the_whole_range_is_allowed(values: dict[str, Any]) -> None:
         {"a": -0.04},
         {"a": math.nan},
         {"a": math.inf},
+        {"a": 9.9e-4, "e": 0.0},
+        {"a": 1.01},
         {"e": 0.04},
         {"e": -0.04},
         {"e": math.nan},
         {"J_A": 0.0},
+        {"J_A": 9.9e-7},
+        {"J_A": 1.01e4},
         {"J_A": math.nan},
         {"b_t": -1e-9},
         {"b_t": math.nan},
+        {"b_t": 1.01e4},
         {"b_t": math.inf},
         {"slide_rate": 0.0},
         {"slide_rate": math.nan},
@@ -44,7 +59,7 @@ def test_rig_refuses(values: dict[str, Any]) -> None:
     with pytest.raises(InvalidInputError) as caught:
         Rig(**RIG | values)
 
-    (name,) = values
+    name = next(iter(values))
     assert str(caught.value).startswith(f"{name} must")
     assert f"got {values[name]:g}" in str(caught.value)
 

@@ -20,13 +20,14 @@ from symbolic import (
     units_of,
 )
 from symbolic.parsing import excerpt, json_of, naming, text_of, toml_of
-from symbolic.serialisation import MODEL_VERSION, rig_from_values
+from symbolic.rig_tables import rig_from_values
+from symbolic.serialisation import MODEL_VERSION
 
 RIG = {"rig": {"a": 0.045, "e": 0.009, "J_A": 0.15, "b_t": 1}, "tyre": {"k": 2_400_000, "mu": 1.5}}
 MODEL = {
     "version": MODEL_VERSION,
     "effects": ["carcass_torsion", "torque_offset", "pretwist"],
-    "shared": {"k": 2.4e6, "carcass_torsion.k_t": 390},
+    "tyre": {"k": 2.4e6, "carcass_torsion.k_t": 390},
     "recordings": {"a": {"mu": 1.3, "torque_offset.M_0": 0.1, "pretwist.psi_0": 0.02}},
 }
 
@@ -78,13 +79,13 @@ def test_a_model() -> None:
     found = model_from_tables(MODEL)
 
     assert found.model == Model(effects=effects_named(MODEL["effects"]))
-    assert found.shared == MODEL["shared"]
+    assert found.tyre == MODEL["tyre"]
     assert found.own == MODEL["recordings"]
-    assert isinstance(found.shared["carcass_torsion.k_t"], float)
+    assert isinstance(found.tyre["carcass_torsion.k_t"], float)
 
 
 def test_values_for_what_is_to_come_leave_recordings_out() -> None:
-    found = model_from_tables(changed(MODEL, "shared", mu=1.1))
+    found = model_from_tables(changed(MODEL, "tyre", mu=1.1))
     values = found.values_for_estimation()
 
     assert values == {
@@ -98,7 +99,7 @@ def test_values_for_what_is_to_come_leave_recordings_out() -> None:
 
 
 def test_the_declared_model_needs_k_alone() -> None:
-    assert FoundModel(model=Model(), shared={"k": 2e6}, own={}).values_for_estimation() == {"k": 2e6}
+    assert FoundModel(model=Model(), tyre={"k": 2e6}, own={}).values_for_estimation() == {"k": 2e6}
 
 
 @pytest.mark.parametrize(
@@ -109,14 +110,14 @@ def test_the_declared_model_needs_k_alone() -> None:
         ({**MODEL, "version": 2}, "not a model file of version 1"),
         ({**MODEL, "effects": "pretwist"}, "'effects' must be a list of effect names"),
         ({**MODEL, "effects": ["magic"]}, "unknown effect 'magic'"),
-        ({**MODEL, "shared": None}, "'shared' must be a table of numbers"),
-        ({**MODEL, "shared": {"k": 2.4e6}}, "'shared' lacks carcass_torsion.k_t [N m/rad]"),
+        ({**MODEL, "tyre": None}, "'tyre' must be a table of numbers"),
+        ({**MODEL, "tyre": {"k": 2.4e6}}, "'tyre' lacks carcass_torsion.k_t [N m/rad]"),
         ({**MODEL, "recordings": 3}, "'recordings' must hold one table per recording"),
         ({**MODEL, "units": "SI"}, "'units' must be a table of units"),
         ({**MODEL, "units": {"mass": "kg"}}, "units holds an unknown 'mass'; the model has mu, k,"),
-        (changed(MODEL, "shared", k="2"), "shared.k must be a number, got '2'"),
-        (changed(MODEL, "shared", k=2.4), "shared.k must lie in [1000.0, 1000000000.0] N/m^2, got 2.4"),
-        (changed(MODEL, "shared", k=float("nan")), "shared.k must lie in"),
+        (changed(MODEL, "tyre", k="2"), "tyre.k must be a number, got '2'"),
+        (changed(MODEL, "tyre", k=2.4), "tyre.k must lie in [1000.0, 1000000000.0] N/m^2, got 2.4"),
+        (changed(MODEL, "tyre", k=float("nan")), "tyre.k must lie in"),
         (changed(MODEL, "recordings", b={"mu": 99}), "recordings.b.mu must lie in"),
     ],
 )
@@ -130,11 +131,11 @@ def test_faults_of_a_model(document: Any, fault: str) -> None:
 def test_another_unit_is_refused(effect: str) -> None:
     model = Model(effects=effects_named([effect]))
     values = {parameter_name(e, p): p.start for e, p in model.parameters}
-    document = {"version": MODEL_VERSION, "effects": [effect], "shared": values}
+    document = {"version": MODEL_VERSION, "effects": [effect], "tyre": values}
     units = units_of(model)
 
     assert list(units) == list(values)
-    assert model_from_tables({**document, "units": units}).shared == values
+    assert model_from_tables({**document, "units": units}).tyre == values
     for name, unit in units.items():
         with pytest.raises(InvalidInputError) as caught:
             model_from_tables({**document, "units": {**units, name: "furlong"}})
@@ -157,9 +158,12 @@ def test_tables_of_text() -> None:
         (b"a = 1\n\0", "row 2: is not text, it holds a zero byte"),
         (b"a = ", "is not valid TOML: "),
         (b"a = 1\na = 2\n", "is not valid TOML: "),
-        (b"a = " + b"[" * 100_000, "is not valid TOML: "),
+        (b"a = " + b"[" * 10_000, "row 1: is not valid TOML for a rig: 20 tables within each other"),
+        (b"a = 1\n" + b"a." * 20 + b"a = 1", "row 2: is not valid TOML for a rig: 20 tables"),
+        (b"a = " + b"9" * 5000, "is not valid TOML: "),
+        (b"#" * 16_385, "holds 16385 bytes; allowed: up to 16384"),
     ],
-    ids=["empty", "latin", "zero", "no value", "twice", "deep"],
+    ids=["empty", "latin", "zero", "no value", "twice", "deep", "dotted", "digits", "large"],
 )
 def test_no_toml(content: bytes, fault: str) -> None:
     with pytest.raises(InvalidInputError) as caught:
@@ -167,6 +171,17 @@ def test_no_toml(content: bytes, fault: str) -> None:
     message = str(caught.value)
     assert message.startswith(fault)
     assert "\n" not in message
+
+
+def test_a_number_that_is_too_long_to_show() -> None:
+    with pytest.raises(InvalidInputError, match="J_A must be a number, got a number of more digits"):
+        rig_from_tables({"rig": {"a": 0.04, "e": 0.0, "J_A": [16**4000]}, "tyre": {"k": 1e6}})
+
+
+def test_a_key_that_stands_twice() -> None:
+    assert json_of(b'{"a": {"k": 1}, "b": {"k": 2}}') == {"a": {"k": 1}, "b": {"k": 2}}
+    with pytest.raises(InvalidInputError, match="'k' is given twice in one object; allowed: once"):
+        json_of(b'{"shared": {"k": 1, "mu": 2, "k": 3}}')
 
 
 @pytest.mark.parametrize("content", [b"", b"{", b"\xff\xfe\x00", b"[" * 100_000])
@@ -190,7 +205,7 @@ def test_excerpts_are_short_and_on_one_line() -> None:
 
 def test_an_observer_takes_bristles_behind_a_compliance() -> None:
     rigid, compliant = (
-        FoundModel(model=Model(effects=(EFFECTS[name],)), shared={"k": 2e6}, own={})
+        FoundModel(model=Model(effects=(EFFECTS[name],)), tyre={"k": 2e6}, own={})
         for name in ("contact_damping", "carcass_torsion")
     )
 

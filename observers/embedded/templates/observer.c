@@ -38,7 +38,7 @@ static void update_rate(${name}_state_t *state, ${real} psi, ${real} dt) {
     state->age += dt;
     if (is_known(psi)) {
         const ${real} turn = state->seen ? psi - state->psi : 0.0;
-        state->rate += state->age / (${rate_time_constant} + state->age) * (turn / state->age - state->rate);
+        state->rate += (turn - state->rate * state->age) / (${rate_time_constant} + state->age);
         state->psi = psi;
         state->age = 0.0;
         state->seen = 1;

@@ -150,6 +150,14 @@ def test_errors_count_from_when_the_wheel_has_turned_for_a_while(case: Case) -> 
     assert case.rmse(mu) == pytest.approx(OFF / np.sqrt(case.settled.sum()))
 
 
+def test_a_name_is_neither_html_nor_a_link(case: Case) -> None:
+    odd = Slow(name="<img src=x>|[a](http://b.invalid)")
+    text = markdown_text(compared := compare([case], [odd]), summarise(compared, [odd]))
+
+    assert "| &lt;img src=x&gt;/[a]\\(http://b.invalid) | " in text
+    assert "<" not in text
+
+
 def test_what_is_published() -> None:
     # [Györök 2022], Table 6.1, with the time of figure 5.13 as in (5.10).
     assert [(row.rmse, row.theta, row.works_beyond_five_zones) for row in PUBLISHED] == [

@@ -10,8 +10,8 @@ from identification.experiments.discriminating_experiment import Proposal, propo
 from identification.experiments.proposals import _RecordedData, _standard_errors, sample_period
 from identification.experiments.steering import STEP, Manoeuvre
 from identification.fits.autocorrelation import autocorrelation_time
-from identification.fits.fitting import torque_range
 from identification.fits.options import COARSE_FIT
+from identification.fits.problem import torque_range
 from identification.selection.criteria import DEFAULT_CRITERIA, advantage
 from identification.selection.trials import Judgement, judge, leave_one_out, thin
 from reference_rig import SUBSTEPS, Campaign, RigDrive, build_effects, simulate_bristles
@@ -94,7 +94,7 @@ def with_experiment(pair: Ambiguous, proposal: Proposal) -> tuple[list[Recording
     again = []
     for before in (pair.true, pair.rival):
         own = before.values.own[pair.recordings[0].name]
-        start = Values(shared=before.values.shared, own={**before.values.own, new.name: own})
+        start = Values(tyre=before.values.tyre, own={**before.values.own, new.name: own})
         again.append(fitted(before.model.effects[0].name, recordings, start))
     return recordings, again[0], again[1]
 
@@ -112,6 +112,7 @@ def test_the_experiment_tells_apart_what_the_recordings_cannot(
     assert gain > 0.05
 
 
+@pytest.mark.long
 def test_it_does_so_where_the_rival_was_named(ambiguous: Ambiguous) -> None:
     proposal = propose(ambiguous.rival, ambiguous.true, ambiguous.recordings)
     recordings, true, rival = with_experiment(ambiguous, proposal)
@@ -138,7 +139,7 @@ def test_the_rival_is_refitted_to_everything(ambiguous: Ambiguous, proposed: Pro
         M_z=proposed.torque,
     )  # fmt: skip
     values = ambiguous.rival.values
-    start = Values(shared=values.shared, own={**values.own, "new": values.own[seen[0].name]})
+    start = Values(tyre=values.tyre, own={**values.own, "new": values.own[seen[0].name]})
     refitted = fit(ambiguous.rival.model, [*seen, new], start)
     difference = refitted.residuals["new"]
 

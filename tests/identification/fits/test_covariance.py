@@ -11,7 +11,7 @@ from identification.fits.covariance import (
     scores_variance,
     standard_deviations,
 )
-from identification.fits.fitting import torque_range
+from identification.fits.problem import torque_range
 from symbolic import Model, effects_named
 from tests.identification.factories import read_campaign, with_torque
 
@@ -44,7 +44,7 @@ def noisy(
 
 def positions(fitted: Fit) -> np.ndarray:
     values = fitted.values
-    return np.array([(values.own[o] if o else values.shared)[name] for o, name in fitted.labels])
+    return np.array([values.at((o, name)) for o, name in fitted.labels])
 
 
 def test_white_noise_of_one_size_has_the_textbooks_covariance(noiseless) -> None:
@@ -59,7 +59,13 @@ def test_white_noise_of_one_size_has_the_textbooks_covariance(noiseless) -> None
     np.testing.assert_allclose(correlation(fitted, given), expected / np.outer(size, size), atol=0.1)
 
 
-@pytest.mark.parametrize(("phi", "sizes"), [(0.0, (1, 1)), (0.9, (1, 1)), (0.97, (1, 1)), (0.9, (1, 4))])
+@pytest.mark.parametrize(
+    ("phi", "sizes"),
+    [
+        (0.9, (1, 4)),
+        *(pytest.param(phi, (1, 1), marks=pytest.mark.long) for phi in (0.0, 0.9, 0.97)),
+    ],
+)
 def test_intervals_hold_the_truth(noiseless, phi: float, sizes: tuple[float, float]) -> None:
     start, recordings = noiseless
     truth, apart = positions(start), []
@@ -176,6 +182,7 @@ def test_what_cannot_be_told_apart_has_no_deviation(noiseless) -> None:
         jacobian=np.hstack([fitted.jacobian, 3 * fitted.jacobian[:, :1]]),
         labels=(*fitted.labels, (None, "again")),
         scales=np.append(fitted.scales, 1.0),
+        prior_weights=np.append(fitted.prior_weights, 0.0),
     )
     spread = standard_deviations(twice, given)
 
@@ -195,6 +202,7 @@ def test_whatever_takes_part_in_what_cannot_be_told_apart_has_no_deviation(noise
         jacobian=np.column_stack([fitted.jacobian, mixed]),
         labels=(*fitted.labels, (None, "mixture")),
         scales=np.append(fitted.scales, 1.0),
+        prior_weights=np.append(fitted.prior_weights, 0.0),
     )
     spread = standard_deviations(mixture, given)
 

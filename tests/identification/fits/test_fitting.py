@@ -5,8 +5,8 @@ import pytest
 
 from identification import Fit, FitOptions, Recording, Values, fit, initial_guess, signals_of
 from identification.fits.covariance import standard_deviations
-from identification.fits.fitting import torque_range
 from identification.fits.options import COARSE_FIT
+from identification.fits.problem import torque_range
 from identification.selection.trials import ROUGH, fit_own_parameters, thin
 from identification.selection.trials import model_of as ranked_model
 from reference_rig import Campaign, make_recording
@@ -48,12 +48,12 @@ def test_first_values(declared: Given) -> None:
     made, recordings = declared
     values = initial_guess(model_of("torque_offset", "contact_damping"), recordings)
 
-    assert values.shared["k"] == pytest.approx(made.nominal.k)
-    assert values.shared["contact_damping.c"] == EFFECTS["contact_damping"].parameters[0].start
+    assert values.tyre["k"] == pytest.approx(made.nominal.k)
+    assert values.tyre["contact_damping.c"] == EFFECTS["contact_damping"].parameters[0].start
     for recording, truth in zip(recordings, made.recordings, strict=True):
         assert values.own[recording.name]["mu"] == pytest.approx(truth.tyre.mu, rel=0.15)
         assert values.own[recording.name]["torque_offset.M_0"] != 0
-        everything = values.of(recording.name)
+        everything = values.of(recording)
         assert set(everything) == {"k", "mu", "contact_damping.c", "torque_offset.M_0"}
 
 
@@ -79,34 +79,36 @@ def test_a_candidate_converges_as_models_are_ranked() -> None:
     assert not fit(model, recordings, options=FitOptions(tolerance=1e-3, max_evaluations=4)).converged
 
 
+@pytest.mark.long
 def test_what_recordings_give_is_never_fitted() -> None:
     """F_0 is the mean of the loads, brought to one length; another one is nearly another mu and k."""
     made, recordings = read_campaign("contact_length", 3)
     model = model_of("contact_length")
     fitted = fit_from_scratch(model, recordings)
 
-    F_0 = fitted.values.shared["contact_length.F_0"]
+    F_0 = fitted.values.tyre["contact_length.F_0"]
     loads = [recording.F_N.mean() * (0.045 / recording.rig.a) ** 2 for recording in recordings]
     np.testing.assert_allclose(F_0, np.prod(loads) ** (1 / len(loads)))
-    assert fitted.values.shared["contact_length.m"] == 2.0, "one half-length says nothing about it"
+    assert fitted.values.tyre["contact_length.m"] == 2.0, "one half-length says nothing about it"
     given = {(None, "contact_length.F_0"), (None, "contact_length.m")}
     assert not given & {*fitted.labels}
     n = made.recordings[0].effects["contact_length"]["n"]
-    assert fitted.values.shared["contact_length.n"] == pytest.approx(n, rel=0.05)
+    assert fitted.values.tyre["contact_length.n"] == pytest.approx(n, rel=0.05)
 
     left_out = fit_own_parameters(fitted, recordings[:1])
-    assert left_out.values.shared["contact_length.F_0"] == F_0, "the one of the training recordings"
+    assert left_out.values.tyre["contact_length.F_0"] == F_0, "the one of the training recordings"
 
-    shared = fitted.values.shared | {"contact_length.F_0": 1.1 * F_0}
-    elsewhere = fit(model, recordings, Values(shared=shared, own=fitted.values.own))
-    grown = 1.1 ** -fitted.values.shared["contact_length.n"]
-    assert elsewhere.values.shared["k"] == pytest.approx(fitted.values.shared["k"] / grown**3, rel=0.1)
+    shared = fitted.values.tyre | {"contact_length.F_0": 1.1 * F_0}
+    elsewhere = fit(model, recordings, Values(tyre=shared, own=fitted.values.own))
+    grown = 1.1 ** -fitted.values.tyre["contact_length.n"]
+    assert elsewhere.values.tyre["k"] == pytest.approx(fitted.values.tyre["k"] / grown**3, rel=0.1)
     for recording in recordings:
         name, span = recording.name, torque_range(recording)
         off = elsewhere.residuals[name] - fitted.residuals[name]
         assert np.sqrt(np.mean(off**2)) < 2e-3 * span
 
 
+@pytest.mark.long
 def test_finds_how_the_patch_grows_where_its_length_was_rounded() -> None:
     """Of 45 mm (F_N / 400 N)^0.5, declared to 5 mm, the power is found, and the rounding made good."""
     planted = {"contact_length": {"n": 0.5, "F_0": 400.0, "m": 2.0}}
@@ -127,8 +129,8 @@ def test_finds_how_the_patch_grows_where_its_length_was_rounded() -> None:
     ]
     assert errors[0] > 0.012
     assert errors[1] < 0.005, "the noise is 0.004"
-    assert fitted.values.shared["contact_length.n"] == pytest.approx(0.5, abs=0.05)
-    assert fitted.values.shared["k"] == pytest.approx(made[0].tyre.k, rel=0.05)
+    assert fitted.values.tyre["contact_length.n"] == pytest.approx(0.5, abs=0.05)
+    assert fitted.values.tyre["k"] == pytest.approx(made[0].tyre.k, rel=0.05)
 
 
 def test_recovers_stiffness_and_friction_as_well_as_it_says() -> None:
@@ -157,7 +159,7 @@ def standing(
     truths = {recording.name: recording for recording in made.recordings}
     found, truth = [], []
     for owner, name in fitted.labels:
-        found.append((fitted.values.shared if owner is None else fitted.values.own[owner])[name])
+        found.append((fitted.values.tyre if owner is None else fitted.values.own[owner])[name])
         recording = truths[owner or made.recordings[0].name]
         if "." in name:
             effect, parameter = name.split(".")
@@ -185,6 +187,7 @@ def test_recovers_an_effect(effect: str) -> None:
     assert (spread < 0.02 * np.abs(truth)).all()
 
 
+@pytest.mark.long
 def test_recovers_a_compliance() -> None:
     made, recordings = read_campaign("carcass_torsion", 1, duration=8.0)
     fitted = fit_from_scratch(model_of("carcass_torsion"), recordings)
@@ -193,7 +196,7 @@ def test_recovers_a_compliance() -> None:
         fitted.labels.index((None, "carcass_torsion.k_t"))
     ]
 
-    assert abs(1 / fitted.values.shared["carcass_torsion.k_t"] - 1 / k_t) < 4 * of_compliance
+    assert abs(1 / fitted.values.tyre["carcass_torsion.k_t"] - 1 / k_t) < 4 * of_compliance
     assert of_compliance < 0.03 / k_t
 
 
@@ -202,9 +205,10 @@ def test_a_stiff_carcass_fits_where_there_is_none(declared: Given) -> None:
     _, recordings = declared
     fitted = fit_from_scratch(model_of("carcass_torsion"), recordings)
 
-    assert fitted.values.shared["carcass_torsion.k_t"] > 5e3
+    assert fitted.values.tyre["carcass_torsion.k_t"] > 5e3
 
 
+@pytest.mark.long
 def test_deviations_are_those_of_repeated_noise(declared: Given) -> None:
     made, recordings = declared
     model, rng = model_of(), np.random.default_rng(7)
@@ -217,7 +221,7 @@ def test_deviations_are_those_of_repeated_noise(declared: Given) -> None:
         ]
         last = fit(model, noisy, start)
         own = [last.values.own[r.name]["mu"] for r in noisy]
-        found.append([last.values.shared["k"], *own])
+        found.append([last.values.tyre["k"], *own])
 
     np.testing.assert_allclose(np.std(found, axis=0, ddof=1), standard_deviations(last, noisy), rtol=0.5)
 
@@ -227,7 +231,7 @@ def test_held_out_recordings_leave_shared_parameters_alone(offset: Given) -> Non
     fitted = fit_from_scratch(model_of("torque_offset"), [first])
     frozen = fit_own_parameters(fitted, [second])
 
-    assert frozen.values.shared == fitted.values.shared
+    assert frozen.values.tyre == fitted.values.tyre
     assert frozen.labels == ((second.name, "mu"), (second.name, "torque_offset.M_0"))
     own, truth = frozen.values.own[second.name], made.recordings[1]
     assert own["mu"] == pytest.approx(truth.tyre.mu, rel=5e-3)
@@ -239,12 +243,12 @@ def test_what_is_held_stays(offset: Given) -> None:
     model, one = model_of("torque_offset"), recordings[0].name
     free = fit_from_scratch(model, recordings)
     own = {**free.values.own, one: {**free.values.own[one], "torque_offset.M_0": 0.0}}
-    start = Values(shared={"k": 1.1 * free.values.shared["k"]}, own=own)
+    start = Values(tyre={"k": 1.1 * free.values.tyre["k"]}, own=own)
     fixed = (None, "k"), (one, "torque_offset.M_0")
     held = fit(model, recordings, start, FitOptions(fixed=fixed))
 
     assert set(free.labels) - set(held.labels) == {(None, "k"), (one, "torque_offset.M_0")}
-    assert held.values.shared["k"] == start.shared["k"]
+    assert held.values.tyre["k"] == start.tyre["k"]
     assert held.values.own[one]["torque_offset.M_0"] == 0
     assert held.values.own[recordings[1].name]["torque_offset.M_0"] != 0
     assert held.jacobian.shape[1] == 3
@@ -270,7 +274,7 @@ def test_missing_samples_are_left_out(declared: Given) -> None:
     assert np.isfinite(fitted.residuals[holed[1].name]).all()
     assert fitted.jacobian.shape == (sum(r.t.size for r in recordings) - gone.sum(), 3)
     spread = standard_deviations(fitted, holed)
-    assert fitted.values.shared["k"] == pytest.approx(whole.values.shared["k"], abs=3 * spread[0])
+    assert fitted.values.tyre["k"] == pytest.approx(whole.values.tyre["k"], abs=3 * spread[0])
     assert np.isfinite(spread).all()
 
 
@@ -283,6 +287,7 @@ def test_a_constant_torque_is_a_fault(declared: Given, M_z: float) -> None:
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.long
 def test_jacobian_is_the_slope_of_the_residuals() -> None:
     _, recordings = read_campaign("torque_offset", 2, duration=5.0)
     effects = effects_named(["torque_offset", "contact_damping", "carcass_torsion"])
@@ -317,7 +322,7 @@ def stacked(
     """Simulated torque over range, one coordinate moved by a step where it belongs."""
     parts = []
     for recording in recordings:
-        theta = np.asarray(model.theta(values.of(recording.name))).ravel()
+        theta = np.asarray(model.theta(values.of(recording))).ravel()
         theta[number] += step if owner in (None, recording.name) else 0.0
         geometry = np.array([recording.rig.a, recording.rig.e])
         # With derivatives, as in the fit, so that nothing else has to be compiled.

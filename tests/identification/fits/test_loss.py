@@ -4,8 +4,8 @@ from scipy.optimize import least_squares
 
 from identification import Fit, FitOptions, Recording, fit, initial_guess
 from identification.fits.covariance import standard_deviations
-from identification.fits.fitting import torque_range
 from identification.fits.loss import LEAST_SQUARES, Huber, Loss, cost, curvature, influence
+from identification.fits.problem import torque_range
 from symbolic import InvalidInputError, Model
 from tests.identification.factories import read_campaign, with_torque
 
@@ -69,7 +69,7 @@ def with_outliers(recordings: list[Recording], seed: int, share: float = 0.02) -
 
 def positions(fitted: Fit) -> np.ndarray:
     values = fitted.values
-    return np.array([(values.own[o] if o else values.shared)[name] for o, name in fitted.labels])
+    return np.array([values.at((o, name)) for o, name in fitted.labels])
 
 
 def test_outliers_do_not_move_a_robust_fit(clean: list[Recording]) -> None:

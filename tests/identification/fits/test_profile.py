@@ -33,7 +33,7 @@ def test_the_interval_of_white_noise_is_that_of_the_deviation(fitted, loss: Hube
     _, recordings = fitted
     options = FitOptions(loss=loss) if loss else FitOptions()
     best = fit(MODEL, recordings, fitted[0].values, options)
-    k, spread = best.values.shared["k"], standard_deviations(best, recordings)[0]
+    k, spread = best.values.tyre["k"], standard_deviations(best, recordings)[0]
     grid = k + spread * np.array([-3.3, -1.5, 0.4, 2.1, 3.5])
     made = profile(MODEL, recordings, best.values, ModelParameter(name="k"), grid, options)
 
@@ -87,7 +87,7 @@ def test_the_caster_that_was_declared_wrongly_is_found(fitted) -> None:
 
 def test_a_profile_is_open_where_the_grid_ends_too_soon(fitted) -> None:
     best, recordings = fitted
-    k, spread = best.values.shared["k"], standard_deviations(best, recordings)[0]
+    k, spread = best.values.tyre["k"], standard_deviations(best, recordings)[0]
     grid = k + spread * np.array([-4.0, -2.0, -1.0])
     made = profile(MODEL, recordings, best.values, ModelParameter(name="k"), grid)
 
@@ -101,11 +101,11 @@ def test_every_fit_begins_where_its_neighbour_ended(fitted, monkeypatch: pytest.
     begun: dict[float, Values] = {}
 
     def watched(model: Model, given: list[Recording], start: Values, options: FitOptions) -> Fit:
-        begun[start.shared["k"]] = start
+        begun[start.tyre["k"]] = start
         return fit(model, given, start, options)
 
     monkeypatch.setattr(profiling, "fit", watched)
-    k = best.values.shared["k"]
+    k = best.values.tyre["k"]
     grid = k * np.array([0.8, 0.9, 1.0, 1.1, 1.2])
     made = profile(MODEL, recordings, best.values, ModelParameter(name="k"), grid)
 
@@ -117,11 +117,12 @@ def test_every_fit_begins_where_its_neighbour_ended(fitted, monkeypatch: pytest.
     assert np.ptp(list(friction.values())) > 1e-4
 
 
+@pytest.mark.long
 def test_a_softer_carcass_makes_up_for_stiffer_bristles() -> None:
     recordings = read_campaign("carcass_torsion", 1, recordings=1, duration=5.0)[1]
     model = Model(effects=effects_named(["carcass_torsion"]), corners=16)
     best = fit(model, recordings, initial_guess(model, recordings))
-    k = best.values.shared["k"]
+    k = best.values.tyre["k"]
     grid = k * np.array([0.98, 1.0, 1.02])
     made = profile(model, recordings, best.values, ModelParameter(name="k"), grid, COARSE_FIT)
 
@@ -148,11 +149,12 @@ def test_what_cannot_be_profiled(fitted, axis: ProfileAxis, grid: list[float], m
         profile(MODEL, recordings, best.values, axis, grid)
 
 
+@pytest.mark.long
 def test_values_that_are_missing_begin_at_their_own_start(fitted) -> None:
     _, recordings = fitted
     start = initial_guess(MODEL, recordings)
     model = Model(effects=effects_named(["contact_damping"]), corners=16)
-    bare = Values(shared=start.shared, own=start.own)
+    bare = Values(tyre=start.tyre, own=start.own)
     axis = ModelParameter(name="contact_damping.c")
     made = profile(model, recordings, bare, axis, [0.0, 0.05, 0.1])
 

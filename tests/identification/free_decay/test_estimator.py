@@ -129,10 +129,11 @@ def test_a_patch_that_does_stick() -> None:
     "settings",
     [
         {"noise": 0.5 * FOURTEEN_BIT_STEP},
-        {"encoder_step": 0.0},
         {"rate": 200.0},
-        {"swing": 0.04},
-        {"swing": 0.003},
+        *(
+            pytest.param(made, marks=pytest.mark.long)
+            for made in ({"encoder_step": 0.0}, {"swing": 0.04}, {"swing": 0.003})
+        ),
         {"duration": 0.9},
     ],
     ids=lambda settings: next(iter(settings)),

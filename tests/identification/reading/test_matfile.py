@@ -1,5 +1,7 @@
 import io
 import struct
+import tracemalloc
+import zlib
 from pathlib import Path
 from typing import Any
 
@@ -7,7 +9,9 @@ import numpy as np
 import pytest
 from scipy.io import loadmat, savemat
 
+from identification import read_recording
 from identification.reading.matfile import DamagedFileError, read_arrays
+from symbolic import InvalidInputError
 
 
 def saved(variables: dict[str, Any], *, compressed: bool = False) -> bytes:
@@ -48,18 +52,112 @@ def test_other_kinds_are_none() -> None:
     assert arrays["number"] == 3.0
 
 
+HEADER = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x01\x00MI"
+
+
+def element(kind: int, data: bytes) -> bytes:
+    return struct.pack(">II", kind, len(data)) + data + bytes(-len(data) % 8 if kind != 15 else 0)
+
+
+def array(shape: bytes, values: bytes, *, shape_type: int = 5, values_type: int = 9) -> bytes:
+    flags = element(6, struct.pack(">II", 6, 0))
+    name = struct.pack(">HH", 4, 1) + b"time"
+    return element(14, flags + element(shape_type, shape) + name + element(values_type, values))
+
+
 def test_big_endian() -> None:
-    def element(kind: int, data: bytes) -> bytes:
-        return struct.pack(">II", kind, len(data)) + data + bytes(-len(data) % 8)
+    content = HEADER + array(struct.pack(">ii", 1, 2), struct.pack(">dd", 1, -2))
+    time = read_arrays(content)["time"]
 
-    name = struct.pack(">HH", 1, 1) + b"k\0\0\0"
-    flags, shape = struct.pack(">II", 6, 0), struct.pack(">ii", 1, 2)
-    array = element(6, flags) + element(5, shape) + name + element(9, struct.pack(">dd", 1, -2))
-    content = b"MATLAB 5.0 MAT-file".ljust(124) + b"\x01\x00MI" + element(14, array)
-    k = read_arrays(content)["k"]
+    assert time is not None
+    assert time.tolist() == [[1, -2]]
 
-    assert k is not None
-    assert k.tolist() == [[1, -2]]
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        array(struct.pack(">dd", np.nan, 1), bytes(8), shape_type=9),
+        array(struct.pack(">dd", np.inf, 1), bytes(8), shape_type=9),
+        array(struct.pack(">ii", -1, -1), bytes(8)),
+        array(struct.pack(">qq", 0, 2**62), b"", shape_type=12),
+        array(b"", bytes(8)),
+        element(
+            15, zlib.compress(element(15, zlib.compress(array(struct.pack(">ii", 1, 1), bytes(8)))))
+        ),
+        element(15, zlib.compress(array(struct.pack(">ii", 1, 1), bytes(8)) + b"more")),
+    ],
+    ids=["NaN", "infinite", "negative", "0 x 2^62", "none", "compressed twice", "more than declared"],
+)
+def test_shapes_that_are_none(made: bytes) -> None:
+    with pytest.raises(DamagedFileError):
+        read_arrays(HEADER + made)
+
+
+@pytest.mark.parametrize(
+    "made",
+    [
+        array(struct.pack(">65i", *[1] * 65), bytes(8)),
+        array(struct.pack(">3i", 0, 2**31 - 1, 2**31 - 1), b""),
+    ],
+    ids=["65 dimensions", "0 x 2^31 x 2^31"],
+)
+def test_shapes_beyond_any_recording(made: bytes) -> None:
+    with pytest.raises(InvalidInputError, match="allowed: up to 32 dimensions, 10000000 numbers"):
+        read_arrays(HEADER + made)
+
+
+def peak_of(path: Path) -> tuple[int, str]:
+    """Memory that reading takes in the end [bytes], and the message."""
+    tracemalloc.start()
+    try:
+        with pytest.raises(InvalidInputError) as caught:
+            read_recording(path)
+        return tracemalloc.get_traced_memory()[1], str(caught.value)
+    finally:
+        tracemalloc.stop()
+
+
+def test_a_bomb_takes_no_memory(tmp_path: Path) -> None:
+    # Zeros shrink a thousandfold: what an element declares and what is in it count before it is read.
+    declared = struct.pack(">II", 14, 2**31) + array(struct.pack(">ii", 1, 2**28), b"")[8:]
+    packer = zlib.compressobj(9)
+    zeros = bytes(1_000_000)
+    bomb = (
+        packer.compress(declared) + b"".join(packer.compress(zeros) for _ in range(150)) + packer.flush()
+    )
+    path = tmp_path / "bomb.mat"
+    path.write_bytes(HEADER + element(15, bomb))
+    peak, message = peak_of(path)
+
+    assert len(bomb) < 200_000
+    assert peak < 5_000_000
+    assert message.startswith(f"{path}: time takes 2147483648 bytes; allowed: up to 10000000 numbers")
+
+
+def test_a_bomb_that_declares_little_takes_no_memory(tmp_path: Path) -> None:
+    packer = zlib.compressobj(9)
+    begin = array(struct.pack(">ii", 1, 1), bytes(8))
+    bomb = packer.compress(begin) + b"".join(packer.compress(bytes(1_000_000)) for _ in range(50))
+    path = tmp_path / "bomb.mat"
+    path.write_bytes(HEADER + element(15, bomb + packer.flush()))
+    peak, message = peak_of(path)
+
+    assert peak < 5_000_000
+    assert "time does not decompress to the" in message
+
+
+def test_what_is_not_wanted_is_not_decompressed(tmp_path: Path) -> None:
+    t = np.arange(20) * 0.01
+    columns = {"time": t, "Psi": t, "Mz": t, "Fz": t + 400, "a": 0.04, "e": 0.0, "k": 2e6}
+    path = tmp_path / "film.mat"
+    path.write_bytes(saved({"film": np.zeros((2000, 2000)), **columns}, compressed=True))
+    tracemalloc.start()
+    recording = read_recording(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+
+    assert recording.t.size == 20
+    assert peak < 5_000_000
 
 
 @pytest.mark.measured

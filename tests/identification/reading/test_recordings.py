@@ -1,5 +1,6 @@
 import contextlib
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -8,7 +9,7 @@ import pytest
 from scipy.io import savemat
 
 from identification.reading.recordings import Recording, read_recording
-from symbolic import InvalidInputError, Rig, Tyre
+from symbolic import InvalidInputError, Rig, Tolerances, Tyre
 
 RIG = (Rig(a=0.04, e=0.009, J_A=0.15), Tyre(k=2.4e6, mu=1.6))
 N = 20
@@ -98,6 +99,23 @@ class TestCsv:
         rows = ["# a = 0.045", "# e = 0", "# k = 7e4", *rows_of()]
 
         assert read_recording(write(tmp_path, rows)).rig == Rig(a=0.045, e=0.0)
+
+    @pytest.mark.parametrize("sign", ["+-", "+/-", "±"])
+    def test_tolerances_and_ground(self, tmp_path: Path, sign: str) -> None:
+        lines = [f"# a = 0.05 {sign} 0.0025", f"#load=1{sign}0.01", "# ground = steel plate"]
+        read = read_recording(write(tmp_path, [*lines, *rows_of(T, PSI, M_Z, F_N)]), RIG)
+
+        assert read.rig.a == 0.05
+        assert read.rig.tolerances == Tolerances(a=0.0025, load=0.01)
+        assert read.ground == "steel plate"
+
+    def test_tolerances_of_the_rig_hold_where_the_recording_says_nothing(self, tmp_path: Path) -> None:
+        rig = replace(RIG[0], tolerances=Tolerances(a=0.001, e=0.002))
+        rows = ["# e = 0.008 +- 0.0005", *rows_of(T, PSI, M_Z, F_N)]
+        read = read_recording(write(tmp_path, rows), (rig, RIG[1]))
+
+        assert read.rig.tolerances == Tolerances(a=0.001, e=0.0005)
+        assert read.ground is None
 
     def test_without_rig_says_what_to_do(self, tmp_path: Path) -> None:
         path = write(tmp_path, ["# a = 0.045", *rows_of()])
@@ -191,6 +209,13 @@ def test_csv_faults(tmp_path: Path, change: Callable[[list[str]], None], fault: 
         ("# a = 45 mm", "row 2: a = '45 mm' is not a number; expected such as '# a = 0.045'"),
         ("# a =", "row 2: a = '' is not a number"),
         ("# a = 0.04\n# a = 0.05", "row 3: a is given twice, first in row 2"),
+        ("# a = 0.04 +- a bit", "row 2: a = 'a bit' is not a number"),
+        ("# a = 0.04 +- 0.05", "row 2: a must stay greater than e and 0 within their tolerances"),
+        ("# k = 2e6 +- 1e5", "row 2: k = '2e6 +- 1e5' is not a number"),
+        ("# load = 1", "row 2: load has a tolerance alone, as in '# load = 1 +- 0.01'"),
+        ("# zero = 0.1 +- 0.1", "row 2: zero has a tolerance alone, as in '# zero = 0 +- 0.01'"),
+        ("# ground =", "row 2: ground has no name; such as '# ground = steel'"),
+        ("# ground = ice\n# ground = steel", "row 3: ground is given twice, first in row 2"),
     ],
 )
 def test_comment_faults(tmp_path: Path, comment: str, fault: str) -> None:
@@ -289,10 +314,19 @@ class TestMat:
     def test_its_own_rig_goes_first(self, tmp_path: Path) -> None:
         path = write_mat(tmp_path)
 
-        assert read_recording(path).rig == Rig(a=0.05, e=0.0)
+        # The half-length was read to 5 mm.
+        within = Tolerances(a=0.0025)
+        assert read_recording(path).rig == Rig(a=0.05, e=0.0, tolerances=within)
         assert read_recording(path).tyre == Tyre(k=6e4)
-        assert read_recording(path, RIG).rig == Rig(a=0.05, e=0.0, J_A=0.15)
+        assert read_recording(path, RIG).rig == Rig(a=0.05, e=0.0, J_A=0.15, tolerances=within)
         assert read_recording(path, RIG).tyre == Tyre(k=6e4, mu=1.6)
+
+    def test_its_own_tolerance_goes_first(self, tmp_path: Path) -> None:
+        read = read_recording(write_mat(tmp_path, a_tolerance=0.001, load_tolerance=0.02))
+
+        assert read.rig.tolerances == Tolerances(a=0.001, load=0.02)
+        unknown = read_recording(write_mat(tmp_path, a=None), RIG)
+        assert unknown.rig.tolerances == Tolerances(), "the half-length is the rig file's"
 
     @pytest.mark.parametrize("shape", [(1, N), (N, 1)])
     def test_reads_rows_and_columns(self, tmp_path: Path, shape: tuple[int, int]) -> None:

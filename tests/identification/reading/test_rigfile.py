@@ -3,7 +3,7 @@ from pathlib import Path
 import pytest
 
 from identification.reading.rigfile import read_rig, with_declared
-from symbolic import InvalidInputError, Rig, Tyre
+from symbolic import InvalidInputError, Rig, Tolerances, Tyre
 
 COMPLETE = "[rig]\na = 0.04\ne = 0.009\nJ_A = 0.15\nb_t = 1\n\n[tyre]\nk = 2438000\nmu = 1.67\n"
 
@@ -26,6 +26,59 @@ def test_the_optional_is_optional(tmp_path: Path) -> None:
     path = write(tmp_path, "[rig]\na = 0.04  # m\ne = 0\n[tyre]\nk = 6e4\n")
 
     assert read_rig(path) == (Rig(a=0.04, e=0.0), Tyre(k=6e4))
+
+
+def test_tolerances(tmp_path: Path) -> None:
+    text = COMPLETE.replace("a = 0.04", "a = { value = 0.04, tolerance = 0.0025 }")
+    text = text.replace(
+        "[tyre]", "load = { tolerance = 0.01 }\nzero = { value = 0, tolerance = 0.1 }\n[tyre]"
+    )
+    within = Tolerances(a=0.0025, load=0.01, zero=0.1)
+
+    assert read_rig(write(tmp_path, text))[0] == Rig(
+        a=0.04, e=0.009, J_A=0.15, b_t=1.0, tolerances=within
+    )
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "fault"),
+    [
+        ("a = 0.04", "a = { value = 0.04 }", "[rig] a lacks its tolerance; write {"),
+        ("a = 0.04", "a = { tolerance = 0.01 }", "[rig] a lacks its value; write {"),
+        ("a = 0.04", "a = { value = 0.04, tol = 1 }", "[rig] a holds an unknown 'tol'; allowed: value"),
+        ("a = 0.04", 'a = { value = 0.04, tolerance = "1" }', "[rig] a: its tolerance must be a number"),
+        (
+            "a = 0.04",
+            "a = { value = 0.04, tolerance = -1 }",
+            "a: its tolerance must be a finite number of",
+        ),
+        (
+            "a = 0.04",
+            "a = { value = 0.04, tolerance = 0.035 }",
+            "a must stay greater than e and 0 within",
+        ),
+        ("e = 0.009", "e = { value = 0, tolerance = inf }", "e: its tolerance must be a finite number"),
+        (
+            "J_A = 0.15",
+            "load = { value = 1.1, tolerance = 0.1 }",
+            "[rig] load must have the value 1: it has",
+        ),
+        (
+            "J_A = 0.15",
+            "load = { tolerance = 1 }",
+            "load: its tolerance must be a finite number of at least",
+        ),
+        ("J_A = 0.15", "zero = 0.2", "[rig] zero must have the value 0: it has a tolerance alone"),
+        ("J_A = 0.15", "J_A = { value = 0.15, tolerance = 0.1 }", "[rig] J_A must be a number, got"),
+    ],
+)
+def test_faults_of_tolerances(tmp_path: Path, old: str, new: str, fault: str) -> None:
+    path = write(tmp_path, COMPLETE.replace(old, new))
+    with pytest.raises(InvalidInputError) as caught:
+        read_rig(path)
+    message = str(caught.value)
+    assert message.startswith(f"{path}: {fault}")
+    assert "\n" not in message
 
 
 def test_reads_past_a_byte_order_mark(tmp_path: Path) -> None:
@@ -52,7 +105,7 @@ def test_reads_past_a_byte_order_mark(tmp_path: Path) -> None:
         ("e = 0.009", "e = -0.04", "e must lie between -a and a, here -0.04 and 0.04 m, got -0.04"),
         ("k = 2438000", "k = -1", "k must be a finite number greater than 0 N/m^2, got -1"),
         ("mu = 1.67", "mu = 0.0", "mu must be a finite number greater than 0, got 0"),
-        ("b_t = 1", "b_t = -1", "b_t must be a finite number of at least 0 N m s/rad, got -1"),
+        ("b_t = 1", "b_t = -1", "b_t must be a number from 0 to 10000 N m s/rad, got -1"),
         ("a = 0.04", "a = 40", "a must be given in metres, at most 1 m in size, got 40; if these are"),
         ("e = 0.009", "e = -9", "e must be given in metres, at most 1 m in size, got -9; if these are"),
         ("a = 0.04", "a = inf", "a must be a finite number greater than 0 m, got inf"),

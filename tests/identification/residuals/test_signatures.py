@@ -10,7 +10,7 @@ import pytest
 from scipy.signal import lfilter
 
 from identification import Fit, Recording, fit, initial_guess, read_recording
-from identification.fits.fitting import torque_range
+from identification.fits.problem import torque_range
 from identification.residuals.correlation import correlation, directions_of, noise_of, rows_of
 from identification.residuals.signals import RESIDUAL_SIGNALS, Signal, effects_leaving, motion_of
 from identification.residuals.signatures import Signature, Signatures, signatures
@@ -39,6 +39,7 @@ POINTED_AT: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "the load": (("contact_length",), ("contact_length",)),
     "the torque times the load": (LENGTH, LENGTH),
     SIZE: (("asymmetric_friction",), ("asymmetric_friction",)),
+    "the torque near zero": (("backlash",), ()),
     "the signed angle since the last reversal": (GROWS, FALLS),
     "the signed time since the last reversal": (GROWS, FALLS),
     "time": (("pretwist",), ("pretwist",)),
@@ -87,6 +88,7 @@ def named(found: Signatures, signal: str) -> Signature:
     return next(s for s in found.signatures if s.signal == signal)
 
 
+@pytest.mark.long
 def test_white_noise_keeps_within_its_bands(recordings: list[Recording]) -> None:
     outside, quiet, within = np.zeros(len(RESIDUAL_SIGNALS)), 0, []
     for seed in range(100):
@@ -134,7 +136,7 @@ def test_the_band_of_two_slow_series(
     assert white / trials > 0.2, "a band for white noise would not have done"
 
 
-@pytest.mark.parametrize("own", [False, True])
+@pytest.mark.parametrize("own", [pytest.param(False, marks=pytest.mark.long), True])
 def test_the_band_holds_for_several_columns_and_holes(recordings: list[Recording], own: bool) -> None:
     outside, trials = 0, 400
     for seed in range(trials):
@@ -152,7 +154,9 @@ def test_the_band_holds_for_several_columns_and_holes(recordings: list[Recording
     assert outside / trials <= 0.025
 
 
-@pytest.mark.parametrize("memory", [0.9, 0.97, 0.98])
+@pytest.mark.parametrize(
+    "memory", [0.98, *(pytest.param(m, marks=pytest.mark.long) for m in (0.9, 0.97))]
+)
 def test_the_band_of_a_constant(recordings: list[Recording], memory: float) -> None:
     outside, trials = 0, 400
     for seed in range(trials):
@@ -241,6 +245,7 @@ def test_what_the_rig_plants_stands_out(effect: str, signal: str, sign: int) -> 
     assert found.reading.startswith(f"The residual follows {signal} (")
 
 
+@pytest.mark.long
 def test_speed_is_among_the_strongest_where_friction_grows_with_it() -> None:
     found, _ = looked("rate_friction", 3)
     speed = named(found, SPEED)

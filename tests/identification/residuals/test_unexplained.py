@@ -2,8 +2,8 @@ import numpy as np
 import pytest
 
 from identification import Recording
-from identification.fits.fitting import torque_range
 from identification.fits.loss import Huber
+from identification.fits.problem import torque_range
 from identification.residuals.signatures import signatures
 from identification.residuals.unexplained import Unexplained, unexplained, white_noise
 from reference_rig import RigTyre, make_recording

@@ -1,5 +1,7 @@
 """An interrupted search goes on where it was, and comes to the same."""
 
+import hashlib
+import io
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -12,6 +14,7 @@ import pytest
 
 from identification import Journal, Recording, search
 from identification.fits.loss import Huber
+from identification.selection.journal import DIGEST
 from identification.selection.trials import RANKING, Trial, TrialTask, run_trial
 from symbolic import Effect, Parameter, Signals, effects_named
 from symbolic.effects.base import Expression, Values
@@ -136,12 +139,12 @@ DAMAGES: dict[str, Callable[[Arrays, Texts], object]] = {
     "no object": lambda _, texts: texts.__setitem__(0, None),
     "a fit too few": lambda _, texts: texts.pop(),
     "a fit too many": lambda _, texts: texts.append(texts[0]),
-    "shared values as a list": lambda _, texts: texts[0].update(shared=[]),
-    "a value as text": lambda _, texts: texts[0]["shared"].update(k="2e6"),
-    "a value of nothing": lambda _, texts: texts[0]["shared"].update(k=None),
-    "a value that is not finite": lambda _, texts: texts[0]["shared"].update(k=float("nan")),
-    "a value missing": lambda _, texts: texts[0]["shared"].pop("k"),
-    "a recording's values missing": lambda _, texts: texts[1].update(own={}),
+    "shared values as a list": lambda _, texts: texts[0]["values"].update(tyre=[]),
+    "a value as text": lambda _, texts: texts[0]["values"]["tyre"].update(k="2e6"),
+    "a value of nothing": lambda _, texts: texts[0]["values"]["tyre"].update(k=None),
+    "a value that is not finite": lambda _, texts: texts[0]["values"]["tyre"].update(k=float("nan")),
+    "a value missing": lambda _, texts: texts[0]["values"]["tyre"].pop("k"),
+    "a recording's values missing": lambda _, texts: texts[1]["values"].update(own={}),
     "a label too many": lambda _, texts: texts[0]["labels"].append([None, "torque_offset"]),
     "a label twice": lambda _, texts: texts[0]["labels"].__setitem__(0, texts[0]["labels"][1]),
     "a label of no parameter": lambda _, texts: texts[0]["labels"].__setitem__(0, [None, "no"]),
@@ -163,18 +166,62 @@ def shorten(arrays: Arrays, name: str) -> None:
     arrays[name] = arrays[name][:-1]
 
 
+def write_sealed(path: Path, content: bytes) -> None:
+    path.write_bytes(hashlib.sha256(path.stem.encode() + content).digest() + content)
+
+
+def test_altered_values_are_made_anew(damped: list[Recording], journal: Journal) -> None:
+    task = TrialTask(effects_named(["torque_offset"]), damped, precision=RANKING)
+    made = run_trial(task)
+    journal.note(task, made)
+    (path,) = journal.folder.iterdir()
+    whole = path.read_bytes()
+    with np.load(io.BytesIO(whole[DIGEST:])) as kept:
+        arrays = dict(kept)
+    altered = io.BytesIO()
+    np.savez(altered, **{**arrays, "0/jacobian": 1.1 * arrays["0/jacobian"]})
+    other = path.with_stem("0" * 32)
+    path.rename(other)
+    for content in (whole[:DIGEST] + altered.getvalue(), altered.getvalue()):
+        path.write_bytes(content)
+        assert journal.recall(task) is None
+    write_sealed(other, whole[DIGEST:])
+    other.replace(path)
+    assert journal.recall(task) is None, "it is of another task"
+    write_sealed(path, whole[DIGEST:])
+    assert journal.recall(task) is not None
+    write_sealed(path, altered.getvalue())
+    assert journal.recall(task) is not None, "only the digest tells"
+
+
+def test_it_is_said_once_where_nothing_can_be_kept(
+    damped: list[Recording], tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    (tmp_path / "file").touch()
+    journal = Journal(folder=tmp_path / "file")
+    task = TrialTask((), damped, precision=RANKING)
+    made = run_trial(task)
+    journal.note(task, made)
+    journal.note(task, made)
+
+    (line,) = caplog.messages
+    assert "file: what is found cannot be kept: " in line
+
+
 def test_damaged_content_is_made_anew(damped: list[Recording], journal: Journal) -> None:
     task = TrialTask(effects_named(["torque_offset"]), damped[:1], damped[1:], precision=RANKING)
     journal.note(task, run_trial(task))
     (path,) = journal.folder.iterdir()
-    with np.load(path) as kept:
+    with np.load(io.BytesIO(path.read_bytes()[DIGEST:])) as kept:
         whole = dict(kept)
     crashes = []
     for name, damage in {"nothing": lambda *_: None, **DAMAGES}.items():
         arrays = {name: array.copy() for name, array in whole.items()}
         texts = json.loads(str(arrays.pop("texts")))
         damage(arrays, texts)
-        np.savez(path, texts=json.dumps(texts), **arrays)
+        content = io.BytesIO()
+        np.savez(content, texts=json.dumps(texts), **arrays)
+        write_sealed(path, content.getvalue())
         try:
             if (journal.recall(task) is None) != (name != "nothing"):
                 crashes.append(name)
@@ -222,6 +269,7 @@ def test_another_value_given_by_the_recordings_is_another_trial(
     assert journal.recall(replace(task, effects=(OtherLine(),))) is None
 
 
+@pytest.mark.long
 def test_goes_on_after_an_interruption(
     damped: list[Recording], journal: Journal, monkeypatch: pytest.MonkeyPatch
 ) -> None:

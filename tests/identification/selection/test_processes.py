@@ -58,6 +58,7 @@ def boot(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[ModuleType
     del sys.modules["ownboot"]
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("interpreted")
 def test_an_effect_of_a_users_module_goes_to_the_processes(
     boot: ModuleType, recordings: list[Recording]
@@ -73,7 +74,10 @@ def test_a_process_that_ends_takes_one_line(
     boot: ModuleType, recordings: list[Recording], tmp_path: Path
 ) -> None:
     (tmp_path / "ownboot.py").unlink()
-    with pytest.raises(BrushgripError, match=r"a process of the search ended .*jobs=1") as caught:
+    with pytest.raises(
+        BrushgripError,
+        match=r"a process of the search ended .*cannot import.*ModuleNotFoundError.*jobs=1",
+    ) as caught:
         search(recordings, (), jobs=2, candidates=boot.EFFECTS)
     assert not isinstance(caught.value, InvalidInputError)
     assert "\n" not in str(caught.value)
@@ -101,7 +105,13 @@ def test_a_local_class_and_a_field_that_cannot_be_pickled_are_refused() -> None:
         assert "put the effect into a module of its own, or use jobs=1" in str(caught.value)
 
 
-@pytest.mark.parametrize("is_command", [True, False], ids=["python -c", "standard input"])
+@pytest.mark.parametrize(
+    "is_command",
+    [
+        pytest.param(True, id="python -c"),
+        pytest.param(False, id="standard input", marks=pytest.mark.long),
+    ],
+)
 def test_a_class_of_a_main_module_without_a_file_is_refused(
     repository_root: Path, is_command: bool
 ) -> None:

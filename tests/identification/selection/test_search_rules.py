@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from identification import Recording
-from identification.fits.fitting import Values
+from identification.fits.values import Values
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.stepwise_search import (
     Effects,

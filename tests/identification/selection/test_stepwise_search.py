@@ -45,6 +45,7 @@ def test_reports_its_progress(damped: list[Recording]) -> None:
     assert ("trying effects on top of the declared structure", 1, 1) in said
 
 
+@pytest.mark.long
 def test_two_processes_find_the_same(damped: list[Recording], steps: list[SearchStep]) -> None:
     again = search(damped, (), jobs=2, candidates=CANDIDATES)
 
@@ -66,11 +67,12 @@ def test_held_out_recordings_only_judge(damped: list[Recording]) -> None:
     assert set(first.after.fitted.residuals) == {training.name}
     frozen = first.after.held_out
     assert frozen is not None
-    assert frozen.values.shared == first.after.fitted.values.shared
+    assert frozen.values.tyre == first.after.fitted.values.tyre
     residual = frozen.residuals[held_out.name]
     assert first.after.nrmse == pytest.approx(np.sqrt(np.mean(residual**2)) / np.ptp(held_out.M_z))
 
 
+@pytest.mark.long
 def test_finds_a_compliant_carcass() -> None:
     made, recordings = read_campaign("carcass_torsion", 1)
     rivals = ("carcass_torsion", "contact_damping", "sensor_delay", "steering_return")
@@ -80,4 +82,4 @@ def test_finds_a_compliant_carcass() -> None:
     assert first.after.names == ("carcass_torsion",)
     assert [step.after for step in others] == [None]
     k_t = made.recordings[0].effects["carcass_torsion"]["k_t"]
-    assert others[0].before.fitted.values.shared["carcass_torsion.k_t"] == pytest.approx(k_t, rel=0.05)
+    assert others[0].before.fitted.values.tyre["carcass_torsion.k_t"] == pytest.approx(k_t, rel=0.05)

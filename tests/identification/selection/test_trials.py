@@ -6,20 +6,20 @@ import pytest
 from identification import Fit, Huber, Recording, fit
 from identification.fits.autocorrelation import effective_samples
 from identification.fits.covariance import standard_deviations
-from identification.fits.fitting import initial_guess
 from identification.fits.loss import rmse_of
+from identification.fits.values import initial_guess
 from identification.selection.criteria import DEFAULT_CRITERIA, advantage, delta_bic
+from identification.selection.leave_one_out import leave_one_out
 from identification.selection.trials import (
     RANKING,
     Judgement,
     TrialTask,
     fit_own_parameters,
     judge,
-    leave_one_out,
     model_of,
     run_trial,
 )
-from symbolic import Model, effects_named
+from symbolic import Model, Tolerances, effects_named
 from tests.identification.factories import read_campaign, with_torque
 
 BLOCK = DEFAULT_CRITERIA.block
@@ -49,6 +49,37 @@ def test_leaving_out_to_first_order_is_like_refitting(three: list[Recording]) ->
         moved = rmse_of(exact - trial.fitted.residuals[left_out.name])
         assert rmse_of(predicted[left_out.name] - exact) < 0.15 * moved
         assert rmse_of(predicted[left_out.name]) == pytest.approx(rmse_of(exact), rel=2e-3)
+
+
+def test_the_ground_of_a_recording_left_out_takes_the_mean_of_the_others(
+    three: list[Recording],
+) -> None:
+    """As exact refits have it: the other grounds' mean where nobody else stands on its ground."""
+    grounds = ("steel", "steel", "emery")
+    stood = [replace(r, ground=ground) for r, ground in zip(three, grounds, strict=True)]
+    effects = effects_named(["contact_damping", "stiffness_by_ground"])
+    trial = run_trial(TrialTask(effects, stood, ()))
+    predicted = leave_one_out(trial.fitted, stood)
+
+    assert trial.fitted.values.grounds.keys() == {"steel", "emery"}
+    for left_out in stood:
+        others = [recording for recording in stood if recording is not left_out]
+        refitted = fit(trial.fitted.model, others, trial.fitted.values)
+        exact = fit_own_parameters(refitted, [left_out]).residuals[left_out.name]
+        moved = rmse_of(exact - trial.fitted.residuals[left_out.name])
+        assert rmse_of(predicted[left_out.name] - exact) < 0.2 * moved
+
+
+def test_leaving_out_counts_what_was_declared_with_a_tolerance(three: list[Recording]) -> None:
+    within = Tolerances(a=0.002)
+    tolerated = [replace(r, rig=replace(r.rig, tolerances=within)) for r in three]
+    trial = run_trial(TrialTask((), tolerated, ()))
+    predicted = leave_one_out(trial.fitted, tolerated)
+    for left_out in tolerated:
+        others = [recording for recording in tolerated if recording is not left_out]
+        refitted = fit(Model(corners=16), others, trial.fitted.values)
+        exact = fit_own_parameters(refitted, [left_out]).residuals[left_out.name]
+        assert rmse_of(predicted[left_out.name]) == pytest.approx(rmse_of(exact), rel=0.01)
 
 
 def test_leaving_out_keeps_to_the_ranges_of_the_parameters() -> None:
@@ -123,6 +154,7 @@ def test_the_information_criterion_speaks_for_what_is_there(three: list[Recordin
     assert right.nrmse < 0.5 * declared.nrmse
 
 
+@pytest.mark.long
 def test_the_information_criterion_speaks_against_what_is_not() -> None:
     _, recordings = read_campaign(None, 1)
     declared = run_trial(TrialTask((), recordings, ()))

@@ -1,7 +1,11 @@
 """The thesis's method on free vibrations of the independent rig: its errors, and what it lacks."""
 
+import tracemalloc
+
+import numpy as np
 import pytest
 
+from identification import Decay
 from identification.thesis.fft_decrement import estimate_by_decrement
 from reference_rig import CONTACT_HALF_LENGTHS as LENGTHS
 from reference_rig import THESIS_DAMPING as B_T
@@ -18,3 +22,18 @@ def test_is_off_by_sliding() -> None:
     # (5.8) as printed lacks J_A; all recordings have the same.
     assert estimate.b_t_printed == pytest.approx(estimate.b_t / 0.151764, rel=1e-4)
     assert [vibration.a for vibration in estimate.vibrations] == sorted(LENGTHS * 3)
+
+
+def test_fast_samples_take_no_memory() -> None:
+    t = 1e-6 * np.arange(200)
+    psi = 0.02 * np.exp(-4e3 * t) * np.cos(2 * np.pi * 2e4 * t)
+    impact = as_decay(make_impacts(3, impacts=1)[0])
+    tracemalloc.start()
+    estimate = estimate_by_decrement(
+        [Decay(name="fast", t=t, psi=psi, rig=impact.rig, tyre=impact.tyre)]
+    )
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+
+    assert peak < 3e8
+    assert estimate.vibrations[0].omega_n == pytest.approx(2 * np.pi * 2e4, rel=0.05)

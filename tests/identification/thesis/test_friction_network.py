@@ -54,6 +54,7 @@ def training() -> list[Recording]:
     return [made(mu, seed=number) for number, mu in enumerate(LABELS)]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("activation", list(Activation))
 def test_what_the_inputs_tell_is_learned(training: list[Recording], activation: Activation) -> None:
     network = train(training, telling, Design(activation=activation, rate=1e-2), name="it")
@@ -67,6 +68,7 @@ def test_what_the_inputs_tell_is_learned(training: list[Recording], activation: 
     )  # fmt: skip
 
 
+@pytest.mark.long
 def test_what_they_do_not_tell_is_the_mean_of_the_labels(training: list[Recording]) -> None:
     guess = label_mean(training)
     said = train(training, blind).estimate(made(0.5, seed=9))
@@ -76,6 +78,7 @@ def test_what_they_do_not_tell_is_the_mean_of_the_labels(training: list[Recordin
     np.testing.assert_allclose(said, guess.mu, atol=0.2)
 
 
+@pytest.mark.long
 def test_a_single_label_is_all_that_is_said(training: list[Recording]) -> None:
     said = train([made(1.9), made(1.9, seed=1)], telling).estimate(training[0])
 
@@ -83,6 +86,7 @@ def test_a_single_label_is_all_that_is_said(training: list[Recording]) -> None:
     np.testing.assert_allclose(said, 1.9, atol=0.1)
 
 
+@pytest.mark.long
 def test_on_top_of_an_estimate_it_learns_the_error(training: list[Recording]) -> None:
     test = made(1.1, seed=9)
     network = train(training, biased, Design(rate=1e-2), base=1)
@@ -92,6 +96,7 @@ def test_on_top_of_an_estimate_it_learns_the_error(training: list[Recording]) ->
     assert not network.works_beyond_five_zones
 
 
+@pytest.mark.long
 def test_the_same_seed_gives_the_same_network(training: list[Recording]) -> None:
     same = [train(training, telling, Design(seed=seed)).estimate(training[0]) for seed in (1, 1, 2)]
 

@@ -32,14 +32,25 @@ Array = NDArray[np.float64]
 LONG = pytest.mark.long
 MODELS = [
     pytest.param(DECLARED, id="declared"),
-    pytest.param(FEW_BRISTLES, id="effects-few"),
+    pytest.param(FEW_BRISTLES, id="effects-few", marks=LONG),
     pytest.param(EFFECTS, id="effects", marks=LONG),
 ]
-FULL_MODELS = [pytest.param(DECLARED, id="declared"), pytest.param(EFFECTS, id="effects")]
 KINDS = [pytest.param(Ekf, id="ekf"), pytest.param(Mhe, id="mhe")]
-MEASUREMENT_MODELS = [
-    pytest.param(AligningTorque(), id="aligning"),
-    pytest.param(SteeringTorque(), id="steering"),
+COMPARED = [
+    # The compact patch, the compact window and casadi's own code, each once in the quick tier.
+    pytest.param(Ekf, DECLARED, SteeringTorque(), id="ekf-declared-steering"),
+    pytest.param(Ekf, FEW_BRISTLES, AligningTorque(), id="ekf-effects-few-aligning"),
+    pytest.param(Mhe, DECLARED, AligningTorque(), id="mhe-declared-aligning"),
+    pytest.param(Mhe, FEW_BRISTLES, SteeringTorque(), id="mhe-effects-few-steering"),
+    pytest.param(Ekf, DECLARED, AligningTorque(), id="ekf-declared-aligning", marks=LONG),
+    pytest.param(Ekf, FEW_BRISTLES, SteeringTorque(), id="ekf-effects-few-steering", marks=LONG),
+    pytest.param(Mhe, DECLARED, SteeringTorque(), id="mhe-declared-steering", marks=LONG),
+    pytest.param(Mhe, FEW_BRISTLES, AligningTorque(), id="mhe-effects-few-aligning", marks=LONG),
+    *(
+        pytest.param(kind, EFFECTS, measured, marks=LONG)
+        for kind in (Ekf, Mhe)
+        for measured in (AligningTorque(), SteeringTorque())
+    ),
 ]
 NOMINAL = (RIG, Tyre(k=K, mu=1.2))
 PUBLISHED = ["fem1", "fem3", "fem4_ident", "fem5", "piros1", "piros2_ident", "piros4", "piros7"]
@@ -67,9 +78,7 @@ def rows(measurement_model: Any, recording: RigRecording, steered: SteeringRecor
     return rows_of(steered if "M" in measurement_model.channels else recording)
 
 
-@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS)
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(("kind", "model", "measurement_model"), COMPARED)
 def test_double_is_the_same(
     generated: Generate, kind: Any, model: Any, measurement_model: Any, rows: Array
 ) -> None:
@@ -89,9 +98,20 @@ def test_double_is_the_same(
     assert np.ptp(estimates[:, 0]) > 0.005, "no measurement corrected mu"
 
 
-@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS)
-@pytest.mark.parametrize("model", FULL_MODELS)
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    ("kind", "model", "measurement_model"),
+    [
+        pytest.param(Ekf, DECLARED, SteeringTorque(), id="ekf-declared-steering"),
+        pytest.param(Mhe, DECLARED, AligningTorque(), id="mhe-declared-aligning"),
+        pytest.param(Ekf, DECLARED, AligningTorque(), id="ekf-declared-aligning", marks=LONG),
+        pytest.param(Mhe, DECLARED, SteeringTorque(), id="mhe-declared-steering", marks=LONG),
+        *(
+            pytest.param(kind, EFFECTS, measured, marks=LONG)
+            for kind in (Ekf, Mhe)
+            for measured in (AligningTorque(), SteeringTorque())
+        ),
+    ],
+)
 def test_single_precision_rounds(
     generated: Generate, kind: Any, model: Any, measurement_model: Any, rows: Array
 ) -> None:
@@ -155,7 +175,7 @@ def compare_recording(generated: Generate, path: Path, observer: Any) -> None:
     ("kind", "settings"),
     [
         (Ekf, {}),
-        (Mhe, {"window": 2}),
+        pytest.param(Mhe, {"window": 2}, marks=LONG),
         (Mhe, {"window": 7}),
         pytest.param(Mhe, {"window": 50}, marks=LONG),
     ],

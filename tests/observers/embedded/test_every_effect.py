@@ -20,6 +20,12 @@ from tests.observers.embedded.generated_code import (
 from tests.observers.factories import columns_of, samples_of
 
 SAMPLES = 250
+QUICK = ("carcass_torsion", "sensor_delay", "stribeck", "viscoelastic_relaxation")
+"""A compliance, a sensor, a law of friction and a state of every bristle."""
+MARKED = [
+    pytest.param(effect, id=name, marks=[] if name in QUICK else pytest.mark.long)
+    for name, effect in EFFECTS.items()
+]
 BRISTLES = [8, pytest.param(20, marks=pytest.mark.long)]
 pytestmark = [
     pytest.mark.skipif(compiler() is None, reason=NO_COMPILER),
@@ -28,7 +34,7 @@ pytestmark = [
 
 
 @pytest.mark.parametrize("bristles", BRISTLES)
-@pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
+@pytest.mark.parametrize("effect", MARKED)
 def test_every_effect(effect: Effect, bristles: int, recording: RigRecording, tmp_path: Path) -> None:
     model = Model(effects=(effect,), lengthways=bristles)
     values = {parameter_name(e, p): p.start for e, p in model.parameters if e is not None}

@@ -30,6 +30,7 @@ from tests.observers.embedded.generated_code import (
 fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed: pip install 'brushgrip[dev]'")
 FMICallException = pytest.importorskip("fmpy.fmi1").FMICallException
 pytestmark = [
+    pytest.mark.long,
     pytest.mark.skipif(compiler() is None, reason=NO_COMPILER),
     pytest.mark.skipif(not is_host(), reason="FMUs are built on Linux x86_64 alone"),
 ]

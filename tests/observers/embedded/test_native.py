@@ -26,7 +26,7 @@ def compiled_native() -> Native:
 
 @needs_compiler
 @pytest.mark.parametrize(("real", "within"), [(DOUBLE, 1e-9), (SINGLE, 2e-5)])
-@pytest.mark.parametrize("kind", [Ekf, Mhe])
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
 def test_estimates_are_those_of_python(
     compiled_native: Native,
     kind: type[Ekf] | type[Mhe],
@@ -54,6 +54,7 @@ def test_every_recording_starts_from_the_prior(compiled_native: Native, recordin
     np.testing.assert_array_equal(code.run(*channels).mu, code.run(*channels).mu)
 
 
+@pytest.mark.long
 @needs_compiler
 def test_steering_torque(steered: SteeringRecording) -> None:
     observer = observer_of(Ekf, DECLARED, SteeringTorque())

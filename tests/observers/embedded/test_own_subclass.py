@@ -82,10 +82,17 @@ CASES = {
     "clean-ekf": (Ekf, {"measurement_model": ScaledAngle()}),
     "clean-mhe": (Mhe, {"measurement_model": ScaledAngle(), "window": 3}),
 }
+QUICK = ("step-ekf", "measurement-ekf", "clean-mhe")
 
 
 @pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
-@pytest.mark.parametrize(("kind", "settings"), CASES.values(), ids=CASES)
+@pytest.mark.parametrize(
+    ("kind", "settings"),
+    [
+        pytest.param(*case, id=name, marks=[] if name in QUICK else pytest.mark.long)
+        for name, case in CASES.items()
+    ],
+)
 def test_c_is_the_same(
     kind: Any, settings: dict[str, Any], recording: RigRecording, tmp_path: Path
 ) -> None:

@@ -220,6 +220,7 @@ def test_never_more_corners_than_there_are_places(patch: Patch) -> None:
     assert (np.abs(actual.M_z) < slide).all()
 
 
+@pytest.mark.long
 def test_more_corners_than_a_window_stores(generated: Generate, patch: Patch) -> None:
     rng, t = np.random.default_rng(4), np.arange(0, 30, 0.01)
     psi = 0.25 * np.sin(np.minimum(t, 8)) + 1.5e-3 * rng.standard_normal(t.size)

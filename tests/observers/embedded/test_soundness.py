@@ -39,11 +39,11 @@ SANITISED = [
 ]
 CASES = [
     pytest.param(Ekf, DECLARED, AligningTorque(), id="ekf-declared-aligning"),
-    pytest.param(Ekf, FEW_BRISTLES, SteeringTorque(), id="ekf-effects-few-steering"),
+    pytest.param(Ekf, FEW_BRISTLES, SteeringTorque(), id="ekf-effects-few-steering", marks=LONG),
     pytest.param(Ekf, EFFECTS, SteeringTorque(), id="ekf-effects-steering", marks=LONG),
     pytest.param(Ekf, DECLARED, SteeringTorque(zero=True, stiffness=True), id="ekf-steering-5"),
-    pytest.param(Mhe, DECLARED, AligningTorque(stiffness=True), id="mhe-declared-aligning"),
-    pytest.param(Mhe, DECLARED, SteeringTorque(), id="mhe-declared-steering"),
+    pytest.param(Mhe, DECLARED, AligningTorque(stiffness=True), id="mhe-declared-aligning", marks=LONG),
+    pytest.param(Mhe, DECLARED, SteeringTorque(), id="mhe-declared-steering", marks=LONG),
     pytest.param(Mhe, FEW_BRISTLES, AligningTorque(), id="mhe-effects-few-aligning"),
     pytest.param(Mhe, EFFECTS, AligningTorque(), id="mhe-effects-aligning", marks=LONG),
 ]
@@ -52,11 +52,12 @@ MODELS = [
     pytest.param(FEW_BRISTLES, id="effects-few"),
     pytest.param(EFFECTS, id="effects", marks=LONG),
 ]
+REALS = [pytest.param(SINGLE, id="float"), pytest.param(DOUBLE, id="double", marks=LONG)]
 each_case = pytest.mark.parametrize(("kind", "model", "measurement_model"), CASES)
 
 
 @each_case
-@pytest.mark.parametrize("real", [SINGLE, DOUBLE], ids=["float", "double"])
+@pytest.mark.parametrize("real", REALS)
 def test_random_bytes_leave_a_valid_estimate(
     generated: Generate, kind: Any, model: Any, measurement_model: Any, real: Any
 ) -> None:
@@ -170,8 +171,8 @@ def test_sanitisers_have_no_finding(
     ("kind", "model"),
     [
         (Ekf, DECLARED),
-        (Mhe, DECLARED),
-        (Ekf, FEW_BRISTLES),
+        pytest.param(Mhe, DECLARED, marks=LONG),
+        pytest.param(Ekf, FEW_BRISTLES, marks=LONG),
         pytest.param(Ekf, EFFECTS, marks=LONG),
     ],
 )
@@ -196,7 +197,7 @@ def instrumented(code: GeneratedCode, driver: str, *flags: str) -> Path:
         pytest.skip("the compiler has no such sanitiser")
 
 
-@pytest.mark.parametrize("real", [SINGLE, DOUBLE], ids=["float", "double"])
+@pytest.mark.parametrize("real", REALS)
 @each_case
 def test_clang_has_no_warning(
     generated: Generate, kind: Any, model: Any, measurement_model: Any, real: Any

@@ -1,0 +1,193 @@
+"""The stacked residuals of recordings and their Jacobian, as functions of scaled free coordinates."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.fits.autocorrelation import autocorrelation_time
+from identification.fits.loss import influence
+from identification.fits.options import FitOptions, Label
+from identification.fits.values import (
+    Values,
+    declared_rig,
+    ground_of,
+    grounds_of,
+    replaced_rig,
+    rig_parameter,
+)
+from identification.reading.recordings import Recording
+from symbolic import (
+    RIG_DIRECTIONS,
+    InvalidInputError,
+    Model,
+    Parameter,
+    parameter_name,
+    simulate,
+)
+
+Array = NDArray[np.float64]
+LEAST_WEIGHT = 1e-9
+"""Weight of what was declared beside residuals of next to nothing [1]."""
+
+
+def signals_of(recording: Recording) -> Array:
+    """The model's inputs over a recording: psi, psi_dot, F_N, dt as rows, shape (4, n)."""
+    dt = np.diff(recording.t)
+    steps = np.concatenate([dt[:1], dt])
+    return np.vstack([recording.psi, recording.psi_dot, recording.F_N, steps])
+
+
+def torque_range(recording: Recording) -> float:
+    """Greatest minus least measured torque [N m]."""
+    span = float(np.nanmax(recording.M_z) - np.nanmin(recording.M_z))
+    if not span > 0:
+        raise InvalidInputError(
+            f"{recording.name}: M_z is constant; a fit needs a recording in which the wheel is turned"
+        )
+    return span
+
+
+class Problem:
+    """The stacked residuals and their Jacobian as functions of scaled free coordinates.
+
+    Attributes:
+        labels: owner and parameter of each coordinate.
+        scales: size of a unit step of each.
+        declared: scaled value of what was declared with a tolerance, the start for all else.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        recordings: Sequence[Recording],
+        start: Values,
+        options: FitOptions,
+    ) -> None:
+        """See `fit`; the start holds a value of every parameter."""
+        self.model, self.recordings, self.start, self.loss = model, recordings, start, options.loss
+        self.parameters = [(parameter_name(e, p), p) for e, p in model.parameters]
+        free = _all_labels(self.parameters, recordings, options)
+        self.by_label = {label: p for label, p in free.items() if label not in options.fixed}
+        self.labels = list(self.by_label)
+        if not self.labels:
+            raise InvalidInputError("every parameter is fixed; a fit needs at least one that is free")
+        self.scales: Array = np.array([_scale(p) for p in self.by_label.values()])
+        self.ranges = {r.name: torque_range(r) for r in recordings}
+        self.present = {r.name: np.isfinite(r.M_z) for r in recordings}
+        self.tolerated = {r.name: tuple(declared_rig(r)) for r in recordings}
+        self.declared = self.origin()
+        for i, (owner, name) in enumerate(self.labels):
+            if owner in self.tolerated and name in self.tolerated[owner]:
+                self.declared[i] = self.by_label[owner, name].start / self.scales[i]
+        self._last: tuple[bytes, dict[str, tuple[Array, Array]]] | None = None
+
+    def origin(self) -> Array:
+        """The start in scaled coordinates."""
+        coordinates = [p.to_coordinate(self.start.at(label)) for label, p in self.by_label.items()]
+        origin: Array = np.array(coordinates) / self.scales
+        return origin
+
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds in scaled coordinates."""
+        ends = [sorted(map(p.to_coordinate, (p.lower, p.upper))) for p in self.by_label.values()]
+        low, high = np.array(ends).T
+        return low / self.scales, high / self.scales
+
+    def values(self, x: Array) -> Values:
+        """Physical values of scaled coordinates."""
+        coordinates = zip(self.by_label.items(), x * self.scales, strict=True)
+        return self.start.having({label: p.to_coordinate(float(c)) for (label, p), c in coordinates})
+
+    def prior_weights(self, x: Array) -> Array:
+        """What a unit step away from a declared value counts as, see `Fit.prior_weights`."""
+        weights = np.zeros(len(self.labels))
+        errors = self.torque_errors(x) if any(self.tolerated.values()) else {}
+        for i, (owner, name) in enumerate(self.labels):
+            if owner in self.tolerated and name in self.tolerated[owner]:
+                counted = influence(self.loss, errors[owner] / self.ranges[owner])
+                power = float(np.nanmean(counted**2)) * autocorrelation_time(counted)
+                weights[i] = max(np.sqrt(power), LEAST_WEIGHT)
+        return weights
+
+    def torque_errors(self, x: Array) -> dict[str, Array]:
+        """Simulated minus measured torque of every recording [N m]."""
+        torques = self._simulated(x)
+        return {r.name: torques[r.name][0] - r.M_z for r in self.recordings}
+
+    def residuals(self, x: Array) -> Array:
+        """Stacked torque errors over range, missing samples left out."""
+        errors = self.torque_errors(x)
+        parts = [errors[r.name][self.present[r.name]] / self.ranges[r.name] for r in self.recordings]
+        return np.concatenate(parts)
+
+    def jacobian(self, x: Array) -> Array:
+        """Exact derivatives of `residuals`."""
+        torques = self._simulated(x)
+        columns = {label: i for i, label in enumerate(self.labels)}
+        blocks: list[Array] = []
+        for recording in self.recordings:
+            present = self.present[recording.name]
+            block = np.zeros((int(present.sum()), len(self.labels)))
+            for i, label in enumerate(self._labels_of(recording)):
+                if label in columns:
+                    derivative = torques[recording.name][1][present, i]
+                    block[:, columns[label]] = derivative / self.ranges[recording.name]
+            blocks.append(block)
+        return np.concatenate(blocks) * self.scales
+
+    def _labels_of(self, recording: Recording) -> list[Label]:
+        """Every parameter that holds for a recording, then what it declares with a tolerance."""
+        labels = [_label(name, parameter, recording) for name, parameter in self.parameters]
+        return labels + [(recording.name, name) for name in self.tolerated[recording.name]]
+
+    def _simulated(self, x: Array) -> dict[str, tuple[Array, Array]]:
+        """Torque of every recording and its derivatives by `_labels_of`, cached for the last x."""
+        key = x.tobytes()
+        if self._last is None or self._last[0] != key:
+            values = self.values(x)
+            self._last = (key, {r.name: self._torque(r, values) for r in self.recordings})
+        return self._last[1]
+
+    def _torque(self, recording: Recording, values: Values) -> tuple[Array, Array]:
+        theta = np.asarray(self.model.theta(values.of(recording))).ravel()
+        tolerated, rig = self.tolerated[recording.name], values.rig.get(recording.name, {})
+        found = replaced_rig(recording, values)
+        moved = [name for name in tolerated if name in RIG_DIRECTIONS]
+        directions = np.eye(theta.size)
+        if moved:
+            columns = [theta.size + RIG_DIRECTIONS.index(name) for name in moved]
+            directions = np.eye(theta.size + len(RIG_DIRECTIONS))[:, [*range(theta.size), *columns]]
+        geometry = np.array([found.rig.a, found.rig.e])
+        torque = simulate(self.model, signals_of(found), theta, geometry, directions)
+        slopes = dict(zip(moved, torque.sensitivities[:, theta.size :].T, strict=True))
+        # The Function's factor on the load is relative to the load as corrected.
+        slopes |= {"load": slopes["load"] / rig["load"]} if "load" in slopes else {}
+        slopes["zero"] = np.ones(recording.t.size)
+        columns_of_rig = [slopes[name][:, None] for name in tolerated]
+        derivatives = np.hstack([torque.sensitivities[:, : theta.size], *columns_of_rig])
+        return torque.M_z + rig.get("zero", 0.0), derivatives
+
+
+def _scale(parameter: Parameter) -> float:
+    return 1 / parameter.scale if parameter.inverse else parameter.scale
+
+
+def _label(name: str, parameter: Parameter, recording: Recording) -> Label:
+    owners = {"tyre": None, "ground": ground_of(recording), "recording": recording.name}
+    return owners[parameter.scope], name
+
+
+def _all_labels(
+    parameters: Sequence[tuple[str, Parameter]], recordings: Sequence[Recording], options: FitOptions
+) -> dict[Label, Parameter]:
+    """Every free coordinate: of the tyre, of each ground, of each recording, of its rig."""
+    free = [pair for pair in parameters if options.free_shared and not pair[1].fixed]
+    labels: dict[Label, Parameter] = {(None, name): p for name, p in free if p.scope == "tyre"}
+    of_grounds = [pair for pair in free if pair[1].scope == "ground"]
+    labels |= {(ground, name): p for ground in grounds_of(recordings) for name, p in of_grounds}
+    for recording in recordings:
+        labels |= {(recording.name, name): p for name, p in parameters if p.scope == "recording"}
+    for recording in recordings:
+        labels |= {(recording.name, n): rig_parameter(recording, n) for n in declared_rig(recording)}
+    return labels

@@ -1,0 +1,201 @@
+"""Parameter values: of the tyre, of each ground, of each recording, and of each recording's rig."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from identification.fits.options import Label
+from identification.reading.recordings import Recording
+from symbolic import (
+    TOLERATED,
+    InvalidInputError,
+    Model,
+    Parameter,
+    Tolerances,
+    full_slide_torque,
+    parameter_name,
+)
+from symbolic.ground import mean_over_grounds
+
+UPPER_QUANTILE = 0.98
+"""Quantile of the torque's size from which the first guess of mu is taken: spikes are above it."""
+UNNAMED_GROUND = "unnamed ground"
+"""The ground of recordings that name none."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Values:
+    """Parameter values by name (`mu`, `k`, `effect.parameter`), physical units.
+
+    Attributes:
+        tyre: values that hold in all recordings.
+        own: for each recording name, the values that are its own.
+        grounds: for each ground, the values that belong to it.
+        rig: for each recording name, its `a`, `e` [m], factor `load` [1] and `zero` [N m], where these
+            were declared with a tolerance.
+    """
+
+    tyre: Mapping[str, float]
+    own: Mapping[str, Mapping[str, float]]
+    grounds: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    rig: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+
+    def of(self, recording: Recording) -> dict[str, float]:
+        """All values of the model's parameters that hold for one recording."""
+        ground = self.grounds.get(ground_of(recording), {})
+        return {**self.tyre, **ground, **self.own[recording.name]}
+
+    def at(self, label: Label) -> float:
+        """The value that a column of a fit stands for."""
+        owner, name = label
+        if owner is None:
+            return self.tyre[name]
+        if owner in self.grounds:
+            return self.grounds[owner][name]
+        return self.rig[owner][name] if name in TOLERATED else self.own[owner][name]
+
+    def having(self, changes: Mapping[Label, float]) -> "Values":
+        """These values with others for some columns of a fit."""
+        tyre = dict(self.tyre)
+        own, grounds, rig = (
+            {owner: dict(values) for owner, values in place.items()}
+            for place in (self.own, self.grounds, self.rig)
+        )
+        for (owner, name), value in changes.items():
+            if owner is None:
+                tyre[name] = value
+            elif owner in grounds:
+                grounds[owner][name] = value
+            else:
+                (rig if name in TOLERATED else own)[owner][name] = value
+        return Values(tyre=tyre, own=own, grounds=grounds, rig=rig)
+
+
+def ground_of(recording: Recording) -> str:
+    """The ground of a recording; `UNNAMED_GROUND` where it names none."""
+    return recording.ground or UNNAMED_GROUND
+
+
+def grounds_of(recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """The grounds that these recordings stand on, each once.
+
+    Raises:
+        InvalidInputError: a ground has the name of a recording.
+    """
+    grounds = tuple(dict.fromkeys(ground_of(recording) for recording in recordings))
+    names = {recording.name for recording in recordings}
+    for ground in grounds:
+        if ground in names:
+            raise InvalidInputError(
+                f"ground {ground!r} has the name of a recording; give it another one"
+            )
+    return grounds
+
+
+def initial_guess(model: Model, recordings: Sequence[Recording]) -> Values:
+    """The start of a fit: k as declared, mu from the largest torque, (3/8) mu F_N a."""
+    own = {}
+    for recording in recordings:
+        slide = full_slide_torque(float(np.median(recording.F_N)), recording.rig.a)
+        largest = float(np.nanquantile(np.abs(recording.M_z), UPPER_QUANTILE))
+        own[recording.name] = {"mu": float(np.clip(largest / slide, 0.05, 5.0))}
+    k = float(np.exp(np.mean([np.log(recording.tyre.k) for recording in recordings])))
+    return with_effects(model, Values(tyre={"k": k}, own=own), recordings)
+
+
+def with_effects(model: Model, values: Values, recordings: Sequence[Recording]) -> Values:
+    """The values, completed by those of every parameter of the model that they lack.
+
+    A parameter that is never fitted takes the value that the recordings give, any other one its start. A
+    ground without values gets the mean of those that have some, see `mean_value`; so does the tyre where
+    a parameter does not belong to the grounds any more.
+    """
+    given = _fixed_values(model, recordings)
+    mean = mean_over_grounds(values.grounds)
+    starts = {**given, **values.tyre, **mean}
+    tyre: dict[str, float] = {}
+    grounds: dict[str, dict[str, float]] = {ground: {} for ground in grounds_of(recordings)}
+    own = {name: dict(v) for name, v in values.own.items()}
+    for recording in recordings:
+        own.setdefault(recording.name, {})
+    for effect, parameter in model.parameters:
+        name = parameter_name(effect, parameter)
+        if parameter.scope == "tyre":
+            tyre[name] = values.tyre.get(name, starts.get(name, parameter.start))
+        elif parameter.scope == "ground":
+            for ground, place in grounds.items():
+                known = values.grounds.get(ground, {})
+                place[name] = known.get(name, starts.get(name, parameter.start))
+        else:
+            for place in own.values():
+                place.setdefault(name, values.tyre.get(name, parameter.start))
+    return Values(
+        tyre=tyre,
+        own=own,
+        grounds={ground: place for ground, place in grounds.items() if place},
+        rig={
+            r.name: {**declared, **_within(r, values.rig.get(r.name, {}))}
+            for r in recordings
+            if (declared := declared_rig(r))
+        },
+    )
+
+
+def _fixed_values(model: Model, recordings: Sequence[Recording]) -> dict[str, float]:
+    lengths, loads = [r.rig.a for r in recordings], [float(r.F_N.mean()) for r in recordings]
+    return {
+        f"{effect.name}.{name}": value
+        for effect in model.effects
+        for name, value in effect.fixed_values(lengths, loads).items()
+    }
+
+
+def declared_rig(recording: Recording) -> dict[str, float]:
+    """What the recording's rig declares with a tolerance greater than 0, by name."""
+    nominal = {"a": recording.rig.a, "e": recording.rig.e, "load": 1.0, "zero": 0.0}
+    return {n: value for n, value in nominal.items() if getattr(recording.rig.tolerances, n) > 0}
+
+
+def _within(recording: Recording, values: Mapping[str, float]) -> dict[str, float]:
+    """Those of the values that the recording declares with a tolerance, within it."""
+    declared = declared_rig(recording)
+    return {
+        name: float(np.clip(value, *tolerance_bounds(recording, name)))
+        for name, value in values.items()
+        if name in declared
+    }
+
+
+def tolerance_bounds(recording: Recording, name: str) -> tuple[float, float]:
+    """Least and greatest value of what is declared with a tolerance."""
+    value, tolerance = declared_rig(recording)[name], getattr(recording.rig.tolerances, name)
+    return value - tolerance, value + tolerance
+
+
+def rig_parameter(recording: Recording, name: str) -> Parameter:
+    """What a recording's rig declares with a tolerance, as a parameter of that recording.
+
+    Its scale is the standard deviation of a value that may be anywhere within the tolerance.
+    """
+    low, high = tolerance_bounds(recording, name)
+    return Parameter(
+        name=name,
+        unit=TOLERATED[name],
+        neutral=None,
+        start=declared_rig(recording)[name],
+        lower=low,
+        upper=high,
+        scale=(high - low) / 2 / 3**0.5,
+        scope="recording",
+    )
+
+
+def replaced_rig(recording: Recording, values: Values) -> Recording:
+    """The recording with half-length and caster as found, and with its load corrected."""
+    found = values.rig.get(recording.name, {})
+    if not found:
+        return recording
+    lengths = {name: found[name] for name in ("a", "e") if name in found}
+    rig = replace(recording.rig, **lengths, tolerances=Tolerances())
+    return replace(recording, rig=rig, F_N=recording.F_N * found.get("load", 1.0))

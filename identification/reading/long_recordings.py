@@ -1,0 +1,84 @@
+"""Recordings with more samples than a search can hold in memory: fewer, all reversals among them."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.reading.recordings import Recording
+
+Array = NDArray[np.float64]
+MOST_SAMPLES = 500_000
+"""Samples of all recordings of a search together; a fit of 20 parameters then takes 80 MB for each copy
+of its Jacobian."""
+REVERSAL = 1e-3
+"""Turning back by this much is a reversal, not the encoder's noise [rad]."""
+
+
+def bounded(
+    recordings: Sequence[Recording], most: int = MOST_SAMPLES
+) -> tuple[list[Recording], str | None]:
+    """The recordings, thinned alike where together they have too many samples.
+
+    Of each so many samples in a row one is kept, the first with a torque, and every sample at which
+    the angle reverses, so that what the patch remembers stays as it was. Nothing is averaged: the noise
+    keeps its size.
+
+    Returns:
+        The recordings, and what was done in plain words; None where nothing was.
+    """
+    total = sum(recording.t.size for recording in recordings)
+    if total <= most:
+        return list(recordings), None
+    stride = -(-total // most)
+    shorter = [_thinned(recording, stride) for recording in recordings]
+    seconds = float(np.median(np.diff(recordings[0].t)))
+    line = (
+        f"the recordings have {total:,} samples, more than the {most:,} that a diagnosis takes: of every"
+        f" {stride} in a row one is used, and every reversal, so {1000 * stride * seconds:.3g} ms apart"
+        f" instead of {1000 * seconds:.3g} ms"
+    )
+    return shorter, line
+
+
+def _thinned(recording: Recording, stride: int) -> Recording:
+    present = np.isfinite(recording.M_z)
+    first = np.arange(0, recording.t.size, stride)
+    # Where the first of a row has no torque, the next one with a torque, if it is in the same row.
+    later = np.append(np.flatnonzero(present), recording.t.size)
+    with_torque = later[np.searchsorted(later, first)]
+    kept = np.where(with_torque < first + stride, with_torque, first)
+    kept = np.union1d(np.minimum(kept, recording.t.size - 1), _reversals(recording.psi))
+    kept = np.union1d(kept, [0, recording.t.size - 1])
+    recorded, torque = recording.psi_recorded, recording.M
+    return replace(
+        recording,
+        t=recording.t[kept],
+        psi=recording.psi[kept],
+        psi_recorded=None if recorded is None else recorded[kept],
+        psi_dot=recording.psi_dot[kept],
+        M_z=recording.M_z[kept],
+        F_N=recording.F_N[kept],
+        M=None if torque is None else torque[kept],
+    )
+
+
+def _reversals(psi: Array) -> NDArray[np.int64]:
+    """Samples at which the angle is at its extreme between one reversal and the next."""
+    # Only local extremes can be; they are few enough for a loop.
+    slope = np.sign(np.diff(psi))
+    turning = np.flatnonzero(slope)
+    changes = turning[1:][slope[turning[1:]] != slope[turning[:-1]]]
+    found: list[int] = []
+    low = high = 0
+    heading = 0
+    for i in (*changes.tolist(), psi.size - 1):
+        low, high = (i if psi[i] < psi[low] else low), (i if psi[i] > psi[high] else high)
+        if heading >= 0 and psi[high] - psi[i] > REVERSAL:
+            found.append(high)
+            heading, low = -1, i
+        elif heading <= 0 and psi[i] - psi[low] > REVERSAL:
+            found.append(low)
+            heading, high = 1, i
+    return np.array(found, dtype=np.int64)

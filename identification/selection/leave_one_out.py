@@ -1,0 +1,115 @@
+"""Residuals of every recording had it not been fitted, from one fit of all, to first order."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.fits.fitting import Fit
+from identification.fits.problem import torque_range
+from identification.fits.values import ground_of
+from identification.reading.recordings import Recording
+from symbolic import parameter_name
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Array]:
+    """Residuals of every recording had it not been fitted, to first order of the parameters [N m].
+
+    The shared parameters move by the Gauss-Newton step of the other recordings alone, as far as their
+    ranges allow; those of a ground without another recording move to the mean of the other grounds. Then
+    what belongs to the recording is refitted. A single recording keeps its residuals.
+    """
+    if len(recordings) < 2:
+        return dict(fitted.residuals)
+    owners = np.array([owner or "" for owner, _ in fitted.labels])
+    shared = ~np.array(fitted.own)
+    blocks, at = {}, 0
+    for recording in recordings:
+        present = np.isfinite(fitted.residuals[recording.name])
+        rows = slice(at, at + int(present.sum()))
+        blocks[recording.name] = (rows, present, torque_range(recording))
+        at = rows.stop
+    stacked = np.concatenate(
+        [fitted.residuals[name][present] / span for name, (_, present, span) in blocks.items()]
+    )
+    # An outlier pulls as little as the loss lets it: rows weighted as in reweighted least squares.
+    weight = np.sqrt(fitted.loss(stacked**2)[1])
+    jacobian = fitted.jacobian * weight[:, None]
+    residuals = {}
+    for recording in recordings:
+        name = recording.name
+        rows, present, span = blocks[name]
+        own, alone = owners == name, _of_a_ground_alone(recording, recordings, owners)
+        rest = np.ones(stacked.size, dtype=bool)
+        rest[rows] = False
+        step = np.zeros(owners.size)
+        moved = ~(own | alone)
+        step[moved] = _step(fitted, jacobian[rest], -(weight * stacked)[rest], moved)
+        _move_to_mean(step, alone, fitted)
+        unseen = stacked[rows] + fitted.jacobian[rows][:, shared] @ step[shared]
+        refit = _step(fitted, jacobian[rows], -weight[rows] * unseen, own)
+        residual = np.full(present.size, np.nan)
+        residual[present] = (unseen + fitted.jacobian[rows][:, own] @ refit) * span
+        residuals[name] = residual
+    return residuals
+
+
+def _of_a_ground_alone(left: Recording, recordings: Sequence[Recording], owners: Array) -> Mask:
+    """Columns of the ground of a recording, where no other recording stands on it."""
+    others = {ground_of(recording) for recording in recordings if recording is not left}
+    ground = ground_of(left)
+    alone: Mask = (owners == ground) & (ground not in others)
+    return alone
+
+
+def _move_to_mean(step: Array, alone: Mask, fitted: Fit) -> None:
+    """Steps of a ground's columns to the mean of the other grounds' coordinates, where those will be."""
+    parameters = {parameter_name(effect, p): p for effect, p in fitted.model.parameters}
+
+    def coordinate(i: int) -> float:
+        label = fitted.labels[i]
+        return parameters[label[1]].to_coordinate(fitted.values.at(label)) / float(fitted.scales[i])
+
+    for i in np.flatnonzero(alone).tolist():
+        name = fitted.labels[i][1]
+        others = [j for j, (_, other) in enumerate(fitted.labels) if other == name and not alone[j]]
+        step[i] = np.mean([coordinate(j) + step[j] for j in others]) - coordinate(i)
+
+
+def _step(fitted: Fit, matrix: Array, target: Array, columns: Mask) -> Array:
+    """Least squares in some columns; what was declared with a tolerance counts as in the fit."""
+    weights = fitted.prior_weights[columns]
+    known = weights > 0
+    prior = np.diag(weights)[known]
+    return _bounded_least_squares(
+        fitted.bound_distances[:, columns],
+        np.concatenate([matrix[:, columns], prior]),
+        np.concatenate([target, -(weights * fitted.prior_steps[columns])[known]]),
+    )
+
+
+def _bounded_least_squares(bounds: Array, matrix: Array, target: Array) -> Array:
+    """Least squares within bounds: components that reach theirs are fixed there (active set)."""
+    step = np.zeros(matrix.shape[1])
+    free = np.ones(step.size, dtype=bool)
+    while free.any():
+        step[free] = _least_squares(matrix[:, free], target - matrix[:, ~free] @ step[~free])
+        clipped = np.clip(step, *bounds)
+        free &= clipped == step
+        if np.array_equal(clipped, step):
+            break
+        step = clipped
+    return step
+
+
+def _least_squares(matrix: Array, target: Array) -> Array:
+    """Least squares; directions that the data do not determine stay zero."""
+    size = np.sqrt((matrix**2).sum(axis=0))
+    known = size > 1e-9 * max(float(size.max(initial=0.0)), 1e-300)
+    solution = np.zeros(matrix.shape[1])
+    scaled = matrix[:, known] / size[known]
+    solution[known] = np.linalg.lstsq(scaled, target, rcond=1e-8)[0] / size[known]
+    return solution

@@ -1,0 +1,179 @@
+"""Processes that work is handed to, each over a pipe of its own.
+
+Those of concurrent.futures send what they found through one pipe that all share: where one is killed
+while it sends, whoever reads waits for ever. Here the end of a process is the end of its pipe, and the
+work goes to a new process, once. A process ends when the one that started it is gone, however that went.
+"""
+
+import os
+import pickle
+import signal
+import threading
+import time
+import traceback
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import contextmanager, suppress
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import Connection
+from typing import Any
+
+from symbolic import BrushgripError
+
+GRACE = 3.0
+"""A process that should end has so long to tidy up [s]."""
+ENDED = (
+    "a process of the search ended before its work was done ({}): out of memory, or it cannot import"
+    " the module of an own effect, or a script lacks 'if __name__ == \"__main__\":' before its calls;"
+    " jobs=1 (--jobs 1) does without processes"
+)
+
+
+class WorkerProcesses:
+    """So many processes, started when there is work for them.
+
+    Attributes:
+        count: the number of processes.
+    """
+
+    def __init__(self, count: int) -> None:
+        """Nothing is started yet."""
+        self.count = count
+        self._threads = ThreadPoolExecutor(count)
+        self._own = threading.local()
+        self._lock = threading.Lock()
+        self._running: set[_Worker] = set()
+        self._closed = False
+
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        """The future of what a function of an importable module returns in one of the processes."""
+        return self._threads.submit(self._call, function, arguments)
+
+    def close(self) -> None:
+        """End the processes, now; what they have not finished is lost."""
+        with self._lock:
+            self._closed = True
+        for worker in self._running:
+            worker.process.terminate()
+        for worker in self._running:
+            worker.end()
+        self._threads.shutdown(cancel_futures=True)
+
+    def _call(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
+        """Runs in a thread, which waits for its process; a process that ends is replaced once."""
+        request, reason = pickle.dumps((function, arguments)), ""
+        for _ in range(2):
+            worker = self._worker()
+            try:
+                done, result = worker.answer(request)
+            except (EOFError, OSError):
+                reason = worker.end()
+                del self._own.worker
+                if worker.is_ready:
+                    continue
+                break  # A process that cannot even begin will not do so the next time.
+            if done:
+                return result
+            raise result
+        raise BrushgripError(ENDED.format(reason))
+
+    def _worker(self) -> "_Worker":
+        """The process of this thread."""
+        if not hasattr(self._own, "worker"):
+            with self._lock:
+                if self._closed:
+                    raise BrushgripError("the search was ended")
+                self._own.worker = _Worker()
+                self._running.add(self._own.worker)
+        worker: _Worker = self._own.worker
+        return worker
+
+
+class _Worker:
+    """A process and the pipe to it."""
+
+    def __init__(self) -> None:
+        context = get_context("spawn")
+        self.connection, other = context.Pipe()
+        self.process = context.Process(target=_serve, args=(other,), daemon=True)
+        with _without_interruptions():
+            self.process.start()
+        # From here on only the process holds the other end, and its end shows.
+        other.close()
+        self.is_ready = False
+
+    def answer(self, request: bytes) -> tuple[bool, Any]:
+        """Whether the work was done, and its result or what it raised.
+
+        Raises:
+            EOFError, OSError: the process has ended.
+        """
+        if not self.is_ready:
+            self.connection.recv_bytes()
+            self.is_ready = True
+        self.connection.send_bytes(request)
+        answer: tuple[bool, Any] = pickle.loads(self.connection.recv_bytes())
+        return answer
+
+    def end(self) -> str:
+        """Ends the process if it has not ended; says how it did."""
+        self.process.join(GRACE)
+        if self.process.exitcode is None:
+            self.process.kill()
+            self.process.join()
+        code = self.process.exitcode or 0
+        return f"signal {-code}" if code < 0 else f"exit status {code}"
+
+
+@contextmanager
+def _without_interruptions() -> Iterator[None]:
+    """What is started within never hears of Ctrl-C, which only the first process may act on."""
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _serve(connection: Connection) -> None:
+    """The life of a process: it answers requests until nobody is there to ask."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    # Asked to end, it removes what it has begun to write.
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    with suppress(EOFError, OSError, KeyboardInterrupt):
+        connection.send_bytes(b"ready")
+        while True:
+            connection.send_bytes(_answer(connection.recv_bytes()))
+
+
+def _end_with_parent() -> None:
+    """Waits until the process is gone that started this one, which then has no more to do."""
+    parent = parent_process()
+    if parent is None:
+        return
+    parent.join()
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGTERM)
+        time.sleep(GRACE)
+    os._exit(1)
+
+
+def _answer(request: bytes) -> bytes:
+    try:
+        function, arguments = pickle.loads(request)
+    except Exception as error:  # an import of the user's own may raise anything
+        reason = f"cannot import what it should work on, {type(error).__name__}: {error}"
+        return pickle.dumps((False, BrushgripError(ENDED.format(reason))))
+    try:
+        return pickle.dumps((True, function(*arguments)))
+    except Exception as error:
+        error.add_note(traceback.format_exc())
+        with suppress(Exception):
+            answer = pickle.dumps((False, error))
+            pickle.loads(answer)
+            return answer
+        return pickle.dumps((False, BrushgripError(f"{type(error).__name__}: {error}")))

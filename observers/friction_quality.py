@@ -1,0 +1,84 @@
+"""How good the friction that an observer found over a recording was, without knowing the true one.
+
+The recording's own final estimate is the reference: how soon the estimate stays near it, how far it
+still moves, and whether the bands on the way held it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from observers.protocol import Estimates
+from symbolic import InvalidInputError
+
+NEAR_FINAL = 0.1
+"""Share of the final estimate within which an estimate has settled [1]."""
+BAND_95 = 1.96
+"""Standard deviations to either side of an estimate that hold 95 % of a normal distribution [1]."""
+LATE_SHARE = 0.5
+"""The drift is that over the last part of a recording, this share of its duration [1]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionQuality:
+    """Effective friction at the end of a recording, and how the estimate came there.
+
+    Attributes:
+        mu_eff: effective friction at the last sample [1].
+        mu_eff_std: its standard deviation [1].
+        settling: time from the first sample after which mu_eff stays within `NEAR_FINAL` of its final
+            value [s].
+        drift: greatest minus least mu_eff over the second half of the recording, as a share of the final
+            one [1].
+        coverage: share of the informed samples whose 95 % band holds the final mu_eff [1]; None where no
+            sample is informed.
+        relative_band: median over the informed samples of mu_eff_std over mu_eff [1]; None likewise.
+    """
+
+    mu_eff: float
+    mu_eff_std: float
+    settling: float
+    drift: float
+    coverage: float | None
+    relative_band: float | None
+
+
+def friction_quality(estimates: Estimates) -> FrictionQuality:
+    """The quality of the estimates over one recording; they need a standard deviation.
+
+    Raises:
+        InvalidInputError: the last estimate has no standard deviation, as that of a root solver.
+    """
+    mu_eff, std, t = estimates.mu_eff, estimates.mu_eff_std, estimates.t
+    final = float(mu_eff[-1])
+    if not np.isfinite(std[-1]):
+        raise InvalidInputError(
+            "the quality of an estimate needs its standard deviation; use Ekf or Mhe, the root solver"
+            " has none"
+        )
+    away = np.flatnonzero(~(np.abs(mu_eff - final) <= NEAR_FINAL * final))
+    settled = 0 if away.size == 0 else int(away[-1]) + 1
+    late = mu_eff[t >= t[-1] - LATE_SHARE * (t[-1] - t[0])]
+    known = estimates.informed.astype(bool)
+    coverage = relative_band = None
+    if known.any():
+        held = np.abs(mu_eff[known] - final) <= BAND_95 * std[known]
+        coverage = float(held.mean())
+        relative_band = float(np.median(std[known] / mu_eff[known]))
+    return FrictionQuality(
+        mu_eff=final,
+        mu_eff_std=float(std[-1]),
+        settling=float(t[settled] - t[0]),
+        drift=float(np.ptp(late)) / final,
+        coverage=coverage,
+        relative_band=relative_band,
+    )
+
+
+def friction_spread(qualities: Sequence[FrictionQuality]) -> float | None:
+    """Coefficient of variation of the final mu_eff of recordings on one ground [1]; None below two."""
+    if len(qualities) < 2:
+        return None
+    finals = np.array([quality.mu_eff for quality in qualities])
+    return float(finals.std(ddof=1) / finals.mean())

@@ -1,0 +1,49 @@
+"""What belongs to a ground and not to the tyre alone.
+
+The law of friction is of the pair of tyre and ground, the carcass is of the tyre: Grosch, The relation
+between the friction and visco-elastic properties of rubber, Proc. R. Soc. A 274 (1963) 21, measures one
+rubber on several tracks. The bristles' stiffness holds that of the contact of asperities in series.
+"""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from symbolic.effects.base import Effect, Parameter, Scope
+
+
+@dataclass(frozen=True, kw_only=True)
+class ByGround(Effect):
+    """Parameters that would belong to the tyre have a value for each ground.
+
+    It has none of its own, and changes nothing while every ground has the same values.
+
+    Attributes:
+        of: which parameters, see `Parameter.of`.
+    """
+
+    parameters: tuple[Parameter, ...] = ()
+    regroups: bool = True
+    of: Literal["friction", "stiffness"]
+
+    def scope_of(self, parameter: Parameter) -> Scope:
+        """The ground, for parameters of this kind that belong to the tyre otherwise."""
+        moved = parameter.of == self.of and parameter.scope == "tyre" and not parameter.fixed
+        return "ground" if moved else parameter.scope
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionByGround(ByGround):
+    """Parameters of the law of friction belong to a ground each."""
+
+    name: str = "friction_by_ground"
+    summary: str = "every ground has a law of friction of its own"
+    of: Literal["friction", "stiffness"] = "friction"
+
+
+@dataclass(frozen=True, kw_only=True)
+class StiffnessByGround(ByGround):
+    """The stiffness of the bristles belongs to a ground each."""
+
+    name: str = "stiffness_by_ground"
+    summary: str = "every ground has a stiffness of its own"
+    of: Literal["friction", "stiffness"] = "stiffness"

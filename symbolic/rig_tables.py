@@ -1,0 +1,117 @@
+"""Rig and tyre from tables; SI units throughout.
+
+A table is a mapping as the parser of TOML returns it. A message says what is wrong with the table; the
+reader of the file puts its name before, see `symbolic.parsing.naming`.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from symbolic.errors import InvalidInputError
+from symbolic.parameters import TOLERATED, Rig, Tolerances, Tyre
+from symbolic.parsing import excerpt, floats, shown
+
+RIG_KEYS = {"rig": ("a", "e", "J_A", "b_t", "slide_rate"), "tyre": ("k", "mu")}
+"""Sections of a rig file and their keys."""
+REQUIRED_KEYS = {"rig": ("a", "e"), "tyre": ("k",)}
+"""Keys that a rig file must have."""
+NEUTRAL = {"load": 1.0, "zero": 0.0}
+"""What has a tolerance alone: a factor on the recorded load [1], the zero of the torque [N m]."""
+_LONGEST = 1.0
+"""Largest length of a rig [m]; a larger number was given in millimetres."""
+
+
+def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
+    """Rig and tyre from ``[rig] a, e, J_A, b_t`` and ``[tyre] k, mu``; J_A, b_t and mu are optional.
+
+    a and e may be tables ``{value = 0.045, tolerance = 0.0025}``, and so may ``load`` and ``zero``,
+    whose value, if given, is 1 and 0: see `Tolerances`.
+
+    Raises:
+        InvalidInputError: a section or key is missing or unknown, a value is not a number within its
+            range, or a length is one in millimetres.
+    """
+    unknown = [name for name in document if name not in RIG_KEYS]
+    if unknown:
+        raise InvalidInputError(f"unknown section or key {excerpt(unknown[0])}; allowed: [rig], [tyre]")
+    rig, tyre = document.get("rig"), document.get("tyre")
+    tolerances = {}
+    if isinstance(rig, dict):
+        pairs = {name: _with_tolerance(name, value) for name, value in rig.items() if name in TOLERATED}
+        tolerances = floats("[rig]", {n: t for n, (_, t) in pairs.items() if t is not None})
+        rig = rig | {name: value for name, (value, _) in pairs.items()}
+        for name, neutral in NEUTRAL.items():
+            if rig.pop(name, neutral) != neutral:
+                raise InvalidInputError(
+                    f"[rig] {name} must have the value {neutral:g}: it has a tolerance alone;"
+                    " correct the recordings instead"
+                )
+    return rig_from_values(_section("rig", rig) | _section("tyre", tyre), tolerances=tolerances)
+
+
+def _with_tolerance(name: str, entry: object) -> tuple[Any, Any]:
+    """The value of an entry and its tolerance, None where it has none."""
+    if not isinstance(entry, dict):
+        return entry, None
+    allowed = ("tolerance",) if name in NEUTRAL else ("value", "tolerance")
+    if unknown := sorted(set(entry) - {"value", "tolerance"}):
+        raise InvalidInputError(
+            f"[rig] {name} holds an unknown {excerpt(unknown[0])}; allowed: value, tolerance"
+        )
+    for key in allowed:
+        if key not in entry:
+            raise InvalidInputError(
+                f"[rig] {name} lacks its {key}; write {{ {' = ..., '.join(allowed)} = ... }}"
+            )
+    for key, number in entry.items():
+        if isinstance(number, bool) or not isinstance(number, int | float):
+            raise InvalidInputError(f"[rig] {name}: its {key} must be a number, got {shown(number)}")
+    return entry.get("value", NEUTRAL.get(name)), entry["tolerance"]
+
+
+def rig_from_values(
+    values: Mapping[str, float],
+    nominal: tuple[Rig, Tyre] | None = None,
+    tolerances: Mapping[str, float] | None = None,
+) -> tuple[Rig, Tyre]:
+    """Rig and tyre from values by name; missing values are taken from the nominal ones.
+
+    Args:
+        values: out of `RIG_KEYS`; with the nominal ones, those of `REQUIRED_KEYS` must be known.
+        nominal: rig and tyre that the values go before; None for none.
+        tolerances: by name, out of `TOLERATED`; they go before those of the nominal rig.
+
+    Raises:
+        InvalidInputError: a value is outside its range, or a length is one in millimetres; the message
+            begins with the name of the value.
+    """
+    for name in ("a", "e"):
+        if _LONGEST < abs(values.get(name, 0.0)) < math.inf:
+            raise InvalidInputError(
+                f"{name} must be given in metres, at most {_LONGEST:g} m in size, got"
+                f" {values[name]:g}; if these are millimetres, write {values[name] / 1000:g}"
+            )
+    known: dict[str, Any] = {} if nominal is None else vars(nominal[0]) | vars(nominal[1])
+    known = {**known, **values}
+    rig, tyre = ({key: known[key] for key in RIG_KEYS[part] if key in known} for part in ("rig", "tyre"))
+    within = replace(known.get("tolerances", Tolerances()), **(tolerances or {}))
+    return Rig(**rig, tolerances=within), Tyre(**tyre)
+
+
+def _section(name: str, section: object) -> dict[str, float]:
+    allowed = ", ".join(RIG_KEYS[name])
+    if not isinstance(section, dict):
+        raise InvalidInputError(f"section [{name}] is missing; it holds {allowed}")
+    for key, value in section.items():
+        if key not in RIG_KEYS[name]:
+            raise InvalidInputError(f"[{name}] unknown key {excerpt(key)}; allowed: {allowed}")
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise InvalidInputError(f"[{name}] {key} must be a number, got {shown(value)}")
+    for key in REQUIRED_KEYS[name]:
+        if key not in section:
+            raise InvalidInputError(
+                f"[{name}] {key} is missing; required: {', '.join(REQUIRED_KEYS[name])}"
+            )
+    return floats(f"[{name}]", section)

@@ -1,0 +1,131 @@
+"""Command lines of odd names and values: a status of ours, one line on what is wrong, nothing left."""
+
+import contextlib
+import io
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from random import Random
+from unittest import mock
+
+from brushgrip.app import main
+from brushgrip.commands import diagnose as diagnosing
+from brushgrip.commands import estimate as estimating
+from symbolic import InvalidInputError
+from tests.attack.attack_class import AttackClass, one_by_one
+from tests.attack.targets import CORPUS
+
+NAMES = (
+    *(
+        "",
+        ".",
+        "..",
+        "a/..",
+        "no/such",
+        "n" * 300,
+        "~nobody_of_this_name/x",
+        "link",
+        "link/x",
+        "-",
+        "--",
+    ),
+    *("pipe", "/dev/full", "/dev/zero", "folder", "run.csv", "rig.toml", "model.json", "two\nlines"),
+    *("\udcff", "\x1b[2J", "\u202eturned", "<b>", "$x$", "%s%n", "مسار", "a b", "new.csv", "new.json"),
+    *("new.png", "folder/new.csv", "run.csv/x", "link.csv", "/proc/self/mem", "/proc/none/x"),
+)
+"""No place outside the folder of the attack can be written by these names."""
+VALUES = (
+    *("", "nan", "inf", "-1", "0", "1", "2", "1e20", "9" * 30, "0.5"),
+    *("ekf", "mhe", "root", "double", "c", "fmu", "M", "math", "x"),
+)
+OPTIONS = {
+    "simulate": ("--rig", "--model", "--out", "--effects"),
+    "estimate": ("--rig", "--model", "--out", "--observer", "--picture", "--effects"),
+    "diagnose": ("--rig", "--holdout", "--out", "--robust", "--jobs", "--effects"),
+    "identify": ("--rig", "--free-decay", "--out"),
+    "compare": ("--rig", "--model", "--out", "--author", "--declared", "--table", "--picture"),
+    "codegen": ("--rig", "--model", "--out", "--observer", "--real", "--torque", "--name"),
+    "fetch": ("--out",),
+}
+USUAL = {"--rig": "rig.toml", "--out": "new.csv", "--observer": "ekf", "--free-decay": "run.csv"}
+_ODD = 0.3
+
+
+def attempt(number: int) -> str | None:
+    """One command line in a folder of its own; what went wrong with it."""
+    arguments = command_line(Random(number))
+    with folder() as here:
+        before = set(here.iterdir())
+        status, err = outcome_of(arguments)
+        left = {path.name for path in set(here.iterdir()) - before}
+    fault = None
+    if not isinstance(status, int) or status not in (0, 1, 2):
+        fault = f"ended with {status!r}"
+    elif status and (err.count("\n") != 1 or not err[:-1].isprintable() or len(err) > 2000):
+        fault = f"said {err[:200]!r}"
+    elif status and left:
+        fault = f"left {sorted(left)!r}"
+    return f"{number}: {arguments!r} {fault}" if fault else None
+
+
+def command_line(random: Random) -> list[str]:
+    """A command with its options, some of them odd, missing or twice."""
+    command = random.choice(tuple(OPTIONS))
+    words = [command]
+    if command not in ("identify", "codegen", "fetch"):
+        words.append("run.csv" if random.random() > _ODD else random.choice(NAMES))
+    for option in OPTIONS[command]:
+        usual = USUAL.get(option)
+        if random.random() < _ODD:
+            words += [option, random.choice((*NAMES, *VALUES))]
+        elif usual is not None and random.random() > _ODD / 10:
+            words += [option, usual]
+    return words
+
+
+@contextlib.contextmanager
+def folder() -> Iterator[Path]:
+    """A working folder with a recording, a rig, a model, a pipe and a loop of links, two levels deep."""
+    with tempfile.TemporaryDirectory() as top:
+        here = Path(top) / "above" / "here"
+        (here / "folder").mkdir(parents=True)
+        for source, name in (
+            ("csv/plain.csv", "run.csv"),
+            ("rig_toml/rig.toml", "rig.toml"),
+            ("model_json/declared.json", "model.json"),
+        ):
+            shutil.copy(CORPUS / source, here / name)
+        (here / "link").symlink_to("link")
+        (here / "link.csv").symlink_to("run.csv")
+        os.mkfifo(here / "pipe")
+        with contextlib.chdir(here):
+            yield here
+
+
+def outcome_of(arguments: Sequence[str]) -> tuple[object, str]:
+    """Exit status, or the exception that got out, and standard error; nothing is estimated."""
+    out, err = io.StringIO(), io.StringIO()
+    hidden = {"BRUSHGRIP_DATA": "nowhere", "XDG_DATA_HOME": "nowhere"}
+    with (
+        mock.patch.object(diagnosing, "close_the_loop", _refuse),
+        mock.patch.object(estimating, "observe", _refuse),
+        mock.patch.dict(os.environ, hidden),
+        contextlib.redirect_stdout(out),
+        contextlib.redirect_stderr(err),
+    ):
+        try:
+            main(arguments)
+        except SystemExit as end:
+            return end.code, err.getvalue()
+        except BaseException as error:
+            return f"{type(error).__name__}: {error}", err.getvalue()
+    return None, err.getvalue()
+
+
+def _refuse(*_: object, **__: object) -> None:
+    raise InvalidInputError("work has begun")
+
+
+CLASSES = (AttackClass(name="command_lines", attack=one_by_one(attempt)),)

@@ -1,0 +1,145 @@
+"""Damaged files of every format: guided by coverage with atheris, or as hypothesis draws them."""
+
+import importlib.util
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import traceback
+from collections.abc import Iterator
+from functools import partial
+from pathlib import Path
+
+from hypothesis import HealthCheck, Phase, given, seed, settings
+
+from tests.attack.attack_class import AttackClass, Effort, Outcome
+from tests.attack.damaged import damaged
+from tests.attack.targets import TARGETS, Target, broken, seeds
+
+FINDINGS = Path("attack_findings")
+"""Inputs that broke something are left here."""
+SLOWEST = 10
+"""An input that takes longer is a failure [s]."""
+LARGEST_MEMORY = 700
+"""A process that takes more is a failure [MB]."""
+LARGEST_INPUT = 1 << 14
+"""Of the fuzzer [bytes]."""
+_ROUND = 1000
+NO_ATHERIS = "(as hypothesis draws them: atheris is not installed, pip install atheris)"
+
+
+def attack_files(name: str, effort: Effort) -> Outcome:
+    """Damage files of one format."""
+    if importlib.util.find_spec("atheris") is None:
+        return drawn(name, effort)
+    with tempfile.TemporaryDirectory() as folder:
+        return guided(name, effort, Path(folder))
+
+
+def guided(name: str, effort: Effort, folder: Path) -> Outcome:
+    """Files that reach new code are changed further; in a process of its own, as it may die."""
+    corpus, findings = folder / "corpus", folder / "findings"
+    corpus.mkdir()
+    findings.mkdir()
+    for number, content in enumerate([*seeds(name), *(path.read_bytes() for path in broken(name))]):
+        (corpus / f"{number}").write_bytes(content)
+    options = {
+        "artifact_prefix": f"{findings}/",
+        "max_len": LARGEST_INPUT,
+        "print_final_stats": 1,
+        "rss_limit_mb": LARGEST_MEMORY,
+        "seed": effort.seed + 1,
+        "timeout": SLOWEST,
+    }
+    if effort.seconds < 1e9:
+        options["max_total_time"] = max(1, round(effort.seconds))
+    if effort.inputs < sys.maxsize:
+        options["runs"] = effort.inputs
+    arguments = [f"-{option}={value}" for option, value in options.items()]
+    process = subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "tests.attack.fuzz_process",
+            name,
+            str(findings),
+            str(corpus),
+            *arguments,
+        ],
+        capture_output=True,
+        text=True,
+        errors="replace",
+        check=False,
+    )
+    found = sorted(findings.iterdir())
+    failures = [f"{path.name}, kept in {_keep(name, path)}" for path in found]
+    if process.returncode and not failures:
+        failures = [f"ended with {process.returncode}: {process.stderr[-200:]}"]
+    counted = re.search(r"number_of_executed_units: (\d+)", process.stderr)
+    return Outcome(inputs=int(counted[1]) if counted else 0, failures=tuple(failures))
+
+
+def drawn(name: str, effort: Effort) -> Outcome:
+    """Files with a few changes, without guidance."""
+    goes_on, done, failures = effort.rounds(), 0, dict[str, bytes]()
+    for number in _from(effort.seed):
+        if not goes_on(done):
+            break
+        size = min(_ROUND, effort.inputs - done)
+        for place, content in _round(TARGETS[name], seeds(name), number, size).items():
+            failures.setdefault(place, content)
+        done += size
+    with tempfile.TemporaryDirectory() as folder:
+        kept = []
+        for place, content in failures.items():
+            path = Path(folder) / place
+            path.write_bytes(content)
+            kept.append(f"{place}, kept in {_keep(name, path)}")
+    return Outcome(inputs=done, failures=tuple(kept), note=NO_ATHERIS)
+
+
+def _from(start: int) -> Iterator[int]:
+    while True:
+        yield start
+        start += 1
+
+
+def _round(target: Target, whole: list[bytes], number: int, size: int) -> dict[str, bytes]:
+    failures: dict[str, bytes] = {}
+
+    @seed(number)
+    @settings(
+        max_examples=size,
+        database=None,
+        deadline=None,
+        derandomize=False,
+        phases=[Phase.generate],
+        suppress_health_check=list(HealthCheck),
+    )
+    @given(damaged(whole))
+    def attempt(content: bytes) -> None:
+        if place := broken_by(target, content):
+            failures.setdefault(place, content)
+
+    attempt()
+    return failures
+
+
+def broken_by(target: Target, content: bytes) -> str | None:
+    """What an input broke, by exception, file and line; None where the target held."""
+    try:
+        target(content)
+    except Exception as error:
+        place = traceback.extract_tb(error.__traceback__)[-1]
+        return f"{type(error).__name__}-{Path(place.filename).stem}-{place.lineno}"
+    return None
+
+
+def _keep(name: str, path: Path) -> Path:
+    folder = FINDINGS / name
+    folder.mkdir(parents=True, exist_ok=True)
+    return Path(shutil.copy(path, folder))
+
+
+CLASSES = tuple(AttackClass(name=name, attack=partial(attack_files, name)) for name in TARGETS)

@@ -1,0 +1,98 @@
+"""The short form of `make attack`, and what it once found."""
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from tests.attack import fuzzing
+from tests.attack.attack_class import AttackClass, Effort, Outcome, one_by_one
+from tests.attack.command_lines import attempt
+from tests.attack.damaged import damaged
+from tests.attack.run import attack, main
+from tests.attack.targets import BROKE, TARGETS, broken, seeds
+
+pytestmark = pytest.mark.usefixtures("interpreted")
+FOUND = [path for name in TARGETS for path in broken(name)]
+
+
+@pytest.mark.parametrize("path", FOUND, ids=lambda path: f"{path.parent.name}/{path.name}")
+def test_what_broke_an_older_version(path: Path) -> None:
+    TARGETS[path.parent.name](path.read_bytes())
+
+
+def test_what_broke_an_older_version_has_a_target() -> None:
+    assert {path.name for path in BROKE.glob("*")} <= set(TARGETS)
+
+
+@pytest.mark.parametrize("name", TARGETS)
+def test_damaged_files(name: str) -> None:
+    whole = seeds(name)
+    for content in whole:
+        TARGETS[name](content)
+
+    @settings(max_examples=60)
+    @given(damaged(whole))
+    def attempt(content: bytes) -> None:
+        TARGETS[name](content)
+
+    attempt()
+
+
+@given(st.binary(max_size=200))
+def test_any_bytes(content: bytes) -> None:
+    for target in TARGETS.values():
+        target(content)
+
+
+def test_command_lines() -> None:
+    assert [fault for fault in map(attempt, range(12)) if fault] == []
+
+
+def test_the_table_counts_inputs_and_failures(capsys: pytest.CaptureFixture[str]) -> None:
+    def fails(number: int) -> str | None:
+        return f"number\n{number}" if number % 4 == 3 else None
+
+    def raises(_: Effort) -> Outcome:
+        raise ZeroDivisionError("nothing left")
+
+    classes = [
+        AttackClass(name="numbers", attack=one_by_one(fails)),
+        AttackClass(name="raises", attack=raises),
+    ]
+    number = attack(classes, Effort(seconds=60, inputs=1010, seed=2))
+    lines = [line.split() for line in capsys.readouterr().out.splitlines()]
+
+    assert number == 254
+    assert lines[0][:3] == ["class", "inputs", "failures"]
+    assert lines[1][:3] == ["numbers", "1,010", "253"]
+    assert lines[2][:3] == ["raises", "0", "1"]
+    assert lines[3][:3] == ["all", "1,010", "254"]
+    assert lines[4] == ["numbers:", "number", "3"]
+    assert "ZeroDivisionError" in lines[-1]
+
+
+def test_without_atheris_hypothesis_draws(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def counts_commas(content: bytes) -> None:
+        assert content.count(b",") == 9
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(fuzzing.importlib.util, "find_spec", lambda _: None)
+    monkeypatch.setitem(TARGETS, "csv", counts_commas)
+    status = main(["csv", "--inputs", "40"])
+    out = capsys.readouterr().out
+
+    assert status == 1
+    assert "atheris is not installed" in out
+    (kept,) = (tmp_path / "attack_findings" / "csv").iterdir()
+    assert kept.read_bytes().count(b",") != 9
+
+
+@pytest.mark.long
+def test_guided_by_coverage(capsys: pytest.CaptureFixture[str]) -> None:
+    status = main(["--inputs", "5000", "--seconds", "20"])
+
+    assert status == 0, capsys.readouterr().out

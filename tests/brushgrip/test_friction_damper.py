@@ -1,0 +1,119 @@
+"""The friction damper's runs: joined from published arrays, or copied, and checked by their values."""
+
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+import pooch
+import pytest
+
+from brushgrip import friction_damper
+from brushgrip.app import main
+from brushgrip.fetch import FetchError
+from brushgrip.friction_damper import CHANNELS, EARTHQUAKES, HARMONIC, digest_of, digests
+from symbolic import InvalidInputError
+
+ADDRESS = "https://example.invalid/commit/data set"
+RNG = np.random.default_rng(3)
+RUNS = {
+    "harmonic_00": {"t": np.arange(50) / 1024} | {c: RNG.standard_normal(50) for c in "Fxv"},
+    "earthquake_DuzceMCE": {c: RNG.standard_normal(40) for c in CHANNELS},
+}
+SERVED = {f"{ADDRESS}/{c}/test0.npy": RUNS["harmonic_00"][c][:, None] for c in "Fxv"} | {
+    f"{ADDRESS}/validation/DuzceMCE.npy": np.column_stack(list(RUNS["earthquake_DuzceMCE"].values()))
+}
+
+
+@pytest.fixture(autouse=True)
+def served(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, np.ndarray]:
+    """Made-up runs and a server of them in place of the published ones."""
+    contents = dict(SERVED)
+
+    def downloader(**_: Any) -> Any:
+        def deliver(url: str, output_file: str, _: Any) -> None:
+            if unquote(url) not in contents:
+                raise ConnectionError(url)
+            with Path(output_file).open("wb") as file:
+                np.save(file, contents[unquote(url)])
+
+        return deliver
+
+    registry = tmp_path / "registry.txt"
+    rows = [f"{name} {digest_of(channels)}" for name, channels in RUNS.items()]
+    registry.write_text("\n".join(["# made up", ADDRESS, *rows]) + "\n")
+    monkeypatch.setattr(pooch, "HTTPDownloader", downloader)
+    monkeypatch.setattr(friction_damper, "REGISTRY", registry)
+    monkeypatch.setattr(friction_damper, "RETRIES", 0)
+    monkeypatch.delenv("BRUSHGRIP_DATA", raising=False)
+    return contents
+
+
+def fetched(out: Path) -> list[str]:
+    lines: list[str] = []
+    paths = friction_damper.fetch_friction_damper(out, say=lines.append)
+    for path, (name, channels) in zip(paths, RUNS.items(), strict=True):
+        assert path == out / f"{name}.npz"
+        with np.load(path) as arrays:
+            assert list(arrays) == list(CHANNELS)
+            assert all(np.array_equal(arrays[c], channels[c]) for c in CHANNELS)
+    assert sorted(p.name for p in out.iterdir()) == sorted(p.name for p in paths)
+    return lines
+
+
+def test_what_is_published(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.undo()
+    address, published = digests()
+
+    assert tuple(published) == (*HARMONIC, *EARTHQUAKES)
+    assert len(set(published.values())) == 15
+    assert "/87ff68863012d251e38fd423d86f9253b3902ee8/" in address
+
+
+def test_runs_are_joined_and_kept(tmp_path: Path, served: dict[str, np.ndarray]) -> None:
+    lines = fetched(tmp_path / "out")
+    assert "CC BY-SA 4.0" in lines[0]
+    assert lines[1:] == ["1/2 harmonic_00", "2/2 earthquake_DuzceMCE"]
+
+    served.clear()
+    assert len(fetched(tmp_path / "out")) == 1, "nothing is downloaded again"
+
+
+def test_other_values_are_refused(tmp_path: Path, served: dict[str, np.ndarray]) -> None:
+    served[f"{ADDRESS}/x/test0.npy"] = served[f"{ADDRESS}/x/test0.npy"] + 1e-9
+
+    with pytest.raises(FetchError, match=r"harmonic_00: the values from .* are not the published ones"):
+        friction_damper.fetch_friction_damper(tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_no_network_is_named(tmp_path: Path, served: dict[str, np.ndarray]) -> None:
+    served.clear()
+
+    with pytest.raises(FetchError, match=r"F/test0.npy: cannot be downloaded \(ConnectionError\)"):
+        friction_damper.fetch_friction_damper(tmp_path / "out")
+
+
+def test_runs_beside_a_local_copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "measured").mkdir()
+    (tmp_path / "second_rig").mkdir()
+    monkeypatch.setenv("BRUSHGRIP_DATA", str(tmp_path / "measured"))
+    with pytest.raises(InvalidInputError, match=r"holds no harmonic_00.npz, nor does .*second_rig"):
+        fetched(tmp_path / "out")
+    for name, channels in RUNS.items():
+        np.savez(tmp_path / "second_rig" / f"{name}.npz", **channels)
+
+    fetched(tmp_path / "out")
+
+    (tmp_path / "second_rig" / "harmonic_00.npz").write_bytes(b"no archive")
+    with pytest.raises(InvalidInputError, match=r"harmonic_00.npz: is no run of the friction damper"):
+        fetched(tmp_path / "elsewhere")
+
+
+def test_the_command_names_the_licence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit, match="0"):
+        main(["fetch", "friction-damper", "--out", str(tmp_path / "out")])
+
+    shown = capsys.readouterr()
+    assert "CC BY-SA 4.0" in shown.out + shown.err
+    assert "2 files in" in shown.out + shown.err

@@ -1,0 +1,130 @@
+"""What recordings stand on, said on the command line."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from brushgrip.grounds import on_grounds
+from identification import Recording
+from symbolic import InvalidInputError
+from tests.identification.fits.test_values import recording
+
+pytestmark = pytest.mark.usefixtures("interpreted")
+Run = Callable[..., Any]
+Write = Callable[..., Path]
+
+
+@pytest.fixture
+def three() -> list[Recording]:
+    return [recording(name, ground) for name, ground in (("a", None), ("b", "ice"), ("c", "ice"))]
+
+
+def test_grounds_by_name(three: list[Recording]) -> None:
+    stood = on_grounds(three, ["steel=a, b", "red emery=c"])
+
+    assert [r.ground for r in stood] == ["steel", "steel", "red emery"]
+    assert [r.ground for r in on_grounds(three, ["steel=a"])] == ["steel", "ice", "ice"]
+    assert [r.ground for r in on_grounds(three, None)] == [None, "ice", "ice"]
+    assert [r.ground for r in on_grounds(three, ["steel"], bare=True)] == ["steel"] * 3
+
+
+@pytest.mark.parametrize(
+    ("given", "word"),
+    [
+        (["steel"], "--ground steel: expected NAME=REC,REC, such as steel=fem1,fem3"),
+        (["=a"], "--ground =a: expected NAME=REC,REC"),
+        (["steel="], "--ground steel=: no recording ''; given are a, b, c"),
+        (["steel=a,d"], "--ground steel=a,d: no recording 'd'; given are a, b, c"),
+        (["steel=a", "emery=b,a"], "--ground emery=b,a: a stands on steel already; one ground each"),
+    ],
+)
+def test_faults(three: list[Recording], given: list[str], word: str) -> None:
+    with pytest.raises(InvalidInputError) as caught:
+        on_grounds(three, given)
+    assert str(caught.value).startswith(word)
+
+
+@pytest.fixture
+def model(tmp_path: Path) -> Path:
+    """Bristles four times as stiff on steel as on emery."""
+    content = {
+        "version": 1,
+        "effects": ["stiffness_by_ground"],
+        "tyre": {},
+        "grounds": {"steel": {"k": 4e6}, "emery": {"k": 1e6}},
+        "recordings": {"known": {"mu": 0.9}},
+        "rig": {"known": {"a": 0.047, "load": 1.02, "zero": 0.3}},
+    }
+    path = tmp_path / "model.json"
+    path.write_text(json.dumps(content))
+    return path
+
+
+def first_torque(path: Path) -> float:
+    return float(np.loadtxt(path, delimiter=",", skiprows=1)[1, 1])
+
+
+def test_simulate_takes_the_values_of_the_ground(
+    run: Run, write_csv: Write, rig: Path, model: Path, tmp_path: Path
+) -> None:
+    labelled = write_csv("labelled.csv", top="# ground = emery\n")
+    out = tmp_path / "out.csv"
+    torques, texts = [], []
+    for path, more in (
+        (labelled, ()),
+        (labelled, ("--ground", "steel")),
+        (write_csv("bare.csv"), ()),
+        (write_csv("bare.csv"), ("--ground", "steel=bare")),
+    ):
+        outcome = run("simulate", "--rig", rig, "--model", model, path, "--out", out, *more)
+        assert outcome.status == 0
+        torques.append(first_torque(out))
+        texts.append(outcome.out)
+
+    assert torques[1] == pytest.approx(torques[3])
+    assert abs(torques[0]) < abs(torques[2]) < abs(torques[1])
+    assert "labelled: values of emery" in texts[0]
+    assert "labelled: values of steel" in texts[1]
+    assert "bare: ground not given: mean of steel and emery" in texts[2]
+
+
+def test_simulate_takes_what_became_of_the_declared_values(
+    run: Run, write_csv: Write, rig: Path, model: Path, tmp_path: Path, table: Any
+) -> None:
+    out = tmp_path / "out.csv"
+    path = write_csv("known.csv", top="# ground = steel\n")
+    assert run("simulate", "--rig", rig, "--model", model, path, "--out", out).status == 0
+
+    # At rest the channel shows its zero, in full slide the patch 3/8 mu F_N a, 6 % more for the caster.
+    torque = np.loadtxt(out, delimiter=",", skiprows=1)[:, 1]
+    assert torque[0] == pytest.approx(0.3, abs=0.01)
+    slide = 0.375 * 0.9 * 1.02 * table["F_N"][0] * 0.047
+    assert 1.0 < np.abs(torque - 0.3).max() / slide < 1.06
+
+
+@pytest.mark.parametrize("command", ["estimate", "simulate", "diagnose"])
+def test_unknown_recordings_are_one_line(
+    run: Run, write_csv: Write, rig: Path, tmp_path: Path, command: str
+) -> None:
+    more = ("--observer", "ekf") if command == "estimate" else ()
+    out = tmp_path / "out.csv"
+    outcome = run(command, "--rig", rig, write_csv(), "--ground", "steel=no", "--out", out, *more)
+
+    assert outcome.status == 2
+    assert "--ground steel=no: no recording 'no'; given are run" in outcome.err
+    assert not out.exists()
+
+
+def test_estimate_says_whose_values_it_takes(
+    run: Run, write_csv: Write, rig: Path, model: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out.csv"
+    given = ("estimate", "--rig", rig, "--model", model, "--observer", "ekf", write_csv())
+    outcome = run(*given, "--ground", "steel", "--out", out)
+
+    assert outcome.status == 0
+    assert "run: values of steel" in outcome.out

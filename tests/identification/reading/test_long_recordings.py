@@ -1,0 +1,70 @@
+"""Fewer samples of long recordings: the reversals stay, and so does the answer."""
+
+import numpy as np
+import pytest
+
+from identification import Recording
+from identification.reading.long_recordings import bounded
+from symbolic import Rig, Tyre
+
+
+def recording(psi: np.ndarray, M_z: np.ndarray, name: str = "long") -> Recording:
+    t = 1e-3 * np.arange(psi.size)
+    return Recording(
+        name=name,
+        t=t,
+        psi=psi,
+        psi_recorded=np.ones(psi.size, dtype=bool),
+        psi_dot=np.gradient(psi, t),
+        M_z=M_z,
+        F_N=400 + t,
+        M=2 * M_z,
+        rig=Rig(a=0.045, e=0.009),
+        tyre=Tyre(k=2.4e6, mu=1.2),
+    )
+
+
+def test_what_is_short_stays_as_it_is() -> None:
+    short = recording(np.sin(np.arange(200.0)), np.arange(200.0))
+
+    kept, line = bounded([short, short], most=400)
+    assert kept == [short, short]
+    assert line is None
+
+
+def test_every_reversal_is_kept_and_no_noise_of_the_encoder() -> None:
+    rng = np.random.default_rng(5)
+    turns = np.cumsum(rng.uniform(0.05, 0.2, 40) * np.resize([1, -1], 40))
+    lengths = rng.integers(40, 90, 39)
+    # Straight from turn to turn, each turn a sample; one step of the encoder up and down between them.
+    psi = np.concatenate([np.linspace(a, b, n, endpoint=False) for a, b, n in
+                          zip(turns[:-1], turns[1:], lengths, strict=True)])  # fmt: skip
+    corners = np.cumsum(lengths)[:-1]
+    noisy = psi.copy()
+    noisy[::3] += 1e-5
+    noisy[corners] = psi[corners] + 2e-5 * np.sign(psi[corners] - psi[corners - 1])
+    long = recording(noisy, np.arange(float(psi.size)))
+
+    (kept,), line = bounded([long], most=psi.size // 20)
+    assert np.isin(corners * 1e-3, kept.t).all()
+    assert kept.t.size < psi.size / 20 + corners.size + 3
+    assert (kept.t[0], kept.t[-1]) == (long.t[0], long.t[-1])
+    for name in ("psi", "psi_dot", "M_z", "F_N", "M"):
+        at = np.round(kept.t / 1e-3).astype(int)
+        np.testing.assert_array_equal(getattr(kept, name), getattr(long, name)[at])
+    assert kept.psi_recorded is not None
+    assert kept.psi_recorded.size == kept.t.size
+    assert line == (
+        f"the recordings have {psi.size:,} samples, more than the {psi.size // 20:,} that a diagnosis"
+        " takes: of every 21 in a row one is used, and every reversal, so 21 ms apart instead of 1 ms"
+    )
+
+
+@pytest.mark.parametrize("every", [7, 10])
+def test_a_sparse_torque_is_not_missed(every: int) -> None:
+    torque = np.full(1000, np.nan)
+    torque[3::every] = 1.0
+    long = recording(np.linspace(0, 1, 1000), torque)
+
+    (kept,), _ = bounded([long], most=100)
+    assert np.isfinite(kept.M_z).sum() == 100

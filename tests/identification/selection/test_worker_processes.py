@@ -1,0 +1,113 @@
+"""Processes that are killed, at work or while they send, and one whose parent is killed."""
+
+import os
+import signal
+import struct
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import pytest
+
+from identification.selection.trial_runner import workers
+from symbolic import BrushgripError, InvalidInputError
+
+needs_signals = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no such signals here")
+
+
+def die(attempts: Path, times: int, half: bool) -> int:
+    """Ends the process in its first attempts, in the middle of its answer or before it."""
+    with attempts.open("a") as file:
+        file.write("x")
+    if len(attempts.read_text()) <= times:
+        if half:
+            import gc
+
+            for one in gc.get_objects():
+                if isinstance(one, Connection) and not one.closed and one.writable:
+                    os.write(one.fileno(), struct.pack("!i", 1000) + b"half")
+        os.kill(os.getpid(), signal.SIGKILL)
+    return os.getpid()
+
+
+def raise_error(message: str) -> None:
+    raise InvalidInputError(message)
+
+
+def no_pickle() -> object:
+    return lambda: None
+
+
+@needs_signals
+@pytest.mark.parametrize(
+    "half",
+    [pytest.param(False, marks=pytest.mark.long, id="before its answer"), True],
+)
+def test_a_process_that_is_killed_is_replaced_once(tmp_path: Path, half: bool) -> None:
+    with workers(2) as submit:
+        once = submit(die, tmp_path / "once", 1, half)
+        twice = submit(die, tmp_path / "twice", 2, half)
+        assert once.result(60) > 0
+        with pytest.raises(
+            BrushgripError, match=r"ended before its work was done \(signal 9\)"
+        ) as caught:
+            twice.result(60)
+        assert "\n" not in str(caught.value)
+        assert submit(os.getpid).result(60) != os.getpid()
+    assert (tmp_path / "twice").read_text() == "xx"
+
+
+def test_errors_come_back_with_where_they_were_raised() -> None:
+    with workers(2) as submit:
+        with pytest.raises(InvalidInputError) as caught:
+            submit(raise_error, "no good").result(60)
+        assert str(caught.value) == "no good"
+        assert "in raise_error" in caught.value.__notes__[0]
+        with pytest.raises(BrushgripError, match="pickle"):
+            submit(no_pickle).result(60)
+
+
+@needs_signals
+@pytest.mark.parametrize(
+    "number", ["SIGKILL", *(pytest.param(n, marks=pytest.mark.long) for n in ("SIGTERM", "SIGINT"))]
+)
+def test_no_process_stays_without_its_parent(tmp_path: Path, repository_root: Path, number: str) -> None:
+    code = (
+        "import sys, time; from identification.selection.trial_runner import workers\n"
+        "from tests.identification.selection.test_worker_processes import busy\n"
+        "with workers(2) as submit:\n"
+        "    for _ in (submit(busy, sys.argv[1]), submit(busy, sys.argv[1])): _.result()\n"
+    )
+    parent = subprocess.Popen(
+        [sys.executable, "-c", code, str(tmp_path)], cwd=repository_root, stderr=subprocess.DEVNULL
+    )
+    wait_for(lambda: len(list(tmp_path.iterdir())) == 2)
+    parent.send_signal(getattr(signal, number))
+    parent.wait(20)
+    pids = [int(path.name) for path in tmp_path.iterdir()]
+
+    wait_for(lambda: not any(is_running(pid) for pid in pids))
+
+
+def busy(folder: str) -> None:
+    """Computes for ever, and says who does."""
+    (Path(folder) / str(os.getpid())).touch()
+    while True:
+        sum(range(100))
+
+
+def is_running(pid: int) -> bool:
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+def wait_for(happens: Callable[[], bool], seconds: float = 60.0) -> None:
+    end = time.monotonic() + seconds
+    while not happens():
+        assert time.monotonic() < end, "it did not happen"
+        time.sleep(0.05)

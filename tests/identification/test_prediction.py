@@ -1,0 +1,89 @@
+"""Friction of a ground by load, and recordings of which nothing is fitted."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from identification import Fit, Recording, fit
+from identification.fits.problem import torque_range
+from identification.prediction import predicted_friction, predicted_values, unrefitted_residuals
+from symbolic import Model, Rig, Tolerances, Tyre, effects_named, simulate
+from tests.identification.factories import with_torque
+
+pytestmark = pytest.mark.usefixtures("interpreted")
+T = np.arange(300) * 0.02
+A, E, K = 0.045, 0.009, 2.4e6
+
+
+def recording(name: str, load: float, ground: str | None) -> Recording:
+    psi = 0.03 * T * np.sin(2 * np.pi * T / 3)
+    return Recording(
+        name=name,
+        t=T,
+        psi=psi,
+        psi_dot=np.gradient(psi, T),
+        M_z=-psi,
+        F_N=np.full(T.size, load),
+        rig=Rig(a=A, e=E),
+        tyre=Tyre(k=K),
+        ground=ground,
+    )
+
+
+def simulated(of: Recording, mu: float) -> Recording:
+    signals = np.vstack([of.psi, of.psi_dot, of.F_N, np.full(T.size, 0.02)])
+    return with_torque(of, simulate(Model(), signals, np.array([mu, K]), np.array([A, E])).M_z)
+
+
+STEEL = [recording(f"s{i}", load, "steel") for i, load in enumerate((300.0, 400.0, 500.0))]
+EMERY = [recording("e0", 350.0, "emery")]
+MU = {"s0": 1.0, "s1": 1.1, "s2": 1.2, "e0": 2.0}
+
+
+def test_the_mean_of_its_ground_in_the_middle_of_the_loads() -> None:
+    middle = float(np.exp(np.mean(np.log([300.0, 400.0, 500.0]))))
+
+    steel = predicted_friction(MU, [*STEEL, *EMERY], recording("new", middle, "steel"))
+    assert steel == pytest.approx((1.0 * 1.1 * 1.2) ** (1 / 3))
+    assert predicted_friction(MU, [*STEEL, *EMERY], recording("new", 900.0, "emery")) == 2.0
+
+
+def test_the_slope_over_the_load_is_the_posteriors() -> None:
+    # The same by the normal equations with the prior of the slope as one more row.
+    x = np.log([300.0, 400.0, 500.0])
+    y = np.log([1.0, 1.1, 1.2])
+    matrix = np.vstack([np.column_stack([np.ones(3), x - x.mean()]) / 0.05, [[0, 3.0]]])
+    level, slope = np.linalg.lstsq(matrix, np.append(y / 0.05, 0.0), rcond=None)[0]
+    expected = np.exp(level + slope * (np.log(600.0) - x.mean()))
+
+    new = recording("new", 600.0, "steel")
+    assert predicted_friction(MU, [*STEEL, *EMERY], new) == pytest.approx(expected)
+    assert 0 < slope < np.polyfit(x, y, 1)[0]
+
+
+def test_a_ground_that_nobody_stood_on_has_the_mean_of_all() -> None:
+    all_alike = dict.fromkeys(MU, 1.5)
+    new = recording("new", 600.0, "ice")
+
+    assert predicted_friction(all_alike, [*STEEL, *EMERY], new) == pytest.approx(1.5)
+
+
+@pytest.fixture(scope="module")
+def fitted() -> Fit:
+    training = [simulated(r, 1.1) for r in STEEL[:2]]
+    return fit(Model(effects=effects_named(["torque_offset"])), training)
+
+
+def test_nothing_of_a_recording_is_fitted(fitted: Fit) -> None:
+    tolerated = replace(STEEL[2], rig=replace(STEEL[2].rig, tolerances=Tolerances(a=0.002)))
+    judged = simulated(tolerated, 1.1)
+    values = predicted_values(fitted, STEEL[:2], judged)
+    (residual,) = unrefitted_residuals(fitted, STEEL[:2], [judged]).values()
+
+    assert values.own == {judged.name: {"mu": pytest.approx(1.1), "torque_offset.M_0": 0.0}}
+    assert values.rig == {judged.name: {"a": A}}
+    assert np.sqrt(np.mean(residual**2)) < 1e-4 * torque_range(judged)
+    shifted = with_torque(judged, judged.M_z + 0.5)
+    (residual,) = unrefitted_residuals(fitted, STEEL[:2], [shifted]).values()
+    assert residual.mean() == pytest.approx(-0.5, abs=0.01)
