@@ -4,14 +4,12 @@
 
 Measured recordings (where `BRUSHGRIP_DATA` has them): share of the informed samples whose 95 % band
 holds the recording's own mu_eff at the end, median sigma over mu, time until mu_eff stays within 10 %
-of its end, pairs on one ground, with the declared model and with --model, tuned by its own
-`model_error`.
+of its end, pairs on one ground, with the declared model and with --model, tuned by its `model_error`.
 
 Independent rig: effects that nobody declares, the declared model and the usual tuning: runs that are
 flagged INCONSISTENT or whose band holds the true mu_eff in 90 % of the informed samples. The same with
 the model that was found, k and effect known, tuned by its error on another recording. Then every
-profile: the turn until a new ground is known, and alarms on ground that stays. Half an hour on two cores
-with 200 runs.
+profile: the turn until a new ground is known, and alarms on ground that stays. A quarter of an hour.
 """
 
 import argparse

@@ -19,8 +19,7 @@ class Innovations:
         innovation: measured less predicted torque [N m].
         variance: of the innovation [N^2 m^2].
         log_likelihood: logarithm of its normal density [ln 1/(N m)], [Bar-Shalom 2001], section 5.4.
-            Where the model's error lasts, samples are not independent, and their sum is not that of a
-            recording.
+            Where the model's error lasts, samples are not independent, and their sum says too much.
     """
 
     innovation: Array

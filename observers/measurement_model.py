@@ -210,7 +210,7 @@ class AligningTorque:
         turning = ca.logic_and(known, is_known(sample["psi_dot"]))
         psi = ca.if_else(known, sample["psi"], last["psi"])
         psi_dot = ca.if_else(turning, sample["psi_dot"], 0)
-        # The rate knows noise of the angle from a turn; one of nothing may be a missing sensor.
+        # The rate tells noise of the angle from a turn; a rate of 0 may stand for no sensor at all.
         travel = ca.fabs(ca.if_else(psi_dot == 0, psi - last["psi"], psi_dot * sample["dt"]))
         now = {
             "psi": psi,

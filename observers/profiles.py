@@ -28,7 +28,7 @@ PROFILES: Mapping[str, Tuning] = MappingProxyType(
             mu_walk=0.001, mu_floor=0.0, noise=0.02, error=0.02, error_travel=0.0, alarm=20.0,
             explained=EXPLAINED,
         ),
-        "changing_ground": Tuning(mu_walk=0.05, alarm=4.0),
+        "changing_ground": Tuning(mu_walk=0.02, alarm=5.0),
     }
 )  # fmt: skip
 """The tuning of each profile."""

@@ -6,8 +6,12 @@ Newton steps linearise the patch, which takes its time to evaluate, and solve fo
 is: a backlash bends far more sharply than the patch does.
 """
 
+from collections.abc import Sequence
+from typing import Protocol
+
 import casadi as ca
 
+from symbolic.effects.base import Effect, Values
 from symbolic.patch import Expression, Patch
 
 SEARCH_STEPS = 5
@@ -16,12 +20,32 @@ BALANCE_STEPS = 8
 """Newton steps within each of them, for the deflection against a patch that is linear [1]."""
 
 
+class Elements(Protocol):
+    """What is needed of `symbolic.Model`, whose members these are."""
+
+    def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
+        """Symbols for signals, theta and geometry."""
+
+    def values(self, theta: Expression) -> Sequence[tuple[Effect, Values]]:
+        """Each effect with its parameters."""
+
+
+def deflection_of(model: Elements) -> ca.Function | None:
+    """(M_z, load and theta) -> turn of what is in series with the patch [rad]; None for nothing."""
+    M_z, F_N, theta = ca.MX.sym("M_z"), ca.MX.sym("F_N"), model.symbols()[1]
+    turns = [effect.deflection(M_z, F_N, values) for effect, values in model.values(theta)]
+    present = [turn for turn in turns if turn is not None]
+    if not present:
+        return None
+    return ca.Function("deflection", [M_z, ca.vertcat(F_N, theta)], [sum(present)])
+
+
 def advance_in_series(
     patch: Patch,
     memory: Expression,
     rigid_turn: Expression,
     coefficients: Expression,
-    deflection: ca.Function,
+    deflection: ca.Function | None,
     elements: Expression,
 ) -> tuple[Expression, Expression]:
     """The turn t with t = rigid_turn + d(M_z(t)) [rad], and the patch memory after it.
@@ -34,9 +58,11 @@ def advance_in_series(
         memory: patch memory before the sample.
         rigid_turn: turn of a patch without the elements [rad].
         coefficients: of the sample, from `patch.coefficients`.
-        deflection: (M_z, elements) -> d [rad]; rises with M_z, zero at zero.
+        deflection: (M_z, elements) -> d [rad]; rises with M_z, zero at zero. None for a rigid patch.
         elements: what the deflection depends on beside the torque.
     """
+    if deflection is None:
+        return rigid_turn, patch.advance(memory, rigid_turn, coefficients)
     root, slope, follows = _search(patch, deflection)(memory, coefficients, rigid_turn, elements)
     turn = rigid_turn + deflection(root, elements)
     near = patch.advance(memory, turn, coefficients)

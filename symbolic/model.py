@@ -11,7 +11,7 @@ from functools import cache
 import casadi as ca
 
 from symbolic.bristles import BristlePatch, BristleTraits
-from symbolic.compliance import advance_in_series
+from symbolic.compliance import advance_in_series, deflection_of
 from symbolic.effects.base import Effect, Parameter, Signals, with_scope
 from symbolic.errors import InvalidInputError
 from symbolic.full_slide import build_full_slide
@@ -108,15 +108,6 @@ class Model:
         for effect, values in self.values(self.symbols()[1] if theta is None else theta):
             traits = effect.traits(traits, values)
         return BristlePatch(traits=traits, lengthways=self.lengthways)
-
-    @property
-    def deflection(self) -> ca.Function | None:
-        """(M_z, load and theta) -> turn in series with the patch [rad]; None for nothing."""
-        M_z, F_N, theta = ca.MX.sym("M_z"), ca.MX.sym("F_N"), self.symbols()[1]
-        turns = [effect.deflection(M_z, F_N, values) for effect, values in self.values(theta)]
-        present = [turn for turn in turns if turn is not None]
-        inputs = [M_z, ca.vertcat(F_N, theta)]
-        return ca.Function("deflection", inputs, [sum(present)]) if present else None
 
     @property
     def memory_size(self) -> int:
@@ -280,12 +271,9 @@ def _advance(
         factor = factor * effect.friction(seen, present, values)
     patch, turn = model.patch(theta), seen.psi - angle
     coefficients = patch.coefficients(_inputs(seen, factor, theta, geometry))
-    deflection = model.deflection
-    if deflection is None:
-        after = patch.advance(before, turn, coefficients)
-    else:
-        elements = ca.vertcat(seen.F_N, theta)
-        turn, after = advance_in_series(patch, before, turn, coefficients, deflection, elements)
+    turn, after = advance_in_series(
+        patch, before, turn, coefficients, deflection_of(model), ca.vertcat(seen.F_N, theta)
+    )
     return ca.vertcat(angle + turn, after, *memories), seen, coefficients
 
 

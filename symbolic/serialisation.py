@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from symbolic.compliance import deflection_of
 from symbolic.effects.base import Effect, Parameter
 from symbolic.effects.library import effects_named
 from symbolic.errors import InvalidInputError
@@ -68,7 +69,7 @@ class FoundModel:
 
         Behind a compliance the memory of the exact patch follows a changing mu badly.
         """
-        return self.model if self.model.deflection is None else replace(self.model, discretised=True)
+        return self.model if deflection_of(self.model) is None else replace(self.model, discretised=True)
 
     def on_ground(self, ground: str | None = None) -> dict[str, float]:
         """What belongs to a ground; its mean over grounds where this is none of them, or unknown."""

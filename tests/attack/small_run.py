@@ -9,11 +9,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 from brushgrip.app import main
 from brushgrip.commands import diagnose
 
-CANDIDATES = ("torque_offset", "contact_damping", "steering_return")
+FEW = ("torque_offset", "contact_damping", "steering_return")
 
 if __name__ == "__main__":
     quick = bool(os.environ.get("BRUSHGRIP_SMALL_QUICK"))
-    diagnose.EFFECTS = dict.fromkeys(CANDIDATES[:2] if quick else CANDIDATES)
+    diagnose.CANDIDATES = FEW[:2] if quick else FEW
     if quick:
         diagnose.write_report = lambda *_: None
     main()

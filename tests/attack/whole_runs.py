@@ -1,8 +1,7 @@
-"""Whole runs of a search on small recordings, in a sandbox of their own, to which faults happen.
+"""Whole runs of a search on small recordings, in a sandbox of their own.
 
-A run is of three candidates, interpreted, with two processes. What a fault may leave is tested by the
-same command given again: it ends with the result of a run without fault, to the last digit; nobody
-is left.
+A run is of three candidates, interpreted, with two processes. What a fault left is tested by the same
+command given again: it ends with the result of a run without fault, to the last digit; nobody is left.
 """
 
 import os
@@ -28,7 +27,7 @@ MARK = "BRUSHGRIP_ATTACK"
 
 @dataclass(frozen=True)
 class Ended:
-    """How a run ended: exit status (negative: signal), standard error, and whether it was killed."""
+    """How a run ended: exit status (negative: signal, 999: it hung) and standard error."""
 
     status: int
     err: str
@@ -87,7 +86,7 @@ class Sandbox:
             )
 
     def finish(self, run: subprocess.Popen[str], seconds: float = LONGEST) -> Ended:
-        """Waits for the end of a run; one that does not end is killed and counts as status None."""
+        """Waits for the end of a run; one that does not end is killed and has the status 999."""
         try:
             status = run.wait(seconds)
         except subprocess.TimeoutExpired:

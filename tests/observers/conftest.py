@@ -24,7 +24,7 @@ def steered() -> SteeringRecording:
 
 
 def make(kind: Callable[..., Any], **settings: Any) -> Any:
-    """An observer on the rig's usual tyre; keywords are its own or `Tuning`'s, without a floor."""
+    """An observer on the rig's usual tyre, no floor; keywords are its own, or those of `Tuning`."""
     own = {name: settings.pop(name) for name in OWN if name in settings}
     usual = {
         "model": Model(),

@@ -1,0 +1,17 @@
+"""The short form of the faults of whole runs."""
+
+from pathlib import Path
+
+import pytest
+
+from tests.attack.faults import FAULTS, attempt
+
+pytestmark = [
+    pytest.mark.long,
+    pytest.mark.skipif(not Path("/proc/self").is_dir(), reason="finds processes in /proc"),
+]
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_the_same_command_goes_on(name: str) -> None:
+    assert attempt(FAULTS[name], 1, quick=True) is None
