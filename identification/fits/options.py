@@ -47,5 +47,5 @@ class FitOptions:
 
 FINE_FIT = FitOptions()
 """For whatever is reported."""
-COARSE_FIT = FitOptions(tolerance=1e-3, max_evaluations=20, reweightings=0)
+COARSE_FIT = FitOptions(tolerance=1e-3, max_evaluations=20, reweightings=1)
 """For models that are only ranked, from the values of a model that is nearly the same."""

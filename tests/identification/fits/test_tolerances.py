@@ -7,7 +7,7 @@ import pytest
 
 from identification import Fit, Recording, fit, initial_guess
 from identification.fits.covariance import standard_deviations
-from identification.fits.options import FitOptions
+from identification.fits.options import COARSE_FIT, FitOptions
 from identification.fits.problem import Problem
 from identification.fits.values import with_effects
 from identification.selection.criteria import delta_bic, effective_parameters
@@ -138,3 +138,12 @@ def test_a_declared_value_weighs_as_the_residual_is_correlated(
     np.testing.assert_allclose(absorbed.prior_weights[known], sizes, rtol=0.5)
     steps = [(absorbed.values.rig[r.name]["a"] - r.rig.a) * np.sqrt(3) / TOLERANCE for r in wrong]
     np.testing.assert_allclose(absorbed.prior_steps[known], steps, rtol=1e-9)
+
+
+def test_a_weight_that_is_too_large_at_first_is_corrected(wrong: list[Recording], absorbed: Fit) -> None:
+    """As where a rival is ranked with the weight of a model that leaves much more."""
+    model = Model(corners=16)
+    coarse = fit(model, wrong, initial_guess(model, wrong), replace(COARSE_FIT, prior_weight=0.3))
+
+    for r in wrong:
+        assert np.std(coarse.residuals[r.name]) < 1.05 * np.std(absorbed.residuals[r.name])
