@@ -26,7 +26,7 @@ HALF_LENGTH_TOLERANCE = 0.0025
 """Half-lengths in the published files are whole multiples of 5 mm [m].
 
 A scalar `a_tolerance` in a file goes before it."""
-_WANTED = {*_VARIABLES.values(), *DECLARABLE, *(f"{name}_tolerance" for name in DECLARABLE)}
+_WANTED = {*_VARIABLES.values(), *DECLARABLE, *(f"{name}_tolerance" for name in TOLERATED)}
 """Columns, values of the rig, and how far off these may be."""
 _HEADER_BYTES = 128
 _NUMBERS = {

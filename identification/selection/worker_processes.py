@@ -169,11 +169,19 @@ def _answer(request: bytes) -> bytes:
         reason = f"cannot import what it should work on, {type(error).__name__}: {error}"
         return pickle.dumps((False, BrushgripError(ENDED.format(reason))))
     try:
-        return pickle.dumps((True, function(*arguments)))
+        result = function(*arguments)
     except Exception as error:
         error.add_note(traceback.format_exc())
         with suppress(Exception):
             answer = pickle.dumps((False, error))
             pickle.loads(answer)
             return answer
-        return pickle.dumps((False, BrushgripError(f"{type(error).__name__}: {error}")))
+        return _refusal(error)
+    try:
+        return pickle.dumps((True, result))
+    except Exception as error:  # what cannot be pickled raises whatever it likes
+        return _refusal(error)
+
+
+def _refusal(error: Exception) -> bytes:
+    return pickle.dumps((False, BrushgripError(f"{type(error).__name__}: {error}")))

@@ -131,7 +131,6 @@ def test_settings_of_any_type_are_in_the_parameters(recording: Recording, tmp_pa
     generate(own, tmp_path)
 
     parameters = json.loads((tmp_path / "brushgrip.json").read_text("utf-8"))
-    assert parameters["gain"] == 0.05
     assert parameters["table"] == [[1.0, "inf"], [0.5, 2.0]]
     assert parameters["limits"] == {"1": [2.0, "-inf"], "unknown": "nan", "on": True, "none": None}
     assert parameters["folder"] == str(Path("some") / "where")

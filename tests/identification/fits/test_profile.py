@@ -140,7 +140,7 @@ def test_a_softer_carcass_makes_up_for_stiffer_bristles() -> None:
         (ModelParameter(name="what"), [1, 2, 3], "unknown parameter 'what'; the model has mu, k"),
         (ModelParameter(name="mu"), [1, 2, 3], "mu is no parameter of all recordings"),
         (ModelParameter(name="mu", recording="x"), [1, 2, 3], "mu is no parameter of 'x'"),
-        (HALF_LENGTH, [0.01, 0.5, 1], "e must lie between -a and a"),
+        (HALF_LENGTH, [0.01, 0.5, 1], "a must lie between 0.001 and 1 m"),
     ],
 )
 def test_what_cannot_be_profiled(fitted, axis: ProfileAxis, grid: list[float], match: str) -> None:
