@@ -68,12 +68,12 @@ class Patch:
         return PatchPath(K * moment, by_scale, K * by_psi, corners)
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def patch(generated: Generate) -> Patch:
     return Patch(generated(STEERING, DOUBLE))
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def single_patch(generated: Generate) -> Patch:
     return Patch(generated(STEERING, SINGLE))
 
