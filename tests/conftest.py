@@ -3,7 +3,8 @@
 Compiled models are cached in the user's cache directory (or in ``BRUSHGRIP_CACHE``). The tests
 leave that as it is, so that neither the next run nor a parallel worker compiles a model again.
 
-A test marked `long` is a campaign at full size; a smaller one beside it belongs to the quick tier.
+A test marked `long` is a campaign at full size; a smaller one beside it belongs to the quick tier. Of a
+test with many cases the quick tier takes `MOST_CASES`, spread evenly; the others count as long.
 """
 
 import os
@@ -29,7 +30,23 @@ settings.register_profile(
 )
 settings.load_profile("project")
 
+MOST_CASES = 8
+"""Cases of one test function in the quick tier."""
 ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Leaves all but some cases of a wide test to the long tier."""
+    cases: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        if item.get_closest_marker("long") is None:
+            cases.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    for wide in cases.values():
+        quick = {round(i * (len(wide) - 1) / (MOST_CASES - 1)) for i in range(MOST_CASES)}
+        for at, item in enumerate(wide if len(wide) > MOST_CASES else ()):
+            if at not in quick:
+                item.add_marker("long")
 
 
 @pytest.fixture(scope="module")

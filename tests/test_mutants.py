@@ -23,6 +23,7 @@ def mutant(before: str, after: str, *tests: str) -> Mutant:
     )
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("change", "verdict"),
     [

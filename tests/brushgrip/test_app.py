@@ -82,6 +82,7 @@ def test_unknown_errors_propagate(monkeypatch: pytest.MonkeyPatch) -> None:
         main(["fetch"])
 
 
+@pytest.mark.long
 def test_as_a_process(tmp_path: Path, repository_root: Path) -> None:
     process = subprocess.run(
         [sys.executable, "-m", "brushgrip", "diagnose", "nowhere", "--out", str(tmp_path / "out")],

@@ -42,6 +42,7 @@ def test_what_is_not_finished_is_hidden(tmp_path: Path) -> None:
         stage.write_text("new")
 
 
+@pytest.mark.long
 def test_what_a_killed_process_left_goes_with_the_next(tmp_path: Path, repository_root: Path) -> None:
     code = (
         "import os, sys; from pathlib import Path; from brushgrip.atomic import staged_directory\n"

@@ -186,6 +186,7 @@ def test_signatures_before_and_after_are_not_mixed_up(
     assert (full.parent / "signatures.png").read_bytes() == (tmp_path / "signatures.png").read_bytes()
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("training", "holdout"),
     [

@@ -26,6 +26,7 @@ KINDS = [pytest.param(Ekf, {}, id="ekf"), pytest.param(Mhe, {}, id="mhe")]
 NOISES = [pytest.param({}, id="as it stands"), pytest.param(CLEAN_RIG, id="clean rig")]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "settings"), KINDS)
 @pytest.mark.parametrize("missing", [pytest.param("none", marks=pytest.mark.long), "a fifth"])
 @pytest.mark.parametrize(
@@ -56,6 +57,7 @@ def test_converges_to_the_true_friction(
     assert np.mean(error < 3 * estimates.mu_std[slid:]) > 0.95
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "settings"), KINDS)
 def test_stiffness_is_found_too(recording: RigRecording, kind: Any, settings: Any) -> None:
     wrong = {"values": {"k": 1.25 * K}, "measurement_model": AligningTorque(stiffness=True)}

@@ -131,6 +131,7 @@ def test_rate_may_be_given(recording: RigRecording) -> None:
         np.testing.assert_array_equal(given.mu, run(observer, **columns).mu)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "settled"), [(Ekf, 1e-12), (Mhe, 1e-5)])
 def test_a_gap_is_bridged_by_prediction(recording: RigRecording, kind: Any, settled: float) -> None:
     observer, columns = make(kind, **CLEAN_RIG), columns_of(recording)

@@ -104,6 +104,7 @@ def test_a_zero_of_the_torque_is_absorbed(made: tuple[Campaign, list[Recording]]
     assert effective_parameters(fitted) == pytest.approx(len(fitted.labels), abs=0.1)
 
 
+@pytest.mark.long
 def test_the_jacobian_is_that_of_the_residuals(made: tuple[Campaign, list[Recording]]) -> None:
     within = Tolerances(a=0.002, e=0.001, load=0.05, zero=0.2)
     recordings = [

@@ -106,6 +106,7 @@ def test_white_noise_keeps_within_its_bands(recordings: list[Recording]) -> None
     assert np.mean(within) == pytest.approx(0.99, abs=0.004)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("of_residual", "of_signal"),
     [

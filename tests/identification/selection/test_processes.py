@@ -69,6 +69,7 @@ def test_an_effect_of_a_users_module_goes_to_the_processes(
     assert one.parameters["c"].value == pytest.approx(150, rel=0.1)
 
 
+@pytest.mark.long
 @pytest.mark.usefixtures("interpreted")
 def test_a_process_that_ends_takes_one_line(
     boot: ModuleType, recordings: list[Recording], tmp_path: Path
@@ -105,6 +106,7 @@ def test_a_local_class_and_a_field_that_cannot_be_pickled_are_refused() -> None:
         assert "put the effect into a module of its own, or use jobs=1" in str(caught.value)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "is_command",
     [

@@ -41,6 +41,7 @@ def no_pickle() -> object:
     return lambda: None
 
 
+@pytest.mark.long
 @needs_signals
 @pytest.mark.parametrize(
     "half",
@@ -70,6 +71,7 @@ def test_errors_come_back_with_where_they_were_raised() -> None:
             submit(no_pickle).result(60)
 
 
+@pytest.mark.long
 @needs_signals
 @pytest.mark.parametrize(
     "number", ["SIGKILL", *(pytest.param(n, marks=pytest.mark.long) for n in ("SIGTERM", "SIGINT"))]
