@@ -37,8 +37,8 @@ QUICK = FitOptions(tolerance=1e-4)
 PUBLISHED_K = 2.438e6
 """k of [Györök 2022], from free vibration [N/m^2]."""
 SPOKEN_OF = (
-    {"frictional_creep", "carcass_torsion", "asymmetric_friction", "rate_friction"},
-    {"frictional_creep", "patch_width", "asymmetric_friction", "rate_friction", "contact_length"},
+    {"frictional_creep", "carcass_torsion", "asymmetric_friction"},
+    {"frictional_creep", "carcass_torsion", "asymmetric_friction"},
 )
 """Effects that the text of the page explains: of the search with four held out, and with none."""
 TEMPLATE = Path(__file__).with_name("walk_through.in.md")
@@ -185,7 +185,6 @@ def figures(
         "published": published,
         "series": series,
         "count": str(len(EFFECTS)),
-        "clear": f"{split.criteria.clear:g}",
     }
 
 
