@@ -1,6 +1,7 @@
 """`brushgrip` with three candidates only: a whole search takes seconds. Arguments are the command's."""
 
 import os
+import signal
 import sys
 from pathlib import Path
 
@@ -12,6 +13,8 @@ from brushgrip.commands import diagnose
 FEW = ("torque_offset", "contact_damping", "steering_return")
 
 if __name__ == "__main__":
+    # As in a terminal: a shell starts what is in the background deaf to Ctrl-C.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     quick = bool(os.environ.get("BRUSHGRIP_SMALL_QUICK"))
     diagnose.CANDIDATES = FEW[:2] if quick else FEW
     if quick:

@@ -78,7 +78,9 @@ def test_errors_come_back_with_where_they_were_raised() -> None:
 )
 def test_no_process_stays_without_its_parent(tmp_path: Path, repository_root: Path, number: str) -> None:
     code = (
-        "import sys, time; from identification.selection.trial_runner import workers\n"
+        # As in a terminal: a shell starts what is in the background deaf to Ctrl-C.
+        "import signal, sys; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+        "from identification.selection.trial_runner import workers\n"
         "from tests.identification.selection.test_worker_processes import busy\n"
         "with workers(2) as submit:\n"
         "    for _ in (submit(busy, sys.argv[1]), submit(busy, sys.argv[1])): _.result()\n"
@@ -86,9 +88,12 @@ def test_no_process_stays_without_its_parent(tmp_path: Path, repository_root: Pa
     parent = subprocess.Popen(
         [sys.executable, "-c", code, str(tmp_path)], cwd=repository_root, stderr=subprocess.DEVNULL
     )
-    wait_for(lambda: len(list(tmp_path.iterdir())) == 2)
-    parent.send_signal(getattr(signal, number))
-    parent.wait(20)
+    try:
+        wait_for(lambda: len(list(tmp_path.iterdir())) == 2)
+        parent.send_signal(getattr(signal, number))
+        parent.wait(20)
+    finally:
+        parent.kill()
     pids = [int(path.name) for path in tmp_path.iterdir()]
 
     wait_for(lambda: not any(is_running(pid) for pid in pids))
