@@ -25,6 +25,8 @@ LARGEST_FRICTION = 15.0
 """Friction coefficient that no ground has [1]."""
 LEAST_LOAD = 20.0
 """A load below this is suspected before the torque is [N]."""
+LIFTED = 0.05
+"""Share of the first load below which the wheel is lifted, and a torque beside it no evidence [1]."""
 IN_A_ROW = 10
 """Samples in a row that make a suspicion."""
 LEAST_TRAVEL = 0.2
@@ -40,6 +42,7 @@ class Evidence:
     Attributes:
         angle, period, friction: samples in a row, up to now, beyond what is possible; `IN_A_ROW` stays.
         load: the last load [N].
+        first_load: the first one [N]; a wheel that is lifted, far below it, is no evidence.
         psi: the last angle [rad], NaN at the start.
         travel: turn so far without its sign, while the torque was measured [rad].
         work: of the ground on the wheel [N m].
@@ -50,6 +53,7 @@ class Evidence:
     period: int = 0
     friction: int = 0
     load: float = nan
+    first_load: float = nan
     psi: float = nan
     travel: float = 0.0
     work: float = 0.0
@@ -67,7 +71,8 @@ def gathered(before: Evidence, sample: Sample, rig: Rig, channel: str) -> Eviden
     """
     torque = sample.M_z if channel == "M_z" else -sample.M
     load = sample.F_N if sample.F_N > 0 else before.load
-    slide = full_slide_torque(load, rig.a)
+    first = before.first_load if isfinite(before.first_load) else load
+    beyond = abs(torque) > LARGEST_FRICTION * full_slide_torque(load, rig.a)
     psi = sample.psi if isfinite(sample.psi) else before.psi
     turn = psi - before.psi
     work = torque * turn
@@ -75,8 +80,9 @@ def gathered(before: Evidence, sample: Sample, rig: Rig, channel: str) -> Eviden
         before,
         angle=_in_a_row(before.angle, abs(sample.psi) > LARGEST_ANGLE),
         period=_in_a_row(before.period, sample.dt >= LONGEST_PERIOD),
-        friction=_in_a_row(before.friction, abs(torque) > LARGEST_FRICTION * slide),
+        friction=_in_a_row(before.friction, beyond and load >= LIFTED * first),
         load=load,
+        first_load=first,
         psi=psi,
     )
     if not isfinite(work):

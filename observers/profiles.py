@@ -20,7 +20,7 @@ SENSOR_SHARE = 0.1
 """White noise beside a spread that includes it already [1]."""
 EXPLAINED = 2.5
 """Consistency beyond which a spread that was measured is exceeded [1]: chi-square with 40 degrees of
-freedom over 40, which it exceeds once in 500,000 windows."""
+freedom over 40, which it exceeds about once in two million independent windows."""
 PROFILES: Mapping[str, Tuning] = MappingProxyType(
     {
         "real_tyre": Tuning(),

@@ -12,6 +12,8 @@ from identification.reading.recordings import Recording
 from symbolic import ModelError, full_slide_torque
 
 Array = NDArray[np.float64]
+LIFTED = 0.05
+"""Share of the median load below which a wheel is lifted [1]."""
 
 
 def model_error(
@@ -33,7 +35,9 @@ def model_error(
     for recording in recordings:
         span = torque_range(recording)
         counted = influence(loss, residuals[recording.name] / span) * span
-        share = counted / full_slide_torque(recording.F_N, recording.rig.a)
+        # A lifted wheel says nothing; over its small load any error would be large.
+        load = np.where(LIFTED * np.median(recording.F_N) <= recording.F_N, recording.F_N, np.nan)
+        share = counted / full_slide_torque(load, recording.rig.a)
         present = np.isfinite(share)
         # The autocorrelation time counts the samples that are there.
         period = float(recording.t[-1] - recording.t[0]) / max(int(present.sum()) - 1, 1)

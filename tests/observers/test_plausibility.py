@@ -62,6 +62,12 @@ def test_a_few_odd_samples_and_a_wheel_that_stands_are_no_evidence(recording: Ri
     assert suspicions_of(still, RIG, "M_z") == ()
 
 
+def test_a_lifted_wheel_is_no_evidence(recording: RigRecording) -> None:
+    samples = samples_of(columns_of(recording))
+    lifted = [replace(s, F_N=1.0, M_z=2.0) for s in samples[300:330]]
+    assert suspicions_of(samples[:300] + lifted + samples[330:], RIG, "M_z") == ()
+
+
 def test_it_can_be_left_out(recording: RigRecording) -> None:
     loop = Loop(make(Ekf), check_units=False)
     for sample in converted(samples_of(columns_of(recording)), {"psi": 180 / np.pi}):

@@ -50,6 +50,15 @@ def test_the_load_of_every_sample_counts() -> None:
     assert found.spread == pytest.approx(0.03, rel=1e-12)
 
 
+def test_a_lifted_wheel_does_not_count() -> None:
+    one = recording("one")
+    loads = np.where(np.arange(one.t.size) % 50, 400.0, 1.0)
+    found = model_error({"one": np.full(one.t.size, 0.03 * 0.375 * A * 400)}, [replace(one, F_N=loads)])
+
+    assert found is not None
+    assert found.spread == pytest.approx(0.03, rel=1e-12)
+
+
 def test_recordings_count_alike_and_their_times_by_their_power() -> None:
     large, small = recording("large", load=1000.0), recording("small", seconds=200.0)
     residuals = {"large": coloured(large, 0.06, 0.5, 1), "small": coloured(small, 0.02, 0.05, 2)}
