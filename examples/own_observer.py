@@ -51,9 +51,14 @@ class ConstantGain(CasadiObserver):
         return ca.Function("own_step", symbols, [ca.vertcat(memory, now, log_mu, output), output])
 
 
-if __name__ == "__main__":
-    RECORDINGS = Path(__file__).resolve().parent / "recordings"
-    recording = read_recording(RECORDINGS / "holdout_c.csv", read_rig(RECORDINGS / "rig.toml"))
+def main() -> None:
+    """Print the friction at the end of a recording."""
+    folder = Path(__file__).resolve().parent / "recordings"
+    recording = read_recording(folder / "holdout_c.csv", read_rig(folder / "rig.toml"))
     observer = ConstantGain(model=MODEL, values=VALUES, rig=recording.rig)
     end = run(observer, recording.t, recording.psi, recording.F_N, recording.M_z).mu[-1]
     print(f"constant gain: mu = {end:.3f} at the end, planted 1.370")
+
+
+if __name__ == "__main__":
+    main()

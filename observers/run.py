@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from observers.angle_derivative import causal_rate
 from observers.compiled_step import first_sample
-from observers.measurement_model import LEAST_FIRST_LOAD
+from observers.measurement_model import LEAST_FIRST_LOAD, SENSIBLE
 from observers.protocol import (
     ESTIMATE,
     BatchObserver,
@@ -78,7 +78,7 @@ def arrange(
     if torque is None or not np.isfinite(torque).any():
         needed = "M, the steering torque" if observer.channel == "M" else "M_z, the aligning torque"
         raise InvalidInputError(f"this observer needs {needed}, in at least one sample")
-    known = np.isfinite(psi) & np.isfinite(F_N) & (F_N >= LEAST_FIRST_LOAD)
+    known = (np.abs(psi) < SENSIBLE) & (F_N >= LEAST_FIRST_LOAD) & (F_N < SENSIBLE)
     if not known.any():
         raise InvalidInputError("psi must be finite and F_N at least 0.001 N in at least one sample")
     nothing = np.full(t.size, np.nan)

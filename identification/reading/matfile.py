@@ -218,7 +218,8 @@ def _values(name: str, shape: tuple[int, ...], part: _Element | None, order: str
             f"{name} has {len(shape)} dimensions, {values.size} numbers; allowed: up to"
             f" {_MOST_DIMENSIONS} dimensions, {MOST_SAMPLES} numbers"
         )
-    return values.astype(np.float64).reshape(shape, order="F")
+    with np.errstate(invalid="ignore"):  # a signalling NaN is a NaN
+        return values.astype(np.float64).reshape(shape, order="F")
 
 
 def _part(parts: Iterator[_Element]) -> _Element:

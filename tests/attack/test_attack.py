@@ -93,6 +93,6 @@ def test_without_atheris_hypothesis_draws(
 
 @pytest.mark.long
 def test_guided_by_coverage(capsys: pytest.CaptureFixture[str]) -> None:
-    status = main(["--inputs", "5000", "--seconds", "20"])
+    status = main([*TARGETS, "--inputs", "2000", "--seconds", "5"])
 
     assert status == 0, capsys.readouterr().out

@@ -6,7 +6,7 @@ import pytest
 
 from tests.attack.faults import FAULTS, attempt
 
-QUICK = ("run_killed", "run_loses_worker", "run_damaged_trials")
+QUICK = ("run_killed", "run_damaged_trials")
 """The others take minutes more, and belong to `make attack`."""
 pytestmark = [
     pytest.mark.long,
