@@ -29,8 +29,9 @@ test-all: $(ALL)
 	BRUSHGRIP_TEST_OPTIMISATION=-O2 $(PYTEST) --cov
 	$(MAKE) mutants
 
+# PATTERN selects them by file or text.
 mutants: $(ALL)
-	$(BIN)/python tests/mutants/run.py --jobs $(WORKERS)
+	$(BIN)/python tests/mutants/run.py --jobs $(WORKERS) '$(PATTERN)'
 
 # Each class for so long [s], or INPUTS=1000000 of each however long that takes; exit status 1 if anything failed.
 SECONDS ?= 60
