@@ -92,11 +92,11 @@ def full_slide_torque(F_N: Expression, a: Expression) -> Expression:
 def full_slide_arm(a: Expression, e: Expression) -> Expression:
     """M_z over F_N in full slide for mu = 1 [m], 3/8 a where e = 0; [Györök 2022], (2.1) in (2.3).
 
-    The integral of 3 / (4 a^3) (a^2 - x^2) |x - e| dx: friction changes sides at the kingpin, x = e.
+    The integral of `3 / (4 a^3) (a^2 - x^2) |x - e| dx`: friction changes sides at the kingpin, x = e.
 
     Args:
         a: half-length of the contact patch [m].
-        e: caster length [m], |e| < a.
+        e: caster length [m], `|e| < a`.
     """
     return sum(arm**3 * (4 * a - arm) for arm in (a - e, a + e)) / (16 * a**3)
 
