@@ -1,6 +1,7 @@
 """Effective friction: against long steady turns of the model itself and of the reference rig."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
 import casadi as ca
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from scipy.integrate import quad
 
 from reference_rig import RigTyre, build_effects, free_path, simulate_bristles
-from symbolic import EFFECTS, Model, simulate
+from symbolic import EFFECTS, Effect, Expression, Model, Parameter, Signals, Values, simulate
 from symbolic.deformation import full_slide_arm, full_slide_torque
 from tests.symbolic.oracles import Array
 from tests.symbolic.test_effects import EACH, VALUES
@@ -158,3 +159,25 @@ def test_it_follows_the_rate_at_which_friction_is_asked_for() -> None:
     slow, fast = (float(model.full_slide(memory, F_N, at, GEOMETRY, rate)[1]) for rate in (0.1, 0.3))
 
     assert fast - slow == pytest.approx(2.0 * 0.2, rel=1e-9)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Lopsided(Effect):
+    """A torque of the ground with a part that does not depend on the direction."""
+
+    name: str = "lopsided"
+    summary: str = "pulls to one side"
+    parameters: tuple[Parameter, ...] = ()
+    torque_by_ground: bool = True
+
+    def torque(self, signals: Signals, values: Values) -> Expression:
+        del values
+        return 0.9 - 2.0 * signals.psi_dot
+
+
+def test_what_pulls_to_one_side_cancels() -> None:
+    plain, pulled = (
+        model.full_slide(np.zeros(model.memory_size), F_N, [TYRE.mu, TYRE.k], GEOMETRY, RATE)[1]
+        for model in (Model(), Model(effects=(Lopsided(),)))
+    )
+    assert float(pulled) == pytest.approx(float(plain) + 2.0 * RATE, rel=1e-12)
