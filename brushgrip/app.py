@@ -15,8 +15,6 @@ from brushgrip.commands.fetch import fetch
 from brushgrip.commands.identify import identify
 from brushgrip.commands.simulate import simulate
 from brushgrip.terminal import fault_of_output, spell_what_is_lacking
-from symbolic import BrushgripError, InvalidInputError
-from symbolic.errors import one_line
 
 BAD_INPUT, FAILED = 2, 1
 """Exit status for input that the user can correct, and for failures outside, such as of a download."""
@@ -29,8 +27,10 @@ app = typer.Typer(
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # Plain help takes half the time, and fits every terminal.
 )
-for command in (demo, fetch, simulate, identify, diagnose, estimate, compare, codegen):
+COMMANDS = (demo, fetch, simulate, identify, diagnose, estimate, compare, codegen)
+for command in COMMANDS:
     app.command()(command)
 
 
@@ -58,9 +58,6 @@ def _run(arguments: Sequence[str]) -> int:
     """The exit status of a command line; what went wrong is said."""
     try:
         status = app(args=repeat_lists(arguments), prog_name="brushgrip", standalone_mode=False)
-    except BrushgripError as error:
-        _print_error(str(error))
-        return BAD_INPUT if isinstance(error, InvalidInputError) else FAILED
     except (typer.Abort, BrokenPipeError):
         return FAILED
     except OSError as error:
@@ -71,12 +68,26 @@ def _run(arguments: Sequence[str]) -> int:
         _print_error(f"there is not enough memory: {error}")
         return FAILED
     except Exception as error:
-        # Faults of usage come from the parser below typer, whose class differs between its versions.
-        if not hasattr(error, "format_message"):
-            raise
-        _print_error(error.format_message() or "no command given; brushgrip --help lists them")
-        return BAD_INPUT
+        return _said(error)
     return status or 0
+
+
+def _said(error: Exception) -> int:
+    """The exit status for an error that is ours or the user's, once it is said; any other is raised.
+
+    Raises:
+        Exception: it is a fault of the program.
+    """
+    from symbolic import BrushgripError, InvalidInputError
+
+    if isinstance(error, BrushgripError):
+        _print_error(str(error))
+        return BAD_INPUT if isinstance(error, InvalidInputError) else FAILED
+    # Faults of usage come from the parser below typer, whose class differs between its versions.
+    if not hasattr(error, "format_message"):
+        raise error
+    _print_error(error.format_message() or "no command given; brushgrip --help lists them")
+    return BAD_INPUT
 
 
 def _clean_up_when_ended() -> None:
@@ -88,6 +99,8 @@ def _clean_up_when_ended() -> None:
 
 
 def _print_error(message: str) -> None:
+    from symbolic.errors import one_line
+
     print(f"brushgrip: {one_line(' '.join(message.split()))}", file=sys.stderr)
 
 

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgrip.choices import ObserverName
 from identification import FoundModel, Recording
 from observers import (
     AligningTorque,
@@ -33,14 +33,6 @@ from symbolic import InvalidInputError, Model
 Array = NDArray[np.float64]
 ObserverFactory = Callable[[Recording, FoundModel | None], Observer]
 """Builds the observer for a recording, on the model that a diagnosis found or (None) the declared."""
-
-
-class ObserverName(StrEnum):
-    """Observers by the name that a user gives."""
-
-    EKF = "ekf"
-    MHE = "mhe"
-    ROOT = "root"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
