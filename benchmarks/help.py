@@ -46,7 +46,7 @@ def _row(what: str, taken: tuple[float, float]) -> str:
 
 
 def seconds(arguments: list[str]) -> tuple[float, float]:
-    """The smallest times of a new interpreter with these arguments [s]: by the clock, of the processor."""
+    """The smallest times of a new interpreter with these arguments [s]: clock, processor."""
     taken = []
     for _ in range(RUNS):
         start, busy = time.perf_counter(), _processor()
