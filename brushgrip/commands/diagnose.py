@@ -4,7 +4,15 @@ from typing import Annotated
 
 import typer
 
-from brushgrip.commands.options import EffectModules, Grounds, Jobs, OutFolder, RecordingNames, RigFile
+from brushgrip.commands.options import (
+    EffectModules,
+    Grounds,
+    Jobs,
+    OutFolder,
+    RecordingNames,
+    RigFile,
+    Scheduler,
+)
 
 
 def diagnose(
@@ -33,6 +41,7 @@ def diagnose(
     ground: Grounds = None,
     rig: RigFile = None,
     jobs: Jobs = None,
+    scheduler: Scheduler = None,
 ) -> None:
     """Find what the declared model lacks; write diagnosis.json, model.json and report.html.
 
@@ -49,4 +58,5 @@ def diagnose(
         ground=ground,
         rig=rig,
         jobs=jobs,
+        scheduler=scheduler,
     )

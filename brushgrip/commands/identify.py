@@ -1,10 +1,11 @@
 """`brushgrip identify`."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from brushgrip.commands.options import OutJson, RigFile
+from brushgrip.commands.options import OutJson, RigFile, usable_file
 
 
 def identify(
@@ -19,6 +20,16 @@ def identify(
     ],
     out: OutJson,
     rig: RigFile = None,
+    write_rig: Annotated[
+        Path | None,
+        typer.Option(
+            "--write-rig",
+            metavar="R",
+            help="Rig file to write: that of --rig with the k and b_t found.",
+            show_default=False,
+            callback=usable_file,
+        ),
+    ] = None,
 ) -> None:
     """Identify k and b_t from free vibrations, with standard deviations.
 
@@ -31,4 +42,5 @@ def identify(
         free_decay=free_decay,
         out=out,
         rig=rig,
+        write_rig=write_rig,
     )

@@ -40,14 +40,6 @@ def usable_folder(path: Path | None) -> Path | None:
     return path
 
 
-RecordingName = Annotated[
-    str,
-    typer.Argument(
-        metavar="REC",
-        help="Recording: a .csv or .mat file, or the name of a published one, such as fem1.",
-        show_default=False,
-    ),
-]
 RecordingNames = Annotated[
     list[str],
     typer.Argument(
@@ -139,3 +131,23 @@ Jobs = Annotated[
         show_default=False,
     ),
 ]  # fmt: skip
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Scheduler of a Dask cluster that does the work in place of processes here, such as"
+        " tcp://10.0.0.1:8786.",
+        show_default=False,
+    ),
+]
+TuningValues = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--tune",
+        metavar="NAME=VALUE",
+        help="A value of the tuning in place of the profile's, such as mu_walk=0.02. May be repeated;"
+        " several may be separated by commas.",
+        show_default=False,
+    ),
+]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from brushgrip.atomic import staged_directory
 from brushgrip.choices import GeneratedObserver, RealType, Target, TorqueChannel, TuningName
-from brushgrip.console import say
+from brushgrip.console import say, show
 from brushgrip.recordings import keep_inputs
 from brushgrip.user_effects import effect_files, user_effects
 from identification import read_model
@@ -58,4 +58,5 @@ def codegen(
         require_replaceable(finals)
     if model is not None and (taken := read_model(model, effects=own).ground_taken(ground)):
         say(taken)
+    show({"wrote": list(map(str, finals))})
     say(f"wrote {', '.join(path.name for path in files)} to {out}")

@@ -13,7 +13,7 @@ from brushgrip.comparison.networks import corrected_root, neural_network
 from brushgrip.comparison.scores import compare as compare_methods
 from brushgrip.comparison.scores import summarise
 from brushgrip.comparison.tables import comparison_dict, markdown_text, print_comparison
-from brushgrip.console import progress, say
+from brushgrip.console import progress, say, show
 from brushgrip.formatting import json_text
 from brushgrip.pictures import draw_boxes
 from brushgrip.recordings import keep_inputs, locate, read_all
@@ -57,13 +57,14 @@ def compare(
         with progress() as report:
             results = compare_methods(cases, chosen, report)
         summaries = summarise(results, chosen)
-        text = json_text(comparison_dict(results, summaries))
-        stages[out].write_text(text, encoding="utf-8", newline="\n")
+        document = comparison_dict(results, summaries)
+        stages[out].write_text(json_text(document), encoding="utf-8", newline="\n")
         if table is not None:
             stages[table].write_text(markdown_text(results, summaries), encoding="utf-8", newline="\n")
         if picture is not None:
             draw_boxes(stages[picture], results, [row.method for row in summaries])
     print_comparison(results, summaries)
+    show(document)
     say(f"wrote {', '.join(map(str, finals))}")
 
 

@@ -7,12 +7,12 @@ from pathlib import Path
 import brushgrip
 from brushgrip.atomic import staged_directory
 from brushgrip.choices import ObserverName
-from brushgrip.console import print_diagnosis, progress, say
+from brushgrip.console import print_diagnosis, progress, say, show
 from brushgrip.estimation import OBSERVERS, FrictionTrack, friction_track, observe
 from brushgrip.friction_outcome import found_model, friction_outcome
 from brushgrip.recordings import read_all
 from brushgrip.report import PAGE, remove_stale_pictures
-from brushgrip.tasks.diagnose import write_diagnosis
+from brushgrip.tasks.diagnose import document, write_diagnosis
 from identification import Diagnosis, FoundModel, Recording, diagnose
 from symbolic import InvalidInputError
 
@@ -39,6 +39,7 @@ def demo(*, out: Path) -> None:
         written = {path.name for path in stage.iterdir()}
     remove_stale_pictures(out, written)
     print_diagnosis(result, outcome)
+    show(document(result, outcome))
     say(f"report: {out / PAGE}")
 
 

@@ -2,9 +2,11 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from brushgrip.atomic import staged_directory
-from brushgrip.console import print_diagnosis, progress, say
+from brushgrip.cluster import executor_at
+from brushgrip.console import print_diagnosis, progress, say, show
 from brushgrip.estimation import FrictionTrack
 from brushgrip.formatting import json_text
 from brushgrip.friction_outcome import FrictionOutcome, found_model, friction_outcome
@@ -32,6 +34,7 @@ def diagnose(
     ground: Sequence[str] | None,
     rig: Path | None,
     jobs: int | None,
+    scheduler: str | None,
 ) -> None:
     """Search for what the declared model lacks, and write all results.
 
@@ -44,7 +47,11 @@ def diagnose(
     keep_inputs(outputs, [*recordings, *held_out], rig, *effect_files(effects))
     training = read[: len(recordings)]
     loss = LEAST_SQUARES if robust is None else Huber(threshold=robust)
-    with kept_trials(out) as journal, staged_directory(out) as folder:
+    with (
+        kept_trials(out) as journal,
+        staged_directory(out) as folder,
+        executor_at(scheduler) as executor,
+    ):
         used, shortened = bounded(read)
         for line in filter(None, (shortened, thinning(used))):
             say(line)
@@ -55,6 +62,7 @@ def diagnose(
                 loss=loss,
                 candidates=[*CANDIDATES, *own],
                 jobs=jobs,
+                executor=executor,
                 progress=report,
                 journal=journal,
             )
@@ -64,6 +72,7 @@ def diagnose(
         written = {path.name for path in folder.iterdir()}
     remove_stale_pictures(out, written)
     print_diagnosis(result, outcome)
+    show(document(result, outcome))
     say(f"report: {out / PAGE}")
 
 
@@ -76,6 +85,11 @@ def thinning(recordings: Sequence[Recording]) -> str:
         f"candidates are ranked on {thinned} of {whole} samples, thinned towards {RANKING_STEP:g} s;"
         " the best are fitted to all of them"
     )
+
+
+def document(diagnosis: Diagnosis, outcome: FrictionOutcome | None) -> dict[str, Any]:
+    """The content of diagnosis.json."""
+    return diagnosis.to_dict() | {"friction": outcome.to_dict() if outcome else None}
 
 
 def write_diagnosis(
@@ -92,9 +106,8 @@ def write_diagnosis(
         outcome: friction before and after, None where none was estimated.
         friction: estimates of friction over time to show in the report, may be empty.
     """
-    content = diagnosis.to_dict() | {"friction": outcome.to_dict() if outcome else None}
     for name, text in (
-        (DIAGNOSIS, json_text(content)),
+        (DIAGNOSIS, json_text(document(diagnosis, outcome))),
         (MODEL, model_text(diagnosis)),
     ):
         (folder / name).write_text(text, encoding="utf-8", newline="\n")

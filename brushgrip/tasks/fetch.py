@@ -4,7 +4,7 @@ from pathlib import Path
 
 import brushgrip.fetch
 from brushgrip.choices import Published
-from brushgrip.console import say
+from brushgrip.console import say, show
 from brushgrip.friction_damper import damper_folder, fetch_friction_damper
 from brushgrip.recordings import download_folder
 
@@ -24,4 +24,5 @@ def fetch(
     else:
         folder = out or download_folder()
         files = brushgrip.fetch.fetch(folder, say=say)
+    show({"folder": str(folder), "files": [str(path) for path in files]})
     say(f"{len(files)} file{'s' * (len(files) != 1)} in {folder}")

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from brushgrip.atomic import staged_file
-from brushgrip.console import say
+from brushgrip.console import say, show
 from brushgrip.formatting import csv_text
 from brushgrip.grounds import on_grounds, say_ground
 from brushgrip.recordings import keep_inputs, read_all
@@ -25,15 +25,18 @@ def simulate(
     model: Path | None,
     effects: Sequence[str] | None,
     ground: Sequence[str] | None,
+    mu: float | None,
 ) -> None:
     """Write the torque that the model predicts for recordings.
 
     Its arguments are those of the command; see `brushgrip simulate --help`.
     """
+    if mu is not None and not 0 < mu < float("inf"):
+        raise InvalidInputError(f"--mu must be finite and greater than 0, got {mu:g}")
     own = user_effects(effects)
     read = on_grounds(read_all(recordings, rig, torque_required=False), ground, bare=True)
     found = None if model is None else read_model(model, effects=own)
-    inputs = [model_and_values(recording, found) for recording in read]
+    inputs = [model_and_values(recording, found, mu) for recording in read]
     finals = [_final(out, recording, read) for recording in read]
     keep_inputs(finals, recordings, rig, model, *effect_files(effects))
     with ExitStack() as stack:
@@ -51,20 +54,24 @@ def simulate(
         say_ground(recording, found)
     for final in finals:
         say(f"wrote {final}")
+    show({"wrote": list(map(str, finals))})
 
 
-def model_and_values(recording: Recording, found: FoundModel | None) -> tuple[Model, dict[str, float]]:
+def model_and_values(
+    recording: Recording, found: FoundModel | None, given: float | None = None
+) -> tuple[Model, dict[str, float]]:
     """The model for a recording, declared or found, and the values of all its parameters.
 
     Raises:
         InvalidInputError: mu is unknown.
     """
-    mu = recording.tyre.mu
+    mu = recording.tyre.mu if given is None else given
     if found is not None:
-        return found.model, found.values_for(recording.name, mu, recording.ground)
+        values = found.values_for(recording.name, mu, recording.ground)
+        return found.model, values if given is None else values | {"mu": given}
     if mu is None:
         raise InvalidInputError(
-            f"{recording.name}: mu is not known; give it under [tyre] of the rig file, "
+            f"{recording.name}: mu is not known; give it with --mu, under [tyre] of the rig file, "
             "as '# mu = 1.2' before a CSV header, or name a model file (--model)"
         )
     return Model(), {"mu": mu, "k": recording.tyre.k}
