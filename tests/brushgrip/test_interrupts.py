@@ -78,9 +78,12 @@ def test_in_a_destructor_it_is_not_lost(repository_root: Path, tmp_path: Path) -
 
 def test_what_is_over_is_not_interrupted(repository_root: Path, tmp_path: Path) -> None:
     code = (
-        "import atexit\n"
-        "atexit.register(print, 'the end')\n"
-        "atexit.register(signal.raise_signal, signal.SIGINT)\n"
+        "import atexit, time\n"
+        "def end():\n"
+        "    signal.raise_signal(signal.SIGINT)\n"
+        "    time.sleep(0.2)\n"
+        "    print('the end')\n"
+        "atexit.register(end)\n"
         "def work(): raise SystemExit(7)\n"
     )
 
