@@ -14,10 +14,14 @@ def main() -> None:
     Raises:
         SystemExit: always; see `brushgrip.app.main`, and status 130 where the process was told to end.
     """
-    run_process(_load)
+    run_process(load_command)
 
 
-def _load() -> Callable[[], None]:
+def load_command() -> Callable[[], None]:
+    """Imports the command; matplotlib keeps to itself that it cannot write its cache of fonts."""
+    import logging
+
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
     from brushgrip.app import main
 
     return main

@@ -8,6 +8,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
+from brushgrip.__main__ import load_command
 from brushgrip.interrupts import run_process
 
 FEW = ("torque_offset", "contact_damping", "steering_return")
@@ -15,14 +16,14 @@ FEW = ("torque_offset", "contact_damping", "steering_return")
 
 def load() -> Callable[[], None]:
     """The command with few candidates."""
-    from brushgrip.app import main
+    command = load_command()
     from brushgrip.commands import diagnose
 
     quick = bool(os.environ.get("BRUSHGRIP_SMALL_QUICK"))
     diagnose.CANDIDATES = FEW[:2] if quick else FEW
     if quick:
         diagnose.write_report = lambda *_: None
-    return main
+    return command
 
 
 if __name__ == "__main__":
