@@ -41,17 +41,20 @@ def test_work_that_an_executor_loses_is_said() -> None:
 
 
 def test_what_has_not_begun_is_cancelled() -> None:
-    futures = []
+    future: Future[int] = Future()
 
     class Sleeping(Executor):
         def submit(self, *_: Any, **__: Any) -> Future[Any]:
-            futures.append(Future[Any]())
-            return futures[-1]
+            return future
 
-    with pytest.raises(KeyboardInterrupt), workers(None, (), Sleeping()) as submit:
-        submit(pow, 2, 10)
-        raise KeyboardInterrupt
-    assert futures[0].cancelled()
+    def interrupted() -> None:
+        with workers(None, (), Sleeping()) as submit:
+            submit(pow, 2, 10)
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        interrupted()
+    assert future.cancelled()
 
 
 def test_an_executor_has_processes_of_its_own() -> None:
