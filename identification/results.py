@@ -158,6 +158,11 @@ class Diagnosis:
     model_error_before: ModelError | None = None
     model_error: ModelError | None = None
 
+    def __repr__(self) -> str:
+        """One line: the recordings, and the effects that were found."""
+        names = ", ".join(effect.name for effect in self.effects) or "no effect"
+        return f"<Diagnosis of {len(self.recordings)} recordings, {len(self.holdout)} held out: {names}>"
+
     def to_dict(self) -> dict[str, Any]:
         """The content of `diagnosis.json`."""
         return {

@@ -149,6 +149,15 @@ class Estimates:
     nis: Array
     status: NDArray[np.int64]
 
+    def __repr__(self) -> str:
+        """One line: how many samples, how long, and friction at the end."""
+        count = self.t.size
+        if not count:
+            return "<Estimates of no sample>"
+        friction = f"mu {self.mu[-1]:.3f} ± {self.mu_std[-1]:.3f}"
+        known = "informed" if self.informed[-1] else "not informed"
+        return f"<Estimates of {count} samples to {self.t[-1]:g} s: {friction} at the end, {known}>"
+
 
 class Observer(Protocol):
     """An observer: its settings are its fields, its state is passed."""

@@ -56,6 +56,11 @@ class Recording:
     tyre: Tyre
     ground: str | None = None
 
+    def __repr__(self) -> str:
+        """One line: the name, how many samples, how long, and on what."""
+        ground = f" on {self.ground}" if self.ground else ""
+        return f"<Recording {self.name}{ground}: {self.t.size} samples, {self.t[-1] - self.t[0]:g} s>"
+
     def __post_init__(self) -> None:
         """Freeze the arrays and check them."""
         for field in ("t", "psi", "psi_dot", "M_z", "F_N", "M"):

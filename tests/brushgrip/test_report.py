@@ -220,3 +220,10 @@ def test_same_diagnosis_same_page_and_no_global_state(
 
     assert again.read_bytes() == full.read_bytes()
     assert dict(matplotlib.rcParams) == before
+
+
+def test_a_diagnosis_is_shown_in_a_line(make_diagnosis: Callable[..., Diagnosis]) -> None:
+    shown = "<Diagnosis of 2 recordings, 3 held out: carcass_torsion, torque_offset>"
+
+    assert repr(make_diagnosis()) == shown
+    assert repr(make_diagnosis(found=False)).endswith(": no effect>")
