@@ -13,13 +13,18 @@ import pytest
 pytestmark = pytest.mark.long
 
 
-def run(*command: str | Path, folder: Path) -> str:
-    """Standard output of a command that knows nothing of the checkout."""
+def finished(*command: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
+    """A command that knows nothing of the checkout."""
     environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "VIRTUAL_ENV")}
-    process = subprocess.run(
+    return subprocess.run(
         [str(part) for part in command], cwd=folder, env=environment, capture_output=True, text=True,
         check=False,
     )  # fmt: skip
+
+
+def run(*command: str | Path, folder: Path) -> str:
+    """Standard output of such a command, which has to succeed."""
+    process = finished(*command, folder=folder)
     assert process.returncode == 0, process.stdout + process.stderr
     return process.stdout
 
@@ -74,7 +79,7 @@ def test_it_runs_where_nothing_else_is(built: Path, tmp_path: Path) -> None:
         ).strip()
     )
     package.write_text('"""Another."""\nraise SystemExit("it ran")\n')
-    process = subprocess.run([str(brushgrip), "--version"], cwd=tmp_path, capture_output=True, text=True)
+    process = finished(brushgrip, "--version", folder=tmp_path)
     assert process.returncode == 1
     assert "is another distribution's" in process.stderr
     assert process.stderr.count("\n") == 1
