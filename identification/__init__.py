@@ -103,3 +103,4 @@ __all__ = [
     "signatures",
     "smoothed_rate",
 ]
+__dir__ = __all__.copy
