@@ -18,6 +18,7 @@ from pathlib import Path
 
 import casadi as ca
 
+from symbolic.errors import one_line
 from symbolic.scratch import claimed_folder, scratch_folder
 
 _LOG = logging.getLogger(__name__)
@@ -51,6 +52,9 @@ NO_PLACE = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT)
 """Why a library cannot be written where it should be."""
 LIBRARY = re.compile(r"\w+_[0-9a-f]{24}_[0-9a-f]{24}\.so")
 """Names of libraries of the cache: Function, digest of what was compiled, digest of the content."""
+
+_BLAMED: set[str] = set()
+"""Compilers that failed; it is said once."""
 
 
 def cache_directory() -> Path:
@@ -94,14 +98,13 @@ def compiled(function: ca.Function, *, vectorised: bool = False) -> ca.Function:
     try:
         return _loaded(function, command, flags)
     except (OSError, subprocess.SubprocessError, RuntimeError) as error:
-        _say(f"a model is not compiled ({error}), and interpreted instead, which is slow")
+        if command not in _BLAMED:
+            _BLAMED.add(command)
+            reason = one_line(str(error).partition("\n")[0])
+            _LOG.warning(
+                "brushgrip: models are not compiled (%s), and interpreted instead, which is slow", reason
+            )
         return function
-
-
-@cache
-def _say(line: str) -> None:
-    """Say it once."""
-    _LOG.warning("brushgrip: %s", line)
 
 
 @cache
@@ -148,7 +151,11 @@ def _loaded(function: ca.Function, command: str, flags: tuple[str, ...]) -> ca.F
             raise
         own = _in_its_place(folder, f"cannot be written ({error.strerror})")
         library = _built(source, command, flags, own / stem)
-    return ca.external(function.name(), str(library))
+    try:
+        return ca.external(function.name(), str(library))
+    except RuntimeError as error:
+        library.unlink(missing_ok=True)
+        raise OSError(f"what {command} makes cannot be loaded") from error
 
 
 def _built(source: str, command: str, flags: tuple[str, ...], stem: Path) -> Path:

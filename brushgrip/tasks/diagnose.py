@@ -67,7 +67,7 @@ def diagnose(
                 journal=journal,
             )
             report("estimating friction", 0, 1)
-            outcome = friction_outcome(read, found_model(result))
+            outcome = friction_outcome(used, found_model(result))
         write_diagnosis(folder, result, outcome)
         written = {path.name for path in folder.iterdir()}
     remove_stale_pictures(out, written)
