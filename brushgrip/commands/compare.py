@@ -11,6 +11,7 @@ import typer
 
 from brushgrip.atomic import is_same_file, staged_file
 from brushgrip.commands.options import (
+    ChannelMap,
     EffectModules,
     ModelFile,
     OutJson,
@@ -84,6 +85,7 @@ def compare(
     recordings: RecordingNames,
     out: OutJson,
     rig: RigFile = None,
+    channel_map: ChannelMap = None,
     model: ModelFile = None,
     effects: EffectModules = None,
     author: AuthorFolder = None,
@@ -101,15 +103,15 @@ def compare(
     finals = [path for path in (out, table, picture) if path is not None]
     _check_names(finals, picture)
     own = user_effects(effects)
-    cases = _cases(recordings, rig, author, declared or [])
+    cases = _cases(recordings, rig, author, declared or [], channel_map)
     read_names = [*recordings, *(train or [])]
     keep_inputs(
         finals, read_names, rig, model, *effect_files(effects), *_author_files(read_names, author)
     )
     chosen = default_methods(None if model is None else read_model(model, effects=own))
     if train:
-        read_all([*recordings, *train], rig)
-        chosen += _networks(_cases(train, rig, author, ()))
+        read_all([*recordings, *train], rig, given_map=channel_map)
+        chosen += _networks(_cases(train, rig, author, (), channel_map))
     with ExitStack() as stack:
         stages = {final: stack.enter_context(staged_file(final)) for final in finals}
         with progress() as report:
@@ -126,7 +128,11 @@ def compare(
 
 
 def _cases(
-    names: Sequence[str], rig: Path | None, author: Path | None, declared: Sequence[float]
+    names: Sequence[str],
+    rig: Path | None,
+    author: Path | None,
+    declared: Sequence[float],
+    given_map: str | None,
 ) -> list[Case]:
     if len(declared) not in (0, 1, len(names)):
         raise InvalidInputError(
@@ -140,7 +146,7 @@ def _cases(
         raise InvalidInputError(
             f"{author}: no such folder; --author takes that of author_estimate_*.csv"
         )
-    read = read_all(names, rig, causal=True)
+    read = read_all(names, rig, causal=True, given_map=given_map)
     references = [*declared, *[declared[0] if declared else None] * (len(read) - len(declared))]
     return [
         make_case(recording, locate(name).parent if author is None else author, mu)

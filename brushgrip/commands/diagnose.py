@@ -7,7 +7,15 @@ from typing import Annotated
 import typer
 
 from brushgrip.atomic import staged_directory
-from brushgrip.commands.options import EffectModules, Grounds, Jobs, OutFolder, RecordingNames, RigFile
+from brushgrip.commands.options import (
+    ChannelMap,
+    EffectModules,
+    Grounds,
+    Jobs,
+    OutFolder,
+    RecordingNames,
+    RigFile,
+)
 from brushgrip.console import print_diagnosis, progress, say
 from brushgrip.estimation import FrictionTrack
 from brushgrip.formatting import json_text
@@ -51,6 +59,7 @@ def diagnose(
     effects: EffectModules = None,
     ground: Grounds = None,
     rig: RigFile = None,
+    channel_map: ChannelMap = None,
     jobs: Jobs = None,
 ) -> None:
     """Find what the declared model lacks; write diagnosis.json, model.json and report.html.
@@ -59,7 +68,7 @@ def diagnose(
     """
     own = user_effects(effects)
     held_out = holdout or []
-    read = on_grounds(read_all([*recordings, *held_out], rig), ground)
+    read = on_grounds(read_all([*recordings, *held_out], rig, given_map=channel_map), ground)
     outputs = [out / DIAGNOSIS, out / MODEL, out / PAGE, *out.resolve().glob("*.png")]
     keep_inputs(outputs, [*recordings, *held_out], rig, *effect_files(effects))
     training = read[: len(recordings)]

@@ -7,6 +7,7 @@ import typer
 
 from brushgrip.atomic import staged_file
 from brushgrip.commands.options import (
+    ChannelMap,
     EffectModules,
     ModelFile,
     OneGround,
@@ -48,6 +49,7 @@ def estimate(
     effects: EffectModules = None,
     tuning: TuningProfile = None,
     ground: OneGround = None,
+    channel_map: ChannelMap = None,
     smooth: Annotated[
         bool,
         typer.Option("--smooth", help="Estimate every sample from the whole recording; takes ekf."),
@@ -77,7 +79,7 @@ def estimate(
     image = out.with_suffix(".png") if picture is None else picture
     _check_names(out, image)
     own = user_effects(effects)
-    (read,) = on_grounds([_read(recording, rig)], ground, bare=True)
+    (read,) = on_grounds([_read(recording, rig, channel_map)], ground, bare=True)
     require_plausible(read)
     keep_inputs([out, image], [recording], rig, model, *effect_files(effects))
     found = None if model is None else read_model(model, effects=own)
@@ -97,11 +99,11 @@ def _check_names(out: Path, image: Path) -> None:
     check_picture_name(image)
 
 
-def _read(name: str, rig: Path | None) -> Recording:
+def _read(name: str, rig: Path | None, given_map: str | None) -> Recording:
     """The recording with its aligning or steering torque; without both, the message asks for M_z."""
-    (read,) = read_all([name], rig, torque_required=False, causal=True)
+    (read,) = read_all([name], rig, torque_required=False, causal=True, given_map=given_map)
     if not (has_aligning_torque(read) or has_steering_torque(read)):
-        (read,) = read_all([name], rig, causal=True)
+        (read,) = read_all([name], rig, causal=True, given_map=given_map)
     return read
 
 

@@ -5,7 +5,7 @@ from typing import Annotated
 import typer
 
 from brushgrip.atomic import staged_file
-from brushgrip.commands.options import OutJson, RigFile
+from brushgrip.commands.options import ChannelMap, OutJson, RigFile
 from brushgrip.console import print_free_decay, say
 from brushgrip.formatting import free_decay_document, json_text
 from brushgrip.pictures import draw_free_decay
@@ -27,6 +27,7 @@ def identify(
     ],
     out: OutJson,
     rig: RigFile = None,
+    channel_map: ChannelMap = None,
 ) -> None:
     """Identify k and b_t from free vibrations, with standard deviations.
 
@@ -36,7 +37,7 @@ def identify(
     image = out.with_suffix(".png")
     if image == out:
         raise InvalidInputError(f"{out}: the result needs a name such as .json; .png is its picture")
-    decays = read_decays(free_decay, rig)
+    decays = read_decays(free_decay, rig, channel_map)
     keep_inputs([out, image], free_decay, rig)
     with staged_file(out) as table, staged_file(image) as drawing:
         result = identify_free_decay(decays)

@@ -41,7 +41,8 @@ RecordingName = Annotated[
     str,
     typer.Argument(
         metavar="REC",
-        help="Recording: a .csv or .mat file, or the name of a published one, such as fem1.",
+        help="Recording: a file (.csv, .mat, .mf4, .tdms, .parquet, .h5, .blf and more), or the name of"
+        " a published one, such as fem1.",
         show_default=False,
     ),
 ]
@@ -49,7 +50,8 @@ RecordingNames = Annotated[
     list[str],
     typer.Argument(
         metavar="REC...",
-        help="Recordings: .csv or .mat files, or names of published ones, such as fem1.",
+        help="Recordings: files (.csv, .mat, .mf4, .tdms, .parquet, .h5, .blf and more), or names of"
+        " published ones, such as fem1.",
         show_default=False,
     ),
 ]
@@ -59,6 +61,17 @@ RigFile = Annotated[
         "--rig",
         metavar="R",
         help="Rig file (TOML). May be left out where the recordings know a, e and k.",
+        show_default=False,
+    ),
+]
+ChannelMap = Annotated[
+    str | None,
+    typer.Option(
+        "--map",
+        metavar="psi=NAME:deg,...",
+        help="Channels of the columns with their units and factors, such as"
+        " psi=SteeringAngle:deg,t=time:ms,M_z=-Mz,F_N=0.5*Load:kN; goes before [signals] of the rig"
+        " file.",
         show_default=False,
     ),
 ]

@@ -8,6 +8,7 @@ import numpy as np
 
 from brushgrip.atomic import staged_file
 from brushgrip.commands.options import (
+    ChannelMap,
     EffectModules,
     ModelFile,
     OneGround,
@@ -32,6 +33,7 @@ def simulate(
     model: ModelFile = None,
     effects: EffectModules = None,
     ground: OneGround = None,
+    channel_map: ChannelMap = None,
 ) -> None:
     """Simulate the aligning torque for the angle and the load of recordings: t,M_z.
 
@@ -39,7 +41,8 @@ def simulate(
     Several recordings go to OUT_<recording>.csv.
     """
     own = user_effects(effects)
-    read = on_grounds(read_all(recordings, rig, torque_required=False), ground, bare=True)
+    read = read_all(recordings, rig, torque_required=False, given_map=channel_map)
+    read = on_grounds(read, ground, bare=True)
     found = None if model is None else read_model(model, effects=own)
     inputs = [model_and_values(recording, found) for recording in read]
     finals = [_final(out, recording, read) for recording in read]
