@@ -8,7 +8,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from brushgrip.app import main
-from brushgrip.commands import diagnose
+from brushgrip.tasks import diagnose
 
 FEW = ("torque_offset", "contact_damping", "steering_return")
 

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.commands import identify as identifying
+from brushgrip.tasks import identify as identifying
 from identification.free_decay.estimator import identify_free_decay
 from reference_rig import THESIS_DAMPING as B_T
 from reference_rig import THESIS_TYRE as TYRE
