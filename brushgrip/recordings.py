@@ -115,6 +115,11 @@ def signal_map(rig: Path | None, given_map: str | None) -> SignalMap:
     return of_rig if given_map is None else of_rig.updated(parse_signals(given_map))
 
 
+def dbc_files(signals: SignalMap) -> list[Path]:
+    """The database that a map names, where it names one."""
+    return [] if signals.dbc is None else [signals.dbc]
+
+
 def labelled(names: Sequence[str]) -> dict[str, Path]:
     """The files of these names, in order, by a label of their own; their content is not read.
 

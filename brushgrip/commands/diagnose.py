@@ -7,6 +7,7 @@ import typer
 from brushgrip.commands.options import (
     ChannelMap,
     EffectModules,
+    Force,
     Grounds,
     Jobs,
     OutFolder,
@@ -44,6 +45,7 @@ def diagnose(
     channel_map: ChannelMap = None,
     jobs: Jobs = None,
     scheduler: Scheduler = None,
+    force: Force = False,
 ) -> None:
     """Find what the declared model lacks; write diagnosis.json, model.json and report.html.
 
@@ -62,4 +64,5 @@ def diagnose(
         channel_map=channel_map,
         jobs=jobs,
         scheduler=scheduler,
+        force=force,
     )

@@ -69,6 +69,7 @@ ChannelMap = Annotated[
         show_default=False,
     ),
 ]
+Force = Annotated[bool, typer.Option("--force", help="Replace what another run wrote into the folder.")]
 ModelFile = Annotated[
     Path | None,
     typer.Option(

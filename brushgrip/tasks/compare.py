@@ -16,7 +16,8 @@ from brushgrip.comparison.tables import comparison_dict, markdown_text, print_co
 from brushgrip.console import progress, say, show
 from brushgrip.formatting import json_text
 from brushgrip.pictures import draw_boxes
-from brushgrip.recordings import keep_inputs, locate, read_all
+from brushgrip.provenance import KEY, provenance_of
+from brushgrip.recordings import dbc_files, keep_inputs, locate, read_all, signal_map
 from brushgrip.user_effects import effect_files, user_effects
 from identification import read_model
 from identification.thesis import author_file, label_mean
@@ -49,6 +50,9 @@ def compare(
     keep_inputs(
         finals, read_names, rig, model, *effect_files(effects), *_author_files(read_names, author)
     )
+    signals = signal_map(rig, channel_map)
+    files = [*map(locate, read_names), *effect_files(effects), *dbc_files(signals)]
+    made = provenance_of(files, rig, model, signals.to_dict(), declared=list(declared or ()))
     chosen = default_methods(None if model is None else read_model(model, effects=own))
     if train:
         read_all([*recordings, *train], rig, given_map=channel_map)
@@ -58,7 +62,7 @@ def compare(
         with progress() as report:
             results = compare_methods(cases, chosen, report)
         summaries = summarise(results, chosen)
-        document = comparison_dict(results, summaries)
+        document = comparison_dict(results, summaries) | {KEY: made}
         stages[out].write_text(json_text(document), encoding="utf-8", newline="\n")
         if table is not None:
             stages[table].write_text(markdown_text(results, summaries), encoding="utf-8", newline="\n")

@@ -81,9 +81,10 @@ def test_one_file_has_one_decimal_sign(tmp_path: Path) -> None:
 
 def test_a_comma_between_fields_is_no_decimal_sign(tmp_path: Path) -> None:
     path = write(tmp_path / "run.csv", "t,psi,M_z,F_N")
-    path.write_text(path.read_text().replace("\n0.05,", '\n"0,05",'))
-    with pytest.raises(InvalidInputError, match=r"row 7: t = '0,05' is not a number"):
-        read_recording(path, RIG)
+    rows = ['"0,01",' + row for row in path.read_text().splitlines()[1:]]
+    path.write_text("\n".join(["time,t,psi,M_z,F_N", *rows]))
+    with pytest.raises(InvalidInputError, match=r"row 2: t = '0,01' is not a number"):
+        read_recording(path, RIG, signals="t=time")
 
 
 def test_columns_named_otherwise_are_listed_and_a_map_is_proposed(tmp_path: Path) -> None:
