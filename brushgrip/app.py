@@ -1,6 +1,5 @@
 """The command `brushgrip`: its commands, its exit status and its error messages."""
 
-import signal
 import sys
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError
@@ -77,7 +76,6 @@ def main(arguments: Sequence[str] | None = None) -> None:
     spell_what_is_lacking()
     if arguments is not None:
         raise SystemExit(_run(arguments))
-    _clean_up_when_ended()
     status = _run(sys.argv[1:])
     fault = fault_of_output()
     if fault and not status:
@@ -122,14 +120,6 @@ def _said(error: Exception) -> int:
         raise error
     _print_error(error.format_message() or "no command given; brushgrip --help lists them")
     return BAD_INPUT
-
-
-def _clean_up_when_ended() -> None:
-    """SIGTERM, and SIGHUP of a terminal that closes, clean up as Ctrl-C does; nohup stays nohup."""
-    for name in ("SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) == signal.SIG_DFL:
-            signal.signal(number, signal.default_int_handler)
 
 
 def _print_error(message: str) -> None:

@@ -2,7 +2,11 @@
 
 from importlib import import_module
 
-_HOMES = {"FrictionTrack": "brushgrip.estimation", "write_report": "brushgrip.report"}
+_HOMES = {
+    "FrictionTrack": "brushgrip.estimation",
+    "main": "brushgrip.app",
+    "write_report": "brushgrip.report",
+}
 
 
 def __getattr__(name: str) -> object:

@@ -63,13 +63,17 @@ class WorkerProcesses:
         """Runs in a thread, which waits for its process; a process that ends is replaced once."""
         request, reason = pickle.dumps((function, arguments)), ""
         for _ in range(2):
-            worker = self._worker()
+            try:
+                worker = self._worker()
+            except OSError as error:  # It ended while it was started, or there is no room for it.
+                reason = f"it cannot be started, {error.strerror or error}"
+                continue
             try:
                 done, result = worker.answer(request)
             except (EOFError, OSError):
                 reason = worker.end()
                 del self._own.worker
-                if worker.is_ready:
+                if worker.is_ready or worker.was_killed:
                     continue
                 break  # A process that cannot even begin will not do so the next time.
             if done:
@@ -114,6 +118,11 @@ class _Worker:
         self.connection.send_bytes(request)
         answer: tuple[bool, Any] = pickle.loads(self.connection.recv_bytes())
         return answer
+
+    @property
+    def was_killed(self) -> bool:
+        """Whether a signal ended it."""
+        return (self.process.exitcode or 0) < 0
 
     def end(self) -> str:
         """Ends the process if it has not ended; says how it did."""

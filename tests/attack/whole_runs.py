@@ -85,6 +85,16 @@ class Sandbox:
                 preexec_fn=before,
             )
 
+    def listens(self, run: subprocess.Popen[str], seconds: float = 20.0) -> None:
+        """Waits until the run catches SIGTERM, which Python itself does not; or has ended."""
+        end = time.monotonic() + seconds
+        while run.poll() is None and time.monotonic() < end:
+            status = Path(f"/proc/{run.pid}/status").read_text()
+            caught = int(status.partition("SigCgt:")[2].split()[0], 16)
+            if caught >> (signal.SIGTERM - 1) & 1:
+                return
+            time.sleep(0.002)
+
     def finish(self, run: subprocess.Popen[str], seconds: float = LONGEST) -> Ended:
         """Waits for the end of a run; one that does not end is killed and has the status 999."""
         try:
