@@ -67,7 +67,9 @@ def explained_grade(effect: FoundEffect) -> str:
         case "stands_in":
             return "A parameter ends where its range does: it may stand in for an unknown effect."
         case "weak":
-            return f"{fall}, which may be chance."
+            off = effect.deviations
+            near = "" if off is None else f"; its parameter is {off:.1f} σ from no effect at all"
+            return f"{fall}{near}: it may be chance."
         case "ambiguous":
             return f"{fall}, but {listed(rivals, 'or')} would explain as much."
         case "strong":

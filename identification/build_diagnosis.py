@@ -17,7 +17,7 @@ from identification.experiments.proposals import Proposal
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit
 from identification.fits.values import Values
-from identification.grades import grade_of
+from identification.grades import distance_from_neutral, grade_of
 from identification.notes import notes_on, parameters_at_bounds
 from identification.parameter_estimate import ParameterEstimate
 from identification.prediction import unrefitted_residuals
@@ -191,6 +191,7 @@ def _found_effects(
         grade = grade_of(
             errors,
             bic,
+            distance_from_neutral(effect, own),
             has_rivals=bool(step.indistinguishable),
             at_bound=effect.name in dict(parameters_at_bounds(final)),
         )
@@ -206,6 +207,7 @@ def _found_effects(
                 experiment=proposals.get(step.after.effects),
                 grade=grade,
                 standard_errors=errors,
+                deviations=distance_from_neutral(effect, own),
             )
         )
     return tuple(effects)

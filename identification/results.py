@@ -68,6 +68,7 @@ class FoundEffect:
         scope: what its parameters belong to; "ground" where each ground has its own.
         grade: how sure it is, see `identification.grades`.
         standard_errors: by how many the judged error fell when it was added; None where that is unknown.
+        deviations: between its clearest parameter and no effect at all; None where there is none.
         experiment: the manoeuvre that would distinguish it from the nearest of those; None without any.
     """
 
@@ -81,6 +82,7 @@ class FoundEffect:
     scope: Scope = "tyre"
     grade: Grade = "strong"
     standard_errors: float | None = None
+    deviations: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -194,6 +196,7 @@ class Diagnosis:
                     "scope": effect.scope,
                     "grade": effect.grade,
                     "standard_errors": effect.standard_errors,
+                    "deviations": effect.deviations,
                     "parameters": {p: _estimate(e) for p, e in effect.parameters.items()},
                     "holdout_nrmse_after": effect.holdout_nrmse_after,
                     "delta_bic": effect.delta_bic,

@@ -6,8 +6,9 @@ from dataclasses import replace
 import pytest
 
 from brushgrip.verdict import explained_grade, headline, plain_parameter
-from identification import Diagnosis
-from identification.grades import Grade, grade_of
+from identification import Diagnosis, ParameterEstimate
+from identification.grades import Grade, distance_from_neutral, grade_of
+from symbolic import EFFECTS
 
 Make = Callable[..., Diagnosis]
 
@@ -34,6 +35,26 @@ def test_grades(errors: float, bic: float, rivals: bool, at_bound: bool, grade: 
     assert grade_of(errors, bic, has_rivals=rivals, at_bound=at_bound) == grade
 
 
+@pytest.mark.parametrize(
+    ("name", "estimates", "distance"),
+    [
+        ("torque_offset", {"M_0 [a]": (0.1, 0.05), "M_0 [b]": (-0.3, 0.1)}, 3.0),
+        ("carcass_torsion", {"k_t": (400.0, 200.0)}, 2.0),
+        ("torque_offset", {"M_0 [a]": (0.1, None)}, None),
+    ],
+)
+def test_distance_from_no_effect(
+    name: str, estimates: dict[str, tuple[float, float | None]], distance: float | None
+) -> None:
+    values = {n: ParameterEstimate(value=v, std=s, unit="1") for n, (v, s) in estimates.items()}
+    assert distance_from_neutral(EFFECTS[name], values) == pytest.approx(distance)
+
+
+def test_a_parameter_close_to_no_effect_is_a_hint() -> None:
+    assert grade_of(9.0, -60.0, 1.4, has_rivals=False, at_bound=False) == "weak"
+    assert grade_of(9.0, -60.0, 3.0, has_rivals=False, at_bound=False) == "strong"
+
+
 def test_only_clear_effects_are_said_to_be_missing(make_diagnosis: Make) -> None:
     diagnosis = make_diagnosis()
     assert headline(graded(diagnosis, "strong", "weak")).startswith(
@@ -54,7 +75,7 @@ def test_only_clear_effects_are_said_to_be_missing(make_diagnosis: Make) -> None
     ("grade", "words"),
     [
         ("strong", "falls by 1.4 standard errors, and no other effect"),
-        ("weak", "falls by 1.4 standard errors, which may be chance"),
+        ("weak", "falls by 1.4 standard errors: it may be chance"),
         ("ambiguous", "but patch width would explain as much"),
         ("stands_in", "ends where its range does"),
     ],
