@@ -41,7 +41,7 @@ def open_can(path: Path, signals: SignalMap) -> Iterator[ChannelFile]:
     owners = {f"{m.name}.{s.name}": m for m in frames.values() for s in m.signals}
     units = {f"{m.name}.{s.name}": s.unit or "" for m in frames.values() for s in m.signals}
     if path.suffix.lower() == ".blf":
-        _require_bounded(path)
+        require_bounded(path)
 
     @cache
     def decoded(identifier: int) -> tuple[Array, dict[str, Array]]:
@@ -80,7 +80,7 @@ def _beside(path: Path) -> Path:
     return found[0]
 
 
-def _require_bounded(path: Path) -> None:
+def require_bounded(path: Path) -> None:
     """Refuses a BLF file whose compressed parts are larger than files may be.
 
     Raises:

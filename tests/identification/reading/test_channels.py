@@ -1,5 +1,7 @@
 """Channels with clocks of their own on one clock, and names that are resolved."""
 
+import struct
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -8,6 +10,7 @@ import numpy as np
 import pytest
 
 from identification.reading.channels import ChannelFile, Samples, resolved, tabulate
+from identification.reading.formats import can
 from identification.reading.formats.opening import FormatReader
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import REQUIRED_COLUMNS, Table
@@ -87,3 +90,19 @@ def test_whatever_a_library_raises_is_one_line(tmp_path: Path) -> None:
     with pytest.raises(InvalidInputError, match=r"run\.xyz: is damaged, or no \.xyz file: ") as caught:
         FormatReader(extra="mdf", opener=broken)(path, REQUIRED_COLUMNS)
     assert "\n" not in str(caught.value)
+
+
+def test_a_blf_file_that_unpacks_to_far_more_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    packed = zlib.compress(bytes(2_000_000))
+    container = struct.pack("<4sHHII", b"LOBJ", 16, 1, 32 + len(packed), 10)
+    header = b"LOGG" + struct.pack("<I", 144) + bytes(136)
+    body = container + struct.pack("<H6xI4x", 2, 2_000_000) + packed
+    path = tmp_path / "bomb.blf"
+    path.write_bytes(header + body)
+
+    can.require_bounded(path)
+    monkeypatch.setattr(can, "_LARGEST_CONTAINER", 1_000_000)
+    with pytest.raises(InvalidInputError, match=r"bomb\.blf: holds more than .* unpacked"):
+        can.require_bounded(path)
