@@ -12,7 +12,7 @@ from brushgrip.pictures import draw_free_decay
 from brushgrip.provenance import KEY, provenance_of
 from brushgrip.recordings import dbc_files, keep_inputs, locate, read_decays, signal_map
 from identification import Decay, FreeDecay, identify_free_decay, read_rig
-from identification.reading.rigtext import rig_text
+from identification.reading.rigtext import rig_text, signals_text
 from identification.thesis import estimate_by_decrement
 from symbolic import BrushgripError, InvalidInputError, Rig, Tyre
 
@@ -51,7 +51,10 @@ def identify(
         table.write_text(json_text(document), encoding="utf-8", newline="\n")
         draw_free_decay(drawing, result, decrement)
         if declared is not None:
-            text = rig_text(*_identified(*declared, result))
+            of_rig = signal_map(rig, None)
+            text = "\n".join(
+                filter(None, (rig_text(*_identified(*declared, result)), signals_text(of_rig)))
+            )
             rest[0].write_text(text, encoding="utf-8", newline="\n")
     print_free_decay(result, decrement)
     say(f"wrote {listed(list(map(str, finals)))}")

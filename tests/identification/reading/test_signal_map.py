@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from identification import Recording, parse_signals, read_decay, read_recording, read_rig, read_signals
+from identification.reading.rigtext import signals_text
 from identification.reading.units import factor_of
 from symbolic import InvalidInputError, Rig, Tyre
 
@@ -52,6 +53,14 @@ def test_a_rig_file_holds_a_map(tmp_path: Path) -> None:
     assert signals.dbc == tmp_path / "car.dbc"
     assert signals.updated(parse_signals("psi=Other:rad")).of("psi").channel == "Other"
     assert signals.updated(parse_signals("psi=Other:rad")).of("F_N").unit == "kN"
+
+
+def test_a_map_survives_its_text(tmp_path: Path) -> None:
+    signals = parse_signals("t=Time:ms,psi=-0.06*Steer [deg],F_N=Load:kN,dbc=/car.dbc")
+    path = tmp_path / "rig.toml"
+    path.write_text(signals_text(signals))
+    assert read_signals(path) == signals
+    assert signals_text(parse_signals("")) == ""
 
 
 @pytest.mark.parametrize("delimiter", [";", "\t"])
