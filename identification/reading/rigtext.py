@@ -22,13 +22,17 @@ def rig_text(rig: Rig, tyre: Tyre) -> str:
 def signals_text(signals: SignalMap) -> str:
     """The section of a rig file of which `read_signals` makes this map again; empty for none."""
     entries = [
-        f"{column} = {{ channel = {json.dumps(source.channel, ensure_ascii=False)}, factor = {source.factor!r}"
-        + ("" if source.unit is None else f", unit = {json.dumps(source.unit, ensure_ascii=False)}")
+        f"{column} = {{ channel = {_quoted(source.channel)}, factor = {source.factor!r}"
+        + ("" if source.unit is None else f", unit = {_quoted(source.unit)}")
         + " }"
         for column, source in signals.signals.items()
     ]
-    entries += [] if signals.dbc is None else [f"{DBC} = {json.dumps(str(signals.dbc.absolute()))}"]
+    entries += [] if signals.dbc is None else [f"{DBC} = {_quoted(str(signals.dbc.absolute()))}"]
     return "\n".join([f"[{SIGNALS}]", *entries, ""]) if entries else ""
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
 
 
 def _line(source: Rig | Tyre, name: str) -> str:
