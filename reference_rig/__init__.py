@@ -11,7 +11,6 @@ A tyre stands on a fine grid of bristles in plain NumPy. The rig shares no code 
 """
 
 from reference_rig.campaign import Campaign, make_campaign, plant_effect, write_campaign
-from reference_rig.effects import UNMODELLED_EFFECTS
 from reference_rig.ground import (
     WALK_KNOT,
     Friction,
@@ -75,6 +74,7 @@ from reference_rig.thesis_experiments import (
     simulate_impact,
     write_impacts,
 )
+from reference_rig.unmodelled import UNMODELLED_EFFECTS
 
 __all__ = [
     "CONTACT_HALF_LENGTHS",

@@ -20,7 +20,7 @@ from identification.selection.criteria import (
     removal_justified,
 )
 from identification.selection.journal import Journal
-from identification.selection.trial_runner import Effects, TrialRunner, workers
+from identification.selection.trial_runner import Effects, TrialRunner, jobs_of, workers
 from identification.selection.trials import RANKING, ROUGH, Precision, Trial, model_of, with_prior_weight
 from symbolic import CANDIDATES, Effect, effects_named
 
@@ -96,10 +96,10 @@ def search(
             the class of one.
         BrushgripError: a process ended before its work was done.
     """
-    effects = effects_named(candidates)
-    with workers(jobs, effects) as submit:
+    effects, count = effects_named(candidates), jobs_of(jobs)
+    with workers(count, effects) as submit:
         runner = TrialRunner(
-            training=training, holdout=holdout, loss=loss, submit=submit, journal=journal
+            training=training, holdout=holdout, loss=loss, submit=submit, journal=journal, threads=count
         )
         return Search(runner, effects, criteria, progress or silent).run()
 
