@@ -3,8 +3,16 @@
 import numpy as np
 import pytest
 
-from reference_rig import RigDrive, RigTyre, build_effects, hand_path, make_campaign, simulate_bristles
-from reference_rig.patch import RENEWAL, contact_age
+from reference_rig import (
+    RENEWAL,
+    RigDrive,
+    RigTyre,
+    build_effects,
+    contact_age,
+    hand_path,
+    make_campaign,
+    simulate_bristles,
+)
 
 TYRE = RigTyre(e=0.009)
 LOAD = 400.0
