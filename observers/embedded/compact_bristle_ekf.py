@@ -8,6 +8,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
 
 from observers.effective_friction import build_effective_friction
 from observers.ekf import Ekf, build_step, layout
@@ -111,7 +113,7 @@ def bristle_filter_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> 
     private += f"    {terms['name']}_patch_t patch;"
     scalar = "\n".join(c_function(name, function, real.c_type) for name, function in own)
     return Body(
-        core=f"{source.text}\n{render('numbers.c', values)}\n{scalar}\n{bristles.text(values)}",
+        core=f"{source.text}\n{bristles.numbers(values)}\n{scalar}\n{bristles.text(values)}",
         stepping=render("bristle_stepping.c", values),
         private=private,
         bytes=2 * size * real.size + bristles.bytes,
@@ -119,10 +121,10 @@ def bristle_filter_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> 
     )
 
 
-def constants_of(observer: ModelObserver) -> ca.DM:
+def constants_of(observer: ModelObserver) -> NDArray[np.float64]:
     """mu, k, rig and tuning: the constants of an observer on `GivenTorque`."""
     at = len(observer.model.coordinates)
-    return ca.DM([*observer.constants[: len(DECLARED)], *observer.constants[at:]])
+    return np.array([*observer.constants[: len(DECLARED)], *observer.constants[at:]])
 
 
 def build_clean_sample(observer: ModelObserver) -> ca.Function:
@@ -148,13 +150,13 @@ def _indices(observer: Ekf) -> dict[str, int]:
 def _build_begin(observer: Ekf) -> ca.Function:
     """(sample) -> the state before it."""
     start = build_initial_state(GivenTorque(), observer.measurement_model, _layout(observer))
-    return scalar_function("begin_filter", start, {"constants": _vector(observer)})
+    return scalar_function("begin_filter", start, {"constants": constants_of(observer)})
 
 
 def _build_filter(observer: Ekf) -> ca.Function:
     """(state, sample) -> (state_next, output), the parameters as numbers."""
     step = build_step(GivenTorque(), observer.measurement_model, observer.iterations)
-    flat = scalar_function("filter", step, {"constants": _vector(observer)})
+    flat = scalar_function("filter", step, {"constants": constants_of(observer)})
     at = _indices(observer)
     mu = observer.measurement_model.patch_before(at["output.mu"], lambda: at["memory.mu"])
     return with_known_exponentials(flat, {at["log_mu"]: mu})
@@ -194,11 +196,6 @@ def _build_effective_friction(observer: Ekf) -> ca.Function:
     ).expand()  # fmt: skip
 
 
-def _vector(observer: ModelObserver):  # noqa: ANN202
-    return constants_of(observer).full().ravel()
-
-
-def _rig_and_tuning(observer: ModelObserver):  # noqa: ANN202
-    numbers = _vector(observer)
-    at = len(DECLARED)
+def _rig_and_tuning(observer: ModelObserver) -> dict[str, NDArray[np.float64]]:
+    numbers, at = constants_of(observer), len(DECLARED)
     return {"rig": numbers[at : at + len(RIG)], "tuning": numbers[at + len(RIG) :]}

@@ -6,104 +6,43 @@ for each bristle its pressure, where the patch grows, and the factors on its lim
 own needs nothing else. Where nothing depends on the sample, pressure is a table.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
+from scipy.special import wrightomega
 
-from observers.embedded.scalar_c import c_function, c_table
-from observers.embedded.scalar_function import scalar_function
+from observers.embedded.bristle_expressions import TERMS, BristleExpressions
+from observers.embedded.scalar_c import c_function, c_records
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
 from observers.measurement_model import AligningTorque
 from observers.model_observer import ModelObserver
 from observers.steering_torque import SteeringTorque
-from symbolic import SIGNALS, Model
-from symbolic.bristles import SPAN, BristlePatch
-from symbolic.compliance import BALANCE_STEPS, deflection_of
+from symbolic import Model
+from symbolic.bristles import SPAN
+from symbolic.compliance import BALANCE_STEPS
 from symbolic.deformation import full_slide_arm
-from symbolic.full_slide import build_full_slide
-from symbolic.model import at_the_patch
-from symbolic.patch import PatchInputs
 from symbolic.slip import REFERENCE_SPEED, REST_SPEED
 
-BRISTLES = 50
-"""Bristles over the length of the patch in generated C, see `docs/embedded.md`."""
-TERMS = ("psi", "F_N", "speed", "base", "growth", "reach", "decay", "gain", "torque", "torque_by_psi",
-         "slide", "beside")  # fmt: skip
-"""What a sample does to all bristles alike, in the order of C."""
-
-
-@dataclass(frozen=True)
-class _SlidingPatch:
-    """A patch of which only the effective friction is known, per mu and factor."""
-
-    value: float
-
-    def effective_friction(self, inputs: PatchInputs) -> Any:
-        return inputs.mu * inputs.factor * self.value
-
-
-@dataclass(frozen=True)
-class _Sliding:
-    """The model for `build_full_slide`, on a patch whose effective friction is mu times the factor."""
-
-    model: Model
-
-    @property
-    def memory_size(self) -> int:
-        return self.model.memory_size
-
-    def patch(self, theta: Any = None) -> _SlidingPatch:
-        del theta
-        return _SlidingPatch(1.0)
-
-    def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
-        return self.model.symbols()
-
-    def values(self, theta: Any) -> Any:
-        return self.model.values(theta)
-
-    def split(self, memory: Any) -> Any:
-        return self.model.split(memory)
+OMEGA = (-12, 24)
+"""Arguments between which Wright's function is a table; it is e^x before and x - ln x ... beyond."""
+OMEGA_KNOTS_PER_UNIT = 4
 
 
 @dataclass(frozen=True, eq=False)
-class CompactBristles:
-    """The bristles of an observer's model, as text of C.
+class CompactBristles(BristleExpressions):
+    """The bristles of an observer for which `has_bristles` holds, as text of C.
 
     Attributes:
-        observer: an observer for which `has_bristles` holds.
         real: the type.
     """
 
-    observer: ModelObserver
     real: Real
-
-    @cached_property
-    def model(self) -> Model:
-        """The observer's model on bristles, no more of them than `BRISTLES`."""
-        model = self.observer.model
-        return replace(model, discretised=True, lengthways=min(BRISTLES, model.lengthways))
-
-    @cached_property
-    def theta(self) -> ca.DM:
-        """The parameters with mu = 1."""
-        return self.model.theta({**self.observer.values, "mu": 1.0})
-
-    @cached_property
-    def patch(self) -> BristlePatch:
-        """The patch with its traits as numbers."""
-        patch = self.model.patch(self.theta)
-        assert isinstance(patch, BristlePatch)
-        return patch
-
-    @property
-    def own(self) -> int:
-        """Length of the effects' own memories."""
-        return sum(effect.memory for effect in self.model.effects)
 
     @property
     def bytes(self) -> int:
@@ -114,13 +53,18 @@ class CompactBristles:
     @cached_property
     def terms(self) -> dict[str, Any]:
         """Values of the placeholders of `templates/bristles.c` that other templates share."""
-        traits, deflection = self.patch.traits, self._deflection()
+        traits, deflection = self.patch.traits, self.deflection()
+        branched = traits.relaxation is not None
         creep = 0.0 if traits.creep is None else float(traits.creep)
         return {
             "bristles": self.patch.bristles,
             "own": self.own,
             "terms": TERMS,
-            "relaxation": traits.relaxation is not None,
+            "gained": "(1.0 + terms[TERM_GAIN]) * " if branched else "",
+            "shared": " * limits->share" if branched else "",
+            "branched": " + branch" if branched else "",
+            "branched_by_mu": " + branch_by_mu" if branched else "",
+            "relaxation": branched,
             "creep": creep,
             "grows": traits.growth is not None,
             "limited": bool(traits.limits),
@@ -129,28 +73,30 @@ class CompactBristles:
             "turned_by_angle": "psi" in self.observer.states,
             "evaluations": (2 if self.real is SINGLE else 7) if deflection is not None else 1,
             "balance_steps": 1 if self._is_linear(deflection) else BALANCE_STEPS,
-            "log_rest": float(np.log(REST_SPEED / REFERENCE_SPEED)),
+            "rest_factor": 1 + creep * float(np.log(REST_SPEED / REFERENCE_SPEED)),
+            "rest_share": f" * {1 + creep * float(np.log(REST_SPEED / REFERENCE_SPEED))!r}"
+            if creep
+            else "",
             "log_reference": float(np.log(REFERENCE_SPEED)),
+            "offset": float(np.log(REFERENCE_SPEED)) - (1 / creep if creep else 0.0),
+            "omega_from": float(OMEGA[0]),
+            "omega_intervals": (OMEGA[1] - OMEGA[0]) * OMEGA_KNOTS_PER_UNIT,
+            "omega_knots_per_unit": float(OMEGA_KNOTS_PER_UNIT),
             "rest_speed": REST_SPEED,
             "single": self.real is SINGLE,
-            "own_copies": "own_next" if self.own else "",
         }
 
     def text(self, terms: dict[str, Any]) -> str:
         """C of the patch: tables, expressions of the effects, loops."""
         real = self.real.c_type
         geometry = self._tables()
-        static = self._static_limit()
-        tables = [c_table(f"{name}_of", values, real) for name, values in geometry.items()]
-        functions = [c_function("sample_terms", self._sample_terms(), real)]
-        functions.append(c_function("initial_memory", self._initial(), real))
-        if self.patch.traits.growth is None:
-            tables.append(c_table("pressure_of", static, real))
-        else:
-            functions.append(c_function("pressure_at", self._pressure(), real))
+        functions = [c_function("sample_terms", self.sample_terms(), real)]
+        functions.append(c_function("initial_memory", self.initial(), real))
+        if self.patch.traits.growth is not None:
+            functions.append(c_function("pressure_at", self.pressure(), real))
         if self.patch.traits.limits:
-            functions.append(c_function("limit_factor", self._limit_factor(), real))
-        deflection = self._deflection()
+            functions.append(c_function("limit_factor", self.limit_factor(), real))
+        deflection = self.deflection()
         if deflection is not None:
             functions.append(c_function("deflection", deflection, real))
         values = {
@@ -161,7 +107,25 @@ class CompactBristles:
             "slide_weight": self._slide_weight(),
             "stiff": repr(float(-(geometry["moment"] * geometry["lever"]).sum())),
         }
-        return "\n".join([*tables, *functions]) + "\n" + render("bristles.c", values)
+        return (
+            "\n".join([c_records("bristle", geometry, real), *functions])
+            + "\n"
+            + render("bristles.c", values)
+        )
+
+    def numbers(self, terms: Mapping[str, Any]) -> str:
+        """C of the elementary functions that the patch needs."""
+        table = ""
+        if self.terms["creep"] and self.real is SINGLE:
+            count = int(self.terms["omega_intervals"]) + 1
+            w = wrightomega(np.linspace(*OMEGA, count))
+            slopes = w / (1 + w) / OMEGA_KNOTS_PER_UNIT
+            rows = "".join(f"    {{{v:.9g}, {s:.9g}}},\n" for v, s in zip(w, slopes, strict=True))
+            table = (
+                "/* Wright's function: value, and slope times spacing. */\n"
+                f"static const float omega_of[{count}][2] = {{\n{rows}}};\n\n"
+            )
+        return table + render("numbers.c", {**terms, **self.terms})
 
     def state_type(self, name: str) -> str:
         """The type of the patch, C of a header."""
@@ -177,34 +141,30 @@ class CompactBristles:
             f"}} {name}_patch_t;\n\n"
         )
 
-    def _tables(self) -> dict[str, np.ndarray]:
-        """Lever arm over a [1], moment of q / a [N m], of every bristle; its place where it moves."""
-        rigid = replace(self.patch, traits=replace(self.patch.traits, limits=(), growth=None))
+    def _tables(self) -> dict[str, NDArray[np.float64]]:
+        """What of every bristle does not depend on the sample.
+
+        Lever arm over a [1] and moment of q / a [N m]; limit of q / a over mu and load [1/N], or the
+        place over a [1] where the patch grows.
+        """
         geometry = replace(self.patch, traits=replace(self.patch.traits, limits=()))
-        numbers = np.asarray(geometry.coefficients(self._inputs())).ravel()
+        numbers = np.asarray(geometry.coefficients(self.inputs())).ravel()
         n = self.patch.bristles
         tables = {"lever": numbers[:n], "moment": numbers[2 * n : 3 * n]}
+        if self.terms["compliant"]:
+            tables["moment_lever"] = tables["moment"] * tables["lever"]
         if self.patch.traits.growth is not None:
-            tables["place"] = SPAN * np.asarray(rigid.nodes()[0]).ravel()
+            return tables | {"place": SPAN * np.asarray(self.patch.nodes()[0]).ravel()}
+        tables["pressure"] = pressure = numbers[n : 2 * n]
+        if self.terms["creep"] and self.terms["static_limit"]:
+            tables |= {"inverse_pressure": 1 / pressure, "log_pressure": np.log(pressure)}
         return tables
-
-    def _static_limit(self) -> np.ndarray:
-        """Limit of q / a of every bristle over mu and load [1/N], where the patch has one length."""
-        rigid = replace(self.patch, traits=replace(self.patch.traits, limits=(), growth=None))
-        n = self.patch.bristles
-        return np.asarray(rigid.coefficients(self._inputs())).ravel()[n : 2 * n]
-
-    def _inputs(self, **changes: Any) -> PatchInputs:
-        """Inputs of the patch for mu = 1, a load of 1 N and no speed, as numbers."""
-        rig, k = self.observer.rig, self.observer.values["k"]
-        usual = {"speed": 0.0, "dt": 1.0, "F_N": 1.0, "factor": 1.0, "mu": 1.0}
-        return PatchInputs(**{**usual, "k": k, "a": rig.a, "e": rig.e, **changes})
 
     def _slide_constant(self) -> str:
         """Effective friction over mu where the patch has one length, else empty [1]."""
         if self.patch.traits.growth is not None:
             return ""
-        inputs = self._inputs(speed=self.observer.rig.slide_rate)
+        inputs = self.inputs(speed=self.observer.rig.slide_rate)
         return repr(float(self.patch.effective_friction(inputs)))
 
     def _slide_weight(self) -> str:
@@ -212,94 +172,11 @@ class CompactBristles:
         rig = self.observer.rig
         return repr(1.0 / float(full_slide_arm(rig.a, rig.e)))
 
-    def _sample_terms(self) -> ca.Function:
-        """(signals, own) -> (terms, own_next): what the effects make of a sample."""
-        model, rig = self.model, self.observer.rig
-        signals, own = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("own", self.own)
-        theta = ca.MX.sym("theta", self.theta.numel())
-        memory = ca.vertcat(ca.MX.zeros(1 + self.patch.size), own)
-        seen, memories, factor = at_the_patch(model, model.split(memory)[2], signals, theta)
-        after = ca.vertcat(ca.MX.zeros(1 + self.patch.size), *memories)
-        torque = ca.MX(0)
-        for effect, values in model.values(theta):
-            torque = torque + effect.torque(seen, values)
-        traits = model.patch(theta)
-        assert isinstance(traits, BristlePatch)
-        growth: Any = ca.MX(1)
-        if traits.traits.growth is not None:
-            growth = ca.fmin(SPAN, traits.traits.growth(seen.F_N, rig.a))
-        inputs = self._inputs(speed=seen.psi_dot, dt=seen.dt, F_N=seen.F_N, factor=factor)
-        coefficients = traits.coefficients(inputs)
-        n = traits.bristles
-        geometry = ca.DM([rig.a, rig.e])
-        sliding, load = build_full_slide(_Sliding(model)), signals[SIGNALS.index("F_N")]
-        slides = sliding(after, load, theta, geometry, rig.slide_rate)[0]
-        zero_mu = theta * ca.DM([0] + [1] * (theta.numel() - 1))
-        beside = sliding(after, load, zero_mu, geometry, rig.slide_rate)[0]
-        named = {
-            "psi": seen.psi, "F_N": seen.F_N, "speed": ca.fabs(seen.psi_dot) * rig.a,
-            "base": factor * seen.F_N, "growth": growth, "reach": coefficients[3 * n + 2],
-            "decay": coefficients[3 * n], "gain": coefficients[3 * n + 1], "torque": torque,
-            "torque_by_psi": ca.jacobian(torque, signals)[SIGNALS.index("psi")],
-            "slide": slides - beside, "beside": beside,
-        }  # fmt: skip
-        outputs = [ca.densify(ca.vertcat(*(named[name] for name in TERMS))), ca.vertcat(*memories)]
-        function = ca.Function(
-            "sample_terms", [signals, own, theta], outputs, ["signals", "own", "theta"],
-            ["terms", "own_next"],
-        )  # fmt: skip
-        return scalar_function("sample_terms", function, {"theta": self._numbers()})
-
-    def _initial(self) -> ca.Function:
-        """(signals) -> (angle, own): the memory before the first sample."""
-        initial = self.model.initial
-        signals, theta = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("theta", self.theta.numel())
-        memory = initial(signals, theta, ca.DM([self.observer.rig.a, self.observer.rig.e]))
-        outputs = [memory[0], memory[1 + self.patch.size :]]
-        function = ca.Function(
-            "initial_memory", [signals, theta], outputs, ["signals", "theta"], ["angle", "own"]
-        )
-        return scalar_function("initial_memory", function, {"theta": self._numbers()})
-
-    def _pressure(self) -> ca.Function:
-        """(place, growth) -> limit over mu and load [1/N], of a patch that grows."""
-        place, growth = ca.MX.sym("place"), ca.MX.sym("growth")
-        scale = self.observer.values["k"] * self.observer.rig.a ** 2
-        pressure = self.patch.traits.pressure(place, growth) / scale
-        return ca.Function(
-            "pressure_at", [place, growth], [pressure], ["place", "growth"], ["pressure"]
-        ).expand()
-
-    def _limit_factor(self) -> ca.Function:
-        """(speed) -> factor on the limit of a bristle that the wheel drives at this speed [m/s]."""
-        speed, factor = ca.MX.sym("speed"), ca.MX(1)
-        for limit in self.patch.traits.limits:
-            factor = factor * limit(speed)
-        return ca.Function("limit_factor", [speed], [factor], ["speed"], ["factor"]).expand()
-
-    def _deflection(self) -> ca.Function | None:
-        """(M_z, F_N) -> (turn, by_torque): elements in series with the patch; None for none."""
-        deflection = deflection_of(self.model)
-        if deflection is None:
-            return None
-        M_z, F_N, theta = (
-            ca.MX.sym("M_z"), ca.MX.sym("F_N"), ca.MX.sym("theta", self.theta.numel()),
-        )  # fmt: skip
-        turn = deflection(M_z, ca.vertcat(F_N, theta))
-        outputs = [turn, ca.densify(ca.jacobian(turn, M_z))]
-        function = ca.Function(
-            "deflection", [M_z, F_N, theta], outputs, ["M_z", "F_N", "theta"], ["turn", "by_torque"]
-        )
-        return scalar_function("deflection", function, {"theta": self._numbers()})
-
     def _is_linear(self, deflection: ca.Function | None) -> bool:
         if deflection is None:
             return True
         M_z, F_N = ca.SX.sym("M_z"), ca.SX.sym("F_N")
         return not ca.depends_on(deflection(M_z, F_N)[1], M_z)
-
-    def _numbers(self) -> np.ndarray:
-        return np.asarray(self.theta).ravel()
 
 
 def has_bristles(observer: ModelObserver) -> bool:
@@ -309,6 +186,5 @@ def has_bristles(observer: ModelObserver) -> bool:
     """
     if type(observer.model) is not Model or "stiffness" in observer.states:
         return False
-    deflects = deflection_of(observer.model) is not None
     known = type(observer.measurement_model) in (AligningTorque, SteeringTorque)
-    return known and (not observer.model.exact or deflects)
+    return known and not observer.model.exact

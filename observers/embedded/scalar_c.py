@@ -5,10 +5,12 @@ them. What is used once stands where it is used, a condition is an `int`, a choi
 """
 
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
 from symbolic import BrushgripError
 
@@ -101,13 +103,14 @@ def c_function(name: str, function: ca.Function, real: str) -> str:
     function = function.expand()
     writer = _Writer(real)
     steps = range(function.n_instructions())
-    uses, last = Counter[int](), {}
+    uses: Counter[int] = Counter()
+    last: dict[int, int] = {}
     operands: dict[int, list[int]] = {}
     for k in steps:
         if function.instruction_id(k) not in (ca.OP_CONST, ca.OP_INPUT):
             operands[k] = [last[slot] for slot in function.instruction_input(k)]
             weight = 2 if function.instruction_id(k) in TWICE_USED else 1
-            uses.update({source: weight for source in set(operands[k])})
+            uses.update(dict.fromkeys(set(operands[k]), weight))
             uses.update(operands[k][1:] if len(set(operands[k])) < len(operands[k]) else [])
         if function.instruction_id(k) != ca.OP_OUTPUT:
             last[function.instruction_output(k)[0]] = k
@@ -152,12 +155,17 @@ def _definition(name: str, function: ca.Function, real: str, statements: list[st
     return f"static void {name}({', '.join([*inputs, *outputs])}) {{\n{body}\n}}\n"
 
 
-def c_table(name: str, values: np.ndarray, real: str) -> str:
-    """A constant array."""
-    numbers = [_number(float(v), real) for v in values]
-    rows = [", ".join(numbers[i : i + 6]) for i in range(0, len(numbers), 6)]
-    joined = ",\n    ".join(rows)
-    return f"static const {real} {name}[{len(numbers)}] = {{\n    {joined},\n}};\n"
+def c_records(name: str, columns: Mapping[str, NDArray[np.float64]], real: str) -> str:
+    """A type with a field a column, and a constant array of it: `name_t` and `name_of`."""
+    count = len(next(iter(columns.values())))
+    rows = [
+        "    {" + ", ".join(_number(float(values[i]), real) for values in columns.values()) + "},"
+        for i in range(count)
+    ]
+    return (
+        f"typedef struct {{\n    {real} {', '.join(columns)};\n}} {name}_t;\n\n"
+        f"static const {name}_t {name}_of[{count}] = {{\n" + "\n".join(rows) + "\n};\n"
+    )
 
 
 def _number(value: float, real: str) -> str:

@@ -16,17 +16,17 @@ static inline ${real} limit_over_mu(int32_t i, const ${real} *terms, ${real} spe
 %% if grows
     ${real} pressure = 0.0;
 %% else
-    const ${real} pressure = pressure_of[i];
+    const ${real} pressure = bristle_of[i].pressure;
 %% endif
 %% if limited
     ${real} factor = 1.0;
-    limit_factor(fabs(lever_of[i]) * speed, &factor);
+    limit_factor(fabs(bristle_of[i].lever) * speed, &factor);
 %% else
     const ${real} factor = 1.0;
     (void)speed;
 %% endif
 %% if grows
-    pressure_at(place_of[i], terms[TERM_GROWTH], &pressure);
+    pressure_at(bristle_of[i].place, terms[TERM_GROWTH], &pressure);
 %% endif
     return terms[TERM_BASE] * pressure * factor;
 }
@@ -41,12 +41,12 @@ static ${real} slide_over_mu(const ${real} *terms) {
     int32_t i;
     for (i = 0; i < BRISTLES; ++i) {
 %% if creep
-        const ${real} v = greater(fabs(lever_of[i]) * speed, ${rest_speed});
+        const ${real} v = greater(fabs(bristle_of[i].lever) * speed, ${rest_speed});
         const ${real} creep = 1.0 + ${creep} * (natural_log(v) - ${log_reference});
 %% else
         const ${real} creep = 1.0;
 %% endif
-        total += fabs(moment_of[i]) * limit_over_mu(i, terms, speed) * creep;
+        total += fabs(bristle_of[i].moment) * limit_over_mu(i, terms, speed) * creep;
     }
     return terms[TERM_SLIDE] * total * ${slide_weight} / terms[TERM_BASE];
 %% endif
@@ -57,55 +57,134 @@ typedef struct {
     ${real} slip, by_stress, by_limit;
 } slip_t;
 
-static inline slip_t slip_of(${real} stress, ${real} limit, const ${real} *terms) {
-    const ${real} size = fabs(stress), share = 1.0 / (1.0 + terms[TERM_GAIN]);
-    const ${real} side = stress < 0.0 ? -1.0 : 1.0;
-    slip_t now = {0.0, 0.0, 0.0};
+/* Limits of the bristles: those of the sample, or the pressure times a scale. share: of the spring in the stiffness
+   of spring and Maxwell branch. */
+typedef struct {
+    ${real} scale${", share" if relaxation else ""};
 %% if creep
-    /* Friction grows with the log of the bristle's own speed above the speed at which it rests:
-       size - slip (1 + gain) = limit (1 + c ln(slip / (reach * reference))). */
-    const ${real} at_rest = size - limit * (1.0 + ${creep} * (${log_rest}));
-    const ${real} growth = limit * ${creep};
-    if (at_rest <= 0.0) return now;
-    if (at_rest * share > terms[TERM_REACH] * ${rest_speed} && growth > 1e-12) {
-        const ${real} slope = (1.0 + terms[TERM_GAIN]) / growth;
-        const ${real} w = wright_omega((size - limit) / growth + ${log_reference} + natural_log(terms[TERM_REACH] * slope));
-        now.slip = side * w / slope;
-        now.by_stress = share * w / (1.0 + w);
-        now.by_limit = -side * now.by_stress * (size - w / slope * (1.0 + terms[TERM_GAIN])) / limit;
-    } else {
-        now.slip = side * at_rest * share;
-        now.by_stress = share;
-        now.by_limit = -side * share * (1.0 + ${creep} * (${log_rest}));
-    }
-%% else
-    if (size > limit) {
-        now.slip = side * (size - limit) * share;
-        now.by_stress = share;
-        now.by_limit = -side * share;
-    }
+    ${real} offset, least_slip, per_scale, creep_share;
 %% endif
+%% if not static_limit
+    ${real} over_mu[BRISTLES];
+%% endif
+} limits_t;
+
+static inline ${real} limit_over_scale(const limits_t *limits, int32_t i) {
+%% if static_limit
+    (void)limits;
+    return bristle_of[i].pressure;
+%% else
+    return limits->over_mu[i];
+%% endif
+}
+
+%% if creep
+/* Slip of a bristle beyond ${rest_factor} of its limit, where friction is that of rest. It grows with the log of a
+   bristle's own speed: size - slip (1 + gain) = limit (1 + c ln(slip / (reach * reference))).
+   With w = slip (1 + gain) / (limit c) that is w + ln w = size / (limit c) + offset. */
+static inline slip_t slip_of(${real} stress, ${real} limit, const limits_t *limits, int32_t i) {
+    const ${real} size = fabs(stress), at_rest = size - limit * ${rest_factor};
+    slip_t now;
+    if (at_rest > limits->least_slip${"" if static_limit else " && limit > 1e-12"}) {
+%% if static_limit
+        const ${real} over = size * limits->per_scale * bristle_of[i].inverse_pressure;
+        const ${real} w = wright_omega(over + limits->offset - bristle_of[i].log_pressure);
+%% else
+        const ${real} over = size / (limit * ${creep}), w = wright_omega(over + limits->offset - natural_log(limit));
+        (void)i;
+%% endif
+        now.slip = w * limit * limits->creep_share;
+        now.by_stress = w / (1.0 + w);
+        now.by_limit = now.by_stress * (w - over) * limits->creep_share;
+    } else {
+        now.slip = at_rest${shared};
+        now.by_stress = 1.0;
+        now.by_limit = -${rest_factor}${shared};
+    }
+    if (stress < 0.0) {
+        now.slip = -now.slip;
+        now.by_limit = -now.by_limit;
+    }
     return now;
+}
+%% else
+/* Slip of a bristle beyond its limit. */
+static inline slip_t slip_of(${real} stress, ${real} limit, const limits_t *limits, int32_t i) {
+    slip_t now;
+    (void)i;
+    (void)limits;
+    now.slip = (stress > 0.0 ? stress - limit : stress + limit)${shared};
+    now.by_stress = 1.0;
+    now.by_limit = stress > 0.0 ? -1.0${shared} : 1.0${shared};
+    return now;
+}
+%% endif
+
+static void find_limits(const ${real} *terms, ${real} mu, limits_t *limits) {
+%% if creep
+    const ${real} slope = (1.0 + terms[TERM_GAIN]) * terms[TERM_REACH];
+%% endif
+%% if not static_limit
+    int32_t i;
+    for (i = 0; i < BRISTLES; ++i) limits->over_mu[i] = limit_over_mu(i, terms, terms[TERM_SPEED]);
+    limits->scale = mu;
+%% else
+    limits->scale = mu * terms[TERM_BASE];
+%% endif
+%% if relaxation
+    limits->share = 1.0 / (1.0 + terms[TERM_GAIN]);
+%% endif
+%% if creep
+    limits->per_scale = 1.0 / (limits->scale * ${creep});
+    limits->offset = ${offset} + natural_log(slope * ${"limits->per_scale" if static_limit else 1 / creep});
+    limits->creep_share = ${creep}${shared};
+    limits->least_slip = slope * ${rest_speed};
+%% endif
+}
+
+/* How the memory follows mu, to first order: share of its derivative that a walk of mu leaves, change of mu. */
+typedef struct {
+    ${real} retention, change;
+} follow_t;
+
+/* A bristle at the mu of the sample. */
+static inline void follow_friction(${name}_patch_t *restrict patch, const follow_t *restrict follow, int32_t i) {
+    patch->q_by_mu[i] *= follow->retention;
+    patch->q[i] += patch->q_by_mu[i] * follow->change;
+%% if relaxation
+    patch->branch_by_mu[i] *= follow->retention;
+    patch->branch[i] += patch->branch_by_mu[i] * follow->change;
+%% endif
 }
 
 %% if compliant
-/* Torque and slope of the patch after a turn; nothing moves yet. */
-static void try_turn(const ${name}_patch_t *patch, const ${real} *terms, const ${real} *limit, ${real} turn, ${real} *M_z, ${real} *slope) {
+/* Torque and slope of the patch after a turn; no bristle turns yet. */
+static void try_turn(${name}_patch_t *restrict patch, const follow_t *restrict follow, const ${real} *terms, const limits_t *restrict limits, ${real} turn, ${real} *M_z, ${real} *slope) {
     ${real} total = 0.0, by_turn = 0.0;
     int32_t i;
-    for (i = 0; i < BRISTLES; ++i) {
-        const ${real} stretch = -lever_of[i] * turn;
-%% if relaxation
-        const ${real} stress = patch->q[i] + patch->branch[i] * terms[TERM_DECAY] + (1.0 + terms[TERM_GAIN]) * stretch;
-%% else
-        const ${real} stress = patch->q[i] + stretch;
+%% if not relaxation
+    (void)terms;
 %% endif
-        const slip_t now = slip_of(stress, limit[i], terms);
-        total += moment_of[i] * (stress - (1.0 + terms[TERM_GAIN]) * now.slip);
-        by_turn -= moment_of[i] * lever_of[i] * (1.0 - (1.0 + terms[TERM_GAIN]) * now.by_stress);
+    for (i = 0; i < BRISTLES; ++i) {
+        const ${real} stretch = -bristle_of[i].lever * turn;
+        ${real} stress, limit, follows = 1.0;
+        follow_friction(patch, follow, i);
+%% if relaxation
+        stress = patch->q[i] + patch->branch[i] * terms[TERM_DECAY] + (1.0 + terms[TERM_GAIN]) * stretch;
+%% else
+        stress = patch->q[i] + stretch;
+%% endif
+        limit = limits->scale * limit_over_scale(limits, i);
+        if (fabs(stress) > limit${rest_share}) {
+            const slip_t now = slip_of(stress, limit, limits, i);
+            total -= bristle_of[i].moment * ${gained}now.slip;
+            follows -= now.by_stress;
+        }
+        total += bristle_of[i].moment * stress;
+        by_turn -= bristle_of[i].moment_lever * follows;
     }
     *M_z = total;
-    *slope = (1.0 + terms[TERM_GAIN]) * by_turn;
+    *slope = ${gained}by_turn;
 }
 
 /* The torque at which the elements in series balance a patch that is linear: rigid + slope deflection(M_z). */
@@ -145,77 +224,82 @@ static void clear_patch(${name}_patch_t *patch, const ${real} *signals, ${real} 
     patch->slope = ${stiff};
 }
 
-/* The memory follows mu to first order; retention is the share of its derivative that a walk of mu leaves. */
-static void follow_friction(${name}_patch_t *patch, ${real} mu, ${real} retention) {
-    const ${real} change = mu - patch->mu;
-    int32_t i;
-    for (i = 0; i < BRISTLES; ++i) {
-        patch->q_by_mu[i] *= retention;
-        patch->q[i] += patch->q_by_mu[i] * change;
-%% if relaxation
-        patch->branch_by_mu[i] *= retention;
-        patch->branch[i] += patch->branch_by_mu[i] * change;
-%% endif
-    }
-    patch->angle_by_mu *= retention;
-    patch->angle += patch->angle_by_mu * change;
-    patch->M_z += patch->M_z_by_mu * retention * change;
-    patch->mu = mu;
-}
-
 /* Every bristle after a turn, its derivative by mu at that turn, and by how much it follows the turn.
    sums: torque, its derivative by the turn and by mu. */
-static void turn_bristles(${name}_patch_t *patch, const ${real} *terms, const ${real} *limit, ${real} turn, ${real} *follows, ${real} *sums) {
-    const ${real} gain = terms[TERM_GAIN], over_mu = 1.0 / patch->mu;
+static void turn_bristles(${name}_patch_t *restrict patch, ${"" if compliant else "const follow_t *follow, "}const ${real} *restrict terms, const limits_t *restrict limits, ${real} turn, ${real} *restrict follows, ${real} *sums) {
+    const ${real} over_mu = 1.0 / patch->mu;
+%% if relaxation
+    const ${real} gain = terms[TERM_GAIN];
+%% endif
     ${real} total = 0.0, by_turn = 0.0, by_mu = 0.0;
     int32_t i;
+%% if not relaxation
+    (void)terms;
+%% endif
     for (i = 0; i < BRISTLES; ++i) {
-        const ${real} stretch = -lever_of[i] * turn, limit_by_mu = limit[i] * over_mu;
+        const ${real} stretch = -bristle_of[i].lever * turn;
+%% if compliant
         const ${real} q = patch->q[i] + stretch;
+%% else
+        const ${real} q = (follow_friction(patch, follow, i), patch->q[i] + stretch);
+%% endif
 %% if relaxation
         const ${real} branch = patch->branch[i] * terms[TERM_DECAY] + gain * stretch;
         const ${real} branch_by_mu = patch->branch_by_mu[i] * terms[TERM_DECAY];
-%% else
-        const ${real} branch = 0.0, branch_by_mu = 0.0;
 %% endif
-        const slip_t now = slip_of(q + branch, limit[i], terms);
-        const ${real} slip_by_mu = now.by_stress * (patch->q_by_mu[i] + branch_by_mu) + now.by_limit * limit_by_mu;
-        patch->q[i] = q - now.slip;
+        const ${real} limit = limits->scale * limit_over_scale(limits, i);
+        ${real} slip = 0.0, slip_by_mu = 0.0, follow_turn = 1.0;
+        if (fabs(q${branched}) > limit${rest_share}) {
+            const slip_t now = slip_of(q${branched}, limit, limits, i);
+            slip = now.slip;
+            slip_by_mu = now.by_stress${shared} * (patch->q_by_mu[i]${branched_by_mu}) + now.by_limit * limit * over_mu;
+            follow_turn -= now.by_stress;
+        }
+        patch->q[i] = q - slip;
         patch->q_by_mu[i] -= slip_by_mu;
-        follows[i] = -lever_of[i] * (1.0 - (1.0 + gain) * now.by_stress);
+        follows[i] = -bristle_of[i].lever * follow_turn;
 %% if relaxation
-        patch->branch[i] = branch - gain * now.slip;
+        patch->branch[i] = branch - gain * slip;
         patch->branch_by_mu[i] = branch_by_mu - gain * slip_by_mu;
-        total += moment_of[i] * (patch->q[i] + patch->branch[i]);
-        by_mu += moment_of[i] * (patch->q_by_mu[i] + patch->branch_by_mu[i]);
+        total += bristle_of[i].moment * (patch->q[i] + patch->branch[i]);
+        by_mu += bristle_of[i].moment * (patch->q_by_mu[i] + patch->branch_by_mu[i]);
 %% else
-        total += moment_of[i] * patch->q[i];
-        by_mu += moment_of[i] * patch->q_by_mu[i];
+        total += bristle_of[i].moment * patch->q[i];
+        by_mu += bristle_of[i].moment * patch->q_by_mu[i];
 %% endif
-        by_turn += moment_of[i] * follows[i];
+        by_turn += bristle_of[i].moment * follows[i];
     }
     sums[0] = total;
-    sums[1] = (1.0 + gain) * by_turn;
+    sums[1] = ${gained}by_turn;
     sums[2] = by_mu;
 }
 
 /* Advances the patch to the signals of a sample: angle, rate, load, time. torque: M_z [N m], its derivative by
    mu and by the angle; slide: effective friction over mu, and what is beside it. */
 static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu, ${real} retention, ${real} *torque, ${real} *slide) {
-    ${real} terms[TERMS], limit[BRISTLES], follows[BRISTLES], sums[3], turn;
+    limits_t limits;
+    ${real} terms[TERMS], follows[BRISTLES], sums[3], turn;
 %% if compliant
     ${real} M_z, slope, by_torque = 0.0, deflected = 0.0, further, turn_by_mu, goal;
 %% endif
 %% if own
     ${real} own_next[${own}];
 %% endif
+    follow_t follow;
+%% if compliant or own
     int32_t i;
-    follow_friction(patch, mu, retention);
+%% endif
+    follow.retention = retention;
+    follow.change = mu - patch->mu;
+    patch->angle_by_mu *= retention;
+    patch->angle += patch->angle_by_mu * follow.change;
+    patch->M_z += patch->M_z_by_mu * retention * follow.change;
+    patch->mu = mu;
     sample_terms(signals, ${"patch->own, " if own else ""}terms${", own_next" if own else ""});
 %% if own
     for (i = 0; i < ${own}; ++i) patch->own[i] = own_next[i];
 %% endif
-    for (i = 0; i < BRISTLES; ++i) limit[i] = mu * limit_over_mu(i, terms, terms[TERM_SPEED]);
+    find_limits(terms, mu, &limits);
 %% if compliant
     /* Newton's steps from the slope of the last sample; after the last one the patch is taken as linear. */
     goal = terms[TERM_PSI] - patch->angle;
@@ -226,9 +310,12 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
         M_z = balanced_torque(M_z + slope * (goal - turn), slope, terms[TERM_F_N]);
         deflection(M_z, terms[TERM_F_N], &deflected, &by_torque);
         turn = goal + deflected;
-        if (i < ${evaluations} - 1) try_turn(patch, terms, limit, turn, &M_z, &slope);
+        if (i == ${evaluations} - 1) break;
+        try_turn(patch, &follow, terms, &limits, turn, &M_z, &slope);
+        follow.retention = 1.0;
+        follow.change = 0.0;
     }
-    turn_bristles(patch, terms, limit, turn, follows, sums);
+    turn_bristles(patch, terms, &limits, turn, follows, sums);
     slope = sums[1];
     M_z = balanced_torque(sums[0] + slope * (goal - turn), slope, terms[TERM_F_N]);
     deflection(M_z, terms[TERM_F_N], &deflected, &by_torque);
@@ -251,7 +338,7 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
     torque[2] = slope / (1.0 - slope * by_torque) + terms[TERM_TORQUE_BY_PSI];
 %% else
     turn = terms[TERM_PSI] - patch->angle;
-    turn_bristles(patch, terms, limit, turn, follows, sums);
+    turn_bristles(patch, &follow, terms, &limits, turn, follows, sums);
     patch->M_z = sums[0];
     patch->slope = sums[1];
     patch->angle += turn;

@@ -20,35 +20,33 @@ static inline double natural_log(double x) { return log(x); }
 %% endif
 %% if creep
 
-/* The root of w + ln w = x: a guess to a tenth from the bits of a float, and ${"one step" if single else "two steps"} of fourth order.
-   Source: Fritsch, Shafer, Crowley, Algorithm 443, Comm. ACM 16 (1973) 123. */
-static inline ${real} wright_omega(${real} x) {
-    const float rough = x > -80.0 ? (x < 80.0 ? (float)x : 80.0f) : -80.0f;
-    int32_t bits;
-    float guess;
-    ${real} w;
-%% if not single
-    int i;
-%% endif
-    if (x < 1.0) {
-        bits = (int32_t)(12102203.2f * rough + 1064866805.0f); /* e^x */
-        memcpy(&guess, &bits, sizeof guess);
-        w = (${real})guess;
-        w = w * (1.0 + 1.33333333 * w) / (1.0 + w * (2.33333333 + 0.833333333 * w));
-    } else {
-        const float size = (float)x;
-        memcpy(&bits, &size, sizeof bits);
-        guess = (float)(bits - 1064866805) * 8.26295829e-8f; /* ln x */
-        w = x - (${real})guess * (1.0 - 1.0 / x);
+%% if single
+/* The root w of w + ln w = x between two knots, a cubic through values and slopes; right to 1e-5 of w. */
+static inline float wright_omega(float x) {
+    const float place = (greater(x, ${omega_from}) - ${omega_from}) * ${omega_knots_per_unit};
+    const int32_t i = (int32_t)place;
+    if (i < ${omega_intervals}) {
+        const float t = place - (float)i, *at = omega_of[i], *next = omega_of[i + 1];
+        const float rise = next[0] - at[0], bend = at[1] + next[1] - 2.0 * rise;
+        return at[0] + t * (at[1] + t * (rise - at[1] - bend + t * bend));
     }
-%% if not single
-    for (i = 0; i < 2; ++i)
-%% endif
     {
-        const ${real} residual = x - w - natural_log(w);
-        const ${real} a = 2.0 * (1.0 + w) * (1.0 + w + 0.66666666666666667 * residual);
+        const float log_x = natural_log(x), share = log_x / x;
+        return x - log_x + share * (1.0 + 0.5 * (log_x - 2.0) / x);
+    }
+}
+%% else
+/* The root w of w + ln w = x: a guess, and three steps of fourth order.
+   Source: Fritsch, Shafer, Crowley, Algorithm 443, Comm. ACM 16 (1973) 123. */
+static double wright_omega(double x) {
+    double w = x < 1.0 ? exp(x) / (1.0 + exp(x)) : x - log(x) * (1.0 - 1.0 / x);
+    int i;
+    for (i = 0; i < 3; ++i) {
+        const double residual = x - w - log(w);
+        const double a = 2.0 * (1.0 + w) * (1.0 + w + 0.66666666666666667 * residual);
         w *= 1.0 + residual / (1.0 + w) * (a - residual) / (a - 2.0 * residual);
     }
     return w;
 }
+%% endif
 %% endif
