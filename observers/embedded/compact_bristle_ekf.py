@@ -178,7 +178,7 @@ def _build_retentions(observer: Ekf) -> ca.Function:
         "retentions", [state, now, rig, tuning], [ca.vertcat(walk, change)],
         ["state", "now", "rig", "tuning"], ["retention"],
     )  # fmt: skip
-    return scalar_function("retentions", function, _rig_and_tuning(observer))
+    return scalar_function("retentions", function, rig_and_tuning(observer))
 
 
 def _build_effective_friction(observer: Ekf) -> ca.Function:
@@ -196,6 +196,7 @@ def _build_effective_friction(observer: Ekf) -> ca.Function:
     ).expand()  # fmt: skip
 
 
-def _rig_and_tuning(observer: ModelObserver) -> dict[str, NDArray[np.float64]]:
+def rig_and_tuning(observer: ModelObserver) -> dict[str, NDArray[np.float64]]:
+    """Numbers of rig and tuning, by those names."""
     numbers, at = constants_of(observer), len(DECLARED)
     return {"rig": numbers[at : at + len(RIG)], "tuning": numbers[at + len(RIG) :]}
