@@ -261,16 +261,8 @@ def _advance(
     model: Model, memory: ca.MX, signals: ca.MX, theta: ca.MX, geometry: ca.MX
 ) -> tuple[ca.MX, Signals, Expression]:
     """The memory after a sample, the sample as the patch saw it, and what drove the patch."""
-    seen = _signals(signals)
     angle, before, own = model.split(memory)
-    effects, factor = model.values(theta), ca.MX(1)
-    memories: list[Expression] = list(own)
-    # Sensors first, so that the order of the effects does not change the signals of the others.
-    for i in sorted(range(len(effects)), key=lambda i: not effects[i][0].sensor):
-        effect, values = effects[i]
-        seen, memories[i] = effect.transform_inputs(seen, own[i], values)
-    for (effect, values), present in zip(effects, memories, strict=True):
-        factor = factor * effect.friction(seen, present, values)
+    seen, memories, factor = at_the_patch(model, own, signals, theta)
     patch, turn = model.patch(theta), seen.psi - angle
     coefficients = patch.coefficients(_inputs(seen, factor, theta, geometry))
     elements = ca.vertcat(seen.F_N, theta)
@@ -278,6 +270,21 @@ def _advance(
         patch, before, turn, coefficients, deflection_of(model), elements, model.search_steps
     )
     return ca.vertcat(angle + turn, after, *memories), seen, coefficients
+
+
+def at_the_patch(
+    model: Model, own: list[Expression], signals: ca.MX, theta: ca.MX
+) -> tuple[Signals, list[Expression], Expression]:
+    """A sample as it reaches the patch, the effects' own memories after it, the factor on the limit."""
+    seen, effects, factor = _signals(signals), model.values(theta), ca.MX(1)
+    memories = list(own)
+    # Sensors first, so that the order of the effects does not change the signals of the others.
+    for i in sorted(range(len(effects)), key=lambda i: not effects[i][0].sensor):
+        effect, values = effects[i]
+        seen, memories[i] = effect.transform_inputs(seen, own[i], values)
+    for (effect, values), present in zip(effects, memories, strict=True):
+        factor = factor * effect.friction(seen, present, values)
+    return seen, memories, factor
 
 
 def _torque(
