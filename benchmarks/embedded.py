@@ -8,9 +8,9 @@ processors. Here it is timed, the least of many runs. The emulator counts instru
 cycles, and `at most` is the longest step also of samples that no wheel gives; flash holds what is needed
 of math.h and memcpy, stack is what a step touches; mu off by is the largest difference from Python.
 `measured run` is the model that `diagnose` found in the measured recordings; --every adds each effect of
-the library that needs bristles. Then the problem of `observers_step.py`, in C, in
-Python and by do-mpc where it is installed, all in one run. Needs gcc or clang; for the targets arm-none-eabi-gcc with newlib, and
-qemu-system-arm; for do-mpc pip install 'brushgrip[benchmarks]'.
+the library that needs bristles. Then the problem of `observers_step.py`, in C, in Python and by do-mpc
+where it is installed, all in one run. Needs gcc or clang; for the targets arm-none-eabi-gcc with newlib,
+and qemu-system-arm; for do-mpc pip install 'brushgrip[benchmarks]'.
 """
 
 import importlib.util
