@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import astuple, dataclass, replace
 from enum import IntFlag
+from importlib import import_module
 from typing import Any, Protocol
 
 import casadi as ca
@@ -157,6 +158,23 @@ class Estimates:
         friction = f"mu {self.mu[-1]:.3f} ± {self.mu_std[-1]:.3f}"
         known = "informed" if self.informed[-1] else "not informed"
         return f"<Estimates of {count} samples to {self.t[-1]:g} s: {friction} at the end, {known}>"
+
+    def to_frame(self) -> Any:
+        """A data frame of pandas: one row a sample, `t` as its index [s], a column for each field.
+
+        Raises:
+            InvalidInputError: pandas is not installed.
+        """
+        try:
+            pandas = import_module("pandas")
+        except ImportError:
+            raise InvalidInputError(
+                "a data frame needs pandas; pip install 'brushgrip[pandas]'"
+            ) from None
+        columns = vars(self)
+        return pandas.DataFrame(
+            {n: v for n, v in columns.items() if n != "t"}, index=self.t
+        ).rename_axis("t")
 
 
 class Observer(Protocol):

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from brushgrip.commands.options import usable_folder
+from brushgrip.commands.options import Force, usable_folder
 
 
 def demo(
@@ -23,6 +23,7 @@ def demo(
             callback=usable_folder,
         ),
     ] = None,
+    force: Force = False,
 ) -> None:
     """Show the main job on embedded recordings: diagnosis, report and friction over time."""
     from brushgrip.tasks import demo as task
@@ -30,4 +31,5 @@ def demo(
     task.demo(
         out=out,
         examples=examples,
+        force=force,
     )

@@ -11,9 +11,10 @@ from brushgrip.choices import ObserverName
 from brushgrip.console import print_diagnosis, progress, say, show
 from brushgrip.estimation import OBSERVERS, FrictionTrack, friction_track, observe
 from brushgrip.friction_outcome import found_model, friction_outcome
+from brushgrip.provenance import KEY, clear, provenance_of, require_own_folder
 from brushgrip.recordings import read_all
 from brushgrip.report import PAGE, remove_stale_pictures
-from brushgrip.tasks.diagnose import document, write_diagnosis
+from brushgrip.tasks.diagnose import DIAGNOSIS, write_diagnosis
 from identification import Diagnosis, FoundModel, Recording, diagnose
 from symbolic import InvalidInputError
 
@@ -21,7 +22,7 @@ RIG = "rig.toml"
 SIMULATED, FIRST = "reference_rig", "estimate_in_a_loop.py"
 
 
-def demo(*, out: Path, examples: Path | None) -> None:
+def demo(*, out: Path, examples: Path | None = None, force: bool = False) -> None:
     """Diagnose the embedded recordings and write all results; or write the examples alone.
 
     Its arguments are those of the command; see `brushgrip demo --help`.
@@ -34,17 +35,19 @@ def demo(*, out: Path, examples: Path | None) -> None:
     held_out = [str(path) for path in sorted(folder.glob("holdout*.csv"))]
     read = read_all([*training, *held_out], folder / RIG)
     recordings, holdout = read[: len(training)], read[len(training) :]
+    made = provenance_of([Path(name) for name in (*training, *held_out)], folder / RIG)
+    earlier = require_own_folder(out / DIAGNOSIS, made, force=force)
     with staged_directory(out) as stage:
         with progress() as report:
             result = diagnose(recordings, holdout, progress=report)
             report("estimating friction", 0, 1)
             outcome = friction_outcome(read, found_model(result))
             tracks = estimate_friction(holdout, result)
-        write_diagnosis(stage, result, outcome, tracks)
-        written = {path.name for path in stage.iterdir()}
-    remove_stale_pictures(out, written)
+        content = write_diagnosis(stage, result, outcome, tracks, made)
+    clear(out, earlier, content[KEY]["files"])
+    remove_stale_pictures(out, content[KEY]["files"])
     print_diagnosis(result, outcome)
-    show(document(result, outcome))
+    show(content)
     say(f"report: {out / PAGE}")
 
 
