@@ -89,11 +89,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _run(arguments: Sequence[str]) -> int:
     """The exit status of a command line; what went wrong is said."""
-    COMMAND_LINE.set(tuple(arguments))
+    given = flags_first(repeat_lists(arguments))
+    said_by, speech = COMMAND_LINE.set(tuple(arguments)), SPEECH.set(SPEECH.get())
     try:
-        status = app(
-            args=flags_first(repeat_lists(arguments)), prog_name="brushgrip", standalone_mode=False
-        )
+        status = app(args=given, prog_name="brushgrip", standalone_mode=False)
     except (typer.Abort, BrokenPipeError):
         return FAILED
     except OSError as error:
@@ -105,6 +104,9 @@ def _run(arguments: Sequence[str]) -> int:
         return FAILED
     except Exception as error:
         return _said(error)
+    finally:
+        SPEECH.reset(speech)
+        COMMAND_LINE.reset(said_by)
     return status or 0
 
 

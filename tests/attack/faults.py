@@ -96,7 +96,7 @@ def files_are_small(sandbox: Sandbox, chance: random.Random) -> str | None:
 
     ended = sandbox.run(before=limit)
     # With files of no byte at all, nothing can be said into one either.
-    return ended_well(ended, (*ENDED_BY_FAULT, 120), most=4)
+    return ended_well(ended, (*ENDED_BY_FAULT, 120))
 
 
 def keeps_damaged_trials(sandbox: Sandbox, chance: random.Random) -> str | None:

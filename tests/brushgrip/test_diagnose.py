@@ -168,6 +168,25 @@ def test_options_reach_the_search(
     assert "threshold must be a finite number greater than 0" in outcome.err
 
 
+def test_friction_takes_the_samples_that_the_search_takes(
+    run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
+) -> None:
+    taken: list[object] = []
+
+    def stop(recordings: Any, _: object) -> None:
+        taken.append(recordings)
+        raise InvalidInputError("enough")
+
+    thinned = ["those of the search"]
+    for name, result in (("bounded", (thinned, None)), ("thinning", ""), ("found_model", None)):
+        monkeypatch.setattr(diagnosing, name, lambda *_, result=result, **__: result)
+    monkeypatch.setattr(diagnosing, "close_the_loop", lambda *_, **__: None)
+    monkeypatch.setattr(diagnosing, "friction_outcome", stop)
+    run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
+
+    assert taken == [thinned]
+
+
 @pytest.mark.usefixtures("no_report")
 def test_an_interrupted_search_keeps_its_trials(
     run: Run,
