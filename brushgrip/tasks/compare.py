@@ -52,8 +52,8 @@ def compare(
     )
     signals = signal_map(rig, channel_map)
     files = [*map(locate, read_names), *effect_files(effects), *dbc_files(signals)]
-    made = provenance_of(files, rig, model, signals.to_dict(), declared=list(declared or ()))
     chosen = default_methods(None if model is None else read_model(model, effects=own))
+    made = provenance_of(files, rig, model, signals.to_dict(), declared=list(declared or ()))
     if train:
         read_all([*recordings, *train], rig, given_map=channel_map)
         chosen += _networks(_cases(train, rig, author, (), channel_map))

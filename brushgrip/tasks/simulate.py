@@ -47,9 +47,9 @@ def simulate(
     files = [*map(locate, recordings), *effect_files(effects), *dbc_files(signals)]
     made = provenance_of(files, rig, model, signals.to_dict(), mu=mu, ground=list(ground or ()))
     with ExitStack() as stack:
-        beside_stage = stack.enter_context(staged_file(told))
-        beside_stage.write_text(json_text(made), encoding="utf-8", newline="\n")
         stages = [stack.enter_context(staged_file(final)) for final in finals]
+        origin = stack.enter_context(staged_file(told))
+        origin.write_text(json_text(made), encoding="utf-8", newline="\n")
         for recording, (structure, values), stage in zip(read, inputs, stages, strict=True):
             theta = np.asarray(structure.theta(values)).ravel()
             rig_found = {} if found is None else found.rig
