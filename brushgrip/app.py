@@ -16,6 +16,7 @@ from brushgrip.commands.estimate import estimate
 from brushgrip.commands.fetch import fetch
 from brushgrip.commands.identify import identify
 from brushgrip.commands.simulate import simulate
+from brushgrip.companions import strangers
 from brushgrip.speech import COMMAND_LINE, SPEECH, Speech, flags_first
 from brushgrip.terminal import fault_of_output, spell_what_is_lacking
 
@@ -74,6 +75,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         SystemExit: always; status 0 on success, 2 for bad input, 1 for failures outside.
     """
     spell_what_is_lacking()
+    if strange := strangers():
+        print(f"brushgrip: {strange}", file=sys.stderr)
+        raise SystemExit(FAILED)
     if arguments is not None:
         raise SystemExit(_run(arguments))
     status = _run(sys.argv[1:])

@@ -108,3 +108,4 @@ __all__ = [
     "signatures",
     "smoothed_rate",
 ]
+__dir__ = __all__.copy

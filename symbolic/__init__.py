@@ -94,3 +94,4 @@ __all__ = [
     "with_shape",
     "zone_boundaries",
 ]
+__dir__ = __all__.copy

@@ -84,6 +84,11 @@ def compiled(function: ca.Function, *, vectorised: bool = False) -> ca.Function:
     """
     command = compiler()
     if command is None:
+        if not os.environ.get("BRUSHGRIP_INTERPRET"):
+            _say(
+                "no C compiler is found (CC, cc): models are interpreted, which is slow;"
+                " BRUSHGRIP_INTERPRET=1 says that this is meant"
+            )
         return function
     flags = (*FLAGS, *VECTORISED) if vectorised and _takes(command, VECTORISED) else FLAGS
     try:

@@ -14,6 +14,16 @@ def demo(
         typer.Option("--out", metavar="DIR", help="Folder to write to.", callback=usable_folder),
     ] = Path("demo_output"),
     force: Force = False,
+    examples: Annotated[
+        Path | None,
+        typer.Option(
+            "--examples",
+            metavar="DIR",
+            help="Write the scripts of the examples to this new folder, and do nothing else.",
+            show_default=False,
+            callback=usable_folder,
+        ),
+    ] = None,
 ) -> None:
     """Show the main job on embedded recordings: diagnosis, report and friction over time."""
     from brushgrip.tasks import demo as task
@@ -21,4 +31,5 @@ def demo(
     task.demo(
         out=out,
         force=force,
+        examples=examples,
     )

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from shutil import copytree, ignore_patterns
 
 import brushgrip
 from brushgrip.atomic import staged_directory
@@ -18,13 +19,17 @@ from identification import Diagnosis, FoundModel, Recording, diagnose
 from symbolic import InvalidInputError
 
 RIG = "rig.toml"
+SIMULATED, FIRST = "reference_rig", "estimate_in_a_loop.py"
 
 
-def demo(*, out: Path, force: bool = False) -> None:
-    """Diagnose the embedded recordings and write all results.
+def demo(*, out: Path, examples: Path | None = None, force: bool = False) -> None:
+    """Diagnose the embedded recordings and write all results; or write the examples alone.
 
     Its arguments are those of the command; see `brushgrip demo --help`.
     """
+    if examples is not None:
+        copy_examples(examples)
+        return
     folder = embedded_folder()
     training = [str(path) for path in sorted(folder.glob("train*.csv"))]
     held_out = [str(path) for path in sorted(folder.glob("holdout*.csv"))]
@@ -65,6 +70,25 @@ def estimate_friction(recordings: Sequence[Recording], diagnosis: Diagnosis) -> 
     ]
 
 
+def copy_examples(out: Path) -> None:
+    """Writes the examples, their recordings and the rig that they simulate to a new folder.
+
+    Raises:
+        InvalidInputError: the folder holds something, or the examples are missing.
+    """
+    if out.is_dir() and any(out.iterdir()):
+        raise InvalidInputError(f"{out}: is not empty; name a new folder for the examples")
+    source = embedded_folder().parent
+    rig = next(place for place in (source, source.parent) if (place / SIMULATED).is_dir()) / SIMULATED
+    leave = ignore_patterns("__pycache__", "*_output")
+    with staged_directory(out) as stage:
+        copytree(source, stage, ignore=leave, dirs_exist_ok=True)
+        copytree(rig, stage / SIMULATED, ignore=leave, dirs_exist_ok=True)
+    scripts = sorted(str(path) for path in out.glob("*.py"))
+    say(f"wrote {len(scripts)} examples to {out}; python {out / FIRST} runs one")
+    show({"wrote": scripts})
+
+
 def embedded_folder() -> Path:
     """The demo's recordings: in a checkout among the examples, else inside the package.
 
@@ -72,7 +96,9 @@ def embedded_folder() -> Path:
         InvalidInputError: they are in neither place.
     """
     package = Path(brushgrip.__file__).parent
-    folders = (package.parent / "examples" / "recordings", package / "embedded")
+    folders = tuple(
+        place / "recordings" for place in (package.parent / "examples", package / "embedded")
+    )
     for folder in folders:
         if (folder / RIG).is_file():
             return folder
