@@ -13,7 +13,6 @@ def demo(
         Path,
         typer.Option("--out", metavar="DIR", help="Folder to write to.", callback=usable_folder),
     ] = Path("demo_output"),
-    force: Force = False,
     examples: Annotated[
         Path | None,
         typer.Option(
@@ -24,12 +23,13 @@ def demo(
             callback=usable_folder,
         ),
     ] = None,
+    force: Force = False,
 ) -> None:
     """Show the main job on embedded recordings: diagnosis, report and friction over time."""
     from brushgrip.tasks import demo as task
 
     task.demo(
         out=out,
-        force=force,
         examples=examples,
+        force=force,
     )

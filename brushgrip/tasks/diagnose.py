@@ -75,7 +75,7 @@ def diagnose(
                 journal=journal,
             )
             report("estimating friction", 0, 1)
-            outcome = friction_outcome(read, found_model(result))
+            outcome = friction_outcome(used, found_model(result))
         content = write_diagnosis(folder, result, outcome, made=made)
     clear(out, earlier, content[KEY]["files"])
     remove_stale_pictures(out, content[KEY]["files"])

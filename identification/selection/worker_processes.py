@@ -5,6 +5,7 @@ while it sends, whoever reads waits for ever. Here the end of a process is the e
 work goes to a new process, once. A process ends when the one that started it is gone, however that went.
 """
 
+import logging
 import os
 import pickle
 import signal
@@ -153,6 +154,8 @@ def _serve(connection: Connection) -> None:
     # Asked to end, it removes what it has begun to write.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    # What hinders all processes alike, such as a failing compiler, the first one says for all.
+    logging.getLogger("symbolic").setLevel(logging.ERROR)
     with suppress(EOFError, OSError, KeyboardInterrupt):
         connection.send_bytes(b"ready")
         while True:

@@ -71,7 +71,7 @@ def test_json_table_and_pictures(run: Run, rig: Path, recording: Path, tmp_path:
     content = json.loads(out.read_text())
 
     assert outcome.status == 0
-    assert list(content) == ["settled", "machine", "published", "methods", "recordings"]
+    assert list(content) == ["settled", "machine", "published", "methods", "recordings", "provenance"]
     assert [(row["rmse"], row["theta"]) for row in content["published"]] == [
         (0.638, 0.525), (0.4794, 0.0085), (0.3837, 0.538),
     ]  # fmt: skip

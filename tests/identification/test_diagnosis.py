@@ -80,7 +80,7 @@ def test_what_the_file_holds(found: Diagnosis) -> None:
     (effect,) = content["effects"]
     keys = {
         *("name", "parameters", "holdout_nrmse_after", "delta_bic", "indistinguishable_from"),
-        *("experiment", "scope"),
+        *("experiment", "scope", "grade", "standard_errors", "deviations"),
     }
     assert set(effect) == keys
     assert set(effect["parameters"]["delay"]) == {"value", "std", "unit"}
