@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from brushgrip.speech import COMMAND_LINE
+from identification.reading.files import require_readable
 from symbolic import InvalidInputError
 from symbolic.errors import printable
 
@@ -115,4 +116,5 @@ def comment(rig: Path, model: Path | None) -> str:
 
 
 def _file(path: Path) -> dict[str, Any]:
+    require_readable(path)
     return {"name": printable(path.name), "sha256": digest_of(path), "bytes": path.stat().st_size}
