@@ -1,4 +1,4 @@
-"""What `import brushgrip` offers, imported when it is first used."""
+"""What `import brushgrip` offers, imported when it is first used: help needs none of it."""
 
 from importlib import import_module
 

@@ -89,6 +89,20 @@ def read_all(
     return [replace(r, name=label) for r, label in zip(recordings, labels, strict=True)]
 
 
+def labelled(names: Sequence[str]) -> dict[str, Path]:
+    """The files of these names, in order, by a label of their own; their content is not read.
+
+    Raises:
+        InvalidInputError: there is no such file, or one is given twice.
+    """
+    paths = [locate(name) for name in names]
+    first: dict[Path, Path] = {}
+    for path in paths:
+        if first.setdefault(path.resolve(), path) is not path:
+            raise _twice(path, first[path.resolve()])
+    return dict(zip(_unique_labels(paths), paths, strict=True))
+
+
 def read_decays(names: Sequence[str], rig: Path | None) -> list[Decay]:
     """The free vibrations of these names, in order, each under a name of its own.
 

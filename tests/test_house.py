@@ -121,6 +121,8 @@ def test_no_path_of_one_machine(repository_root: Path) -> None:
 def _is_re_export(node: ast.stmt) -> bool:
     if isinstance(node, ast.Assign):
         return [ast.unparse(target) for target in node.targets] == ["__all__"]
+    if isinstance(node, ast.If):  # What is imported late, as a type checker reads it.
+        return ast.unparse(node.test) == "TYPE_CHECKING" and all(map(_is_re_export, node.body))
     return isinstance(node, ast.Import | ast.ImportFrom)
 
 

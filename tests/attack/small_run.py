@@ -17,7 +17,7 @@ FEW = ("torque_offset", "contact_damping", "steering_return")
 def load() -> Callable[[], None]:
     """The command with few candidates."""
     command = load_command()
-    from brushgrip.commands import diagnose
+    from brushgrip.tasks import diagnose
 
     quick = bool(os.environ.get("BRUSHGRIP_SMALL_QUICK"))
     diagnose.CANDIDATES = FEW[:2] if quick else FEW

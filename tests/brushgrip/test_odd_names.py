@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from brushgrip.commands import diagnose as diagnosing
+from brushgrip.tasks import diagnose as diagnosing
 
 Run = Callable[..., Any]
 Write = Callable[..., Path]
