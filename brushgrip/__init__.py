@@ -12,3 +12,4 @@ downloads the published measurements.
 from brushgrip.door import __getattr__ as __getattr__
 
 __all__ = ["FrictionTrack", "main", "write_report"]
+__dir__ = __all__.copy

@@ -16,7 +16,8 @@ from brushgrip.commands.estimate import estimate
 from brushgrip.commands.fetch import fetch
 from brushgrip.commands.identify import identify
 from brushgrip.commands.simulate import simulate
-from brushgrip.speech import SPEECH, Speech, flags_first
+from brushgrip.companions import strangers
+from brushgrip.speech import COMMAND_LINE, SPEECH, Speech, flags_first
 from brushgrip.terminal import fault_of_output, spell_what_is_lacking
 
 BAD_INPUT, FAILED = 2, 1
@@ -74,6 +75,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         SystemExit: always; status 0 on success, 2 for bad input, 1 for failures outside.
     """
     spell_what_is_lacking()
+    if strange := strangers():
+        print(f"brushgrip: {strange}", file=sys.stderr)
+        raise SystemExit(FAILED)
     if arguments is not None:
         raise SystemExit(_run(arguments))
     status = _run(sys.argv[1:])
@@ -85,6 +89,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _run(arguments: Sequence[str]) -> int:
     """The exit status of a command line; what went wrong is said."""
+    COMMAND_LINE.set(tuple(arguments))
     try:
         status = app(
             args=flags_first(repeat_lists(arguments)), prog_name="brushgrip", standalone_mode=False

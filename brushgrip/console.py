@@ -20,7 +20,6 @@ from rich.table import Table
 from brushgrip.formatting import (
     error_columns,
     error_figures,
-    headline,
     json_text,
     listed,
     parameters,
@@ -31,6 +30,7 @@ from brushgrip.formatting import (
 )
 from brushgrip.friction_outcome import FrictionOutcome, friction_figures
 from brushgrip.speech import SPEECH, Speech
+from brushgrip.verdict import GRADES, headline
 from identification import Diagnosis, FreeDecay, ParameterEstimate
 from identification.thesis import DecrementEstimate
 from symbolic.errors import printable
@@ -164,11 +164,13 @@ def _errors_table(diagnosis: Diagnosis) -> Table:
 
 def _effects_table(diagnosis: Diagnosis) -> Table:
     table = Table(title="Effects found", title_justify="left")
-    for heading in ("effect", "parameters ± standard deviation", "indistinguishable from"):
+    for heading in ("effect", "grade", "parameters ± standard deviation", "indistinguishable from"):
         table.add_column(heading)
     for effect in diagnosis.effects:
         rivals = listed([plain(name) for name in effect.indistinguishable_from], "or")
-        table.add_row(plain(effect.name), parameters(effect.parameters), rivals or "–")
+        table.add_row(
+            plain(effect.name), GRADES[effect.grade], parameters(effect.parameters), rivals or "–"
+        )
     return table
 
 

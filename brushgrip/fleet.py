@@ -5,6 +5,7 @@ import io
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import as_completed
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -20,7 +21,7 @@ from brushgrip.estimation import (
 )
 from brushgrip.formatting import csv_text
 from brushgrip.user_effects import user_effects
-from identification import Recording, read_model, read_recording, read_rig
+from identification import Recording, SignalMap, read_model, read_recording, read_rig
 from identification.selection.trial_runner import Submit
 from observers import ESTIMATE, Estimates, Status, Tuning
 from symbolic import BrushgripError
@@ -42,6 +43,7 @@ class EstimateTask:
         name: label of the recording.
         path: its file.
         rig, model: files, None for none.
+        signals: where columns come from.
         effects: modules of a user's own effects.
         observer: which observer.
         tuning: of the observer, None for the usual.
@@ -53,6 +55,7 @@ class EstimateTask:
     name: str
     path: Path
     rig: Path | None
+    signals: SignalMap
     model: Path | None
     effects: Sequence[str]
     observer: ObserverName
@@ -93,9 +96,10 @@ def estimate_one(task: EstimateTask) -> Row:
 
 def _read(task: EstimateTask) -> Recording:
     nominal = None if task.rig is None else read_rig(task.rig)
-    recording = read_recording(task.path, nominal, torque_required=False, causal=True)
+    read = partial(read_recording, task.path, nominal, causal=True, signals=task.signals)
+    recording = read(torque_required=False)
     if not (has_aligning_torque(recording) or has_steering_torque(recording)):
-        recording = read_recording(task.path, nominal, causal=True)
+        recording = read()
     return replace(recording, name=task.name, ground=task.ground or recording.ground)
 
 

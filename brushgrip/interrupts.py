@@ -40,6 +40,12 @@ class Interruptions:
             signal.signal(signal.SIGALRM, self._look_again)
             sys.unraisablehook = self._unraisable
 
+    def end(self) -> None:
+        """Interrupt nothing from now on: what Python does at its end would print a traceback."""
+        self.is_over = True
+        if self._waits:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+
     def catch_up(self) -> None:
         """Interrupt now what was told to end while it was imported."""
         if self._waits:
@@ -102,9 +108,8 @@ def run_process(load: Callable[[], Callable[[], None]]) -> None:
             interruptions.catch_up()
             command()
         finally:
-            # What Python does at its end cannot be interrupted without a traceback.
-            interruptions.is_over = True
+            interruptions.end()
     except KeyboardInterrupt:
-        interruptions.is_over = True
+        interruptions.end()
         raise SystemExit(INTERRUPTED) from None
     raise SystemExit(0)

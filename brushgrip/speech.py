@@ -17,6 +17,8 @@ class Speech(StrEnum):
 
 SPEECH: ContextVar[Speech] = ContextVar("SPEECH", default=Speech.PLAIN)
 """The speech of the command that runs."""
+COMMAND_LINE: ContextVar[tuple[str, ...]] = ContextVar("COMMAND_LINE", default=())
+"""Arguments of the command that runs."""
 FLAGS = ("--quiet", "--json")
 """Options of `brushgrip` itself that may also stand behind the command's name."""
 

@@ -21,7 +21,7 @@ from identification.results import Diagnosis
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.journal import Journal
 from identification.selection.stepwise_search import Progress, Search, SearchStep, silent
-from identification.selection.trial_runner import Effects, Submit, TrialRunner, workers
+from identification.selection.trial_runner import Effects, Submit, TrialRunner, jobs_of, workers
 from identification.selection.trials import RANKING, Trial
 from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named
 
@@ -73,7 +73,12 @@ def diagnose(
     report = progress or silent
     with workers(jobs, effects, executor) as submit:
         runner = TrialRunner(
-            training=recordings, holdout=holdout, loss=loss, submit=submit, journal=journal
+            training=recordings,
+            holdout=holdout,
+            loss=loss,
+            submit=submit,
+            journal=journal,
+            threads=jobs_of(jobs),
         )
         steps = Search(runner, effects, criteria, report).run()
         trials = steps[0].before, steps[-1].before

@@ -88,18 +88,27 @@ def compiled(function: ca.Function, *, vectorised: bool = False) -> ca.Function:
     """
     command = compiler()
     if command is None:
+        if not os.environ.get("BRUSHGRIP_INTERPRET"):
+            _blame(
+                "",
+                "no C compiler is found (CC, cc): models are interpreted, which is slow;"
+                " BRUSHGRIP_INTERPRET=1 says that this is meant",
+            )
         return function
     flags = (*FLAGS, *VECTORISED) if vectorised and _takes(command, VECTORISED) else FLAGS
     try:
         return _loaded(function, command, flags)
     except (OSError, subprocess.SubprocessError, RuntimeError) as error:
-        if command not in _BLAMED:
-            _BLAMED.add(command)
-            reason = one_line(str(error).partition("\n")[0])
-            _LOG.warning(
-                "brushgrip: models are not compiled (%s), and interpreted instead, which is slow", reason
-            )
+        reason = one_line(str(error).partition("\n")[0])
+        _blame(command, f"models are not compiled ({reason}), and interpreted instead, which is slow")
         return function
+
+
+def _blame(command: str, line: str) -> None:
+    """Say it once for each compiler."""
+    if command not in _BLAMED:
+        _BLAMED.add(command)
+        _LOG.warning("brushgrip: %s", line)
 
 
 @cache

@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from brushgrip.commands.options import (
+    ChannelMap,
     EffectModules,
     ModelFile,
     OutJson,
@@ -64,6 +65,7 @@ def compare(
     recordings: RecordingNames,
     out: OutJson,
     rig: RigFile = None,
+    channel_map: ChannelMap = None,
     model: ModelFile = None,
     effects: EffectModules = None,
     author: AuthorFolder = None,
@@ -84,6 +86,7 @@ def compare(
         recordings=recordings,
         out=out,
         rig=rig,
+        channel_map=channel_map,
         model=model,
         effects=effects,
         author=author,

@@ -5,7 +5,9 @@ from typing import Annotated
 import typer
 
 from brushgrip.commands.options import (
+    ChannelMap,
     EffectModules,
+    Force,
     Grounds,
     Jobs,
     OutFolder,
@@ -40,8 +42,10 @@ def diagnose(
     effects: EffectModules = None,
     ground: Grounds = None,
     rig: RigFile = None,
+    channel_map: ChannelMap = None,
     jobs: Jobs = None,
     scheduler: Scheduler = None,
+    force: Force = False,
 ) -> None:
     """Find what the declared model lacks; write diagnosis.json, model.json and report.html.
 
@@ -57,6 +61,8 @@ def diagnose(
         effects=effects,
         ground=ground,
         rig=rig,
+        channel_map=channel_map,
         jobs=jobs,
         scheduler=scheduler,
+        force=force,
     )

@@ -7,6 +7,7 @@ import typer
 
 from brushgrip.choices import ObserverName
 from brushgrip.commands.options import (
+    ChannelMap,
     EffectModules,
     Jobs,
     ModelFile,
@@ -60,6 +61,7 @@ def estimate(
     out: OptionalOutFile = None,
     summary: SummaryFile = None,
     rig: RigFile = None,
+    channel_map: ChannelMap = None,
     model: ModelFile = None,
     effects: EffectModules = None,
     tuning: TuningProfile = None,
@@ -93,6 +95,7 @@ def estimate(
         out=out,
         summary=summary,
         rig=rig,
+        channel_map=channel_map,
         model=model,
         effects=effects,
         tuning=tuning,

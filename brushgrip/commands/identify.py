@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from brushgrip.commands.options import OutJson, RigFile, usable_file
+from brushgrip.commands.options import ChannelMap, OutJson, RigFile, usable_file
 
 
 def identify(
@@ -20,6 +20,7 @@ def identify(
     ],
     out: OutJson,
     rig: RigFile = None,
+    channel_map: ChannelMap = None,
     write_rig: Annotated[
         Path | None,
         typer.Option(
@@ -42,5 +43,6 @@ def identify(
         free_decay=free_decay,
         out=out,
         rig=rig,
+        channel_map=channel_map,
         write_rig=write_rig,
     )

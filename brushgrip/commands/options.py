@@ -44,7 +44,8 @@ RecordingNames = Annotated[
     list[str],
     typer.Argument(
         metavar="REC...",
-        help="Recordings: .csv or .mat files, or names of published ones, such as fem1.",
+        help="Recordings: files (.csv, .mat, .mf4, .tdms, .parquet, .h5, .blf and more), or names of"
+        " published ones, such as fem1.",
         show_default=False,
     ),
 ]
@@ -57,6 +58,18 @@ RigFile = Annotated[
         show_default=False,
     ),
 ]
+ChannelMap = Annotated[
+    str | None,
+    typer.Option(
+        "--map",
+        metavar="psi=NAME:deg,...",
+        help="Channels of the columns with their units and factors, such as"
+        " psi=SteeringAngle:deg,t=time:ms,M_z=-Mz,F_N=0.5*Load:kN; goes before [signals] of the rig"
+        " file.",
+        show_default=False,
+    ),
+]
+Force = Annotated[bool, typer.Option("--force", help="Replace what another run wrote into the folder.")]
 ModelFile = Annotated[
     Path | None,
     typer.Option(

@@ -5,6 +5,7 @@ from typing import Annotated
 import typer
 
 from brushgrip.commands.options import (
+    ChannelMap,
     EffectModules,
     ModelFile,
     OneGround,
@@ -18,6 +19,7 @@ def simulate(
     recordings: RecordingNames,
     out: OutFile,
     rig: RigFile = None,
+    channel_map: ChannelMap = None,
     model: ModelFile = None,
     effects: EffectModules = None,
     ground: OneGround = None,
@@ -43,6 +45,7 @@ def simulate(
         recordings=recordings,
         out=out,
         rig=rig,
+        channel_map=channel_map,
         model=model,
         effects=effects,
         ground=ground,

@@ -6,6 +6,7 @@ from pathlib import Path
 from brushgrip.atomic import staged_directory
 from brushgrip.choices import GeneratedObserver, RealType, Target, TorqueChannel, TuningName
 from brushgrip.console import say, show
+from brushgrip.provenance import comment
 from brushgrip.recordings import keep_inputs
 from brushgrip.user_effects import effect_files, user_effects
 from identification import read_model
@@ -53,6 +54,7 @@ def codegen(
             files = [generate_fmu(chosen, stage, TYPES[real], name=name)]
         else:
             files = generate(chosen, stage, TYPES[real], name=name)
+            _say_origin(files, comment(rig, model))
         finals = [out.resolve() / path.name for path in files]
         keep_inputs(finals, [], rig, model, *effect_files(effects))
         require_replaceable(finals)
@@ -60,3 +62,11 @@ def codegen(
         say(taken)
     show({"wrote": list(map(str, finals))})
     say(f"wrote {', '.join(path.name for path in files)} to {out}")
+
+
+def _say_origin(files: Sequence[Path], text: str) -> None:
+    """Say at the end of code what it was made from."""
+    for path in files:
+        if path.suffix in (".c", ".h"):
+            with path.open("a", encoding="utf-8", newline="\n") as file:
+                file.write(text)

@@ -16,7 +16,8 @@ from brushgrip.comparison.tables import comparison_dict, markdown_text, print_co
 from brushgrip.console import progress, say, show
 from brushgrip.formatting import json_text
 from brushgrip.pictures import draw_boxes
-from brushgrip.recordings import keep_inputs, locate, read_all
+from brushgrip.provenance import KEY, provenance_of
+from brushgrip.recordings import dbc_files, keep_inputs, locate, read_all, signal_map
 from brushgrip.user_effects import effect_files, user_effects
 from identification import read_model
 from identification.thesis import author_file, label_mean
@@ -28,6 +29,7 @@ def compare(
     recordings: Sequence[str],
     out: Path,
     rig: Path | None,
+    channel_map: str | None,
     model: Path | None,
     effects: Sequence[str] | None,
     author: Path | None,
@@ -43,21 +45,24 @@ def compare(
     finals = [path for path in (out, table, picture) if path is not None]
     _check_names(finals, picture)
     own = user_effects(effects)
-    cases = _cases(recordings, rig, author, declared or [])
+    cases = _cases(recordings, rig, author, declared or [], channel_map)
     read_names = [*recordings, *(train or [])]
     keep_inputs(
         finals, read_names, rig, model, *effect_files(effects), *_author_files(read_names, author)
     )
+    signals = signal_map(rig, channel_map)
+    files = [*map(locate, read_names), *effect_files(effects), *dbc_files(signals)]
+    made = provenance_of(files, rig, model, signals.to_dict(), declared=list(declared or ()))
     chosen = default_methods(None if model is None else read_model(model, effects=own))
     if train:
-        read_all([*recordings, *train], rig)
-        chosen += _networks(_cases(train, rig, author, ()))
+        read_all([*recordings, *train], rig, given_map=channel_map)
+        chosen += _networks(_cases(train, rig, author, (), channel_map))
     with ExitStack() as stack:
         stages = {final: stack.enter_context(staged_file(final)) for final in finals}
         with progress() as report:
             results = compare_methods(cases, chosen, report)
         summaries = summarise(results, chosen)
-        document = comparison_dict(results, summaries)
+        document = comparison_dict(results, summaries) | {KEY: made}
         stages[out].write_text(json_text(document), encoding="utf-8", newline="\n")
         if table is not None:
             stages[table].write_text(markdown_text(results, summaries), encoding="utf-8", newline="\n")
@@ -69,7 +74,11 @@ def compare(
 
 
 def _cases(
-    names: Sequence[str], rig: Path | None, author: Path | None, declared: Sequence[float]
+    names: Sequence[str],
+    rig: Path | None,
+    author: Path | None,
+    declared: Sequence[float],
+    given_map: str | None,
 ) -> list[Case]:
     if len(declared) not in (0, 1, len(names)):
         raise InvalidInputError(
@@ -83,7 +92,7 @@ def _cases(
         raise InvalidInputError(
             f"{author}: no such folder; --author takes that of author_estimate_*.csv"
         )
-    read = read_all(names, rig, causal=True)
+    read = read_all(names, rig, causal=True, given_map=given_map)
     references = [*declared, *[declared[0] if declared else None] * (len(read) - len(declared))]
     return [
         make_case(recording, locate(name).parent if author is None else author, mu)

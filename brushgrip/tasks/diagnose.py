@@ -1,5 +1,6 @@
 """`brushgrip diagnose`."""
 
+import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,7 +12,8 @@ from brushgrip.estimation import FrictionTrack
 from brushgrip.formatting import json_text
 from brushgrip.friction_outcome import FrictionOutcome, found_model, friction_outcome
 from brushgrip.grounds import on_grounds
-from brushgrip.recordings import keep_inputs, read_all
+from brushgrip.provenance import KEY, Provenance, clear, digest_of, provenance_of, require_own_folder
+from brushgrip.recordings import dbc_files, keep_inputs, locate, read_all, signal_map
 from brushgrip.report import PAGE, remove_stale_pictures, write_report
 from brushgrip.unfinished import kept_trials
 from brushgrip.user_effects import effect_files, user_effects
@@ -33,8 +35,10 @@ def diagnose(
     effects: Sequence[str] | None,
     ground: Sequence[str] | None,
     rig: Path | None,
+    channel_map: str | None,
     jobs: int | None,
     scheduler: str | None,
+    force: bool = False,
 ) -> None:
     """Search for what the declared model lacks, and write all results.
 
@@ -42,9 +46,13 @@ def diagnose(
     """
     own = user_effects(effects)
     held_out = holdout or []
-    read = on_grounds(read_all([*recordings, *held_out], rig), ground)
+    read = on_grounds(read_all([*recordings, *held_out], rig, given_map=channel_map), ground)
     outputs = [out / DIAGNOSIS, out / MODEL, out / PAGE, *out.resolve().glob("*.png")]
     keep_inputs(outputs, [*recordings, *held_out], rig, *effect_files(effects))
+    files = [*map(locate, [*recordings, *held_out]), *effect_files(effects)]
+    settings = {"held_out": len(held_out), "robust": robust, "ground": list(ground or ())}
+    made = _provenance(files, rig, channel_map, settings)
+    earlier = require_own_folder(out / DIAGNOSIS, made, force=force)
     training = read[: len(recordings)]
     loss = LEAST_SQUARES if robust is None else Huber(threshold=robust)
     with (
@@ -68,12 +76,19 @@ def diagnose(
             )
             report("estimating friction", 0, 1)
             outcome = friction_outcome(used, found_model(result))
-        write_diagnosis(folder, result, outcome)
-        written = {path.name for path in folder.iterdir()}
-    remove_stale_pictures(out, written)
+        content = write_diagnosis(folder, result, outcome, made=made)
+    clear(out, earlier, content[KEY]["files"])
+    remove_stale_pictures(out, content[KEY]["files"])
     print_diagnosis(result, outcome)
-    show(document(result, outcome))
+    show(content)
     say(f"report: {out / PAGE}")
+
+
+def _provenance(
+    files: Sequence[Path], rig: Path | None, channel_map: str | None, settings: dict[str, Any]
+) -> dict[str, Any]:
+    signals = signal_map(rig, channel_map)
+    return provenance_of([*files, *dbc_files(signals)], rig, signals=signals.to_dict(), **settings)
 
 
 def thinning(recordings: Sequence[Recording]) -> str:
@@ -97,7 +112,8 @@ def write_diagnosis(
     diagnosis: Diagnosis,
     outcome: FrictionOutcome | None = None,
     friction: Sequence[FrictionTrack] = (),
-) -> None:
+    made: Provenance | None = None,
+) -> dict[str, Any]:
     """Writes diagnosis.json, model.json, report.html and the pictures into an existing folder.
 
     Args:
@@ -105,10 +121,22 @@ def write_diagnosis(
         diagnosis: the result of the search.
         outcome: friction before and after, None where none was estimated.
         friction: estimates of friction over time to show in the report, may be empty.
+        made: where the results come from; None for a run outside a command.
+
+    Returns:
+        The content of diagnosis.json.
     """
-    for name, text in (
-        (DIAGNOSIS, json_text(document(diagnosis, outcome))),
-        (MODEL, model_text(diagnosis)),
-    ):
-        (folder / name).write_text(text, encoding="utf-8", newline="\n")
-    write_report(folder, diagnosis, friction, outcome)
+    made = provenance_of([]) if made is None else made
+    model = json.loads(model_text(diagnosis)) | {KEY: dict(made)}
+    _write(folder / MODEL, json_text(model))
+    digest = digest_of(folder / MODEL)
+    told = {**made, "model": {"name": MODEL, "sha256": digest}}
+    write_report(folder, diagnosis, friction, outcome, told)
+    files = sorted({DIAGNOSIS, *(path.name for path in folder.iterdir())})
+    content = document(diagnosis, outcome) | {KEY: {**told, "files": files}}
+    _write(folder / DIAGNOSIS, json_text(content))
+    return content
+
+
+def _write(path: Path, text: str) -> None:
+    path.write_text(text, encoding="utf-8", newline="\n")

@@ -8,9 +8,10 @@ import numpy as np
 
 from brushgrip.atomic import staged_file
 from brushgrip.console import say, show
-from brushgrip.formatting import csv_text
+from brushgrip.formatting import csv_text, json_text
 from brushgrip.grounds import on_grounds, say_ground
-from brushgrip.recordings import keep_inputs, read_all
+from brushgrip.provenance import beside, provenance_of
+from brushgrip.recordings import dbc_files, keep_inputs, locate, read_all, signal_map
 from brushgrip.user_effects import effect_files, user_effects
 from identification import FoundModel, Recording, Values, read_model, replaced_rig, signals_of
 from symbolic import InvalidInputError, Model
@@ -22,6 +23,7 @@ def simulate(
     recordings: Sequence[str],
     out: Path,
     rig: Path | None,
+    channel_map: str | None,
     model: Path | None,
     effects: Sequence[str] | None,
     ground: Sequence[str] | None,
@@ -34,12 +36,19 @@ def simulate(
     if mu is not None and not 0 < mu < float("inf"):
         raise InvalidInputError(f"--mu must be finite and greater than 0, got {mu:g}")
     own = user_effects(effects)
-    read = on_grounds(read_all(recordings, rig, torque_required=False), ground, bare=True)
+    read = read_all(recordings, rig, torque_required=False, given_map=channel_map)
+    read = on_grounds(read, ground, bare=True)
     found = None if model is None else read_model(model, effects=own)
     inputs = [model_and_values(recording, found, mu) for recording in read]
     finals = [_final(out, recording, read) for recording in read]
-    keep_inputs(finals, recordings, rig, model, *effect_files(effects))
+    told = beside(out)
+    keep_inputs([*finals, told], recordings, rig, model, *effect_files(effects))
+    signals = signal_map(rig, channel_map)
+    files = [*map(locate, recordings), *effect_files(effects), *dbc_files(signals)]
+    made = provenance_of(files, rig, model, signals.to_dict(), mu=mu, ground=list(ground or ()))
     with ExitStack() as stack:
+        beside_stage = stack.enter_context(staged_file(told))
+        beside_stage.write_text(json_text(made), encoding="utf-8", newline="\n")
         stages = [stack.enter_context(staged_file(final)) for final in finals]
         for recording, (structure, values), stage in zip(read, inputs, stages, strict=True):
             theta = np.asarray(structure.theta(values)).ravel()

@@ -21,7 +21,7 @@ from identification.selection.criteria import (
     removal_justified,
 )
 from identification.selection.journal import Journal
-from identification.selection.trial_runner import Effects, TrialRunner, workers
+from identification.selection.trial_runner import Effects, TrialRunner, jobs_of, workers
 from identification.selection.trials import RANKING, ROUGH, Precision, Trial, model_of, with_prior_weight
 from symbolic import CANDIDATES, Effect, effects_named
 
@@ -98,10 +98,10 @@ def search(
         InvalidInputError: a candidate is unknown, named twice, or processes cannot import its class.
         BrushgripError: a process ended before its work was done.
     """
-    effects = effects_named(candidates)
+    effects, count = effects_named(candidates), jobs_of(jobs)
     with workers(jobs, effects, executor) as submit:
         runner = TrialRunner(
-            training=training, holdout=holdout, loss=loss, submit=submit, journal=journal
+            training=training, holdout=holdout, loss=loss, submit=submit, journal=journal, threads=count
         )
         return Search(runner, effects, criteria, progress or silent).run()
 

@@ -36,6 +36,7 @@ class TrialRunner:
         loss: what a residual costs.
         submit: hands work to processes.
         journal: keeps trials, None to keep none.
+        threads: recordings simulated at a time where no process has other work.
     """
 
     training: Sequence[Recording]
@@ -43,6 +44,7 @@ class TrialRunner:
     loss: Loss
     submit: Submit
     journal: Journal | None = None
+    threads: int = 1
 
     @cached_property
     def thinned_training(self) -> Sequence[Recording]:
@@ -109,7 +111,7 @@ class TrialRunner:
     def _run(self, task: TrialTask) -> Trial:
         trial = self._recall(task)
         if trial is None:
-            trial = run_trial(task)
+            trial = run_trial(task, self.threads)
             self._note(task, trial)
         return trial
 
@@ -133,6 +135,11 @@ def values_for(present: Trial, effects: Sequence[Effect]) -> Values:
         for place in (values.own, values.grounds)
     )
     return replace(values, tyre=of_the_set(values.tyre), own=own, grounds=grounds)
+
+
+def jobs_of(jobs: int | None) -> int:
+    """How many things to do at a time: so many, or one per core."""
+    return jobs or os.cpu_count() or 1
 
 
 @contextmanager
@@ -160,7 +167,7 @@ def workers(
         with _lent(executor) as submit:
             yield submit
         return
-    count = jobs or os.cpu_count() or 1
+    count = jobs_of(jobs)
     if count == 1:
         yield _run_at_once
         return

@@ -32,16 +32,17 @@ def rows_of(path: Path) -> dict[str, dict[str, str]]:
 
 def test_each_is_estimated_as_if_alone(estimate: Run, write_csv: Write, tmp_path: Path) -> None:
     paths = [write_csv("a.csv"), write_csv("b.csv", {"F_N": np.full(60, 500.0)}, "# ground = ice\n")]
+    paths.append(write_csv("c.csv", {"F_N": np.full(60, 300.0)}, "# ground = ice\n"))
     table, out, alone = (tmp_path / name for name in ("table.csv", "mu.csv", "alone.csv"))
-    outcome = estimate(*paths, "--out", out, "--summary", table, "--ground", "steel=a")
+    outcome = estimate(*paths, "--out", out, "--summary", table, "--ground", "steel=a,c")
     rows = rows_of(table)
     estimate(paths[1], "--out", alone)
     columns = np.genfromtxt(alone, delimiter=",", names=True)
 
     assert outcome.status == 0
-    assert outcome.out == f"estimated 2 of 2 recordings\nwrote {table}\n"
+    assert outcome.out == f"estimated 3 of 3 recordings\nwrote {table}\n"
     assert (tmp_path / "mu_b.csv").read_text() == alone.read_text()
-    assert [row["ground"] for row in rows.values()] == ["steel", "ice"]
+    assert [row["ground"] for row in rows.values()] == ["steel", "ice", "steel"]
     assert float(rows["b"]["mu"]) == columns["mu"][-1]
     assert float(rows["b"]["informed"]) == pytest.approx(columns["informed"].mean(), rel=1e-12)
     assert (rows["b"]["samples"], rows["b"]["mu_std"], rows["b"]["fault"]) == ("60", "", "")

@@ -122,7 +122,8 @@ def look(event, _):
             os.write(1, b"told")
             os.kill(os.getpid(), signal.SIGINT)
 sys.addaudithook(look)
-sys.argv = ["brushgrip", "estimate", "run.csv", "--observer", "root", "--out", "out.csv"]
+sys.argv = ["brushgrip", "estimate", "train_a.csv", "--rig", "rig.toml", "--observer", "root",
+            "--out", "out.csv"]
 from brushgrip.__main__ import main
 main()
 """
@@ -132,8 +133,26 @@ main()
     "count", [pytest.param(i, marks=() if i == 200 else pytest.mark.long) for i in INSTANTS]
 )
 def test_the_command_while_it_imports(repository_root: Path, tmp_path: Path, count: int) -> None:
-    shutil.copy(repository_root / "examples" / "recordings" / "train_a.csv", tmp_path / "run.csv")
+    for name in ("train_a.csv", "rig.toml"):
+        shutil.copy(repository_root / "examples" / "recordings" / name, tmp_path)
     status, out, err = ended(AT_IMPORT.format(count=count), repository_root, tmp_path)
 
     assert (status, out, err) == (130, "told", "")
-    assert [path.name for path in tmp_path.iterdir()] == ["run.csv"]
+    assert {path.name for path in tmp_path.iterdir()} == {"rig.toml", "train_a.csv"}
+
+
+def test_the_clock_stops_with_the_command(repository_root: Path, tmp_path: Path) -> None:
+    (tmp_path / "one.py").write_text(
+        "signal = __import__('signal')\nsignal.raise_signal(signal.SIGINT)\n"
+    )
+    code = (
+        "import atexit, time\n"
+        "atexit.register(lambda: (signal.signal(signal.SIGALRM, signal.SIG_DFL), time.sleep(0.2)))\n"
+        "def load():\n"
+        "    def work():\n"
+        "        import one\n"
+        "        raise SystemExit(7)\n"
+        "    return work\n"
+    )
+
+    assert ended(code + RUN + "run_process(load)", repository_root, tmp_path)[0] == 7

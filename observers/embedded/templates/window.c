@@ -4,6 +4,15 @@ enum { STATES = ${states}, ROW = 6, CLEAN = ${clean} };
 /* A row of a sample: load, time, torque, turn, whether it is accepted, and the jump of the variance of ln mu. */
 enum { ROW_F_N, ROW_DT, ROW_M_Z, ROW_TRAVEL, ROW_ACCEPTED, ROW_JUMP };
 
+%% if bristles
+/* M_z [N m] of a sample at states x, with its derivative by mu: linear in mu. */
+static void torque_at(const ${name}_state_t *state, int32_t at, const ${real} *x, ${real} *torque) {
+    torque[0] = state->M_z[at] + state->by_mu[at] * (exp(x[${log_mu}]) - state->mu[at]);
+    torque[1] = state->by_mu[at];
+    torque[2] = 0.0;
+}
+
+%% else
 /* Stores the patch with a sample; of more corners than fit, those that contribute least to M_z are dropped. */
 static void store_patch(${name}_state_t *state, int32_t at, ${real} scale) {
     ${name}_patch_t patch = state->patch;
@@ -32,6 +41,7 @@ static void torque_at(const ${name}_state_t *state, int32_t at, const ${real} *x
     torque[2] = ${k} * (total - scale * by_scale);
 }
 
+%% endif
 /* The state before the first sample: an empty window, whose places have no time. */
 static void begin(${name}_state_t *state, const ${real} *sample) {
     int32_t i, j;
@@ -44,13 +54,23 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
         for (j = 0; j < STATES; ++j) state->x[i][j] = state->mean[j];
         for (j = 0; j < ROW; ++j) state->row[i][j] = 0.0;
         state->row[i][ROW_F_N] = sample[2];
+%% if bristles
+        state->M_z[i] = 0.0;
+        state->by_mu[i] = 0.0;
+        state->mu[i] = ${prior_mu};
+%% else
         state->slope[i] = 0.0;
         state->corners[i] = 0;
+%% endif
     }
     for (j = 0; j < STATES * STATES; ++j) state->P_newest[j] = state->factor[j];
     for (j = 0; j < 2; ++j) state->counts[j] = 0.0;
     for (j = 0; j < 4; ++j) state->monitor[j] = 0.0;
+%% if bristles
+    clear_patch(&state->patch, &state->last[0], ${prior_mu});
+%% else
     clear_patch(&state->patch, sample[0]);
+%% endif
     state->newest = ${window} - 1;
     state->now = 0;
 }
@@ -130,7 +150,8 @@ static void smooth(${name}_state_t *state) {
 /* One sample. */
 static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${real} now[CLEAN] = {0.0}, imputed = 0.0, newest[STATES] = {0.0}, P[STATES * STATES] = {0.0};
-    ${real} torque[3], test[7] = {0.0}, counts[2] = {0.0}, monitor[4] = {0.0}, output[OUTPUTS] = {0.0}, scale;
+    ${real} torque[3], test[7] = {0.0}, counts[2] = {0.0}, monitor[4] = {0.0}, output[OUTPUTS] = {0.0};
+    ${real} ${"retention[2], slide[2]" if bristles else "scale"};
     const int32_t last = state->newest, at = (last + 1) % ${window};
     int32_t i;
     {
@@ -144,9 +165,20 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
         ${real} *res[2] = {newest, P};
         predict(arg, res, 0, 0, 0);
     }
+%% if bristles
+    {
+        const ${real} mu = exp(newest[${log_mu}]);
+        retentions(state->P_newest, now, retention);
+        advance_patch(&state->patch, now, mu, retention[0], torque, slide);
+        state->M_z[at] = torque[0];
+        state->by_mu[at] = torque[1];
+        state->mu[at] = mu;
+    }
+%% else
     scale = exp(newest[${log_mu}]) / (${k} * ${stiffness_newest});
     turn_patch(&state->patch, now[0], ${level} * now[2], scale);
     store_patch(state, at, scale);
+%% endif
     for (i = 0; i < STATES; ++i) state->x[at][i] = newest[i];
     state->row[at][ROW_F_N] = now[2];
     state->row[at][ROW_DT] = now[3];
@@ -161,10 +193,20 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
         ${real} *res[3] = {test, counts, monitor};
         test_innovation(arg, res, 0, 0, 0);
     }
+%% if bristles
+    /* Deformation that depends on the old friction does not fit samples of a new ground: they stay rejected. */
+    test[2] = 1.0;
+%% endif
     accept_samples(state, test);
     smooth(state);
+%% if bristles
+    if (test[1] != 0.0) {
+        state->by_mu[at] *= retention[1];
+        forget_sensitivity(&state->patch, retention[1]);
+    }
+%% endif
     {
-        const ${real} *arg[6] = {state->x[at], state->P_newest, newest, now, test, &imputed};
+        const ${real} *arg[${7 if bristles else 6}] = {state->x[at], state->P_newest, newest, now, test, &imputed${", slide" if bristles else ""}};
         ${real} *res[1] = {output};
         step_output(arg, res, 0, 0, 0);
     }
