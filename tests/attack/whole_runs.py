@@ -90,7 +90,7 @@ class Sandbox:
             )
 
     def listens(self, run: subprocess.Popen[str], seconds: float = 20.0) -> None:
-        """Waits until the run catches SIGTERM, which Python itself does not; or has ended."""
+        """Waits until the run catches SIGTERM, which Python itself does not, or has ended."""
         end = time.monotonic() + seconds
         while run.poll() is None and time.monotonic() < end:
             status = Path(f"/proc/{run.pid}/status").read_text()
