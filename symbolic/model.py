@@ -11,7 +11,7 @@ from functools import cache
 import casadi as ca
 
 from symbolic.bristles import BristlePatch, BristleTraits
-from symbolic.compliance import advance_in_series, deflection_of
+from symbolic.compliance import SEARCH_STEPS, advance_in_series, deflection_of
 from symbolic.effects.base import Effect, Parameter, Signals, with_scope
 from symbolic.errors import InvalidInputError
 from symbolic.full_slide import build_full_slide
@@ -47,12 +47,14 @@ class Model:
         corners: capacity of the exact patch, see `ZonePatch`.
         lengthways: bristles of the discretised patch, see `BristlePatch`.
         discretised: True asks for bristles even where the exact patch would do.
+        search_steps: Newton steps towards the balance with what is in series with the patch.
     """
 
     effects: tuple[Effect, ...] = ()
     corners: int = 32
     lengthways: int = 80
     discretised: bool = False
+    search_steps: int = SEARCH_STEPS
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -263,8 +265,9 @@ def _advance(
     seen, memories, factor = at_the_patch(model, own, signals, theta)
     patch, turn = model.patch(theta), seen.psi - angle
     coefficients = patch.coefficients(_inputs(seen, factor, theta, geometry))
+    elements = ca.vertcat(seen.F_N, theta)
     turn, after = advance_in_series(
-        patch, before, turn, coefficients, deflection_of(model), ca.vertcat(seen.F_N, theta)
+        patch, before, turn, coefficients, deflection_of(model), elements, model.search_steps
     )
     return ca.vertcat(angle + turn, after, *memories), seen, coefficients
 
