@@ -8,9 +8,9 @@ processors. Here it is timed, the least of many runs. The emulator counts instru
 cycles, and `at most` is the longest step also of samples that no wheel gives; flash holds what is needed
 of math.h and memcpy, stack is what a step touches; mu off by is the largest difference from Python.
 `measured run` is the model that `diagnose` found in the measured recordings; --every adds each effect of
-the library that needs bristles. Then the problem of `observers_step.py`, in C, in Python and by do-mpc
-where it is installed, all in one run. Needs gcc or clang; for the targets arm-none-eabi-gcc with newlib,
-and qemu-system-arm; for do-mpc pip install 'brushgrip[benchmarks]'.
+the library alone. Then the problem of `observers_step.py`, in C, in Python and by do-mpc where it is
+installed, all in one run. Needs gcc or clang; for the targets arm-none-eabi-gcc with newlib, and
+qemu-system-arm; for do-mpc pip install 'brushgrip[benchmarks]'.
 """
 
 import importlib.util
@@ -117,13 +117,12 @@ def steered() -> np.ndarray:
 
 
 def models(every: bool) -> dict[str, dict[str, Any]]:
-    """Model and values by name; every effect of the library that needs bristles alone, if asked for."""
+    """Model and values by name; each effect of the library alone, if asked for."""
     named = {"declared": DECLARED, "torsion, rate friction": EFFECTS, "measured run": MEASURED_RUN}
     for name, effect in EFFECTS_OF_LIBRARY.items() if every else ():
-        if effect.discrete:
-            model = Model(effects=(effect,))
-            start = {parameter_name(e, p): p.start for e, p in model.parameters if e is not None}
-            named[name] = {"model": model, "values": {"k": K, **start}}
+        model = Model(effects=(effect,))
+        start = {parameter_name(e, p): p.start for e, p in model.parameters if e is not None}
+        named[name] = {"model": model, "values": {"k": K, **start}}
     return named
 
 
@@ -152,6 +151,8 @@ def table(every: bool) -> None:
     for name, model in models(every).items():
         print(row(f"EKF, {name}", observer_of(Ekf, model, AligningTorque()), aligning), flush=True)
         print(row(f"MHE of 50, {name}", observer_of(Mhe, model, AligningTorque()), aligning), flush=True)
+        if any(effect.sensor for effect in model["model"].effects):
+            continue
         steering = observer_of(Ekf, model, SteeringTorque())
         print(row(f"EKF, {name}, steering torque", steering, steered()), flush=True)
 

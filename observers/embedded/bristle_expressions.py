@@ -17,6 +17,7 @@ from observers.model_observer import ModelObserver
 from symbolic import SIGNALS, Model
 from symbolic.bristles import SPAN, BristlePatch
 from symbolic.compliance import deflection_of
+from symbolic.effects.base import Signals
 from symbolic.full_slide import build_full_slide
 from symbolic.model import at_the_patch
 from symbolic.patch import PatchInputs
@@ -103,20 +104,13 @@ class BristleExpressions:
         model, rig = self.model, self.observer.rig
         signals, own = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("own", self.own)
         theta = ca.MX.sym("theta", self.theta.numel())
-        memory = ca.vertcat(ca.MX.zeros(1 + self.patch.size), own)
+        memory = ca.vertcat(ca.MX.zeros(1 + model.patch().size), own)
         seen, memories, factor = at_the_patch(model, model.split(memory)[2], signals, theta)
-        after = ca.vertcat(ca.MX.zeros(1 + self.patch.size), *memories)
+        after = ca.vertcat(ca.MX.zeros(1 + model.patch().size), *memories)
         torque = ca.MX(0)
         for effect, values in model.values(theta):
             torque = torque + effect.torque(seen, values)
-        traits = model.patch(theta)
-        assert isinstance(traits, BristlePatch)
-        growth: Any = ca.MX(1)
-        if traits.traits.growth is not None:
-            growth = ca.fmin(SPAN, traits.traits.growth(seen.F_N, rig.a))
-        inputs = self.inputs(speed=seen.psi_dot, dt=seen.dt, F_N=seen.F_N, factor=factor)
-        coefficients = traits.coefficients(inputs)
-        n = traits.bristles
+        growth, reach, decay, gain = self._of_bristles(seen, factor, theta)
         geometry = ca.DM([rig.a, rig.e])
         sliding, load = build_full_slide(_Sliding(model)), signals[SIGNALS.index("F_N")]
         slides = sliding(after, load, theta, geometry, rig.slide_rate)[0]
@@ -124,8 +118,8 @@ class BristleExpressions:
         beside = sliding(after, load, zero_mu, geometry, rig.slide_rate)[0]
         named = {
             "psi": seen.psi, "F_N": seen.F_N, "speed": ca.fabs(seen.psi_dot) * rig.a,
-            "base": factor * seen.F_N, "growth": growth, "reach": coefficients[3 * n + 2],
-            "decay": coefficients[3 * n], "gain": coefficients[3 * n + 1], "torque": torque,
+            "base": factor * seen.F_N, "growth": growth, "reach": reach,
+            "decay": decay, "gain": gain, "torque": torque,
             "torque_by_psi": ca.jacobian(torque, signals)[SIGNALS.index("psi")],
             "slide": slides - beside, "beside": beside,
         }  # fmt: skip
@@ -136,12 +130,24 @@ class BristleExpressions:
         )  # fmt: skip
         return scalar_function("sample_terms", function, {"theta": self._numbers()})
 
+    def _of_bristles(self, seen: Signals, factor: Any, theta: ca.MX) -> tuple[Any, ...]:
+        """Growth of the patch, slip of a sample at 1 m/s, decay and gain of the Maxwell branches."""
+        patch = self.model.patch(theta)
+        if not isinstance(patch, BristlePatch):
+            return 1, 0, 0, 0
+        growth: Any = ca.MX(1)
+        if patch.traits.growth is not None:
+            growth = ca.fmin(SPAN, patch.traits.growth(seen.F_N, self.observer.rig.a))
+        inputs = self.inputs(speed=seen.psi_dot, dt=seen.dt, F_N=seen.F_N, factor=factor)
+        n, coefficients = patch.bristles, patch.coefficients(inputs)
+        return growth, coefficients[3 * n + 2], coefficients[3 * n], coefficients[3 * n + 1]
+
     def initial(self) -> ca.Function:
         """(signals) -> (angle, own): the memory before the first sample."""
         initial = self.model.initial
         signals, theta = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("theta", self.theta.numel())
         memory = initial(signals, theta, ca.DM([self.observer.rig.a, self.observer.rig.e]))
-        outputs = [memory[0], memory[1 + self.patch.size :]]
+        outputs = [memory[0], memory[1 + self.model.patch().size :]]
         function = ca.Function(
             "initial_memory", [signals, theta], outputs, ["signals", "theta"], ["angle", "own"]
         )

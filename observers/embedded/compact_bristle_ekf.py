@@ -15,6 +15,7 @@ from observers.effective_friction import build_effective_friction
 from observers.ekf import Ekf, build_step, layout
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_bristles import CompactBristles, has_bristles
+from observers.embedded.compact_corners import CompactCorners, has_corners
 from observers.embedded.scalar_c import c_function
 from observers.embedded.scalar_function import scalar_function, with_known_exponentials
 from observers.embedded.scalar_type import Real
@@ -89,14 +90,17 @@ class GivenTorque:
 
 
 def is_compact_bristle_filter(observer: FunctionObserver) -> bool:
-    """True for an `Ekf`, not a subclass, that linearises once, on a model with bristles."""
-    return type(observer) is Ekf and observer.iterations == 1 and has_bristles(observer)
+    """True for an `Ekf`, not a subclass, that linearises once, on a model with effects."""
+    if type(observer) is not Ekf or observer.iterations != 1:
+        return False
+    return has_bristles(observer) or has_corners(observer)
 
 
 def bristle_filter_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> Body:
     """The code of a filter for which `is_compact_bristle_filter` holds."""
-    bristles, parts = CompactBristles(observer, real), _layout(observer)
-    functions = [_build_begin(observer), _build_filter(observer)]
+    kind = CompactBristles if has_bristles(observer) else CompactCorners
+    bristles, parts = kind(observer, real), _layout(observer)
+    functions = [*bristles.functions, _build_begin(observer), _build_filter(observer)]
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
     own = [("clean_sample", build_clean_sample(observer)), ("retentions", _build_retentions(observer))]
     if "psi" in observer.states:

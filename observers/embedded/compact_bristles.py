@@ -50,6 +50,11 @@ class CompactBristles(BristleExpressions):
         arrays = 2 if self.patch.traits.relaxation is None else 4
         return self.real.size * (arrays * self.patch.bristles + self.own + 6)
 
+    @property
+    def functions(self) -> list[ca.Function]:
+        """Functions that C calls by pointers: none."""
+        return []
+
     @cached_property
     def terms(self) -> dict[str, Any]:
         """Values of the placeholders of `templates/bristles.c` that other templates share."""

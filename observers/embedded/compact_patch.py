@@ -21,7 +21,7 @@ typedef struct {{
     {real} xi[{depth}], r[{depth}], d[{depth}], angle, rest;
     int32_t corners, is_turning;
     int8_t clipped[{depth}];
-}} {name}_patch_t;
+{own}}} {name}_patch_t;
 
 """
 
@@ -49,9 +49,10 @@ def patch_numbers(observer: ModelObserver) -> dict[str, str]:
     }
 
 
-def patch_types(real: Real, name: str) -> str:
-    """The type of the patch, C of a header."""
-    return TYPES.format(real=real.c_type, depth=DEPTH, name=name)
+def patch_types(real: Real, name: str, own: int = 0) -> str:
+    """The type of the patch, C of a header; own is the length of the effects' memories."""
+    memory = f"    {real.c_type} own[{own}]; /* of the effects */\n" if own else ""
+    return TYPES.format(real=real.c_type, depth=DEPTH, name=name, own=memory)
 
 
 def patch_bytes(real: Real) -> int:

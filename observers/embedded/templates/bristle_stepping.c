@@ -8,7 +8,7 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
     signals[2] = sample[2];
     signals[3] = sample[3];
     begin_filter(arg, res, 0, 0, 0);
-    clear_patch(&state->patch, signals, ${prior_mu});
+    begin_patch(&state->patch, signals, ${prior_mu});
     state->now = 0;
 }
 
@@ -51,7 +51,9 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
         state->output[OUT_STATUS] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }
+%% if bristles
     if (((int32_t)output[OUT_STATUS] & ${NAME}_RESET) != 0) forget_sensitivity(&state->patch, retention[1]);
+%% endif
     state->now = 1 - state->now;
     for (i = 0; i < OUTPUTS; ++i) state->output[i] = output[i];
     return (int32_t)output[OUT_STATUS];

@@ -206,7 +206,7 @@ static ${real} balanced_torque(${real} rigid, ${real} slope, ${real} F_N) {
 }
 
 %% endif
-static void clear_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu) {
+static void begin_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu) {
     int32_t i;
     for (i = 0; i < BRISTLES; ++i) {
         patch->q[i] = 0.0;

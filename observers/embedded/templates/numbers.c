@@ -5,11 +5,13 @@ static inline ${real} greater(${real} x, ${real} y) { return x > y || y != y ? x
 %% if single
 /* ln x to 1e-7 for x > 0 that is no subnormal: exponent and mantissa by their bits, and the series of artanh. */
 static inline float natural_log(float x) {
-    int32_t bits, exponent;
+    uint32_t bits;
+    int32_t exponent;
     float t, square;
     memcpy(&bits, &x, sizeof bits);
-    exponent = (bits - 0x3F3504F3) >> 23; /* the mantissa in 1/sqrt(2) ... sqrt(2) */
-    bits -= exponent * 0x800000;
+    /* The mantissa in 1/sqrt(2) ... sqrt(2), whose least number has the bits 0x3F3504F3; those of 1 are 0x3F800000. */
+    exponent = (int32_t)((bits - 0x3F3504F3u + 0x3F800000u) >> 23) - 127;
+    bits -= (uint32_t)exponent << 23;
     memcpy(&x, &bits, sizeof x);
     t = (x - 1.0) / (x + 1.0);
     square = t * t;
@@ -24,8 +26,8 @@ static inline double natural_log(double x) { return log(x); }
 /* The root w of w + ln w = x between two knots, a cubic through values and slopes; right to 1e-5 of w. */
 static inline float wright_omega(float x) {
     const float place = (greater(x, ${omega_from}) - ${omega_from}) * ${omega_knots_per_unit};
-    const int32_t i = (int32_t)place;
-    if (i < ${omega_intervals}) {
+    if (place < ${omega_intervals}.0) {
+        const int32_t i = (int32_t)place;
         const float t = place - (float)i, *at = omega_of[i], *next = omega_of[i + 1];
         const float rise = next[0] - at[0], bend = at[1] + next[1] - 2.0 * rise;
         return at[0] + t * (at[1] + t * (rise - at[1] - bend + t * bend));

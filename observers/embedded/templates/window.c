@@ -67,7 +67,7 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
     for (j = 0; j < 2; ++j) state->counts[j] = 0.0;
     for (j = 0; j < 4; ++j) state->monitor[j] = 0.0;
 %% if bristles
-    clear_patch(&state->patch, &state->last[0], ${prior_mu});
+    begin_patch(&state->patch, &state->last[0], ${prior_mu});
 %% else
     clear_patch(&state->patch, sample[0]);
 %% endif

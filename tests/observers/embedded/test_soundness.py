@@ -13,6 +13,7 @@ from observers.embedded import DOUBLE, SINGLE
 from symbolic import compiler
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.generated_code import (
+    CREEP,
     DECLARED,
     EFFECTS,
     FEW_BRISTLES,
@@ -32,6 +33,10 @@ LONG = pytest.mark.long
 SANITISED = [
     pytest.param(Ekf, DECLARED, AligningTorque(), HOUR, id="ekf-declared-aligning"),
     pytest.param(Mhe, DECLARED, AligningTorque(), HOUR // 100, id="mhe-declared-aligning-short"),
+    pytest.param(Ekf, CREEP, AligningTorque(), HOUR // 100, id="ekf-creep-short"),
+    pytest.param(Ekf, CREEP, AligningTorque(), HOUR, id="ekf-creep-aligning", marks=LONG),
+    pytest.param(Ekf, CREEP, SteeringTorque(), HOUR, id="ekf-creep-steering", marks=LONG),
+    pytest.param(Mhe, CREEP, AligningTorque(), HOUR // 4, id="mhe-creep-aligning", marks=LONG),
     pytest.param(Ekf, DECLARED, SteeringTorque(), HOUR, id="ekf-declared-steering", marks=LONG),
     pytest.param(Mhe, DECLARED, AligningTorque(), HOUR // 4, id="mhe-declared-aligning", marks=LONG),
     pytest.param(Ekf, EFFECTS, SteeringTorque(), 3000, id="ekf-effects-steering", marks=LONG),
