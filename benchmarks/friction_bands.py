@@ -3,7 +3,8 @@
     python benchmarks/friction_bands.py --model measured_output/model.json --runs 200
 
 Measured recordings (where `BRUSHGRIP_DATA` has them): share of the informed samples whose 95 % band
-holds the recording's own mu_eff at the end, median sigma over mu, time until mu_eff stays within 10 %
+holds the recording's own mu_eff at the end, and that of the model found fitted to the whole recording
+offline, median sigma over mu, time until mu_eff stays within 10 %
 of its end, pairs on one ground, with the declared model and with --model, tuned by its `model_error`.
 
 Independent rig: effects that nobody declares, the declared model and the usual tuning: runs that are
@@ -23,6 +24,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks.bands_on_rig import found_models, undeclared_effects
 from benchmarks.ground_changes import changes, false_alarms
 from brushgrip.estimation import model_observer, run_observer
+from brushgrip.friction_outcome import offline_friction
 from brushgrip.recordings import read_all
 from identification import FoundModel, Recording, read_model
 from observers import PROFILES, Ekf, Estimates, Mhe, Status
@@ -32,16 +34,17 @@ PAIRS = (("fem3", "fem4_ident"), ("piros1", "piros2_ident"))
 """Recordings on one ground whose loads are within 15 %."""
 CLOSE = 0.1
 """Share of mu_eff within which it counts as settled [1]."""
-COLUMNS = ("covered", "sigma/mu", "settled s", "mu_eff", "sigma", "flagged", "alarms")
+COLUMNS = ("covered", "offline", "sigma/mu", "settled s", "mu_eff", "sigma", "flagged", "alarms")
 
 
-def figures(recording: Recording, estimates: Estimates) -> list[float]:
-    """The figures of one recording in the order of `COLUMNS`."""
+def figures(recording: Recording, estimates: Estimates, reference: float) -> list[float]:
+    """The figures of one recording in the order of `COLUMNS`; reference: mu_eff fitted offline [1]."""
     mu, std, informed = estimates.mu_eff, estimates.mu_eff_std, estimates.informed
     off = np.flatnonzero(~(np.abs(mu / mu[-1] - 1) <= CLOSE))
     settled = recording.t[off[-1] + 1] - recording.t[0] if off.size else 0.0
     return [
         float(np.mean(np.abs(mu - mu[-1])[informed] < 1.96 * std[informed])),
+        float(np.mean(np.abs(mu - reference)[informed] < 1.96 * std[informed])),
         float(np.median((std / mu)[informed])),
         float(settled),
         float(mu[-1]),
@@ -51,14 +54,18 @@ def figures(recording: Recording, estimates: Estimates) -> list[float]:
     ]
 
 
-def measured(kind: type[Ekf] | type[Mhe], tuning: str, found: FoundModel | None) -> None:
-    """Bands on the published recordings."""
+def measured(
+    kind: type[Ekf] | type[Mhe], tuning: str, found: FoundModel | None, offline: FoundModel
+) -> None:
+    """Bands on the published recordings; offline is the model found, with its fit of each recording."""
     print(f"\n{kind.__name__.upper()}, {tuning}, {'declared model' if found is None else 'model found'}")
     print(f"{'':16}" + "".join(f"{name:>11}" for name in COLUMNS))
     table = {}
     for recording in read_all(list(NAMES), None, causal=True):
         observer = model_observer(kind, recording, found, tuning=PROFILES[tuning])
-        table[recording.name] = figures(recording, run_observer(observer, recording))
+        table[recording.name] = figures(
+            recording, run_observer(observer, recording), offline_friction(offline, recording)
+        )
         print(f"{recording.name:16}" + "".join(f"{v:11.3f}" for v in table[recording.name]), flush=True)
     mean = np.mean(list(table.values()), axis=0)
     print(f"{'mean':16}" + "".join(f"{v:11.3f}" for v in mean))
@@ -77,10 +84,11 @@ def main() -> None:
     parser.add_argument("--seconds", type=int, default=1000, help="on ground that stays")
     options = parser.parse_args()
     if options.model is not None:
+        model = read_model(options.model)
         for kind in (Ekf, Mhe):
-            for found in (None, read_model(options.model)):
-                measured(kind, "real_tyre", found)
-        measured(Ekf, "changing_ground", read_model(options.model))
+            for found in (None, model):
+                measured(kind, "real_tyre", found, model)
+        measured(Ekf, "changing_ground", model, model)
     undeclared_effects(options.runs)
     found_models(options.found)
     for tuning in PROFILES:

@@ -1,7 +1,7 @@
 """What a found model does for friction: the EKF's estimates before and after, recording by recording."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,8 +13,10 @@ from observers import FrictionQuality, friction_quality, friction_spread
 
 Stage = Mapping[str, FrictionQuality]
 """The quality of the estimates on each recording, by name."""
-MEANS = ("settling", "drift", "coverage", "relative_band")
+MEANS = ("settling", "drift", "coverage", "reference_coverage", "relative_band")
 """Figures of `FrictionQuality` that are averaged over recordings."""
+GROUP_LABELS = {"training": "training", "holdout": "held out"}
+"""Labels of `FrictionOutcome.groups`."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -25,20 +27,29 @@ class FrictionOutcome:
         before: by the declared model, k as given, by recording.
         after: by the model found, by recording.
         grounds: names of the recordings of each ground, those without one under an empty name.
+        holdout: names of the recordings to which no shared parameter was fitted; their errors still
+            chose the effects.
     """
 
     before: Stage
     after: Stage
     grounds: Mapping[str, tuple[str, ...]]
+    holdout: tuple[str, ...] = ()
 
     @property
     def stages(self) -> Mapping[str, Stage]:
         """Both stages by name."""
         return {"before": self.before, "after": self.after}
 
-    def means(self, stage: Stage) -> dict[str, float | None]:
-        """`MEANS` averaged over the recordings that have the figure."""
-        return {name: _mean([getattr(quality, name) for quality in stage.values()]) for name in MEANS}
+    def groups(self) -> Mapping[str, tuple[str, ...]]:
+        """Names of the training and, where there are any, of the held-out recordings."""
+        training = tuple(name for name in self.before if name not in self.holdout)
+        return {"training": training, **({"holdout": self.holdout} if self.holdout else {})}
+
+    def means(self, stage: Stage, names: Sequence[str] | None = None) -> dict[str, float | None]:
+        """`MEANS` averaged over those of the recordings that have the figure; over all without names."""
+        chosen = [stage[name] for name in (stage if names is None else names)]
+        return {figure: _mean([getattr(quality, figure) for quality in chosen]) for figure in MEANS}
 
     def spread(self, stage: Stage) -> dict[str, float | None]:
         """Coefficient of variation of the final mu_eff on each ground [1]; None below two recordings."""
@@ -53,6 +64,7 @@ class FrictionOutcome:
         return {
             name: {
                 "mean": self.means(stage),
+                **{group: {"mean": self.means(stage, names)} for group, names in self.groups().items()},
                 "spread": self.spread(stage),
                 "recordings": {recording: asdict(quality) for recording, quality in stage.items()},
             }
@@ -71,20 +83,47 @@ def found_model(diagnosis: Diagnosis) -> FoundModel:
     )
 
 
-def friction_outcome(recordings: Sequence[Recording], found: FoundModel) -> FrictionOutcome | None:
+def friction_outcome(
+    training: Sequence[Recording], holdout: Sequence[Recording], diagnosis: Diagnosis
+) -> FrictionOutcome | None:
     """The EKF over every recording by both models; None where a recording has no aligning torque."""
+    recordings = [*training, *holdout]
     if not recordings or not all(has_aligning_torque(recording) for recording in recordings):
         return None
-    factory = OBSERVERS[ObserverName.EKF]
+    factory, found = OBSERVERS[ObserverName.EKF], found_model(diagnosis)
+    fitted = replace(found, own=diagnosis.values.own, rig=diagnosis.values.rig)
+    references = {recording.name: offline_friction(fitted, recording) for recording in recordings}
     before, after = (
-        {r.name: friction_quality(observe(factory, r, model)) for r in recordings}
+        {r.name: friction_quality(observe(factory, r, model), references[r.name]) for r in recordings}
         for model in (None, found)
     )
     grounds: dict[str, tuple[str, ...]] = {}
     for recording in recordings:
         ground = recording.ground or ""
         grounds[ground] = (*grounds.get(ground, ()), recording.name)
-    return FrictionOutcome(before=before, after=after, grounds=grounds)
+    held_out = tuple(recording.name for recording in holdout)
+    return FrictionOutcome(before=before, after=after, grounds=grounds, holdout=held_out)
+
+
+def offline_friction(found: FoundModel, recording: Recording) -> float:
+    """mu_eff of a recording [1] that the diagnosis saw: mu and rig tolerances fitted to all of it.
+
+    Independent of the filter, not of the recording or of the model found.
+    """
+    model, rig = found.model, recording.rig
+    fitted = found.rig.get(recording.name, {})
+    load = float(np.median(recording.F_N))
+    theta = model.theta(found.values_for(recording.name, ground=recording.ground))
+    memory = np.zeros(model.memory_size)
+    _, corrected = model.full_slide(
+        memory,
+        load * fitted.get("load", 1.0),
+        theta,
+        [fitted.get("a", rig.a), fitted.get("e", rig.e)],
+        rig.slide_rate,
+    )
+    mu_eff, torque = model.full_slide(memory, load, theta, [rig.a, rig.e], rig.slide_rate)
+    return float(corrected * mu_eff / torque)
 
 
 def _mean(figures: Sequence[float | None]) -> float | None:
@@ -93,18 +132,31 @@ def _mean(figures: Sequence[float | None]) -> float | None:
 
 
 def friction_figures(outcome: FrictionOutcome) -> list[tuple[str, list[str]]]:
-    """Rows of a table, before and after: a label, and the figures averaged over recordings."""
-    means = [outcome.means(stage) for stage in outcome.stages.values()]
+    """Rows of a table, before and after: a label, and figures of training and held-out recordings."""
     rows = [
-        ("settled within 10 %, mean [s]", [_decimal(mean["settling"]) for mean in means]),
-        ("drift over the second half, mean", [whole_percent(mean["drift"]) for mean in means]),
-        ("informed samples whose band holds the end", [whole_percent(m["coverage"]) for m in means]),
-        ("standard deviation over μ_eff, median", [_share(mean["relative_band"]) for mean in means]),
+        row
+        for group, names in outcome.groups().items()
+        for row in _rows(
+            GROUP_LABELS[group], [outcome.means(stage, names) for stage in outcome.stages.values()]
+        )
     ]
     spreads = [outcome.spread(stage) for stage in outcome.stages.values()]
     return rows + [
         (f"spread between recordings on {ground}", [_share(spread[ground]) for spread in spreads])
         for ground in spreads[0]
+    ]
+
+
+def _rows(group: str, means: Sequence[Mapping[str, float | None]]) -> list[tuple[str, list[str]]]:
+    return [
+        (f"{group}: settled within 10 %, mean [s]", [_decimal(mean["settling"]) for mean in means]),
+        (f"{group}: drift over the second half, mean", [whole_percent(mean["drift"]) for mean in means]),
+        (f"{group}: bands that hold the end", [whole_percent(mean["coverage"]) for mean in means]),
+        (
+            f"{group}: bands that hold the offline fit",
+            [whole_percent(mean["reference_coverage"]) for mean in means],
+        ),
+        (f"{group}: standard deviation over μ_eff", [_share(mean["relative_band"]) for mean in means]),
     ]
 
 

@@ -1,17 +1,20 @@
 """How good the friction that an observer found over a recording was, without knowing the true one.
 
 The recording's own final estimate is the reference: how soon the estimate stays near it, how far it
-still moves, and whether the bands on the way held it.
+still moves, and whether the bands on the way held it. That they did is necessary, not evidence of
+accuracy: the filter is compared with itself. Another reference may be given beside it.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from observers.protocol import Estimates
 from symbolic import InvalidInputError
 
+Array = NDArray[np.float64]
 NEAR_FINAL = 0.1
 """Share of the final estimate within which an estimate has settled [1]."""
 BAND_95 = 1.96
@@ -33,6 +36,8 @@ class FrictionQuality:
             one [1].
         coverage: share of the informed samples whose 95 % band holds the final mu_eff [1]; None where no
             sample is informed.
+        reference_coverage: share of the informed samples whose 95 % band holds a reference from
+            elsewhere [1]; None without one.
         relative_band: median over the informed samples of mu_eff_std over mu_eff [1]; None likewise.
     """
 
@@ -42,10 +47,15 @@ class FrictionQuality:
     drift: float
     coverage: float | None
     relative_band: float | None
+    reference_coverage: float | None = None
 
 
-def friction_quality(estimates: Estimates) -> FrictionQuality:
+def friction_quality(estimates: Estimates, reference: float | None = None) -> FrictionQuality:
     """The quality of the estimates over one recording; they need a standard deviation.
+
+    Args:
+        estimates: of an observer, over a recording.
+        reference: the recording's mu_eff [1] from elsewhere, such as a fit to the whole recording.
 
     Raises:
         InvalidInputError: the last estimate has no standard deviation, as that of a root solver.
@@ -61,10 +71,10 @@ def friction_quality(estimates: Estimates) -> FrictionQuality:
     settled = 0 if away.size == 0 else int(away[-1]) + 1
     late = mu_eff[t >= t[-1] - LATE_SHARE * (t[-1] - t[0])]
     known = estimates.informed.astype(bool)
-    coverage = relative_band = None
+    coverage = relative_band = reference_coverage = None
     if known.any():
-        held = np.abs(mu_eff[known] - final) <= BAND_95 * std[known]
-        coverage = float(held.mean())
+        coverage = _held(mu_eff[known], std[known], final)
+        reference_coverage = None if reference is None else _held(mu_eff[known], std[known], reference)
         relative_band = float(np.median(std[known] / mu_eff[known]))
     return FrictionQuality(
         mu_eff=final,
@@ -73,7 +83,12 @@ def friction_quality(estimates: Estimates) -> FrictionQuality:
         drift=float(np.ptp(late)) / final,
         coverage=coverage,
         relative_band=relative_band,
+        reference_coverage=reference_coverage,
     )
+
+
+def _held(mu_eff: Array, std: Array, reference: float) -> float:
+    return float(np.mean(np.abs(mu_eff - reference) <= BAND_95 * std))
 
 
 def friction_spread(qualities: Sequence[FrictionQuality]) -> float | None:

@@ -41,7 +41,7 @@ def demo(*, out: Path, examples: Path | None = None, force: bool = False) -> Non
         with progress() as report:
             result = diagnose(recordings, holdout, progress=report)
             report("estimating friction", 0, 1)
-            outcome = friction_outcome(read, found_model(result))
+            outcome = friction_outcome(recordings, holdout, result)
             tracks = estimate_friction(holdout, result)
         content = write_diagnosis(stage, result, outcome, tracks, made)
     clear(out, earlier, content[KEY]["files"])

@@ -10,7 +10,7 @@ from brushgrip.cluster import executor_at
 from brushgrip.console import print_diagnosis, progress, say, show
 from brushgrip.estimation import FrictionTrack
 from brushgrip.formatting import json_text
-from brushgrip.friction_outcome import FrictionOutcome, found_model, friction_outcome
+from brushgrip.friction_outcome import FrictionOutcome, friction_outcome
 from brushgrip.grounds import on_grounds
 from brushgrip.provenance import KEY, Provenance, clear, digest_of, provenance_of, require_own_folder
 from brushgrip.recordings import dbc_files, keep_inputs, locate, read_all, signal_map
@@ -75,7 +75,7 @@ def diagnose(
                 journal=journal,
             )
             report("estimating friction", 0, 1)
-            outcome = friction_outcome(used, found_model(result))
+            outcome = friction_outcome(used[: len(training)], used[len(training) :], result)
         content = write_diagnosis(folder, result, outcome, made=made)
     clear(out, earlier, content[KEY]["files"])
     remove_stale_pictures(out, content[KEY]["files"])

@@ -22,34 +22,51 @@ def bounded(
     """The recordings, thinned alike where together they have too many samples.
 
     Of each so many samples in a row one is kept, the first with a torque, and every sample at which
-    the angle reverses, so that what the patch remembers stays as it was. Nothing is averaged: the noise
+    the angle reverses, so that what the patch remembers stays as it was. Where reversals would take more
+    than half of the samples, those of the smallest angle are left out. Nothing is averaged: the noise
     keeps its size.
 
     Returns:
-        The recordings, and what was done in plain words; None where nothing was.
+        The recordings, at most `most` samples together, and what was done in plain words; None where
+        nothing was.
     """
     total = sum(recording.t.size for recording in recordings)
     if total <= most:
         return list(recordings), None
-    stride = -(-total // most)
-    shorter = [_thinned(recording, stride) for recording in recordings]
+    least, turns = _reversals_within(recordings, most // 2)
+    # Beside the samples in a row: reversals, and of each recording both ends and a row cut short.
+    stride = -(-total // max(most - sum(t.size + 3 for t in turns), 1))
+    shorter = [_thinned(r, stride, t) for r, t in zip(recordings, turns, strict=True)]
     seconds = float(np.median(np.diff(recordings[0].t)))
+    size = "" if least == REVERSAL else f" of {least:.3g} rad or more"
     line = (
         f"the recordings have {total:,} samples, more than the {most:,} that a diagnosis takes: of every"
-        f" {stride} in a row one is used, and every reversal, so {1000 * stride * seconds:.3g} ms apart"
-        f" instead of {1000 * seconds:.3g} ms"
+        f" {stride} in a row one is used, and every reversal{size}, so {1000 * stride * seconds:.3g} ms"
+        f" apart instead of {1000 * seconds:.3g} ms"
     )
     return shorter, line
 
 
-def _thinned(recording: Recording, stride: int) -> Recording:
+def _reversals_within(
+    recordings: Sequence[Recording], most: int
+) -> tuple[float, list[NDArray[np.int64]]]:
+    """The least angle of reversals of which there are at most so many [rad], and their samples."""
+    least = REVERSAL
+    while True:
+        turns = [_reversals(recording.psi, least) for recording in recordings]
+        if sum(t.size for t in turns) <= most:
+            return least, turns
+        least *= 2
+
+
+def _thinned(recording: Recording, stride: int, turns: NDArray[np.int64]) -> Recording:
     present = np.isfinite(recording.M_z)
     first = np.arange(0, recording.t.size, stride)
     # Where the first of a row has no torque, the next one with a torque, if it is in the same row.
     later = np.append(np.flatnonzero(present), recording.t.size)
     with_torque = later[np.searchsorted(later, first)]
     kept = np.where(with_torque < first + stride, with_torque, first)
-    kept = np.union1d(np.minimum(kept, recording.t.size - 1), _reversals(recording.psi))
+    kept = np.union1d(np.minimum(kept, recording.t.size - 1), turns)
     kept = np.union1d(kept, [0, recording.t.size - 1])
     recorded, torque = recording.psi_recorded, recording.M
     return replace(
@@ -64,7 +81,7 @@ def _thinned(recording: Recording, stride: int) -> Recording:
     )
 
 
-def _reversals(psi: Array) -> NDArray[np.int64]:
+def _reversals(psi: Array, least: float) -> NDArray[np.int64]:
     """Samples at which the angle is at its extreme between one reversal and the next."""
     # Only local extremes can be; they are few enough for a loop.
     slope = np.sign(np.diff(psi))
@@ -75,10 +92,10 @@ def _reversals(psi: Array) -> NDArray[np.int64]:
     heading = 0
     for i in (*changes.tolist(), psi.size - 1):
         low, high = (i if psi[i] < psi[low] else low), (i if psi[i] > psi[high] else high)
-        if heading >= 0 and psi[high] - psi[i] > REVERSAL:
+        if heading >= 0 and psi[high] - psi[i] > least:
             found.append(high)
             heading, low = -1, i
-        elif heading <= 0 and psi[i] - psi[low] > REVERSAL:
+        elif heading <= 0 and psi[i] - psi[low] > least:
             found.append(low)
             heading, high = 1, i
     return np.array(found, dtype=np.int64)

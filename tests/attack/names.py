@@ -67,6 +67,10 @@ def attempt(number: int) -> str | None:
     return f"{number}: {command} in {name!r} with {dict(environment)}: {wrong}" if wrong else None
 
 
+_MADE_FROM = b"/* Made by brushgrip from"
+"""Begins the comment at the end of generated C that has the names of the files."""
+
+
 @cache
 def usual(command: str) -> tuple[bytes, ...]:
     """What the command writes for a plain name."""
@@ -103,8 +107,9 @@ def outcome(
     )
     out = here / words[-1]
     files = sorted(path for path in out.rglob("*") if path.is_file()) if out.is_dir() else [out]
-    found = tuple(path.read_bytes() for path in files if path.is_file())
-    left = sorted({path.name for path in here.iterdir()} - before - {out.name, f"{out.stem}.png"})
+    found = tuple(path.read_bytes().partition(_MADE_FROM)[0] for path in files if path.is_file())
+    beside = {out.name, f"{out.stem}.png", f"{out.stem}.provenance.json"}
+    left = sorted({path.name for path in here.iterdir()} - before - beside)
     return process.returncode, process.stderr.decode("utf-8", "replace"), found, left
 
 

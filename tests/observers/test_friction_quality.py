@@ -58,3 +58,11 @@ def test_the_spread_of_one_ground_is_a_coefficient_of_variation():
     qualities = [friction_quality(track([mu, mu], 0.1)) for mu in (0.9, 1.0, 1.1)]
     assert friction_spread(qualities) == pytest.approx(0.1)
     assert friction_spread(qualities[:1]) is None
+
+
+def test_a_reference_from_elsewhere_has_its_own_coverage():
+    quality = friction_quality(track([1.5, 1.1, 0.7, 1.0], 0.1, [False, True, True, True]), 1.25)
+    assert quality.coverage == pytest.approx(2 / 3)
+    assert quality.reference_coverage == pytest.approx(1 / 3)
+    assert friction_quality(track([1.0, 1.0], 0.1)).reference_coverage is None
+    assert friction_quality(track([1.0], 0.5, [False]), 1.0).reference_coverage is None
