@@ -4,11 +4,32 @@ enum { STATES = ${states}, ROW = 6, CLEAN = ${clean} };
 /* A row of a sample: load, time, torque, turn, whether it is accepted, and the jump of the variance of ln mu. */
 enum { ROW_F_N, ROW_DT, ROW_M_Z, ROW_TRAVEL, ROW_ACCEPTED, ROW_JUMP };
 
-/* Stores the patch with a sample; of more corners than fit, those that contribute least to M_z are dropped. */
+/* Moment of the corners of a patch over k [m^3 rad], and its derivative by scale. */
+static void corner_moments(const ${name}_patch_t *patch, ${real} scale, ${real} *moment) {
+    ${real} corner_moment[2];
+    int32_t i;
+    moment[0] = (patch->rest - patch->angle) * ${still_moment};
+    moment[1] = 0.0;
+    for (i = 0; i < patch->corners; ++i) {
+        unit_moment(smaller(scale * patch->xi[i], FAR_OUT), corner_moment);
+        moment[0] += patch->d[i] * corner_moment[0];
+        moment[1] += patch->d[i] * corner_moment[1] * patch->xi[i];
+    }
+}
+
+/* Stores the patch with a sample; of more corners than fit, those that contribute least to M_z are dropped, and
+   what is lost is stored as linear in the scale mu / k: the torque at the scale of now and its derivative stay. */
 static void store_patch(${name}_state_t *state, int32_t at, ${real} scale) {
     ${name}_patch_t patch = state->patch;
+    ${real} whole[2] = {0.0, 0.0}, left[2] = {0.0, 0.0};
     int32_t i;
-    while (patch.corners > ${stored}) drop_corner(&patch, scale);
+    if (patch.corners > ${stored}) {
+        corner_moments(&patch, scale, whole);
+        while (patch.corners > ${stored}) drop_corner(&patch, scale);
+        corner_moments(&patch, scale, left);
+    }
+    state->remainder[at][1] = whole[1] - left[1];
+    state->remainder[at][0] = whole[0] - left[0] - scale * state->remainder[at][1];
     state->slope[at] = patch.rest - patch.angle;
     state->corners[at] = (int8_t)patch.corners;
     for (i = 0; i < patch.corners; ++i) {
@@ -20,7 +41,8 @@ static void store_patch(${name}_state_t *state, int32_t at, ${real} scale) {
 /* M_z [N m] of a sample at states x, with its derivatives by mu and by k over its nominal value. */
 static void torque_at(const ${name}_state_t *state, int32_t at, const ${real} *x, ${real} *torque) {
     const ${real} stiffness = ${stiffness}, k = ${k} * stiffness, scale = exp(x[${log_mu}]) / k;
-    ${real} total = state->slope[at] * ${still_moment}, by_scale = 0.0, moment[2];
+    ${real} total = state->slope[at] * ${still_moment} + state->remainder[at][0] + scale * state->remainder[at][1];
+    ${real} by_scale = state->remainder[at][1], moment[2];
     int32_t i;
     for (i = 0; i < state->corners[at]; ++i) {
         unit_moment(smaller(scale * state->xi[at][i], FAR_OUT), moment);
@@ -45,6 +67,8 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
         for (j = 0; j < ROW; ++j) state->row[i][j] = 0.0;
         state->row[i][ROW_F_N] = sample[2];
         state->slope[i] = 0.0;
+        state->remainder[i][0] = 0.0;
+        state->remainder[i][1] = 0.0;
         state->corners[i] = 0;
     }
     for (j = 0; j < STATES * STATES; ++j) state->P_newest[j] = state->factor[j];
