@@ -1,6 +1,31 @@
-"""`python -m brushgrip`."""
+"""`brushgrip` and `python -m brushgrip`: ready for Ctrl-C before anything long is imported."""
 
-from brushgrip.app import main
+try:
+    from collections.abc import Callable
+
+    from brushgrip.interrupts import run_process
+except KeyboardInterrupt:
+    raise SystemExit(130) from None
+
+
+def main() -> None:
+    """Runs the command line of the process.
+
+    Raises:
+        SystemExit: always; see `brushgrip.app.main`, and status 130 where the process was told to end.
+    """
+    run_process(load_command)
+
+
+def load_command() -> Callable[[], None]:
+    """Imports the command; matplotlib keeps to itself that it cannot write its cache of fonts."""
+    import logging
+
+    logging.getLogger("matplotlib").setLevel(logging.ERROR)
+    from brushgrip.app import main
+
+    return main
+
 
 if __name__ == "__main__":
     main()

@@ -1,8 +1,10 @@
 """The command `brushgrip`: its commands, its exit status and its error messages."""
 
-import signal
 import sys
 from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError
+from importlib.metadata import version as version_of
+from typing import Annotated
 
 import typer
 
@@ -14,9 +16,9 @@ from brushgrip.commands.estimate import estimate
 from brushgrip.commands.fetch import fetch
 from brushgrip.commands.identify import identify
 from brushgrip.commands.simulate import simulate
+from brushgrip.companions import strangers
+from brushgrip.speech import COMMAND_LINE, SPEECH, Speech, flags_first
 from brushgrip.terminal import fault_of_output, spell_what_is_lacking
-from symbolic import BrushgripError, InvalidInputError
-from symbolic.errors import one_line
 
 BAD_INPUT, FAILED = 2, 1
 """Exit status for input that the user can correct, and for failures outside, such as of a download."""
@@ -25,13 +27,42 @@ LISTS = ("--holdout", "--train", "--free-decay", "--declared")
 
 app = typer.Typer(
     name="brushgrip",
-    help="Estimates tyre-road friction at standstill from the steering torque.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # Plain help takes half the time, and fits every terminal.
 )
-for command in (demo, fetch, simulate, identify, diagnose, estimate, compare, codegen):
-    app.command()(command)
+EVERYWHERE = "--json and --quiet stand before or behind the name of a command."
+COMMANDS = (demo, fetch, simulate, identify, diagnose, estimate, compare, codegen)
+for command in COMMANDS:
+    app.command(epilog=EVERYWHERE)(command)
+
+
+def _say_version(wanted: bool) -> None:
+    if not wanted:
+        return
+    try:
+        number = version_of("brushgrip")
+    except PackageNotFoundError:
+        number = "of a checkout that is not installed"
+    print(f"brushgrip {number}")
+    raise typer.Exit
+
+
+@app.callback(epilog=EVERYWHERE)
+def everywhere(
+    json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON document.")] = False,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", help="Print nothing, and no progress, but what goes wrong.")
+    ] = False,
+    version: Annotated[  # noqa: ARG001
+        bool, typer.Option("--version", help="Print the version.", callback=_say_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Estimates tyre-road friction at standstill from the steering torque."""
+    if json and quiet:
+        raise typer.BadParameter("--json prints the result, --quiet nothing; give one of them")
+    SPEECH.set(Speech.JSON if json else Speech.QUIET if quiet else Speech.PLAIN)
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -44,9 +75,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
         SystemExit: always; status 0 on success, 2 for bad input, 1 for failures outside.
     """
     spell_what_is_lacking()
+    if strange := strangers():
+        print(f"brushgrip: {strange}", file=sys.stderr)
+        raise SystemExit(FAILED)
     if arguments is not None:
         raise SystemExit(_run(arguments))
-    _clean_up_when_ended()
     status = _run(sys.argv[1:])
     fault = fault_of_output()
     if fault and not status:
@@ -56,11 +89,11 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _run(arguments: Sequence[str]) -> int:
     """The exit status of a command line; what went wrong is said."""
+    COMMAND_LINE.set(tuple(arguments))
     try:
-        status = app(args=repeat_lists(arguments), prog_name="brushgrip", standalone_mode=False)
-    except BrushgripError as error:
-        _print_error(str(error))
-        return BAD_INPUT if isinstance(error, InvalidInputError) else FAILED
+        status = app(
+            args=flags_first(repeat_lists(arguments)), prog_name="brushgrip", standalone_mode=False
+        )
     except (typer.Abort, BrokenPipeError):
         return FAILED
     except OSError as error:
@@ -71,23 +104,31 @@ def _run(arguments: Sequence[str]) -> int:
         _print_error(f"there is not enough memory: {error}")
         return FAILED
     except Exception as error:
-        # Faults of usage come from the parser below typer, whose class differs between its versions.
-        if not hasattr(error, "format_message"):
-            raise
-        _print_error(error.format_message() or "no command given; brushgrip --help lists them")
-        return BAD_INPUT
+        return _said(error)
     return status or 0
 
 
-def _clean_up_when_ended() -> None:
-    """SIGTERM, and SIGHUP of a terminal that closes, clean up as Ctrl-C does; nohup stays nohup."""
-    for name in ("SIGTERM", "SIGHUP"):
-        number = getattr(signal, name, None)
-        if number is not None and signal.getsignal(number) == signal.SIG_DFL:
-            signal.signal(number, signal.default_int_handler)
+def _said(error: Exception) -> int:
+    """The exit status for an error that is ours or the user's, once it is said; any other is raised.
+
+    Raises:
+        Exception: it is a fault of the program.
+    """
+    from symbolic import BrushgripError, InvalidInputError
+
+    if isinstance(error, BrushgripError):
+        _print_error(str(error))
+        return BAD_INPUT if isinstance(error, InvalidInputError) else FAILED
+    # Faults of usage come from the parser below typer, whose class differs between its versions.
+    if not hasattr(error, "format_message"):
+        raise error
+    _print_error(error.format_message() or "no command given; brushgrip --help lists them")
+    return BAD_INPUT
 
 
 def _print_error(message: str) -> None:
+    from symbolic.errors import one_line
+
     print(f"brushgrip: {one_line(' '.join(message.split()))}", file=sys.stderr)
 
 

@@ -61,6 +61,16 @@ def staged_directory(final: str | Path) -> Iterator[Path]:
             _move_into(stage, target)
 
 
+def check_picture_name(picture: Path) -> None:
+    """Refuses a picture that is no PNG.
+
+    Raises:
+        InvalidInputError: the name has another suffix.
+    """
+    if picture.suffix.lower() != ".png":
+        raise InvalidInputError(f"{picture}: the picture needs a name that ends in .png")
+
+
 def is_same_file(one: Path, other: Path) -> bool:
     """Whether what is written to one path would replace the file at the other.
 

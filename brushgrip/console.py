@@ -1,18 +1,26 @@
 """The screen: lines and tables of results on standard output, progress on standard error."""
 
+import json
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 from rich.progress import Progress as ProgressBar
 from rich.table import Table
 
 from brushgrip.formatting import (
     error_columns,
     error_figures,
-    headline,
+    json_text,
     listed,
     parameters,
     plain,
@@ -21,6 +29,8 @@ from brushgrip.formatting import (
     sentence,
 )
 from brushgrip.friction_outcome import FrictionOutcome, friction_figures
+from brushgrip.speech import SPEECH, Speech
+from brushgrip.verdict import GRADES, headline
 from identification import Diagnosis, FreeDecay, ParameterEstimate
 from identification.thesis import DecrementEstimate
 from symbolic.errors import printable
@@ -33,7 +43,20 @@ _SECONDS_BETWEEN_LINES = 10.0
 
 def say(text: str) -> None:
     """One line on standard output, not wrapped, so that a path stays whole."""
-    Console(highlight=False, markup=False, soft_wrap=True).print(printable(text))
+    if SPEECH.get() is Speech.PLAIN:
+        Console(highlight=False, markup=False, soft_wrap=True).print(printable(text))
+
+
+def show(document: Mapping[str, Any] | Sequence[Any]) -> None:
+    """The result of a command as JSON on standard output, where that is wanted."""
+    if SPEECH.get() is Speech.JSON:
+        # ASCII, so that it is the same on every terminal; what is not finite is null.
+        print(json.dumps(json.loads(json_text(document)), indent=2))
+
+
+def _screen() -> Console:
+    """Standard output for tables; quiet where JSON or nothing is wanted."""
+    return Console(highlight=False, markup=False, quiet=SPEECH.get() is not Speech.PLAIN)
 
 
 def warn(text: str) -> None:
@@ -43,8 +66,15 @@ def warn(text: str) -> None:
 
 @contextmanager
 def progress() -> Iterator[Progress]:
-    """A bar on a terminal, elsewhere a plain line now and then."""
+    """A bar on a terminal, elsewhere a plain line now and then; both with the time that is left.
+
+    How many steps a search takes shows only as it goes: the time is that of the present step, beside
+    the time since the beginning.
+    """
     screen = Console(stderr=True, highlight=False, markup=False, soft_wrap=True)
+    if SPEECH.get() is Speech.QUIET:
+        yield lambda *_: None
+        return
     if not screen.is_terminal:
         yield _plain_lines(screen)
         return
@@ -53,6 +83,8 @@ def progress() -> Iterator[Progress]:
         BarColumn(),
         MofNCompleteColumn(),
         TimeElapsedColumn(),
+        TextColumn("left in this step:"),
+        TimeRemainingColumn(),
     )
     with ProgressBar(*columns, console=screen, transient=True) as bar:
         task = bar.add_task("reading", total=None)
@@ -65,21 +97,42 @@ def progress() -> Iterator[Progress]:
 
 def _plain_lines(screen: Console) -> Progress:
     """At most one line in ten seconds, the first after ten: a quick fault stands alone."""
-    last = time.monotonic()
+    begun = last = time.monotonic()
+    step, step_begun, done_before = "", begun, 0
 
     def report(message: str, done: int, total: int) -> None:
-        nonlocal last
+        nonlocal last, step, step_begun, done_before
         now = time.monotonic()
-        if now - last >= _SECONDS_BETWEEN_LINES:
-            last = now
-            screen.print(f"{message}: {done} of {total}")
+        if message != step or done < done_before:
+            # What is done as a step begins was kept from before, and says nothing of its pace.
+            step, step_begun, done_before = message, now, done
+        if now - last < _SECONDS_BETWEEN_LINES:
+            return
+        last = now
+        line = f"{message}: {done} of {total}, {_spoken_time(now - begun)} so far"
+        if done_before < done < total:
+            left = (now - step_begun) / (done - done_before) * (total - done)
+            line += f", about {_spoken_time(left)} left in this step"
+        screen.print(line)
 
     return report
 
 
+def _spoken_time(seconds: float) -> str:
+    minutes, seconds = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    return (
+        f"{hours} h {minutes} min"
+        if hours
+        else f"{minutes} min {seconds} s"
+        if minutes
+        else f"{seconds} s"
+    )
+
+
 def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None) -> None:
     """Print errors, effects and the unexplained residual on standard output."""
-    screen = Console(highlight=False, markup=False)
+    screen = _screen()
     screen.print(headline(diagnosis), style="bold")
     screen.print(_errors_table(diagnosis))
     screen.print(f"Before any effect: {diagnosis.signatures_before.reading}")
@@ -111,11 +164,13 @@ def _errors_table(diagnosis: Diagnosis) -> Table:
 
 def _effects_table(diagnosis: Diagnosis) -> Table:
     table = Table(title="Effects found", title_justify="left")
-    for heading in ("effect", "parameters ± standard deviation", "indistinguishable from"):
+    for heading in ("effect", "grade", "parameters ± standard deviation", "indistinguishable from"):
         table.add_column(heading)
     for effect in diagnosis.effects:
         rivals = listed([plain(name) for name in effect.indistinguishable_from], "or")
-        table.add_row(plain(effect.name), parameters(effect.parameters), rivals or "–")
+        table.add_row(
+            plain(effect.name), GRADES[effect.grade], parameters(effect.parameters), rivals or "–"
+        )
     return table
 
 
@@ -131,7 +186,7 @@ def _friction_table(outcome: FrictionOutcome) -> Table:
 
 def print_free_decay(result: FreeDecay, decrement: DecrementEstimate) -> None:
     """Print k and b_t by maximum likelihood and by [Györök 2022], and what determines them."""
-    screen = Console(highlight=False, markup=False)
+    screen = _screen()
     screen.print(_identified_table(result, decrement))
     forces = [
         f"{quantity(contact.force)} at a = {1000 * contact.a:g} mm"

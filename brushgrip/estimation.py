@@ -2,13 +2,13 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from enum import StrEnum
 from functools import partial
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgrip.choices import ObserverName
 from identification import FoundModel, Recording
 from observers import (
     AligningTorque,
@@ -22,7 +22,6 @@ from observers import (
     SteeringTorque,
     Tuning,
     ZoneRootSolver,
-    profile,
     run,
     smooth,
     suspicions_of,
@@ -33,14 +32,6 @@ from symbolic import InvalidInputError, Model
 Array = NDArray[np.float64]
 ObserverFactory = Callable[[Recording, FoundModel | None], Observer]
 """Builds the observer for a recording, on the model that a diagnosis found or (None) the declared."""
-
-
-class ObserverName(StrEnum):
-    """Observers by the name that a user gives."""
-
-    EKF = "ekf"
-    MHE = "mhe"
-    ROOT = "root"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -120,18 +111,20 @@ OBSERVERS: Mapping[ObserverName, ObserverFactory] = {
 """The observers that a command offers; one more is one more entry here and in `ObserverName`."""
 
 
-def observer_factory(name: ObserverName, tuning: str | None = None) -> ObserverFactory:
-    """The factory of an observer, with a tuning by name; None for the usual one.
+def observer_factory(name: ObserverName, tuning: Tuning | None = None) -> ObserverFactory:
+    """The factory of an observer with a tuning; None for the usual one.
 
     Raises:
-        InvalidInputError: there is no tuning of this name, or the observer has none.
+        InvalidInputError: the observer has no tuning.
     """
     if tuning is None:
         return OBSERVERS[name]
     if name is ObserverName.ROOT:
-        raise InvalidInputError("--observer root has no tuning; leave --tuning out, or use ekf or mhe")
+        raise InvalidInputError(
+            "--observer root has no tuning; leave --tuning and --tune out, or use ekf or mhe"
+        )
     kind: type[Ekf] | type[Mhe] = Ekf if name is ObserverName.EKF else Mhe
-    return partial(model_observer, kind, tuning=profile(tuning))
+    return partial(model_observer, kind, tuning=tuning)
 
 
 def observe(

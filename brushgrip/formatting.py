@@ -73,22 +73,11 @@ def parameters(estimates: Mapping[str, ParameterEstimate]) -> str:
     return "; ".join(f"{name} = {quantity(estimate)}" for name, estimate in estimates.items())
 
 
-def headline(diagnosis: Diagnosis) -> str:
-    """The result of a diagnosis in one sentence."""
+def error_percentages(diagnosis: Diagnosis) -> tuple[str, str, str]:
+    """The error that judges the model: its name, and its size before and after."""
     before, after = diagnosis.before.summary(), diagnosis.after.summary()
     kind, key = _judged_by(diagnosis)
-    if not diagnosis.effects:
-        verdict = (
-            "No known effect explains what the declared model misses"
-            if diagnosis.unexplained.present
-            else "The declared model misses nothing that these recordings could show"
-        )
-        return f"{verdict}: {kind} error {percent(after[key])} of range."
-    missing = listed([plain(effect.name) for effect in diagnosis.effects])
-    return (
-        f"The declared model misses {missing}: "
-        f"{kind} error {percent(before[key])} → {percent(after[key])} of range."
-    )
+    return kind, percent(before[key]), percent(after[key])
 
 
 def error_columns(diagnosis: Diagnosis) -> dict[str, str]:

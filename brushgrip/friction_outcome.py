@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.estimation import OBSERVERS, ObserverName, has_aligning_torque, observe
+from brushgrip.choices import ObserverName
+from brushgrip.estimation import OBSERVERS, has_aligning_torque, observe
 from identification import Diagnosis, FoundModel, Recording
 from observers import FrictionQuality, friction_quality, friction_spread
 

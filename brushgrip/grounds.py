@@ -21,7 +21,14 @@ def on_grounds(
     Raises:
         InvalidInputError: a text is none such, names no recording of these, or a recording twice.
     """
-    names = [recording.name for recording in recordings]
+    grounds = grounds_by_name([recording.name for recording in recordings], given, bare=bare)
+    return [replace(r, ground=grounds.get(r.name, r.ground)) for r in recordings]
+
+
+def grounds_by_name(
+    names: Sequence[str], given: Sequence[str] | None, *, bare: bool = False
+) -> dict[str, str]:
+    """The grounds that `--ground` names, by recording; see `on_grounds`."""
     grounds: dict[str, str] = {}
     for text in given or ():
         ground, equals, listed = (part.strip() for part in text.partition("="))
@@ -37,7 +44,7 @@ def on_grounds(
                 raise InvalidInputError(
                     f"--ground {text}: {name} stands on {grounds[name]} already; one ground each"
                 )
-    return [replace(r, ground=grounds.get(r.name, r.ground)) for r in recordings]
+    return grounds
 
 
 def say_ground(recording: Recording, found: FoundModel | None) -> None:

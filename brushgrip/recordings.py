@@ -11,11 +11,23 @@ import numpy as np
 
 from brushgrip.atomic import is_same_file
 from brushgrip.fetch import LOCAL_COPY
-from identification import READERS, Decay, Recording, read_decay, read_recording, read_rig
+from identification import (
+    READERS,
+    Decay,
+    Recording,
+    SignalMap,
+    parse_signals,
+    read_decay,
+    read_recording,
+    read_rig,
+    read_signals,
+)
 from identification.reading.table import MIN_SAMPLES
 from symbolic import InvalidInputError
 from symbolic.errors import printable
 
+ADDED_SUFFIXES = (".mat", ".csv", ".txt")
+"""Suffixes that the name of a recording may lack."""
 _SHARED = 0.5
 """Recordings that share more of their samples are one, cut, thinned or shifted in time."""
 
@@ -42,13 +54,13 @@ def locate(name: str) -> Path:
         folders += [Path(local)] if local else []
         folders.append(download_folder())
     for folder in folders:
-        for path in (folder / given, *(folder / f"{given}{suffix}" for suffix in READERS)):
+        for path in (folder / given, *(folder / f"{given}{suffix}" for suffix in ADDED_SUFFIXES)):
             if _is_there(path) and not path.is_dir():
                 return path
     if given.is_dir():
-        raise InvalidInputError(f"{name}: is a folder, expected a recording ({' or '.join(READERS)})")
+        raise InvalidInputError(f"{name}: is a folder, expected a recording ({', '.join(READERS)})")
     places = ", ".join(str(folder) if folder != Path() else "here" for folder in folders)
-    *others, last = (f"{given.name}{suffix}" for suffix in ("", *READERS))
+    *others, last = (f"{given.name}{suffix}" for suffix in ("", *ADDED_SUFFIXES))
     raise InvalidInputError(
         f"{name}: no such recording; looked for {', '.join(others)} and {last}"
         f" in {places if given.name == name else given.parent}"
@@ -64,7 +76,12 @@ def _is_there(path: Path) -> bool:
 
 
 def read_all(
-    names: Sequence[str], rig: Path | None, *, torque_required: bool = True, causal: bool = False
+    names: Sequence[str],
+    rig: Path | None,
+    *,
+    torque_required: bool = True,
+    causal: bool = False,
+    given_map: str | None = None,
 ) -> list[Recording]:
     """The recordings of these names, in order, each under a name of its own.
 
@@ -73,14 +90,17 @@ def read_all(
         rig: a rig file; None where the recordings know their rig.
         torque_required: whether a recording without M_z is a fault.
         causal: fill gaps from the past alone.
+        given_map: what `--map` says; goes before the rig file's [signals].
 
     Raises:
         InvalidInputError: a file is missing or bad, or one recording is given twice.
     """
     nominal = None if rig is None else read_rig(rig)
+    signals = signal_map(rig, given_map)
     paths = [locate(name) for name in names]
     recordings = [
-        read_recording(path, nominal, torque_required=torque_required, causal=causal) for path in paths
+        read_recording(path, nominal, torque_required=torque_required, causal=causal, signals=signals)
+        for path in paths
     ]
     for (one, first), (other, second) in combinations(zip(paths, recordings, strict=True), 2):
         if one.samefile(other) or (torque_required and _same_samples(first, second)):
@@ -89,19 +109,46 @@ def read_all(
     return [replace(r, name=label) for r, label in zip(recordings, labels, strict=True)]
 
 
-def read_decays(names: Sequence[str], rig: Path | None) -> list[Decay]:
+def signal_map(rig: Path | None, given_map: str | None) -> SignalMap:
+    """Where columns come from: [signals] of the rig file, and before it what `--map` says."""
+    of_rig = SignalMap() if rig is None else read_signals(rig)
+    return of_rig if given_map is None else of_rig.updated(parse_signals(given_map))
+
+
+def dbc_files(signals: SignalMap) -> list[Path]:
+    """The database that a map names, where it names one."""
+    return [] if signals.dbc is None else [signals.dbc]
+
+
+def labelled(names: Sequence[str]) -> dict[str, Path]:
+    """The files of these names, in order, by a label of their own; their content is not read.
+
+    Raises:
+        InvalidInputError: there is no such file, or one is given twice.
+    """
+    paths = [locate(name) for name in names]
+    first: dict[Path, Path] = {}
+    for path in paths:
+        if first.setdefault(path.resolve(), path) is not path:
+            raise _twice(path, first[path.resolve()])
+    return dict(zip(_unique_labels(paths), paths, strict=True))
+
+
+def read_decays(names: Sequence[str], rig: Path | None, given_map: str | None = None) -> list[Decay]:
     """The free vibrations of these names, in order, each under a name of its own.
 
     Args:
         names: as the user gave them.
         rig: a rig file; None where the recordings know their rig.
+        given_map: what `--map` says; goes before the rig file's [signals].
 
     Raises:
         InvalidInputError: a file is missing or bad, or one recording is given twice.
     """
     nominal = None if rig is None else read_rig(rig)
+    signals = signal_map(rig, given_map)
     paths = [locate(name) for name in names]
-    decays = [read_decay(path, nominal) for path in paths]
+    decays = [read_decay(path, nominal, signals=signals) for path in paths]
     for (one, first), (other, second) in combinations(zip(paths, decays, strict=True), 2):
         if one.samefile(other) or np.array_equal(first.psi, second.psi):
             raise _twice(one, other)

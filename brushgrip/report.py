@@ -2,14 +2,14 @@
 
 import base64
 import re
-from collections.abc import Container, Sequence
+from collections.abc import Container, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from brushgrip import formatting
+from brushgrip import formatting, verdict
 from brushgrip.estimation import FrictionTrack
 from brushgrip.friction_outcome import FrictionOutcome, end_friction, friction_figures, whole_percent
 from brushgrip.pictures import (
@@ -20,15 +20,19 @@ from brushgrip.pictures import (
     draw_residuals,
     draw_signatures,
 )
-from brushgrip.pictures.style import is_drawn_by_us
-from identification import Diagnosis, ParameterEstimate, Signature
+from brushgrip.pictures.style import is_drawn_by_us, vectors
+from identification import Diagnosis, Signature
 
 PAGE = "report.html"
 _PICTURES = re.compile(r"(loops|residuals|signatures|candidates|friction|experiment_\w+)\.png")
 TEMPLATE = "report.html.j2"
+_LARGEST_DRAWING = 3_000_000
+"""Bytes of a drawing that the page takes."""
+_MOST_SAMPLES = 100_000
+"""Samples of all recordings that are drawn as lines; of more the page takes points."""
 FILTERS = ("listed", "parameters", "percent", "plain", "quantity", "sentence", "signed", "torque")
 FUNCTIONS = (
-    *("error_columns", "error_figures", "headline", "indistinguishable_effects", "is_worse"),
+    *("error_columns", "error_figures", "indistinguishable_effects", "is_worse"),
     *("outcome", "residual_structure"),
 )
 """Names in `brushgrip.formatting` that the template uses as filters and as functions."""
@@ -39,6 +43,7 @@ def write_report(
     diagnosis: Diagnosis,
     friction: Sequence[FrictionTrack] = (),
     outcome: FrictionOutcome | None = None,
+    made: Mapping[str, Any] | None = None,
 ) -> Path:
     """Writes report.html and its pictures.
 
@@ -47,16 +52,22 @@ def write_report(
         diagnosis: the result of the search.
         friction: estimates of friction over time to show, may be empty.
         outcome: friction before and after, recording by recording; None where none was estimated.
+        made: where the results come from, see `brushgrip.provenance`; None where nobody says.
 
     Returns:
         The page.
     """
-    shown = _draw_pictures(folder, diagnosis, friction)
-    template = _environment(folder).get_template(TEMPLATE)
+    samples = sum(series.t.size for series in diagnosis.series)
+    with vectors(wanted=samples <= _MOST_SAMPLES) as drawings:
+        shown = _draw_pictures(folder, diagnosis, friction)
+    template = _environment(folder, drawings).get_template(TEMPLATE)
+    contents = _contents(diagnosis, friction, outcome, made)
     text = template.render(
+        contents=contents,
         diagnosis=diagnosis,
         friction=friction,
         friction_outcome=outcome,
+        made=made,
         residuals_shown=shown,
         signatures=_signature_pairs(diagnosis),
         strong=diagnosis.criteria.strong,
@@ -65,6 +76,30 @@ def write_report(
     path = folder / PAGE
     path.write_text(text, encoding="utf-8", newline="\n")
     return path
+
+
+def _contents(
+    diagnosis: Diagnosis,
+    friction: Sequence[FrictionTrack],
+    outcome: FrictionOutcome | None,
+    made: Mapping[str, Any] | None,
+) -> list[tuple[str, str]]:
+    """Anchors and titles of the sections that the page has, in order."""
+    sections = [
+        ("friction", "Friction", outcome is not None),
+        ("tracks", "Friction over time", bool(friction)),
+        ("errors", "Torque errors", True),
+        ("loops", "Hysteresis loops", True),
+        ("residuals", "Residuals", True),
+        ("signatures", "What the residual follows", True),
+        ("candidates", "Candidates", bool(diagnosis.candidates)),
+        ("effects", "Effects found", True),
+        ("experiments", "Next experiments", any(e.experiment for e in diagnosis.effects)),
+        ("unexplained", "What remains unexplained", True),
+        ("inputs", "Inputs", bool(made and made["inputs"])),
+        ("glossary", "Glossary", True),
+    ]
+    return [(anchor, title) for anchor, title, there in sections if there]
 
 
 def remove_stale_pictures(folder: Path, written: Container[str]) -> None:
@@ -94,7 +129,7 @@ def _draw_pictures(folder: Path, diagnosis: Diagnosis, friction: Sequence[Fricti
     return shown
 
 
-def _environment(folder: Path) -> Environment:
+def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
     """The templates, with pictures of a folder and the words of `brushgrip.formatting`."""
     environment = Environment(
         loader=PackageLoader("brushgrip"),
@@ -110,7 +145,13 @@ def _environment(folder: Path) -> Environment:
     environment.filters |= {"end_friction": end_friction, "whole_percent": whole_percent}
     environment.globals["friction_figures"] = friction_figures
     environment.globals |= {name: getattr(formatting, name) for name in FUNCTIONS}
-    environment.globals["picture"] = lambda name: _data_address(folder / name)
+    environment.filters |= {"plain_parameter": verdict.plain_parameter}
+    environment.globals |= {
+        "headline": verdict.headline,
+        "explained_grade": verdict.explained_grade,
+        "grades": verdict.GRADES,
+        "picture": lambda name: _data_address(folder / name, drawings.get(name)),
+    }
     return environment
 
 
@@ -119,9 +160,12 @@ def _keep_percent(value: Any) -> Any:
     return value.replace(" %", "\N{NO-BREAK SPACE}%") if isinstance(value, str) else value
 
 
-def _data_address(png: Path) -> str:
-    """A picture as an address that holds its content."""
-    return f"data:image/png;base64,{base64.b64encode(png.read_bytes()).decode('ascii')}"
+def _data_address(png: Path, drawing: bytes | None) -> str:
+    """A picture as an address that holds its content: a drawing, or where that is too large, points."""
+    kind, content = "png", png.read_bytes()
+    if drawing is not None and len(drawing) <= _LARGEST_DRAWING:
+        kind, content = "svg+xml", drawing
+    return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 
 def _signature_pairs(diagnosis: Diagnosis) -> list[tuple[Signature, Signature]]:
@@ -137,8 +181,5 @@ def _correlation(signature: Signature) -> str:
 
 
 def _final_friction(track: FrictionTrack) -> str:
-    std = float(track.mu_std[-1])
-    value = float(track.mu[-1])
-    return formatting.quantity(
-        ParameterEstimate(value=value, std=std if np.isfinite(std) else None, unit="1")
-    )
+    value, std = float(track.mu[-1]), float(track.mu_std[-1])
+    return f"{value:.3f} ± {std:.3f}" if np.isfinite(std) else f"{value:.3f}"

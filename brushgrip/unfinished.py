@@ -25,6 +25,8 @@ def kept_trials(out: Path) -> Iterator[Journal | None]:
         warn("what is found cannot be kept, no folder can be written; interrupted, all begins anew")
         yield None
         return
+    if kept := sum(1 for _ in folder.glob("*.npz")):
+        warn(f"going on: an interrupted search left {kept} of its trials in {folder}")
     try:
         yield Journal(folder=folder)
     except BaseException:

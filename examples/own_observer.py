@@ -18,27 +18,21 @@ GAIN, DAMPING = 0.05, 3.0  # [1], [N m]: the gain is small where M_z hardly depe
 class ConstantGain(CasadiObserver):
     """A constant-gain filter on ln mu, made of two casadi Functions."""
 
-    @property
-    def layout(self) -> Layout:
-        """Memory of the patch, last sample, ln mu, output."""
-        sizes = (self.model.memory_size, len(CLEAN), 1, len(OUTPUT))
-        names = ("memory", "last", "log_mu", "output")
-        return Layout(tuple(zip(names, sizes, (1, 1, 1, 1), strict=True)))
+    layout = Layout.of(memory=MODEL.memory_size, last=len(CLEAN), log_mu=1, output=len(OUTPUT))
 
     @property
     def initial_function(self) -> ca.Function:
-        """The patch at rest, mu = 1 with a deviation of 0.5."""
+        """The patch at rest, mu = 1 with a deviation of 1."""
         sample, constants = ca.MX.sym("sample", len(SAMPLE)), ca.MX.sym("c", self.constants.size)
         memory = self.model.initial(sample[: len(SIGNALS)], constants[:-2], constants[-2:])
-        last = ca.vertcat(sample, 0, sample[SAMPLE.index("F_N")], 0)
-        parts = {"memory": memory, "last": last, "output": self.output(mu=1, mu_std=0.5)}
-        return ca.Function("own_start", [sample, constants], [self.layout.fill(parts)])
+        last, output = ca.vertcat(sample, 0, sample[SAMPLE.index("F_N")], 0), self.output(mu=1, mu_std=1)
+        return ca.Function("own_start", [sample, constants], [ca.vertcat(memory, last, 0, output)])
 
     @property
     def step_function(self) -> ca.Function:
         """One sample: predict M_z at the last mu, then correct ln mu along its slope."""
-        sizes = (self.layout.size, len(SAMPLE), self.constants.size)
-        state, sample, constants = symbols = [ca.MX.sym("s", size) for size in sizes]
+        numbers = (self.layout.size, len(SAMPLE), self.constants.size)
+        state, sample, constants = symbols = list(map(ca.MX.sym, "sxc", numbers))
         before = self.layout.split(state)
         now, _ = build_clean(AligningTorque())(sample, before["last"])
         theta = ca.vertcat(ca.exp(before["log_mu"]), constants[1:-2])
@@ -46,8 +40,8 @@ class ConstantGain(CasadiObserver):
         slope, measured = ca.jtimes(M_z, state, self.layout.fill({"log_mu": 1})), now[CLEAN.index("M_z")]
         innovation = ca.if_else(ca.fabs(measured) < 1e9, measured - M_z, 0)
         log_mu = before["log_mu"] + GAIN * slope * innovation / (slope**2 + DAMPING**2)
-        load, friction = now[CLEAN.index("F_N")], {"mu": ca.exp(log_mu), "mu_std": 0.1}
-        output = self.output(memory, load, **friction, M_z_predicted=M_z)
+        known = {"mu": ca.exp(log_mu), "mu_std": 0.1, "M_z_predicted": M_z}
+        output = self.output(memory, now[CLEAN.index("F_N")], **known)
         return ca.Function("own_step", symbols, [ca.vertcat(memory, now, log_mu, output), output])
 
 

@@ -27,6 +27,7 @@ from identification.reading.conditioning import (
 from identification.reading.readers import READERS, Reader
 from identification.reading.recordings import Recording, read_recording
 from identification.reading.rigfile import read_rig
+from identification.reading.signal_map import SignalMap, SignalSource, parse_signals, read_signals
 from identification.reading.smoothing import smoothed_rate
 from identification.reading.table import Table
 from identification.residuals.signals import RESIDUAL_SIGNALS
@@ -75,6 +76,8 @@ __all__ = [
     "Scaled",
     "SelectionCriteria",
     "Series",
+    "SignalMap",
+    "SignalSource",
     "Signature",
     "Signatures",
     "Squares",
@@ -90,12 +93,14 @@ __all__ = [
     "identify_free_decay",
     "initial_guess",
     "model_text",
+    "parse_signals",
     "profile",
     "propose",
     "read_decay",
     "read_model",
     "read_recording",
     "read_rig",
+    "read_signals",
     "recording_from_raw",
     "replaced_rig",
     "search",
@@ -103,3 +108,4 @@ __all__ = [
     "signatures",
     "smoothed_rate",
 ]
+__dir__ = __all__.copy

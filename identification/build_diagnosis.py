@@ -17,7 +17,8 @@ from identification.experiments.proposals import Proposal
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit
 from identification.fits.values import Values
-from identification.notes import notes_on
+from identification.grades import distance_from_neutral, grade_of
+from identification.notes import notes_on, parameters_at_bounds
 from identification.parameter_estimate import ParameterEstimate
 from identification.prediction import unrefitted_residuals
 from identification.reading.recordings import Recording
@@ -25,7 +26,12 @@ from identification.residuals.model_error import model_error
 from identification.residuals.signatures import Signatures, signatures
 from identification.residuals.unexplained import unexplained
 from identification.results import Candidate, Diagnosis, Errors, FoundEffect, Series
-from identification.selection.criteria import SelectionCriteria, delta_bic
+from identification.selection.criteria import (
+    DEFAULT_CRITERIA,
+    SelectionCriteria,
+    advantage,
+    delta_bic,
+)
 from identification.selection.stepwise_search import SearchStep
 from identification.selection.trial_runner import Effects
 from identification.selection.trials import Trial
@@ -177,7 +183,18 @@ def _found_effects(
         # Effects that were dropped later are not among the estimates of the final model.
         if effect not in steps[-1].before.effects or effect in step.before.effects:
             continue
-        scope, own = _scope_and_parameters(effect, steps[-1].before.fitted, estimates)
+        final = steps[-1].before.fitted
+        scope, own = _scope_and_parameters(effect, final, estimates)
+        gain, error = advantage(step.after.judgement, step.before.judgement, DEFAULT_CRITERIA.long_block)
+        bic = delta_bic(step.after.fitted, step.before.fitted, recordings)
+        errors = gain / error if error > 0 else 0.0
+        grade = grade_of(
+            errors,
+            bic,
+            distance_from_neutral(effect, own),
+            has_rivals=bool(step.indistinguishable),
+            at_bound=effect.name in dict(parameters_at_bounds(final)),
+        )
         effects.append(
             FoundEffect(
                 name=effect.name,
@@ -185,9 +202,12 @@ def _found_effects(
                 scope=scope,
                 parameters=own,
                 holdout_nrmse_after=step.after.nrmse,
-                delta_bic=delta_bic(step.after.fitted, step.before.fitted, recordings),
+                delta_bic=bic,
                 indistinguishable_from=tuple(other.name for other in step.indistinguishable),
                 experiment=proposals.get(step.after.effects),
+                grade=grade,
+                standard_errors=errors,
+                deviations=distance_from_neutral(effect, own),
             )
         )
     return tuple(effects)

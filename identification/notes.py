@@ -42,7 +42,15 @@ def notes_on(before: Errors, after: Errors, fitted: Fit) -> tuple[str, ...]:
 
 def _at_their_bounds(fitted: Fit) -> list[str]:
     """Effects whose parameter ends where its range does; such an effect may stand in for another."""
-    notes = []
+    return [
+        f"{effect}: {what}; the effect may stand in for one that is not in the library"
+        for effect, what in parameters_at_bounds(fitted)
+    ]
+
+
+def parameters_at_bounds(fitted: Fit) -> list[tuple[str, str]]:
+    """Effects of which a shared parameter ends where its range does, and which one."""
+    found = []
     named = {parameter_name(effect, p): (effect, p) for effect, p in fitted.model.parameters}
     for (owner, name), own in zip(fitted.labels, fitted.own, strict=True):
         effect, parameter = named.get(name, (None, None))
@@ -53,12 +61,11 @@ def _at_their_bounds(fitted: Fit) -> list[str]:
         near = [end for end in ends if abs(value - end) <= AT_BOUND * parameter.scale]
         unit = "" if parameter.unit == "1" else f" {parameter.unit}"
         ground = f" on {owner}" if owner else ""
-        notes += [
-            f"{effect.name}: {parameter.name}{ground} is at the end of its range, {end:g}{unit};"
-            " the effect may stand in for one that is not in the library"
+        found += [
+            (effect.name, f"{parameter.name}{ground} is at the end of its range, {end:g}{unit}")
             for end in near
         ]
-    return notes
+    return found
 
 
 def _at_their_tolerances(fitted: Fit) -> list[str]:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from identification.experiments.proposals import Proposal
 from identification.fits.values import Values
+from identification.grades import Grade
 from identification.parameter_estimate import ParameterEstimate
 from identification.residuals.signatures import Signatures
 from identification.residuals.unexplained import Unexplained
@@ -65,6 +66,9 @@ class FoundEffect:
         delta_bic: change of the Bayesian information criterion by its addition; negative is better.
         indistinguishable_from: effects that the judged data cannot distinguish from it.
         scope: what its parameters belong to; "ground" where each ground has its own.
+        grade: how sure it is, see `identification.grades`.
+        standard_errors: by how many the judged error fell when it was added; None where that is unknown.
+        deviations: between its clearest parameter and no effect at all; None where there is none.
         experiment: the manoeuvre that would distinguish it from the nearest of those; None without any.
     """
 
@@ -76,6 +80,9 @@ class FoundEffect:
     indistinguishable_from: tuple[str, ...]
     experiment: Proposal | None = None
     scope: Scope = "tyre"
+    grade: Grade = "strong"
+    standard_errors: float | None = None
+    deviations: float | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -187,6 +194,9 @@ class Diagnosis:
                 {
                     "name": effect.name,
                     "scope": effect.scope,
+                    "grade": effect.grade,
+                    "standard_errors": effect.standard_errors,
+                    "deviations": effect.deviations,
                     "parameters": {p: _estimate(e) for p, e in effect.parameters.items()},
                     "holdout_nrmse_after": effect.holdout_nrmse_after,
                     "delta_bic": effect.delta_bic,
@@ -230,6 +240,7 @@ def _experiment(proposal: Proposal | None) -> dict[str, Any] | None:
         "rival": proposal.rival,
         "sentence": proposal.sentence,
         "separation": proposal.separation,
+        "feasible": proposal.times is not None,
         "times": proposal.times,
         "standard_errors": proposal.standard_errors,
     }

@@ -75,3 +75,4 @@ __all__ = [
     "tuning_for",
     "zone_history",
 ]
+__dir__ = __all__.copy

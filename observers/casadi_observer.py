@@ -27,6 +27,10 @@ from symbolic.serialisation import units_of
 Array = NDArray[np.float64]
 
 
+_AT_REST = Sample(psi=0.0, psi_dot=0.0, F_N=1000.0, dt=0.01, M_z=0.0, M=0.0)
+"""A wheel that stands, whatever is measured."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class CasadiObserver:
     """A model with its parameters; a subclass defines `layout`, `initial_function` and `step_function`.
@@ -135,6 +139,15 @@ class CasadiObserver:
         """The fields of a subclass."""
         own = {field.name for field in fields(CasadiObserver)}
         return {f.name: getattr(self, f.name) for f in fields(self) if f.name not in own}
+
+    def prepare(self) -> None:
+        """Build and compile now what the first sample would, so that a control loop waits for nothing.
+
+        A cache keeps what is compiled, in `BRUSHGRIP_CACHE` or the user's cache folder, so that it takes
+        seconds once and little more than a moment afterwards.
+        """
+        state = self.init(_AT_REST)
+        self.estimate(self.step(state, _AT_REST))
 
     def init(self, first: Sample) -> ObserverState:
         """The state before the first sample, at whose angle the patch is at rest.

@@ -24,6 +24,11 @@ class Layout:
 
     fields: tuple[tuple[str, int, int], ...]
 
+    @classmethod
+    def of(cls, **rows: int) -> "Layout":
+        """The layout of parts with one column each: their names and rows, in order."""
+        return cls(tuple((name, size, 1) for name, size in rows.items()))
+
     @cached_property
     def places(self) -> Mapping[str, tuple[slice, tuple[int, int]]]:
         """Slice and shape of each part."""

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import astuple, dataclass, replace
 from enum import IntFlag
+from importlib import import_module
 from typing import Any, Protocol
 
 import casadi as ca
@@ -148,6 +149,23 @@ class Estimates:
     M_slide: Array
     nis: Array
     status: NDArray[np.int64]
+
+    def to_frame(self) -> Any:
+        """A data frame of pandas: one row a sample, `t` as its index [s], a column for each field.
+
+        Raises:
+            InvalidInputError: pandas is not installed.
+        """
+        try:
+            pandas = import_module("pandas")
+        except ImportError:
+            raise InvalidInputError(
+                "a data frame needs pandas; pip install 'brushgrip[pandas]'"
+            ) from None
+        columns = vars(self)
+        return pandas.DataFrame(
+            {n: v for n, v in columns.items() if n != "t"}, index=self.t
+        ).rename_axis("t")
 
 
 class Observer(Protocol):

@@ -11,7 +11,6 @@ A tyre stands on a fine grid of bristles in plain NumPy. The rig shares no code 
 """
 
 from reference_rig.campaign import Campaign, make_campaign, plant_effect, write_campaign
-from reference_rig.effects import UNMODELLED_EFFECTS
 from reference_rig.ground import (
     WALK_KNOT,
     Friction,
@@ -24,7 +23,14 @@ from reference_rig.ground import (
     simulate_ground,
 )
 from reference_rig.hooks import Array, PlantedEffect, RigDrive, RigHistory
-from reference_rig.patch import REFERENCE_SPEED, REST_SPEED, RigTyre, simulate_bristles
+from reference_rig.patch import (
+    REFERENCE_SPEED,
+    RENEWAL,
+    REST_SPEED,
+    RigTyre,
+    contact_age,
+    simulate_bristles,
+)
 from reference_rig.path import SUBSTEPS, Hand, constant_turn, free_path, hand_path
 from reference_rig.recording import (
     RIG_EFFECTS,
@@ -75,6 +81,7 @@ from reference_rig.thesis_experiments import (
     simulate_impact,
     write_impacts,
 )
+from reference_rig.unmodelled import UNMODELLED_EFFECTS
 
 __all__ = [
     "CONTACT_HALF_LENGTHS",
@@ -83,6 +90,7 @@ __all__ = [
     "IMPACT_STEP",
     "MOTION_STEP",
     "REFERENCE_SPEED",
+    "RENEWAL",
     "REST_SPEED",
     "RIG_EFFECTS",
     "SUBSTEPS",
@@ -112,6 +120,7 @@ __all__ = [
     "build_effects",
     "constant_friction",
     "constant_turn",
+    "contact_age",
     "delay_samples",
     "drop_samples",
     "encode_angle",

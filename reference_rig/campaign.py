@@ -83,6 +83,11 @@ def _gust(strength: float, rng: Random) -> Parameters:
     return {"level": strength, "time": rng.uniform(0.4, 1.0), "seed": int(rng.integers(2**31))}
 
 
+def _eccentricity(strength: float, rng: Random) -> Parameters:
+    cycles, phase = float(rng.choice([6.0, 8.0, 10.0])), rng.uniform(0, 2 * np.pi)
+    return {"amplitude": strength, "cycles": cycles, "phase": phase}
+
+
 STRENGTHS: Mapping[str, StrengthRange] = {
     "rate_friction": StrengthRange(parameters=_one("c"), least=2e-3, largest=0.15),
     "stribeck": StrengthRange(
@@ -129,6 +134,12 @@ STRENGTHS: Mapping[str, StrengthRange] = {
         largest=1.0,
         given=lambda a, load: {"F_0": load * (0.045 / a) ** 2, "m": 2.0},
     ),
+    "free_branch": StrengthRange(
+        parameters=_with("stiffness", 0.0, "time", 0.2, 1.0), least=0.5, largest=200.0
+    ),
+    "encoder_eccentricity": StrengthRange(parameters=_eccentricity, least=1e-4, largest=0.1),
+    "sensor_hysteresis": StrengthRange(parameters=_one("height"), least=0.02, largest=5.0),
+    "contact_ageing": StrengthRange(parameters=_one("gain"), least=5e-3, largest=1.0),
 }
 
 
@@ -189,6 +200,7 @@ def make_campaign(
     also: EffectValues | None = None,
     off: float = 0.0,
     grounds: Sequence[str] = (),
+    shares: tuple[float, float] | None = None,
 ) -> Campaign:
     """Recordings of one tyre on different days: same k and effect, other path, load and mu.
 
@@ -202,6 +214,8 @@ def make_campaign(
             inflation or a coarse ruler.
         grounds: names of grounds, on which the recordings stand in turn; on each, mu is by another
             factor of up to 30 %.
+        shares: least and greatest change of the torque that the effect is drawn for, rms over the
+            range [1]; None for 3 % to 10 %.
     """
     rng = np.random.default_rng([seed, 4])
     tyre = RigTyre(
@@ -211,7 +225,8 @@ def make_campaign(
     )
     nominal = replace(tyre, k=tyre.k * rng.uniform(0.8, 1.2), mu=tyre.mu * rng.uniform(0.8, 1.2))
     load = 400.0 * rng.uniform(0.85, 1.15)
-    first = plant_effect(name, seed, tyre=tyre, load=load, duration=duration)
+    share = None if shares is None else float(np.random.default_rng([seed, 9]).uniform(*shares))
+    first = plant_effect(name, seed, tyre=tyre, load=load, duration=duration, share=share)
     recorded = tuple(
         _record(
             seed + 1000 * number,
@@ -227,8 +242,8 @@ def make_campaign(
     recorded = _elsewhere(
         recorded, seed, off, grounds, STRENGTHS[name].hand if name else USUAL, duration
     )
-    share = _share(name, seed, tyre, load, duration, first.effects[name]) if name else 0.0
-    return Campaign(name=name, recordings=recorded, nominal=nominal, share=share)
+    moved = _share(name, seed, tyre, load, duration, first.effects[name]) if name else 0.0
+    return Campaign(name=name, recordings=recorded, nominal=nominal, share=moved)
 
 
 def _elsewhere(

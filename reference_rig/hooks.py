@@ -39,6 +39,8 @@ class BristleStep:
     """Angle turned since the first sample, counted both ways [rad]."""
     lever: Array
     """Distance of each bristle from the kingpin [m], shape (bristles,)."""
+    age: float = 0.0
+    """How old the contact is [s], see `contact_age`."""
 
     @cached_property
     def speed(self) -> Array:

@@ -57,6 +57,8 @@ ROWS = 12
 TURN_TOLERANCE = 1e-13
 """Residual of the turn of a compliant carcass [rad]; the turn's error is not larger."""
 TURN_ITERATIONS = 60
+RENEWAL = 0.1
+"""Turn over which a contact becomes another one [rad]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -124,6 +126,7 @@ def simulate_bristles(
     travel = np.cumsum(np.abs(np.diff(drive.psi, prepend=drive.psi[0])))
     dt = np.diff(drive.t)
     dt = np.concatenate([dt[:1], dt])
+    age = contact_age(drive.psi, dt)
     state = PatchState(
         spring=np.zeros_like(grid.lever),
         branch=np.zeros_like(grid.lever),
@@ -136,6 +139,7 @@ def simulate_bristles(
             F_N=float(drive.F_N[i]),
             travel=float(travel[i]),
             lever=grid.lever,
+            age=float(age[i]),
         )
         growth = prod(effect.growth(sample.F_N, tyre.a) for effect in effects)
         factor = sample.F_N * prod(effect.friction(sample) for effect in effects)
@@ -146,6 +150,25 @@ def simulate_bristles(
     for effect in sorted(effects, key=lambda effect: effect.rank):
         history = replace(history, M_z=effect.torque(history))
     return history
+
+
+def contact_age(psi: Array, dt: Array) -> Array:
+    """Age of the contact at every sample [s]: it grows with time and dies with the turn.
+
+    Ruina's law d age/dt = 1 - |psi_dot| age / RENEWAL; a contact is new at the first sample.
+
+    Args:
+        psi: yaw angle [rad], shape (n,).
+        dt: time since the sample before [s], shape (n,).
+    """
+    age, now = np.zeros_like(psi), 0.0
+    for i in range(1, len(psi)):
+        turned = abs(psi[i] - psi[i - 1]) / RENEWAL
+        # The exact solution for an even turn.
+        grown = -expm1(-turned) / turned if turned > 0 else 1.0
+        now = now * exp(-turned) + float(dt[i]) * grown
+        age[i] = now
+    return age
 
 
 def lay_out(tyre: RigTyre, effects: Sequence[PlantedEffect], bristles: int) -> BristleGrid:

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from reference_rig.effects import LIBRARY_EFFECTS, UNMODELLED_EFFECTS
+from reference_rig.effects import LIBRARY_EFFECTS
 from reference_rig.hooks import Array, PlantedEffect
 from reference_rig.patch import RigTyre, simulate_bristles
 from reference_rig.path import SAMPLE_RATE, SUBSTEPS, Hand, hand_path
 from reference_rig.sensors import ENCODER_STEP, LOAD_NOISE, quantise
+from reference_rig.unmodelled import UNMODELLED_EFFECTS
 
 RIG_EFFECTS: dict[str, type[PlantedEffect]] = LIBRARY_EFFECTS | UNMODELLED_EFFECTS
 """Everything that can be planted, by name."""

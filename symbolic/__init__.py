@@ -9,6 +9,7 @@
 
 from symbolic.bristles import BristleTraits, Relaxation
 from symbolic.compiled import compiled, compiler
+from symbolic.compliance import SEARCH_STEPS
 from symbolic.deformation import full_slide_arm, full_slide_level, full_slide_torque
 from symbolic.effects.base import (
     Effect,
@@ -50,6 +51,7 @@ __all__ = [
     "GEOMETRY",
     "GROUND_SCOPES",
     "RIG_DIRECTIONS",
+    "SEARCH_STEPS",
     "SIGNALS",
     "TOLERATED",
     "BristleTraits",
@@ -94,3 +96,4 @@ __all__ = [
     "with_shape",
     "zone_boundaries",
 ]
+__dir__ = __all__.copy

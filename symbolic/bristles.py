@@ -55,6 +55,15 @@ class BristleTraits:
     half_width: Expression | None = None
     relaxation: Relaxation | None = None
 
+    def pressure(self, u: Expression, growth: Expression) -> Expression:
+        """Load per length over F_N / a [1], at u = x / a where the half-length is growth times a."""
+        place = u / growth
+        pressure = 0.75 * ca.fmax(0, 1 - place**2)
+        for shape in self.shape:
+            pressure = pressure * shape(ca.fmax(-INSIDE, ca.fmin(INSIDE, place)))
+        # The integral of the pressure over place is 1.
+        return pressure / growth
+
 
 @dataclass(frozen=True, kw_only=True)
 class BristlePatch:
@@ -158,7 +167,7 @@ class BristlePatch:
 
     def _geometry(self, inputs: PatchInputs) -> tuple[Expression, Expression, Expression]:
         """Lever arm [m], limit of stress / (k a) [1] and weight [m] of every bristle."""
-        u, v, weight = self._nodes()
+        u, v, weight = self.nodes()
         growth: Expression = 1
         if self.traits.growth is not None:
             # Bristles are where the material is: a patch that grows takes up new ones, undeformed.
@@ -168,18 +177,14 @@ class BristlePatch:
         if self.traits.half_width is not None:
             # A bristle at (x, y) moves along its circle about A: one direction, one scalar stop.
             lever = ca.sqrt(lever**2 + (v * self.traits.half_width) ** 2)
-        place = u / growth
-        pressure = 0.75 * ca.fmax(0, 1 - place**2)
-        for shape in self.traits.shape:
-            pressure = pressure * shape(ca.fmax(-INSIDE, ca.fmin(INSIDE, place)))
-        # The load per length is F_N / (a growth) times pressure, whose integral over place is 1.
-        limit = inputs.mu * inputs.factor * inputs.F_N / (inputs.k * inputs.a**2) * (pressure / growth)
+        pressure = self.traits.pressure(u, growth)
+        limit = inputs.mu * inputs.factor * inputs.F_N / (inputs.k * inputs.a**2) * pressure
         speed = ca.fabs(lever * inputs.speed)
         for factor in self.traits.limits:
             limit = limit * factor(speed)
         return lever, limit, weight * inputs.a
 
-    def _nodes(self) -> tuple[ca.DM, ca.DM, ca.DM]:
+    def nodes(self) -> tuple[ca.DM, ca.DM, ca.DM]:
         """Places x / a, y / half_width and weights over u of every bristle."""
         wide = self.traits.half_width is not None
         along, share = gauss_legendre(self.lengthways // 2 if wide else self.lengthways)

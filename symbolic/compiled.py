@@ -18,6 +18,7 @@ from pathlib import Path
 
 import casadi as ca
 
+from symbolic.errors import one_line
 from symbolic.scratch import claimed_folder, scratch_folder
 
 _LOG = logging.getLogger(__name__)
@@ -52,6 +53,9 @@ NO_PLACE = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT)
 LIBRARY = re.compile(r"\w+_[0-9a-f]{24}_[0-9a-f]{24}\.so")
 """Names of libraries of the cache: Function, digest of what was compiled, digest of the content."""
 
+_BLAMED: set[str] = set()
+"""Compilers that failed; it is said once."""
+
 
 def cache_directory() -> Path:
     """Where compiled Functions are kept: `BRUSHGRIP_CACHE`, else the user's cache folder."""
@@ -84,19 +88,27 @@ def compiled(function: ca.Function, *, vectorised: bool = False) -> ca.Function:
     """
     command = compiler()
     if command is None:
+        if not os.environ.get("BRUSHGRIP_INTERPRET"):
+            _blame(
+                "",
+                "no C compiler is found (CC, cc): models are interpreted, which is slow;"
+                " BRUSHGRIP_INTERPRET=1 says that this is meant",
+            )
         return function
     flags = (*FLAGS, *VECTORISED) if vectorised and _takes(command, VECTORISED) else FLAGS
     try:
         return _loaded(function, command, flags)
     except (OSError, subprocess.SubprocessError, RuntimeError) as error:
-        _say(f"a model is not compiled ({error}), and interpreted instead, which is slow")
+        reason = one_line(str(error).partition("\n")[0])
+        _blame(command, f"models are not compiled ({reason}), and interpreted instead, which is slow")
         return function
 
 
-@cache
-def _say(line: str) -> None:
-    """Say it once."""
-    _LOG.warning("brushgrip: %s", line)
+def _blame(command: str, line: str) -> None:
+    """Say it once for each compiler."""
+    if command not in _BLAMED:
+        _BLAMED.add(command)
+        _LOG.warning("brushgrip: %s", line)
 
 
 @cache
@@ -143,7 +155,11 @@ def _loaded(function: ca.Function, command: str, flags: tuple[str, ...]) -> ca.F
             raise
         own = _in_its_place(folder, f"cannot be written ({error.strerror})")
         library = _built(source, command, flags, own / stem)
-    return ca.external(function.name(), str(library))
+    try:
+        return ca.external(function.name(), str(library))
+    except RuntimeError as error:
+        library.unlink(missing_ok=True)
+        raise OSError(f"what {command} makes cannot be loaded") from error
 
 
 def _built(source: str, command: str, flags: tuple[str, ...], stem: Path) -> Path:

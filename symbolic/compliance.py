@@ -47,6 +47,7 @@ def advance_in_series(
     coefficients: Expression,
     deflection: ca.Function | None,
     elements: Expression,
+    steps: int = SEARCH_STEPS,
 ) -> tuple[Expression, Expression]:
     """The turn t with t = rigid_turn + d(M_z(t)) [rad], and the patch memory after it.
 
@@ -60,10 +61,11 @@ def advance_in_series(
         coefficients: of the sample, from `patch.coefficients`.
         deflection: (M_z, elements) -> d [rad]; rises with M_z, zero at zero. None for a rigid patch.
         elements: what the deflection depends on beside the torque.
+        steps: bracketed Newton steps that are not differentiated, see `SEARCH_STEPS`.
     """
     if deflection is None:
         return rigid_turn, patch.advance(memory, rigid_turn, coefficients)
-    root, slope, follows = _search(patch, deflection)(memory, coefficients, rigid_turn, elements)
+    root, slope, follows = _search(patch, deflection, steps)(memory, coefficients, rigid_turn, elements)
     turn = rigid_turn + deflection(root, elements)
     near = patch.advance(memory, turn, coefficients)
     M_z = root + (patch.torque(near, coefficients) - root) / slope
@@ -73,7 +75,7 @@ def advance_in_series(
     return turn + further, patch.advance(memory, turn + further, coefficients)
 
 
-def _search(patch: Patch, deflection: ca.Function) -> ca.Function:
+def _search(patch: Patch, deflection: ca.Function, steps: int) -> ca.Function:
     """The search for the torque: (memory, coefficients, rigid_turn, elements) -> (M_z, slope, follows).
 
     slope is the derivative of the residual M_z - M_z(rigid_turn + d(M_z)) by M_z [1]; follows is that of
@@ -95,14 +97,14 @@ def _search(patch: Patch, deflection: ca.Function) -> ca.Function:
     torque, slope = tangent(before, root, rest)
     residual = root - goal - deflection(torque, elements)
     low, high = ca.fmin(0, -residual), ca.fmax(0, -residual)
-    for i in range(SEARCH_STEPS):
+    for i in range(steps):
         torque = balance(torque + slope * (goal - root), slope, elements)
         step = goal + deflection(torque, elements)
         # Rounding must not turn a converged step back out of the bracket, whose other end may be far.
         step = ca.if_else(residual < 0, ca.fmax(step, root), ca.fmin(step, root))
         inside = ca.logic_and(step >= low, step <= high)
         root = ca.if_else(inside, step, (low + high) / 2)
-        if i + 1 < SEARCH_STEPS:
+        if i + 1 < steps:
             torque, slope = tangent(before, root, rest)
             residual = root - goal - deflection(torque, elements)
             low, high = ca.if_else(residual < 0, root, low), ca.if_else(residual < 0, high, root)

@@ -11,7 +11,7 @@ from functools import cache
 import casadi as ca
 
 from symbolic.bristles import BristlePatch, BristleTraits
-from symbolic.compliance import advance_in_series, deflection_of
+from symbolic.compliance import SEARCH_STEPS, advance_in_series, deflection_of
 from symbolic.effects.base import Effect, Parameter, Signals, with_scope
 from symbolic.errors import InvalidInputError
 from symbolic.full_slide import build_full_slide
@@ -47,12 +47,14 @@ class Model:
         corners: capacity of the exact patch, see `ZonePatch`.
         lengthways: bristles of the discretised patch, see `BristlePatch`.
         discretised: True asks for bristles even where the exact patch would do.
+        search_steps: Newton steps towards the balance with what is in series with the patch.
     """
 
     effects: tuple[Effect, ...] = ()
     corners: int = 32
     lengthways: int = 80
     discretised: bool = False
+    search_steps: int = SEARCH_STEPS
 
     @property
     def coordinates(self) -> tuple[str, ...]:
@@ -259,22 +261,30 @@ def _advance(
     model: Model, memory: ca.MX, signals: ca.MX, theta: ca.MX, geometry: ca.MX
 ) -> tuple[ca.MX, Signals, Expression]:
     """The memory after a sample, the sample as the patch saw it, and what drove the patch."""
-    seen = _signals(signals)
     angle, before, own = model.split(memory)
-    effects, factor = model.values(theta), ca.MX(1)
-    memories: list[Expression] = list(own)
+    seen, memories, factor = at_the_patch(model, own, signals, theta)
+    patch, turn = model.patch(theta), seen.psi - angle
+    coefficients = patch.coefficients(_inputs(seen, factor, theta, geometry))
+    elements = ca.vertcat(seen.F_N, theta)
+    turn, after = advance_in_series(
+        patch, before, turn, coefficients, deflection_of(model), elements, model.search_steps
+    )
+    return ca.vertcat(angle + turn, after, *memories), seen, coefficients
+
+
+def at_the_patch(
+    model: Model, own: list[Expression], signals: ca.MX, theta: ca.MX
+) -> tuple[Signals, list[Expression], Expression]:
+    """A sample as it reaches the patch, the effects' own memories after it, the factor on the limit."""
+    seen, effects, factor = _signals(signals), model.values(theta), ca.MX(1)
+    memories = list(own)
     # Sensors first, so that the order of the effects does not change the signals of the others.
     for i in sorted(range(len(effects)), key=lambda i: not effects[i][0].sensor):
         effect, values = effects[i]
         seen, memories[i] = effect.transform_inputs(seen, own[i], values)
     for (effect, values), present in zip(effects, memories, strict=True):
         factor = factor * effect.friction(seen, present, values)
-    patch, turn = model.patch(theta), seen.psi - angle
-    coefficients = patch.coefficients(_inputs(seen, factor, theta, geometry))
-    turn, after = advance_in_series(
-        patch, before, turn, coefficients, deflection_of(model), ca.vertcat(seen.F_N, theta)
-    )
-    return ca.vertcat(angle + turn, after, *memories), seen, coefficients
+    return seen, memories, factor
 
 
 def _torque(

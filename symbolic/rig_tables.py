@@ -19,6 +19,8 @@ REQUIRED_KEYS = {"rig": ("a", "e"), "tyre": ("k",)}
 """Keys that a rig file must have."""
 NEUTRAL = {"load": 1.0, "zero": 0.0}
 """What has a tolerance alone: a factor on the recorded load [1], the zero of the torque [N m]."""
+SIGNALS = "signals"
+"""Section of a rig file that says how channels are called; it is for those who read recordings."""
 _LONGEST = 1.0
 """Largest length of a rig [m]; a larger number was given in millimetres."""
 
@@ -33,9 +35,11 @@ def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
         InvalidInputError: a section or key is missing or unknown, a value is not a number within its
             range, or a length is one in millimetres.
     """
-    unknown = [name for name in document if name not in RIG_KEYS]
+    unknown = [name for name in document if name not in (*RIG_KEYS, SIGNALS)]
     if unknown:
-        raise InvalidInputError(f"unknown section or key {excerpt(unknown[0])}; allowed: [rig], [tyre]")
+        raise InvalidInputError(
+            f"unknown section or key {excerpt(unknown[0])}; allowed: [rig], [tyre], [{SIGNALS}]"
+        )
     rig, tyre = document.get("rig"), document.get("tyre")
     tolerances = {}
     if isinstance(rig, dict):

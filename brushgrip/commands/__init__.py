@@ -1,1 +1,1 @@
-"""The commands, one file each: plain functions that typer turns into commands; options they share."""
+"""The commands, one file each: what a user types and reads. `tasks` does the work."""

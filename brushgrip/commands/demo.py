@@ -1,25 +1,11 @@
 """`brushgrip demo`."""
 
-from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-import brushgrip
-from brushgrip.atomic import staged_directory
-from brushgrip.commands.diagnose import write_diagnosis
-from brushgrip.commands.options import usable_folder
-from brushgrip.console import print_diagnosis, progress, say
-from brushgrip.estimation import OBSERVERS, FrictionTrack, ObserverName, friction_track, observe
-from brushgrip.friction_outcome import found_model, friction_outcome
-from brushgrip.recordings import read_all
-from brushgrip.report import PAGE, remove_stale_pictures
-from identification import Diagnosis, FoundModel, Recording, diagnose
-from symbolic import InvalidInputError
-
-RIG = "rig.toml"
+from brushgrip.commands.options import Force, usable_folder
 
 
 def demo(
@@ -27,57 +13,23 @@ def demo(
         Path,
         typer.Option("--out", metavar="DIR", help="Folder to write to.", callback=usable_folder),
     ] = Path("demo_output"),
+    examples: Annotated[
+        Path | None,
+        typer.Option(
+            "--examples",
+            metavar="DIR",
+            help="Write the scripts of the examples to this new folder, and do nothing else.",
+            show_default=False,
+            callback=usable_folder,
+        ),
+    ] = None,
+    force: Force = False,
 ) -> None:
     """Show the main job on embedded recordings: diagnosis, report and friction over time."""
-    folder = embedded_folder()
-    training = [str(path) for path in sorted(folder.glob("train*.csv"))]
-    held_out = [str(path) for path in sorted(folder.glob("holdout*.csv"))]
-    read = read_all([*training, *held_out], folder / RIG)
-    recordings, holdout = read[: len(training)], read[len(training) :]
-    with staged_directory(out) as stage:
-        with progress() as report:
-            result = diagnose(recordings, holdout, progress=report)
-            report("estimating friction", 0, 1)
-            outcome = friction_outcome(read, found_model(result))
-            tracks = estimate_friction(holdout, result)
-        write_diagnosis(stage, result, outcome, tracks)
-        written = {path.name for path in stage.iterdir()}
-    remove_stale_pictures(out, written)
-    print_diagnosis(result, outcome)
-    say(f"report: {out / PAGE}")
+    from brushgrip.tasks import demo as task
 
-
-def estimate_friction(recordings: Sequence[Recording], diagnosis: Diagnosis) -> list[FrictionTrack]:
-    """Friction over each recording: EKF on the declared model, EKF and MHE on the model found."""
-    found = found_model(diagnosis)
-    runs: list[tuple[ObserverName, FoundModel | None, str]] = [
-        (ObserverName.EKF, None, "declared model"),
-        (ObserverName.EKF, found, "model found"),
-        (ObserverName.MHE, found, "model found"),
-    ]
-    return [
-        replace(
-            friction_track(observer, recording, observe(OBSERVERS[observer], recording, model), label),
-            reference=diagnosis.values.own[recording.name]["mu"],
-            reference_label="μ fitted to the whole recording",
-        )
-        for recording in recordings
-        for observer, model, label in runs
-    ]
-
-
-def embedded_folder() -> Path:
-    """The demo's recordings: in a checkout among the examples, else inside the package.
-
-    Raises:
-        InvalidInputError: they are in neither place.
-    """
-    package = Path(brushgrip.__file__).parent
-    folders = (package.parent / "examples" / "recordings", package / "embedded")
-    for folder in folders:
-        if (folder / RIG).is_file():
-            return folder
-    raise InvalidInputError(
-        f"the demo's recordings are missing from this installation; looked for {RIG} in "
-        f"{' and '.join(map(str, folders))}; install brushgrip anew"
+    task.demo(
+        out=out,
+        examples=examples,
+        force=force,
     )

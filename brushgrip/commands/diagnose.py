@@ -1,29 +1,20 @@
 """`brushgrip diagnose`."""
 
-from collections.abc import Sequence
-from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from brushgrip.atomic import staged_directory
-from brushgrip.commands.options import EffectModules, Grounds, Jobs, OutFolder, RecordingNames, RigFile
-from brushgrip.console import print_diagnosis, progress, say
-from brushgrip.estimation import FrictionTrack
-from brushgrip.formatting import json_text
-from brushgrip.friction_outcome import FrictionOutcome, found_model, friction_outcome
-from brushgrip.grounds import on_grounds
-from brushgrip.recordings import keep_inputs, read_all
-from brushgrip.report import PAGE, remove_stale_pictures, write_report
-from brushgrip.unfinished import kept_trials
-from brushgrip.user_effects import effect_files, user_effects
-from identification import LEAST_SQUARES, Diagnosis, Huber, Recording, model_text
-from identification import diagnose as close_the_loop
-from identification.reading.long_recordings import bounded
-from identification.selection.trials import RANKING_STEP, thin
-from symbolic import CANDIDATES
-
-DIAGNOSIS, MODEL = "diagnosis.json", "model.json"
+from brushgrip.commands.options import (
+    ChannelMap,
+    EffectModules,
+    Force,
+    Grounds,
+    Jobs,
+    OutFolder,
+    RecordingNames,
+    RigFile,
+    Scheduler,
+)
 
 
 def diagnose(
@@ -51,71 +42,27 @@ def diagnose(
     effects: EffectModules = None,
     ground: Grounds = None,
     rig: RigFile = None,
+    channel_map: ChannelMap = None,
     jobs: Jobs = None,
+    scheduler: Scheduler = None,
+    force: Force = False,
 ) -> None:
     """Find what the declared model lacks; write diagnosis.json, model.json and report.html.
 
     An interrupted search is kept; the same command continues it.
     """
-    own = user_effects(effects)
-    held_out = holdout or []
-    read = on_grounds(read_all([*recordings, *held_out], rig), ground)
-    outputs = [out / DIAGNOSIS, out / MODEL, out / PAGE, *out.resolve().glob("*.png")]
-    keep_inputs(outputs, [*recordings, *held_out], rig, *effect_files(effects))
-    training = read[: len(recordings)]
-    loss = LEAST_SQUARES if robust is None else Huber(threshold=robust)
-    with kept_trials(out) as journal, staged_directory(out) as folder:
-        used, shortened = bounded(read)
-        for line in filter(None, (shortened, thinning(used))):
-            say(line)
-        with progress() as report:
-            result = close_the_loop(
-                training,
-                read[len(training) :],
-                loss=loss,
-                candidates=[*CANDIDATES, *own],
-                jobs=jobs,
-                progress=report,
-                journal=journal,
-            )
-            report("estimating friction", 0, 1)
-            outcome = friction_outcome(read, found_model(result))
-        write_diagnosis(folder, result, outcome)
-        written = {path.name for path in folder.iterdir()}
-    remove_stale_pictures(out, written)
-    print_diagnosis(result, outcome)
-    say(f"report: {out / PAGE}")
+    from brushgrip.tasks import diagnose as task
 
-
-def thinning(recordings: Sequence[Recording]) -> str:
-    """What of these recordings the search leaves out while it ranks candidates; empty for nothing."""
-    whole, thinned = (sum(r.t.size for r in some) for some in (recordings, map(thin, recordings)))
-    if thinned == whole:
-        return ""
-    return (
-        f"candidates are ranked on {thinned} of {whole} samples, thinned towards {RANKING_STEP:g} s;"
-        " the best are fitted to all of them"
+    task.diagnose(
+        recordings=recordings,
+        out=out,
+        holdout=holdout,
+        robust=robust,
+        effects=effects,
+        ground=ground,
+        rig=rig,
+        channel_map=channel_map,
+        jobs=jobs,
+        scheduler=scheduler,
+        force=force,
     )
-
-
-def write_diagnosis(
-    folder: Path,
-    diagnosis: Diagnosis,
-    outcome: FrictionOutcome | None = None,
-    friction: Sequence[FrictionTrack] = (),
-) -> None:
-    """Writes diagnosis.json, model.json, report.html and the pictures into an existing folder.
-
-    Args:
-        folder: to write to.
-        diagnosis: the result of the search.
-        outcome: friction before and after, None where none was estimated.
-        friction: estimates of friction over time to show in the report, may be empty.
-    """
-    content = diagnosis.to_dict() | {"friction": outcome.to_dict() if outcome else None}
-    for name, text in (
-        (DIAGNOSIS, json_text(content)),
-        (MODEL, model_text(diagnosis)),
-    ):
-        (folder / name).write_text(text, encoding="utf-8", newline="\n")
-    write_report(folder, diagnosis, friction, outcome)

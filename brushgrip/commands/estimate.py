@@ -5,63 +5,72 @@ from typing import Annotated
 
 import typer
 
-from brushgrip.atomic import staged_file
+from brushgrip.choices import ObserverName
 from brushgrip.commands.options import (
+    ChannelMap,
     EffectModules,
+    Jobs,
     ModelFile,
     OneGround,
-    OutFile,
-    RecordingName,
+    RecordingNames,
     RigFile,
+    Scheduler,
     TuningProfile,
-    check_picture_name,
+    TuningValues,
     usable_file,
 )
-from brushgrip.console import say
-from brushgrip.estimation import (
-    ObserverName,
-    friction_track,
-    has_aligning_torque,
-    has_steering_torque,
-    observe,
-    observer_factory,
-    require_plausible,
-)
-from brushgrip.formatting import csv_text, estimates_summary
-from brushgrip.grounds import on_grounds, say_ground
-from brushgrip.pictures import draw_friction
-from brushgrip.recordings import keep_inputs, read_all
-from brushgrip.user_effects import effect_files, user_effects
-from identification import Recording, read_model
-from observers import ESTIMATE, Estimates
-from symbolic import InvalidInputError
+
+OptionalOutFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--out", metavar="OUT.csv", help="File to write.", show_default=False, callback=usable_file
+    ),
+]
+SummaryFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--summary",
+        metavar="TABLE.csv",
+        help="Table to write with a row for each recording.",
+        show_default=False,
+        callback=usable_file,
+    ),
+]
+
+Observer = Annotated[
+    ObserverName, typer.Option("--observer", help="Observer to use.", show_default=False)
+]
+Smooth = Annotated[
+    bool, typer.Option("--smooth", help="Estimate every sample from the whole recording; takes ekf.")
+]
+FrictionPicture = Annotated[
+    Path | None,
+    typer.Option(
+        "--picture",
+        metavar="PNG",
+        help="Picture of mu(t); OUT.png if left out.",
+        show_default=False,
+        callback=usable_file,
+    ),
+]
 
 
 def estimate(
-    recording: RecordingName,
-    observer: Annotated[
-        ObserverName, typer.Option("--observer", help="Observer to use.", show_default=False)
-    ],
-    out: OutFile,
+    recordings: RecordingNames,
+    observer: Observer,
+    out: OptionalOutFile = None,
+    summary: SummaryFile = None,
     rig: RigFile = None,
+    channel_map: ChannelMap = None,
     model: ModelFile = None,
     effects: EffectModules = None,
     tuning: TuningProfile = None,
+    tune: TuningValues = None,
     ground: OneGround = None,
-    smooth: Annotated[
-        bool,
-        typer.Option("--smooth", help="Estimate every sample from the whole recording; takes ekf."),
-    ] = False,
-    picture: Annotated[
-        Path | None,
-        typer.Option(
-            "--picture",
-            metavar="PNG",
-            help="Picture of mu(t); OUT.png if left out.",
-            show_default=False,
-            callback=usable_file,
-        ),
-    ] = None,
+    smooth: Smooth = False,
+    picture: FrictionPicture = None,
+    jobs: Jobs = None,
+    scheduler: Scheduler = None,
 ) -> None:
     """Estimate friction over time, causally, one row a sample.
 
@@ -73,37 +82,27 @@ def estimate(
     takes J_A and b_t of the rig. informed is 0 or 1, status a number; deviations and nis are empty with
     root, the method of [Györök 2022], which has none. A picture of mu_eff(t) goes beside OUT.csv.
     With --smooth an estimate knows later samples too, for those who work offline.
+
+    Several recordings go to OUT_<recording>.csv, without pictures, and friction at the end of each to a
+    row of --summary, which suffices for itself. What is wrong with a recording stands in its row; the
+    others are estimated all the same, and the exit status is 2.
     """
-    image = out.with_suffix(".png") if picture is None else picture
-    _check_names(out, image)
-    own = user_effects(effects)
-    (read,) = on_grounds([_read(recording, rig)], ground, bare=True)
-    require_plausible(read)
-    keep_inputs([out, image], [recording], rig, model, *effect_files(effects))
-    found = None if model is None else read_model(model, effects=own)
-    with staged_file(out) as table, staged_file(image) as drawing:
-        estimates = observe(observer_factory(observer, tuning), read, found, smoothed=smooth)
-        table.write_text(_table(estimates), encoding="utf-8", newline="\n")
-        label = ("declared model" if found is None else "model found") + ", smoothed" * smooth
-        draw_friction(drawing, [friction_track(observer, read, estimates, label)])
-    say_ground(read, found)
-    say(f"{read.name}: {estimates_summary(estimates)}")
-    say(f"wrote {out} and {image}")
+    from brushgrip.tasks import estimate as task
 
-
-def _check_names(out: Path, image: Path) -> None:
-    if out.suffix.lower() == ".png":
-        raise InvalidInputError(f"{out}: the table needs a name such as .csv; .png is its picture")
-    check_picture_name(image)
-
-
-def _read(name: str, rig: Path | None) -> Recording:
-    """The recording with its aligning or steering torque; without both, the message asks for M_z."""
-    (read,) = read_all([name], rig, torque_required=False, causal=True)
-    if not (has_aligning_torque(read) or has_steering_torque(read)):
-        (read,) = read_all([name], rig, causal=True)
-    return read
-
-
-def _table(estimates: Estimates) -> str:
-    return csv_text({name: getattr(estimates, name) for name in ("t", *ESTIMATE)})
+    task.estimate(
+        recordings=recordings,
+        observer=observer,
+        out=out,
+        summary=summary,
+        rig=rig,
+        channel_map=channel_map,
+        model=model,
+        effects=effects,
+        tuning=tuning,
+        tune=tune,
+        ground=ground,
+        smooth=smooth,
+        picture=picture,
+        jobs=jobs,
+        scheduler=scheduler,
+    )

@@ -1,22 +1,11 @@
 """`brushgrip fetch`."""
 
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-import brushgrip.fetch
-from brushgrip.console import say
-from brushgrip.friction_damper import damper_folder, fetch_friction_damper
-from brushgrip.recordings import download_folder
-
-
-class Published(StrEnum):
-    """Sets of recordings that can be fetched."""
-
-    WHEEL = "wheel"
-    FRICTION_DAMPER = "friction-damper"
+from brushgrip.choices import Published
 
 
 def fetch(
@@ -41,10 +30,9 @@ def fetch(
 
     Where BRUSHGRIP_DATA names a folder, they are copied from there and nothing is downloaded.
     """
-    if which is Published.FRICTION_DAMPER:
-        folder = out or damper_folder()
-        files = fetch_friction_damper(folder, say=say)
-    else:
-        folder = out or download_folder()
-        files = brushgrip.fetch.fetch(folder, say=say)
-    say(f"{len(files)} file{'s' * (len(files) != 1)} in {folder}")
+    from brushgrip.tasks import fetch as task
+
+    task.fetch(
+        which=which,
+        out=out,
+    )

@@ -1,18 +1,11 @@
 """`brushgrip identify`."""
 
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from brushgrip.atomic import staged_file
-from brushgrip.commands.options import OutJson, RigFile
-from brushgrip.console import print_free_decay, say
-from brushgrip.formatting import free_decay_document, json_text
-from brushgrip.pictures import draw_free_decay
-from brushgrip.recordings import keep_inputs, read_decays
-from identification import identify_free_decay
-from identification.thesis import estimate_by_decrement
-from symbolic import BrushgripError, InvalidInputError
+from brushgrip.commands.options import ChannelMap, OutJson, RigFile, usable_file
 
 
 def identify(
@@ -27,24 +20,29 @@ def identify(
     ],
     out: OutJson,
     rig: RigFile = None,
+    channel_map: ChannelMap = None,
+    write_rig: Annotated[
+        Path | None,
+        typer.Option(
+            "--write-rig",
+            metavar="R",
+            help="Rig file to write: that of --rig with the k and b_t found.",
+            show_default=False,
+            callback=usable_file,
+        ),
+    ] = None,
 ) -> None:
     """Identify k and b_t from free vibrations, with standard deviations.
 
     A recording needs t and psi alone; lines such as '# a = 0.045' before the header override the rig
     for that recording. a, e and J_A are required. A picture of the fit goes beside ID.json.
     """
-    image = out.with_suffix(".png")
-    if image == out:
-        raise InvalidInputError(f"{out}: the result needs a name such as .json; .png is its picture")
-    decays = read_decays(free_decay, rig)
-    keep_inputs([out, image], free_decay, rig)
-    with staged_file(out) as table, staged_file(image) as drawing:
-        result = identify_free_decay(decays)
-        if not result.converged:
-            raise BrushgripError(f"k and b_t were {result.status}: {result.remedy}")
-        decrement = estimate_by_decrement(decays)
-        text = json_text(free_decay_document(result, decrement))
-        table.write_text(text, encoding="utf-8", newline="\n")
-        draw_free_decay(drawing, result, decrement)
-    print_free_decay(result, decrement)
-    say(f"wrote {out} and {image}")
+    from brushgrip.tasks import identify as task
+
+    task.identify(
+        free_decay=free_decay,
+        out=out,
+        rig=rig,
+        channel_map=channel_map,
+        write_rig=write_rig,
+    )

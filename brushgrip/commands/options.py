@@ -1,12 +1,11 @@
 """Arguments and options that several commands share, and checks of the files they name."""
 
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from symbolic import InvalidInputError
+from brushgrip.choices import TuningName
 
 MOST_JOBS = 256
 
@@ -18,6 +17,8 @@ def usable_file(path: Path | None) -> Path | None:
         InvalidInputError: it is empty or names a folder by its place, as `.` and `/` do.
     """
     if path is not None and path.name in ("", ".."):
+        from symbolic import InvalidInputError
+
         raise InvalidInputError(f"{str(path)!r} names no file to write; give one such as out.csv")
     return path
 
@@ -32,24 +33,19 @@ def usable_folder(path: Path | None) -> Path | None:
         if path is not None:
             path.resolve().exists()
     except (OSError, RuntimeError) as error:  # The latter is what Python 3.11 says of a loop.
+        from symbolic import InvalidInputError
+
         reason = getattr(error, "strerror", None) or error
         raise InvalidInputError(f"{path}: cannot be written: {reason}") from None
     return path
 
 
-RecordingName = Annotated[
-    str,
-    typer.Argument(
-        metavar="REC",
-        help="Recording: a .csv or .mat file, or the name of a published one, such as fem1.",
-        show_default=False,
-    ),
-]
 RecordingNames = Annotated[
     list[str],
     typer.Argument(
         metavar="REC...",
-        help="Recordings: .csv or .mat files, or names of published ones, such as fem1.",
+        help="Recordings: files (.csv, .mat, .mf4, .tdms, .parquet, .h5, .blf and more), or names of"
+        " published ones, such as fem1.",
         show_default=False,
     ),
 ]
@@ -62,6 +58,18 @@ RigFile = Annotated[
         show_default=False,
     ),
 ]
+ChannelMap = Annotated[
+    str | None,
+    typer.Option(
+        "--map",
+        metavar="psi=NAME:deg,...",
+        help="Channels of the columns with their units and factors, such as"
+        " psi=SteeringAngle:deg,t=time:ms,M_z=-Mz,F_N=0.5*Load:kN; goes before [signals] of the rig"
+        " file.",
+        show_default=False,
+    ),
+]
+Force = Annotated[bool, typer.Option("--force", help="Replace what another run wrote into the folder.")]
 ModelFile = Annotated[
     Path | None,
     typer.Option(
@@ -71,14 +79,6 @@ ModelFile = Annotated[
         show_default=False,
     ),
 ]
-
-
-class TuningName(StrEnum):
-    """Tunings by the name that a user gives."""
-
-    REAL_TYRE = "real_tyre"
-    CLEAN = "clean"
-    CHANGING_GROUND = "changing_ground"
 
 
 TuningProfile = Annotated[
@@ -144,13 +144,23 @@ Jobs = Annotated[
         show_default=False,
     ),
 ]  # fmt: skip
-
-
-def check_picture_name(picture: Path) -> None:
-    """Refuses a picture that is no PNG.
-
-    Raises:
-        InvalidInputError: the name has another suffix.
-    """
-    if picture.suffix.lower() != ".png":
-        raise InvalidInputError(f"{picture}: the picture needs a name that ends in .png")
+Scheduler = Annotated[
+    str | None,
+    typer.Option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Scheduler of a Dask cluster that does the work in place of processes here, such as"
+        " tcp://10.0.0.1:8786.",
+        show_default=False,
+    ),
+]
+TuningValues = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--tune",
+        metavar="NAME=VALUE",
+        help="A value of the tuning in place of the profile's, such as mu_walk=0.02. May be repeated;"
+        " several may be separated by commas.",
+        show_default=False,
+    ),
+]

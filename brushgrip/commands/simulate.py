@@ -1,13 +1,11 @@
 """`brushgrip simulate`."""
 
-from collections.abc import Sequence
-from contextlib import ExitStack
-from pathlib import Path
+from typing import Annotated
 
-import numpy as np
+import typer
 
-from brushgrip.atomic import staged_file
 from brushgrip.commands.options import (
+    ChannelMap,
     EffectModules,
     ModelFile,
     OneGround,
@@ -15,68 +13,41 @@ from brushgrip.commands.options import (
     RecordingNames,
     RigFile,
 )
-from brushgrip.console import say
-from brushgrip.formatting import csv_text
-from brushgrip.grounds import on_grounds, say_ground
-from brushgrip.recordings import keep_inputs, read_all
-from brushgrip.user_effects import effect_files, user_effects
-from identification import FoundModel, Recording, Values, read_model, replaced_rig, signals_of
-from symbolic import InvalidInputError, Model
-from symbolic import simulate as simulate_torque
 
 
 def simulate(
     recordings: RecordingNames,
     out: OutFile,
     rig: RigFile = None,
+    channel_map: ChannelMap = None,
     model: ModelFile = None,
     effects: EffectModules = None,
     ground: OneGround = None,
+    mu: Annotated[
+        float | None,
+        typer.Option(
+            "--mu",
+            metavar="MU",
+            help="Friction coefficient, in place of what model file, recording and rig say.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Simulate the aligning torque for the angle and the load of recordings: t,M_z.
 
-    No M_z is needed. mu comes from the model file where it knows the recording, else from the rig.
+    No M_z is needed. mu is that of --mu, else of the model file where it knows the recording, else of
+    the rig.
     Several recordings go to OUT_<recording>.csv.
     """
-    own = user_effects(effects)
-    read = on_grounds(read_all(recordings, rig, torque_required=False), ground, bare=True)
-    found = None if model is None else read_model(model, effects=own)
-    inputs = [model_and_values(recording, found) for recording in read]
-    finals = [_final(out, recording, read) for recording in read]
-    keep_inputs(finals, recordings, rig, model, *effect_files(effects))
-    with ExitStack() as stack:
-        stages = [stack.enter_context(staged_file(final)) for final in finals]
-        for recording, (structure, values), stage in zip(read, inputs, stages, strict=True):
-            theta = np.asarray(structure.theta(values)).ravel()
-            rig_found = {} if found is None else found.rig
-            actual = replaced_rig(recording, Values(tyre={}, own={}, rig=rig_found))
-            geometry = np.array([actual.rig.a, actual.rig.e])
-            torque = simulate_torque(structure, signals_of(actual), theta, geometry)
-            zero = rig_found.get(recording.name, {}).get("zero", 0.0)
-            text = csv_text({"t": recording.t, "M_z": torque.M_z + zero})
-            stage.write_text(text, encoding="utf-8", newline="\n")
-    for recording in read:
-        say_ground(recording, found)
-    for final in finals:
-        say(f"wrote {final}")
+    from brushgrip.tasks import simulate as task
 
-
-def model_and_values(recording: Recording, found: FoundModel | None) -> tuple[Model, dict[str, float]]:
-    """The model for a recording, declared or found, and the values of all its parameters.
-
-    Raises:
-        InvalidInputError: mu is unknown.
-    """
-    mu = recording.tyre.mu
-    if found is not None:
-        return found.model, found.values_for(recording.name, mu, recording.ground)
-    if mu is None:
-        raise InvalidInputError(
-            f"{recording.name}: mu is not known; give it under [tyre] of the rig file, "
-            "as '# mu = 1.2' before a CSV header, or name a model file (--model)"
-        )
-    return Model(), {"mu": mu, "k": recording.tyre.k}
-
-
-def _final(out: Path, recording: Recording, everything: Sequence[Recording]) -> Path:
-    return out if len(everything) == 1 else out.with_stem(f"{out.stem}_{recording.name}")
+    task.simulate(
+        recordings=recordings,
+        out=out,
+        rig=rig,
+        channel_map=channel_map,
+        model=model,
+        effects=effects,
+        ground=ground,
+        mu=mu,
+    )

@@ -8,10 +8,10 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgrip.choices import ObserverName
 from brushgrip.estimation import (
     OBSERVERS,
     ObserverFactory,
-    ObserverName,
     comparable_friction,
     measured_angle,
     model_observer,

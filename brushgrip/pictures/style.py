@@ -2,6 +2,8 @@
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from contextvars import ContextVar
+from io import BytesIO
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -25,7 +27,10 @@ _DPI = 110
 _SOURCE, _BEGINNING = "brushgrip", 1024
 """Mark of our pictures, and the bytes within which it stands."""
 _LETTERS_ACROSS, _LETTERS_PER_SYMBOL = 135, 8
+_VECTORS: ContextVar[dict[str, bytes] | None] = ContextVar("_VECTORS", default=None)
+_NO_METADATA: dict[str, Any] = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 _STYLE: dict[Any, Any] = {
+    "svg.hashsalt": "brushgrip",
     "font.size": 9,
     "axes.titlesize": 9,
     "axes.titlelocation": "left",
@@ -49,6 +54,22 @@ def picture(path: Path, height: float) -> Iterator[Figure]:
         figure = Figure(figsize=(WIDTH, height), layout="constrained", facecolor="white")
         yield figure
         figure.savefig(path, dpi=_DPI, metadata={"Software": None, "Source": _SOURCE})
+        collected = _VECTORS.get()
+        if collected is not None:
+            drawing = BytesIO()
+            figure.savefig(drawing, format="svg", metadata=_NO_METADATA)
+            collected[path.name] = drawing.getvalue()
+
+
+@contextmanager
+def vectors(*, wanted: bool = True) -> Iterator[dict[str, bytes]]:
+    """Pictures drawn inside as SVG too, by the names of their files; none where not wanted."""
+    collected: dict[str, bytes] = {}
+    token = _VECTORS.set(collected if wanted else None)
+    try:
+        yield collected
+    finally:
+        _VECTORS.reset(token)
 
 
 def is_drawn_by_us(path: Path) -> bool:

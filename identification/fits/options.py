@@ -24,6 +24,7 @@ class FitOptions:
         reweightings: how often the fit is repeated at most because its residuals give another weight to
             what was declared with a tolerance.
         prior_weight: that weight at first; None for the one that the residuals at the start give.
+        threads: recordings simulated at a time; the result is the same.
 
     Raises:
         InvalidInputError: the tolerance is not greater than 0, or no evaluation is allowed.
@@ -36,6 +37,7 @@ class FitOptions:
     fixed: Collection[Label] = ()
     reweightings: int = 2
     prior_weight: float | None = None
+    threads: int = 1
 
     def __post_init__(self) -> None:
         """Check the ranges."""

@@ -1,6 +1,7 @@
 """The stacked residuals of recordings and their Jacobian, as functions of scaled free coordinates."""
 
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,7 @@ class Problem:
     ) -> None:
         """See `fit`; the start holds a value of every parameter."""
         self.model, self.recordings, self.start, self.loss = model, recordings, start, options.loss
+        self.threads = options.threads
         self.parameters = [(parameter_name(e, p), p) for e, p in model.parameters]
         free = _all_labels(self.parameters, recordings, options)
         self.by_label = {label: p for label, p in free.items() if label not in options.fixed}
@@ -146,8 +148,17 @@ class Problem:
         key = x.tobytes()
         if self._last is None or self._last[0] != key:
             values = self.values(x)
-            self._last = (key, {r.name: self._torque(r, values) for r in self.recordings})
+            self._last = (key, self._torques(values))
         return self._last[1]
+
+    def _torques(self, values: Values) -> dict[str, tuple[Array, Array]]:
+        """Torque of every recording and its derivatives; compiled code runs beside other threads."""
+        if self.threads == 1 or self._last is None:
+            # The first time it builds and compiles Functions, which CasADi does not do in threads.
+            return {r.name: self._torque(r, values) for r in self.recordings}
+        with ThreadPoolExecutor(self.threads) as pool:
+            torques = pool.map(lambda recording: self._torque(recording, values), self.recordings)
+            return {r.name: torque for r, torque in zip(self.recordings, torques, strict=True)}
 
     def _torque(self, recording: Recording, values: Values) -> tuple[Array, Array]:
         theta = np.asarray(self.model.theta(values.of(recording))).ravel()

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from identification.reading.readers import READERS, Reader, read_table
 from identification.reading.rigfile import rig_of_table
+from identification.reading.signal_map import NO_MAP, SignalMap, parse_signals
 from identification.reading.table import DECAY_COLUMNS, MIN_SAMPLES
 from symbolic import InvalidInputError, Rig, Tyre
 
@@ -75,8 +76,9 @@ def read_decay(
     rig: tuple[Rig, Tyre] | None = None,
     *,
     readers: Mapping[str, Reader] = READERS,
+    signals: SignalMap | str = NO_MAP,
 ) -> Decay:
-    """Read a free vibration from CSV, MATLAB 5, or a format of the user's own.
+    """Read a free vibration; formats as of `read_recording`.
 
     Only t and psi are needed (`time` and `Psi` in a MAT file); other columns are ignored.
 
@@ -85,12 +87,14 @@ def read_decay(
         rig: rig and tyre as read by `read_rig`; values that the recording declares, such as
             ``# a = 0.045``, ``# e = 0.009`` or ``# J_A = 0.15``, override them.
         readers: by the suffix of the file's name, as of `read_recording`.
+        signals: where columns come from, as of `read_recording`.
 
     Raises:
         InvalidInputError: one line naming the file, the row, what is wrong and what is allowed.
     """
     path = Path(path)
-    table = read_table(path, DECAY_COLUMNS, readers)
+    signals = parse_signals(signals) if isinstance(signals, str) else signals
+    table = read_table(path, DECAY_COLUMNS, readers, signals)
     own_rig, own_tyre = rig_of_table(table, rig)
     present = np.isfinite(table.columns["psi"])
     try:

@@ -13,15 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.reading.files import read_text
+from identification.reading.channels import COLUMNS, map_hint, resolved, unit_of_name
+from identification.reading.csvdialect import Numbers, delimiter_of, read_letters, units_in
 from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
-from identification.reading.table import (
-    MOST_SAMPLES,
-    OPTIONAL_COLUMNS,
-    REQUIRED_COLUMNS,
-    Fault,
-    Table,
-)
+from identification.reading.signal_map import NO_MAP, SignalMap
+from identification.reading.table import MOST_SAMPLES, OPTIONAL_COLUMNS, Fault, Table
 from symbolic import TOLERATED, InvalidInputError
 from symbolic.parsing import excerpt
 from symbolic.rig_tables import NEUTRAL
@@ -36,18 +32,22 @@ Rows = Iterator[tuple[int, list[str]]]
 """Fields with the number of their line, which begins at 1."""
 
 
-def read_csv(path: Path, needed: Sequence[str]) -> Table:
+def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> Table:
     """Read the table; unknown columns and other comment lines are ignored.
+
+    Fields are separated by comma, semicolon or tab. A unit may stand in brackets behind a heading, or in
+    a row below the header; without either, or a unit in the map, columns are in SI units.
 
     Args:
         path: the file.
         needed: names of columns that the header must hold.
+        signals: headings of the columns, their units and factors.
 
     Raises:
         InvalidInputError: the file cannot be read as such a table at all; faults of single rows
             are in the result.
     """
-    lines = _lines(read_text(path))
+    lines = _lines(read_letters(path))
     places: dict[int | str, int] = {}
     heading = _Heading()
     start = 0
@@ -57,10 +57,17 @@ def read_csv(path: Path, needed: Sequence[str]) -> Table:
         _declare(path, start + 1, line, heading, places)
     else:
         raise InvalidInputError(f"{path}: has no header; expected {','.join(needed)}")
-    rows = _fields(path, start, chain([line], lines))
-    number, names = next(rows)
-    header = _header(path, number, names, needed)
-    columns, numbers, faults = _columns(path, header, len(names), rows)
+    delimiter = delimiter_of(line)
+    rows = _fields(path, start, chain([line], lines), delimiter)
+    number, fields = next(rows)
+    names = [field.strip() for field in fields]
+    header = _header(path, number, names, needed, signals)
+    rows, units = _units(rows, header)
+    units = {column: units.get(column, unit_of_name(names[at])) for column, at in header.items()}
+    columns, numbers, faults = _columns(path, header, len(names), rows, Numbers(delimiter))
+    for column, values in columns.items():
+        where = f"{path}: row {number}: {excerpt(names[header[column]])}"
+        values *= signals.of(column).scale(column, units[column], where)
     return Table(
         path=path,
         columns=columns,
@@ -72,6 +79,15 @@ def read_csv(path: Path, needed: Sequence[str]) -> Table:
     )
 
 
+def _units(rows: Rows, header: Mapping[str, int]) -> tuple[Rows, dict[str, str]]:
+    """The rows behind one that holds units, and these; all rows where there is none."""
+    first = next(rows, None)
+    if first is None:
+        return rows, {}
+    units = units_in(first[1], header)
+    return (chain([first], rows), {}) if units is None else (rows, units)
+
+
 def _lines(text: str) -> Iterator[str]:
     """The lines in turn, as a split would take all at once."""
     start = 0
@@ -81,8 +97,8 @@ def _lines(text: str) -> Iterator[str]:
     yield text[start:]
 
 
-def _fields(path: Path, start: int, lines: Iterable[str]) -> Iterator[tuple[int, list[str]]]:
-    reader = csv.reader(lines)
+def _fields(path: Path, start: int, lines: Iterable[str], delimiter: str) -> Rows:
+    reader = csv.reader(lines, delimiter=delimiter)
     row = start + 1
     try:
         for fields in reader:
@@ -132,7 +148,7 @@ def _declare(path: Path, row: int, line: str, heading: _Heading, places: dict[in
 
 
 def _declared_number(path: Path, row: int, name: str, text: str) -> float:
-    value = _number(text)
+    value = Numbers(",")(text)
     if value is None or np.isnan(value):
         raise InvalidInputError(
             f"{path}: row {row}: {name} = {excerpt(text.strip())} is not a number; "
@@ -141,23 +157,30 @@ def _declared_number(path: Path, row: int, name: str, text: str) -> float:
     return value
 
 
-def _header(path: Path, row: int, fields: Sequence[str], needed: Sequence[str]) -> Mapping[str, int]:
-    names = [field.strip() for field in fields]
-    for name in (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS):
-        if names.count(name) > 1:
+def _header(
+    path: Path, row: int, names: Sequence[str], needed: Sequence[str], signals: SignalMap
+) -> Mapping[str, int]:
+    """The index of each column."""
+    found = {}
+    for column in COLUMNS:
+        name = resolved(path, signals.of(column).channel, names, by_part=False)
+        if name is not None and names.count(name) > 1:
             raise InvalidInputError(f"{path}: row {row}: two columns are named {name}; one allowed")
-    missing = [name for name in needed if name not in names]
+        if name is not None:
+            found[column] = names.index(name)
+    missing = [c for c in COLUMNS if c not in found and (c in needed or c in signals.signals)]
     if missing:
+        wanted = ", ".join(signals.of(column).channel for column in missing)
         raise InvalidInputError(
-            f"{path}: row {row}: column{'s' * (len(missing) > 1)} {', '.join(missing)} missing "
+            f"{path}: row {row}: column{'s' * (len(missing) > 1)} {wanted} missing "
             f"from the header {excerpt(','.join(names))}; expected {','.join(needed)}, "
-            f"optional {','.join(OPTIONAL_COLUMNS)}"
+            f"optional {','.join(OPTIONAL_COLUMNS)}{map_hint(missing, names)}"
         )
-    return {name: names.index(name) for name in (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS) if name in names}
+    return found
 
 
 def _columns(
-    path: Path, header: Mapping[str, int], width: int, rows: Rows
+    path: Path, header: Mapping[str, int], width: int, rows: Rows, number_of: Numbers
 ) -> tuple[dict[str, np.ndarray], "array[int]", list[Fault]]:
     """Columns, the number of each sample's line, and faults; empty rows at the end are none."""
     columns = {name: array("d") for name in header}
@@ -174,20 +197,10 @@ def _columns(
         if not fitting:
             faults.append(Fault(sample, f"has {len(fields)} fields, the header has {width}"))
         for name, index in header.items():
-            value = _number(fields[index]) if fitting else np.nan
+            value = number_of(fields[index]) if fitting else np.nan
             if value is None:
                 what = f"{name} = {excerpt(fields[index])} is not a number"
                 faults.append(Fault(sample, f"{what}; allowed: a finite number, empty or NaN"))
             columns[name].append(np.nan if value is None else value)
     present = {name: np.array(values[:size]) for name, values in columns.items()}
     return present, numbers, [fault for fault in faults if fault.sample < size]
-
-
-def _number(text: str) -> float | None:
-    """The number; NaN for an empty field, None for text. Python alone would allow 1_000."""
-    if not text.strip():
-        return float("nan")
-    try:
-        return None if "_" in text else float(text)
-    except ValueError:
-        return None

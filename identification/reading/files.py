@@ -1,5 +1,7 @@
 """Files as bytes and text, with every failure as one line."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from stat import S_ISREG
 
@@ -10,8 +12,8 @@ LARGEST_FILE = 500_000_000
 """Of a file that is read [bytes]."""
 
 
-def read_bytes(path: Path, largest: int = LARGEST_FILE) -> bytes:
-    """The content of a file.
+def require_readable(path: Path, largest: int = LARGEST_FILE) -> int:
+    """The size of a file that may be read [bytes].
 
     Args:
         path: the file; a pipe or a device, which may block or never end, is refused.
@@ -20,7 +22,7 @@ def read_bytes(path: Path, largest: int = LARGEST_FILE) -> bytes:
     Raises:
         InvalidInputError: no such file, no regular file, too large, or not readable.
     """
-    try:
+    with _as_input_error(path):
         status = path.stat()
         if path.is_dir():
             raise InvalidInputError(f"{path}: is a directory, expected a file")
@@ -32,8 +34,24 @@ def read_bytes(path: Path, largest: int = LARGEST_FILE) -> bytes:
             raise InvalidInputError(
                 f"{path}: holds {status.st_size / 1e6:.3g} MB; allowed: up to {largest / 1e6:.3g} MB"
             )
-        with path.open("rb") as file:
-            return file.read(status.st_size)
+        return status.st_size
+
+
+def read_bytes(path: Path, largest: int = LARGEST_FILE) -> bytes:
+    """The content of a file that `require_readable` allows.
+
+    Raises:
+        InvalidInputError: as there.
+    """
+    size = require_readable(path, largest)
+    with _as_input_error(path), path.open("rb") as file:
+        return file.read(size)
+
+
+@contextmanager
+def _as_input_error(path: Path) -> Iterator[None]:
+    try:
+        yield
     except FileNotFoundError:
         raise InvalidInputError(f"{path}: no such file") from None
     except OSError as error:

@@ -14,8 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.files import read_bytes
+from identification.reading.channels import map_hint
+from identification.reading.files import read_bytes, require_readable
 from identification.reading.rigfile import DECLARABLE
+from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MOST_SAMPLES, Array, Table
 from symbolic import TOLERATED, InvalidInputError
 from symbolic.parsing import naming
@@ -28,6 +30,7 @@ HALF_LENGTH_TOLERANCE = 0.0025
 A scalar `a_tolerance` in a file goes before it."""
 _WANTED = {*_VARIABLES.values(), *DECLARABLE, *(f"{name}_tolerance" for name in TOLERATED)}
 """Columns, values of the rig, and how far off these may be."""
+_HDF5 = (b"MATLAB 7.3", b"\x89HDF")
 _HEADER_BYTES = 128
 _NUMBERS = {
     1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8", 12: "i8", 13: "u8"
@@ -42,33 +45,38 @@ _LONGEST_HEAD = 1024
 _LARGEST_ARRAY = 8 * MOST_SAMPLES + _LONGEST_HEAD
 
 
-def read_mat(path: Path, needed: Sequence[str]) -> Table:
+def read_mat(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> Table:
     """Read the table; other variables in the file are ignored.
 
     Args:
         path: the file.
         needed: names of columns that the file must hold, `t` for its variable `time` and so on.
+        signals: variables of the columns, their units and factors.
 
     Raises:
         InvalidInputError: not a MATLAB 5 file, a variable is missing, of another length or not of
             real numbers.
     """
-    content = _load(path)
-    missing = [_VARIABLES[name] for name in needed if _VARIABLES[name] not in content]
+    variables = _VARIABLES | {column: signal.channel for column, signal in signals.signals.items()}
+    content = _load(path, {*_WANTED, *variables.values()})
+    asked = [name for name in variables if name in needed or name in signals.signals]
+    missing = [name for name in asked if variables[name] not in content]
     if missing:
+        absent, expected = (", ".join(variables[name] for name in some) for some in (missing, asked))
         raise InvalidInputError(
-            f"{path}: variable{'s' * (len(missing) > 1)} {', '.join(missing)} missing; "
-            f"expected {', '.join(_VARIABLES[name] for name in needed)}"
+            f"{path}: variable{'s' * (len(missing) > 1)} {absent} missing; expected {expected}"
+            f"{map_hint(missing, list(content))}"
         )
     columns = {
         name: _vector(path, variable, content[variable])
-        for name, variable in _VARIABLES.items()
+        * signals.of(name).scale(name, "", f"{path}: {variable}")
+        for name, variable in variables.items()
         if variable in content
     }
     for name, values in columns.items():
         if values.size != columns["t"].size:
             raise InvalidInputError(
-                f"{path}: {_VARIABLES[name]} holds {values.size} samples, time holds "
+                f"{path}: {variables[name]} holds {values.size} samples, {variables['t']} holds "
                 f"{columns['t'].size}; equal numbers are needed"
             )
     declared = {name: _scalar(path, name, content[name]) for name in DECLARABLE if name in content}
@@ -86,21 +94,24 @@ def read_mat(path: Path, needed: Sequence[str]) -> Table:
     )
 
 
-def _load(path: Path) -> Mapping[str, Array | None]:
+def is_hdf5(path: Path) -> bool:
+    """Whether a MATLAB file is one of version 7.3."""
+    require_readable(path)
+    with path.open("rb") as file:
+        return file.read(len(_HDF5[0])).startswith(_HDF5)
+
+
+def _load(path: Path, wanted: Container[str]) -> Mapping[str, Array | None]:
     content = read_bytes(path)
     if not content:
         raise InvalidInputError(f"{path}: is empty")
-    if content.startswith((b"MATLAB 7.3", b"\x89HDF")):
-        raise InvalidInputError(
-            f"{path}: is a MATLAB 7.3 (HDF5) file; save it as MATLAB 5, with save(..., '-v7')"
-        )
     if not content.startswith(b"MATLAB 5.0"):
         raise InvalidInputError(
             f"{path}: is not a MATLAB 5 file; save it with save(..., '-v7'), or as CSV"
         )
     try:
         with naming(path):
-            return read_arrays(content, _WANTED)
+            return read_arrays(content, wanted)
     except DamagedFileError as error:
         raise InvalidInputError(
             f"{path}: is damaged, it cannot be read as a MATLAB 5 file ({error}); copy or save it again"

@@ -3,19 +3,33 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from identification.reading.channels import ChannelFile, Samples, tabulate, unit_of_name
 from identification.reading.readers import READERS, Reader, read_table
 from identification.reading.rigfile import read_rig, rig_of_table
+from identification.reading.signal_map import NO_MAP, SignalMap, parse_signals
 from identification.reading.smoothing import smoothed_rate
-from identification.reading.table import Table, required_columns
+from identification.reading.table import Table, check, required_columns
 from symbolic import InvalidInputError, Rig, Tyre
 
 __all__ = ["Recording", "read_recording", "read_rig"]
 
 Array = NDArray[np.float64]
+
+
+class DataFrame(Protocol):
+    """What a data frame of pandas or polars can do."""
+
+    @property
+    def columns(self) -> Any:
+        """Names of the columns."""
+
+    def __getitem__(self, name: str, /) -> Any:
+        """A column."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -74,6 +88,40 @@ class Recording:
         if not (self.F_N > 0).all():
             raise InvalidInputError(f"{self.name}: F_N must be greater than 0 throughout")
 
+    @classmethod
+    def from_dataframe(
+        cls,
+        frame: DataFrame,
+        rig: tuple[Rig, Tyre],
+        *,
+        name: str = "recording",
+        signals: SignalMap | str = NO_MAP,
+        torque_required: bool = True,
+        causal: bool = False,
+    ) -> "Recording":
+        """A recording out of the columns of a data frame of pandas, polars or the like.
+
+        Args:
+            frame: one row a sample; what is missing is NaN.
+            rig: rig and tyre.
+            name: of the recording.
+            signals: where columns come from, see `read_recording`; `t` needs a column of its own.
+            torque_required: whether a frame without any M_z is a fault.
+            causal: fill gaps in psi, psi_dot and F_N from the past alone.
+
+        Raises:
+            InvalidInputError: a column is missing or not of numbers, or a sample is faulty.
+        """
+        signals = parse_signals(signals) if isinstance(signals, str) else signals
+        file = ChannelFile(
+            names=[str(column) for column in frame.columns],
+            read=lambda column: Samples(values=np.asarray(frame[column]), unit=unit_of_name(column)),
+        )
+        needed = required_columns(torque_required=torque_required)
+        table = tabulate(Path(name), file, needed, signals)
+        check(table, needed)
+        return recording_of(table, rig, name, causal=causal)
+
     def _frozen(self, field: str, value: ArrayLike) -> Array:
         array = np.array(value, dtype=np.float64)
         if array.shape != np.shape(self.t) or array.ndim != 1:
@@ -92,8 +140,9 @@ def read_recording(
     torque_required: bool = True,
     causal: bool = False,
     readers: Mapping[str, Reader] = READERS,
+    signals: SignalMap | str = NO_MAP,
 ) -> Recording:
-    """Read a recording from CSV, MATLAB 5, or a format of the user's own.
+    """Read a recording from CSV, MATLAB, a format of a measurement system or one of the user's own.
 
     Gaps in psi, psi_dot and F_N are interpolated linearly, and at the ends extrapolated by the nearest
     sample. Without a column psi_dot, the rate is the smoothed derivative of psi.
@@ -105,12 +154,22 @@ def read_recording(
         causal: fill gaps in psi, psi_dot and F_N with the last sample before them alone, as an observer
             has to; a gap at the very beginning is then a fault.
         readers: by the suffix of the file's name; `{**READERS, ".log": reader}` adds a format.
+        signals: where columns come from, as read by `read_signals`, or a text such as
+            ``psi=SteeringAngle:deg,t=time:ms,M_z=-Mz``.
 
     Raises:
         InvalidInputError: one line naming the file, the row, what is wrong and what is allowed.
     """
     path = Path(path)
-    table = read_table(path, required_columns(torque_required=torque_required), readers)
+    signals = parse_signals(signals) if isinstance(signals, str) else signals
+    table = read_table(path, required_columns(torque_required=torque_required), readers, signals)
+    return recording_of(table, rig, path.stem, causal=causal)
+
+
+def recording_of(
+    table: Table, rig: tuple[Rig, Tyre] | None, name: str, *, causal: bool = False
+) -> Recording:
+    """The recording of a table whose samples were checked; arguments as of `read_recording`."""
     own_rig, own_tyre = rig_of_table(table, rig)
     columns = table.columns
     t = columns["t"]
@@ -121,7 +180,7 @@ def read_recording(
     psi_dot = columns.get("psi_dot")
     measured_rate = psi_dot is not None and not np.isnan(psi_dot).all()
     return Recording(
-        name=path.stem,
+        name=name,
         t=t,
         psi=psi,
         psi_recorded=~np.isnan(columns["psi"]),

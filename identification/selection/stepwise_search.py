@@ -6,6 +6,7 @@ search ends.
 """
 
 from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor
 from dataclasses import dataclass
 
 from identification.fits.loss import LEAST_SQUARES, Loss
@@ -20,7 +21,7 @@ from identification.selection.criteria import (
     removal_justified,
 )
 from identification.selection.journal import Journal
-from identification.selection.trial_runner import Effects, TrialRunner, workers
+from identification.selection.trial_runner import Effects, TrialRunner, jobs_of, workers
 from identification.selection.trials import RANKING, ROUGH, Precision, Trial, model_of, with_prior_weight
 from symbolic import CANDIDATES, Effect, effects_named
 
@@ -69,6 +70,7 @@ def search(
     holdout: Sequence[Recording],
     *,
     jobs: int | None = None,
+    executor: Executor | None = None,
     progress: Progress | None = None,
     candidates: Iterable[str | Effect] = tuple(CANDIDATES),
     criteria: SelectionCriteria = DEFAULT_CRITERIA,
@@ -85,6 +87,7 @@ def search(
         training: recordings that the shared parameters are fitted to.
         holdout: recordings that judge; empty for leave-one-out over the training ones.
         jobs: processes to use; None for one per core.
+        executor: takes the work in place of these, see `diagnose`.
         progress: called with (what is being done, trials done, trials in this step).
         candidates: effects that may be added: names of the library's, or effects of your own.
         criteria: thresholds of the search.
@@ -92,14 +95,13 @@ def search(
         journal: where trials are kept, so that an interrupted search can go on; None for nowhere.
 
     Raises:
-        InvalidInputError: a candidate is unknown, two have the same name, or the processes cannot import
-            the class of one.
+        InvalidInputError: a candidate is unknown, named twice, or processes cannot import its class.
         BrushgripError: a process ended before its work was done.
     """
-    effects = effects_named(candidates)
-    with workers(jobs, effects) as submit:
+    effects, count = effects_named(candidates), jobs_of(jobs)
+    with workers(jobs, effects, executor) as submit:
         runner = TrialRunner(
-            training=training, holdout=holdout, loss=loss, submit=submit, journal=journal
+            training=training, holdout=holdout, loss=loss, submit=submit, journal=journal, threads=count
         )
         return Search(runner, effects, criteria, progress or silent).run()
 

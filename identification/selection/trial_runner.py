@@ -4,7 +4,7 @@ import os
 import pickle
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import Future, as_completed
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -17,7 +17,7 @@ from identification.reading.recordings import Recording
 from identification.selection.journal import Journal
 from identification.selection.trials import Precision, Trial, TrialTask, model_of, run_trial, thin
 from identification.selection.worker_processes import WorkerProcesses
-from symbolic import Effect, InvalidInputError
+from symbolic import BrushgripError, Effect, InvalidInputError
 
 Effects = tuple[Effect, ...]
 Submit = Callable[..., Future[Any]]
@@ -36,6 +36,7 @@ class TrialRunner:
         loss: what a residual costs.
         submit: hands work to processes.
         journal: keeps trials, None to keep none.
+        threads: recordings simulated at a time where no process has other work.
     """
 
     training: Sequence[Recording]
@@ -43,6 +44,7 @@ class TrialRunner:
     loss: Loss
     submit: Submit
     journal: Journal | None = None
+    threads: int = 1
 
     @cached_property
     def thinned_training(self) -> Sequence[Recording]:
@@ -109,7 +111,7 @@ class TrialRunner:
     def _run(self, task: TrialTask) -> Trial:
         trial = self._recall(task)
         if trial is None:
-            trial = run_trial(task)
+            trial = run_trial(task, self.threads)
             self._note(task, trial)
         return trial
 
@@ -135,8 +137,15 @@ def values_for(present: Trial, effects: Sequence[Effect]) -> Values:
     return replace(values, tyre=of_the_set(values.tyre), own=own, grounds=grounds)
 
 
+def jobs_of(jobs: int | None) -> int:
+    """How many things to do at a time: so many, or one per core."""
+    return jobs or os.cpu_count() or 1
+
+
 @contextmanager
-def workers(jobs: int | None, effects: Effects = ()) -> Iterator[Submit]:
+def workers(
+    jobs: int | None, effects: Effects = (), executor: Executor | None = None
+) -> Iterator[Submit]:
     """Processes to which work can be submitted; with one job it runs in this process, at once.
 
     An interruption ends the processes, at once; trials that they have not finished are lost.
@@ -144,12 +153,21 @@ def workers(jobs: int | None, effects: Effects = ()) -> Iterator[Submit]:
     Args:
         jobs: processes; None for one per core.
         effects: those that the work may take to the processes.
+        executor: takes the work in place of processes of our own; it is left open. What it has not
+            begun is cancelled at the end.
 
     Raises:
-        InvalidInputError: another process cannot import the class of an effect.
+        InvalidInputError: jobs are given beside an executor, or another process cannot import the
+            class of an effect.
         BrushgripError: a process ended before its work was done, and so did the one in its place.
     """
-    count = jobs or os.cpu_count() or 1
+    if executor is not None:
+        if jobs is not None:
+            raise InvalidInputError("an executor has processes of its own; leave jobs out")
+        with _lent(executor) as submit:
+            yield submit
+        return
+    count = jobs_of(jobs)
     if count == 1:
         yield _run_at_once
         return
@@ -161,6 +179,31 @@ def workers(jobs: int | None, effects: Effects = ()) -> Iterator[Submit]:
             yield pool.submit
         finally:
             pool.close()
+
+
+@contextmanager
+def _lent(executor: Executor) -> Iterator[Submit]:
+    """Work for an executor of the user's.
+
+    Raises:
+        BrushgripError: it lost work.
+    """
+    pending: set[Future[Any]] = set()
+
+    def submit(function: Callable[..., Any], *arguments: Any) -> Future[Any]:
+        future = executor.submit(function, *arguments)
+        pending.add(future)
+        future.add_done_callback(pending.discard)
+        return future
+
+    try:
+        yield submit
+    except (BrokenExecutor, CancelledError) as error:
+        reason = str(error) or type(error).__name__
+        raise BrushgripError(f"the executor lost work that it was given: {reason}") from error
+    finally:
+        for future in list(pending):
+            future.cancel()
 
 
 def _check_importable(effect: Effect) -> None:

@@ -5,6 +5,7 @@ while it sends, whoever reads waits for ever. Here the end of a process is the e
 work goes to a new process, once. A process ends when the one that started it is gone, however that went.
 """
 
+import logging
 import os
 import pickle
 import signal
@@ -63,13 +64,17 @@ class WorkerProcesses:
         """Runs in a thread, which waits for its process; a process that ends is replaced once."""
         request, reason = pickle.dumps((function, arguments)), ""
         for _ in range(2):
-            worker = self._worker()
+            try:
+                worker = self._worker()
+            except OSError as error:  # It ended while it was started, or there is no room for it.
+                reason = f"it cannot be started, {error.strerror or error}"
+                continue
             try:
                 done, result = worker.answer(request)
             except (EOFError, OSError):
                 reason = worker.end()
                 del self._own.worker
-                if worker.is_ready:
+                if worker.is_ready or worker.was_killed:
                     continue
                 break  # A process that cannot even begin will not do so the next time.
             if done:
@@ -115,6 +120,11 @@ class _Worker:
         answer: tuple[bool, Any] = pickle.loads(self.connection.recv_bytes())
         return answer
 
+    @property
+    def was_killed(self) -> bool:
+        """Whether a signal ended it."""
+        return (self.process.exitcode or 0) < 0
+
     def end(self) -> str:
         """Ends the process if it has not ended; says how it did."""
         self.process.join(GRACE)
@@ -144,6 +154,8 @@ def _serve(connection: Connection) -> None:
     # Asked to end, it removes what it has begun to write.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    # What hinders all processes alike, such as a failing compiler, the first one says for all.
+    logging.getLogger("symbolic").setLevel(logging.ERROR)
     with suppress(EOFError, OSError, KeyboardInterrupt):
         connection.send_bytes(b"ready")
         while True:

@@ -28,7 +28,7 @@ from observers.measurement_model import LEAST_LOAD
 from observers.protocol import OUTPUT, FunctionObserver
 from symbolic import DECLARED, GEOMETRY, SIGNALS, Model
 
-MEMORY = Layout(tuple((name, 1, 1) for name in ("M_z", "by_mu", "by_k", "mu", "k")))
+MEMORY = Layout.of(M_z=1, by_mu=1, by_k=1, mu=1, k=1)
 """Memory of a `LinearisedPatch`: M_z [N m], its derivatives by mu and k, and mu [1] and k [N/m^2]."""
 
 

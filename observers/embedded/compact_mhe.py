@@ -4,7 +4,7 @@ The patch of `observers.embedded.compact_patch` is stored with every sample of t
 the samples and calls, at each, the Functions of `observers.mhe_terms`, adapted here to scalar arguments.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import casadi as ca
@@ -36,7 +36,7 @@ from observers.mhe_terms import (
     build_prediction,
     is_unsettled,
 )
-from observers.model_observer import clip_to_bounds, friction_output, step_output
+from observers.model_observer import ModelObserver, clip_to_bounds, friction_output, step_output
 from observers.patch_update import slopes_by_states
 from observers.protocol import SAMPLE, FunctionObserver
 from observers.tuning import TUNING_FIELDS
@@ -49,8 +49,8 @@ TEST = ("accepted", "reset", "run", "missing", "expected", "nis", "inconsistent"
 """Result of the test of the newest innovation."""
 
 
-def window_functions(observer: Mhe) -> list[ca.Function]:
-    """The Functions that C calls."""
+def window_functions(observer: Mhe, output: Callable[[Mhe], ca.Function]) -> list[ca.Function]:
+    """The Functions that C calls; `output` builds the last one."""
     at = len(observer.model.coordinates)
     rig, tuning = observer.constants[at : at + len(RIG)], observer.constants[at + len(RIG) :]
     theta = observer.constants[:at]
@@ -65,14 +65,17 @@ def window_functions(observer: Mhe) -> list[ca.Function]:
         _reset_arrival,
         _forward,
         _backward,
-        _output,
+        output,
     )
     return [_with_numbers(build(observer), numbers) for build in builders]
 
 
 def elimination(observer: Mhe) -> Layout:
     """The parts that forward elimination leaves for back substitution."""
-    n = len(observer.states)
+    return _elimination(len(observer.states))
+
+
+def _elimination(n: int) -> Layout:
     return Layout((("filtered", n, 1), ("P", n, n), ("K", n, 1), ("score", 1, 1), ("H", n, 1)))
 
 
@@ -86,14 +89,15 @@ def _with_numbers(function: ca.Function, numbers: Mapping[str, Any]) -> ca.Funct
     return scalar_function(function.name(), function, used)
 
 
-def _symbols(observer: Mhe, *names: str) -> list[ca.MX]:
+def symbols(observer: ModelObserver, *names: str) -> list[ca.MX]:
+    """Symbols of these names, in their shapes."""
     n = len(observer.states)
     shapes = {
         "sample": (len(SAMPLE), 1), "last": (len(CLEAN), 1), "now": (len(CLEAN), 1), "x": (n, 1),
         "mean": (n, 1), "factor": (n, n), "P": (n, n), "torque": (len(TORQUE), 1),
         "row": (len(ROW), 1), "next": (len(ROW), 1), "counts": (len(COUNTS), 1),
         "monitor": (len(MONITOR), 1),
-        "eliminated": (elimination_size(observer), 1), "costate": (n, 1), "newest": (n, 1),
+        "eliminated": (_elimination(n).size, 1), "costate": (n, 1), "newest": (n, 1),
         "test": (len(TEST), 1), "age": (1, 1), "imputed": (1, 1), "rig": (len(RIG), 1),
         "theta": (len(observer.model.coordinates), 1), "tuning": (len(TUNING_FIELDS), 1),
     }  # fmt: skip
@@ -121,7 +125,7 @@ def _torque(observer: Mhe, torque: ca.MX, x: ca.MX) -> tuple[ca.MX, ca.MX]:
     return by_tyre["M_z"], slopes_by_states(observer.measurement_model, slopes, x)
 
 
-def _no_torque(observer: Mhe) -> tuple[ca.DM, ca.DM]:
+def no_torque(observer: ModelObserver) -> tuple[ca.DM, ca.DM]:
     """Where the angle is known the torque does not move the states."""
     return ca.DM(0), ca.DM.zeros(len(directions(observer.measurement_model)))
 
@@ -137,28 +141,28 @@ def _begin(observer: Mhe) -> ca.Function:
 
 def _clean(observer: Mhe) -> ca.Function:
     """(sample, last) -> the sample cleaned, and whether a value is imputed."""
-    sample, last = _symbols(observer, "sample", "last")
+    sample, last = symbols(observer, "sample", "last")
     return _function("clean", [sample, last], [*build_clean(observer.measurement_model)(sample, last)])
 
 
 def _limit(observer: Mhe) -> ca.Function:
     """(x) -> within bounds."""
-    x, tuning = _symbols(observer, "x", "tuning")
+    x, tuning = symbols(observer, "x", "tuning")
     return _function("limit", [x, tuning], [clip_to_bounds(observer.measurement_model, x, tuning)])
 
 
 def _predict(observer: Mhe) -> ca.Function:
     """(x, P, last, now) -> newest, P at it."""
-    x, P, last, now, rig, tuning = inputs = _symbols(observer, "x", "P", "last", "now", "rig", "tuning")
+    x, P, last, now, rig, tuning = inputs = symbols(observer, "x", "P", "last", "now", "rig", "tuning")
     predict = build_prediction(observer.measurement_model)
-    newest, P_newest, _ = predict(x, P, *_no_torque(observer), last, now, rig, tuning)
+    newest, P_newest, _ = predict(x, P, *no_torque(observer), last, now, rig, tuning)
     return _function("predict", inputs, [newest, P_newest])
 
 
 def _test_innovation(observer: Mhe) -> ca.Function:
     """(newest, torque, now, P, counts, monitor) -> test, counts, monitor."""
     names = ("newest", "torque", "now", "P", "counts", "monitor", "rig", "tuning")
-    newest, torque, now, P, counts, monitor, rig, tuning = inputs = _symbols(observer, *names)
+    newest, torque, now, P, counts, monitor, rig, tuning = inputs = symbols(observer, *names)
     innovation = build_innovation(observer.measurement_model)
     results = outputs_of(
         innovation, newest, P, *_torque(observer, torque, newest), now, counts, monitor, rig, tuning
@@ -169,7 +173,7 @@ def _test_innovation(observer: Mhe) -> ca.Function:
 
 def _accept(observer: Mhe) -> ca.Function:
     """(row, age, test) -> accepted, jump."""
-    row, age, test, tuning = inputs = _symbols(observer, "row", "age", "test", "tuning")
+    row, age, test, tuning = inputs = symbols(observer, "row", "age", "test", "tuning")
     stored, three = named(ROW, row), test[: TEST.index("run") + 1]
     unknown = change_variance(named(TUNING_FIELDS, tuning))
     accepted = build_acceptance()(stored["accepted"], stored["jump"], age, three, unknown)
@@ -178,7 +182,7 @@ def _accept(observer: Mhe) -> ca.Function:
 
 def _reset_arrival(observer: Mhe) -> ca.Function:
     """(test) -> increment of the arrival's variance of ln mu."""
-    test, tuning = inputs = _symbols(observer, "test", "tuning")
+    test, tuning = inputs = symbols(observer, "test", "tuning")
     result, unknown = named(TEST, test), change_variance(named(TUNING_FIELDS, tuning))
     jump = arrival_jump(observer.window, result["reset"], result["run"], unknown)
     return _function("reset_arrival", inputs, [jump])
@@ -187,7 +191,7 @@ def _reset_arrival(observer: Mhe) -> ca.Function:
 def _forward(observer: Mhe) -> ca.Function:
     """(mean, factor, x, torque, row, next) -> mean, factor, eliminated."""
     names = ("mean", "factor", "x", "torque", "row", "next", "rig", "tuning")
-    mean, factor, x, torque, row, after, rig, tuning = inputs = _symbols(observer, *names)
+    mean, factor, x, torque, row, after, rig, tuning = inputs = symbols(observer, *names)
     forward = build_forward(observer.measurement_model)
     rows = map(_full_row, (row, after))
     results = outputs_of(forward, mean, factor, x, *_torque(observer, torque, x), *rows, rig, tuning)
@@ -198,12 +202,12 @@ def _forward(observer: Mhe) -> ca.Function:
 def _backward(observer: Mhe) -> ca.Function:
     """(costate, eliminated, row, next) -> costate before, smoothed x within bounds."""
     names = ("costate", "eliminated", "row", "next", "rig", "tuning")
-    costate, eliminated, row, after, rig, tuning = inputs = _symbols(observer, *names)
+    costate, eliminated, row, after, rig, tuning = inputs = symbols(observer, *names)
     parts = elimination(observer).split(eliminated)
     # The motion is cheaper to compute again than to store with every sample.
     now, now_next = (_full_row(vector)[: len(CLEAN)] for vector in (row, after))
     motion = build_motion(observer.measurement_model)
-    _, A, _, _ = motion(parts["filtered"], *_no_torque(observer), now, now_next, rig, tuning)
+    _, A, _, _ = motion(parts["filtered"], *no_torque(observer), now, now_next, rig, tuning)
     backward = build_backward(observer.measurement_model)
     return _function("backward", inputs, [*backward(costate, *parts.values(), A, tuning)])
 
@@ -211,7 +215,7 @@ def _backward(observer: Mhe) -> ca.Function:
 def _output(observer: Mhe) -> ca.Function:
     """(x, P, newest, now, test, imputed) -> output."""
     names = ("x", "P", "newest", "now", "test", "imputed", "theta", "rig", "tuning")
-    x, P, newest, now, test, imputed, theta, rig, tuning = inputs = _symbols(observer, *names)
+    x, P, newest, now, test, imputed, theta, rig, tuning = inputs = symbols(observer, *names)
     result, at = named(TEST, test), state_index(observer.measurement_model)
     # The full slide of the declared patch does not depend on its memory.
     memory = ca.MX(observer.model.memory_size, 1)
@@ -228,7 +232,7 @@ STORED_CORNERS = 8
 STATE = """\
     {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}], last[{clean}], counts[2], monitor[4];
     {real} x[{window}][{n}], row[{window}][6], eliminated[{window}][{eliminated}];
-    {real} slope[{window}], remainder[{window}][2], xi[{window}][{stored}], d[{window}][{stored}];
+    {real} slope[{window}], lost[{window}][2], xi[{window}][{stored}], d[{window}][{stored}];
     {name}_patch_t patch;
     int32_t newest;
     int8_t corners[{window}];"""
@@ -247,12 +251,13 @@ def is_compact_window(observer: FunctionObserver) -> bool:
 def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> Body:
     """The code of an estimator for which `is_compact_window` holds."""
     n, eliminated = len(observer.states), elimination_size(observer)
-    functions = [build_corner(observer), *window_functions(observer)]
+    functions = [build_corner(observer), *window_functions(observer, _output)]
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
     stiff = f"[{observer.states.index('stiffness')}]" if "stiffness" in observer.states else ""
     values = {
         **terms,
         **patch_numbers(observer),
+        "bristles": False,
         "window": str(observer.window),
         "states": str(n),
         "clean": str(len(CLEAN)),

@@ -11,8 +11,8 @@ from random import Random
 from unittest import mock
 
 from brushgrip.app import main
-from brushgrip.commands import diagnose as diagnosing
-from brushgrip.commands import estimate as estimating
+from brushgrip.tasks import diagnose as diagnosing
+from brushgrip.tasks import estimate as estimating
 from symbolic import InvalidInputError
 from tests.attack.attack_class import AttackClass, one_by_one
 from tests.attack.targets import CORPUS

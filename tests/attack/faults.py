@@ -56,12 +56,14 @@ def ended_well(ended: Ended, statuses: tuple[int, ...] = ENDED_BY_FAULT, most: i
 
 
 def killed(by: signal.Signals, sandbox: Sandbox, chance: random.Random) -> str | None:
-    """The signal at any instant after the imports."""
+    """The signal at any instant, half of the time while Python imports."""
     run = sandbox.start()
-    time.sleep(chance.uniform(0.15, 1.0) * undisturbed(sandbox.quick)[1])
+    sandbox.listens(run)
+    longest = chance.choice((2.0, undisturbed(sandbox.quick)[1]))
+    time.sleep(chance.uniform(0, longest))
     run.send_signal(by)
     ended = sandbox.finish(run)
-    return None if by == signal.SIGKILL else ended_well(ended, (*ENDED_BY_FAULT, -by))
+    return None if by == signal.SIGKILL else ended_well(ended, (*ENDED_BY_FAULT, -by), most=1)
 
 
 def loses_a_worker(sandbox: Sandbox, chance: random.Random) -> str | None:

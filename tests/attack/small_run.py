@@ -3,20 +3,30 @@
 import os
 import signal
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from brushgrip.app import main
-from brushgrip.commands import diagnose
+from brushgrip.__main__ import load_command
+from brushgrip.interrupts import run_process
 
 FEW = ("torque_offset", "contact_damping", "steering_return")
 
-if __name__ == "__main__":
-    # As in a terminal: a shell starts what is in the background deaf to Ctrl-C.
-    signal.signal(signal.SIGINT, signal.default_int_handler)
+
+def load() -> Callable[[], None]:
+    """The command with few candidates."""
+    command = load_command()
+    from brushgrip.tasks import diagnose
+
     quick = bool(os.environ.get("BRUSHGRIP_SMALL_QUICK"))
     diagnose.CANDIDATES = FEW[:2] if quick else FEW
     if quick:
         diagnose.write_report = lambda *_: None
-    main()
+    return command
+
+
+if __name__ == "__main__":
+    # As in a terminal: a shell starts what is in the background deaf to Ctrl-C.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    run_process(load)

@@ -35,7 +35,8 @@ class Ended:
     @property
     def lines(self) -> list[str]:
         """Standard error without progress, which is no complaint."""
-        progress = ("trying ", "fitting ", "correlating ", "looking ", "leaving ", "exchanging ")
+        progress = ("trying ", "fitting ", "correlating ", "looking ", "leaving ")
+        progress += ("exchanging ", "estimating ")
         return [one for one in self.err.splitlines() if one and not one.startswith(progress)]
 
 
@@ -68,14 +69,17 @@ class Sandbox:
         return self.folder / "work" / "out"
 
     def start(
-        self, environment: Mapping[str, str] | None = None, before: Callable[[], None] | None = None
+        self,
+        environment: Mapping[str, str] | None = None,
+        before: Callable[[], None] | None = None,
+        out: str = "out",
     ) -> subprocess.Popen[str]:
         """A run that has just begun, in a group of its own."""
         log = (self.folder / "err").open("w")
         words = ["diagnose", "train_a.csv", "--holdout", "holdout_c.csv", "--rig", "rig.toml"]
         with log:
             return subprocess.Popen(
-                [sys.executable, str(SMALL_RUN), *words, "--out", "out", "--jobs", "2"],
+                [sys.executable, str(SMALL_RUN), *words, "--out", out, "--jobs", "2"],
                 cwd=self.folder / "work",
                 env=self._environment() | dict(environment or {}),
                 stdout=subprocess.DEVNULL,
@@ -84,6 +88,16 @@ class Sandbox:
                 start_new_session=True,
                 preexec_fn=before,
             )
+
+    def listens(self, run: subprocess.Popen[str], seconds: float = 20.0) -> None:
+        """Waits until the run catches SIGTERM, which Python itself does not; or has ended."""
+        end = time.monotonic() + seconds
+        while run.poll() is None and time.monotonic() < end:
+            status = Path(f"/proc/{run.pid}/status").read_text()
+            caught = int(status.partition("SigCgt:")[2].split()[0], 16)
+            if caught >> (signal.SIGTERM - 1) & 1:
+                return
+            time.sleep(0.002)
 
     def finish(self, run: subprocess.Popen[str], seconds: float = LONGEST) -> Ended:
         """Waits for the end of a run; one that does not end is killed and has the status 999."""
@@ -101,9 +115,9 @@ class Sandbox:
         """A whole run."""
         return self.finish(self.start(environment, before))
 
-    def result(self) -> bytes:
+    def result(self, out: str = "out") -> bytes:
         """What was written, b"" where nothing was."""
-        paths = [self.out / name for name in FILES]
+        paths = [self.folder / "work" / out / name for name in FILES]
         return b"".join(path.read_bytes() for path in paths if path.is_file())
 
     def processes(self) -> list[int]:

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+import brushgrip
 from brushgrip.app import main, repeat_lists
 from brushgrip.fetch import FetchError
 from symbolic import InvalidInputError
@@ -112,3 +113,31 @@ def test_fetch_goes_to_the_users_folder(
 
     assert outcome.status == 0
     assert outcome.out == f"1/1 x.mat\n1 file in {folder}\n"
+
+
+def test_help_needs_neither_numbers_nor_pictures() -> None:
+    # Each costs a good part of a second, and help is asked for often.
+    program = """
+import sys
+from brushgrip.app import COMMANDS, main
+for name in ("", *(command.__name__ for command in COMMANDS)):
+    try:
+        main([*filter(None, [name]), "--help"])
+    except SystemExit as end:
+        assert end.code == 0, name
+heavy = {"casadi", "control", "jinja2", "matplotlib", "numpy", "pooch", "scipy", "symbolic"}
+print(*sorted(heavy & set(sys.modules)), file=sys.stderr)
+"""
+    process = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+
+    assert process.stderr == "\n"
+    assert process.stdout.count("--help") > 8
+
+
+def test_the_door_opens_late() -> None:
+    from brushgrip import estimation
+
+    assert brushgrip.FrictionTrack is estimation.FrictionTrack
+    assert brushgrip.write_report.__name__ == "write_report"
+    with pytest.raises(AttributeError, match="module 'brushgrip' has no attribute 'nothing'"):
+        _ = brushgrip.nothing

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import scipy.io
 
-from brushgrip.commands import diagnose as diagnosing
+from brushgrip.tasks import diagnose as diagnosing
 
 Run = Callable[..., Any]
 Write = Callable[..., Path]

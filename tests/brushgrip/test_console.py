@@ -15,7 +15,10 @@ def test_progress_elsewhere_than_on_a_terminal(
 
     captured = capsys.readouterr()
     assert captured.out == ""
-    assert captured.err == "trying: 2 of 5\ntrying: 4 of 5\n"
+    assert captured.err == (
+        "trying: 2 of 5, 10 s so far, about 14 s left in this step\n"
+        "trying: 4 of 5, 21 s so far, about 5 s left in this step\n"
+    )
 
 
 def test_progress_on_a_terminal(

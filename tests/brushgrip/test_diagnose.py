@@ -5,10 +5,10 @@ from typing import Any
 
 import pytest
 
-from brushgrip.commands import demo as demonstrating
-from brushgrip.commands import diagnose as diagnosing
 from brushgrip.pictures.style import picture
 from brushgrip.recordings import read_all
+from brushgrip.tasks import demo as demonstrating
+from brushgrip.tasks import diagnose as diagnosing
 from identification.fits.loss import Huber
 from identification.reading.recordings import Recording
 from identification.results import Diagnosis

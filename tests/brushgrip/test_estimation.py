@@ -8,8 +8,8 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
+from brushgrip.choices import ObserverName
 from brushgrip.estimation import (
-    ObserverName,
     friction_track,
     has_aligning_torque,
     has_steering_torque,

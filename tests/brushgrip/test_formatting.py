@@ -8,7 +8,6 @@ import pytest
 from brushgrip.formatting import (
     csv_text,
     estimates_summary,
-    headline,
     indistinguishable_effects,
     is_worse,
     json_text,
@@ -19,6 +18,7 @@ from brushgrip.formatting import (
     residual_structure,
     torque,
 )
+from brushgrip.verdict import headline
 from identification import Diagnosis, ParameterEstimate
 from observers import Estimates, Status
 

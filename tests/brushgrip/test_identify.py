@@ -1,4 +1,5 @@
 import json
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -6,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.commands import identify as identifying
+from brushgrip.tasks import identify as identifying
 from identification.free_decay.estimator import identify_free_decay
 from reference_rig import THESIS_DAMPING as B_T
 from reference_rig import THESIS_TYRE as TYRE
@@ -51,10 +52,18 @@ def assert_refused(outcome: Any, *words: str, status: int = 2) -> None:
 
 def test_identifies(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> None:
     out = tmp_path / "new" / "id.json"
-    outcome = run("identify", "--rig", rig, "--free-decay", *struck, "--out", out)
+    written = tmp_path / "identified.toml"
+    arguments = ["--rig", rig, "--free-decay", *struck, "--out", out, "--write-rig", written]
+    outcome = run("identify", *arguments)
     content = json.loads(out.read_text())
+    declared, found = tomllib.loads(rig.read_text()), tomllib.loads(written.read_text())
 
     assert outcome.status == 0
+    assert found["tyre"]["k"] == content["k"]["value"]
+    assert found["rig"]["b_t"] == content["b_t"]["value"]
+    assert {key: found["rig"][key] for key in ("a", "e", "J_A")} == {
+        key: declared["rig"][key] for key in ("a", "e", "J_A")
+    }
     assert outcome.err == ""
     assert content["converged"] is True
     for name, true, unit in (("k", TYRE.k, "N/m^2"), ("b_t", B_T, "N m s/rad")):
@@ -71,7 +80,7 @@ def test_identifies(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> 
     assert sorted(path.name for path in out.parent.iterdir()) == ["id.json", "id.png"]
     for words in ("maximum likelihood", "(2.4", "FFT and decrement", "1/s", "4 recordings at 2 contact"):
         assert words in outcome.out
-    assert outcome.out.endswith(f"wrote {out} and {out.with_suffix('.png')}\n")
+    assert outcome.out.endswith(f"wrote {out}, {out.with_suffix('.png')} and {written}\n")
 
 
 @pytest.mark.long

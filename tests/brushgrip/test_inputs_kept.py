@@ -88,9 +88,9 @@ SIMULATE = ("simulate", "good.csv", "--rig", "rig.toml")
 def test_commands_that_write_files(
     run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...]
 ) -> None:
-    monkeypatch.setattr("brushgrip.commands.simulate.read_model", lambda *_, **__: None)
-    monkeypatch.setattr("brushgrip.commands.identify.read_decays", lambda *_: [])
-    monkeypatch.setattr("brushgrip.commands.compare._cases", lambda *_: [])
+    monkeypatch.setattr("brushgrip.tasks.simulate.read_model", lambda *_, **__: None)
+    monkeypatch.setattr("brushgrip.tasks.identify.read_decays", lambda *_: [])
+    monkeypatch.setattr("brushgrip.tasks.compare._cases", lambda *_: [])
     before = contents(folder)
     outcome = run(*arguments)
 
@@ -126,7 +126,7 @@ def own_effects(folder: Path) -> Iterator[None]:
 def test_the_sources_of_own_effects_are_read_too(
     run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch, command: str, source: str
 ) -> None:
-    monkeypatch.setattr("brushgrip.commands.compare._cases", lambda *_: [])
+    monkeypatch.setattr("brushgrip.tasks.compare._cases", lambda *_: [])
     path = Path(f"ownkit/{source}.py")
     arguments: tuple[object, ...] = {
         "estimate": (*ESTIMATE, "--out", path),
@@ -152,7 +152,7 @@ def test_the_authors_estimates_are_read_too(
     run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch, author: tuple[str, ...]
 ) -> None:
     (folder / "nosub").mkdir()
-    monkeypatch.setattr("brushgrip.commands.compare._cases", lambda *_: [])
+    monkeypatch.setattr("brushgrip.tasks.compare._cases", lambda *_: [])
     before = contents(folder)
     outcome = run(*COMPARE, *author, "--out", author_file(Path(), "good"))
 
@@ -168,7 +168,7 @@ def test_diagnose_looks_before_it_searches(
     def search(*_: object, **__: object) -> None:
         raise AssertionError("the search began")
 
-    monkeypatch.setattr("brushgrip.commands.diagnose.close_the_loop", search)
+    monkeypatch.setattr("brushgrip.tasks.diagnose.close_the_loop", search)
     (folder / "rig.toml").rename(folder / "sub" / name)
     before = contents(folder)
     outcome = run("diagnose", "good.csv", "--rig", f"sub/{name}", "--out", "nosub/../link")

@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 
-from brushgrip.commands import diagnose as diagnosing
+from brushgrip.tasks import diagnose as diagnosing
 
 Run = Callable[..., Any]
 Write = Callable[..., Path]
@@ -90,7 +90,9 @@ def test_names_of_all_kinds(run: Run, name: str, tmp_path: Path) -> None:
 
     assert (outcome.status, outcome.err) == (0, "")
     assert outcome.out.count("\n") == 2
-    assert sorted(path.name for path in folder.iterdir()) == sorted(["e.csv", "e.png", f"{name}.csv"])
+    assert sorted(path.name for path in folder.iterdir()) == sorted(
+        ["e.csv", "e.png", "e.provenance.json", f"{name}.csv"]
+    )
 
 
 def test_a_full_disk(run: Run, tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from identification import Diagnosis, SelectionCriteria
 
 Make = Callable[..., Diagnosis]
 PNG = b"\x89PNG\r\n\x1a\n"
-VOID = {"meta", "img", "link", "br"}
+VOID = {"meta", "img", "link", "br", "input"}
 
 
 class Page(HTMLParser):
@@ -92,12 +92,27 @@ def test_page_stands_alone(full: Path) -> None:
     text = full.read_text("utf-8")
     page = Page(text)
 
-    assert len(page.addresses) == 6
-    for address in page.addresses:
+    pictures = [address for address in page.addresses if not address.startswith("#")]
+    assert len(pictures) == 6
+    for address in pictures:
         head, content = address.split(",")
-        assert head == "data:image/png;base64"
-        assert base64.b64decode(content).startswith(PNG)
+        assert head == "data:image/svg+xml;base64"
+        assert b"<svg" in base64.b64decode(content)[:1000]
     assert not re.search(r"https?://|url\(|@import|<script", text)
+
+
+def test_every_link_of_the_contents_leads_somewhere(full: Path) -> None:
+    text = full.read_text("utf-8")
+    links = set(re.findall(r'href="#(\w+)"', text))
+    assert links >= {"errors", "effects", "experiments", "tracks", "glossary"}
+    assert links <= set(re.findall(r'id="(\w+)"', text))
+
+
+@pytest.mark.usefixtures("no_drawing")
+def test_pictures_that_are_not_drawn_as_lines_are_points(tmp_path: Path, make_diagnosis: Make) -> None:
+    page = Page(write_report(tmp_path, make_diagnosis()).read_text("utf-8"))
+    (head,) = {a.split(",")[0] for a in page.addresses if not a.startswith("#")}
+    assert head == "data:image/png;base64"
 
 
 def test_page_says_everything_in_order(full: Path) -> None:
@@ -106,6 +121,9 @@ def test_page_says_everything_in_order(full: Path) -> None:
     assert page.headings == [
         "The declared model misses carcass torsion and torque offset: "
         "held-out error 4.30 % → 2.37 % of range.",
+        "In short",
+        "Contents",
+        "Friction over time",
         "Torque errors",
         "Hysteresis loops",
         "Residuals",
@@ -113,8 +131,8 @@ def test_page_says_everything_in_order(full: Path) -> None:
         "Candidates",
         "Effects found",
         "Next experiments",
-        "Friction over time",
         "What remains unexplained",
+        "Glossary",
     ]
     assert "Before any effect is tried: The residual follows " in page.text
     assert "Sweep to and fro, 10 s: carcass torsion and patch width then differ" in page.text

@@ -117,3 +117,25 @@ def test_bad_model_file(run: Run, write_csv: Write, rig: Path, tmp_path: Path) -
     assert outcome.status == 2
     assert outcome.err.count("\n") == 1
     assert str(rig) in outcome.err
+
+
+def test_friction_from_the_command_line(
+    run: Run, write_csv: Write, rig: Path, tmp_path: Path, model: Path
+) -> None:
+    path, files = (
+        write_csv("run.csv"),
+        [tmp_path / f"{name}.csv" for name in ("given", "declared", "model")],
+    )
+    bare = tmp_path / "bare.toml"
+    bare.write_text(rig.read_text().replace("mu = 1.2", "mu = 0.7"))
+    run("simulate", "--rig", bare, path, "--out", files[0], "--mu", 1.2)
+    run("simulate", "--rig", rig, path, "--out", files[1])
+    run("simulate", "--rig", rig, path, "--out", files[2], "--model", model, "--mu", 1.2)
+
+    assert files[0].read_text() == files[1].read_text()
+    # That of the model file differs by its torque offset alone.
+    np.testing.assert_allclose(read(files[2])[:, 1] - read(files[1])[:, 1], 0.5, atol=1e-9)
+    assert (
+        "--mu must be finite and greater than 0, got -1"
+        in run("simulate", "--rig", rig, path, "--out", files[0], "--mu", -1).err
+    )

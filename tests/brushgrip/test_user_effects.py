@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.commands import diagnose as diagnosing
+from brushgrip.tasks import diagnose as diagnosing
 from brushgrip.user_effects import user_effects
 from symbolic import CANDIDATES, InvalidInputError
 

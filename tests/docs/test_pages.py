@@ -11,7 +11,7 @@ from brushgrip import main
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"^```(python|sh)\n(.*?)^```", re.MULTILINE | re.DOTALL)
-QUICK = ["README.md", "docs/start/controller.md"]
+QUICK = ["README.md", "docs/start/controller.md", "docs/start/own_data.md"]
 WHOLE = ["docs/start/ecu.md", "docs/start/own_recording.md"]
 
 

@@ -34,7 +34,7 @@ def fresh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     monkeypatch.setenv("BRUSHGRIP_CACHE", str(tmp_path / "cache"))
     module = sys.modules["symbolic.compiled"]
     compiler.cache_clear()
-    module._say.cache_clear()
+    module._BLAMED.clear()
     yield
     compiler.cache_clear()
 
@@ -184,6 +184,23 @@ def test_it_is_said_that_a_model_is_interpreted(
     assert compiled(function) is function
     (line,) = caplog.messages
     assert "interpreted instead, which is slow" in line
+
+
+@needs_compiler
+def test_a_compiler_that_makes_rubbish_is_one_line_for_all_models(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    script = tmp_path / "rubbish"
+    script.write_text('#!/bin/sh\nwhile [ "$1" != -o ]; do shift; done\necho half > "$2"\n')
+    script.chmod(0o700)
+    monkeypatch.setenv("CC", str(script))
+
+    for function in (small(), small(3.0)):
+        assert compiled(function) is function
+    (line,) = caplog.messages
+    assert f"what {script} makes cannot be loaded" in line
+    assert "\n" not in line
+    assert list((tmp_path / "cache").iterdir()) == []
 
 
 @needs_compiler

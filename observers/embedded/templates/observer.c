@@ -2,6 +2,8 @@
    ${generated} */
 #include "${name}.h"
 
+#include <string.h>
+
 /* Order of the output of a step. */
 enum {
 %% for name in output

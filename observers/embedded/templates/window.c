@@ -4,6 +4,15 @@ enum { STATES = ${states}, ROW = 6, CLEAN = ${clean} };
 /* A row of a sample: load, time, torque, turn, whether it is accepted, and the jump of the variance of ln mu. */
 enum { ROW_F_N, ROW_DT, ROW_M_Z, ROW_TRAVEL, ROW_ACCEPTED, ROW_JUMP };
 
+%% if bristles
+/* M_z [N m] of a sample at states x, with its derivative by mu: linear in mu. */
+static void torque_at(const ${name}_state_t *state, int32_t at, const ${real} *x, ${real} *torque) {
+    torque[0] = state->M_z[at] + state->by_mu[at] * (exp(x[${log_mu}]) - state->mu[at]);
+    torque[1] = state->by_mu[at];
+    torque[2] = 0.0;
+}
+
+%% else
 /* Moment of the corners of a patch over k [m^3 rad], and its derivative by scale. */
 static void corner_moments(const ${name}_patch_t *patch, ${real} scale, ${real} *moment) {
     ${real} corner_moment[2];
@@ -28,8 +37,8 @@ static void store_patch(${name}_state_t *state, int32_t at, ${real} scale) {
         while (patch.corners > ${stored}) drop_corner(&patch, scale);
         corner_moments(&patch, scale, left);
     }
-    state->remainder[at][1] = whole[1] - left[1];
-    state->remainder[at][0] = whole[0] - left[0] - scale * state->remainder[at][1];
+    state->lost[at][1] = whole[1] - left[1];
+    state->lost[at][0] = whole[0] - left[0] - scale * state->lost[at][1];
     state->slope[at] = patch.rest - patch.angle;
     state->corners[at] = (int8_t)patch.corners;
     for (i = 0; i < patch.corners; ++i) {
@@ -41,8 +50,8 @@ static void store_patch(${name}_state_t *state, int32_t at, ${real} scale) {
 /* M_z [N m] of a sample at states x, with its derivatives by mu and by k over its nominal value. */
 static void torque_at(const ${name}_state_t *state, int32_t at, const ${real} *x, ${real} *torque) {
     const ${real} stiffness = ${stiffness}, k = ${k} * stiffness, scale = exp(x[${log_mu}]) / k;
-    ${real} total = state->slope[at] * ${still_moment} + state->remainder[at][0] + scale * state->remainder[at][1];
-    ${real} by_scale = state->remainder[at][1], moment[2];
+    ${real} total = state->slope[at] * ${still_moment} + state->lost[at][0] + scale * state->lost[at][1];
+    ${real} by_scale = state->lost[at][1], moment[2];
     int32_t i;
     for (i = 0; i < state->corners[at]; ++i) {
         unit_moment(smaller(scale * state->xi[at][i], FAR_OUT), moment);
@@ -54,6 +63,7 @@ static void torque_at(const ${name}_state_t *state, int32_t at, const ${real} *x
     torque[2] = ${k} * (total - scale * by_scale);
 }
 
+%% endif
 /* The state before the first sample: an empty window, whose places have no time. */
 static void begin(${name}_state_t *state, const ${real} *sample) {
     int32_t i, j;
@@ -66,15 +76,25 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
         for (j = 0; j < STATES; ++j) state->x[i][j] = state->mean[j];
         for (j = 0; j < ROW; ++j) state->row[i][j] = 0.0;
         state->row[i][ROW_F_N] = sample[2];
+%% if bristles
+        state->M_z[i] = 0.0;
+        state->by_mu[i] = 0.0;
+        state->mu[i] = ${prior_mu};
+%% else
         state->slope[i] = 0.0;
-        state->remainder[i][0] = 0.0;
-        state->remainder[i][1] = 0.0;
+        state->lost[i][0] = 0.0;
+        state->lost[i][1] = 0.0;
         state->corners[i] = 0;
+%% endif
     }
     for (j = 0; j < STATES * STATES; ++j) state->P_newest[j] = state->factor[j];
     for (j = 0; j < 2; ++j) state->counts[j] = 0.0;
     for (j = 0; j < 4; ++j) state->monitor[j] = 0.0;
+%% if bristles
+    clear_patch(&state->patch, &state->last[0], ${prior_mu});
+%% else
     clear_patch(&state->patch, sample[0]);
+%% endif
     state->newest = ${window} - 1;
     state->now = 0;
 }
@@ -154,7 +174,8 @@ static void smooth(${name}_state_t *state) {
 /* One sample. */
 static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${real} now[CLEAN] = {0.0}, imputed = 0.0, newest[STATES] = {0.0}, P[STATES * STATES] = {0.0};
-    ${real} torque[3], test[7] = {0.0}, counts[2] = {0.0}, monitor[4] = {0.0}, output[OUTPUTS] = {0.0}, scale;
+    ${real} torque[3], test[7] = {0.0}, counts[2] = {0.0}, monitor[4] = {0.0}, output[OUTPUTS] = {0.0};
+    ${real} ${"retention[2], slide[2]" if bristles else "scale"};
     const int32_t last = state->newest, at = (last + 1) % ${window};
     int32_t i;
     {
@@ -168,9 +189,20 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
         ${real} *res[2] = {newest, P};
         predict(arg, res, 0, 0, 0);
     }
+%% if bristles
+    {
+        const ${real} mu = exp(newest[${log_mu}]);
+        retentions(state->P_newest, now, retention);
+        advance_patch(&state->patch, now, mu, retention[0], torque, slide);
+        state->M_z[at] = torque[0];
+        state->by_mu[at] = torque[1];
+        state->mu[at] = mu;
+    }
+%% else
     scale = exp(newest[${log_mu}]) / (${k} * ${stiffness_newest});
     turn_patch(&state->patch, now[0], ${level} * now[2], scale);
     store_patch(state, at, scale);
+%% endif
     for (i = 0; i < STATES; ++i) state->x[at][i] = newest[i];
     state->row[at][ROW_F_N] = now[2];
     state->row[at][ROW_DT] = now[3];
@@ -185,10 +217,20 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
         ${real} *res[3] = {test, counts, monitor};
         test_innovation(arg, res, 0, 0, 0);
     }
+%% if bristles
+    /* Deformation that depends on the old friction does not fit samples of a new ground: they stay rejected. */
+    test[2] = 1.0;
+%% endif
     accept_samples(state, test);
     smooth(state);
+%% if bristles
+    if (test[1] != 0.0) {
+        state->by_mu[at] *= retention[1];
+        forget_sensitivity(&state->patch, retention[1]);
+    }
+%% endif
     {
-        const ${real} *arg[6] = {state->x[at], state->P_newest, newest, now, test, &imputed};
+        const ${real} *arg[${7 if bristles else 6}] = {state->x[at], state->P_newest, newest, now, test, &imputed${", slide" if bristles else ""}};
         ${real} *res[1] = {output};
         step_output(arg, res, 0, 0, 0);
     }

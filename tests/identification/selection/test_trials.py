@@ -7,7 +7,9 @@ from identification import Fit, Huber, Recording, fit
 from identification.fits.autocorrelation import effective_samples
 from identification.fits.covariance import standard_deviations
 from identification.fits.loss import rmse_of
+from identification.fits.problem import torque_range
 from identification.fits.values import initial_guess
+from identification.prediction import residual_of
 from identification.selection.criteria import DEFAULT_CRITERIA, advantage, delta_bic
 from identification.selection.leave_one_out import leave_one_out
 from identification.selection.trials import (
@@ -18,6 +20,7 @@ from identification.selection.trials import (
     judge,
     model_of,
     run_trial,
+    thin,
 )
 from symbolic import Model, Tolerances, effects_named
 from tests.identification.factories import read_campaign, with_torque
@@ -251,3 +254,25 @@ def test_what_the_data_say_nothing_about_has_no_deviation(three: list[Recording]
 
     assert np.isinf(spread[0])
     assert np.isfinite(spread[1:]).all()
+
+
+def test_threads_change_no_digit(three: list[Recording]) -> None:
+    alone, together = (run_trial(TrialTask((), three[:2], three[2:]), threads=n) for n in (1, 2))
+
+    assert alone.held_out
+    assert together.held_out
+    assert alone.held_out.values == together.held_out.values
+    np.testing.assert_array_equal(alone.fitted.jacobian, together.fitted.jacobian)
+
+
+@pytest.mark.parametrize("name", ["carcass_torsion", "backlash"])
+def test_two_steps_balance_what_is_in_series(three: list[Recording], name: str) -> None:
+    effects, thinned = effects_named([name]), thin(three[0])
+    values = initial_guess(model_of(effects), [thinned]).of(thinned)
+
+    two, many = (
+        residual_of(model_of(effects, precision), thinned, values)
+        for precision in (RANKING, replace(RANKING, search_steps=8))
+    )
+
+    assert rmse_of(two - many) < 1e-5 * torque_range(thinned)

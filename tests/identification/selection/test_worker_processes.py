@@ -8,11 +8,13 @@ import sys
 import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
+from multiprocessing.context import SpawnProcess
 from pathlib import Path
 
 import pytest
 
 from identification.selection.trial_runner import workers
+from identification.selection.worker_processes import WorkerProcesses
 from symbolic import BrushgripError, InvalidInputError
 
 needs_signals = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no such signals here")
@@ -59,6 +61,37 @@ def test_a_process_that_is_killed_is_replaced_once(tmp_path: Path, half: bool) -
         assert "\n" not in str(caught.value)
         assert submit(os.getpid).result(60) != os.getpid()
     assert (tmp_path / "twice").read_text() == "xx"
+
+
+@needs_signals
+def test_a_process_that_is_killed_while_it_starts_is_replaced() -> None:
+    pool = WorkerProcesses(1)
+    try:
+        found = pool.submit(abs, -3)
+        while not pool._running:
+            time.sleep(0.001)
+        (worker,) = pool._running
+        os.kill(worker.process.pid or 0, signal.SIGKILL)
+        assert found.result(60) == 3
+    finally:
+        pool.close()
+
+
+@needs_signals
+def test_a_process_that_cannot_be_started_is_tried_once_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    start, faults = SpawnProcess.start, [BrokenPipeError(32, "Broken pipe")]
+
+    def start_badly(process: SpawnProcess) -> None:
+        if faults:
+            raise faults.pop()
+        start(process)
+
+    monkeypatch.setattr(SpawnProcess, "start", start_badly)
+    with workers(2) as submit:
+        assert submit(abs, -3).result(60) == 3
+    faults.extend([BrokenPipeError(32, "Broken pipe")] * 2)
+    with workers(2) as submit, pytest.raises(BrushgripError, match="cannot be started, Broken pipe"):
+        submit(abs, -3).result(60)
 
 
 def test_errors_come_back_with_where_they_were_raised() -> None:

@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 from identification import read_recording
 from observers import AligningTorque, Ekf, Mhe, Status, SteeringTorque, Tuning, run
 from observers.embedded import DOUBLE, SINGLE
-from observers.embedded.compact_ekf import is_compact
-from observers.embedded.compact_mhe import is_compact_window
+from observers.embedded.codegen import COMPACT
 from reference_rig import RigRecording, SteeringRecording
 from symbolic import Tyre, compiler
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.generated_code import (
+    CREEP,
     DECLARED,
     EFFECTS,
     FEW_BRISTLES,
@@ -87,7 +87,7 @@ def test_double_is_the_same(
     expected = python_estimates(InterpretedObserver(observer), part)
     estimates = generated(observer, DOUBLE).run(part)
 
-    if is_compact(observer) or is_compact_window(observer):
+    if any(applies(observer) for applies, _ in COMPACT):
         # The compact patch takes other operations.
         np.testing.assert_allclose(estimates[:, :2], expected[:, :2], rtol=0, atol=1e-12)
         np.testing.assert_allclose(estimates[:, 2], expected[:, 2], rtol=0, atol=1e-10)
@@ -203,6 +203,31 @@ def test_outliers_and_changes_of_the_ground(
     flags = [int(status) for status in expected[:, -1]]
     assert sum(status & Status.RESET > 0 for status in flags) > 0, "the ground never changed"
     assert sum(status & Status.REJECTED > 0 for status in flags) > 5, "there were no outliers"
+
+
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=LONG)])
+def test_a_change_of_the_ground_under_bristles(generated: Generate, kind: Any) -> None:
+    t, psi, F_N, M_z = change_of_ground()
+    rows = np.column_stack([psi, np.full(t.size, np.nan), M_z, F_N, np.full(t.size, 0.01)])[:1000]
+    tuning = Tuning(noise=0.01, error=0.02, gate=4.0, reset_after=3)
+    observer = kind(**FEW_BRISTLES, rig=RIG, tuning=tuning)
+    expected = python_estimates(observer, rows)
+
+    np.testing.assert_allclose(generated(observer, DOUBLE).run(rows), expected, rtol=1e-7, atol=1e-9)
+    assert sum(int(status) & Status.RESET > 0 for status in expected[:, -1]) > 0
+
+
+@pytest.mark.parametrize("kind", [pytest.param(Ekf, marks=LONG), Mhe])
+def test_creep_with_a_compliance_in_single_precision(
+    generated: Generate, kind: Any, recording: RigRecording
+) -> None:
+    # The table of Wright's function and two evaluations of the patch stand for searches to rounding.
+    rows = SINGLE.round(rows_of(recording)[: PART[kind]])
+    observer = observer_of(kind, CREEP, AligningTorque())
+    off = np.abs(generated(observer, SINGLE).run(rows) - python_estimates(observer, rows))
+
+    assert off[:, 0].max() < 1e-3
+    assert off[:, 1].max() < 1e-3
 
 
 @pytest.mark.parametrize("model", MODELS)

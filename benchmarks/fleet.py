@@ -1,0 +1,80 @@
+"""A fleet of recordings estimated on a Dask cluster of local workers: how many a second.
+
+    python benchmarks/fleet.py --recordings 1000 --workers 2
+
+The recordings are those of the demo with new noise, so that no two are alike. The same command with
+`--scheduler` of a real cluster does the same there.
+"""
+
+import argparse
+import csv
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from brushgrip import main as brushgrip
+
+SOURCE = Path(__file__).parents[1] / "examples" / "recordings"
+NOISE = 0.1
+"""Standard deviation of the noise that is added to the torque [N m]."""
+
+
+def main() -> None:
+    """Print recordings and samples a second, and what the summary says."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--recordings", type=int, default=1000)
+    parser.add_argument("--workers", type=int, default=2)
+    options = parser.parse_args()
+    from distributed import LocalCluster
+
+    with tempfile.TemporaryDirectory() as folder:
+        files = make_fleet(Path(folder), options.recordings)
+        table = Path(folder) / "table.csv"
+        with LocalCluster(
+            n_workers=options.workers, threads_per_worker=1, processes=True, dashboard_address=None
+        ) as cluster:
+            # One recording for each worker before, so that what is compiled once is not counted.
+            estimate(files[: 2 * options.workers], table, cluster.scheduler_address)
+            start = time.perf_counter()
+            estimate(files, table, cluster.scheduler_address)
+            seconds = time.perf_counter() - start
+        with table.open() as content:
+            rows = list(csv.DictReader(content))
+    samples = sum(int(row["samples"] or 0) for row in rows)
+    mu = np.array([float(row["mu"]) for row in rows if not row["fault"]])
+    print(f"{len(rows)} recordings, {samples} samples, {options.workers} workers: {seconds:.1f} s")
+    print(f"{len(rows) / seconds:.1f} recordings a second, {samples / seconds:.0f} samples a second")
+    print(f"mu at the end: {mu.mean():.3f}, standard deviation {mu.std():.3f}, {mu.size} without fault")
+
+
+def make_fleet(folder: Path, count: int) -> list[Path]:
+    """So many recordings in a folder."""
+    random = np.random.default_rng(1)
+    sources = sorted(SOURCE.glob("*.csv"))
+    tables = [np.genfromtxt(path, delimiter=",", names=True, comments="#") for path in sources]
+    files = []
+    for number in range(count):
+        table = tables[number % len(tables)].copy()
+        names = table.dtype.names or ()
+        table["M_z"] += NOISE * random.standard_normal(table.size)
+        path = folder / f"wheel_{number:06}.csv"
+        np.savetxt(path, table, delimiter=",", header=",".join(names), comments="", fmt="%.6g")
+        files.append(path)
+    return files
+
+
+def estimate(files: list[Path], table: Path, scheduler: str) -> None:
+    """The command, as a user calls it."""
+    options = ["--rig", SOURCE / "rig.toml", "--observer", "ekf", "--summary", table, "--quiet"]
+    arguments = ["estimate", *files, *options, "--scheduler", scheduler]
+    try:
+        brushgrip([str(argument) for argument in arguments])
+    except SystemExit as end:
+        if end.code:
+            raise
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,63 @@
+"""The processes of a cluster, by the address of its scheduler."""
+
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from typing import Any
+
+from symbolic import BrushgripError, InvalidInputError
+
+PATIENCE = "20s"
+"""A scheduler that does not answer for so long is not there."""
+
+
+@contextmanager
+def executor_at(address: str | None) -> Iterator[Executor | None]:
+    """The executor of a Dask cluster; None for no address.
+
+    A worker that is lost costs time alone: Dask gives its work to another. The workers need the same
+    version of brushgrip, and to see files under the same paths.
+
+    Args:
+        address: of the scheduler, such as tcp://10.0.0.1:8786.
+
+    Raises:
+        InvalidInputError: dask.distributed is not installed, or nothing answers at the address.
+        BrushgripError: the scheduler went away.
+    """
+    if address is None:
+        yield None
+        return
+    client = _client(address)
+    try:
+        yield client.get_executor()
+    except client_errors() as error:
+        raise BrushgripError(f"--scheduler {address}: {error}") from error
+    finally:
+        client.close()
+
+
+def client_errors() -> tuple[type[Exception], ...]:
+    """What Dask raises where work cannot be done: workers keep dying, or the connection is lost."""
+    from distributed import KilledWorker
+    from distributed.comm.core import CommClosedError
+
+    return KilledWorker, CommClosedError
+
+
+def _client(address: str) -> Any:
+    try:
+        from distributed import Client
+    except ImportError:
+        raise InvalidInputError(
+            "--scheduler needs dask.distributed: pip install 'brushgrip[cluster]'"
+        ) from None
+    try:
+        client: Any = Client  # Without annotations.
+        return client(address, timeout=PATIENCE, set_as_default=False)
+    except (OSError, ValueError) as error:
+        reason = str(error) or type(error).__name__
+        raise InvalidInputError(
+            f"--scheduler {address}: no scheduler answers there ({reason}); give the address that"
+            " 'dask scheduler' prints, such as tcp://10.0.0.1:8786"
+        ) from None

@@ -1,0 +1,115 @@
+"""Ctrl-C, SIGTERM and a closed terminal, at any instant of a process."""
+
+import signal
+import sys
+from collections.abc import Callable
+from types import FrameType
+
+INTERRUPTED = 130
+"""Exit status of a process that was told to end, as shells have it."""
+_BETWEEN_LOOKS = 0.02
+"""While a module is imported, how often its end is looked for [s]."""
+_IMPORT_SYSTEM = "<frozen importlib._bootstrap>"
+
+
+class Interruptions:
+    """Raises KeyboardInterrupt where Python code can take it, once; what is over is not interrupted.
+
+    Amid an import, compiled code would print it as a fault: it waits until the import is done, unless it
+    comes again. Raised in a destructor it would be printed and lost: it is raised once more.
+    """
+
+    def __init__(self) -> None:
+        """Nothing has been heard yet."""
+        self.is_over = False
+        self._waits = False
+        self._print_unraisable = sys.unraisablehook
+
+    def listen(self) -> None:
+        """Hear the signals from now on, those that the process was started deaf to excepted."""
+        usual = {
+            "SIGINT": signal.default_int_handler,
+            "SIGTERM": signal.SIG_DFL,
+            "SIGHUP": signal.SIG_DFL,
+        }
+        for name, handler in usual.items():
+            number = getattr(signal, name, None)
+            if number is not None and signal.getsignal(number) == handler:
+                signal.signal(number, self._heard)
+        if hasattr(signal, "setitimer"):
+            signal.signal(signal.SIGALRM, self._look_again)
+            sys.unraisablehook = self._unraisable
+
+    def end(self) -> None:
+        """Interrupt nothing from now on: what Python does at its end would print a traceback."""
+        self.is_over = True
+        if self._waits:
+            signal.setitimer(signal.ITIMER_REAL, 0)
+
+    def catch_up(self) -> None:
+        """Interrupt now what was told to end while it was imported."""
+        if self._waits:
+            self._interrupt()
+
+    def _heard(self, number: int, frame: FrameType | None) -> None:
+        del number
+        if self.is_over:
+            return
+        if not self._waits and hasattr(signal, "setitimer") and _imports(frame):
+            self._wait()
+        else:
+            self._interrupt()
+
+    def _look_again(self, number: int, frame: FrameType | None) -> None:
+        del number
+        if self.is_over or not _imports(frame):
+            self._interrupt()
+
+    def _unraisable(self, fault: "sys.UnraisableHookArgs") -> None:
+        if not issubclass(fault.exc_type, KeyboardInterrupt):
+            self._print_unraisable(fault)
+        elif not self.is_over:
+            self._wait()
+
+    def _wait(self) -> None:
+        self._waits = True
+        signal.setitimer(signal.ITIMER_REAL, _BETWEEN_LOOKS, _BETWEEN_LOOKS)
+
+    def _interrupt(self) -> None:
+        if self._waits:
+            self._waits = False
+            signal.setitimer(signal.ITIMER_REAL, 0)
+        if not self.is_over:
+            raise KeyboardInterrupt
+
+
+def _imports(frame: FrameType | None) -> bool:
+    while frame is not None:
+        if frame.f_code.co_filename == _IMPORT_SYSTEM:
+            return True
+        frame = frame.f_back
+    return False
+
+
+def run_process(load: Callable[[], Callable[[], None]]) -> None:
+    """Runs a command as a process of its own.
+
+    Args:
+        load: imports the command and returns it.
+
+    Raises:
+        SystemExit: always; that of the command, status 130 where the process was told to end.
+    """
+    interruptions = Interruptions()
+    try:
+        try:
+            interruptions.listen()
+            command = load()
+            interruptions.catch_up()
+            command()
+        finally:
+            interruptions.end()
+    except KeyboardInterrupt:
+        interruptions.end()
+        raise SystemExit(INTERRUPTED) from None
+    raise SystemExit(0)

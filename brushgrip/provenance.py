@@ -1,0 +1,118 @@
+"""Where results come from: version, time, command line, and the inputs with their digests."""
+
+import hashlib
+import importlib.metadata
+import json
+from collections.abc import Mapping, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from brushgrip.speech import COMMAND_LINE
+from symbolic import InvalidInputError
+from symbolic.errors import printable
+
+KEY = "provenance"
+"""Where provenance stands in a JSON document."""
+_SAME = ("inputs", "rig", "signals", "settings")
+"""What two runs have in common of which one may replace the other."""
+_LARGEST = 100_000_000
+
+Provenance = Mapping[str, Any]
+
+
+def provenance_of(
+    inputs: Sequence[Path],
+    rig: Path | None = None,
+    model: Path | None = None,
+    signals: Mapping[str, object] | None = None,
+    **settings: object,
+) -> dict[str, Any]:
+    """The provenance of what is written now.
+
+    Args:
+        inputs: recordings, in order, and whatever else is read besides rig and model.
+        rig: rig file, None for none.
+        model: model file that is used, None for none.
+        signals: map of channels that is used.
+        settings: options that change the result.
+    """
+    return {
+        "brushgrip": version(),
+        "time_utc": datetime.now(UTC).isoformat(timespec="seconds"),
+        "command": ["brushgrip", *map(printable, COMMAND_LINE.get())],
+        "inputs": [_file(path) for path in inputs],
+        "rig": None if rig is None else _file(rig) | {"content": rig.read_text("utf-8-sig")},
+        "signals": dict(signals or {}),
+        "model": None if model is None else _file(model),
+        "settings": settings,
+    }
+
+
+def version() -> str:
+    """The version of brushgrip; a checkout that is not installed has none."""
+    try:
+        return importlib.metadata.version("brushgrip")
+    except importlib.metadata.PackageNotFoundError:
+        return "(not installed)"
+
+
+def digest_of(path: Path) -> str:
+    """SHA-256 of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def beside(out: Path) -> Path:
+    """The file of provenance beside a table of results."""
+    return out.with_name(f"{out.stem}.{KEY}.json")
+
+
+def require_own_folder(document: Path, made: Provenance, *, force: bool) -> tuple[str, ...]:
+    """Refuses a folder that holds the results of another run.
+
+    The same inputs, rig, map and settings are the same run: it replaces what it wrote before.
+
+    Args:
+        document: where the result of a run tells its provenance.
+        made: that of the run to come.
+        force: take the folder all the same.
+
+    Returns:
+        Names of the files that the run there wrote, to clear when this one has succeeded.
+
+    Raises:
+        InvalidInputError: there is another run.
+    """
+    try:
+        if not document.is_file() or document.stat().st_size > _LARGEST:
+            return ()
+        there = json.loads(document.read_text("utf-8")).get(KEY) or {}
+    except (OSError, ValueError, AttributeError, RecursionError):
+        there = {}
+    plain = json.loads(json.dumps(made))
+    if not force and any(there.get(key) != plain[key] for key in _SAME):
+        when = f" of {there['time_utc']}" if isinstance(there.get("time_utc"), str) else ""
+        raise InvalidInputError(
+            f"{document.parent}: holds another run{when}; name another folder, or --force replaces it"
+        )
+    names = there.get("files", [])
+    return tuple(n for n in names if isinstance(n, str) and Path(n).name == n and n not in ("", ".."))
+
+
+def clear(folder: Path, names: Sequence[str], kept: Sequence[str]) -> None:
+    """Remove files of an earlier run, by their plain names; all other files stay."""
+    for name in names:
+        if name not in kept and (folder / name).is_file():
+            (folder / name).unlink()
+
+
+def comment(rig: Path, model: Path | None) -> str:
+    """A comment in C that says what code was made from; it has no date, so that code stays the same."""
+    files = [_file(path) for path in (rig, model) if path is not None]
+    lines = [f"   {file['name']}: SHA-256 {file['sha256']}" for file in files]
+    return "\n".join(["/* Made by brushgrip from", *lines, "*/", ""])
+
+
+def _file(path: Path) -> dict[str, Any]:
+    return {"name": printable(path.name), "sha256": digest_of(path), "bytes": path.stat().st_size}

@@ -1,0 +1,1 @@
+"""What the commands do, one file each; imported only when a command runs, so that help is quick."""

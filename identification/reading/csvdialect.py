@@ -1,0 +1,87 @@
+"""How a CSV file is written: its letters, what separates fields, the decimal sign, a row of units."""
+
+import codecs
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from identification.reading.files import read_bytes
+from identification.reading.units import is_unit
+from symbolic.parsing import naming, text_of
+
+DELIMITERS = ("\t", ";", ",")
+"""Of two that separate equally many fields the first is taken."""
+_WESTERN = frozenset("°µ²³·äöüÄÖÜßéè±".encode("cp1252"))
+"""Bytes beyond ASCII that units and headings have where a file is in the letters of Windows."""
+_UTF16 = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+
+
+def read_letters(path: Path) -> str:
+    """The text of a file in UTF-8, UTF-16 with its mark, or Windows' letters for a unit and an umlaut.
+
+    Raises:
+        InvalidInputError: not readable, empty, or in other letters.
+    """
+    content = read_bytes(path)
+    with naming(path):
+        if content.startswith(_UTF16):
+            content = content.decode("utf-16", "replace").encode("utf-8")
+        elif _is_western(content):
+            content = content.decode("cp1252").encode("utf-8")
+        return text_of(content)
+
+
+def _is_western(content: bytes) -> bool:
+    beyond = set(content.translate(None, bytes(range(128))))
+    if not beyond or not beyond <= _WESTERN:
+        return False
+    try:
+        content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return True
+    return False
+
+
+def delimiter_of(header: str) -> str:
+    """What separates the fields of a header."""
+    return max(DELIMITERS, key=header.count)
+
+
+class Numbers:
+    """Texts as numbers; the decimal sign is a point or, where no comma separates fields, a comma.
+
+    The first number with either decides for the whole file.
+    """
+
+    def __init__(self, delimiter: str) -> None:
+        """Numbers of a file whose fields are separated so."""
+        self._sign = "." if delimiter == "," else None
+
+    def __call__(self, text: str) -> float | None:
+        """The number; NaN for an empty field, None for text. Python alone would allow 1_000."""
+        if not text.strip():
+            return float("nan")
+        if self._sign is None:
+            self._sign = next((sign for sign in text if sign in ".,"), None)
+        if self._sign == ",":
+            if "." in text:
+                return None
+            text = text.replace(",", ".", 1)
+        try:
+            return None if "_" in text else float(text)
+        except ValueError:
+            return None
+
+
+def units_in(row: Sequence[str], places: Mapping[str, int]) -> dict[str, str] | None:
+    """Units of the columns where a row holds units and no number; None where it does not.
+
+    Args:
+        row: the fields behind the header.
+        places: index of each column.
+    """
+    if max(places.values()) >= len(row):
+        return None
+    texts = {column: row[index].strip() for column, index in places.items()}
+    units = {column: text for column, text in texts.items() if is_unit(column, text)}
+    rest = {text.strip("[]()") for column, text in texts.items() if column not in units}
+    return units if units and rest <= {"", "-"} else None

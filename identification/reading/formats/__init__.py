@@ -1,0 +1,1 @@
+"""Formats of measurement systems, each read by the library that knows it."""

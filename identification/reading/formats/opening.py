@@ -1,0 +1,99 @@
+"""How every format is opened: its library imported when needed, its faults as one line."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from importlib import import_module
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from identification.reading.channels import Opener, tabulate
+from identification.reading.files import LARGEST_FILE, require_readable
+from identification.reading.signal_map import NO_MAP, SignalMap
+from identification.reading.table import MOST_SAMPLES, Table
+from symbolic import InvalidInputError
+from symbolic.parsing import excerpt
+
+EXTRAS: Mapping[str, str] = MappingProxyType(
+    {
+        ".tdms": "tdms",
+        ".mf4": "mdf",
+        ".mdf": "mdf",
+        ".parquet": "parquet",
+        ".h5": "hdf5",
+        ".hdf5": "hdf5",
+        ".blf": "can",
+        ".asc": "can",
+        ".log": "can",
+        ".bag": "ros",
+        ".db3": "ros",
+        ".mcap": "ros",
+    }
+)
+"""Extra of the package that reads files of a suffix."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FormatReader:
+    """A reader of one format.
+
+    Attributes:
+        extra: of the package, which installs the library.
+        opener: opens a file.
+        largest: bytes that a file may hold.
+    """
+
+    extra: str
+    opener: Opener
+    largest: int = LARGEST_FILE
+
+    def __call__(self, path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> Table:
+        """Read the table; see `Reader`."""
+        require_readable(path, self.largest)
+        try:
+            with self.opener(path, signals) as file:
+                return tabulate(path, file, needed, signals)
+        except (InvalidInputError, MemoryError):
+            raise
+        except Exception as error:
+            # Every library has exceptions of its own for damaged files, and some have any.
+            reason = excerpt(" ".join(str(error).split()) or type(error).__name__)
+            raise InvalidInputError(
+                f"{path}: is damaged, or no {path.suffix.lower()} file: {reason}"
+            ) from None
+
+
+def library(name: str, extra: str, path: Path) -> Any:
+    """A module of an optional library.
+
+    Raises:
+        InvalidInputError: it is not installed; the message says how to.
+    """
+    try:
+        return import_module(name)
+    except ImportError:
+        raise InvalidInputError(
+            f"{path}: needs what is not installed; pip install 'brushgrip[{extra}]'"
+        ) from None
+
+
+def require_size(path: Path, name: str, samples: int) -> None:
+    """Refuses a channel before it is in memory.
+
+    Raises:
+        InvalidInputError: it holds more samples than a recording may.
+    """
+    if samples > MOST_SAMPLES:
+        raise InvalidInputError(
+            f"{path}: {name} holds {samples} samples, at most {MOST_SAMPLES} allowed; cut it, or thin it"
+        )
+
+
+@contextmanager
+def closing(file: Any) -> Iterator[Any]:
+    """Closes a file of any library, whatever happens."""
+    try:
+        yield file
+    finally:
+        file.close()

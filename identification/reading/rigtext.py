@@ -1,0 +1,43 @@
+"""Rig and tyre as a rig file."""
+
+import json
+
+from identification.reading.signal_map import DBC, SignalMap
+from symbolic import TOLERATED, Rig, Tyre
+from symbolic.rig_tables import NEUTRAL, RIG_KEYS, SIGNALS
+
+
+def rig_text(rig: Rig, tyre: Tyre) -> str:
+    """The rig file (TOML) of which `read_rig` makes these again; what is unknown is left out."""
+    lines = []
+    for section, source in (("rig", rig), ("tyre", tyre)):
+        lines += [f"[{section}]", *filter(None, (_line(source, name) for name in RIG_KEYS[section]))]
+        if section == "rig":
+            spans = ((name, getattr(rig.tolerances, name)) for name in NEUTRAL)
+            lines += [f"{name} = {{ tolerance = {span!r} }}" for name, span in spans if span]
+        lines.append("")
+    return "\n".join(lines)
+
+
+def signals_text(signals: SignalMap) -> str:
+    """The section of a rig file of which `read_signals` makes this map again; empty for none."""
+    entries = [
+        f"{column} = {{ channel = {_quoted(source.channel)}, factor = {source.factor!r}"
+        + ("" if source.unit is None else f", unit = {_quoted(source.unit)}")
+        + " }"
+        for column, source in signals.signals.items()
+    ]
+    entries += [] if signals.dbc is None else [f"{DBC} = {_quoted(str(signals.dbc.absolute()))}"]
+    return "\n".join([f"[{SIGNALS}]", *entries, ""]) if entries else ""
+
+
+def _quoted(text: str) -> str:
+    return json.dumps(text, ensure_ascii=False)
+
+
+def _line(source: Rig | Tyre, name: str) -> str:
+    value = getattr(source, name)
+    if value is None:
+        return ""
+    span = getattr(source.tolerances, name) if isinstance(source, Rig) and name in TOLERATED else 0.0
+    return f"{name} = {{ value = {value!r}, tolerance = {span!r} }}" if span else f"{name} = {value!r}"

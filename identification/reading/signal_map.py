@@ -1,0 +1,187 @@
+"""Which channel of a file is which column of a recording, with its unit, sign and factor."""
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from identification.reading.files import read_bytes
+from identification.reading.units import UNITS, require_factor
+from symbolic import InvalidInputError
+from symbolic.parsing import LARGEST_TABLES, excerpt, naming, shown, toml_of
+from symbolic.rig_tables import SIGNALS
+
+DBC = "dbc"
+"""Key of the file that says how signals lie in the messages of a CAN bus."""
+_SOURCE = re.compile(
+    r"(?P<sign>[+-]?)(?:(?P<factor>\d+\.?\d*(?:[eE][+-]?\d+)?)\*)?(?P<channel>.+?)(?::(?P<unit>[^:]*))?"
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SignalSource:
+    """Where a column comes from: column [SI] = factor x unit x channel.
+
+    Attributes:
+        channel: its name in the file.
+        unit: of the channel, as `deg`; None for what the file itself says, SI where it says nothing.
+        factor: from the channel to the column, such as the ratio of steering wheel to kingpin; negative
+            where the channel counts the other way [1].
+
+    Raises:
+        InvalidInputError: no name, or a factor that is 0 or not finite.
+    """
+
+    channel: str
+    unit: str | None = None
+    factor: float = 1.0
+
+    def __post_init__(self) -> None:
+        """Check name and factor."""
+        if not self.channel.strip():
+            raise InvalidInputError("a signal needs the name of its channel")
+        if self.factor == 0 or not math.isfinite(self.factor):
+            raise InvalidInputError(f"factor must be finite and not 0, got {self.factor}")
+
+    def scale(self, column: str, unit: str, where: str) -> float:
+        """The factor from the channel to the column in SI.
+
+        Args:
+            column: as `psi`.
+            unit: what the file says; goes behind that of the signal.
+            where: begins the message of a fault, as the file and its channel.
+
+        Raises:
+            InvalidInputError: the unit is none of the column's.
+        """
+        try:
+            return self.factor * require_factor(column, unit if self.unit is None else self.unit, where)
+        except InvalidInputError as error:
+            if self.unit is not None:
+                raise
+            raise InvalidInputError(
+                f"{error}; say which it is: --map {column}={self.channel}:{next(iter(UNITS[column]))}"
+            ) from None
+
+    def to_dict(self) -> dict[str, str | float | None]:
+        """As in a rig file."""
+        return {"channel": self.channel, "unit": self.unit, "factor": self.factor}
+
+
+@dataclass(frozen=True, kw_only=True)
+class SignalMap:
+    """Columns of a recording by the channels of a file; a column that is not in it has its own name.
+
+    Attributes:
+        signals: by column, out of t, psi, M_z, F_N, psi_dot, M.
+        dbc: database of a CAN bus; None for the only one beside the log.
+
+    Raises:
+        InvalidInputError: a column that recordings do not have, or a unit that it does not have.
+    """
+
+    signals: Mapping[str, SignalSource] = field(default_factory=dict)
+    dbc: Path | None = None
+
+    def __post_init__(self) -> None:
+        """Check columns and units."""
+        for column, signal in self.signals.items():
+            if column not in UNITS:
+                raise InvalidInputError(
+                    f"{excerpt(column)} is no column of a recording; allowed: {', '.join(UNITS)}, {DBC}"
+                )
+            if signal.unit is not None:
+                require_factor(column, signal.unit, column)
+
+    def __bool__(self) -> bool:
+        """Whether anything is mapped."""
+        return bool(self.signals)
+
+    def of(self, column: str) -> SignalSource:
+        """Where a column comes from; the channel of its own name where the map is silent."""
+        return self.signals.get(column, SignalSource(channel=column))
+
+    def updated(self, other: "SignalMap") -> "SignalMap":
+        """This map where the other is silent."""
+        return SignalMap(signals={**self.signals, **other.signals}, dbc=other.dbc or self.dbc)
+
+    def to_dict(self) -> dict[str, object]:
+        """As in a rig file."""
+        signals = {column: signal.to_dict() for column, signal in self.signals.items()}
+        return {**signals, **({DBC: str(self.dbc)} if self.dbc else {})}
+
+
+NO_MAP = SignalMap()
+"""Every column has the channel of its own name."""
+
+
+def parse_signals(text: str) -> SignalMap:
+    """A map as on the command line: ``psi=SteeringAngle:deg,t=time:ms,M_z=-Mz,F_N=0.5*Load:kN``.
+
+    A name with a comma, a colon, or a sign at its beginning goes into a rig file instead.
+
+    Raises:
+        InvalidInputError: the text is none such, or names a column twice.
+    """
+    signals: dict[str, SignalSource] = {}
+    dbc: Path | None = None
+    for part in filter(None, (one.strip() for one in text.split(","))):
+        column, equals, source = (one.strip() for one in part.partition("="))
+        found = _SOURCE.fullmatch(source)
+        if not equals or found is None:
+            raise InvalidInputError(
+                f"map {excerpt(part)}: expected COLUMN=CHANNEL:UNIT, such as psi=SteeringAngle:deg"
+            )
+        if column in signals or (column == DBC and dbc is not None):
+            raise InvalidInputError(f"map {excerpt(part)}: {column} is given twice; allowed: once")
+        if column == DBC:
+            dbc = Path(source)
+            continue
+        with naming(f"map {excerpt(part)}"):
+            factor = float(found["factor"] or 1) * (-1 if found["sign"] == "-" else 1)
+            signal = SignalSource(channel=found["channel"].strip(), unit=found["unit"], factor=factor)
+            signals = dict(SignalMap(signals={**signals, column: signal}).signals)
+    return SignalMap(signals=signals, dbc=dbc)
+
+
+def read_signals(path: str | Path) -> SignalMap:
+    """The section ``[signals]`` of a rig file; an empty map where there is none.
+
+    ``psi = { channel = "SteeringAngle", unit = "deg", factor = -0.06 }``, or ``psi = "SteeringAngle"``;
+    ``dbc = "car.dbc"`` names a file relative to the rig's.
+
+    Raises:
+        InvalidInputError: the file cannot be read, or an entry is none such.
+    """
+    path = Path(path)
+    with naming(path):
+        section = toml_of(read_bytes(path, LARGEST_TABLES)).get(SIGNALS, {})
+        with naming(f"[{SIGNALS}]"):
+            if not isinstance(section, dict):
+                raise InvalidInputError("must be a section")
+            entries = dict(section)
+            dbc = entries.pop(DBC, None)
+            if not isinstance(dbc, str | None):
+                raise InvalidInputError(f"{DBC} must be the name of a file, got {shown(dbc)}")
+            signals = {column: _signal(column, entry) for column, entry in entries.items()}
+            return SignalMap(signals=signals, dbc=None if dbc is None else path.parent / dbc)
+
+
+def _signal(column: str, entry: object) -> SignalSource:
+    table = {"channel": entry} if isinstance(entry, str) else entry
+    if not isinstance(table, dict) or not isinstance(table.get("channel"), str):
+        raise InvalidInputError(
+            f'{column} needs its channel, such as {{ channel = "Angle", unit = "deg" }}'
+        )
+    if unknown := sorted(set(table) - {"channel", "unit", "factor"}):
+        raise InvalidInputError(
+            f"{column}: unknown {excerpt(unknown[0])}; allowed: channel, unit, factor"
+        )
+    unit, factor = table.get("unit"), table.get("factor", 1.0)
+    if not isinstance(unit, str | None):
+        raise InvalidInputError(f"{column}: unit must be a text, got {shown(unit)}")
+    if isinstance(factor, bool) or not isinstance(factor, int | float):
+        raise InvalidInputError(f"{column}: factor must be a number, got {shown(factor)}")
+    with naming(column):
+        return SignalSource(channel=table["channel"], unit=unit, factor=float(factor))

@@ -1,0 +1,72 @@
+"""Units in which a column of a recording may be given, and their factors to SI."""
+
+import math
+
+from symbolic import InvalidInputError
+
+_TORQUE = {
+    "N m": 1.0,
+    "mN m": 1e-3,
+    "cN m": 1e-2,
+    "kN m": 1e3,
+    "lbf ft": 1.3558179483314004,
+    "lbf in": 0.1129848290276167,
+}
+UNITS = {
+    "t": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
+    "psi": {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "rev": 2 * math.pi},
+    "psi_dot": {"rad/s": 1.0, "mrad/s": 1e-3, "deg/s": math.pi / 180, "rpm": math.pi / 30},
+    "F_N": {"N": 1.0, "daN": 10.0, "kN": 1e3, "kgf": 9.80665, "lbf": 4.4482216152605},
+    "M_z": _TORQUE,
+    "M": _TORQUE,
+}
+"""Factor of each unit to SI, by column; the first is the SI unit."""
+_WORDS = {
+    "sec": "s", "second": "s", "seconds": "s", "sekunden": "s", "msec": "ms", "millisecond": "ms",
+    "milliseconds": "ms", "microseconds": "us", "degree": "deg", "degrees": "deg", "grad": "deg",
+    "radian": "rad", "radians": "rad", "degps": "deg/s", "radps": "rad/s", "1/min": "rpm",
+    "newton": "N", "newtonmeter": "N m", "newtonmetre": "N m", "lb": "lbf", "ftlb": "lbf ft",
+    "ftlbf": "lbf ft", "lbft": "lbf ft", "inlb": "lbf in", "lbin": "lbf in",
+}  # fmt: skip
+"""What else units are called, in lower case and without blanks."""
+_NO_UNIT = ("", "-", "1")
+
+
+def factor_of(column: str, unit: str) -> float | None:
+    """The factor from a unit to SI; None where the unit is none of the column's.
+
+    Args:
+        column: as `psi`.
+        unit: as `deg`, `°` or `[Nm]`; an empty one is SI.
+    """
+    bare = unit.strip().strip("[]()").strip()
+    if bare in _NO_UNIT:
+        return 1.0
+    known = {name.replace(" ", ""): factor for name, factor in UNITS[column].items()}
+    text = bare.translate(_SIGNS)
+    word = _WORDS.get(text.lower(), "").replace(" ", "")
+    # Upper case matters where a letter is a prefix: MN m is no mN m.
+    relaxed = text.lower() if column in ("psi", "psi_dot") or text in ("S", "Sec") else text
+    return next((known[name] for name in (text, word, relaxed) if name in known), None)
+
+
+def is_unit(column: str, text: str) -> bool:
+    """Whether a text is a unit of the column, other than none at all."""
+    return text.strip().strip("[]()").strip() not in _NO_UNIT and factor_of(column, text) is not None
+
+
+def require_factor(column: str, unit: str, where: str) -> float:
+    """The factor from a unit to SI.
+
+    Raises:
+        InvalidInputError: the column has no such unit; the message begins with `where`.
+    """
+    factor = factor_of(column, unit)
+    if factor is None:
+        raise InvalidInputError(
+            f"{where}: {unit!r} is no unit of {column}; allowed: {', '.join(UNITS[column])}"
+        )
+    return factor
+
+
+_SIGNS = str.maketrans({"°": "deg", "º": "deg", "µ": "u", "μ": "u", " ": "", "*": "", "·": "", "⋅": ""})

@@ -1,0 +1,203 @@
+"""C of a Function of scalars, statement by statement: no work vector, no pointers to pointers.
+
+The Function is expanded to scalar operations, which are written in the order in which CasADi evaluates
+them. What is used once stands where it is used, a condition is an `int`, a choice is `?:`.
+"""
+
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from symbolic import BrushgripError
+
+INFIX = {
+    ca.OP_ADD: "+", ca.OP_SUB: "-", ca.OP_MUL: "*", ca.OP_DIV: "/", ca.OP_LT: "<", ca.OP_LE: "<=",
+    ca.OP_EQ: "==", ca.OP_NE: "!=", ca.OP_AND: "&&", ca.OP_OR: "||",
+}  # fmt: skip
+CALLS = {
+    ca.OP_SQRT: "sqrt", ca.OP_EXP: "exp", ca.OP_LOG: "natural_log", ca.OP_POW: "pow",
+    ca.OP_CONSTPOW: "pow", ca.OP_FABS: "fabs", ca.OP_FMIN: "lesser", ca.OP_FMAX: "greater",
+    ca.OP_TANH: "tanh", ca.OP_SIN: "sin", ca.OP_COS: "cos", ca.OP_TAN: "tan", ca.OP_SINH: "sinh",
+    ca.OP_COSH: "cosh", ca.OP_ASIN: "asin", ca.OP_ACOS: "acos", ca.OP_ATAN: "atan",
+    ca.OP_ATAN2: "atan2", ca.OP_ERF: "erf", ca.OP_LOG1P: "log1p", ca.OP_EXPM1: "expm1",
+    ca.OP_FLOOR: "floor", ca.OP_CEIL: "ceil", ca.OP_FMOD: "fmod", ca.OP_ASINH: "asinh",
+    ca.OP_ACOSH: "acosh", ca.OP_ATANH: "atanh", ca.OP_HYPOT: "hypot", ca.OP_COPYSIGN: "copysign",
+}  # fmt: skip
+"""Functions of math.h, and `natural_log`, `lesser`, `greater` of `templates/numbers.c`."""
+COMPARISONS = frozenset({ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE})
+LOGIC = frozenset({ca.OP_AND, ca.OP_OR, ca.OP_NOT})
+TWICE_USED = frozenset({ca.OP_SQ, ca.OP_TWICE, ca.OP_SIGN})
+"""Operations whose C has the operand in it more than once."""
+LONGEST = 80
+"""Length of a part of an expression that stands where it is used."""
+
+
+@dataclass(frozen=True)
+class Term:
+    """C of a value.
+
+    Attributes:
+        text: an expression; an operand of another one as it stands if it is a name, a number or a call.
+        is_condition: an `int` that is 0 or 1, no real.
+    """
+
+    text: str
+    is_condition: bool = False
+
+
+@dataclass
+class _Writer:
+    real: str
+    statements: list[str] = field(default_factory=list)
+
+    def named(self, term: Term) -> Term:
+        """The term as a variable of its own, unless it is a name or a number already."""
+        if _is_atom(term.text):
+            return term
+        name = f"t{len(self.statements)}"
+        kind = "int" if term.is_condition else self.real
+        self.statements.append(f"    const {kind} {name} = {_stripped(term.text)};")
+        return Term(name, term.is_condition)
+
+    def as_real(self, term: Term) -> str:
+        return f"({term.text} ? 1.0 : 0.0)" if term.is_condition else term.text
+
+    def operation(self, code: int, terms: list[Term]) -> Term:
+        """C of one operation."""
+        if code in LOGIC or (code == ca.OP_IF_ELSE_ZERO):
+            conditions = [t.text if t.is_condition else f"({t.text} != 0.0)" for t in terms]
+            if code == ca.OP_NOT:
+                return Term(f"(!{conditions[0]})", True)
+            if code == ca.OP_IF_ELSE_ZERO:
+                return Term(f"({conditions[0]} ? {self.as_real(terms[1])} : 0.0)")
+            return Term(f"({conditions[0]} {INFIX[code]} {conditions[1]})", True)
+        texts = [self.as_real(term) for term in terms]
+        if code in INFIX:
+            return Term(f"({texts[0]} {INFIX[code]} {texts[1]})", code in COMPARISONS)
+        if code in CALLS:
+            return Term(f"{CALLS[code]}({', '.join(map(_stripped, texts))})")
+        simple = {
+            ca.OP_ASSIGN: "{0}", ca.OP_NEG: "(-{0})", ca.OP_SQ: "({0} * {0})", ca.OP_INV: "(1.0 / {0})",
+            ca.OP_TWICE: "({0} + {0})", ca.OP_SIGN: "({0} > 0.0 ? 1.0 : ({0} < 0.0 ? -1.0 : 0.0))",
+        }  # fmt: skip
+        if code not in simple:
+            raise BrushgripError(f"no C is known for operation {code} of CasADi")
+        return Term(simple[code].format(*texts))
+
+
+def c_function(name: str, function: ca.Function, real: str) -> str:
+    """A static C function: scalars by value, vectors by pointer, one pointer an output.
+
+    Args:
+        name: of the C function.
+        function: its inputs and outputs are columns, and their names those of the parameters.
+        real: the type of every number.
+
+    Raises:
+        BrushgripError: an operation has no C here.
+    """
+    function = function.expand()
+    writer = _Writer(real)
+    steps = range(function.n_instructions())
+    uses: Counter[int] = Counter()
+    last: dict[int, int] = {}
+    operands: dict[int, list[int]] = {}
+    for k in steps:
+        if function.instruction_id(k) not in (ca.OP_CONST, ca.OP_INPUT):
+            operands[k] = [last[slot] for slot in function.instruction_input(k)]
+            weight = 2 if function.instruction_id(k) in TWICE_USED else 1
+            uses.update(dict.fromkeys(set(operands[k]), weight))
+            uses.update(operands[k][1:] if len(set(operands[k])) < len(operands[k]) else [])
+        if function.instruction_id(k) != ca.OP_OUTPUT:
+            last[function.instruction_output(k)[0]] = k
+    terms: dict[int, Term] = {}
+    for k in steps:
+        code = function.instruction_id(k)
+        if code == ca.OP_OUTPUT:
+            i, j = function.instruction_output(k)
+            target = f"{function.name_out(i)}[{j}]"
+            text = _stripped(writer.as_real(terms[operands[k][0]]))
+            writer.statements.append(f"    {target} = {text};")
+            continue
+        if code == ca.OP_CONST:
+            terms[k] = Term(_number(function.instruction_constant(k), real))
+        elif code == ca.OP_INPUT:
+            i, j = function.instruction_input(k)
+            scalar = function.numel_in(i) == 1
+            terms[k] = Term(function.name_in(i) + ("" if scalar else f"[{j}]"))
+        else:
+            term = writer.operation(code, [terms[source] for source in operands[k]])
+            keep = uses[k] > 1 or len(term.text) > LONGEST
+            terms[k] = writer.named(term) if keep else term
+    return _definition(name, function, real, writer.statements)
+
+
+def _definition(name: str, function: ca.Function, real: str, statements: list[str]) -> str:
+    inputs = [
+        f"{real} {function.name_in(i)}" if function.numel_in(i) == 1
+        else f"const {real} *{function.name_in(i)}"
+        for i in range(function.n_in()) if function.numel_in(i) > 0
+    ]  # fmt: skip
+    outputs = [
+        f"{real} *{function.name_out(i)}" for i in range(function.n_out()) if function.numel_out(i) > 0
+    ]
+    text = "\n".join(statements)
+    unused = [
+        f"    (void){function.name_in(i)};"
+        for i in range(function.n_in())
+        if function.numel_in(i) > 0 and not _uses(text, function.name_in(i))
+    ]
+    body = "\n".join([*unused, *statements])
+    return f"static void {name}({', '.join([*inputs, *outputs])}) {{\n{body}\n}}\n"
+
+
+def c_records(name: str, columns: Mapping[str, NDArray[np.float64]], real: str) -> str:
+    """A type with a field a column, and a constant array of it: `name_t` and `name_of`."""
+    count = len(next(iter(columns.values())))
+    rows = [
+        "    {" + ", ".join(_number(float(values[i]), real) for values in columns.values()) + "},"
+        for i in range(count)
+    ]
+    return (
+        f"typedef struct {{\n    {real} {', '.join(columns)};\n}} {name}_t;\n\n"
+        f"static const {name}_t {name}_of[{count}] = {{\n" + "\n".join(rows) + "\n};\n"
+    )
+
+
+def _number(value: float, real: str) -> str:
+    if np.isnan(value):
+        return f"(({real})NAN)"
+    if np.isinf(value):
+        return f"({'-' if value < 0 else ''}({real})INFINITY)"
+    return f"({value!r})" if value < 0 else repr(float(value))
+
+
+def _is_atom(text: str) -> bool:
+    return text.replace("_", "").replace("[", "").replace("]", "").replace(".", "").isalnum()
+
+
+def _stripped(text: str) -> str:
+    """Without the parentheses around all of it."""
+    if not (text.startswith("(") and text.endswith(")")):
+        return text
+    depth = 0
+    for i, letter in enumerate(text):
+        depth += (letter == "(") - (letter == ")")
+        if depth == 0 and i < len(text) - 1:
+            return text
+    inner = text[1:-1]
+    return text if inner.startswith(("float)", "double)")) else inner
+
+
+def _uses(text: str, name: str) -> bool:
+    at = text.find(name)
+    while at >= 0:
+        before, after = text[at - 1 : at], text[at + len(name) : at + len(name) + 1]
+        if not (before.isalnum() or before == "_" or after.isalnum() or after == "_"):
+            return True
+        at = text.find(name, at + 1)
+    return False

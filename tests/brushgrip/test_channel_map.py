@@ -1,0 +1,72 @@
+"""`--map` and `[signals]` at the commands: friction does not depend on how a recording was kept."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from identification import read_recording, read_rig
+from tests.identification.reading.logs import MAP, WRITERS, as_logged, write_german
+
+pytestmark = pytest.mark.usefixtures("interpreted")
+Run = Callable[..., Any]
+FOLDER = Path(__file__).parents[2] / "examples" / "recordings"
+
+
+def friction(run: Run, path: Path, out: Path, *options: object) -> np.ndarray:
+    rig = FOLDER / "rig.toml"
+    outcome = run("estimate", "--rig", rig, "--observer", "ekf", path, "--out", out, *options)
+    assert outcome.status == 0, outcome.err
+    return np.genfromtxt(out, delimiter=",", names=True)["mu"]
+
+
+@pytest.mark.parametrize(
+    "format_",
+    [
+        "german",
+        *(pytest.param(n, marks=pytest.mark.long) for n in WRITERS if n not in ("german", "matlab")),
+    ],
+)
+def test_every_format_gives_the_same_friction(run: Run, tmp_path: Path, format_: str) -> None:
+    original = read_recording(FOLDER / "holdout_c.csv", read_rig(FOLDER / "rig.toml"))
+    name, write, signals = WRITERS[format_]
+    write(tmp_path / name, as_logged(original.t, original.psi, original.M_z, original.F_N))
+
+    expected = friction(run, FOLDER / "holdout_c.csv", tmp_path / "a.csv")
+    found = friction(run, tmp_path / name, tmp_path / "b.csv", "--map", signals)
+
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6)
+
+
+def test_the_rig_file_may_hold_the_map(run: Run, tmp_path: Path) -> None:
+    original = read_recording(FOLDER / "holdout_c.csv", read_rig(FOLDER / "rig.toml"))
+    write_german(tmp_path / "run.csv", as_logged(original.t, original.psi, original.M_z, original.F_N))
+    entries = (one.partition("=") for one in MAP.replace(":ms", "").replace(":deg", "").split(","))
+    tables = [
+        f"{column} = {{ channel = {json.dumps(name.lstrip('-'))}, factor = {-1 if '-' in name else 1} }}"
+        for column, _, name in entries
+    ]
+    rig = tmp_path / "rig.toml"
+    rig.write_text((FOLDER / "rig.toml").read_text() + "\n[signals]\n" + "\n".join(tables))
+    outs = tmp_path / "a.csv", tmp_path / "b.csv"
+
+    for path, out in zip((FOLDER / "holdout_c.csv", tmp_path / "run.csv"), outs, strict=True):
+        used = FOLDER / "rig.toml" if path.parent == FOLDER else rig
+        outcome = run("simulate", "--rig", used, path, "--out", out)
+        assert outcome.status == 0, outcome.err
+
+    first, second = (np.genfromtxt(out, delimiter=",", names=True) for out in outs)
+    np.testing.assert_allclose(second["M_z"], first["M_z"], atol=1e-9)
+
+
+def test_a_bad_map_is_one_line(run: Run, tmp_path: Path) -> None:
+    outcome = run(
+        "simulate", "--rig", FOLDER / "rig.toml", FOLDER / "holdout_c.csv", "--map", "psi=x:parsec",
+        "--out", tmp_path / "a.csv",
+    )  # fmt: skip
+    assert outcome.status == 2
+    assert "'parsec' is no unit of psi" in outcome.err
+    assert outcome.err.count("\n") == 1

@@ -1,0 +1,91 @@
+"""Where results come from, and whose folder is whose."""
+
+import hashlib
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from brushgrip.provenance import beside, clear, digest_of, provenance_of, require_own_folder
+from brushgrip.speech import COMMAND_LINE
+from symbolic import InvalidInputError
+
+Run = Callable[..., Any]
+Write = Callable[..., Path]
+
+
+def write_result(folder: Path, made: dict[str, Any]) -> Path:
+    document = folder / "diagnosis.json"
+    document.write_text(json.dumps({"provenance": {**made, "files": ["old.png", "../far.png", ""]}}))
+    return document
+
+
+@pytest.fixture
+def recordings(tmp_path: Path) -> list[Path]:
+    paths = [tmp_path / "a.csv", tmp_path / "b.csv"]
+    for path in paths:
+        path.write_text(f"t,psi of {path.name}\n")
+    return paths
+
+
+def test_inputs_have_their_digests_and_the_command_stands_there(recordings: list[Path]) -> None:
+    COMMAND_LINE.set(("diagnose", "a.csv"))
+    made = provenance_of(recordings, recordings[0], robust=0.1)
+
+    assert [file["name"] for file in made["inputs"]] == ["a.csv", "b.csv"]
+    assert made["inputs"][0]["sha256"] == hashlib.sha256(b"t,psi of a.csv\n").hexdigest()
+    assert made["rig"]["content"] == "t,psi of a.csv\n"
+    assert made["command"] == ["brushgrip", "diagnose", "a.csv"]
+    assert made["time_utc"].endswith("+00:00")
+    assert made["settings"] == {"robust": 0.1}
+
+
+def test_the_same_run_may_replace_itself(recordings: list[Path], tmp_path: Path) -> None:
+    made = provenance_of(recordings, robust=None, ground=[])
+    document = write_result(tmp_path, made | {"time_utc": "2020-01-01T00:00:00+00:00"})
+
+    assert require_own_folder(document, made, force=False) == ("old.png",)
+    assert require_own_folder(tmp_path / "none.json", made, force=False) == ()
+
+
+@pytest.mark.parametrize("change", ["input", "order", "setting", "signals", "no provenance", "damaged"])
+def test_another_run_is_not_replaced_unless_forced(
+    recordings: list[Path], tmp_path: Path, change: str
+) -> None:
+    document = write_result(tmp_path, provenance_of(recordings, robust=None))
+    robust, signals = (0.1 if change == "setting" else None), {"t": 1} if change == "signals" else {}
+    if change == "input":
+        recordings[1].write_text("other")
+    if change in ("no provenance", "damaged"):
+        document.write_text("{}" if change == "no provenance" else "{")
+    order = recordings[::-1] if change == "order" else recordings
+    made = provenance_of(order, signals=signals, robust=robust)
+
+    with pytest.raises(InvalidInputError, match=r"holds another run.*--force replaces it"):
+        require_own_folder(document, made, force=False)
+    require_own_folder(document, made, force=True)
+
+
+def test_only_what_a_run_wrote_is_cleared(tmp_path: Path) -> None:
+    for name in ("old.png", "kept.png", "mine.txt"):
+        (tmp_path / name).write_text("x")
+
+    clear(tmp_path, ["old.png", "kept.png", "gone.png"], ["kept.png"])
+
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["kept.png", "mine.txt"]
+
+
+@pytest.mark.usefixtures("interpreted")
+def test_a_table_has_its_origin_beside_it(run: Run, write_csv: Write, rig: Path, tmp_path: Path) -> None:
+    path, out = write_csv("bare.csv"), tmp_path / "torque.csv"
+
+    assert run("simulate", "--rig", rig, path, "--out", out).status == 0
+
+    told = json.loads(beside(out).read_text())
+    assert told["inputs"][0] == {
+        "name": "bare.csv", "sha256": digest_of(path), "bytes": path.stat().st_size
+    }  # fmt: skip
+    assert told["rig"]["sha256"] == digest_of(rig)
+    assert told["command"][:2] == ["brushgrip", "simulate"]

@@ -1,0 +1,92 @@
+"""Sentences about a diagnosis are only as sure as its figures."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from brushgrip.verdict import explained_grade, headline, plain_parameter
+from identification import Diagnosis, ParameterEstimate
+from identification.grades import Grade, distance_from_neutral, grade_of
+from symbolic import EFFECTS
+
+Make = Callable[..., Diagnosis]
+
+
+def graded(diagnosis: Diagnosis, *grades: Grade, errors: float = 5.0) -> Diagnosis:
+    pairs = zip(diagnosis.effects, grades, strict=True)
+    effects = tuple(replace(e, grade=grade, standard_errors=errors) for e, grade in pairs)
+    return replace(diagnosis, effects=effects)
+
+
+@pytest.mark.parametrize(
+    ("errors", "bic", "rivals", "at_bound", "grade"),
+    [
+        (3.0, -6.0, False, False, "strong"),
+        (3.0, -6.0, True, False, "ambiguous"),
+        (2.9, -60.0, False, False, "weak"),
+        (1.4, -60.0, True, False, "weak"),
+        (30.0, -5.9, False, False, "weak"),
+        (30.0, -60.0, False, True, "stands_in"),
+        (float("nan"), -60.0, False, False, "weak"),
+    ],
+)
+def test_grades(errors: float, bic: float, rivals: bool, at_bound: bool, grade: str) -> None:
+    assert grade_of(errors, bic, has_rivals=rivals, at_bound=at_bound) == grade
+
+
+@pytest.mark.parametrize(
+    ("name", "estimates", "distance"),
+    [
+        ("torque_offset", {"M_0 [a]": (0.1, 0.05), "M_0 [b]": (-0.3, 0.1)}, 3.0),
+        ("carcass_torsion", {"k_t": (400.0, 200.0)}, 2.0),
+        ("torque_offset", {"M_0 [a]": (0.1, None)}, None),
+    ],
+)
+def test_distance_from_no_effect(
+    name: str, estimates: dict[str, tuple[float, float | None]], distance: float | None
+) -> None:
+    values = {n: ParameterEstimate(value=v, std=s, unit="1") for n, (v, s) in estimates.items()}
+    assert distance_from_neutral(EFFECTS[name], values) == pytest.approx(distance)
+
+
+def test_a_parameter_close_to_no_effect_is_a_hint() -> None:
+    assert grade_of(9.0, -60.0, 1.4, has_rivals=False, at_bound=False) == "weak"
+    assert grade_of(9.0, -60.0, 3.0, has_rivals=False, at_bound=False) == "strong"
+
+
+def test_only_clear_effects_are_said_to_be_missing(make_diagnosis: Make) -> None:
+    diagnosis = make_diagnosis()
+    assert headline(graded(diagnosis, "strong", "weak")).startswith(
+        "The declared model misses carcass torsion; there are weak signs of torque offset: held-out"
+    )
+    weak = headline(graded(diagnosis, "weak", "weak"))
+    assert weak.startswith("There are only weak signs of carcass torsion and torque offset: ")
+    assert "misses" not in weak
+    assert headline(graded(diagnosis, "ambiguous", "strong")).startswith(
+        "The declared model misses carcass torsion (or patch width) and torque offset: "
+    )
+    assert headline(graded(diagnosis, "stands_in", "stands_in")).startswith(
+        "Carcass torsion and torque offset stand in for something unknown: "
+    )
+
+
+@pytest.mark.parametrize(
+    ("grade", "words"),
+    [
+        ("strong", "falls by 1.4 standard errors, and no other effect"),
+        ("weak", "falls by 1.4 standard errors: it may be chance"),
+        ("ambiguous", "but patch width would explain as much"),
+        ("stands_in", "ends where its range does"),
+    ],
+)
+def test_every_grade_is_explained(make_diagnosis: Make, grade: Grade, words: str) -> None:
+    effect = graded(make_diagnosis(), grade, "weak", errors=1.4).effects[0]
+    assert words in explained_grade(effect)
+
+
+def test_parameters_have_plain_names() -> None:
+    assert plain_parameter("carcass_torsion.k_t") == "carcass torsion: k_t"
+    assert plain_parameter("torque_offset.M_0 [fem1]") == "torque offset: M_0, fem1"
+    assert plain_parameter("mu [fem1]") == "friction μ, fem1"
+    assert plain_parameter("k") == "bristle stiffness k"

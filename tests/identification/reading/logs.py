@@ -1,0 +1,143 @@
+"""Files of measurement systems with one recording, each written by the library of its format."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+Columns = Mapping[str, NDArray[np.float64]]
+"""t [ms], Angle [deg], Mz [N m], positive where the ground drives, Load [N]."""
+MAP = "t=Time:ms,psi=Angle:deg,M_z=-Mz,F_N=Load"
+"""The map of all of these files that keep time in a channel."""
+UNITS = {"Time": "ms", "Angle": "deg", "Mz": "Nm", "Load": "N"}
+DBC = """VERSION ""
+NS_ :
+BS_:
+BU_: rig
+BO_ 291 Motion: 16 rig
+ SG_ Angle : 0|32@1- (1,0) [0|0] "deg" rig
+ SG_ Mz : 32|32@1- (1,0) [0|0] "Nm" rig
+ SG_ Load : 64|32@1- (1,0) [0|0] "N" rig
+SIG_VALTYPE_ 291 Angle : 1;
+SIG_VALTYPE_ 291 Mz : 1;
+SIG_VALTYPE_ 291 Load : 1;
+"""
+"""Three signals of 32-bit float in one CAN FD frame."""
+
+
+def as_logged(t: Any, psi: Any, M_z: Any, F_N: Any) -> Columns:
+    """Columns in SI units as these loggers keep them."""
+    return {"Time": 1e3 * t, "Angle": np.degrees(psi), "Mz": -M_z, "Load": F_N}
+
+
+def write_german(path: Path, columns: Columns) -> None:
+    """Semicolons, decimal commas, a row of units, as Excel writes them in Germany."""
+    rows = [";".join(columns), ";".join({**UNITS, "Angle": "°"}.values())]
+    values = zip(*(column.tolist() for column in columns.values()), strict=True)
+    rows += [";".join(repr(v).replace(".", ",") for v in row) for row in values]
+    path.write_bytes("\r\n".join(rows).encode("cp1252"))
+
+
+def write_tdms(path: Path, columns: Columns) -> None:
+    nptdms = pytest.importorskip("nptdms", reason="needs brushgrip[tdms]")
+    with nptdms.TdmsWriter(path) as writer:
+        writer.write_segment(
+            [nptdms.ChannelObject("Rig", n, v, {"unit_string": UNITS[n]}) for n, v in columns.items()]
+        )
+
+
+def write_mdf(path: Path, columns: Columns) -> None:
+    asammdf = pytest.importorskip("asammdf", reason="needs brushgrip[mdf]")
+    times = columns["Time"] / 1e3
+    signals = [
+        asammdf.Signal(v, times, name=n, unit=UNITS[n]) for n, v in columns.items() if n != "Time"
+    ]
+    with asammdf.MDF(version="4.10") as file:
+        file.append(signals)
+        file.save(path, overwrite=True, compression=2)
+
+
+def write_parquet(path: Path, columns: Columns) -> None:
+    pyarrow = pytest.importorskip("pyarrow", reason="needs brushgrip[parquet]")
+    parquet = pytest.importorskip("pyarrow.parquet", reason="needs brushgrip[parquet]")
+    fields = [pyarrow.field(n, pyarrow.float64(), metadata={"unit": UNITS[n]}) for n in columns]
+    parquet.write_table(
+        pyarrow.table([pyarrow.array(v) for v in columns.values()], schema=pyarrow.schema(fields)), path
+    )
+
+
+def write_hdf5(path: Path, columns: Columns) -> None:
+    h5py = pytest.importorskip("h5py", reason="needs brushgrip[hdf5]")
+    with h5py.File(path, "w") as file:
+        for name, values in columns.items():
+            dataset = file.create_dataset(f"run/{name}", data=values, compression="gzip")
+            dataset.attrs["unit"] = UNITS[name]
+
+
+def write_matlab_7_3(path: Path, columns: Columns) -> None:
+    """As MATLAB lays it out: columns of a matrix, a header of 512 bytes before."""
+    h5py = pytest.importorskip("h5py", reason="needs brushgrip[hdf5]")
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for name, values in columns.items():
+            file.create_dataset(name, data=values[np.newaxis])
+        file["a"] = np.array([[0.05]])
+    content = path.read_bytes()
+    path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512) + content[512:])
+
+
+def write_can(path: Path, columns: Columns) -> None:
+    can = pytest.importorskip("can", reason="needs brushgrip[can]")
+    cantools = pytest.importorskip("cantools", reason="needs brushgrip[can]")
+    (path.parent / "rig.dbc").write_text(DBC)
+    message = cantools.database.load_string(DBC, "dbc").get_message_by_name("Motion")
+    rows = zip(*(columns[n].tolist() for n in ("Time", "Angle", "Mz", "Load")), strict=True)
+    with can.Logger(path) as log:
+        for time, angle, torque, load in rows:
+            data = message.encode({"Angle": angle, "Mz": torque, "Load": load}, padding=True)
+            frame = {"arbitration_id": 291, "is_extended_id": False, "is_fd": True}
+            log.on_message_received(can.Message(timestamp=1.6e9 + time / 1e3, data=data, **frame))
+
+
+def write_ros(path: Path, columns: Columns) -> None:
+    pytest.importorskip("rosbags", reason="needs brushgrip[ros]")
+    from rosbags.rosbag1 import Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS1_NOETIC)
+    kinds = store.types
+    stamp, header = kinds["builtin_interfaces/msg/Time"], kinds["std_msgs/msg/Header"]
+    state = kinds["sensor_msgs/msg/JointState"]
+    rows = zip(*(columns[n].tolist() for n in ("Time", "Angle", "Mz", "Load")), strict=True)
+    with Writer(path) as bag:
+        connection = bag.add_connection("/rig", state.__msgtype__, typestore=store)
+        for time, angle, torque, load in rows:
+            nanoseconds = round(time * 1e6) + 1_600_000_000 * 10**9
+            head = header(seq=0, stamp=stamp(*divmod(nanoseconds, 10**9)), frame_id="")
+            message = state(
+                header=head, name=["wheel"], position=np.array([angle]), velocity=np.array([load]),
+                effort=np.array([torque]),
+            )  # fmt: skip
+            bag.write(connection, nanoseconds, store.serialize_ros1(message, state.__msgtype__))
+
+
+OWN_CLOCK = "psi=Angle:deg,M_z=-Mz,F_N=Load"
+WRITERS: dict[str, tuple[str, Callable[[Path, Columns], None], str]] = {
+    "german": ("run.csv", write_german, MAP),
+    "tdms": ("run.tdms", write_tdms, MAP),
+    "mdf": ("run.mf4", write_mdf, OWN_CLOCK),
+    "parquet": ("run.parquet", write_parquet, MAP),
+    "hdf5": ("run.h5", write_hdf5, MAP),
+    "matlab": ("run.mat", write_matlab_7_3, MAP),
+    "blf": ("run.blf", write_can, OWN_CLOCK),
+    "asc": ("run.asc", write_can, OWN_CLOCK),
+    "candump": ("run.log", write_can, OWN_CLOCK),
+    "ros": (
+        "run.bag",
+        write_ros,
+        "psi=/rig.position.0:deg,M_z=-/rig.effort.0,F_N=/rig.velocity.0",
+    ),
+}
+"""File name, writer and map of each format."""

@@ -1,0 +1,189 @@
+"""Maps of channels to columns: their text, their section of a rig file, and what they do to samples."""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identification import Recording, parse_signals, read_decay, read_recording, read_rig, read_signals
+from identification.reading.rigtext import signals_text
+from identification.reading.units import factor_of
+from symbolic import InvalidInputError, Rig, Tyre
+
+RIG = (Rig(a=0.045, e=0.009), Tyre(k=2.4e6))
+TIMES = [0.01 * i for i in range(20)]
+ROWS = [(t, 10 * math.sin(9 * t), 3 * math.cos(t), 0.5 + t) for t in TIMES]
+"""Seconds, degrees of the steering wheel, N m, kN."""
+
+
+def write(path: Path, header: str, *more: str, delimiter: str = ",", decimal: str = ".") -> Path:
+    rows = [delimiter.join(repr(x).replace(".", decimal) for x in row) for row in ROWS]
+    path.write_text("\n".join([header, *more, *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+def require_expected(recording: Recording, factor: float = 1.0, sign: float = 1.0) -> None:
+    t, angle, torque, load = np.array(ROWS).T
+    np.testing.assert_allclose(recording.t, t, rtol=1e-12)
+    np.testing.assert_allclose(recording.psi, factor * angle * math.pi / 180, rtol=1e-12)
+    np.testing.assert_allclose(recording.M_z, sign * torque, rtol=1e-12)
+    np.testing.assert_allclose(recording.F_N, 1e3 * load, rtol=1e-12)
+
+
+def test_a_map_gives_unit_sign_and_factor(tmp_path: Path) -> None:
+    path = write(tmp_path / "run.csv", "Time,Steer,Mz,Load")
+
+    read = read_recording(path, RIG, signals="t=Time,psi=0.06*Steer:deg,M_z=-Mz,F_N=Load:kN")
+
+    require_expected(read, 0.06, -1)
+
+
+def test_a_rig_file_holds_a_map(tmp_path: Path) -> None:
+    rig = tmp_path / "rig.toml"
+    rig.write_text(
+        "[rig]\na = 0.045\ne = 0.009\n[tyre]\nk = 2.4e6\n[signals]\nt = 'Time'\ndbc = 'car.dbc'\n"
+        "psi = { channel = 'Steer', unit = 'deg', factor = -0.06 }\n"
+        "F_N = { channel = 'Load', unit = 'kN' }\n"
+    )
+    signals = read_signals(rig)
+    path = write(tmp_path / "run.csv", "Time,Steer,M_z,Load")
+
+    require_expected(read_recording(path, read_rig(rig), signals=signals), -0.06)
+    assert signals.dbc == tmp_path / "car.dbc"
+    assert signals.updated(parse_signals("psi=Other:rad")).of("psi").channel == "Other"
+    assert signals.updated(parse_signals("psi=Other:rad")).of("F_N").unit == "kN"
+
+
+def test_a_map_survives_its_text(tmp_path: Path) -> None:
+    signals = parse_signals("t=Time:ms,psi=-0.06*Steer [deg],F_N=Load:kN,dbc=/car.dbc")
+    path = tmp_path / "rig.toml"
+    path.write_text(signals_text(signals))
+    assert read_signals(path) == signals
+    assert signals_text(parse_signals("")) == ""
+
+
+@pytest.mark.parametrize("delimiter", [";", "\t"])
+@pytest.mark.parametrize("decimal", [".", ","])
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+def test_csv_files_of_all_countries(delimiter: str, decimal: str, encoding: str, tmp_path: Path) -> None:
+    header = delimiter.join(["t [s]", "psi", "M_z", "F_N"])
+    units = delimiter.join(["", "[°]", "Nm", "kN"])
+    path = write(tmp_path / "run.csv", header, units, delimiter=delimiter, decimal=decimal)
+    path.write_bytes(path.read_text(encoding="utf-8").encode(encoding))
+
+    require_expected(read_recording(path, RIG))
+
+
+def test_units_behind_headings_count_and_the_map_goes_before_them(tmp_path: Path) -> None:
+    path = write(tmp_path / "run.csv", "t (s),Steer [deg],M_z,F_N [kN]")
+    require_expected(read_recording(path, RIG, signals="psi=Steer"))
+    assert read_recording(path, RIG, signals="psi=Steer:rad").psi[1] == pytest.approx(ROWS[1][1])
+
+
+def test_one_file_has_one_decimal_sign(tmp_path: Path) -> None:
+    path = write(tmp_path / "run.csv", "t;psi;M_z;F_N", delimiter=";", decimal=",")
+    path.write_text(path.read_text().replace("0,05;", "0.05;"))
+    with pytest.raises(InvalidInputError, match=r"row 7: t = '0\.05' is not a number"):
+        read_recording(path, RIG)
+
+
+def test_a_comma_between_fields_is_no_decimal_sign(tmp_path: Path) -> None:
+    path = write(tmp_path / "run.csv", "t,psi,M_z,F_N")
+    rows = ['"0,01",' + row for row in path.read_text().splitlines()[1:]]
+    path.write_text("\n".join(["time,t,psi,M_z,F_N", *rows]))
+    with pytest.raises(InvalidInputError, match=r"row 2: t = '0,01' is not a number"):
+        read_recording(path, RIG, signals="t=time")
+
+
+def test_columns_named_otherwise_are_listed_and_a_map_is_proposed(tmp_path: Path) -> None:
+    path = write(tmp_path / "run.csv", "Zeit [s];Winkel [°];Moment [Nm];Last [kN]", delimiter=";")
+    with pytest.raises(InvalidInputError) as caught:
+        read_recording(path, RIG)
+    message = str(caught.value)
+    assert "missing from the header 'Zeit [s],Winkel [°],Moment [Nm],Last" in message
+    assert message.endswith("such as --map 't=Zeit,psi=Winkel,M_z=Moment,F_N=Last'")
+    require_expected(read_recording(path, RIG, signals="t=Zeit,psi=Winkel,M_z=Moment,F_N=Last"))
+
+
+def test_an_unknown_unit_of_a_file_is_asked_for(tmp_path: Path) -> None:
+    path = write(tmp_path / "run.csv", "t,psi [counts],M_z,F_N")
+    with pytest.raises(InvalidInputError, match=r"'counts' is no unit of psi; .* --map psi=psi:rad"):
+        read_recording(path, RIG)
+
+
+@pytest.mark.parametrize(
+    ("text", "fault"),
+    [
+        ("psi", "expected COLUMN=CHANNEL:UNIT"),
+        ("psi=", "expected COLUMN=CHANNEL:UNIT"),
+        ("phi=A", "'phi' is no column of a recording; allowed: t, psi"),
+        ("psi=A:parsec", "'parsec' is no unit of psi; allowed: rad, mrad, deg, rev"),
+        ("psi=A,psi=B", "psi is given twice"),
+        ("psi=0*A", "factor must be finite and not 0"),
+        ("psi=1e999*A", "factor must be finite"),
+        ("F_N=Load:MN", "'MN' is no unit of F_N"),
+    ],
+)
+def test_faults_of_a_map(text: str, fault: str) -> None:
+    with pytest.raises(InvalidInputError) as caught:
+        parse_signals(text)
+    assert fault in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("section", "fault"),
+    [
+        ("signals = 3", "must be a section"),
+        ("[signals]\npsi = 3", "psi needs its channel"),
+        ("[signals]\npsi = { unit = 'deg' }", "psi needs its channel"),
+        ("[signals]\npsi = { channel = 'A', units = 'deg' }", "psi: unknown 'units'"),
+        ("[signals]\npsi = { channel = 'A', factor = 'x' }", "factor must be a number"),
+        ("[signals]\npsi = { channel = 'A', unit = 1 }", "unit must be a text"),
+        ("[signals]\npsi = { channel = 'A', unit = 'Nm' }", "'Nm' is no unit of psi"),
+        ("[signals]\ndbc = 1", "dbc must be the name of a file"),
+    ],
+)
+def test_faults_of_a_section(section: str, fault: str, tmp_path: Path) -> None:
+    path = tmp_path / "rig.toml"
+    path.write_text(section)
+    with pytest.raises(InvalidInputError) as caught:
+        read_signals(path)
+    assert str(caught.value).startswith(str(path))
+    assert fault in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("column", "unit", "factor"),
+    [
+        ("t", "ms", 1e-3), ("t", "[µs]", 1e-6), ("psi", "°", math.pi / 180),
+        ("psi", "Deg", math.pi / 180),
+        ("psi_dot", "deg/s", math.pi / 180), ("psi_dot", "1/min", math.pi / 30), ("M_z", "Nm", 1.0),
+        ("M", "N·m", 1.0), ("M", "kN*m", 1e3), ("M", "mNm", 1e-3), ("M", "MNm", None),
+        ("M", "ft lb", 0.3048 * 0.45359237 * 9.80665), ("F_N", "lbf", 0.45359237 * 9.80665),
+        ("F_N", "", 1.0), ("psi", "s", None),
+    ],
+)  # fmt: skip
+def test_units(column: str, unit: str, factor: float | None) -> None:
+    found = factor_of(column, unit)
+    assert found == (None if factor is None else pytest.approx(factor, rel=1e-12))
+
+
+def test_a_free_vibration_takes_a_map(tmp_path: Path) -> None:
+    path = write(tmp_path / "run.csv", "Time,Steer,Mz,Load")
+    rig = (Rig(a=0.045, e=0.009, J_A=0.15), RIG[1])
+    assert read_decay(path, rig, signals="t=Time,psi=Steer:deg").psi[3] == pytest.approx(
+        math.radians(ROWS[3][1])
+    )
+
+
+def test_a_data_frame_becomes_a_recording() -> None:
+    pandas = pytest.importorskip("pandas", reason="needs brushgrip[pandas]")
+    frame = pandas.DataFrame(ROWS, columns=["t", "Steer [deg]", "Mz", "F_N [kN]"])
+
+    read = Recording.from_dataframe(frame, RIG, name="run", signals="psi=0.06*Steer,M_z=-Mz")
+
+    require_expected(read, 0.06, -1)
+    assert read.name == "run"
+    with pytest.raises(InvalidInputError, match=r"run: channel M_z missing; there are t, Steer"):
+        Recording.from_dataframe(frame, RIG, name="run", signals="psi=Steer")
