@@ -227,12 +227,12 @@ def _output(observer: Mhe) -> ca.Function:
     return _function("step_output", inputs, [output])
 
 
-STORED_CORNERS = 9
-"""Corners stored with a sample: a window of 50 samples takes less than 8 KB in single precision."""
+STORED_CORNERS = 8
+"""Corners stored with a sample; what the others add to the torque is stored as linear in mu / k."""
 STATE = """\
     {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}], last[{clean}], counts[2], monitor[4];
     {real} x[{window}][{n}], row[{window}][6], eliminated[{window}][{eliminated}];
-    {real} slope[{window}], xi[{window}][{stored}], d[{window}][{stored}];
+    {real} slope[{window}], lost[{window}][2], xi[{window}][{stored}], d[{window}][{stored}];
     {name}_patch_t patch;
     int32_t newest;
     int8_t corners[{window}];"""
@@ -269,7 +269,7 @@ def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> 
     }
     numbers = {"n": n, "window": observer.window, "eliminated": eliminated, "stored": STORED_CORNERS}
     numbers["clean"] = len(CLEAN)
-    a_sample = n + len(ROW) + eliminated + 1 + 2 * STORED_CORNERS
+    a_sample = n + len(ROW) + eliminated + 3 + 2 * STORED_CORNERS
     parts = n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(MONITOR)
     size = (parts + observer.window * a_sample) * real.size
     return Body(

@@ -173,18 +173,18 @@ def test_friction_takes_the_samples_that_the_search_takes(
 ) -> None:
     taken: list[object] = []
 
-    def stop(recordings: Any, _: object) -> None:
-        taken.append(recordings)
+    def stop(training: Any, holdout: Any, _: object) -> None:
+        taken.extend([*training, *holdout])
         raise InvalidInputError("enough")
 
-    thinned = ["those of the search"]
-    for name, result in (("bounded", (thinned, None)), ("thinning", ""), ("found_model", None)):
+    thinned = ["those of", "the search"]
+    for name, result in (("bounded", (thinned, None)), ("thinning", "")):
         monkeypatch.setattr(diagnosing, name, lambda *_, result=result, **__: result)
     monkeypatch.setattr(diagnosing, "close_the_loop", lambda *_, **__: None)
     monkeypatch.setattr(diagnosing, "friction_outcome", stop)
     run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
 
-    assert taken == [thinned]
+    assert taken == thinned
 
 
 @pytest.mark.usefixtures("no_report")

@@ -13,11 +13,32 @@ static void torque_at(const ${name}_state_t *state, int32_t at, const ${real} *x
 }
 
 %% else
-/* Stores the patch with a sample; of more corners than fit, those that contribute least to M_z are dropped. */
+/* Moment of the corners of a patch over k [m^3 rad], and its derivative by scale. */
+static void corner_moments(const ${name}_patch_t *patch, ${real} scale, ${real} *moment) {
+    ${real} corner_moment[2];
+    int32_t i;
+    moment[0] = (patch->rest - patch->angle) * ${still_moment};
+    moment[1] = 0.0;
+    for (i = 0; i < patch->corners; ++i) {
+        unit_moment(smaller(scale * patch->xi[i], FAR_OUT), corner_moment);
+        moment[0] += patch->d[i] * corner_moment[0];
+        moment[1] += patch->d[i] * corner_moment[1] * patch->xi[i];
+    }
+}
+
+/* Stores the patch with a sample; of more corners than fit, those that contribute least to M_z are dropped, and
+   what is lost is stored as linear in the scale mu / k: the torque at the scale of now and its derivative stay. */
 static void store_patch(${name}_state_t *state, int32_t at, ${real} scale) {
     ${name}_patch_t patch = state->patch;
+    ${real} whole[2] = {0.0, 0.0}, left[2] = {0.0, 0.0};
     int32_t i;
-    while (patch.corners > ${stored}) drop_corner(&patch, scale);
+    if (patch.corners > ${stored}) {
+        corner_moments(&patch, scale, whole);
+        while (patch.corners > ${stored}) drop_corner(&patch, scale);
+        corner_moments(&patch, scale, left);
+    }
+    state->lost[at][1] = whole[1] - left[1];
+    state->lost[at][0] = whole[0] - left[0] - scale * state->lost[at][1];
     state->slope[at] = patch.rest - patch.angle;
     state->corners[at] = (int8_t)patch.corners;
     for (i = 0; i < patch.corners; ++i) {
@@ -29,7 +50,8 @@ static void store_patch(${name}_state_t *state, int32_t at, ${real} scale) {
 /* M_z [N m] of a sample at states x, with its derivatives by mu and by k over its nominal value. */
 static void torque_at(const ${name}_state_t *state, int32_t at, const ${real} *x, ${real} *torque) {
     const ${real} stiffness = ${stiffness}, k = ${k} * stiffness, scale = exp(x[${log_mu}]) / k;
-    ${real} total = state->slope[at] * ${still_moment}, by_scale = 0.0, moment[2];
+    ${real} total = state->slope[at] * ${still_moment} + state->lost[at][0] + scale * state->lost[at][1];
+    ${real} by_scale = state->lost[at][1], moment[2];
     int32_t i;
     for (i = 0; i < state->corners[at]; ++i) {
         unit_moment(smaller(scale * state->xi[at][i], FAR_OUT), moment);
@@ -60,6 +82,8 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
         state->mu[i] = ${prior_mu};
 %% else
         state->slope[i] = 0.0;
+        state->lost[i][0] = 0.0;
+        state->lost[i][1] = 0.0;
         state->corners[i] = 0;
 %% endif
     }
