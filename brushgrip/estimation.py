@@ -1,6 +1,6 @@
 """Friction over recordings: observers by name, their estimates, and tracks of friction to draw."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -192,6 +192,16 @@ def require_plausible(recording: Recording) -> None:
     Raises:
         InvalidInputError: the message names the suspected cause.
     """
+    for line in implausible([recording]):
+        raise InvalidInputError(line)
+
+
+def implausible(recordings: Sequence[Recording]) -> list[str]:
+    """A line for each recording that looks like one in other units, or of the other sign."""
+    return [f"{r.name}: {'; '.join(suspects)}" for r in recordings if (suspects := _suspects(r))]
+
+
+def _suspects(recording: Recording) -> Sequence[str]:
     channel = "M_z" if has_aligning_torque(recording) else "M"
     torque = recording.M_z if channel == "M_z" else recording.M
     columns = zip(
@@ -200,8 +210,7 @@ def require_plausible(recording: Recording) -> None:
         np.asarray(torque).tolist(), strict=True,
     )  # fmt: skip
     samples = (Sample(psi=p, psi_dot=np.nan, F_N=F, dt=dt, **{channel: m}) for p, F, dt, m in columns)
-    if suspects := suspicions_of(samples, recording.rig, channel):
-        raise InvalidInputError(f"{recording.name}: {'; '.join(suspects)}")
+    return suspicions_of(samples, recording.rig, channel)
 
 
 def has_aligning_torque(recording: Recording) -> bool:

@@ -13,7 +13,8 @@ from brushgrip.comparison.networks import corrected_root, neural_network
 from brushgrip.comparison.scores import compare as compare_methods
 from brushgrip.comparison.scores import summarise
 from brushgrip.comparison.tables import comparison_dict, markdown_text, print_comparison
-from brushgrip.console import progress, say, show
+from brushgrip.console import progress, say, show, warn
+from brushgrip.estimation import implausible
 from brushgrip.formatting import json_text
 from brushgrip.pictures import draw_boxes
 from brushgrip.provenance import KEY, provenance_of
@@ -50,6 +51,8 @@ def compare(
     keep_inputs(
         finals, read_names, rig, model, *effect_files(effects), *_author_files(read_names, author)
     )
+    for line in implausible([case.recording for case in cases]):
+        warn(line)
     signals = signal_map(rig, channel_map)
     files = [*map(locate, read_names), *effect_files(effects), *dbc_files(signals)]
     chosen = default_methods(None if model is None else read_model(model, effects=own))

@@ -7,8 +7,8 @@ from typing import Any
 
 from brushgrip.atomic import staged_directory
 from brushgrip.cluster import executor_at
-from brushgrip.console import print_diagnosis, progress, say, show
-from brushgrip.estimation import FrictionTrack
+from brushgrip.console import print_diagnosis, progress, say, show, warn
+from brushgrip.estimation import FrictionTrack, implausible
 from brushgrip.formatting import json_text
 from brushgrip.friction_outcome import FrictionOutcome, friction_outcome
 from brushgrip.grounds import on_grounds
@@ -53,6 +53,8 @@ def diagnose(
     settings = {"held_out": len(held_out), "robust": robust, "ground": list(ground or ())}
     made = _provenance(files, rig, channel_map, settings)
     earlier = require_own_folder(out / DIAGNOSIS, made, force=force)
+    for line in implausible(read):
+        warn(line)
     training = read[: len(recordings)]
     loss = LEAST_SQUARES if robust is None else Huber(threshold=robust)
     with (

@@ -91,7 +91,7 @@ def source_texts(observer: FunctionObserver, real: Real, name: str) -> dict[str,
         )
     terms = template_terms(observer, real, name)
     body = _body(observer, real, terms)
-    terms |= {**vars(body), "bytes": body.bytes + 7 * real.size + 8, "version": ""}
+    terms |= {**vars(body), "bytes": _state_size(body, real), "version": ""}
     digest = hashlib.sha256(render("observer.c", terms).encode()).hexdigest()[:12]
     terms["version"] = f"brushgrip {release()} {observer.name} {real.c_type} {digest}"
     templates = {
@@ -105,6 +105,12 @@ def source_texts(observer: FunctionObserver, real: Real, name: str) -> dict[str,
         f"{name}.json": _parameters(observer, real, terms["version"]),
         f"{name}_vector.csv": reference_table(observer, real),
     }
+
+
+def _state_size(body: Body, real: Real) -> int:
+    """Bytes of a state: its body, the output, three numbers and two integers, padded to a number."""
+    size = body.bytes + (len(OUTPUT) + 3) * real.size + 8
+    return -(-size // real.size) * real.size
 
 
 def template_terms(observer: FunctionObserver, real: Real, name: str) -> dict[str, Any]:

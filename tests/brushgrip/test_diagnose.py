@@ -3,6 +3,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from brushgrip.pictures.style import picture
@@ -185,6 +186,37 @@ def test_friction_takes_the_samples_that_the_search_takes(
     run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
 
     assert taken == thinned
+
+
+@pytest.mark.parametrize(
+    ("column", "factor", "cause"),
+    [
+        ("psi", 180 / np.pi, "degrees"),
+        ("t", 1e3, "milliseconds"),
+        ("F_N", 1e-3, "kN"),
+        ("M_z", -1.0, "other sign"),
+    ],
+)
+def test_other_units_and_signs_are_named(
+    run: Run, monkeypatch: pytest.MonkeyPatch, repository_root: Path, tmp_path: Path,
+    column: str, factor: float, cause: str,
+) -> None:  # fmt: skip
+    def stop(*_: object, **__: object) -> None:
+        raise InvalidInputError("enough")
+
+    monkeypatch.setattr(diagnosing, "close_the_loop", stop)
+    recordings = repository_root / "examples" / "recordings"
+    table = (recordings / "train_a.csv").read_text().splitlines()
+    names = table[0].split(",")
+    rows = np.loadtxt(table[1:], delimiter=",")
+    rows[:, names.index(column)] *= factor
+    np.savetxt(tmp_path / "wrong.csv", rows, delimiter=",", header=table[0], comments="")
+    outcome = run(
+        "diagnose", tmp_path / "wrong.csv", "--out", tmp_path / "out", "--rig", recordings / "rig.toml"
+    )
+
+    assert "wrong: " in outcome.err
+    assert cause in outcome.err
 
 
 @pytest.mark.usefixtures("no_report")

@@ -8,8 +8,12 @@ from pathlib import Path
 import pytest
 
 pytestmark = pytest.mark.skipif(sys.platform == "win32", reason="sends signals")
-# As in a terminal: a shell starts what is in the background deaf to Ctrl-C.
-HEARS = "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+# As in a terminal: a shell starts what is in the background deaf to Ctrl-C, nohup deaf to SIGHUP.
+HEARS = (
+    "import signal\n"
+    "signal.signal(signal.SIGINT, signal.default_int_handler)\n"
+    "signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"
+)
 RUN = "from brushgrip.interrupts import run_process\n"
 
 

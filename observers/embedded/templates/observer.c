@@ -62,7 +62,10 @@ int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
     now[4] = ${"sample->M_z" if torque == "M_z" else "(%s)NAN" % real};
     now[5] = ${"sample->M" if torque == "M" else "(%s)NAN" % real};
     if (state->now < 0) {
-        if (!(is_known(now[0]) && is_known(now[2]) && now[2] >= ${least_first_load})) return ${NAME}_MISSING;
+        if (!(is_known(now[0]) && is_known(now[2]) && now[2] >= ${least_first_load})) {
+            state->output[OUT_STATUS] = ${NAME}_MISSING;
+            return ${NAME}_MISSING;
+        }
         begin(state, now);
     }
     return advance(state, now);

@@ -43,7 +43,7 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
     state->now = 0;
 }
 
-/* One sample: from one half of the state to the other, which becomes valid only if the estimate is finite. */
+/* One sample: from one half of the state to the other; where the estimate is not finite the observer starts anew. */
 static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${real} output[OUTPUTS], torque[4], *before = state->values[state->now], *after = state->values[1 - state->now];
     const ${real} *arg[${arg}] = {before, sample};
@@ -51,6 +51,8 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     int i;
 ${patch_before}    filter(arg, res, 0, 0, 0);
     if (!(is_known(output[OUT_MU]) && is_known(output[OUT_MU_STD]) && is_known(output[OUT_M_Z_PREDICTED]))) {
+        /* The patch has moved: what it has become is not to be relied on. */
+        ${name}_init(state);
         state->output[OUT_STATUS] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }

@@ -1,5 +1,6 @@
 """Generated code gives valid estimates for any input and accesses only its own memory."""
 
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -100,6 +101,28 @@ def test_times_out_of_range_are_ignored(generated: Generate) -> None:
     assert (estimates[2:7, -1] == REFUSED).all()
     np.testing.assert_array_equal(estimates[2:7, :-1], np.tile(estimates[1, :-1], (5, 1)))
     np.testing.assert_array_equal(estimates[7], code.run(rows[[0, 1, 7]])[2])
+
+
+def test_a_time_that_is_refused_before_the_first_sample_is_forgotten(generated: Generate) -> None:
+    code = generated(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)
+    good = [0.01, 0.5, -1.0, 400.0, 0.01]
+    rows = np.array([[*good[:4], 0.0], [np.nan, *good[1:]], good])
+
+    np.testing.assert_array_equal(code.run(rows)[:, -1], [REFUSED, MISSING, 0])
+
+
+@pytest.mark.parametrize("model", [*MODELS, pytest.param(CREEP, id="creep")])
+@pytest.mark.parametrize("kind", [Ekf, Mhe])
+@pytest.mark.parametrize("real", REALS)
+def test_the_header_says_how_large_a_state_is(
+    generated: Generate, kind: Any, model: Any, real: Any
+) -> None:
+    code = generated(observer_of(kind, model, AligningTorque()), real)
+    (said,) = re.findall(r"One observer, (\d+) bytes", (code.folder / "brushgrip.h").read_text())
+    lines = f'_Static_assert(sizeof(brushgrip_state_t) == {said}, "state");\n'
+    (code.folder / "size.c").write_text(f'#include "brushgrip.h"\n{lines}')
+
+    code.compile("-std=c11", "-fsyntax-only", sources=("size.c",), out="size.o")
 
 
 @pytest.mark.parametrize("missing", [np.nan, np.inf, -np.inf, 1e20])
