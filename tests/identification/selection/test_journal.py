@@ -276,9 +276,9 @@ def test_goes_on_after_an_interruption(
     whole = search(damped, (), jobs=1, candidates=CANDIDATES)
     made: list[TrialTask] = []
 
-    def counting(task: TrialTask) -> Trial:
+    def counting(task: TrialTask, threads: int = 1) -> Trial:
         made.append(task)
-        return run_trial(task)
+        return run_trial(task, threads)
 
     def interrupt(message: str, done: int, total: int) -> None:
         del message, total
