@@ -77,12 +77,18 @@ def is_same_file(one: Path, other: Path) -> bool:
     Links and `..` are resolved as for writing, also behind folders that are not there yet; two hard
     links are the same file.
     """
+    return not marks_of_file(one).isdisjoint(marks_of_file(other))
+
+
+def marks_of_file(path: Path) -> set[object]:
+    """What paths of the same file have in common: the resolved path, or the number of the file."""
     # Takes loops of links, as resolve does not.
-    one, other = (Path(os.path.realpath(path)) for path in (one, other))
-    try:
-        return one == other or one.samefile(other)
-    except OSError:  # One is not there, or its name is none.
-        return False
+    resolved = os.path.realpath(path)
+    marks: set[object] = {resolved}
+    with suppress(OSError):  # It is not there, or its name is none.
+        status = Path(resolved).stat()
+        marks.add((status.st_dev, status.st_ino))
+    return marks
 
 
 def _nearest(target: Path) -> Path:

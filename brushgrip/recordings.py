@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.atomic import is_same_file
+from brushgrip.atomic import marks_of_file
 from brushgrip.fetch import LOCAL_COPY
 from identification import (
     READERS,
@@ -22,6 +22,7 @@ from identification import (
     read_rig,
     read_signals,
 )
+from identification.reading.companions import companions
 from identification.reading.table import MIN_SAMPLES
 from symbolic import InvalidInputError
 from symbolic.errors import printable
@@ -156,22 +157,28 @@ def read_decays(names: Sequence[str], rig: Path | None, given_map: str | None = 
     return [replace(decay, name=label) for decay, label in zip(decays, labels, strict=True)]
 
 
-def keep_inputs(outputs: Sequence[Path], names: Sequence[str], *others: Path | None) -> None:
+def keep_inputs(
+    outputs: Sequence[Path], names: Sequence[str], *others: Path | None, signals: SignalMap | None = None
+) -> None:
     """Refuses to write over what was read.
 
     Args:
         outputs: the files to write.
         names: recordings as the user gave them.
         others: rig, model and whatever else is read; None for what was not given.
+        signals: where columns come from; it may name a database.
 
     Raises:
         InvalidInputError: an output is one of the inputs, whatever way its path is spelt.
     """
-    inputs = [*(locate(name) for name in names), *(path for path in others if path is not None)]
+    recordings = [locate(name) for name in names]
+    inputs = [*recordings, *(path for path in others if path is not None)]
+    inputs += [other for path in recordings for other in companions(path)]
+    inputs += [] if signals is None else dbc_files(signals)
+    read = {mark for path in inputs for mark in marks_of_file(path)}
     for output in outputs:
-        for path in inputs:
-            if is_same_file(output, path):
-                raise InvalidInputError(f"{output}: would overwrite what is read; name another --out")
+        if not read.isdisjoint(marks_of_file(output)):
+            raise InvalidInputError(f"{output}: would overwrite what is read; name another --out")
 
 
 def _twice(one: Path, other: Path, where: str = "") -> InvalidInputError:

@@ -48,12 +48,11 @@ def compare(
     own = user_effects(effects)
     cases = _cases(recordings, rig, author, declared or [], channel_map)
     read_names = [*recordings, *(train or [])]
-    keep_inputs(
-        finals, read_names, rig, model, *effect_files(effects), *_author_files(read_names, author)
-    )
+    others = [rig, model, *effect_files(effects), *_author_files(read_names, author)]
+    signals = signal_map(rig, channel_map)
+    keep_inputs(finals, read_names, *others, signals=signals)
     for line in implausible([case.recording for case in cases]):
         warn(line)
-    signals = signal_map(rig, channel_map)
     files = [*map(locate, read_names), *effect_files(effects), *dbc_files(signals)]
     chosen = default_methods(None if model is None else read_model(model, effects=own))
     made = provenance_of(files, rig, model, signals.to_dict(), declared=list(declared or ()))

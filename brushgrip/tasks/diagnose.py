@@ -48,7 +48,8 @@ def diagnose(
     held_out = holdout or []
     read = on_grounds(read_all([*recordings, *held_out], rig, given_map=channel_map), ground)
     outputs = [out / DIAGNOSIS, out / MODEL, out / PAGE, *out.resolve().glob("*.png")]
-    keep_inputs(outputs, [*recordings, *held_out], rig, *effect_files(effects))
+    signals = signal_map(rig, channel_map)
+    keep_inputs(outputs, [*recordings, *held_out], rig, *effect_files(effects), signals=signals)
     files = [*map(locate, [*recordings, *held_out]), *effect_files(effects)]
     settings = {"held_out": len(held_out), "robust": robust, "ground": list(ground or ())}
     made = _provenance(files, rig, channel_map, settings)

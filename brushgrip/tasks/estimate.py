@@ -129,10 +129,9 @@ def _estimate_one(
     (read,) = on_grounds([_read(name, rig, channel_map)], ground, bare=True)
     require_plausible(read)
     told = beside(out)
-    keep_inputs([out, image, told], [name], rig, model, *effect_files(effects))
-    made = _provenance(
-        [locate(name)], effects, rig, model, signal_map(rig, channel_map), observer, tuning
-    )
+    signals = signal_map(rig, channel_map)
+    keep_inputs([out, image, told], [name], rig, model, *effect_files(effects), signals=signals)
+    made = _provenance([locate(name)], effects, rig, model, signals, observer, tuning)
     found = None if model is None else read_model(model, effects=own)
     with staged_file(out) as table, staged_file(image) as drawing, staged_file(told) as origin:
         origin.write_text(json_text(made), encoding="utf-8", newline="\n")
@@ -159,11 +158,8 @@ def _estimate_many(
         raise InvalidInputError(f"{summary}: --summary and --out must name different files")
     told = beside(summary or tables[0])
     outputs = [*tables, *([summary] if summary else []), told]
-    inputs = [*(task.path for task in tasks), first.rig, first.model, *effect_files(effects)]
-    read = {path.resolve() for path in inputs if path is not None}
-    for output in outputs:
-        if output.resolve() in read:
-            raise InvalidInputError(f"{output}: would overwrite what is read; name another")
+    names, own = [str(task.path) for task in tasks], effect_files(effects)
+    keep_inputs(outputs, names, first.rig, first.model, *own, signals=first.signals)
     if first.rig is not None:
         read_rig(first.rig)
     if first.model is not None:

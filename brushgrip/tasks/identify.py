@@ -36,8 +36,8 @@ def identify(
     finals = [out, image, *([write_rig] if write_rig else [])]
     if write_rig and any(is_same_file(write_rig, other) for other in (out, image)):
         raise InvalidInputError(f"{write_rig}: --write-rig and --out must name different files")
-    keep_inputs(finals, free_decay, rig)
     signals = signal_map(rig, channel_map)
+    keep_inputs(finals, free_decay, rig, signals=signals)
     files = [*map(locate, free_decay), *dbc_files(signals)]
     made = provenance_of(files, rig, signals=signals.to_dict())
     declared = _declared(decays, rig) if write_rig else None

@@ -42,8 +42,8 @@ def simulate(
     inputs = [model_and_values(recording, found, mu) for recording in read]
     finals = [_final(out, recording, read) for recording in read]
     told = beside(out)
-    keep_inputs([*finals, told], recordings, rig, model, *effect_files(effects))
     signals = signal_map(rig, channel_map)
+    keep_inputs([*finals, told], recordings, rig, model, *effect_files(effects), signals=signals)
     files = [*map(locate, recordings), *effect_files(effects), *dbc_files(signals)]
     made = provenance_of(files, rig, model, signals.to_dict(), mu=mu, ground=list(ground or ()))
     with ExitStack() as stack:

@@ -1,7 +1,5 @@
 """What is done with the bytes of a damaged file: an error of ours in one line, or something whole."""
 
-import os
-import tempfile
 import zipfile
 from collections.abc import Callable
 from functools import cache
@@ -13,28 +11,21 @@ from identification import Journal, Recording, read_decay, read_model, read_reco
 from identification.free_decay.onset import find_vibration
 from identification.selection.trials import TrialTask, run_trial
 from identification.thesis.author_estimate import read_author_estimate
-from symbolic import InvalidInputError, Rig, Tyre
+from symbolic import InvalidInputError
+from tests.attack import formats
 from tests.attack.oracle import check_decay, check_message, check_recording, check_rig
+from tests.attack.workplace import workplace
 
-RIG = (Rig(a=0.045, e=0.009, J_A=0.15, b_t=0.3), Tyre(k=2.4e6, mu=1.2))
-CORPUS = Path(__file__).parent / "corpus"
-"""Whole files, a folder for each target."""
+RIG, CORPUS = formats.RIG, formats.CORPUS
+"""The rig that is declared, and whole files, a folder for each target."""
 BROKE = Path(__file__).parent / "broke"
 """Files that broke an older version, a folder for each target."""
 
 Target = Callable[[bytes], None]
 
 
-@cache
-def _folder() -> Path:
-    """A place for the file under attack, in memory where there is one."""
-    memory = Path("/dev/shm")
-    place = memory if os.access(memory, os.W_OK) else None
-    return Path(tempfile.mkdtemp(prefix="brushgrip_attack_", dir=place))
-
-
 def _written(content: bytes, suffix: str) -> Path:
-    path = _folder() / f"attacked{suffix}"
+    path = workplace() / f"attacked{suffix}"
     path.write_bytes(content)
     return path
 
@@ -112,7 +103,7 @@ def kept_task() -> TrialTask:
 @cache
 def kept_trial() -> Path:
     """The file that keeps the trial, made anew: its name and format belong to this version."""
-    folder = _folder() / "kept"
+    folder = workplace() / "kept"
     Journal(folder=folder).note(kept_task(), run_trial(kept_task()))
     (path,) = folder.iterdir()
     return path
@@ -140,6 +131,7 @@ TARGETS: dict[str, Target] = {
     "rig_toml": rig_file,
     "model_json": model_file,
     "journal": journal,
+    **{name: formats.target(name, workplace) for name in formats.installed()},
 }
 """Every format that is read, by the name of its class."""
 

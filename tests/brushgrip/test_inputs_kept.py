@@ -64,6 +64,30 @@ def test_another_file_of_the_same_name_may_be_written(folder: Path) -> None:
     keep_inputs([Path("far/../good.csv")], ["good.csv"])
 
 
+@pytest.mark.parametrize(
+    ("recording", "beside"),
+    [("run.blf", "car.dbc"), ("run.log", "car.dbc"), ("run.mcap", "metadata.yaml"),
+     ("run.tdms", "run.tdms_index")],
+)  # fmt: skip
+def test_what_lies_beside_a_recording_is_read_too(folder: Path, recording: str, beside: str) -> None:
+    for name in (recording, beside):
+        (folder / "sub" / name).write_text("")
+    with pytest.raises(InvalidInputError, match="would overwrite what is read"):
+        keep_inputs([Path("nosub/../sub") / beside], [f"sub/{recording}"])
+    keep_inputs([Path("sub/other.csv"), Path(beside)], [f"sub/{recording}"])
+
+
+def test_the_database_of_a_map_is_read_too(run: Run, folder: Path) -> None:
+    (folder / "car.db").write_text("")
+    command = (*ESTIMATE, "--map", "psi=psi,dbc=car.db")
+    for outputs in (("--out", "nosub/../car.db"), ("--summary", "car.db"), ("--summary", "hard.csv")):
+        outcome = run(*command, *outputs)
+
+        assert outcome.status == 2
+        assert "would overwrite what is read" in outcome.err
+    assert (folder / "car.db").read_text() == ""
+
+
 ESTIMATE = ("estimate", "good.csv", "--rig", "rig.toml", "--observer", "ekf")
 COMPARE = ("compare", "good.csv", "--rig", "rig.toml", "--declared", "1.2")
 SIMULATE = ("simulate", "good.csv", "--rig", "rig.toml")
