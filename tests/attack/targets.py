@@ -7,13 +7,22 @@ from pathlib import Path
 
 import numpy as np
 
-from identification import Journal, Recording, read_decay, read_model, read_recording, read_rig
+from identification import (
+    Journal,
+    Recording,
+    parse_signals,
+    read_decay,
+    read_model,
+    read_recording,
+    read_rig,
+    read_signals,
+)
 from identification.free_decay.onset import find_vibration
 from identification.selection.trials import TrialTask, run_trial
 from identification.thesis.author_estimate import read_author_estimate
 from symbolic import InvalidInputError
 from tests.attack import formats
-from tests.attack.oracle import check_decay, check_message, check_recording, check_rig
+from tests.attack.oracle import check_decay, check_map, check_message, check_recording, check_rig
 from tests.attack.workplace import workplace
 
 RIG, CORPUS = formats.RIG, formats.CORPUS
@@ -69,9 +78,22 @@ def author_file(content: bytes) -> None:
 
 
 def rig_file(content: bytes) -> None:
-    """A rig file."""
+    """A rig file, and its map of signals."""
+    path = _written(content, ".toml")
     try:
-        check_rig(*read_rig(_written(content, ".toml")))
+        check_rig(*read_rig(path))
+    except InvalidInputError as error:
+        check_message(error)
+    try:
+        check_map(read_signals(path))
+    except InvalidInputError as error:
+        check_message(error)
+
+
+def map_text(content: bytes) -> None:
+    """A map of signals as on the command line."""
+    try:
+        check_map(parse_signals(content.decode("utf-8", "surrogateescape")))
     except InvalidInputError as error:
         check_message(error)
 
@@ -129,6 +151,7 @@ TARGETS: dict[str, Target] = {
     "mat_decay": _decay(".mat"),
     "author_csv": author_file,
     "rig_toml": rig_file,
+    "map_text": map_text,
     "model_json": model_file,
     "journal": journal,
     **{name: formats.target(name, workplace) for name in formats.installed()},

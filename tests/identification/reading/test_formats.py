@@ -1,5 +1,6 @@
 """One recording in every format, read back; and the friction that comes out of it."""
 
+import struct
 import sys
 import zlib
 from collections.abc import Iterator
@@ -171,6 +172,16 @@ def test_a_file_of_many_objects_is_not_listed_without_end(
 
     with pytest.raises(InvalidInputError, match="there are channel_0, channel_1, channel_2; say"):
         read_recording(tmp_path / "many.h5", (original.rig, original.tyre))
+
+
+def test_more_data_than_records_are_refused(tmp_path: Path, original: Recording) -> None:
+    path, signals = written("mdf", tmp_path, original)
+    content, many = path.read_bytes(), struct.pack("<Q", original.t.size)
+    assert content.count(many) == 1
+    path.write_bytes(content.replace(many, struct.pack("<Q", 24)))
+
+    with pytest.raises(InvalidInputError, match=r"declares 24 records and holds \d+ bytes, \d+ each"):
+        read_recording(path, (original.rig, original.tyre), signals=signals)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="bounds memory on Linux alone")
