@@ -13,7 +13,7 @@ from brushgrip.formatting import json_text
 from brushgrip.friction_outcome import FrictionOutcome, friction_outcome
 from brushgrip.grounds import on_grounds
 from brushgrip.provenance import KEY, Provenance, clear, digest_of, provenance_of, require_own_folder
-from brushgrip.recordings import dbc_files, keep_inputs, locate, read_all, signal_map
+from brushgrip.recordings import files_read, keep_inputs, read_all, signal_map
 from brushgrip.report import PAGE, remove_stale_pictures, write_report
 from brushgrip.unfinished import kept_trials
 from brushgrip.user_effects import effect_files, user_effects
@@ -48,10 +48,15 @@ def diagnose(
     held_out = holdout or []
     read = on_grounds(read_all([*recordings, *held_out], rig, given_map=channel_map), ground)
     outputs = [out / DIAGNOSIS, out / MODEL, out / PAGE, *out.resolve().glob("*.png")]
-    keep_inputs(outputs, [*recordings, *held_out], rig, *effect_files(effects))
-    files = [*map(locate, [*recordings, *held_out]), *effect_files(effects)]
-    settings = {"held_out": len(held_out), "robust": robust, "ground": list(ground or ())}
-    made = _provenance(files, rig, channel_map, settings)
+    signals = signal_map(rig, channel_map)
+    files = files_read([*recordings, *held_out], signals, effect_files(effects))
+    keep_inputs(outputs, files, rig)
+    settings: dict[str, Any] = {
+        "held_out": len(held_out),
+        "robust": robust,
+        "ground": list(ground or ()),
+    }
+    made = provenance_of(files, rig, signals=signals.to_dict(), **settings)
     earlier = require_own_folder(out / DIAGNOSIS, made, force=force)
     for line in implausible(read):
         warn(line)
@@ -84,13 +89,6 @@ def diagnose(
     print_diagnosis(result, outcome)
     show(content)
     say(f"report: {out / PAGE}")
-
-
-def _provenance(
-    files: Sequence[Path], rig: Path | None, channel_map: str | None, settings: dict[str, Any]
-) -> dict[str, Any]:
-    signals = signal_map(rig, channel_map)
-    return provenance_of([*files, *dbc_files(signals)], rig, signals=signals.to_dict(), **settings)
 
 
 def thinning(recordings: Sequence[Recording]) -> str:
