@@ -47,16 +47,11 @@ def diagnose(
     own = user_effects(effects)
     held_out = holdout or []
     read = on_grounds(read_all([*recordings, *held_out], rig, given_map=channel_map), ground)
+    files, made = _origin([*recordings, *held_out], effects, rig, channel_map, {
+        "held_out": len(held_out), "robust": robust, "ground": list(ground or ()),
+    })  # fmt: skip
     outputs = [out / DIAGNOSIS, out / MODEL, out / PAGE, *out.resolve().glob("*.png")]
-    signals = signal_map(rig, channel_map)
-    files = files_read([*recordings, *held_out], signals, effect_files(effects))
     keep_inputs(outputs, files, rig)
-    settings: dict[str, Any] = {
-        "held_out": len(held_out),
-        "robust": robust,
-        "ground": list(ground or ()),
-    }
-    made = provenance_of(files, rig, signals=signals.to_dict(), **settings)
     earlier = require_own_folder(out / DIAGNOSIS, made, force=force)
     for line in implausible(read):
         warn(line)
@@ -89,6 +84,19 @@ def diagnose(
     print_diagnosis(result, outcome)
     show(content)
     say(f"report: {out / PAGE}")
+
+
+def _origin(
+    names: Sequence[str],
+    effects: Sequence[str] | None,
+    rig: Path | None,
+    channel_map: str | None,
+    settings: dict[str, Any],
+) -> tuple[list[Path], Provenance]:
+    """The files that are read besides the rig, and the provenance of the results."""
+    signals = signal_map(rig, channel_map)
+    files = files_read(names, signals, effect_files(effects))
+    return files, provenance_of(files, rig, signals=signals.to_dict(), **settings)
 
 
 def thinning(recordings: Sequence[Recording]) -> str:
