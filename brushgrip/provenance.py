@@ -122,6 +122,13 @@ def comment(rig: Path, model: Path | None) -> str:
     return "\n".join(["/* Made by brushgrip from", *lines, "*/", ""])
 
 
+def markdown_comment(made: Provenance) -> str:
+    """Provenance as a comment at the end of a Markdown file, which a page does not show."""
+    told = json.dumps({KEY: dict(made)}, ensure_ascii=False, indent=2)
+    # Nothing in it ends the comment.
+    return f"\n<!--\n{told.replace('>', chr(92) + 'u003e')}\n-->\n"
+
+
 def _file(path: Path) -> dict[str, Any]:
     require_readable(path)
     return {"name": printable(path.name), "sha256": digest_of(path), "bytes": path.stat().st_size}

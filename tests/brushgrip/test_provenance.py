@@ -9,8 +9,18 @@ from typing import Any
 
 import pytest
 
-from brushgrip.provenance import beside, clear, digest_of, provenance_of, require_own_folder
+from brushgrip.provenance import (
+    KEY,
+    beside,
+    clear,
+    digest_of,
+    markdown_comment,
+    provenance_of,
+    require_own_folder,
+)
+from brushgrip.recordings import files_read, keep_inputs
 from brushgrip.speech import COMMAND_LINE
+from identification import SignalMap
 from symbolic import InvalidInputError
 
 Run = Callable[..., Any]
@@ -109,3 +119,29 @@ def test_what_is_no_text_is_told_by_its_escape_sequence(
 
     assert run("simulate", "--rig", rig, write_csv("bare.csv"), "--out", out, *odd).status == 0
     assert json.loads(beside(out).read_text())["settings"]["ground"] == ["steel\udcff"]
+
+
+def test_a_comment_in_markdown_is_not_ended_by_what_it_tells(recordings: list[Path]) -> None:
+    made = provenance_of(recordings, note="--> <script>")
+    comment = markdown_comment(made)
+
+    assert comment.startswith("\n<!--\n{")
+    assert comment.endswith("}\n-->\n")
+    assert comment.count("-->") == 1
+    assert json.loads(comment[6:-5])[KEY] == json.loads(json.dumps(made))
+
+
+def test_what_is_read_along_has_its_digest_too(tmp_path: Path) -> None:
+    names = ("run.log", "other.csv", "car.dbc", "bag/bag_0.db3", "bag/bag_1.db3", "bag/metadata.yaml")
+    (tmp_path / "bag").mkdir()
+    for name in names:
+        (tmp_path / name).write_text(name)
+    log, table, database, bag, rest, metadata = (tmp_path / name for name in names)
+    elsewhere = tmp_path / "bag" / "metadata.yaml"
+
+    assert files_read([str(log)], SignalMap()) == [log, database]
+    assert files_read([str(log)], SignalMap(dbc=elsewhere)) == [log, elsewhere]
+    assert files_read([str(table)], SignalMap()) == [table]
+    assert files_read([str(bag)], SignalMap()) == [bag, metadata, rest]
+    with pytest.raises(InvalidInputError, match="would overwrite what is read"):
+        keep_inputs([database], files_read([str(log)], SignalMap()))
