@@ -24,4 +24,6 @@ def read_along(paths: Iterable[Path], signals: SignalMap) -> list[Path]:
         elif suffix in ROS_2_BAGS:
             bag = [p for s in ROS_2_BAGS for p in sorted(path.parent.glob(f"*{s}")) if p != path]
             found |= dict.fromkeys([path.parent / "metadata.yaml", *bag])
+        elif suffix == ".tdms":
+            found |= dict.fromkeys([path.with_name(f"{path.name}_index")])
     return [path for path in found if path.is_file()]

@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from brushgrip.recordings import keep_inputs
+from brushgrip.recordings import files_read, keep_inputs
 from identification.thesis.author_estimate import author_file
 from symbolic.errors import InvalidInputError
 
@@ -63,6 +63,31 @@ def test_another_file_of_the_same_name_may_be_written(folder: Path) -> None:
     (folder / "sub" / "deep").mkdir()
     (folder / "far").symlink_to(folder / "sub" / "deep")
     keep_inputs([Path("far/../good.csv")], [Path("good.csv")])
+
+
+@pytest.mark.parametrize(
+    ("recording", "beside"),
+    [("run.blf", "car.dbc"), ("run.log", "car.dbc"), ("run.mcap", "metadata.yaml"),
+     ("run.tdms", "run.tdms_index")],
+)  # fmt: skip
+def test_what_lies_beside_a_recording_is_read_too(folder: Path, recording: str, beside: str) -> None:
+    for name in (recording, beside):
+        (folder / "sub" / name).write_text("")
+    read = files_read([f"sub/{recording}"], SignalMap())
+    with pytest.raises(InvalidInputError, match="would overwrite what is read"):
+        keep_inputs([Path("nosub/../sub") / beside], read)
+    keep_inputs([Path("sub/other.csv"), Path(beside)], read)
+
+
+def test_the_database_of_a_map_is_read_too(run: Run, folder: Path) -> None:
+    (folder / "car.db").write_text("")
+    command = (*ESTIMATE, "--map", "psi=psi,dbc=car.db")
+    for outputs in (("--out", "nosub/../car.db"), ("--summary", "car.db"), ("--summary", "hard.csv")):
+        outcome = run(*command, *outputs)
+
+        assert outcome.status == 2
+        assert "would overwrite what is read" in outcome.err
+    assert (folder / "car.db").read_text() == ""
 
 
 ESTIMATE = ("estimate", "good.csv", "--rig", "rig.toml", "--observer", "ekf")
