@@ -88,8 +88,8 @@ def symbols(observer: ModelObserver, *names: str) -> list[ca.MX]:
     shapes = {
         "sample": (len(SAMPLE), 1), "last": (len(CLEAN), 1), "now": (len(CLEAN), 1), "x": (n, 1),
         "mean": (n, 1), "factor": (n, n), "P": (n, n), "torque": (len(TORQUE), 1),
-        "row": (len(row_names(observer)), 1), "next": (len(row_names(observer)), 1), "counts": (len(COUNTS), 1),
-        "monitor": (len(MONITOR), 1),
+        "row": (len(row_names(observer)), 1), "next": (len(row_names(observer)), 1),
+        "counts": (len(COUNTS), 1), "monitor": (len(MONITOR), 1),
         "eliminated": (elimination_size(observer), 1), "costate": (n, 1), "newest": (n, 1),
         "test": (len(TEST), 1), "age": (1, 1), "imputed": (1, 1), "rig": (len(RIG), 1),
         "theta": (len(observer.model.coordinates), 1), "tuning": (len(TUNING_FIELDS), 1),

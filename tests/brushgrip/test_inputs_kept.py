@@ -9,6 +9,7 @@ from typing import Any
 import pytest
 
 from brushgrip.recordings import files_read, keep_inputs
+from identification import SignalMap
 from identification.thesis.author_estimate import author_file
 from symbolic.errors import InvalidInputError
 
