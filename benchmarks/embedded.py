@@ -153,8 +153,9 @@ def table(every: bool) -> None:
         print(row(f"MHE of 50, {name}", observer_of(Mhe, model, AligningTorque()), aligning), flush=True)
         if any(effect.sensor for effect in model["model"].effects):
             continue
-        steering = observer_of(Ekf, model, SteeringTorque())
-        print(row(f"EKF, {name}, steering torque", steering, steered()), flush=True)
+        for kind, title in ((Ekf, "EKF"), (Mhe, "MHE of 50")):
+            steering = observer_of(kind, model, SteeringTorque())
+            print(row(f"{title}, {name}, steering torque", steering, steered()), flush=True)
 
 
 def main() -> None:

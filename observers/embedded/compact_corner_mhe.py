@@ -15,6 +15,7 @@ from observers.embedded.compact_window import STORED_CORNERS, corner_state, wind
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
 from observers.mhe import Mhe
+from observers.patch_update import memory_depends_on_tyre
 from observers.protocol import FunctionObserver
 
 
@@ -24,6 +25,8 @@ def is_compact_corner_window(observer: FunctionObserver) -> bool:
     The declared model on the aligning torque has code of its own.
     """
     if type(observer) is not Mhe or observer.iterations != 1 or observer.window < 2:
+        return False
+    if memory_depends_on_tyre(observer.model, observer.measurement_model):
         return False
     return has_corners(observer) or ("stiffness" not in observer.states and is_declared(observer))
 

@@ -18,7 +18,7 @@ static inline float natural_log(float x) {
     return (float)exponent * 0.693147181 + 2.0 * t * (1.0 + square * (0.333333333 + square * (0.2 + square * (0.142857143 + square * 0.111111111))));
 }
 %% else
-static inline double natural_log(double x) { return log(x); }
+static inline ${real} natural_log(${real} x) { return log(x); }
 %% endif
 %% if creep
 

@@ -112,6 +112,14 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
 %% else
     clear_patch(&state->patch, sample[0]);
 %% endif
+%% if steering
+    /* The torque that moves the wheel from the first sample on. */
+    {
+        ${real} terms[TERMS]${", own_next[%s]" % own if own else ""};
+        sample_terms(&state->last[0], ${"state->patch.own, " if own else ""}terms${", own_next" if own else ""});
+        for (i = 0; i < ${window}; ++i) ${"state->M_z[i] = terms[TERM_TORQUE]" if bristles else "state->lost[i][0] = terms[TERM_TORQUE] / " ~ k};
+    }
+%% endif
     state->newest = ${window} - 1;
     state->now = 0;
 }

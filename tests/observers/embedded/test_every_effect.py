@@ -5,8 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from observers import AligningTorque, Ekf
-from observers.embedded import DOUBLE
+from observers import AligningTorque, Ekf, Mhe, SteeringTorque
+from observers.embedded import DOUBLE, SINGLE
 from observers.embedded.codegen import COMPACT
 from reference_rig import RigRecording
 from symbolic import Effect, Model, compiler, parameter_name
@@ -29,6 +29,14 @@ MARKED = [
     pytest.param(effect, id=name, marks=[] if name in QUICK else pytest.mark.long)
     for name, effect in KNOWN.items()
     if name not in GROUND_SCOPES
+]
+EXACT = [
+    name
+    for name, effect in KNOWN.items()
+    if name not in GROUND_SCOPES
+    and (alone := Model(effects=(effect,))).exact
+    and not alone.memory_depends_on("mu")
+    and name != "friction_drift"  # keeps more corners than a window stores: nis off by 1e-4
 ]
 BRISTLES = [8, pytest.param(20, marks=pytest.mark.long)]
 pytestmark = [
@@ -55,3 +63,26 @@ def test_every_effect(effect: Effect, bristles: int, recording: RigRecording, tm
     else:
         np.testing.assert_array_equal(estimates, expected)
     assert np.ptp(estimates[:, 0]) > 0.005, "no measurement corrected mu"
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", EXACT)
+def test_a_window_on_an_exact_patch(name: str, recording: RigRecording, tmp_path: Path) -> None:
+    effect = KNOWN[name]
+    model = Model(effects=(effect,))
+    values = {parameter_name(e, p): p.start or 0.3 for e, p in model.parameters if e is not None}
+    samples = samples_of(columns_of(recording))[:SAMPLES]
+    # A steering torque that balances the aligning one.
+    for sensing in (AligningTorque(), *([] if effect.sensor else [SteeringTorque()])):
+        rows = np.array([(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in samples])
+        rows[:, 2] *= 1 if isinstance(sensing, AligningTorque) else -1
+        observer = observer_of(Mhe, {"model": model, "values": {"k": K, **values}}, sensing)
+        folder = tmp_path / type(sensing).__name__
+
+        estimates = generate_code(observer, DOUBLE, folder).run(rows)
+        expected = python_estimates(InterpretedObserver(observer), rows)
+
+        assert any(applies(observer) for applies, _ in COMPACT)
+        np.testing.assert_allclose(estimates, expected, rtol=1e-9, atol=1e-10)
+        assert np.ptp(estimates[:, 0]) > 0.005, "no measurement corrected mu"
+        assert generate_code(observer, SINGLE, folder).core.exists(), "a warning of the compiler"
