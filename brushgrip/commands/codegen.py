@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from brushgrip.choices import GeneratedObserver, RealType, Target, TorqueChannel
-from brushgrip.commands.options import EffectModules, ModelFile, OutFolder, TuningProfile
+from brushgrip.commands.options import EffectModules, ModelFile, OutFolder, TuningProfile, TuningValues
 
 
 def codegen(
@@ -20,6 +20,16 @@ def codegen(
     model: ModelFile = None,
     effects: EffectModules = None,
     tuning: TuningProfile = None,
+    tune: TuningValues = None,
+    window: Annotated[
+        int | None,
+        typer.Option(
+            "--window",
+            metavar="N",
+            help="Samples that the MHE fits at once; 50 if left out.",
+            show_default=False,
+        ),
+    ] = None,
     ground: Annotated[
         str | None,
         typer.Option(
@@ -46,6 +56,9 @@ def codegen(
     holds the same C with sources and a library for 64-bit Linux: FMI 2.0 co-simulation, a communication
     step is a sample.
 
+    The prior is that of the tuning (--tune mu=0.8,mu_std=0.2), not the mu of the rig file. Before
+    anything is written, a line says what a step will cost.
+
     Files that an earlier codegen wrote are replaced; any other file in the way is a fault.
     """
     from brushgrip.tasks import codegen as task
@@ -57,6 +70,8 @@ def codegen(
         model=model,
         effects=effects,
         tuning=tuning,
+        tune=tune,
+        window=window,
         ground=ground,
         real=real,
         target=target,

@@ -40,6 +40,13 @@ def usable_folder(path: Path | None) -> Path | None:
     return path
 
 
+def model_file(path: Path | None) -> Path | None:
+    """The name of a model file: of a folder of a diagnosis, that in it."""
+    if path is not None and path.is_dir() and (path / "model.json").is_file():
+        return path / "model.json"
+    return path
+
+
 RecordingNames = Annotated[
     list[str],
     typer.Argument(
@@ -75,8 +82,9 @@ ModelFile = Annotated[
     typer.Option(
         "--model",
         metavar="MODEL",
-        help="Model file of a diagnosis (model.json); the declared model without it.",
+        help="Folder of a diagnosis, or its model file (model.json); the declared model without it.",
         show_default=False,
+        callback=model_file,
     ),
 ]
 

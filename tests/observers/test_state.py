@@ -147,7 +147,7 @@ def test_parts_of_a_state(kind: Any, settings: Any, samples: Any) -> None:
     state = last_of(observer, samples[type(observer.measurement_model)][:5])
     n, window = len(observer.states), settings.get("window", 1)
 
-    assert state.values.shape == (observer.layout.size,)
+    assert state.values.shape == (observer.layout.size + SCREEN.size,)
     assert state.values.dtype == np.float64
     assert state["x"].shape == ((n,) if kind is Ekf else (n, window))
     assert state["factor"].shape == (n, n)
