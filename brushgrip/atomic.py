@@ -72,17 +72,23 @@ def check_picture_name(picture: Path) -> None:
 
 
 def is_same_file(one: Path, other: Path) -> bool:
-    """Whether what is written to one path would replace the file at the other.
+    """Whether what is written to one path would replace the file at the other, see `file_keys`."""
+    return not file_keys(one).isdisjoint(file_keys(other))
+
+
+def file_keys(path: Path) -> set[object]:
+    """What a file is known by, where two paths that share one are the same file.
 
     Links and `..` are resolved as for writing, also behind folders that are not there yet; two hard
     links are the same file.
     """
     # Takes loops of links, as resolve does not.
-    one, other = (Path(os.path.realpath(path)) for path in (one, other))
+    real = os.path.realpath(path)
     try:
-        return one == other or one.samefile(other)
-    except OSError:  # One is not there, or its name is none.
-        return False
+        found = Path(real).stat()
+    except (OSError, ValueError):  # It is not there, or its name is none.
+        return {real}
+    return {real, (found.st_dev, found.st_ino)}
 
 
 def _nearest(target: Path) -> Path:

@@ -206,8 +206,9 @@ def _field(value: float) -> str:
 
 
 def json_text(content: Any) -> str:
-    """Strict JSON; numbers that are not finite become null."""
-    return json.dumps(_finite(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    """Strict JSON; numbers that are not finite become null, half characters their escape sequence."""
+    text = json.dumps(_finite(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def _finite(content: Any) -> Any:

@@ -6,6 +6,7 @@ from dataclasses import replace
 from brushgrip.console import say
 from identification import FoundModel, Recording
 from symbolic import InvalidInputError
+from symbolic.errors import printable
 
 
 def on_grounds(
@@ -31,7 +32,7 @@ def grounds_by_name(
     """The grounds that `--ground` names, by recording; see `on_grounds`."""
     grounds: dict[str, str] = {}
     for text in given or ():
-        ground, equals, listed = (part.strip() for part in text.partition("="))
+        ground, equals, listed = (printable(part.strip()) for part in text.partition("="))
         if not ground or not (equals or bare):
             form = "NAME, or NAME=REC,REC" if bare else "NAME=REC,REC"
             raise InvalidInputError(f"--ground {text}: expected {form}, such as steel=fem1,fem3")

@@ -3,7 +3,9 @@
 import hashlib
 import importlib.metadata
 import json
+import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -17,6 +19,8 @@ KEY = "provenance"
 """Where provenance stands in a JSON document."""
 _SAME = ("inputs", "rig", "signals", "settings")
 """What two runs have in common of which one may replace the other."""
+_WRITTEN = (".json", ".html", ".png")
+"""Suffixes of what `diagnose` and `demo` write."""
 _LARGEST = 100_000_000
 
 Provenance = Mapping[str, Any]
@@ -65,7 +69,10 @@ def digest_of(path: Path) -> str:
 
 
 def beside(out: Path) -> Path:
-    """The file of provenance beside a table of results."""
+    """The file of provenance beside a table of results; beside a pipe or a device goes nothing."""
+    with suppress(OSError):  # Whoever writes to such a name will say so.
+        if out.exists() and not out.is_file():
+            return Path(os.devnull)
     return out.with_name(f"{out.stem}.{KEY}.json")
 
 
@@ -102,9 +109,9 @@ def require_own_folder(document: Path, made: Provenance, *, force: bool) -> tupl
 
 
 def clear(folder: Path, names: Sequence[str], kept: Sequence[str]) -> None:
-    """Remove files of an earlier run, by their plain names; all other files stay."""
+    """Remove files of an earlier run, by their plain names; what no run writes stays."""
     for name in names:
-        if name not in kept and (folder / name).is_file():
+        if name not in kept and Path(name).suffix in _WRITTEN and (folder / name).is_file():
             (folder / name).unlink()
 
 
@@ -113,6 +120,13 @@ def comment(rig: Path, model: Path | None) -> str:
     files = [_file(path) for path in (rig, model) if path is not None]
     lines = [f"   {file['name']}: SHA-256 {file['sha256']}" for file in files]
     return "\n".join(["/* Made by brushgrip from", *lines, "*/", ""])
+
+
+def markdown_comment(made: Provenance) -> str:
+    """Provenance as a comment at the end of a Markdown file, which a page does not show."""
+    told = json.dumps({KEY: dict(made)}, ensure_ascii=False, indent=2)
+    # Nothing in it ends the comment.
+    return f"\n<!--\n{told.replace('>', chr(92) + 'u003e')}\n-->\n"
 
 
 def _file(path: Path) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.atomic import is_same_file
+from brushgrip.atomic import file_keys
 from brushgrip.fetch import LOCAL_COPY
 from identification import (
     READERS,
@@ -22,6 +22,7 @@ from identification import (
     read_rig,
     read_signals,
 )
+from identification.reading.companions import read_along
 from identification.reading.table import MIN_SAMPLES
 from symbolic import InvalidInputError
 from symbolic.errors import printable
@@ -115,9 +116,16 @@ def signal_map(rig: Path | None, given_map: str | None) -> SignalMap:
     return of_rig if given_map is None else of_rig.updated(parse_signals(given_map))
 
 
-def dbc_files(signals: SignalMap) -> list[Path]:
-    """The database that a map names, where it names one."""
-    return [] if signals.dbc is None else [signals.dbc]
+def files_read(names: Sequence[str], signals: SignalMap, effects: Sequence[Path] = ()) -> list[Path]:
+    """Every file that a command reads for its recordings, each once.
+
+    Args:
+        names: recordings as the user gave them.
+        signals: map of channels; its database counts, or that which is found beside a log.
+        effects: sources of a user's effects.
+    """
+    paths = [locate(name) for name in names]
+    return list(dict.fromkeys([*paths, *effects, *read_along(paths, signals)]))
 
 
 def labelled(names: Sequence[str]) -> dict[str, Path]:
@@ -156,22 +164,22 @@ def read_decays(names: Sequence[str], rig: Path | None, given_map: str | None = 
     return [replace(decay, name=label) for decay, label in zip(decays, labels, strict=True)]
 
 
-def keep_inputs(outputs: Sequence[Path], names: Sequence[str], *others: Path | None) -> None:
+def keep_inputs(outputs: Sequence[Path], inputs: Sequence[Path], *others: Path | None) -> None:
     """Refuses to write over what was read.
 
     Args:
         outputs: the files to write.
-        names: recordings as the user gave them.
+        inputs: recordings and what is read along with them, see `files_read`.
         others: rig, model and whatever else is read; None for what was not given.
 
     Raises:
         InvalidInputError: an output is one of the inputs, whatever way its path is spelt.
     """
-    inputs = [*(locate(name) for name in names), *(path for path in others if path is not None)]
+    paths = [*inputs, *(path for path in others if path is not None)]
+    read = {key for path in paths for key in file_keys(path)}
     for output in outputs:
-        for path in inputs:
-            if is_same_file(output, path):
-                raise InvalidInputError(f"{output}: would overwrite what is read; name another --out")
+        if not read.isdisjoint(file_keys(output)):
+            raise InvalidInputError(f"{output}: would overwrite what is read; name another --out")
 
 
 def _twice(one: Path, other: Path, where: str = "") -> InvalidInputError:

@@ -90,5 +90,11 @@ sphinx_gallery_conf = {
 }
 html_theme = "pydata_sphinx_theme"
 html_title = "brushgrip"
-html_static_path: list[str] = []
-html_theme_options = {"show_prev_next": False, "navigation_depth": 2}
+html_static_path = ["_static"]
+html_css_files = ["wide.css"]
+html_theme_options = {
+    "show_prev_next": False,
+    "navigation_depth": 2,
+    # An example has no sections to list beside it; its output needs the width.
+    "secondary_sidebar_items": {"gallery/**": [], "index": [], "**": ["page-toc"]},
+}

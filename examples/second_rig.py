@@ -1,13 +1,15 @@
 """Somebody else's rig: a friction damper with backlash, diagnosed from its harmonic runs [Coble 2024].
 
-    python examples/second_rig.py [DIR] [--pictures FOLDER]
+    python examples/second_rig.py [DIR] [--stops] [--trials FOLDER] [--pictures FOLDER]
 
 reads the damper's recordings from DIR (`brushgrip fetch friction-damper --out DIR`; default:
 ../shared/second_rig where there is one, else where `fetch` puts them). Of thirteen harmonic runs ten
 train and three judge. Two earthquakes choose nothing: only what belongs to a recording (mu, a torque
-zero, the place in the gap) is fitted to them, effect by effect. Prints what the residual of the declared
-model follows, these errors, and those on the recorded forces at 1024 Hz; `--pictures` draws them.
-Without the recordings it says so and ends.
+zero, the place in the gap) is fitted to them, effect by effect, then nothing at all, then the place in
+the gap is read off the first sample. Prints what the residual of the declared model follows, these
+errors, and those on the recorded forces at 1024 Hz; `--pictures` draws them. `--stops` lets the search
+replace the parabola by stops in parallel, which it tries only on request; `--trials` keeps trials, so
+that an interrupted search goes on. Without the recordings it says so and ends.
 
 A force at the rim of a drum of radius r and the rim's displacement are a torque F r and an angle x / r.
 The wheel's model serves as it is: a patch that slides from its ends is a band that slides from its ends.
@@ -29,8 +31,8 @@ from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, pict
 from identification import (
     Channel,
     Diagnosis,
-    Fit,
     FitOptions,
+    Journal,
     LowPass,
     Pipeline,
     Recording,
@@ -41,7 +43,9 @@ from identification import (
     initial_guess,
     recording_from_raw,
 )
-from symbolic import Model, Rig, Tyre, effects_named
+from identification.prediction import predicted_values, residual_of
+from symbolic import CANDIDATES, Model, Rig, Tyre, effects_named
+from symbolic.compliance import deflection_of
 
 Array = NDArray[np.float64]
 BESIDE = Path("../shared/second_rig")
@@ -88,12 +92,31 @@ def scored(folder: Path, recording: Recording, torque: Array) -> tuple[float, fl
     return whole, window
 
 
-def on_unseen(names: Sequence[str], training: Sequence[Recording], unseen: Sequence[Recording]) -> Fit:
-    """The fit of what belongs to unseen recordings, everything else as the training runs have it."""
+def on_unseen(
+    names: Sequence[str], training: Sequence[Recording], unseen: Sequence[Recording]
+) -> Sequence[Mapping[str, Array]]:
+    """Residuals of unseen recordings, shared values as the training runs have them [kN m].
+
+    First those with what belongs to a recording fitted, then with nothing fitted: in the middle of the
+    gap, and at the place in it that the first sample's torque tells.
+    """
     model = Model(effects=effects_named(names), discretised=True)
-    shared = fit(model, training, options=FitOptions(tolerance=1e-4)).values.tyre
-    start = Values(tyre=shared, own=initial_guess(model, unseen).own)
-    return fit(model, unseen, start, FitOptions(free_shared=False))
+    known = fit(model, training, options=FitOptions(tolerance=1e-4))
+    start = Values(tyre=known.values.tyre, own=initial_guess(model, unseen).own)
+    own = fit(model, unseen, start, FitOptions(free_shared=False))
+    predicted = {r.name: predicted_values(known, training, r).of(r) for r in unseen}
+    begun = {r.name: predicted[r.name] | place_in_gap(model, predicted[r.name], r) for r in unseen}
+    parts = ({r.name: residual_of(model, r, v[r.name]) for r in unseen} for v in (predicted, begun))
+    return own.residuals, *parts
+
+
+def place_in_gap(model: Model, values: Mapping[str, float], recording: Recording) -> dict[str, float]:
+    """The pretwist of a wheel that rests under the first sample's torque; none without a gap."""
+    deflection = deflection_of(model)
+    if deflection is None or "pretwist.psi_0" not in values:
+        return {}
+    elements = [recording.F_N[0], *np.asarray(model.theta(values)).ravel()]
+    return {"pretwist.psi_0": -float(deflection(recording.M_z[0], elements))}
 
 
 def print_diagnosis(diagnosis: Diagnosis) -> None:
@@ -129,13 +152,16 @@ def unseen_torques(
 ) -> Stages:
     """The torque on unseen recordings as effects are added, printed with its errors."""
     found = [effect.name for effect in diagnosis.effects]
-    print("\nearthquakes, path and window at 1024 Hz [% of range]")
+    print(
+        "\nearthquakes, path and window at 1024 Hz [% of range]; then the same with nothing refitted,"
+        " and with the place in the gap by the first force"
+    )
     stages = {}
     for count in range(len(found) + 1):
         fitted = on_unseen(found[:count], training, unseen)
         label = "declared model, refitted" if count == 0 else f"+ {found[count - 1]}"
-        stages[label] = {r.name: r.M_z + fitted.residuals[r.name] for r in unseen}
-        figures = [x for r in unseen for x in scored(folder, r, stages[label][r.name])]
+        stages[label] = {r.name: r.M_z + fitted[0][r.name] for r in unseen}
+        figures = [x for off in fitted for r in unseen for x in scored(folder, r, r.M_z + off[r.name])]
         print(f"{label:26}{' '.join(map(_percent, figures))}", flush=True)
     return stages
 
@@ -174,6 +200,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("folder", nargs="?", type=Path)
     parser.add_argument("--pictures", type=Path)
+    parser.add_argument("--stops", action="store_true")
+    parser.add_argument("--trials", type=Path)
     options = parser.parse_args(arguments)
     folder = options.folder or (BESIDE if BESIDE.is_dir() else damper_folder())
     absent = [n for n in (*HARMONIC, *EARTHQUAKES) if not (folder / f"{n}.npz").is_file()]
@@ -182,7 +210,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
         return
     groups = ([name for name in HARMONIC if name not in JUDGES], JUDGES, EARTHQUAKES)
     training, judges, unseen = ([read(folder, name) for name in names] for names in groups)
-    diagnosis = diagnose(training, judges, jobs=1)
+    candidates = [*CANDIDATES, *(["stops"] if options.stops else [])]
+    journal = Journal(folder=options.trials) if options.trials else None
+    diagnosis = diagnose(training, judges, candidates=candidates, jobs=1, journal=journal)
     print_diagnosis(diagnosis)
     stages = unseen_torques(diagnosis, training, unseen, folder)
     if options.pictures:

@@ -3,6 +3,7 @@
 from identification.diagnosis import diagnose
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
+from identification.findings import Candidate, Errors, FoundEffect, Series
 from identification.fits.fitting import Fit, fit
 from identification.fits.loss import LEAST_SQUARES, Huber, Loss, Squares
 from identification.fits.options import FitOptions
@@ -33,13 +34,7 @@ from identification.reading.table import Table
 from identification.residuals.signals import RESIDUAL_SIGNALS
 from identification.residuals.signatures import Signature, Signatures, signatures
 from identification.residuals.unexplained import Unexplained
-from identification.results import (
-    Candidate,
-    Diagnosis,
-    Errors,
-    FoundEffect,
-    Series,
-)
+from identification.results import Diagnosis
 from identification.selection.criteria import SelectionCriteria
 from identification.selection.journal import Journal
 from identification.selection.stepwise_search import search

@@ -14,6 +14,7 @@ from identification.error_stages import (
     trial_residuals,
 )
 from identification.experiments.proposals import Proposal
+from identification.findings import Candidate, Errors, FoundEffect, Series
 from identification.fits.covariance import standard_deviations
 from identification.fits.fitting import Fit
 from identification.fits.values import Values
@@ -25,7 +26,7 @@ from identification.reading.recordings import Recording
 from identification.residuals.model_error import model_error
 from identification.residuals.signatures import Signatures, signatures
 from identification.residuals.unexplained import unexplained
-from identification.results import Candidate, Diagnosis, Errors, FoundEffect, Series
+from identification.results import Diagnosis
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
     SelectionCriteria,

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.findings import Errors
 from identification.fits.fitting import Fit, fit
 from identification.fits.loss import Loss, rmse_of
 from identification.fits.options import FitOptions
@@ -13,7 +14,6 @@ from identification.fits.problem import torque_range
 from identification.fits.values import Values, initial_guess
 from identification.prediction import predicted_friction, residual_of
 from identification.reading.recordings import Recording
-from identification.results import Errors
 from identification.selection.trial_runner import Submit
 from identification.selection.trials import RANKING, Trial, fit_own_parameters, model_of, thin
 from symbolic import TOLERATED

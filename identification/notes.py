@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from identification.findings import Errors
 from identification.fits.fitting import Fit
-from identification.results import Errors
 from symbolic import TOLERATED, parameter_name
 
 AT_BOUND = 1e-3

@@ -1,123 +1,28 @@
 """The result of a diagnosis: frozen values, and the content of `diagnosis.json`."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
-from typing import Any
-
-import numpy as np
-from numpy.typing import NDArray
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any
 
 from identification.experiments.proposals import Proposal
+from identification.findings import Candidate, Errors, FoundEffect, Series
 from identification.fits.values import Values
-from identification.grades import Grade
+from identification.loops import literal
 from identification.parameter_estimate import ParameterEstimate
 from identification.residuals.signatures import Signatures
 from identification.residuals.unexplained import Unexplained
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
-from symbolic import Model, ModelError, Scope
+from symbolic import Model, ModelError
+from symbolic.markup import html_table
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
-
-@dataclass(frozen=True, kw_only=True)
-class Errors:
-    """Free-run torque errors of one stage of the model.
-
-    Attributes:
-        rmse: root mean square torque error of each recording [N m].
-        nrmse: the same over the recording's torque range [1].
-        training: names over which the training figures are averaged.
-        holdout: names over which the held-out figures are averaged.
-        left_out: root mean square torque error over range of each recording by the shared parameters of
-            the others, fitted anew without it; empty where recordings are held out or there is only one.
-        unrefitted: root mean square torque error over range of each held-out recording of which nothing
-            was fitted, see `identification.prediction`.
-    """
-
-    rmse: Mapping[str, float]
-    nrmse: Mapping[str, float]
-    training: tuple[str, ...]
-    holdout: tuple[str, ...]
-    left_out: Mapping[str, float] = field(default_factory=dict)
-    unrefitted: Mapping[str, float] = field(default_factory=dict)
-
-    def summary(self) -> dict[str, float | None]:
-        """Averages for `diagnosis.json`; None without recordings to average over."""
-        return {
-            "left_out_torque_nrmse": _mean(self.left_out, tuple(self.left_out)),
-            "torque_rmse": _mean(self.rmse, self.training),
-            "torque_nrmse": _mean(self.nrmse, self.training),
-            "holdout_torque_rmse": _mean(self.rmse, self.holdout),
-            "holdout_torque_nrmse": _mean(self.nrmse, self.holdout),
-            "holdout_torque_nrmse_unrefitted": _mean(self.unrefitted, tuple(self.unrefitted)),
-        }
-
-
-@dataclass(frozen=True, kw_only=True)
-class FoundEffect:
-    """An effect that the search added.
-
-    Attributes:
-        name: of the effect.
-        summary: the effect in plain words.
-        parameters: its parameters; one that belongs to a recording has a name like "M_0 [fem1]", one
-            that is given and never fitted has no deviation.
-        holdout_nrmse_after: judged error once it was added [1].
-        delta_bic: change of the Bayesian information criterion by its addition; negative is better.
-        indistinguishable_from: effects that the judged data cannot distinguish from it.
-        scope: what its parameters belong to; "ground" where each ground has its own.
-        grade: how sure it is, see `identification.grades`.
-        standard_errors: by how many the judged error fell when it was added; None where that is unknown.
-        deviations: between its clearest parameter and no effect at all; None where there is none.
-        experiment: the manoeuvre that would distinguish it from the nearest of those; None without any.
-    """
-
-    name: str
-    summary: str
-    parameters: Mapping[str, ParameterEstimate]
-    holdout_nrmse_after: float
-    delta_bic: float
-    indistinguishable_from: tuple[str, ...]
-    experiment: Proposal | None = None
-    scope: Scope = "tyre"
-    grade: Grade = "strong"
-    standard_errors: float | None = None
-    deviations: float | None = None
-
-
-@dataclass(frozen=True, kw_only=True)
-class Candidate:
-    """An effect tried alone on top of the declared structure, in the first step of the search."""
-
-    name: str
-    summary: str
-    holdout_nrmse: float
-    delta_bic: float
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Series:
-    """One recording beside the models, for pictures; arrays of shape (n,).
-
-    Attributes:
-        name: the recording.
-        held_out: True where shared parameters are not fitted to it.
-        t: time [s].
-        psi: yaw angle [rad].
-        F_N: vertical load [N].
-        measured: measured aligning torque [N m], NaN where missing.
-        before: torque of the declared structure, refitted [N m].
-        after: torque with the effects found, refitted [N m].
-    """
-
-    name: str
-    held_out: bool
-    t: Array
-    psi: Array
-    F_N: Array
-    measured: Array
-    before: Array
-    after: Array
+_ERRORS = {
+    "training": "torque_nrmse",
+    "held out": "holdout_torque_nrmse",
+    "left out in turn": "left_out_torque_nrmse",
+}
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -169,6 +74,46 @@ class Diagnosis:
         """One line: the recordings, and the effects that were found."""
         names = ", ".join(effect.name for effect in self.effects) or "no effect"
         return f"<Diagnosis of {len(self.recordings)} recordings, {len(self.holdout)} held out: {names}>"
+
+    def _repr_html_(self) -> str:
+        """The same as a table: errors before and after, every effect with its figures and grade."""
+        before, after = self.before.summary(), self.after.summary()
+        errors = [
+            (f"torque error, {what}", f"{100 * old:.2f} % → {100 * new:.2f} % of range")
+            for what, key in _ERRORS.items()
+            if (old := before[key]) is not None and (new := after[key]) is not None
+        ]
+        effects = [(effect.name, _figures(effect)) for effect in self.effects]
+        left = self.unexplained.evidence if self.unexplained.present else "nothing found"
+        count = f"{len(self.recordings)} recordings, {len(self.holdout)} held out"
+        rows = [*errors, *(effects or [("effects", "none is missing")]), ("unexplained", left)]
+        return html_table(f"Diagnosis of {count}", rows)
+
+    @property
+    def representative(self) -> Series:
+        """The recording of median final error among the held-out, else of all."""
+        held_out = [series for series in self.series if series.held_out]
+        ranked = sorted(held_out or self.series, key=lambda series: self.after.nrmse[series.name])
+        return ranked[(len(ranked) - 1) // 2]
+
+    def plot(self, axes: "Axes | None" = None) -> "Axes":
+        """Draw the representative recording: torque over angle, measured, before and after.
+
+        `series` has every recording, each with a `plot` of its own.
+
+        Args:
+            axes: of matplotlib, to draw into; new ones of pyplot without.
+
+        Returns:
+            The axes.
+        """
+        shown = self.representative
+        axes = shown.plot(axes)
+        old, new = self.before.nrmse[shown.name], self.after.nrmse[shown.name]
+        role = "held out" if shown.held_out else "training"
+        error = f"error {100 * old:.2f} % → {100 * new:.2f} % of range"
+        axes.set_title(f"{literal(shown.name)} ({role}), {error}")
+        return axes
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `diagnosis.json`."""
@@ -224,8 +169,14 @@ class Diagnosis:
         }
 
 
-def _mean(figures: Mapping[str, float], names: tuple[str, ...]) -> float | None:
-    return float(np.mean([figures[name] for name in names])) if names else None
+def _figures(effect: FoundEffect) -> str:
+    """Parameters of an effect with their deviations, and its grade."""
+    values = [
+        f"{name} = {p.value:.4g}" + (f" ± {p.std:.2g}" if p.std else "") + (p.unit != "1") * f" {p.unit}"
+        for name, p in effect.parameters.items()
+    ]
+    rivals = f", or {', '.join(effect.indistinguishable_from)}" * bool(effect.indistinguishable_from)
+    return f"{', '.join(values)}; {effect.grade.replace('_', ' ')}{rivals}"
 
 
 def _estimate(estimate: ParameterEstimate) -> dict[str, Any]:

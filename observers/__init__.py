@@ -3,6 +3,7 @@
 from observers.angle_derivative import causal_rate, next_rate
 from observers.casadi_observer import CasadiObserver
 from observers.ekf import Ekf
+from observers.estimates import Estimates
 from observers.factory import from_files
 from observers.friction_quality import FrictionQuality, friction_quality, friction_spread
 from observers.innovations import Innovations, innovations
@@ -19,7 +20,6 @@ from observers.protocol import (
     SAMPLE,
     BatchObserver,
     Estimate,
-    Estimates,
     FunctionObserver,
     Observer,
     Sample,

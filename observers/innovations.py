@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.protocol import Estimates
+from observers.estimates import Estimates
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]

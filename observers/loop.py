@@ -21,8 +21,10 @@ AT_PSI, AT_AGE = (SCREEN.places[name][0].start for name in ("psi", "age"))
 
 @dataclass(frozen=True, slots=True)
 class _LoopState:
-    """State between samples: the observer's, None before the start; last angle, its age, and rate; that of
-    the check of samples, None before the start; whether a rate was measured beyond its limit.
+    """State between samples.
+
+    That of the observer, None before the start; last angle, its age, and rate; that of the check of
+    samples, None before the start; whether a rate was measured beyond its limit.
     """
 
     state: Any = None
@@ -39,8 +41,8 @@ class Loop:
     It starts at the first sample with a sensible psi and F_N >= 0.001 N, which says where the patch
     stands at rest. A yaw rate that a sample lacks, NaN, is taken from the past of the angle as in
     `observers.run`.
-    Implausible values are left out, see `observers.screening`. Where samples look like ones in another unit or of the other sign, no estimate is informed and its
-    status is `Status.IMPLAUSIBLE`.
+    Implausible values are left out, see `observers.screening`. Where samples look like ones in another
+    unit or of the other sign, no estimate is informed. The status of both is `Status.IMPLAUSIBLE`.
 
     Attributes:
         observer: the observer.

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import astuple, dataclass, replace
 from enum import IntFlag
-from importlib import import_module
 from typing import Any, Protocol
 
 import casadi as ca
@@ -94,9 +93,9 @@ _REMEDIES = {
     Status.NO_ROOT: "no mu explains the torque, the nearest was taken: check k and a, or use Ekf or Mhe",
     Status.INCONSISTENT: "model and stated error do not explain the torque, mu_std is too small: check"
     " units, a, F_N and k, find what the model lacks (brushgrip diagnose), or raise Tuning.error",
-    Status.IMPLAUSIBLE: "a value is beyond its limit or psi jumps, and is left out: check the sensor, or raise"
-    " psi_limit, psi_rate_limit, F_N_limit or torque_limit of the tuning; or an input looks like one in"
-    " another unit or of the other sign: Loop.suspicions names it",
+    Status.IMPLAUSIBLE: "a value is beyond its limit or psi jumps, and is left out: check the sensor, or"
+    " raise the limits of the tuning, or an input looks like one in another unit or of the other sign:"
+    " Loop.suspicions names it",
 }
 
 
@@ -134,48 +133,6 @@ class Estimate:
     def numbers(self) -> list[float]:
         """All numbers in the order of `ESTIMATE`."""
         return [float(getattr(self, name)) for name in ESTIMATE]
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Estimates:
-    """Causal estimates over a recording; arrays of shape (n,), fields as in `Estimate`."""
-
-    t: Array
-    mu: Array
-    mu_std: Array
-    M_z_predicted: Array
-    informed: NDArray[np.bool_]
-    mu_eff: Array
-    mu_eff_std: Array
-    M_slide: Array
-    nis: Array
-    status: NDArray[np.int64]
-
-    def __repr__(self) -> str:
-        """One line: how many samples, how long, and friction at the end."""
-        count = self.t.size
-        if not count:
-            return "<Estimates of no sample>"
-        friction = f"mu {self.mu[-1]:.3f} ± {self.mu_std[-1]:.3f}"
-        known = "informed" if self.informed[-1] else "not informed"
-        return f"<Estimates of {count} samples to {self.t[-1]:g} s: {friction} at the end, {known}>"
-
-    def to_frame(self) -> Any:
-        """A data frame of pandas: one row a sample, `t` as its index [s], a column for each field.
-
-        Raises:
-            InvalidInputError: pandas is not installed.
-        """
-        try:
-            pandas = import_module("pandas")
-        except ImportError:
-            raise InvalidInputError(
-                "a data frame needs pandas; pip install 'brushgrip[pandas]'"
-            ) from None
-        columns = vars(self)
-        return pandas.DataFrame(
-            {n: v for n, v in columns.items() if n != "t"}, index=self.t
-        ).rename_axis("t")
 
 
 class Observer(Protocol):

@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from observers.angle_derivative import causal_rate
 from observers.compiled_step import first_sample
+from observers.estimates import Estimates
 from observers.measurement_model import LEAST_FIRST_LOAD
 from observers.protocol import (
     ESTIMATE,
     BatchObserver,
-    Estimates,
     Observer,
     Sample,
     Status,

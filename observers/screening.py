@@ -58,7 +58,7 @@ def build_screen() -> ca.Function:
         beyond = ca.logic_and(ca.fabs(now[name]) >= limit[bound], ca.fabs(now[name]) < NO_LIMIT)
         after["implausible"] = ca.logic_or(after["implausible"], beyond)
         passed[name] = ca.if_else(beyond, float("nan"), now[name])
-    results = [ca.vertcat(*map(after.get, SCREEN.places)), ca.vertcat(*map(passed.get, SAMPLE))]
+    results = [ca.vertcat(*(after[n] for n in SCREEN.places)), ca.vertcat(*(passed[n] for n in SAMPLE))]
     return ca.Function("screen", [screen, sample, limits], results, {"cse": True})
 
 
@@ -137,12 +137,11 @@ def beyond_limits(samples: Array, limits: tuple[float, ...]) -> NDArray[np.bool_
     psi_limit, rate_limit, F_N_limit, torque_limit, _ = limits
     bounds = np.array([psi_limit, rate_limit, F_N_limit, NO_LIMIT, torque_limit, torque_limit])
     sizes = np.abs(samples)
-    beyond: NDArray[np.bool_] = ((sizes >= bounds[:, None]) & (sizes < NO_LIMIT)).any(axis=0)
-    return beyond
+    return np.asarray(((sizes >= bounds[:, None]) & (sizes < NO_LIMIT)).any(axis=0))
 
 
 def limits_of(observer: object) -> tuple[float, ...]:
-    """The limits of an observer's samples; those of one that does not screen them are beyond any value."""
+    """The limits of an observer's samples; beyond any value for one that does not screen them."""
     limits: tuple[float, ...] = getattr(observer, "limits", (NO_LIMIT,) * len(PLAUSIBLE))
     return limits
 

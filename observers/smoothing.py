@@ -15,12 +15,13 @@ from numpy.typing import NDArray
 from observers.compiled_step import compiled_stretch, first_sample, states_of
 from observers.effective_friction import build_effective_friction
 from observers.ekf import Ekf
+from observers.estimates import Estimates
 from observers.innovation_gate import COUNTS
 from observers.innovation_monitor import change_variance
 from observers.layout import Layout
 from observers.linearisation import build_motion, state_index
 from observers.measurement_model import CLEAN, RIG
-from observers.protocol import ESTIMATE, OUTPUT, Estimates
+from observers.protocol import ESTIMATE, OUTPUT
 from observers.run import arrange, as_estimates
 from observers.udu import covariance_of
 from symbolic import GEOMETRY, InvalidInputError

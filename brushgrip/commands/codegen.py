@@ -8,6 +8,25 @@ import typer
 from brushgrip.choices import GeneratedObserver, RealType, Target, TorqueChannel
 from brushgrip.commands.options import EffectModules, ModelFile, OutFolder, TuningProfile, TuningValues
 
+Ground = Annotated[
+    str | None,
+    typer.Option(
+        "--ground",
+        metavar="NAME",
+        help="Ground whose values are taken from the model file; the mean over its grounds without.",
+        show_default=False,
+    ),
+]
+Window = Annotated[
+    int | None,
+    typer.Option(
+        "--window",
+        metavar="N",
+        help="Samples that the MHE fits at once; 50 if left out.",
+        show_default=False,
+    ),
+]
+
 
 def codegen(
     rig: Annotated[
@@ -21,24 +40,8 @@ def codegen(
     effects: EffectModules = None,
     tuning: TuningProfile = None,
     tune: TuningValues = None,
-    window: Annotated[
-        int | None,
-        typer.Option(
-            "--window",
-            metavar="N",
-            help="Samples that the MHE fits at once; 50 if left out.",
-            show_default=False,
-        ),
-    ] = None,
-    ground: Annotated[
-        str | None,
-        typer.Option(
-            "--ground",
-            metavar="NAME",
-            help="Ground whose values are taken from the model file; the mean over its grounds without.",
-            show_default=False,
-        ),
-    ] = None,
+    window: Window = None,
+    ground: Ground = None,
     real: Annotated[RealType, typer.Option("--real", help="Type of every number.")] = RealType.FLOAT,
     target: Annotated[Target, typer.Option("--target", help="What to write.")] = Target.C,
     torque: Annotated[

@@ -87,16 +87,9 @@ def legend_above(figure: Figure, artists: list[Artist]) -> None:
     figure.legend(artists, labels, loc="outside upper center", ncols=columns)
 
 
-def _representative(diagnosis: Diagnosis) -> Series:
-    """The representative recording: median final error among the held-out, else of all."""
-    held_out = [series for series in diagnosis.series if series.held_out]
-    ranked = sorted(held_out or diagnosis.series, key=lambda s: diagnosis.after.nrmse[s.name])
-    return ranked[(len(ranked) - 1) // 2]
-
-
 def ordered(diagnosis: Diagnosis) -> list[Series]:
     """Every recording: the representative one first, then held-out ones, then training ones."""
-    first = _representative(diagnosis)
+    first = diagnosis.representative
     others = [series for series in diagnosis.series if series is not first]
     return [first, *sorted(others, key=lambda series: not series.held_out)]
 

@@ -15,7 +15,7 @@ from brushgrip.user_effects import effect_files, user_effects
 from identification import read_model
 from observers import AligningTorque, Ekf, MeasurementModel, Mhe, SteeringTorque, Tuning, from_files
 from observers.embedded import DOUBLE, SINGLE, generate, generate_fmu, require_replaceable
-from observers.embedded.cost import ERROR, estimated_cost
+from observers.embedded.cost import estimated_cost
 from observers.factory import read_rig_file
 from symbolic import InvalidInputError
 
@@ -77,9 +77,7 @@ def codegen(
         say(_prior(chosen.tuning, rig))
     if model is not None and (taken := read_model(model, effects=own).ground_taken(ground)):
         say(taken)
-    show(
-        {"wrote": list(map(str, finals)), "cost": {"state_bytes": size, **asdict(cost), "error": ERROR}}
-    )
+    show({"wrote": list(map(str, finals)), "cost": {"state_bytes": size, **asdict(cost)}})
     say(f"wrote {', '.join(path.name for path in files)} to {out}")
 
 

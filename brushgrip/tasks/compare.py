@@ -17,8 +17,8 @@ from brushgrip.console import progress, say, show, warn
 from brushgrip.estimation import implausible
 from brushgrip.formatting import json_text
 from brushgrip.pictures import draw_boxes
-from brushgrip.provenance import KEY, provenance_of
-from brushgrip.recordings import dbc_files, keep_inputs, locate, read_all, signal_map
+from brushgrip.provenance import KEY, markdown_comment, provenance_of
+from brushgrip.recordings import files_read, keep_inputs, locate, read_all, signal_map
 from brushgrip.user_effects import effect_files, user_effects
 from identification import read_model
 from identification.thesis import author_file, label_mean
@@ -48,13 +48,11 @@ def compare(
     own = user_effects(effects)
     cases = _cases(recordings, rig, author, declared or [], channel_map)
     read_names = [*recordings, *(train or [])]
-    keep_inputs(
-        finals, read_names, rig, model, *effect_files(effects), *_author_files(read_names, author)
-    )
+    signals = signal_map(rig, channel_map)
+    files = files_read(read_names, signals, effect_files(effects))
+    keep_inputs(finals, files, rig, model, *_author_files(read_names, author))
     for line in implausible([case.recording for case in cases]):
         warn(line)
-    signals = signal_map(rig, channel_map)
-    files = [*map(locate, read_names), *effect_files(effects), *dbc_files(signals)]
     chosen = default_methods(None if model is None else read_model(model, effects=own))
     made = provenance_of(files, rig, model, signals.to_dict(), declared=list(declared or ()))
     if train:
@@ -68,7 +66,11 @@ def compare(
         document = comparison_dict(results, summaries) | {KEY: made}
         stages[out].write_text(json_text(document), encoding="utf-8", newline="\n")
         if table is not None:
-            stages[table].write_text(markdown_text(results, summaries), encoding="utf-8", newline="\n")
+            stages[table].write_text(
+                markdown_text(results, summaries) + markdown_comment(made),
+                encoding="utf-8",
+                newline="\n",
+            )
         if picture is not None:
             draw_boxes(stages[picture], results, [row.method for row in summaries])
     print_comparison(results, summaries)

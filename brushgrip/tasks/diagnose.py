@@ -13,7 +13,7 @@ from brushgrip.formatting import json_text
 from brushgrip.friction_outcome import FrictionOutcome, friction_outcome
 from brushgrip.grounds import on_grounds
 from brushgrip.provenance import KEY, Provenance, clear, digest_of, provenance_of, require_own_folder
-from brushgrip.recordings import dbc_files, keep_inputs, locate, read_all, signal_map
+from brushgrip.recordings import files_read, keep_inputs, read_all, signal_map
 from brushgrip.report import PAGE, remove_stale_pictures, write_report
 from brushgrip.unfinished import kept_trials
 from brushgrip.user_effects import effect_files, user_effects
@@ -47,11 +47,11 @@ def diagnose(
     own = user_effects(effects)
     held_out = holdout or []
     read = on_grounds(read_all([*recordings, *held_out], rig, given_map=channel_map), ground)
+    files, made = _origin([*recordings, *held_out], effects, rig, channel_map, {
+        "held_out": len(held_out), "robust": robust, "ground": list(ground or ()),
+    })  # fmt: skip
     outputs = [out / DIAGNOSIS, out / MODEL, out / PAGE, *out.resolve().glob("*.png")]
-    keep_inputs(outputs, [*recordings, *held_out], rig, *effect_files(effects))
-    files = [*map(locate, [*recordings, *held_out]), *effect_files(effects)]
-    settings = {"held_out": len(held_out), "robust": robust, "ground": list(ground or ())}
-    made = _provenance(files, rig, channel_map, settings)
+    keep_inputs(outputs, files, rig)
     earlier = require_own_folder(out / DIAGNOSIS, made, force=force)
     for line in implausible(read):
         warn(line)
@@ -86,11 +86,17 @@ def diagnose(
     say(f"report: {out / PAGE}")
 
 
-def _provenance(
-    files: Sequence[Path], rig: Path | None, channel_map: str | None, settings: dict[str, Any]
-) -> dict[str, Any]:
+def _origin(
+    names: Sequence[str],
+    effects: Sequence[str] | None,
+    rig: Path | None,
+    channel_map: str | None,
+    settings: dict[str, Any],
+) -> tuple[list[Path], Provenance]:
+    """The files that are read besides the rig, and the provenance of the results."""
     signals = signal_map(rig, channel_map)
-    return provenance_of([*files, *dbc_files(signals)], rig, signals=signals.to_dict(), **settings)
+    files = files_read(names, signals, effect_files(effects))
+    return files, provenance_of(files, rig, signals=signals.to_dict(), **settings)
 
 
 def thinning(recordings: Sequence[Recording]) -> str:

@@ -30,7 +30,7 @@ from brushgrip.formatting import estimates_summary, json_text
 from brushgrip.grounds import grounds_by_name, on_grounds, say_ground
 from brushgrip.pictures import draw_friction
 from brushgrip.provenance import beside, provenance_of
-from brushgrip.recordings import dbc_files, keep_inputs, labelled, locate, read_all, signal_map
+from brushgrip.recordings import files_read, keep_inputs, labelled, read_all, signal_map
 from brushgrip.tunings import chosen_tuning
 from brushgrip.user_effects import effect_files, user_effects
 from identification import Recording, SignalMap, read_model, read_rig
@@ -129,10 +129,10 @@ def _estimate_one(
     (read,) = on_grounds([_read(name, rig, channel_map)], ground, bare=True)
     require_plausible(read)
     told = beside(out)
-    keep_inputs([out, image, told], [name], rig, model, *effect_files(effects))
-    made = _provenance(
-        [locate(name)], effects, rig, model, signal_map(rig, channel_map), observer, tuning
-    )
+    signals = signal_map(rig, channel_map)
+    files = files_read([name], signals, effect_files(effects))
+    keep_inputs([out, image, told], files, rig, model)
+    made = _provenance(files, rig, model, signals, observer, tuning)
     found = None if model is None else read_model(model, effects=own)
     with staged_file(out) as table, staged_file(image) as drawing, staged_file(told) as origin:
         origin.write_text(json_text(made), encoding="utf-8", newline="\n")
@@ -159,19 +159,13 @@ def _estimate_many(
         raise InvalidInputError(f"{summary}: --summary and --out must name different files")
     told = beside(summary or tables[0])
     outputs = [*tables, *([summary] if summary else []), told]
-    inputs = [*(task.path for task in tasks), first.rig, first.model, *effect_files(effects)]
-    read = {path.resolve() for path in inputs if path is not None}
-    for output in outputs:
-        if output.resolve() in read:
-            raise InvalidInputError(f"{output}: would overwrite what is read; name another")
+    files = files_read([str(task.path) for task in tasks], first.signals, effect_files(effects))
+    keep_inputs(outputs, files, first.rig, first.model)
     if first.rig is not None:
         read_rig(first.rig)
     if first.model is not None:
         read_model(first.model, effects=user_effects(effects))
-    paths = [task.path for task in tasks]
-    made = _provenance(
-        paths, effects, first.rig, first.model, first.signals, first.observer, first.tuning
-    )
+    made = _provenance(files, first.rig, first.model, first.signals, first.observer, first.tuning)
     with (
         staged_file(told) as origin,
         staged_file(summary) if summary else nullcontext() as table,
@@ -193,15 +187,13 @@ def _estimate_many(
 
 
 def _provenance(
-    paths: Sequence[Path],
-    effects: Sequence[str] | None,
+    files: Sequence[Path],
     rig: Path | None,
     model: Path | None,
     signals: SignalMap,
     observer: ObserverName,
     tuning: Tuning | None,
 ) -> dict[str, Any]:
-    files = [*paths, *effect_files(effects), *dbc_files(signals)]
     settings = {"observer": observer.value, "tuning": None if tuning is None else asdict(tuning)}
     return provenance_of(files, rig, model, signals.to_dict(), **settings)
 

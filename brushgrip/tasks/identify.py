@@ -10,7 +10,7 @@ from brushgrip.console import print_free_decay, say, show
 from brushgrip.formatting import free_decay_document, json_text, listed
 from brushgrip.pictures import draw_free_decay
 from brushgrip.provenance import KEY, provenance_of
-from brushgrip.recordings import dbc_files, keep_inputs, locate, read_decays, signal_map
+from brushgrip.recordings import files_read, keep_inputs, read_decays, signal_map
 from identification import Decay, FreeDecay, identify_free_decay, read_rig
 from identification.reading.rigtext import rig_text, signals_text
 from identification.thesis import estimate_by_decrement
@@ -36,9 +36,9 @@ def identify(
     finals = [out, image, *([write_rig] if write_rig else [])]
     if write_rig and any(is_same_file(write_rig, other) for other in (out, image)):
         raise InvalidInputError(f"{write_rig}: --write-rig and --out must name different files")
-    keep_inputs(finals, free_decay, rig)
     signals = signal_map(rig, channel_map)
-    files = [*map(locate, free_decay), *dbc_files(signals)]
+    files = files_read(free_decay, signals)
+    keep_inputs(finals, files, rig)
     made = provenance_of(files, rig, signals=signals.to_dict())
     declared = _declared(decays, rig) if write_rig else None
     with ExitStack() as stack:

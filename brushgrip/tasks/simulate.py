@@ -11,7 +11,7 @@ from brushgrip.console import say, show
 from brushgrip.formatting import csv_text, json_text
 from brushgrip.grounds import on_grounds, say_ground
 from brushgrip.provenance import beside, provenance_of
-from brushgrip.recordings import dbc_files, keep_inputs, locate, read_all, signal_map
+from brushgrip.recordings import files_read, keep_inputs, read_all, signal_map
 from brushgrip.user_effects import effect_files, user_effects
 from identification import FoundModel, Recording, Values, read_model, replaced_rig, signals_of
 from symbolic import InvalidInputError, Model
@@ -42,9 +42,9 @@ def simulate(
     inputs = [model_and_values(recording, found, mu) for recording in read]
     finals = [_final(out, recording, read) for recording in read]
     told = beside(out)
-    keep_inputs([*finals, told], recordings, rig, model, *effect_files(effects))
     signals = signal_map(rig, channel_map)
-    files = [*map(locate, recordings), *effect_files(effects), *dbc_files(signals)]
+    files = files_read(recordings, signals, effect_files(effects))
+    keep_inputs([*finals, told], files, rig, model)
     made = provenance_of(files, rig, model, signals.to_dict(), mu=mu, ground=list(ground or ()))
     with ExitStack() as stack:
         stages = [stack.enter_context(staged_file(final)) for final in finals]

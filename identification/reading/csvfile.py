@@ -19,6 +19,7 @@ from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MOST_SAMPLES, OPTIONAL_COLUMNS, Fault, Table
 from symbolic import TOLERATED, InvalidInputError
+from symbolic.errors import printable
 from symbolic.parsing import excerpt
 from symbolic.rig_tables import NEUTRAL
 
@@ -128,7 +129,7 @@ def _declare(path: Path, row: int, line: str, heading: _Heading, places: dict[in
         )
     places[name] = row
     if name == GROUND:
-        heading.ground = text.strip()
+        heading.ground = printable(text.strip())
         if not heading.ground:
             raise InvalidInputError(
                 f"{path}: row {row}: {GROUND} has no name; such as '# {GROUND} = steel'"

@@ -3,11 +3,12 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from identification.loops import ALIGNING, draw_loops
 from identification.reading.channels import ChannelFile, Samples, tabulate, unit_of_name
 from identification.reading.readers import READERS, Reader, read_table
 from identification.reading.rigfile import read_rig, rig_of_table
@@ -15,6 +16,10 @@ from identification.reading.signal_map import NO_MAP, SignalMap, parse_signals
 from identification.reading.smoothing import smoothed_rate
 from identification.reading.table import Table, check, required_columns
 from symbolic import InvalidInputError, Rig, Tyre
+from symbolic.markup import html_table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 __all__ = ["Recording", "read_recording", "read_rig"]
 
@@ -74,6 +79,34 @@ class Recording:
         """One line: the name, how many samples, how long, and on what."""
         ground = f" on {self.ground}" if self.ground else ""
         return f"<Recording {self.name}{ground}: {self.t.size} samples, {self.t[-1] - self.t[0]:g} s>"
+
+    def _repr_html_(self) -> str:
+        """The same as a table, with the ranges by which a wrong unit shows."""
+        title = f"Recording {self.name}" + (f" on {self.ground}" if self.ground else "")
+        rows = [
+            ("samples", f"{self.t.size} in {self.t[-1] - self.t[0]:g} s"),
+            ("angle ψ", f"{_range(self.psi)} rad"),
+            ("aligning torque M_z", f"{_range(self.M_z)} N m, {_missing(self.M_z)}"),
+            ("load F_N", f"{_range(self.F_N)} N"),
+            ("rig", f"a = {self.rig.a:g} m, e = {self.rig.e:g} m, k = {self.tyre.k:g} N/m²"),
+        ]
+        if self.M is not None:
+            rows.insert(3, ("steering torque M", f"{_range(self.M)} N m, {_missing(self.M)}"))
+        return html_table(title, rows)
+
+    def plot(self, axes: "Axes | None" = None) -> "Axes":
+        """Draw the torque over the angle: the aligning torque, or the steering torque without one.
+
+        Args:
+            axes: of matplotlib, to draw into; new ones of pyplot without.
+
+        Returns:
+            The axes.
+        """
+        steering = self.M is not None and not np.isfinite(self.M_z).any()
+        torque = self.M if steering else self.M_z
+        label = "steering torque $M$ [N m]" if steering else ALIGNING
+        return draw_loops(axes, self.psi, {self.name: torque}, label)
 
     def __post_init__(self) -> None:
         """Freeze the arrays and check them."""
@@ -198,6 +231,16 @@ def recording_of(
         tyre=own_tyre,
         ground=table.ground,
     )
+
+
+def _range(values: Array) -> str:
+    known = values[np.isfinite(values)]
+    return f"{known.min():.4g} to {known.max():.4g}" if known.size else "–"
+
+
+def _missing(values: Array) -> str:
+    count = int(np.count_nonzero(~np.isfinite(values)))
+    return f"{count} samples missing" if count else "none missing"
 
 
 def _interpolated(t: Array, values: Array) -> Array:

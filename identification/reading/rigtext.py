@@ -32,7 +32,8 @@ def signals_text(signals: SignalMap) -> str:
 
 
 def _quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False)
+    # Of what a string of TOML may not hold, JSON leaves the character DEL as it is.
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
 def _line(source: Rig | Tyre, name: str) -> str:

@@ -1,6 +1,5 @@
 """Which channel of a file is which column of a recording, with its unit, sign and factor."""
 
-import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,11 +8,13 @@ from pathlib import Path
 from identification.reading.files import read_bytes
 from identification.reading.units import UNITS, require_factor
 from symbolic import InvalidInputError
-from symbolic.parsing import LARGEST_TABLES, excerpt, naming, shown, toml_of
+from symbolic.parsing import LARGEST_TABLES, excerpt, floats, naming, shown, toml_of
 from symbolic.rig_tables import SIGNALS
 
 DBC = "dbc"
 """Key of the file that says how signals lie in the messages of a CAN bus."""
+LEAST_FACTOR, LARGEST_FACTOR = 1e-12, 1e12
+"""Size of a factor, beyond which no unit is."""
 _SOURCE = re.compile(
     r"(?P<sign>[+-]?)(?:(?P<factor>\d+\.?\d*(?:[eE][+-]?\d+)?)\*)?(?P<channel>.+?)(?::(?P<unit>[^:]*))?"
 )
@@ -30,7 +31,7 @@ class SignalSource:
             where the channel counts the other way [1].
 
     Raises:
-        InvalidInputError: no name, or a factor that is 0 or not finite.
+        InvalidInputError: no name, or a factor that is 0, not finite or of an absurd size.
     """
 
     channel: str
@@ -41,8 +42,11 @@ class SignalSource:
         """Check name and factor."""
         if not self.channel.strip():
             raise InvalidInputError("a signal needs the name of its channel")
-        if self.factor == 0 or not math.isfinite(self.factor):
-            raise InvalidInputError(f"factor must be finite and not 0, got {self.factor}")
+        if not LEAST_FACTOR <= abs(self.factor) <= LARGEST_FACTOR:
+            raise InvalidInputError(
+                f"factor must be finite and not 0, from {LEAST_FACTOR:g} to {LARGEST_FACTOR:g} or its"
+                f" negative, got {shown(self.factor)}"
+            )
 
     def scale(self, column: str, unit: str, where: str) -> float:
         """The factor from the channel to the column in SI.
@@ -136,6 +140,8 @@ def parse_signals(text: str) -> SignalMap:
         if column in signals or (column == DBC and dbc is not None):
             raise InvalidInputError(f"map {excerpt(part)}: {column} is given twice; allowed: once")
         if column == DBC:
+            if "\0" in source:
+                raise InvalidInputError(f"{DBC} must be the name of a file, got {excerpt(source)}")
             dbc = Path(source)
             continue
         with naming(f"map {excerpt(part)}"):
@@ -162,7 +168,7 @@ def read_signals(path: str | Path) -> SignalMap:
                 raise InvalidInputError("must be a section")
             entries = dict(section)
             dbc = entries.pop(DBC, None)
-            if not isinstance(dbc, str | None):
+            if not isinstance(dbc, str | None) or "\0" in (dbc or ""):
                 raise InvalidInputError(f"{DBC} must be the name of a file, got {shown(dbc)}")
             signals = {column: _signal(column, entry) for column, entry in entries.items()}
             return SignalMap(signals=signals, dbc=None if dbc is None else path.parent / dbc)
@@ -184,4 +190,6 @@ def _signal(column: str, entry: object) -> SignalSource:
     if isinstance(factor, bool) or not isinstance(factor, int | float):
         raise InvalidInputError(f"{column}: factor must be a number, got {shown(factor)}")
     with naming(column):
-        return SignalSource(channel=table["channel"], unit=unit, factor=float(factor))
+        return SignalSource(
+            channel=table["channel"], unit=unit, factor=floats("factor", {"": factor})[""]
+        )

@@ -20,6 +20,7 @@ from observers.angle_derivative import MEMORY
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_bristle_ekf import bristle_filter_body, is_compact_bristle_filter
 from observers.embedded.compact_bristle_mhe import bristle_window_body, is_compact_bristle_window
+from observers.embedded.compact_corner_mhe import corner_window_body, is_compact_corner_window
 from observers.embedded.compact_ekf import compact_body, is_compact
 from observers.embedded.compact_mhe import compact_window_body, is_compact_window
 from observers.embedded.generated_files import mark, release, require_replaceable, require_usable
@@ -45,6 +46,7 @@ COMPACT: tuple[tuple[Callable[[Any], bool], Callable[..., Body]], ...] = (
     (is_compact_window, compact_window_body),
     (is_compact_bristle_filter, bristle_filter_body),
     (is_compact_bristle_window, bristle_window_body),
+    (is_compact_corner_window, corner_window_body),
 )
 """Observers for which smaller and faster code exists, and its builder."""
 MEMBERS = tuple(n for part in FunctionObserver.__mro__ for n in vars(part) if not n.startswith("_"))

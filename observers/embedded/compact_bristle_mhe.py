@@ -12,22 +12,20 @@ from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_bristle_ekf import GivenTorque, constants_of, rig_and_tuning
 from observers.embedded.compact_bristles import CompactBristles, has_bristles
 from observers.embedded.compact_mhe import (
-    ROW,
     TEST,
-    elimination_size,
     no_torque,
     symbols,
     window_functions,
 )
+from observers.embedded.compact_window import window_state, window_values
 from observers.embedded.scalar_c import c_function
 from observers.embedded.scalar_function import scalar_function
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
-from observers.innovation_gate import COUNTS
-from observers.innovation_monitor import MONITOR, change_variance
+from observers.innovation_monitor import change_variance
 from observers.layout import named
 from observers.linearisation import build_motion, state_index
-from observers.measurement_model import CLEAN, AligningTorque
+from observers.measurement_model import CLEAN
 from observers.mhe import Mhe
 from observers.mhe_terms import is_unsettled
 from observers.model_observer import ModelObserver, friction_output, step_output
@@ -36,41 +34,30 @@ from observers.protocol import FunctionObserver
 from observers.tuning import TUNING_FIELDS
 from symbolic import DECLARED
 
-STATE = """\
-    {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}], last[{clean}], counts[2], monitor[4];
-    {real} x[{window}][{n}], row[{window}][6], eliminated[{window}][{eliminated}];
-    {real} M_z[{window}], by_mu[{window}], mu[{window}];
-    {name}_patch_t patch;
-    int32_t newest;"""
-
 
 def is_compact_bristle_window(observer: FunctionObserver) -> bool:
-    """True for one iteration over two samples or more, on bristles and the aligning torque."""
-    if type(observer) is not Mhe or type(observer.measurement_model) is not AligningTorque:
+    """True for one iteration over two samples or more, on bristles."""
+    if type(observer) is not Mhe:
         return False
     return observer.iterations == 1 and observer.window >= 2 and has_bristles(observer)
 
 
 def bristle_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> Body:
     """The code of an estimator for which `is_compact_bristle_window` holds."""
-    bristles, n = CompactBristles(observer, real), len(observer.states)
-    eliminated = elimination_size(observer)
-    functions = window_functions(observer, _output)
+    bristles, window = CompactBristles(observer, real), observer.window
+    functions = window_functions(observer, output_with_slide)
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
     values = {
-        **terms, **bristles.terms, "a": repr(float(observer.rig.a)), "window": str(observer.window),
-        "states": str(n), "clean": str(len(CLEAN)), "eliminated": str(eliminated),
-        "log_mu": str(state_index(observer.measurement_model)),
+        **terms, **window_values(observer), **bristles.terms, "a": repr(float(observer.rig.a)),
     }  # fmt: skip
-    numbers = {"n": n, "window": observer.window, "eliminated": eliminated, "clean": len(CLEAN)}
-    a_sample = n + len(ROW) + eliminated + 3
-    parts = n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(MONITOR)
+    kept = f"M_z[{window}], by_mu[{window}], mu[{window}]"
+    private, size = window_state(observer, real, terms["name"], kept, 3)
     scalar = c_function("retentions", _build_retentions(observer), real.c_type)
     return Body(
         core=f"{source.text}\n{bristles.numbers(values)}\n{scalar}\n{bristles.text(values)}",
         stepping=render("window.c", values),
-        private=STATE.format(real=real.c_type, name=terms["name"], **numbers),
-        bytes=(parts + observer.window * a_sample) * real.size + bristles.bytes + 4,
+        private=private,
+        bytes=size + bristles.bytes,
         types=bristles.state_type(terms["name"]),
     )
 
@@ -91,7 +78,7 @@ def _build_retentions(observer: ModelObserver) -> ca.Function:
     return scalar_function("retentions", function, rig_and_tuning(observer))
 
 
-def _output(observer: Mhe) -> ca.Function:
+def output_with_slide(observer: Mhe) -> ca.Function:
     """(x, P, newest, now, test, imputed, slide) -> output."""
     names = ("x", "P", "newest", "now", "test", "imputed", "rig", "tuning")
     x, P, newest, now, test, imputed, rig, tuning = given = symbols(observer, *names)

@@ -15,6 +15,7 @@ from observers.embedded.scalar_c import c_function
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import render
 from observers.measurement_model import AligningTorque
+from observers.mhe import Mhe
 from observers.model_observer import ModelObserver
 from observers.steering_torque import SteeringTorque
 from symbolic import Model
@@ -44,7 +45,8 @@ class CompactCorners(BristleExpressions):
     @property
     def terms(self) -> dict[str, Any]:
         """Values of the placeholders that other templates share."""
-        return {"own": self.own, "terms": TERMS, "bristles": 0, "creep": 0.0, "single": False}
+        return {"own": self.own, "terms": TERMS, "bristles": 0, "creep": 0.0, "single": False,
+                "is_window": isinstance(self.observer, Mhe)}  # fmt: skip
 
     def text(self, terms: dict[str, Any]) -> str:
         """C of the patch: the polyline, expressions of the effects, a sample."""

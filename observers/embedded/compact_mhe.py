@@ -17,6 +17,15 @@ from observers.embedded.compact_patch import (
     patch_numbers,
     patch_types,
 )
+from observers.embedded.compact_window import (
+    STORED_CORNERS,
+    corner_state,
+    elimination,
+    elimination_size,
+    is_steered,
+    row_names,
+    window_values,
+)
 from observers.embedded.scalar_function import scalar_function
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
@@ -41,10 +50,8 @@ from observers.patch_update import slopes_by_states
 from observers.protocol import SAMPLE, FunctionObserver
 from observers.tuning import TUNING_FIELDS
 
-ROW = ("F_N", "dt", "M_z", "travel", "accepted", "jump")
-"""Numbers of a sample that C stores: all that the terms of `AligningTorque` depend on."""
-TORQUE = ("M_z", "log_mu", "stiffness")
-"""M_z, its derivative by mu, and that by k over its nominal value."""
+TORQUE = ("M_z", "log_mu", "stiffness", "psi")
+"""M_z, its derivatives by mu, by k over its nominal value, and, where it is a state, by the angle."""
 TEST = ("accepted", "reset", "run", "missing", "expected", "nis", "inconsistent")
 """Result of the test of the newest innovation."""
 
@@ -70,20 +77,6 @@ def window_functions(observer: Mhe, output: Callable[[Mhe], ca.Function]) -> lis
     return [_with_numbers(build(observer), numbers) for build in builders]
 
 
-def elimination(observer: Mhe) -> Layout:
-    """The parts that forward elimination leaves for back substitution."""
-    return _elimination(len(observer.states))
-
-
-def _elimination(n: int) -> Layout:
-    return Layout((("filtered", n, 1), ("P", n, n), ("K", n, 1), ("score", 1, 1), ("H", n, 1)))
-
-
-def elimination_size(observer: Mhe) -> int:
-    """Length of the vector of `elimination`."""
-    return elimination(observer).size
-
-
 def _with_numbers(function: ca.Function, numbers: Mapping[str, Any]) -> ca.Function:
     used = {name: numbers[name] for name in function.name_in() if name in numbers}
     return scalar_function(function.name(), function, used)
@@ -95,9 +88,9 @@ def symbols(observer: ModelObserver, *names: str) -> list[ca.MX]:
     shapes = {
         "sample": (len(SAMPLE), 1), "last": (len(CLEAN), 1), "now": (len(CLEAN), 1), "x": (n, 1),
         "mean": (n, 1), "factor": (n, n), "P": (n, n), "torque": (len(TORQUE), 1),
-        "row": (len(ROW), 1), "next": (len(ROW), 1), "counts": (len(COUNTS), 1),
-        "monitor": (len(MONITOR), 1),
-        "eliminated": (_elimination(n).size, 1), "costate": (n, 1), "newest": (n, 1),
+        "row": (len(row_names(observer)), 1), "next": (len(row_names(observer)), 1),
+        "counts": (len(COUNTS), 1), "monitor": (len(MONITOR), 1),
+        "eliminated": (elimination_size(observer), 1), "costate": (n, 1), "newest": (n, 1),
         "test": (len(TEST), 1), "age": (1, 1), "imputed": (1, 1), "rig": (len(RIG), 1),
         "theta": (len(observer.model.coordinates), 1), "tuning": (len(TUNING_FIELDS), 1),
     }  # fmt: skip
@@ -111,9 +104,9 @@ def _function(name: str, inputs: list[ca.MX], outputs: list[Any]) -> ca.Function
     )
 
 
-def _full_row(row: ca.MX) -> ca.MX:
-    """A row in the order of `ROWS`; where the angle is known its terms do not depend on the rest."""
-    stored = named(ROW, row)
+def _full_row(observer: ModelObserver, row: ca.MX) -> ca.MX:
+    """A row in the order of `ROWS`; its terms do not depend on the rest."""
+    stored = named(row_names(observer), row)
     full: ca.MX = ca.vertcat(*(stored.get(name, 0) for name in ROWS))
     return full
 
@@ -152,10 +145,14 @@ def _limit(observer: Mhe) -> ca.Function:
 
 
 def _predict(observer: Mhe) -> ca.Function:
-    """(x, P, last, now) -> newest, P at it."""
-    x, P, last, now, rig, tuning = inputs = symbols(observer, "x", "P", "last", "now", "rig", "tuning")
+    """(x, P, last, now) -> newest, P at it; the torque second where it moves the states."""
+    names = ("x", "torque", "P", "last", "now", "rig", "tuning")
+    x, torque, P, last, now, rig, tuning = inputs = symbols(observer, *names)
+    by_torque = is_steered(observer)
+    moved = _torque(observer, torque, x) if by_torque else no_torque(observer)
+    inputs = inputs if by_torque else [x, *inputs[2:]]
     predict = build_prediction(observer.measurement_model)
-    newest, P_newest, _ = predict(x, P, *no_torque(observer), last, now, rig, tuning)
+    newest, P_newest, _ = predict(x, P, *moved, last, now, rig, tuning)
     return _function("predict", inputs, [newest, P_newest])
 
 
@@ -174,7 +171,7 @@ def _test_innovation(observer: Mhe) -> ca.Function:
 def _accept(observer: Mhe) -> ca.Function:
     """(row, age, test) -> accepted, jump."""
     row, age, test, tuning = inputs = symbols(observer, "row", "age", "test", "tuning")
-    stored, three = named(ROW, row), test[: TEST.index("run") + 1]
+    stored, three = named(row_names(observer), row), test[: TEST.index("run") + 1]
     unknown = change_variance(named(TUNING_FIELDS, tuning))
     accepted = build_acceptance()(stored["accepted"], stored["jump"], age, three, unknown)
     return _function("accept", inputs, [*accepted])
@@ -193,8 +190,9 @@ def _forward(observer: Mhe) -> ca.Function:
     names = ("mean", "factor", "x", "torque", "row", "next", "rig", "tuning")
     mean, factor, x, torque, row, after, rig, tuning = inputs = symbols(observer, *names)
     forward = build_forward(observer.measurement_model)
-    rows = map(_full_row, (row, after))
-    results = outputs_of(forward, mean, factor, x, *_torque(observer, torque, x), *rows, rig, tuning)
+    rows, (M_z, slopes) = (_full_row(observer, r) for r in (row, after)), _torque(observer, torque, x)
+    results = outputs_of(forward, mean, factor, x, M_z, slopes, *rows, rig, tuning)
+    results["slopes"] = slopes
     outputs = [results["mean_next"], results["factor_next"], elimination(observer).join(results)]
     return _function("forward", inputs, outputs)
 
@@ -205,9 +203,10 @@ def _backward(observer: Mhe) -> ca.Function:
     costate, eliminated, row, after, rig, tuning = inputs = symbols(observer, *names)
     parts = elimination(observer).split(eliminated)
     # The motion is cheaper to compute again than to store with every sample.
-    now, now_next = (_full_row(vector)[: len(CLEAN)] for vector in (row, after))
+    now, now_next = (_full_row(observer, vector)[: len(CLEAN)] for vector in (row, after))
     motion = build_motion(observer.measurement_model)
-    _, A, _, _ = motion(parts["filtered"], *no_torque(observer), now, now_next, rig, tuning)
+    slopes = parts.pop("slopes", no_torque(observer)[1])
+    _, A, _, _ = motion(parts["filtered"], 0, slopes, now, now_next, rig, tuning)
     backward = build_backward(observer.measurement_model)
     return _function("backward", inputs, [*backward(costate, *parts.values(), A, tuning)])
 
@@ -227,17 +226,6 @@ def _output(observer: Mhe) -> ca.Function:
     return _function("step_output", inputs, [output])
 
 
-STORED_CORNERS = 8
-"""Corners stored with a sample; what the others add to the torque is stored as linear in mu / k."""
-STATE = """\
-    {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}], last[{clean}], counts[2], monitor[4];
-    {real} x[{window}][{n}], row[{window}][6], eliminated[{window}][{eliminated}];
-    {real} slope[{window}], lost[{window}][2], xi[{window}][{stored}], d[{window}][{stored}];
-    {name}_patch_t patch;
-    int32_t newest;
-    int8_t corners[{window}];"""
-
-
 def is_compact_window(observer: FunctionObserver) -> bool:
     """True for one iteration over two samples or more on the declared model and the aligning torque.
 
@@ -250,32 +238,22 @@ def is_compact_window(observer: FunctionObserver) -> bool:
 
 def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> Body:
     """The code of an estimator for which `is_compact_window` holds."""
-    n, eliminated = len(observer.states), elimination_size(observer)
     functions = [build_corner(observer), *window_functions(observer, _output)]
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
     stiff = f"[{observer.states.index('stiffness')}]" if "stiffness" in observer.states else ""
     values = {
         **terms,
         **patch_numbers(observer),
-        "bristles": False,
-        "window": str(observer.window),
-        "states": str(n),
-        "clean": str(len(CLEAN)),
-        "log_mu": str(state_index(observer.measurement_model)),
-        "eliminated": str(eliminated),
+        **window_values(observer),
         "stored": str(STORED_CORNERS),
         "stiffness": f"x{stiff}" if stiff else "1.0",
         "stiffness_newest": f"newest{stiff}" if stiff else "1.0",
     }
-    numbers = {"n": n, "window": observer.window, "eliminated": eliminated, "stored": STORED_CORNERS}
-    numbers["clean"] = len(CLEAN)
-    a_sample = n + len(ROW) + eliminated + 3 + 2 * STORED_CORNERS
-    parts = n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(MONITOR)
-    size = (parts + observer.window * a_sample) * real.size
+    private, size = corner_state(observer, real, terms["name"])
     return Body(
         core=f"{source.text}\n{render('patch.c', values)}",
         stepping=render("window.c", values),
-        private=STATE.format(real=real.c_type, name=terms["name"], **numbers),
-        bytes=size + patch_bytes(real) + 4 + observer.window,
+        private=private,
+        bytes=size + patch_bytes(real),
         types=patch_types(real, terms["name"]),
     )

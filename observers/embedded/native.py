@@ -12,7 +12,8 @@ from numpy.typing import NDArray
 from observers.embedded.codegen import generate
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
-from observers.protocol import ESTIMATE, Estimates, FunctionObserver
+from observers.estimates import Estimates
+from observers.protocol import ESTIMATE, FunctionObserver
 from observers.run import as_estimates
 from symbolic import InvalidInputError, compiler
 

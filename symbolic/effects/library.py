@@ -15,13 +15,18 @@ from symbolic.errors import InvalidInputError
 
 NO_EFFECTS = ("base", "by_ground", "library")
 """Modules of this package that hold no effect."""
+ON_REQUEST = ("stops",)
+"""Modules whose effects replace what a wheel is; a search tries them only where it is asked to."""
 
 
 def _library() -> Iterator[Effect]:
     """One object of each subclass of `Effect` that a module of this package defines, by module name."""
-    for name in sorted(module.name for module in iter_modules(package.__path__)):
-        if name in NO_EFFECTS:
-            continue
+    names = {module.name for module in iter_modules(package.__path__)}
+    return _effects_of(sorted(names - {*NO_EFFECTS, *ON_REQUEST}))
+
+
+def _effects_of(modules: Iterable[str]) -> Iterator[Effect]:
+    for name in modules:
         module = import_module(f"{package.__name__}.{name}")
         for kind in vars(module).values():
             if (
@@ -38,7 +43,9 @@ GROUND_SCOPES: dict[str, Effect] = {
 }
 """Effects without parameters: those of others belong to a ground each, see `ByGround`."""
 CANDIDATES = EFFECTS | GROUND_SCOPES
-"""What the search may add."""
+"""What the search tries."""
+KNOWN = CANDIDATES | {effect.name: effect for effect in _effects_of(ON_REQUEST)}
+"""What a model file, or a list of candidates, may name."""
 
 
 def effects_named(chosen: Iterable[str | Effect], own: Iterable[Effect] = ()) -> tuple[Effect, ...]:
@@ -53,7 +60,7 @@ def effects_named(chosen: Iterable[str | Effect], own: Iterable[Effect] = ()) ->
             beside the library's, see `effects_in`.
     """
     wanted = tuple(chosen)
-    known = CANDIDATES | {effect.name: effect for effect in checked_effects(own)}
+    known = KNOWN | {effect.name: effect for effect in checked_effects(own)}
     effects = tuple(known.get(item, item) if isinstance(item, str) else item for item in wanted)
     for effect in effects:
         if isinstance(effect, str):
@@ -103,7 +110,7 @@ def checked_effects(effects: Iterable[object]) -> tuple[Effect, ...]:
                 f"effect {effect.name!r} must be a frozen dataclass whose parameters must be a tuple,"
                 f" and so must its signatures: {error}"
             ) from None
-        if CANDIDATES.get(effect.name, effect) != effect:
+        if KNOWN.get(effect.name, effect) != effect:
             raise InvalidInputError(
                 f"effect {effect.name!r} has the name of another one in the library; choose another name"
             )

@@ -6,11 +6,14 @@ import os
 import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
+from itertools import pairwise
 from pathlib import Path
 from random import Random
 from unittest import mock
 
+from brushgrip import cluster
 from brushgrip.app import main
+from brushgrip.tasks import demo as demonstrating
 from brushgrip.tasks import diagnose as diagnosing
 from brushgrip.tasks import estimate as estimating
 from symbolic import InvalidInputError
@@ -37,28 +40,53 @@ NAMES = (
 )
 """No place outside the folder of the attack can be written by these names."""
 VALUES = (
-    *("", "nan", "inf", "-1", "0", "1", "2", "1e20", "9" * 30, "0.5"),
-    *("ekf", "mhe", "root", "double", "c", "fmu", "M", "math", "x"),
+    *("", "nan", "inf", "-1", "0", "1", "2", "1e20", "9" * 30, "0.5", "1.2", "1e-320"),
+    *("ekf", "mhe", "root", "double", "c", "fmu", "M", "math", "x", "real_tyre", "clean"),
+    *("psi=psi:deg", "psi=-psi,psi=psi", "t=t:ms,M_z=-M_z", "psi=0*psi", "=", "psi=", "dbc=rig.toml"),
+    *("psi=1e999*psi", "M_z=M_z:parsec", "t=" + "x" * 5000, "mu_walk=0.02", "noise=nan", "mu_walk="),
+    *("mu_walk=1,mu_walk=2", "reset_after=1.5", "steel", "steel=run.csv", "=run.csv", "steel=", ","),
+    *("tcp://127.0.0.1:1", "tcp://", "nobody:99999999", "friction-damper"),
 )
+_READING = ("--rig", "--map", "--effects")
 OPTIONS = {
-    "simulate": ("--rig", "--model", "--out", "--effects"),
-    "estimate": ("--rig", "--model", "--out", "--observer", "--picture", "--effects"),
-    "diagnose": ("--rig", "--holdout", "--out", "--robust", "--jobs", "--effects"),
-    "identify": ("--rig", "--free-decay", "--out"),
-    "compare": ("--rig", "--model", "--out", "--author", "--declared", "--table", "--picture"),
-    "codegen": ("--rig", "--model", "--out", "--observer", "--real", "--torque", "--name"),
+    "simulate": (*_READING, "--model", "--out", "--ground", "--mu"),
+    "estimate": (
+        *(*_READING, "--model", "--out", "--observer", "--picture", "--tuning", "--tune", "--ground"),
+        *("--smooth", "--summary", "--jobs", "--scheduler"),
+    ),
+    "diagnose": (
+        *(*_READING, "--holdout", "--out", "--robust", "--jobs", "--ground", "--force", "--scheduler"),
+    ),
+    "identify": ("--rig", "--map", "--free-decay", "--out", "--write-rig"),
+    "compare": (
+        *(*_READING, "--model", "--out", "--author", "--declared", "--table", "--picture", "--train"),
+    ),
+    "codegen": (
+        *("--rig", "--model", "--effects", "--out", "--observer", "--real", "--torque", "--name"),
+        *("--target", "--tuning", "--ground"),
+    ),
+    "demo": ("--out", "--examples", "--force"),
     "fetch": ("--out",),
 }
+EVERYWHERE = ("--json", "--quiet", "--version", "--help")
+FLAGS = ("--smooth", "--force", *EVERYWHERE)
+"""Options without a value; those of `EVERYWHERE` go with each command."""
 USUAL = {"--rig": "rig.toml", "--out": "new.csv", "--observer": "ekf", "--free-decay": "run.csv"}
-_ODD = 0.3
+READ = ("--rig", "--model", "--holdout", "--free-decay", "--train")
+"""Options that name a file to be read; so does the word behind the command."""
+FILES = ("run.csv", "link.csv", "rig.toml", "model.json")
+_ODD, _RARE = 0.3, 0.05
+_NONE = ("identify", "codegen", "fetch", "demo")
+"""Commands without recordings."""
 
 
 def attempt(number: int) -> str | None:
     """One command line in a folder of its own; what went wrong with it."""
     arguments = command_line(Random(number))
     with folder() as here:
-        before = set(here.iterdir())
+        before, read = set(here.iterdir()), inputs(arguments)
         status, err = outcome_of(arguments)
+        lost = [name for name, content in read.items() if not _holds(Path(name), content)]
         left = {path.name for path in set(here.iterdir()) - before}
     fault = None
     if not isinstance(status, int) or status not in (0, 1, 2):
@@ -67,18 +95,35 @@ def attempt(number: int) -> str | None:
         fault = f"said {err[:200]!r}"
     elif status and left:
         fault = f"left {sorted(left)!r}"
+    elif lost:
+        fault = f"wrote over {lost!r}"
     return f"{number}: {arguments!r} {fault}" if fault else None
+
+
+def inputs(arguments: Sequence[str]) -> dict[str, bytes]:
+    """Files that a command line names to be read, and what they hold."""
+    names = {*arguments[1:2], *(value for option, value in pairwise(arguments) if option in READ)}
+    return {name: Path(name).read_bytes() for name in names if name in FILES}
+
+
+def _holds(path: Path, content: bytes) -> bool:
+    return path.is_file() and path.read_bytes() == content
 
 
 def command_line(random: Random) -> list[str]:
     """A command with its options, some of them odd, missing or twice."""
     command = random.choice(tuple(OPTIONS))
     words = [command]
-    if command not in ("identify", "codegen", "fetch"):
+    if command not in _NONE:
         words.append("run.csv" if random.random() > _ODD else random.choice(NAMES))
+    if command == "fetch" and random.random() < _ODD:
+        words.append(random.choice(VALUES))
+    words += [flag for flag in EVERYWHERE if random.random() < _RARE]
     for option in OPTIONS[command]:
         usual = USUAL.get(option)
-        if random.random() < _ODD:
+        if option in FLAGS:
+            words += [option] * (random.random() < _ODD)
+        elif random.random() < _ODD * (_RARE if option == "--scheduler" else 1):
             words += [option, random.choice((*NAMES, *VALUES))]
         elif usual is not None and random.random() > _ODD / 10:
             words += [option, usual]
@@ -109,8 +154,11 @@ def outcome_of(arguments: Sequence[str]) -> tuple[object, str]:
     out, err = io.StringIO(), io.StringIO()
     hidden = {"BRUSHGRIP_DATA": "nowhere", "XDG_DATA_HOME": "nowhere"}
     with (
+        mock.patch.object(cluster, "PATIENCE", "1s"),
         mock.patch.object(diagnosing, "close_the_loop", _refuse),
+        mock.patch.object(demonstrating, "diagnose", _refuse),
         mock.patch.object(estimating, "observe", _refuse),
+        mock.patch.object(estimating, "estimate_all", _refuse),
         mock.patch.dict(os.environ, hidden),
         contextlib.redirect_stdout(out),
         contextlib.redirect_stderr(err),

@@ -16,6 +16,7 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from tests.attack.attack_class import AttackClass, Effort, Outcome
 from tests.attack.damaged import damaged
 from tests.attack.targets import TARGETS, Target, broken, seeds
+from tests.attack.workplace import sweep
 
 FINDINGS = Path("attack_findings")
 """Inputs that broke something are left here."""
@@ -72,6 +73,7 @@ def guided(name: str, effort: Effort, folder: Path) -> Outcome:
         errors="replace",
         check=False,
     )
+    sweep()
     found = sorted(findings.iterdir())
     failures = [f"{path.name}, kept in {_keep(name, path)}" for path in found]
     if process.returncode and not failures:

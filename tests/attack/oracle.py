@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from identification import Decay, Recording
+from identification import Decay, Recording, SignalMap
 from symbolic import BrushgripError, Rig, Tyre
 
 LONGEST_MESSAGE = 2_000
@@ -55,3 +55,14 @@ def check_rig(rig: Rig, tyre: Tyre) -> None:
     assert rig.a > abs(rig.e)
     assert 1e3 <= tyre.k <= 1e9
     assert tyre.mu is None or 0.01 <= tyre.mu <= 10
+
+
+def check_map(signals: SignalMap) -> None:
+    """What every reader of channels takes for granted."""
+    assert set(signals.signals) <= {"t", "psi", "psi_dot", "M_z", "M", "F_N"}
+    for column, source in signals.signals.items():
+        assert source.channel.strip()
+        scale = source.scale(column, "", "here")
+        assert math.isfinite(scale), column
+        assert scale, column
+    assert signals.dbc is None or "\0" not in str(signals.dbc)

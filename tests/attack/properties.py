@@ -61,6 +61,7 @@ CLASSES = (
             properties.test_a_loop_goes_on_where_it_was_pickled,
             properties.test_what_is_written_as_csv_is_read_as_it_was,
             properties.test_a_model_file_is_read_as_it_was_written,
+            properties.test_a_map_in_a_rig_file_is_read_as_it_was_written,
         ),
     ),
 )

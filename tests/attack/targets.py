@@ -1,7 +1,5 @@
 """What is done with the bytes of a damaged file: an error of ours in one line, or something whole."""
 
-import os
-import tempfile
 import zipfile
 from collections.abc import Callable
 from functools import cache
@@ -9,32 +7,34 @@ from pathlib import Path
 
 import numpy as np
 
-from identification import Journal, Recording, read_decay, read_model, read_recording, read_rig
+from identification import (
+    Journal,
+    Recording,
+    parse_signals,
+    read_decay,
+    read_model,
+    read_recording,
+    read_rig,
+    read_signals,
+)
 from identification.free_decay.onset import find_vibration
 from identification.selection.trials import TrialTask, run_trial
 from identification.thesis.author_estimate import read_author_estimate
-from symbolic import InvalidInputError, Rig, Tyre
-from tests.attack.oracle import check_decay, check_message, check_recording, check_rig
+from symbolic import InvalidInputError
+from tests.attack import formats
+from tests.attack.oracle import check_decay, check_map, check_message, check_recording, check_rig
+from tests.attack.workplace import workplace
 
-RIG = (Rig(a=0.045, e=0.009, J_A=0.15, b_t=0.3), Tyre(k=2.4e6, mu=1.2))
-CORPUS = Path(__file__).parent / "corpus"
-"""Whole files, a folder for each target."""
+RIG, CORPUS = formats.RIG, formats.CORPUS
+"""The rig that is declared, and whole files, a folder for each target."""
 BROKE = Path(__file__).parent / "broke"
 """Files that broke an older version, a folder for each target."""
 
 Target = Callable[[bytes], None]
 
 
-@cache
-def _folder() -> Path:
-    """A place for the file under attack, in memory where there is one."""
-    memory = Path("/dev/shm")
-    place = memory if os.access(memory, os.W_OK) else None
-    return Path(tempfile.mkdtemp(prefix="brushgrip_attack_", dir=place))
-
-
 def _written(content: bytes, suffix: str) -> Path:
-    path = _folder() / f"attacked{suffix}"
+    path = workplace() / f"attacked{suffix}"
     path.write_bytes(content)
     return path
 
@@ -78,9 +78,22 @@ def author_file(content: bytes) -> None:
 
 
 def rig_file(content: bytes) -> None:
-    """A rig file."""
+    """A rig file, and its map of signals."""
+    path = _written(content, ".toml")
     try:
-        check_rig(*read_rig(_written(content, ".toml")))
+        check_rig(*read_rig(path))
+    except InvalidInputError as error:
+        check_message(error)
+    try:
+        check_map(read_signals(path))
+    except InvalidInputError as error:
+        check_message(error)
+
+
+def map_text(content: bytes) -> None:
+    """A map of signals as on the command line."""
+    try:
+        check_map(parse_signals(content.decode("utf-8", "surrogateescape")))
     except InvalidInputError as error:
         check_message(error)
 
@@ -112,7 +125,7 @@ def kept_task() -> TrialTask:
 @cache
 def kept_trial() -> Path:
     """The file that keeps the trial, made anew: its name and format belong to this version."""
-    folder = _folder() / "kept"
+    folder = workplace() / "kept"
     Journal(folder=folder).note(kept_task(), run_trial(kept_task()))
     (path,) = folder.iterdir()
     return path
@@ -138,8 +151,10 @@ TARGETS: dict[str, Target] = {
     "mat_decay": _decay(".mat"),
     "author_csv": author_file,
     "rig_toml": rig_file,
+    "map_text": map_text,
     "model_json": model_file,
     "journal": journal,
+    **{name: formats.target(name, workplace) for name in formats.installed()},
 }
 """Every format that is read, by the name of its class."""
 

@@ -1,5 +1,7 @@
 """The short form of `make attack`, and what it once found."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -10,10 +12,13 @@ from tests.attack import fuzzing
 from tests.attack.attack_class import AttackClass, Effort, Outcome, one_by_one
 from tests.attack.command_lines import attempt
 from tests.attack.damaged import damaged
+from tests.attack.formats import FORMATS
 from tests.attack.run import attack, main
 from tests.attack.targets import BROKE, TARGETS, broken, seeds
+from tests.attack.workplace import PREFIX, sweep, workplace
 
 pytestmark = pytest.mark.usefixtures("interpreted")
+PLAIN = [name for name in TARGETS if name not in FORMATS]
 FOUND = [path for name in TARGETS for path in broken(name)]
 
 
@@ -23,10 +28,12 @@ def test_what_broke_an_older_version(path: Path) -> None:
 
 
 def test_what_broke_an_older_version_has_a_target() -> None:
-    assert {path.name for path in BROKE.glob("*")} <= set(TARGETS)
+    assert {path.name for path in BROKE.glob("*")} <= {*TARGETS, *FORMATS}
 
 
-@pytest.mark.parametrize("name", TARGETS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=pytest.mark.long if n in FORMATS else ()) for n in TARGETS]
+)
 def test_damaged_files(name: str) -> None:
     whole = seeds(name)
     for content in whole:
@@ -42,12 +49,24 @@ def test_damaged_files(name: str) -> None:
 
 @given(st.binary(max_size=200))
 def test_any_bytes(content: bytes) -> None:
-    for target in TARGETS.values():
-        target(content)
+    for name in PLAIN:
+        TARGETS[name](content)
 
 
 def test_command_lines() -> None:
     assert [fault for fault in map(attempt, range(12)) if fault] == []
+
+
+def test_no_file_under_attack_stays() -> None:
+    here = workplace()
+    with subprocess.Popen([sys.executable, "-c", ""]) as gone:
+        pass
+    left = here.with_name(f"{PREFIX}{gone.pid}_left")
+    left.mkdir()
+    sweep()
+
+    assert here.is_dir()
+    assert not left.exists()
 
 
 def test_the_table_counts_inputs_and_failures(capsys: pytest.CaptureFixture[str]) -> None:
@@ -93,6 +112,8 @@ def test_without_atheris_hypothesis_draws(
 
 @pytest.mark.long
 def test_guided_by_coverage(capsys: pytest.CaptureFixture[str]) -> None:
-    status = main([*TARGETS, "--inputs", "2000", "--seconds", "5"])
+    status = main(
+        [*PLAIN, *(["tdms"] if "tdms" in TARGETS else []), "--inputs", "2000", "--seconds", "5"]
+    )
 
     assert status == 0, capsys.readouterr().out

@@ -1,13 +1,21 @@
 """The short form of the faults of whole runs."""
 
+import os
+import resource
+import subprocess
+import sys
 from functools import partial
 from pathlib import Path
+from shutil import copy
 
 import pytest
 
 from tests.attack.disks import fault_of_disk, may_mount
 from tests.attack.faults import FAULTS, attempt
 from tests.attack.foreign import FAULTS as FOREIGN
+from tests.attack.names import COMMANDS
+from tests.attack.targets import CORPUS
+from tests.attack.whole_runs import ROOT
 
 QUICK = ("run_killed", "run_damaged_trials")
 """The others take minutes more, and belong to `make attack`."""
@@ -31,3 +39,23 @@ def test_nothing_foreign_changes_the_result(name: str) -> None:
 @pytest.mark.parametrize("read_only", [False, True])
 def test_a_disk_that_takes_nothing(read_only: bool) -> None:
     assert attempt(partial(fault_of_disk, read_only), 1, quick=True) is None
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_limit_of_file_size(command: str, tmp_path: Path) -> None:
+    """As by `ulimit -f`; Python lets a write beyond it fail in place of ending the process."""
+    for source, name in (("csv/plain.csv", "x.csv"), ("rig_toml/rig.toml", "x.toml")):
+        copy(CORPUS / source, tmp_path / name)
+    copy(CORPUS / "model_json" / "declared.json", tmp_path / "x.json")
+    before = sorted(tmp_path.iterdir())
+    words = [word.replace("{0}", "x") for word in COMMANDS[command]]
+    ended = subprocess.run(
+        [sys.executable, "-m", "brushgrip", *words],
+        cwd=tmp_path, env={**os.environ, "PYTHONPATH": str(ROOT), "BRUSHGRIP_INTERPRET": "1"},
+        capture_output=True, text=True, check=False,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (200, 200)),
+    )  # fmt: skip
+
+    assert ended.returncode == 1
+    assert ended.stderr == "brushgrip: cannot write: File too large\n"
+    assert sorted(tmp_path.iterdir()) == before

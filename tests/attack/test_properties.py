@@ -13,7 +13,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from identification import read_model, read_recording
+from identification import SignalMap, SignalSource, read_model, read_recording, read_signals
+from identification.reading.rigtext import signals_text
 from observers import Ekf, Estimates, Loop, Mhe, Sample, ZoneRootSolver, run
 from symbolic import (
     EFFECTS,
@@ -165,6 +166,30 @@ def test_what_is_written_as_csv_is_read_as_it_was(
         after = min((j for j in known if j >= i), default=known[-1])
         low, high = sorted((psi[before] or 0.0, psi[after] or 0.0))
         assert low - 1e-9 <= value <= high + 1e-9
+
+
+UNITS = {"t": "ms", "psi": "deg", "M_z": "kN m", "F_N": "lbf", "psi_dot": "rpm", "M": None}
+SOURCES = {
+    column: st.builds(
+        SignalSource,
+        channel=st.text(min_size=1, max_size=12).filter(str.strip),
+        unit=st.sampled_from((unit, None)),
+        factor=st.floats(1e-6, 1e6) | st.floats(-1e6, -1e-6),
+    )
+    for column, unit in UNITS.items()
+}
+
+
+@given(st.fixed_dictionaries({}, optional=SOURCES), st.text(max_size=9))
+def test_a_map_in_a_rig_file_is_read_as_it_was_written(
+    sources: dict[str, SignalSource], name: str
+) -> None:
+    dbc = None if {"/", "\0"} & set(name) or name in ("", ".", "..") else Path("/tmp", name)
+    signals = SignalMap(signals=sources, dbc=dbc)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "rig.toml"
+        path.write_bytes(f"a = 1\n{signals_text(signals)}".encode())
+        assert read_signals(path) == signals
 
 
 @st.composite

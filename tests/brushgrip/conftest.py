@@ -11,12 +11,13 @@ from brushgrip.app import main
 from brushgrip.estimation import FrictionTrack
 from identification.experiments.proposals import Proposal
 from identification.experiments.steering import Manoeuvre
+from identification.findings import Candidate, Errors, FoundEffect, Series
 from identification.fits.values import Values
 from identification.parameter_estimate import ParameterEstimate
 from identification.residuals.signals import RESIDUAL_SIGNALS, effects_leaving
 from identification.residuals.signatures import Autocorrelation, Signature, Signatures
 from identification.residuals.unexplained import Unexplained
-from identification.results import Candidate, Diagnosis, Errors, FoundEffect, Series
+from identification.results import Diagnosis
 from symbolic import EFFECTS, Model, effects_named
 
 RIG = "[rig]\na = 0.045\ne = 0.009\n\n[tyre]\nk = 2.4e6\nmu = 1.2\n"

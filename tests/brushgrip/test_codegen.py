@@ -143,9 +143,10 @@ def test_says_beforehand_what_a_step_costs(run: Run, rig: Path, tmp_path: Path) 
 
     assert f"One observer, {cost['state_bytes']} bytes" in header
     assert (cost["instructions"], cost["vectors"]) == (1100, False)
-    said = codegen(run, rig, tmp_path / "c", "--observer", "mhe", "--window", "1").out.splitlines()
-    assert "more than 100,000 instructions of a Cortex-M4F a step: an EKF" in said[0]
-    assert "the rig file's mu = 1.3 is not used, --tune mu=1.3" in said[1]
+    alone = ("--observer", "mhe", "--window", "1")
+    said = codegen(run, rig, tmp_path / "c", *alone).out.splitlines()
+    assert "more than 100,000 instructions of a Cortex-M4F a step: an MHE of two samples" in said[0]
+    assert "the rig file's mu = 1.2 is not used, --tune mu=1.2" in said[1]
 
 
 def test_tuning_and_window_are_in_the_code(run: Run, rig: Path, tmp_path: Path) -> None:

@@ -92,6 +92,8 @@ def test_json_table_and_pictures(run: Run, rig: Path, recording: Path, tmp_path:
     for name in OURS:
         assert name in outcome.out
         assert f"\n| {name} |" in table.read_text()
+    told = json.loads(table.read_text().partition("<!--")[2].removesuffix("-->\n"))
+    assert told["provenance"] == json.loads(out.read_text())["provenance"]
     assert "published: SciML method" in outcome.out
 
 

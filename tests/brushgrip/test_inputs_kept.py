@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 
-from brushgrip.recordings import keep_inputs
+from brushgrip.recordings import files_read, keep_inputs
+from identification import SignalMap
 from identification.thesis.author_estimate import author_file
 from symbolic.errors import InvalidInputError
 
@@ -21,6 +22,7 @@ def folder(rig: Path, write_csv: Write, monkeypatch: pytest.MonkeyPatch) -> Path
     """The working folder with good.csv, rig.toml, model.json, a file of the author, and links."""
     good, tmp_path = write_csv("good.csv"), rig.parent
     (tmp_path / "model.json").write_text("{}")
+    (tmp_path / "car.dbc").write_text("")
     (tmp_path / "sub").mkdir()
     (tmp_path / "link").symlink_to(tmp_path / "sub")
     (tmp_path / "link.csv").symlink_to(good)
@@ -53,19 +55,45 @@ SPELLINGS = [
 def test_an_output_is_known_as_an_input(folder: Path, spelling: str) -> None:
     assert folder
     with pytest.raises(InvalidInputError, match="would overwrite what is read"):
-        keep_inputs([Path(spelling)], ["good.csv"])
+        keep_inputs([Path(spelling)], [Path("good.csv")])
 
 
 def test_another_file_of_the_same_name_may_be_written(folder: Path) -> None:
-    keep_inputs([Path("sub/good.csv"), Path("nosub/good.csv"), Path("new.csv")], ["good.csv"])
+    keep_inputs([Path("sub/good.csv"), Path("nosub/good.csv"), Path("new.csv")], [Path("good.csv")])
     # What a link leads to counts, not how it reads.
     (folder / "sub" / "deep").mkdir()
     (folder / "far").symlink_to(folder / "sub" / "deep")
-    keep_inputs([Path("far/../good.csv")], ["good.csv"])
+    keep_inputs([Path("far/../good.csv")], [Path("good.csv")])
+
+
+@pytest.mark.parametrize(
+    ("recording", "beside"),
+    [("run.blf", "car.dbc"), ("run.log", "car.dbc"), ("run.mcap", "metadata.yaml"),
+     ("run.tdms", "run.tdms_index")],
+)  # fmt: skip
+def test_what_lies_beside_a_recording_is_read_too(folder: Path, recording: str, beside: str) -> None:
+    for name in (recording, beside):
+        (folder / "sub" / name).write_text("")
+    read = files_read([f"sub/{recording}"], SignalMap())
+    with pytest.raises(InvalidInputError, match="would overwrite what is read"):
+        keep_inputs([Path("nosub/../sub") / beside], read)
+    keep_inputs([Path("sub/other.csv"), Path(beside)], read)
+
+
+def test_the_database_of_a_map_is_read_too(run: Run, folder: Path) -> None:
+    (folder / "car.db").write_text("")
+    command = (*ESTIMATE, "--map", "psi=psi,dbc=car.db")
+    for outputs in (("--out", "nosub/../car.db"), ("--summary", "car.db"), ("--summary", "hard.csv")):
+        outcome = run(*command, *outputs)
+
+        assert outcome.status == 2
+        assert "would overwrite what is read" in outcome.err
+    assert (folder / "car.db").read_text() == ""
 
 
 ESTIMATE = ("estimate", "good.csv", "--rig", "rig.toml", "--observer", "ekf")
 COMPARE = ("compare", "good.csv", "--rig", "rig.toml", "--declared", "1.2")
+IDENTIFY = ("identify", "--free-decay", "good.csv", "--rig", "rig.toml")
 SIMULATE = ("simulate", "good.csv", "--rig", "rig.toml")
 
 
@@ -79,9 +107,19 @@ SIMULATE = ("simulate", "good.csv", "--rig", "rig.toml")
         (*COMPARE, "--out", "nosub/../good.csv", "--author", "sub"),
         (*COMPARE, "--out", "new.json", "--table", "nosub/../good.csv", "--author", "sub"),
         (*COMPARE, "--out", "new.json", "--picture", "nosub/../hard.png", "--author", "sub"),
+        (*COMPARE, "--out", "new.json", "--table", "nosub/../rig.toml", "--author", "sub"),
+        (*COMPARE, "--out", "nosub/../car.dbc", "--map", "dbc=car.dbc", "--author", "sub"),
+        (*ESTIMATE, "--out", "car.dbc", "--map", "dbc=car.dbc"),
+        (*ESTIMATE, "--summary", "car.dbc", "--map", "dbc=car.dbc"),
+        (*ESTIMATE, "--summary", "rig.toml"),
+        (*ESTIMATE, "--summary", "nosub/../hard.csv"),
+        (*SIMULATE, "--out", "car.dbc", "--map", "dbc=car.dbc"),
+        (*SIMULATE, "--out", "nosub/../rig.toml"),
         (*SIMULATE, "--out", "nosub/../good.csv"),
         (*SIMULATE, "--out", "nosub/../model.json", "--model", "model.json"),
-        ("identify", "--free-decay", "good.csv", "--rig", "rig.toml", "--out", "nosub/../good.csv"),
+        (*IDENTIFY, "--out", "nosub/../good.csv"),
+        (*IDENTIFY, "--out", "car.dbc", "--map", "dbc=car.dbc"),
+        (*IDENTIFY, "--out", "new.json", "--write-rig", "rig.toml"),
     ],
     ids=lambda arguments: " ".join(arguments),
 )

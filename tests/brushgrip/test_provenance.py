@@ -2,14 +2,25 @@
 
 import hashlib
 import json
+import os
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from brushgrip.provenance import beside, clear, digest_of, provenance_of, require_own_folder
+from brushgrip.provenance import (
+    KEY,
+    beside,
+    clear,
+    digest_of,
+    markdown_comment,
+    provenance_of,
+    require_own_folder,
+)
+from brushgrip.recordings import files_read, keep_inputs
 from brushgrip.speech import COMMAND_LINE
+from identification import SignalMap
 from symbolic import InvalidInputError
 
 Run = Callable[..., Any]
@@ -69,12 +80,12 @@ def test_another_run_is_not_replaced_unless_forced(
 
 
 def test_only_what_a_run_wrote_is_cleared(tmp_path: Path) -> None:
-    for name in ("old.png", "kept.png", "mine.txt"):
+    for name in ("old.png", "kept.png", "mine.txt", "run.csv"):
         (tmp_path / name).write_text("x")
 
-    clear(tmp_path, ["old.png", "kept.png", "gone.png"], ["kept.png"])
+    clear(tmp_path, ["old.png", "kept.png", "gone.png", "run.csv"], ["kept.png"])
 
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["kept.png", "mine.txt"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["kept.png", "mine.txt", "run.csv"]
 
 
 @pytest.mark.usefixtures("interpreted")
@@ -89,3 +100,48 @@ def test_a_table_has_its_origin_beside_it(run: Run, write_csv: Write, rig: Path,
     }  # fmt: skip
     assert told["rig"]["sha256"] == digest_of(rig)
     assert told["command"][:2] == ["brushgrip", "simulate"]
+
+
+def test_beside_a_device_goes_nothing(run: Run, write_csv: Write, rig: Path) -> None:
+    for device in ("/dev/null", "/dev/full"):
+        assert beside(Path(device)) == Path(os.devnull)
+    outcome = run("simulate", "--rig", rig, write_csv("bare.csv"), "--out", "/dev/null")
+
+    assert (outcome.status, outcome.err) == (0, "")
+    assert not Path("/dev/null.provenance.json").exists()
+
+
+def test_what_is_no_text_is_told_by_its_escape_sequence(
+    run: Run, write_csv: Write, rig: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "torque.csv"
+    odd = ("--ground", "steel\udcff")
+
+    assert run("simulate", "--rig", rig, write_csv("bare.csv"), "--out", out, *odd).status == 0
+    assert json.loads(beside(out).read_text())["settings"]["ground"] == ["steel\udcff"]
+
+
+def test_a_comment_in_markdown_is_not_ended_by_what_it_tells(recordings: list[Path]) -> None:
+    made = provenance_of(recordings, note="--> <script>")
+    comment = markdown_comment(made)
+
+    assert comment.startswith("\n<!--\n{")
+    assert comment.endswith("}\n-->\n")
+    assert comment.count("-->") == 1
+    assert json.loads(comment[6:-5])[KEY] == json.loads(json.dumps(made))
+
+
+def test_what_is_read_along_has_its_digest_too(tmp_path: Path) -> None:
+    names = ("run.log", "other.csv", "car.dbc", "bag/bag_0.db3", "bag/bag_1.db3", "bag/metadata.yaml")
+    (tmp_path / "bag").mkdir()
+    for name in names:
+        (tmp_path / name).write_text(name)
+    log, table, database, bag, rest, metadata = (tmp_path / name for name in names)
+    elsewhere = tmp_path / "bag" / "metadata.yaml"
+
+    assert files_read([str(log)], SignalMap()) == [log, database]
+    assert files_read([str(log)], SignalMap(dbc=elsewhere)) == [log, elsewhere]
+    assert files_read([str(table)], SignalMap()) == [table]
+    assert files_read([str(bag)], SignalMap()) == [bag, metadata, rest]
+    with pytest.raises(InvalidInputError, match="would overwrite what is read"):
+        keep_inputs([database], files_read([str(log)], SignalMap()))

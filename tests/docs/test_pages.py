@@ -32,7 +32,7 @@ def test_the_code_of_a_page_runs(page):
     for language, code in blocks:
         if language == "python":
             exec(compile(code, page, "exec"), names)
-        for line in code.splitlines() if language == "sh" else ():
+        for line in code.replace("\\\n", "").splitlines() if language == "sh" else ():
             with pytest.raises(SystemExit) as end:
                 main(shlex.split(line)[1:])
             assert end.value.code == 0, line

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from identification.findings import Errors
 from identification.fits.fitting import Fit
 from identification.fits.values import Values
 from identification.notes import notes_on
-from identification.results import Errors
 from symbolic import Model, effects_named
 
 

@@ -139,7 +139,9 @@ def test_after_a_reset_the_estimate_rests_on_the_prior_again(kind: Any, settings
 
 def test_the_sample_that_resets_is_blamed_no_more_than_is_unknown() -> None:
     # In full slide M_z is proportional to mu, so that its slope by ln mu is M_z itself.
-    observer = make(Ekf, noise=0.1, error=0.02, error_travel=0.0, gate=8.0, zero_std=0.0, zero_walk=0.0)
+    observer = make(
+        Ekf, noise=0.1, error=0.02, error_travel=0.0, gate=8.0, zero_std=0.0, zero_walk=0.0, **UNLIMITED
+    )
     samples = settled(70, later=0.5)
     states = list(states_of(observer, samples))
     before, after = (covariance_of(states[i]["factor"])[0, 0] for i in (63, 64))

@@ -12,6 +12,7 @@ import pytest
 
 from observers import AligningTorque, Ekf, Mhe, ObserverState, Sample, SteeringTorque, run
 from observers.layout import Layout
+from observers.screening import SCREEN
 from reference_rig import RigRecording, SteeringRecording
 from tests.observers.conftest import make
 from tests.observers.factories import columns_of, samples_of, states_of

@@ -1,8 +1,6 @@
 """Wheel and sdist, built and installed as a user does: in an empty environment, in another folder."""
 
 import os
-import subprocess
-import sys
 import tarfile
 import venv
 import zipfile
@@ -10,32 +8,15 @@ from pathlib import Path
 
 import pytest
 
+from tests.release.installed import build, finished, run
+
 pytestmark = pytest.mark.long
-
-
-def finished(*command: str | Path, folder: Path) -> subprocess.CompletedProcess[str]:
-    """A command that knows nothing of the checkout."""
-    environment = {k: v for k, v in os.environ.items() if k not in ("PYTHONPATH", "VIRTUAL_ENV")}
-    return subprocess.run(
-        [str(part) for part in command], cwd=folder, env=environment, capture_output=True, text=True,
-        check=False,
-    )  # fmt: skip
-
-
-def run(*command: str | Path, folder: Path) -> str:
-    """Standard output of such a command, which has to succeed."""
-    process = finished(*command, folder=folder)
-    assert process.returncode == 0, process.stdout + process.stderr
-    return process.stdout
 
 
 @pytest.fixture(scope="module")
 def built(tmp_path_factory: pytest.TempPathFactory, repository_root: Path) -> Path:
     """A folder with both, the wheel made of the sdist."""
-    pytest.importorskip("build")
-    folder = tmp_path_factory.mktemp("dist")
-    run(sys.executable, "-m", "build", "--outdir", folder, repository_root, folder=folder)
-    return folder
+    return build(repository_root, tmp_path_factory.mktemp("dist"))
 
 
 def test_what_they_hold(built: Path) -> None:

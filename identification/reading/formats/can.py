@@ -31,7 +31,7 @@ def open_can(path: Path, signals: SignalMap) -> Iterator[ChannelFile]:
     The database is `dbc` of the map, or the only .dbc file beside the log.
     """
     can, cantools = library("can", "can", path), library("cantools", "can", path)
-    dbc = signals.dbc or _beside(path)
+    dbc = signals.dbc or database_beside(path)
     require_readable(dbc, LARGEST_DATABASE)
     try:
         database = cantools.database.load_string(read_text(dbc), "dbc", strict=False)
@@ -71,7 +71,12 @@ def _decoded(path: Path, log: Iterable[Any], message: Any) -> tuple[Array, dict[
     return np.array(times), {name: np.array(values) for name, values in columns.items()}
 
 
-def _beside(path: Path) -> Path:
+def database_beside(path: Path) -> Path:
+    """The only .dbc file beside a log.
+
+    Raises:
+        InvalidInputError: there is none, or more than one.
+    """
     found = sorted(path.parent.glob("*.dbc"))
     if len(found) != 1:
         raise InvalidInputError(

@@ -10,6 +10,7 @@ import numpy as np
 from identification.reading.channels import ChannelFile, Samples
 from identification.reading.formats.opening import closing, library, require_size
 from identification.reading.signal_map import SignalMap
+from symbolic import InvalidInputError
 
 
 @contextmanager
@@ -27,7 +28,7 @@ def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
 
         def read(name: str) -> Samples:
             group, channel = places[name]
-            require_size(path, name, file.groups[group].channel_group.cycles_nr)
+            _require_records(path, name, file.groups[group])
             signal = file.get(group=group, index=channel)
             return Samples(
                 values=np.asarray(signal.samples),
@@ -36,6 +37,23 @@ def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
             )
 
         yield ChannelFile(names=list(places), read=read)
+
+
+def _require_records(path: Path, name: str, group: Any) -> None:
+    """Refuses a group whose blocks hold more than its records, which asammdf writes beyond its buffers.
+
+    Raises:
+        InvalidInputError: they do, or the records are too many.
+    """
+    head = group.channel_group
+    require_size(path, name, head.cycles_nr)
+    record = head.samples_byte_nr + getattr(head, "invalidation_bytes_nr", 0)
+    held = sum(block.original_size for block in group.get_data_blocks())
+    if getattr(group, "sorted", True) and held >= (head.cycles_nr + 1) * max(1, record):
+        raise InvalidInputError(
+            f"{path}: is damaged, the group of {name} declares {head.cycles_nr} records and holds {held}"
+            f" bytes, {record} each"
+        )
 
 
 def _close_quietly(file: Any) -> None:

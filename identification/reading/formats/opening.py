@@ -10,6 +10,7 @@ from typing import Any
 
 from identification.reading.channels import Opener, tabulate
 from identification.reading.files import LARGEST_FILE, require_readable
+from identification.reading.formats.memory import MOST_MEMORY, bounded_memory
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MOST_SAMPLES, Table
 from symbolic import InvalidInputError
@@ -52,10 +53,15 @@ class FormatReader:
         """Read the table; see `Reader`."""
         require_readable(path, self.largest)
         try:
-            with self.opener(path, signals) as file:
+            with bounded_memory(), self.opener(path, signals) as file:
                 return tabulate(path, file, needed, signals)
-        except (InvalidInputError, MemoryError):
+        except InvalidInputError:
             raise
+        except MemoryError:
+            raise InvalidInputError(
+                f"{path}: takes more than {MOST_MEMORY / 1e9:g} GB of memory to read;"
+                " it is damaged, or cut it, or thin it"
+            ) from None
         except Exception as error:
             # Every library has exceptions of its own for damaged files, and some have any.
             reason = excerpt(" ".join(str(error).split()) or type(error).__name__)

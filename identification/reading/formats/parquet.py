@@ -10,6 +10,11 @@ import numpy as np
 from identification.reading.channels import ChannelFile, Samples
 from identification.reading.formats.opening import closing, library, require_size
 from identification.reading.signal_map import SignalMap
+from symbolic import InvalidInputError
+from symbolic.parsing import excerpt
+
+_KINDS = ("bool", "int", "uint", "half", "float", "double", "decimal", "date", "time")
+"""Begin the names of types of a fixed size; texts and lists may unpack to any."""
 
 
 @contextmanager
@@ -21,6 +26,8 @@ def open_parquet(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
 
         def read(name: str) -> Samples:
             require_size(path, name, file.metadata.num_rows)
+            if not str(schema.field(name).type).startswith(_KINDS):
+                raise InvalidInputError(f"{path}: column {excerpt(name)} must hold numbers")
             values = _numbers(file.read(columns=[name]).column(name))
             unit = (schema.field(name).metadata or {}).get(b"unit", b"")
             return Samples(values=values, unit=unit.decode("utf-8", "replace"))

@@ -40,6 +40,7 @@ def open_ros(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
             start = None
             for _, stamp, raw in bag.messages([connection]):
                 message = bag.deserialize(raw, connection.msgtype)
+                require_size(path, name, len(times) + 1)
                 now = _stamp(message, stamp)
                 start = bag.start_time if start is None else start
                 times.append((now - start) * 1e-9)

@@ -13,6 +13,7 @@ static void begin_patch(${name}_patch_t *patch, const ${real} *signals, ${real} 
     clear_patch(patch, angle);
 }
 
+%% if not is_window or angle_is_state == "1"
 /* Moment of the patch over k [m^3 rad], its derivative by scale, and, where it is used, by the angle. */
 static void patch_moment(const ${name}_patch_t *patch, ${real} scale, ${real} *moment) {
     ${real} total = (patch->rest - patch->angle) * ${still_moment}, by_scale = 0.0, by_angle = -${still_moment};
@@ -33,11 +34,10 @@ static void patch_moment(const ${name}_patch_t *patch, ${real} scale, ${real} *m
     moment[2] = by_angle;
 }
 
-/* Advances the patch to the signals of a sample: angle, rate, load, time. torque: M_z [N m], its derivative by
-   mu and by the angle; slide: effective friction over mu, and what is beside it. */
-static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu, ${real} retention, ${real} *torque, ${real} *slide) {
-    ${real} terms[TERMS], moment[3];
-    const ${real} scale = mu / ${k};
+%% endif
+/* Advances the patch to the signals of a sample: angle, rate, load, time; scale = mu / k. terms: what the effects
+   make of the sample; slide: effective friction over mu, and what is beside it. */
+static void turn_with_effects(${name}_patch_t *patch, const ${real} *signals, ${real} scale, ${real} *terms, ${real} *slide) {
 %% if own
     ${real} own_next[${own}];
     int32_t i;
@@ -46,12 +46,21 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
 %% else
     sample_terms(signals, terms);
 %% endif
-    (void)retention;
     turn_patch(patch, terms[TERM_PSI], ${level} * terms[TERM_BASE], scale);
+    slide[0] = terms[TERM_SLIDE];
+    slide[1] = terms[TERM_BESIDE];
+}
+%% if not is_window
+
+/* The same; torque: M_z [N m], its derivative by mu and by the angle. */
+static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu, ${real} retention, ${real} *torque, ${real} *slide) {
+    ${real} terms[TERMS], moment[3];
+    const ${real} scale = mu / ${k};
+    (void)retention;
+    turn_with_effects(patch, signals, scale, terms, slide);
     patch_moment(patch, scale, moment);
     torque[0] = ${k} * moment[0] + terms[TERM_TORQUE];
     torque[1] = moment[1];
     torque[2] = ${k} * moment[2] + terms[TERM_TORQUE_BY_PSI];
-    slide[0] = terms[TERM_SLIDE];
-    slide[1] = terms[TERM_BESIDE];
 }
+%% endif

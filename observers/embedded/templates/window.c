@@ -1,8 +1,13 @@
 /* The window: the last ${window} samples in a ring, the states at each, and the patch after each. */
 
-enum { STATES = ${states}, ROW = 6, CLEAN = ${clean} };
-/* A row of a sample: load, time, torque, turn, whether it is accepted, and the jump of the variance of ln mu. */
-enum { ROW_F_N, ROW_DT, ROW_M_Z, ROW_TRAVEL, ROW_ACCEPTED, ROW_JUMP };
+enum { STATES = ${states}, CLEAN = ${clean} };
+/* A row of a sample: what was measured, whether it is accepted, and the jump of the variance of ln mu. */
+enum {
+%% for name in row
+    ROW_${name|upper},
+%% endfor
+    ROW
+};
 
 %% if bristles
 /* M_z [N m] of a sample at states x, with its derivative by mu: linear in mu. */
@@ -10,6 +15,10 @@ static void torque_at(const ${name}_state_t *state, int32_t at, const ${real} *x
     torque[0] = state->M_z[at] + state->by_mu[at] * (exp(x[${log_mu}]) - state->mu[at]);
     torque[1] = state->by_mu[at];
     torque[2] = 0.0;
+%% if steering
+    torque[0] += state->by_angle[at] * (x[${psi}] - state->angle[at]);
+    torque[3] = state->by_angle[at];
+%% endif
 }
 
 %% else
@@ -61,6 +70,10 @@ static void torque_at(const ${name}_state_t *state, int32_t at, const ${real} *x
     torque[0] = k * total;
     torque[1] = by_scale;
     torque[2] = ${k} * (total - scale * by_scale);
+%% if steering
+    torque[0] += state->by_angle[at] * (x[${psi}] - state->angle[at]);
+    torque[3] = state->by_angle[at];
+%% endif
 }
 
 %% endif
@@ -86,11 +99,15 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
         state->lost[i][1] = 0.0;
         state->corners[i] = 0;
 %% endif
+%% if steering
+        state->angle[i] = 0.0;
+        state->by_angle[i] = 0.0;
+%% endif
     }
     for (j = 0; j < STATES * STATES; ++j) state->P_newest[j] = state->factor[j];
     for (j = 0; j < 2; ++j) state->counts[j] = 0.0;
     for (j = 0; j < 4; ++j) state->monitor[j] = 0.0;
-%% if bristles
+%% if bristles or effects
     begin_patch(&state->patch, &state->last[0], ${prior_mu});
 %% else
     clear_patch(&state->patch, sample[0]);
@@ -101,7 +118,7 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
 
 /* One sample of the filter over the window: from mean and factor to those of the next sample. */
 static void filter_sample(const ${name}_state_t *state, int32_t at, int32_t next, ${real} *mean, ${real} *factor, ${real} *eliminated) {
-    ${real} torque[3], mean_next[STATES] = {0.0}, factor_next[STATES * STATES] = {0.0};
+    ${real} torque[4], mean_next[STATES] = {0.0}, factor_next[STATES * STATES] = {0.0};
     int32_t i;
     torque_at(state, at, state->x[at], torque);
     {
@@ -171,11 +188,48 @@ static void smooth(${name}_state_t *state) {
     }
 }
 
+%% if bristles or effects
+/* Advances the patch to the signals of a sample, and stores what the window keeps of it. */
+static void follow_sample(${name}_state_t *state, int32_t at, const ${real} *signals, ${real} mu, ${real} retention, ${real} *slide) {
+%% if bristles
+    ${real} torque[3];
+    advance_patch(&state->patch, signals, mu, retention, torque, slide);
+    state->M_z[at] = torque[0];
+    state->by_mu[at] = torque[1];
+    state->mu[at] = mu;
+%% if steering
+    state->by_angle[at] = torque[2];
+%% endif
+%% else
+    const ${real} scale = mu / ${k};
+    ${real} terms[TERMS];
+    (void)retention;
+    turn_with_effects(&state->patch, signals, scale, terms, slide);
+%% if steering
+    {
+        ${real} moment[3];
+        patch_moment(&state->patch, scale, moment);
+        state->by_angle[at] = ${k} * moment[2] + terms[TERM_TORQUE_BY_PSI];
+    }
+%% endif
+    store_patch(state, at, scale);
+    /* The torque beside the patch does not depend on mu. */
+    state->lost[at][0] += terms[TERM_TORQUE] / ${k};
+%% endif
+%% if steering
+    state->angle[at] = signals[0];
+%% endif
+}
+
+%% endif
 /* One sample. */
 static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${real} now[CLEAN] = {0.0}, imputed = 0.0, newest[STATES] = {0.0}, P[STATES * STATES] = {0.0};
-    ${real} torque[3], test[7] = {0.0}, counts[2] = {0.0}, monitor[4] = {0.0}, output[OUTPUTS] = {0.0};
-    ${real} ${"retention[2], slide[2]" if bristles else "scale"};
+    ${real} torque[4] = {0.0}, test[7] = {0.0}, counts[2] = {0.0}, monitor[4] = {0.0}, output[OUTPUTS] = {0.0};
+    ${real} ${"retention[2], slide[2]" if bristles else "slide[2]" if effects else "scale"};
+%% if steering
+    ${real} signals[4];
+%% endif
     const int32_t last = state->newest, at = (last + 1) % ${window};
     int32_t i;
     {
@@ -185,33 +239,40 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     }
     update_arrival_cost(state, at);
     {
+%% if steering
+        const ${real} *arg[5] = {state->x[last], torque, state->P_newest, state->last, now};
+%% else
         const ${real} *arg[4] = {state->x[last], state->P_newest, state->last, now};
+%% endif
         ${real} *res[2] = {newest, P};
+%% if steering
+        torque_at(state, last, state->x[last], torque);
+%% endif
         predict(arg, res, 0, 0, 0);
     }
 %% if bristles
-    {
-        const ${real} mu = exp(newest[${log_mu}]);
-        retentions(state->P_newest, now, retention);
-        advance_patch(&state->patch, now, mu, retention[0], torque, slide);
-        state->M_z[at] = torque[0];
-        state->by_mu[at] = torque[1];
-        state->mu[at] = mu;
-    }
+    retentions(state->P_newest, now, retention);
+%% endif
+%% if steering
+%% elif bristles or effects
+    follow_sample(state, at, now, exp(newest[${log_mu}]), ${"retention[0]" if bristles else "1.0"}, slide);
 %% else
     scale = exp(newest[${log_mu}]) / (${k} * ${stiffness_newest});
     turn_patch(&state->patch, now[0], ${level} * now[2], scale);
     store_patch(state, at, scale);
 %% endif
     for (i = 0; i < STATES; ++i) state->x[at][i] = newest[i];
-    state->row[at][ROW_F_N] = now[2];
-    state->row[at][ROW_DT] = now[3];
-    state->row[at][ROW_M_Z] = now[4];
-    state->row[at][ROW_TRAVEL] = now[CLEAN - 1];
+%% for name, place in measured
+    state->row[at][ROW_${name|upper}] = now[${place}];
+%% endfor
     state->row[at][ROW_ACCEPTED] = 1.0;
     state->row[at][ROW_JUMP] = 0.0;
     state->newest = at;
+%% if steering
+    /* The angle is measured, which does not depend on the torque of the same sample. */
+%% else
     torque_at(state, at, newest, torque);
+%% endif
     {
         const ${real} *arg[6] = {newest, torque, now, P, state->counts, state->monitor};
         ${real} *res[3] = {test, counts, monitor};
@@ -223,6 +284,16 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
 %% endif
     accept_samples(state, test);
     smooth(state);
+%% if steering
+    /* The patch follows the corrected angle. */
+    signals[0] = state->x[at][${psi}];
+    signals[1] = state->x[at][${psi_dot}];
+    signals[2] = now[2];
+    signals[3] = now[3];
+    follow_sample(state, at, signals, exp(state->x[at][${log_mu}]), ${"retention[0]" if bristles else "1.0"}, slide);
+    torque_at(state, at, state->x[at], torque);
+    test[4] = torque[0];
+%% endif
 %% if bristles
     if (test[1] != 0.0) {
         state->by_mu[at] *= retention[1];
@@ -230,7 +301,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     }
 %% endif
     {
-        const ${real} *arg[${7 if bristles else 6}] = {state->x[at], state->P_newest, newest, now, test, &imputed${", slide" if bristles else ""}};
+        const ${real} *arg[${7 if bristles or effects else 6}] = {state->x[at], state->P_newest, newest, now, test, &imputed${", slide" if bristles or effects else ""}};
         ${real} *res[1] = {output};
         step_output(arg, res, 0, 0, 0);
     }

@@ -49,15 +49,19 @@ def write_tdms(path: Path, columns: Columns) -> None:
         )
 
 
-def write_mdf(path: Path, columns: Columns) -> None:
+def write_mdf(path: Path, columns: Columns, version: str = "4.10") -> None:
     asammdf = pytest.importorskip("asammdf", reason="needs brushgrip[mdf]")
     times = columns["Time"] / 1e3
     signals = [
         asammdf.Signal(v, times, name=n, unit=UNITS[n]) for n, v in columns.items() if n != "Time"
     ]
-    with asammdf.MDF(version="4.10") as file:
+    with asammdf.MDF(version=version) as file:
         file.append(signals)
-        file.save(path, overwrite=True, compression=2)
+        file.save(path, overwrite=True, compression=2 if version > "4" else 0)
+
+
+def write_mdf_3(path: Path, columns: Columns) -> None:
+    write_mdf(path, columns, "3.30")
 
 
 def write_parquet(path: Path, columns: Columns) -> None:
@@ -123,6 +127,31 @@ def write_ros(path: Path, columns: Columns) -> None:
             bag.write(connection, nanoseconds, store.serialize_ros1(message, state.__msgtype__))
 
 
+def write_ros_2(path: Path, columns: Columns) -> None:
+    """A folder with the messages in SQLite or MCAP, as rosbag2 lays it out, beside metadata.yaml."""
+    pytest.importorskip("rosbags", reason="needs brushgrip[ros]")
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    kinds = store.types
+    stamp, header = kinds["builtin_interfaces/msg/Time"], kinds["std_msgs/msg/Header"]
+    state = kinds["sensor_msgs/msg/JointState"]
+    plugin = StoragePlugin.MCAP if path.suffix == ".mcap" else StoragePlugin.SQLITE3
+    rows = zip(*(columns[n].tolist() for n in ("Time", "Angle", "Mz", "Load")), strict=True)
+    with Writer(path.parent, version=9, storage_plugin=plugin) as bag:
+        connection = bag.add_connection("/rig", state.__msgtype__, typestore=store)
+        for time, angle, torque, load in rows:
+            nanoseconds = round(time * 1e6) + 1_600_000_000 * 10**9
+            head = header(stamp=stamp(*divmod(nanoseconds, 10**9)), frame_id="")
+            message = state(
+                header=head, name=["wheel"], position=np.array([angle]), velocity=np.array([load]),
+                effort=np.array([torque]),
+            )  # fmt: skip
+            bag.write(connection, nanoseconds, store.serialize_cdr(message, state.__msgtype__))
+
+
+JOINT_STATE = "psi=/rig.position.0:deg,M_z=-/rig.effort.0,F_N=/rig.velocity.0"
 OWN_CLOCK = "psi=Angle:deg,M_z=-Mz,F_N=Load"
 WRITERS: dict[str, tuple[str, Callable[[Path, Columns], None], str]] = {
     "german": ("run.csv", write_german, MAP),
@@ -134,10 +163,9 @@ WRITERS: dict[str, tuple[str, Callable[[Path, Columns], None], str]] = {
     "blf": ("run.blf", write_can, OWN_CLOCK),
     "asc": ("run.asc", write_can, OWN_CLOCK),
     "candump": ("run.log", write_can, OWN_CLOCK),
-    "ros": (
-        "run.bag",
-        write_ros,
-        "psi=/rig.position.0:deg,M_z=-/rig.effort.0,F_N=/rig.velocity.0",
-    ),
+    "mdf 3": ("run.mdf", write_mdf_3, OWN_CLOCK),
+    "ros": ("run.bag", write_ros, JOINT_STATE),
+    "ros 2": ("bag/bag.db3", write_ros_2, JOINT_STATE),
+    "ros 2 mcap": ("bag/bag.mcap", write_ros_2, JOINT_STATE),
 }
 """File name, writer and map of each format."""

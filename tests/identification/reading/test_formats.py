@@ -1,11 +1,20 @@
 """One recording in every format, read back; and the friction that comes out of it."""
 
+import struct
+import sys
+import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from identification import Recording, fit, read_recording, read_rig
+from identification.reading.channels import ChannelFile, Samples
+from identification.reading.formats.opening import FormatReader
+from identification.reading.signal_map import SignalMap
+from identification.reading.table import REQUIRED_COLUMNS
 from symbolic import InvalidInputError, Model
 from tests.identification.reading.logs import OWN_CLOCK, WRITERS, as_logged, write_can
 
@@ -121,6 +130,78 @@ def test_a_missing_channel_lists_those_there_and_proposes_a_map(
 
     with pytest.raises(InvalidInputError, match=r"missing.*Angle.*--map '.*psi=.*Angle"):
         read_recording(path, (original.rig, original.tyre))
+
+
+def test_texts_that_unpack_to_far_more_are_refused(tmp_path: Path, original: Recording) -> None:
+    pyarrow = pytest.importorskip("pyarrow", reason="needs brushgrip[parquet]")
+    parquet = pytest.importorskip("pyarrow.parquet", reason="needs brushgrip[parquet]")
+    text = pyarrow.array(["x" * 1000] * 12).dictionary_encode()
+    numbers = pyarrow.array(np.arange(12.0))
+    parquet.write_table(
+        pyarrow.table({"t": numbers, "psi": text, "M_z": numbers, "F_N": numbers}),
+        tmp_path / "b.parquet",
+    )
+
+    with pytest.raises(InvalidInputError, match=r"b\.parquet: column 'psi' must hold numbers"):
+        read_recording(tmp_path / "b.parquet", (original.rig, original.tyre))
+
+
+def test_a_chunk_that_unpacks_to_far_more_is_refused(
+    tmp_path: Path, original: Recording, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    h5py = pytest.importorskip("h5py", reason="needs brushgrip[hdf5]")
+    path = tmp_path / "bomb.h5"
+    with h5py.File(path, "w") as file:
+        for name in ("t", "psi", "M_z", "F_N"):
+            whole = file.create_dataset(name, data=np.arange(12.0), chunks=(12,), compression="gzip")
+        whole.id.write_direct_chunk((0,), zlib.compress(bytes(1_000_000)))
+    monkeypatch.setattr("identification.reading.formats.hdf5._UNTESTED", 0)
+
+    with pytest.raises(InvalidInputError, match=r"bomb\.h5: a chunk of F_N unpacks to more"):
+        read_recording(path, (original.rig, original.tyre))
+
+
+def test_a_file_of_many_objects_is_not_listed_without_end(
+    tmp_path: Path, original: Recording, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    h5py = pytest.importorskip("h5py", reason="needs brushgrip[hdf5]")
+    with h5py.File(tmp_path / "many.h5", "w") as file:
+        for i in range(9):
+            file[f"channel_{i}"] = 1.0
+    monkeypatch.setattr("identification.reading.formats.hdf5._MOST_OBJECTS", 3)
+
+    with pytest.raises(InvalidInputError, match="there are channel_0, channel_1, channel_2; say"):
+        read_recording(tmp_path / "many.h5", (original.rig, original.tyre))
+
+
+def test_more_data_than_records_are_refused(tmp_path: Path, original: Recording) -> None:
+    path, signals = written("mdf", tmp_path, original)
+    content, many = path.read_bytes(), struct.pack("<Q", original.t.size)
+    assert content.count(many) == 1
+    path.write_bytes(content.replace(many, struct.pack("<Q", 24)))
+
+    with pytest.raises(InvalidInputError, match=r"declares 24 records and holds \d+ bytes, \d+ each"):
+        read_recording(path, (original.rig, original.tyre), signals=signals)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="bounds memory on Linux alone")
+def test_memory_is_bounded_whatever_a_library_asks_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import resource
+
+    @contextmanager
+    def asks_for_much(_: Path, __: SignalMap) -> Iterator[ChannelFile]:
+        np.ones(300_000_000)
+        yield ChannelFile(names=[], read=lambda _: Samples(values=np.empty(0)))
+
+    usual = resource.getrlimit(resource.RLIMIT_AS)
+    monkeypatch.setattr("identification.reading.formats.memory.MOST_MEMORY", 1_000_000_000)
+    (tmp_path / "run.xyz").write_bytes(b"anything")
+
+    with pytest.raises(InvalidInputError, match=r"run\.xyz: takes more than .* GB of memory to read"):
+        FormatReader(extra="mdf", opener=asks_for_much)(tmp_path / "run.xyz", REQUIRED_COLUMNS)
+    assert resource.getrlimit(resource.RLIMIT_AS) == usual
 
 
 def test_a_channel_too_long_is_refused_before_it_is_read(

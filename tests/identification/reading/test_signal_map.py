@@ -6,7 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identification import Recording, parse_signals, read_decay, read_recording, read_rig, read_signals
+from identification import (
+    Recording,
+    SignalMap,
+    SignalSource,
+    parse_signals,
+    read_decay,
+    read_recording,
+    read_rig,
+    read_signals,
+)
 from identification.reading.rigtext import signals_text
 from identification.reading.units import factor_of
 from symbolic import InvalidInputError, Rig, Tyre
@@ -122,6 +131,8 @@ def test_an_unknown_unit_of_a_file_is_asked_for(tmp_path: Path) -> None:
         ("psi=A,psi=B", "psi is given twice"),
         ("psi=0*A", "factor must be finite and not 0"),
         ("psi=1e999*A", "factor must be finite"),
+        ("psi=1e13*A", "factor must be finite and not 0, from 1e-12 to 1e+12"),
+        ("psi=A,dbc=car\0.dbc", "dbc must be the name of a file"),
         ("F_N=Load:MN", "'MN' is no unit of F_N"),
     ],
 )
@@ -142,6 +153,8 @@ def test_faults_of_a_map(text: str, fault: str) -> None:
         ("[signals]\npsi = { channel = 'A', unit = 1 }", "unit must be a text"),
         ("[signals]\npsi = { channel = 'A', unit = 'Nm' }", "'Nm' is no unit of psi"),
         ("[signals]\ndbc = 1", "dbc must be the name of a file"),
+        ('[signals]\ndbc = "a\\u0000"', "dbc must be the name of a file"),
+        (f"[signals]\npsi = {{ channel = 'A', factor = 1{'0' * 400} }}", "a number too large"),
     ],
 )
 def test_faults_of_a_section(section: str, fault: str, tmp_path: Path) -> None:
@@ -187,3 +200,10 @@ def test_a_data_frame_becomes_a_recording() -> None:
     assert read.name == "run"
     with pytest.raises(InvalidInputError, match=r"run: channel M_z missing; there are t, Steer"):
         Recording.from_dataframe(frame, RIG, name="run", signals="psi=Steer")
+
+
+def test_names_of_channels_are_written_so_that_they_are_read_again(tmp_path: Path) -> None:
+    signals = SignalMap(signals={"psi": SignalSource(channel='A\x7f"\\\n\u00b0')})
+    (tmp_path / "rig.toml").write_text(signals_text(signals), encoding="utf-8", newline="\n")
+
+    assert read_signals(tmp_path / "rig.toml") == signals

@@ -129,7 +129,11 @@ def test_no_process_stays_without_its_parent(tmp_path: Path, repository_root: Pa
         parent.kill()
     pids = [int(path.name) for path in tmp_path.iterdir()]
 
-    wait_for(lambda: not any(is_running(pid) for pid in pids))
+    try:
+        wait_for(lambda: not any(is_running(pid) for pid in pids))
+    finally:
+        for pid in filter(is_running, pids):
+            os.kill(pid, signal.SIGKILL)
 
 
 def busy(folder: str) -> None:

@@ -1,0 +1,140 @@
+"""Parts of a diagnosis: errors of a stage, an effect found, a candidate tried, curves of a recording."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.experiments.proposals import Proposal
+from identification.grades import Grade
+from identification.loops import draw_loops
+from identification.parameter_estimate import ParameterEstimate
+from symbolic import Scope
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Errors:
+    """Free-run torque errors of one stage of the model.
+
+    Attributes:
+        rmse: root mean square torque error of each recording [N m].
+        nrmse: the same over the recording's torque range [1].
+        training: names over which the training figures are averaged.
+        holdout: names over which the held-out figures are averaged.
+        left_out: root mean square torque error over range of each recording by the shared parameters of
+            the others, fitted anew without it; empty where recordings are held out or there is only one.
+        unrefitted: root mean square torque error over range of each held-out recording of which nothing
+            was fitted, see `identification.prediction`.
+    """
+
+    rmse: Mapping[str, float]
+    nrmse: Mapping[str, float]
+    training: tuple[str, ...]
+    holdout: tuple[str, ...]
+    left_out: Mapping[str, float] = field(default_factory=dict)
+    unrefitted: Mapping[str, float] = field(default_factory=dict)
+
+    def summary(self) -> dict[str, float | None]:
+        """Averages for `diagnosis.json`; None without recordings to average over."""
+        return {
+            "left_out_torque_nrmse": _mean(self.left_out, tuple(self.left_out)),
+            "torque_rmse": _mean(self.rmse, self.training),
+            "torque_nrmse": _mean(self.nrmse, self.training),
+            "holdout_torque_rmse": _mean(self.rmse, self.holdout),
+            "holdout_torque_nrmse": _mean(self.nrmse, self.holdout),
+            "holdout_torque_nrmse_unrefitted": _mean(self.unrefitted, tuple(self.unrefitted)),
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoundEffect:
+    """An effect that the search added.
+
+    Attributes:
+        name: of the effect.
+        summary: the effect in plain words.
+        parameters: its parameters; one that belongs to a recording has a name like "M_0 [fem1]", one
+            that is given and never fitted has no deviation.
+        holdout_nrmse_after: judged error once it was added [1].
+        delta_bic: change of the Bayesian information criterion by its addition; negative is better.
+        indistinguishable_from: effects that the judged data cannot distinguish from it.
+        scope: what its parameters belong to; "ground" where each ground has its own.
+        grade: how sure it is, see `identification.grades`.
+        standard_errors: by how many the judged error fell when it was added; None where that is unknown.
+        deviations: between its clearest parameter and no effect at all; None where there is none.
+        experiment: the manoeuvre that would distinguish it from the nearest of those; None without any.
+    """
+
+    name: str
+    summary: str
+    parameters: Mapping[str, ParameterEstimate]
+    holdout_nrmse_after: float
+    delta_bic: float
+    indistinguishable_from: tuple[str, ...]
+    experiment: Proposal | None = None
+    scope: Scope = "tyre"
+    grade: Grade = "strong"
+    standard_errors: float | None = None
+    deviations: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """An effect tried alone on top of the declared structure, in the first step of the search."""
+
+    name: str
+    summary: str
+    holdout_nrmse: float
+    delta_bic: float
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Series:
+    """One recording beside the models, for pictures; arrays of shape (n,).
+
+    Attributes:
+        name: the recording.
+        held_out: True where shared parameters are not fitted to it.
+        t: time [s].
+        psi: yaw angle [rad].
+        F_N: vertical load [N].
+        measured: measured aligning torque [N m], NaN where missing.
+        before: torque of the declared structure, refitted [N m].
+        after: torque with the effects found, refitted [N m].
+    """
+
+    name: str
+    held_out: bool
+    t: Array
+    psi: Array
+    F_N: Array
+    measured: Array
+    before: Array
+    after: Array
+
+    def plot(self, axes: "Axes | None" = None) -> "Axes":
+        """Draw the torque over the angle: measured, and by the models before and after.
+
+        Args:
+            axes: of matplotlib, to draw into; new ones of pyplot without.
+
+        Returns:
+            The axes.
+        """
+        curves = {
+            "measured": self.measured,
+            "declared structure, refitted": self.before,
+            "with the effects found": self.after,
+        }
+        return draw_loops(axes, self.psi, curves)
+
+
+def _mean(figures: Mapping[str, float], names: tuple[str, ...]) -> float | None:
+    return float(np.mean([figures[name] for name in names])) if names else None

@@ -1,0 +1,47 @@
+"""Torque over the angle, drawn into axes of matplotlib, which is imported when something is drawn."""
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symbolic.errors import printable
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+ALIGNING = "aligning torque $M_z$ [N m]"
+
+
+def draw_loops(
+    axes: "Axes | None",
+    psi: NDArray[np.float64],
+    torques: "Mapping[str, NDArray[np.float64] | None]",
+    torque_label: str = ALIGNING,
+) -> "Axes":
+    """Draw torques over the angle.
+
+    Args:
+        axes: to draw into; new ones of pyplot where None.
+        psi: yaw angle [rad], shape (n,).
+        torques: curves by their labels [N m], each of shape (n,).
+        torque_label: of the torque's axis.
+    """
+    if axes is None:
+        from matplotlib import pyplot
+
+        axes = pyplot.subplots(layout="constrained")[1]
+    for label, torque in torques.items():
+        if torque is not None:
+            axes.plot(psi, torque, lw=1.0, label=literal(label))
+    axes.set_xlabel("yaw angle ψ [rad]")
+    axes.set_ylabel(torque_label)
+    axes.legend()
+    return axes
+
+
+def literal(text: str) -> str:
+    """The text without formulas, and in the legend also where it begins with an underscore."""
+    visible = printable(text).replace("$", r"\$")
+    return "\u200b" * visible.startswith("_") + visible

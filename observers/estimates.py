@@ -1,0 +1,124 @@
+"""Estimates over a recording: arrays, a data frame, a picture, a table for notebooks."""
+
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from observers.protocol import Status
+from symbolic import InvalidInputError
+from symbolic.markup import html_table
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = NDArray[np.float64]
+BAND = 2.0
+"""Standard deviations to either side in a picture."""
+_SHOWN, _MARGIN = (0.05, 0.95), 0.15
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Estimates:
+    """Causal estimates over a recording; arrays of shape (n,), fields as in `Estimate`."""
+
+    t: Array
+    mu: Array
+    mu_std: Array
+    M_z_predicted: Array
+    informed: NDArray[np.bool_]
+    mu_eff: Array
+    mu_eff_std: Array
+    M_slide: Array
+    nis: Array
+    status: NDArray[np.int64]
+
+    def __repr__(self) -> str:
+        """One line: how many samples, how long, and friction at the end."""
+        count = self.t.size
+        if not count:
+            return "<Estimates of no sample>"
+        return f"<Estimates of {count} samples to {self.t[-1]:g} s: {self._friction()}>"
+
+    def _repr_html_(self) -> str:
+        """The same as a table, with when friction was known and what was odd."""
+        if not self.t.size:
+            return html_table("Estimates of no sample", [])
+        known = np.flatnonzero(self.informed)
+        since = (
+            f"from {self.t[known[0]]:g} s, {known.size} of {self.t.size} samples"
+            if known.size
+            else "never"
+        )
+        flags = [(flag, np.count_nonzero(self.status & flag.value)) for flag in Status if flag.value]
+        odd = ", ".join(f"{flag.name} {count}" for flag, count in flags if count)
+        rows = [
+            ("samples", f"{self.t.size} to {self.t[-1]:g} s"),
+            ("friction coefficient", self._friction()),
+            ("informed", since),
+            ("status", odd or "every sample used"),
+        ]
+        return html_table("Estimates", rows)
+
+    def plot(self, axes: "Axes | None" = None, *, label: str = "μ") -> "Axes":
+        """Draw friction over time: bold where it is informed, pale where it rests on the prior.
+
+        Args:
+            axes: of matplotlib, to draw into; new ones of pyplot without.
+            label: of the line in the legend.
+
+        Returns:
+            The axes.
+        """
+        new = axes is None
+        if axes is None:
+            from matplotlib import pyplot
+
+            axes = pyplot.subplots(layout="constrained")[1]
+        (line,) = axes.plot(self.t, np.where(self.informed, self.mu, np.nan), lw=1.8, label=label)
+        axes.plot(self.t, self.mu, color=line.get_color(), lw=0.8, alpha=0.5, label="_pale")
+        if np.isfinite(self.mu_std).any():
+            reach = BAND * self.mu_std
+            axes.fill_between(
+                self.t, self.mu - reach, self.mu + reach, color=line.get_color(), alpha=0.15, lw=0,
+                label=f"± {BAND:g} standard deviations",
+            )  # fmt: skip
+        if new:
+            self._frame(axes)
+        axes.legend()
+        return axes
+
+    def to_frame(self) -> Any:
+        """A data frame of pandas: one row a sample, `t` as its index [s], a column for each field.
+
+        Raises:
+            InvalidInputError: pandas is not installed.
+        """
+        try:
+            pandas = import_module("pandas")
+        except ImportError:
+            raise InvalidInputError(
+                "a data frame needs pandas; pip install 'brushgrip[pandas]'"
+            ) from None
+        columns = vars(self)
+        return pandas.DataFrame(
+            {n: v for n, v in columns.items() if n != "t"}, index=self.t
+        ).rename_axis("t")
+
+    def _friction(self) -> str:
+        known = "informed" if self.informed[-1] else "not informed"
+        return f"mu {self.mu[-1]:.3f} ± {self.mu_std[-1]:.3f} at the end, {known}"
+
+    def _frame(self, axes: "Axes") -> None:
+        """Labels, and limits for the informed estimates: the wide band before may be cut off."""
+        axes.set_xlabel("time t [s]")
+        axes.set_ylabel("friction coefficient μ [1]")
+        shown = self.informed & np.isfinite(self.mu)
+        if not shown.any():
+            return
+        mu, reach = self.mu[shown], BAND * np.nan_to_num(self.mu_std[shown])
+        low, high = np.quantile(mu - reach, _SHOWN[0]), np.quantile(mu + reach, _SHOWN[1])
+        margin = _MARGIN * max(high - low, 0.1)
+        axes.set_ylim(max(0.0, float(low - margin)), float(high + margin))
