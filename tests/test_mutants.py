@@ -1,10 +1,13 @@
 """The runner of the mutants, on a checkout of two lines."""
 
+import os
+import signal
+import subprocess
 from pathlib import Path
 
 import pytest
 
-from tests.mutants.run import Mutant, judge, passes_unchanged, read_mutants
+from tests.mutants.run import Mutant, end_stragglers, judge, passes_unchanged, read_mutants
 
 CODE = "LIMIT = 3\nOTHER = LIMIT\n"
 TEST = "from code_under_test import LIMIT\n\n\ndef test_limit():\n    assert LIMIT == 3\n"
@@ -44,6 +47,19 @@ def test_verdicts(change: Mutant, verdict: str, checkout: Path) -> None:
 
     assert outcome.verdict == verdict, outcome.output
     assert (checkout / "code_under_test.py").read_text() == CODE
+
+
+def test_no_process_of_a_change_stays(tmp_path: Path) -> None:
+    own, other = (
+        subprocess.Popen(["sleep", "60"], env={**os.environ, "PYTHONPATH": path}, start_new_session=True)
+        for path in (str(tmp_path), f"{tmp_path}_2")
+    )
+    end_stragglers(tmp_path)
+
+    assert own.wait(10) == -signal.SIGKILL
+    assert other.poll() is None
+    other.kill()
+    other.wait(10)
 
 
 @pytest.mark.long

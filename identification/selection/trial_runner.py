@@ -124,7 +124,11 @@ class TrialRunner:
 
 
 def values_for(present: Trial, effects: Sequence[Effect]) -> Values:
-    """The values of a trial without those of effects that are not in the set."""
+    """The values of a trial without those of effects that are not in the set.
+
+    Where an effect that gives lengths another meaning comes in or goes, the rig's are the declared ones:
+    lengths that imitate the effect within their tolerances would hold the fit at a minimum of its own.
+    """
     values, names = present.fitted.values, {effect.name for effect in effects}
 
     def of_the_set(parameters: Mapping[str, float]) -> dict[str, float]:
@@ -134,7 +138,13 @@ def values_for(present: Trial, effects: Sequence[Effect]) -> Values:
         {name: of_the_set(parameters) for name, parameters in place.items()}
         for place in (values.own, values.grounds)
     )
-    return replace(values, tyre=of_the_set(values.tyre), own=own, grounds=grounds)
+    lengths_changed = _of_lengths(effects) != _of_lengths(present.fitted.model.effects)
+    rig = {} if lengths_changed else values.rig
+    return replace(values, tyre=of_the_set(values.tyre), own=own, grounds=grounds, rig=rig)
+
+
+def _of_lengths(effects: Sequence[Effect]) -> set[str]:
+    return {effect.name for effect in effects if effect.of_lengths}
 
 
 def jobs_of(jobs: int | None) -> int:

@@ -118,6 +118,8 @@ class Effect:
         torque_by_ground: True where `torque` is the ground's, so that the torque of full slide includes
             it. What bearings, springs and the sensor add is not the ground's friction.
         regroups: True where it gives parameters of the model another scope, see `scope_of`.
+        of_lengths: True where it gives the declared half-length another meaning, so that lengths found
+            within their tolerances without it say nothing of those beside it.
         signatures: what the residual follows where the effect is missing; empty if no signal shows it.
     """
 
@@ -129,6 +131,7 @@ class Effect:
     sensor: bool = False
     torque_by_ground: bool = False
     regroups: bool = False
+    of_lengths: bool = False
     signatures: tuple[ResidualSignature, ...] = ()
 
     def fixed_values(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:

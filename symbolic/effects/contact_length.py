@@ -35,7 +35,7 @@ class ContactLength(Effect):
     name: str = "contact_length"
     summary: str = "the length of the contact patch follows the load"
     parameters: tuple[Parameter, ...] = (
-        Parameter(name="n", unit="1", neutral=0.0, start=0.1, lower=0.0, upper=1.0, scale=0.2),
+        Parameter(name="n", unit="1", neutral=0.0, start=0.3, lower=0.0, upper=1.0, scale=0.2),
         Parameter(
             name="F_0", unit="N", neutral=None, start=400.0, lower=1e-3, upper=1e9, scale=100.0,
             fixed=True,
@@ -50,6 +50,7 @@ class ContactLength(Effect):
         ResidualSignature("the torque times the load", rank=1),
     )
     discrete: bool = True
+    of_lengths: bool = True
 
     def fixed_values(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:
         """F_0 and m, see above; m within its bounds."""

@@ -1,4 +1,6 @@
 from dataclasses import replace
+from types import SimpleNamespace
+from typing import cast
 
 import numpy as np
 import pytest
@@ -8,13 +10,15 @@ from identification.fits.autocorrelation import effective_samples
 from identification.fits.covariance import standard_deviations
 from identification.fits.loss import rmse_of
 from identification.fits.problem import torque_range
-from identification.fits.values import initial_guess
+from identification.fits.values import Values, initial_guess
 from identification.prediction import residual_of
 from identification.selection.criteria import DEFAULT_CRITERIA, advantage, delta_bic
 from identification.selection.leave_one_out import leave_one_out
+from identification.selection.trial_runner import values_for
 from identification.selection.trials import (
     RANKING,
     Judgement,
+    Trial,
     TrialTask,
     fit_own_parameters,
     judge,
@@ -276,3 +280,18 @@ def test_two_steps_balance_what_is_in_series(three: list[Recording], name: str) 
     )
 
     assert rmse_of(two - many) < 1e-5 * torque_range(thinned)
+
+
+@pytest.mark.parametrize(
+    ("present", "wanted", "kept"),
+    [((), ("contact_length",), False), (("contact_length",), (), False), ((), ("patch_width",), True),
+     (("contact_length",), ("contact_length", "patch_width"), True)],
+)  # fmt: skip
+def test_lengths_begin_anew_where_they_get_another_meaning(
+    present: tuple[str, ...], wanted: tuple[str, ...], kept: bool
+) -> None:
+    values = Values(tyre={"k": 2e6}, own={"one": {"mu": 1.0}}, rig={"one": {"a": 0.044}})
+    model = Model(effects=effects_named(present))
+    trial = cast(Trial, SimpleNamespace(fitted=SimpleNamespace(values=values, model=model)))
+
+    assert values_for(trial, effects_named(wanted)).rig == (values.rig if kept else {})
