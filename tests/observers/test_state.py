@@ -153,12 +153,12 @@ def test_parts_of_a_state(kind: Any, settings: Any, samples: Any) -> None:
     assert state["x"].shape == ((n,) if kind is Ekf else (n, window))
     assert state["factor"].shape == (n, n)
     assert state["counts"].shape == (2,)
-    assert (observer.step_function.size1_in(0), observer.step_function.size1_in(1)) == (
+    assert (observer.screened_step.size1_in(0), observer.screened_step.size1_in(1)) == (
         state.values.size,
         6,
     )
-    assert observer.step_function.name_in() == ["state", "sample", "constants"]
-    assert observer.step_function.name_out() == ["state_next", "output"]
+    assert observer.screened_step.name_in() == ["state", "sample", "constants"]
+    assert observer.screened_step.name_out() == ["state_next", "output"]
     with pytest.raises(KeyError):
         state["no such part"]
 
