@@ -89,14 +89,14 @@ class CasadiObserver:
         return INFORMED
 
     @property
-    def limits(self) -> tuple[float, ...]:
+    def sample_limits(self) -> tuple[float, ...]:
         """Limits of what a sensor may give, in the order of `observers.tuning.PLAUSIBLE`."""
         return Tuning().limits
 
     @property
     def screened_step(self) -> ca.Function:
         """`step_function` of plausible samples alone, see `observers.screening`."""
-        return build_screened_step(self.step_function, self.layout, self.limits)
+        return build_screened_step(self.step_function, self.layout, self.sample_limits)
 
     @property
     def layout(self) -> Layout:

@@ -73,7 +73,7 @@ class ModelObserver(CasadiObserver):
         return self.tuning.informed_below
 
     @property
-    def limits(self) -> tuple[float, ...]:
+    def sample_limits(self) -> tuple[float, ...]:
         """Limits of what a sensor may give, in the order of `observers.tuning.PLAUSIBLE`."""
         return self.tuning.limits
 

@@ -142,7 +142,7 @@ def beyond_limits(samples: Array, limits: tuple[float, ...]) -> NDArray[np.bool_
 
 def limits_of(observer: object) -> tuple[float, ...]:
     """The limits of an observer's samples; beyond any value for one that does not screen them."""
-    limits: tuple[float, ...] = getattr(observer, "limits", (NO_LIMIT,) * len(PLAUSIBLE))
+    limits: tuple[float, ...] = getattr(observer, "sample_limits", (NO_LIMIT,) * len(PLAUSIBLE))
     return limits
 
 

@@ -30,7 +30,8 @@ from observers.embedded.templating import Body, render
 from observers.measurement_model import LEAST_FIRST_LOAD, RIG, SENSIBLE
 from observers.model_observer import RIG_UNITS
 from observers.protocol import ESTIMATE, LONGEST_STEP, OUTPUT, FunctionObserver, Status
-from observers.screening import SLACK, limits_of
+from observers.screening import SLACK
+from observers.tuning import Tuning
 from symbolic import InvalidInputError
 from symbolic.serialisation import units_of
 
@@ -138,7 +139,7 @@ def template_terms(observer: FunctionObserver, real: Real, name: str) -> dict[st
         "prior_std": real.literal(prior.mu_std),
         "informed_below": real.literal(observer.informed_below),
         "rate_time_constant": repr(MEMORY),
-        "limits": [real.literal(limit) for limit in limits_of(observer)],
+        "limits": [real.literal(limit) for limit in getattr(observer, "sample_limits", Tuning().limits)],
         "slack": real.literal(SLACK),
         "longest_step": repr(LONGEST_STEP),
         "largest_value": repr(SENSIBLE),
