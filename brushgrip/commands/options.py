@@ -42,9 +42,11 @@ def usable_folder(path: Path | None) -> Path | None:
 
 def model_file(path: Path | None) -> Path | None:
     """The name of a model file: of a folder of a diagnosis, that in it."""
-    if path is not None and path.is_dir() and (path / "model.json").is_file():
-        return path / "model.json"
-    return path
+    try:
+        inside = path is not None and path.is_dir() and (path / "model.json").is_file()
+    except (OSError, ValueError):  # Its reader says what is wrong with the name.
+        return path
+    return path / "model.json" if path is not None and inside else path
 
 
 RecordingNames = Annotated[
