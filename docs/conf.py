@@ -96,5 +96,9 @@ html_theme_options = {
     "show_prev_next": False,
     "navigation_depth": 2,
     # An example has no sections to list beside it; its output needs the width.
-    "secondary_sidebar_items": {"gallery/**": [], "index": [], "**": ["page-toc"]},
+    "secondary_sidebar_items": {
+        **{f"gallery/{name}": [] for name in GALLERY},
+        "index": [],
+        "**": ["page-toc"],
+    },
 }

@@ -18,9 +18,10 @@ from observers.compiled_step import (
 )
 from observers.effective_friction import build_effective_friction, output_vector
 from observers.layout import Expression, Layout, ObserverState, outputs_of
-from observers.measurement_model import LEAST_FIRST_LOAD, SENSIBLE
+from observers.measurement_model import LEAST_FIRST_LOAD
 from observers.protocol import ESTIMATE, OUTPUT, Estimate, Sample, Status, prior_estimate
-from observers.tuning import INFORMED
+from observers.screening import SCREEN, build_screened_step, initial_screen, is_first
+from observers.tuning import INFORMED, Tuning
 from symbolic import DECLARED, GEOMETRY, InvalidInputError, Model, Rig
 from symbolic.serialisation import units_of
 
@@ -88,8 +89,18 @@ class CasadiObserver:
         return INFORMED
 
     @property
+    def sample_limits(self) -> tuple[float, ...]:
+        """Limits of what a sensor may give, in the order of `observers.tuning.PLAUSIBLE`."""
+        return Tuning().limits
+
+    @property
+    def screened_step(self) -> ca.Function:
+        """`step_function` of plausible samples alone, see `observers.screening`."""
+        return build_screened_step(self.step_function, self.layout, self.sample_limits)
+
+    @property
     def layout(self) -> Layout:
-        """The parts of a state."""
+        """The parts of a state, which those of the check of samples follow."""
         raise NotImplementedError
 
     @property
@@ -155,14 +166,14 @@ class CasadiObserver:
         Raises:
             InvalidInputError: psi is not finite or F_N is less than 0.001 N.
         """
-        if not (abs(first.psi) < SENSIBLE and LEAST_FIRST_LOAD <= first.F_N < SENSIBLE):
+        if not is_first(self, first.psi, first.F_N):
             raise InvalidInputError(
-                f"the first sample must have a finite psi and F_N >= {LEAST_FIRST_LOAD:g} N, as they say"
-                f" where the patch stands; got psi = {first.psi} rad, F_N = {first.F_N} N; wait for one"
-                " that has"
+                f"the first sample must have a finite psi and F_N >= {LEAST_FIRST_LOAD:g} N, both within"
+                f" the limits of the tuning, as they say where the patch stands; got psi = {first.psi}"
+                f" rad, F_N = {first.F_N} N; wait for one that has"
             )
-        state = self.initial_function(np.array(first.numbers), self.constants)
-        return ObserverState(state.full().ravel(), self.layout)
+        state = self.initial_function(np.array(first.numbers), self.constants).full().ravel()
+        return ObserverState(np.concatenate([state, initial_screen(first.psi)]), self._parts)
 
     def step(self, state: ObserverState, sample: Sample) -> ObserverState:
         """The state after one more sample; the state given is not changed."""
@@ -201,11 +212,15 @@ class CasadiObserver:
 
     @cached_property
     def _size(self) -> int:
-        return self.layout.size
+        return self._parts.size
+
+    @cached_property
+    def _parts(self) -> Layout:
+        return Layout((*self.layout.fields, ("screen", SCREEN.size, 1)))
 
     @cached_property
     def _function(self) -> ca.Function:
-        return self.step_function
+        return self.screened_step
 
     @cached_property
     def _step(self) -> CompiledStep:

@@ -63,21 +63,28 @@ def run_stretches(stretch: ca.Function, state: Array, samples: Array, constants:
     return _stretches(stretch, state, samples, constants, 1)
 
 
-def states_of(stretch: ca.Function, state: Array, samples: Array, constants: Array) -> Array:
-    """The state after every sample, one column each."""
-    return _stretches(stretch, state, samples, constants, 0)
+def states_of(
+    stretch: ca.Function, state: Array, samples: Array, constants: Array, length: int = STRETCH
+) -> Array:
+    """The state after every sample, one column each; `length` is that of the stretch."""
+    return _stretches(stretch, state, samples, constants, 0, length)
 
 
 def _stretches(
-    stretch: ca.Function, state: Array, samples: Array, constants: Array, wanted: int
+    stretch: ca.Function,
+    state: Array,
+    samples: Array,
+    constants: Array,
+    wanted: int,
+    length: int = STRETCH,
 ) -> Array:
     """States (0) or outputs (1) along samples."""
     present, count = ca.DM(state), samples.shape[1]
-    padded = np.pad(samples, ((0, 0), (0, -count % STRETCH)), mode="edge")
-    tiled = ca.DM(np.tile(constants.reshape(-1, 1), STRETCH))
+    padded = np.pad(samples, ((0, 0), (0, -count % length)), mode="edge")
+    tiled = ca.DM(np.tile(constants.reshape(-1, 1), length))
     outputs = []
-    for at in range(0, count, STRETCH):
-        results = stretch.call([present, ca.DM(padded[:, at : at + STRETCH]), tiled])
+    for at in range(0, count, length):
+        results = stretch.call([present, ca.DM(padded[:, at : at + length]), tiled])
         present = results[0][:, -1]
         outputs.append(results[wanted].full())
     return np.hstack(outputs)[:, :count]

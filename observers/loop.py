@@ -6,21 +6,33 @@ from math import isfinite, nan
 from numbers import Integral
 from typing import Any
 
+import numpy as np
+
 from observers.angle_derivative import next_rate
-from observers.measurement_model import LEAST_FIRST_LOAD, SENSIBLE
+from observers.compiled_step import CompiledStep
 from observers.plausibility import Evidence, gathered, suspicions
 from observers.protocol import Estimate, Observer, Sample, Status, prior_estimate
+from observers.screening import SCREEN, beyond_limits, build_screen, initial_screen, is_first, limits_of
+from observers.tuning import NO_LIMIT
 from symbolic import InvalidInputError
+
+AT_PSI, AT_AGE = (SCREEN.places[name][0].start for name in ("psi", "age"))
 
 
 @dataclass(frozen=True, slots=True)
 class _LoopState:
-    """State between samples: the observer's, None before the start; last angle, its age, and rate."""
+    """State between samples.
+
+    That of the observer, None before the start; last angle, its age, and rate; that of the check of
+    samples, None before the start; whether a rate was measured beyond its limit.
+    """
 
     state: Any = None
     psi: float = nan
     age: float = 0.0
     psi_dot: float = 0.0
+    screen: Any = None
+    too_fast: bool = False
 
 
 class Loop:
@@ -29,8 +41,8 @@ class Loop:
     It starts at the first sample with a sensible psi and F_N >= 0.001 N, which says where the patch
     stands at rest. A yaw rate that a sample lacks, NaN, is taken from the past of the angle as in
     `observers.run`.
-    Where samples look like ones in another unit or of the other sign, no estimate is informed and its
-    status is `Status.IMPLAUSIBLE`.
+    Implausible values are left out, see `observers.screening`. Where samples look like ones in another
+    unit or of the other sign, no estimate is informed. The status of both is `Status.IMPLAUSIBLE`.
 
     Attributes:
         observer: the observer.
@@ -50,6 +62,8 @@ class Loop:
         self.history = history
         self.check_units = check_units
         self._rig = getattr(observer, "rig", None) if check_units else None
+        self._limits = limits_of(observer)
+        self._screen = CompiledStep(build_screen(), np.array(self._limits))
         self.reset()
 
     def reset(self) -> None:
@@ -114,23 +128,34 @@ class Loop:
 
     def _after(self, before: _LoopState, sample: Sample) -> _LoopState:
         """The state after one more sample."""
-        psi, rate, age = before.psi, before.psi_dot, before.age + sample.dt
-        if abs(sample.psi) < SENSIBLE:
-            turn = sample.psi - psi if isfinite(psi) else 0.0
-            psi, rate, age = sample.psi, next_rate(rate, turn, age), 0.0
-        state = before.state
-        if not abs(sample.psi_dot) < SENSIBLE:
+        psi, rate, age, state = before.psi, before.psi_dot, before.age + sample.dt, before.state
+        psi_limit, rate_limit, *_ = self._limits
+        starts = state is None and is_first(self.observer, sample.psi, sample.F_N)
+        screen = initial_screen(sample.psi) if starts else before.screen
+        passed = sample.psi if abs(sample.psi) < psi_limit else nan
+        if screen is not None:
+            screen = self._screen(screen, sample)
+            passed = screen[AT_PSI] if screen[AT_AGE] == 0 else nan
+        if isfinite(passed):
+            turn = passed - psi if isfinite(psi) else 0.0
+            psi, rate, age = passed, next_rate(rate, turn, age), 0.0
+        too_fast = rate_limit <= abs(sample.psi_dot) < NO_LIMIT
+        if not abs(sample.psi_dot) < rate_limit:
             sample = replace(sample, psi_dot=rate)
-        if state is None and abs(sample.psi) < SENSIBLE and LEAST_FIRST_LOAD <= sample.F_N < SENSIBLE:
+        if starts:
             state = self.observer.init(sample)
         state = None if state is None else self.observer.step(state, sample)
-        return _LoopState(state, psi, age, rate)
+        return _LoopState(state, psi, age, rate, screen, too_fast)
 
     def _estimate(self, sample: Sample) -> Estimate:
         """The present estimate; the newest sample only lends its dt to the prior."""
         if self.state is None:
-            return prior_estimate(self.observer, sample.dt)
+            prior = prior_estimate(self.observer, sample.dt)
+            beyond = beyond_limits(np.array([sample.numbers]).T, self._limits)[0]
+            return replace(prior, status=prior.status | (Status.IMPLAUSIBLE if beyond else 0))
         estimate = self.observer.estimate(self.state)
+        if self._present.too_fast:
+            estimate = replace(estimate, status=estimate.status | Status.IMPLAUSIBLE)
         if not self.suspicions:
             return estimate
         return replace(estimate, informed=False, status=estimate.status | Status.IMPLAUSIBLE)

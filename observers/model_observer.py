@@ -73,6 +73,11 @@ class ModelObserver(CasadiObserver):
         return self.tuning.informed_below
 
     @property
+    def sample_limits(self) -> tuple[float, ...]:
+        """Limits of what a sensor may give, in the order of `observers.tuning.PLAUSIBLE`."""
+        return self.tuning.limits
+
+    @property
     def initial_function(self) -> ca.Function:
         """The state before the first sample; see `CasadiObserver.initial_function`."""
         return build_initial_state(self.model, self.measurement_model, self.layout)

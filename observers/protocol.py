@@ -93,7 +93,8 @@ _REMEDIES = {
     Status.NO_ROOT: "no mu explains the torque, the nearest was taken: check k and a, or use Ekf or Mhe",
     Status.INCONSISTENT: "model and stated error do not explain the torque, mu_std is too small: check"
     " units, a, F_N and k, find what the model lacks (brushgrip diagnose), or raise Tuning.error",
-    Status.IMPLAUSIBLE: "an input looks like one in another unit or of the other sign:"
+    Status.IMPLAUSIBLE: "a value is beyond its limit or psi jumps, and is left out: check the sensor, or"
+    " raise the limits of the tuning, or an input looks like one in another unit or of the other sign:"
     " Loop.suspicions names it",
 }
 

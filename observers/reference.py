@@ -71,7 +71,7 @@ def solve_window(observer: Mhe, state: ObserverState, max_iter: int = 200) -> Co
     """
     n, window = len(observer.states), observer.window
     weigh = _build_costs(observer.model, observer.measurement_model, window)
-    given = [ca.DM(state.values), ca.DM(observer.constants)]
+    given = [ca.DM(state.values[: observer.layout.size]), ca.DM(observer.constants)]
     start = ca.DM(state["x"].reshape(n, window, order="F"))
     variances = weigh(start, *given)[2].full()
     arrival = covariance_of(state["factor"].reshape(n, n, order="F"))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from observers.angle_derivative import causal_rate
 from observers.compiled_step import first_sample
 from observers.estimates import Estimates
-from observers.measurement_model import LEAST_FIRST_LOAD, SENSIBLE
+from observers.measurement_model import LEAST_FIRST_LOAD
 from observers.protocol import (
     ESTIMATE,
     BatchObserver,
@@ -16,6 +16,7 @@ from observers.protocol import (
     Sample,
     Status,
 )
+from observers.screening import beyond_limits, limits_of, screened_angles
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
@@ -55,6 +56,8 @@ def run(
     rows = np.full((len(ESTIMATE), samples.shape[1]), np.nan)
     for name in ("mu", "mu_std"):
         rows[ESTIMATE.index(name), :begins] = getattr(prior, name)
+    beyond = beyond_limits(samples[:, :begins], limits_of(observer))
+    rows[ESTIMATE.index("status"), :begins] = Status.MISSING + Status.IMPLAUSIBLE * beyond
     rows[:, begins:] = _estimates(observer, samples[:, begins:], one_by_one)
     return as_estimates(np.asarray(t, dtype=float), rows)
 
@@ -78,14 +81,21 @@ def arrange(
     if torque is None or not np.isfinite(torque).any():
         needed = "M, the steering torque" if observer.channel == "M" else "M_z, the aligning torque"
         raise InvalidInputError(f"this observer needs {needed}, in at least one sample")
-    known = (np.abs(psi) < SENSIBLE) & (F_N >= LEAST_FIRST_LOAD) & (F_N < SENSIBLE)
+    psi_limit, _, F_N_limit, *_ = limits = limits_of(observer)
+    known = (np.abs(psi) < psi_limit) & (F_N >= LEAST_FIRST_LOAD) & (F_N_limit > F_N)
     if not known.any():
-        raise InvalidInputError("psi must be finite and F_N at least 0.001 N in at least one sample")
-    nothing = np.full(t.size, np.nan)
-    rate = _rate(t, psi) if psi_dot is None else psi_dot
+        raise InvalidInputError(
+            "psi must be finite and F_N at least 0.001 N in at least one sample, both within the limits"
+            " of the tuning"
+        )
+    begins, nothing = int(np.argmax(known)), np.full(t.size, np.nan)
     steps, torques = np.diff(t, prepend=2 * t[0] - t[1]), (nothing if a is None else a for a in (M_z, M))
-    samples = np.vstack([psi, rate, F_N, steps, *torques])
-    return samples, int(np.argmax(known))
+    samples = np.vstack([psi, nothing if psi_dot is None else psi_dot, F_N, steps, *torques])
+    if psi_dot is None:
+        usable = np.where(np.abs(psi) < psi_limit, psi, np.nan)
+        usable[begins:] = screened_angles(samples[:, begins:], limits)
+        samples[1] = _rate(t, usable)
+    return samples, begins
 
 
 def as_estimates(t: Array, rows: Array) -> Estimates:

@@ -64,7 +64,7 @@ def smooth(
     samples, begins = arrange(observer, t, psi, F_N, M_z, psi_dot, M)
     used = samples[:, begins:]
     start = observer.init(first_sample(used)).values
-    states = states_of(compiled_stretch(observer.step_function), start, used, observer.constants)
+    states = states_of(compiled_stretch(observer.screened_step), start, used, observer.constants)
     mean, variance = smoothed_friction(observer, states)
     time = np.asarray(t, dtype=float)
     rows = np.full((len(ESTIMATE), time.size), np.nan)

@@ -16,10 +16,17 @@ STATES = ("log_mu", "M_0", "stiffness", "psi", "psi_dot")
 torque channel [N m], k over its nominal value [1], yaw angle [rad], yaw rate [rad/s]."""
 REFERENCE_STEP = 0.01
 """Time between samples for which `Tuning.noise` holds [s]."""
+NO_LIMIT = 1e9
+"""Values of this size are missing in any case [SI units]."""
 INFORMED = 0.5
 """Share of the prior's relative standard deviation below which an estimate is its own [1]."""
 
-LIMITS = ("mu", "least", "greatest", "zero_time", "error", "gate", "reset_after", "alarm", "explained")
+PLAUSIBLE = ("psi_limit", "psi_rate_limit", "F_N_limit", "torque_limit", "rezero_time")
+"""Limits of what a sensor may give, see `observers.screening`."""
+LIMITS = (
+    *("mu", "least", "greatest", "zero_time", "error", "gate", "reset_after", "alarm", "explained"),
+    *PLAUSIBLE,
+)
 """Fields that are no standard deviation: checked against each other, or inf means no limit."""
 
 
@@ -62,6 +69,15 @@ class Tuning:
             `observers.innovation_monitor`; inf for never.
         explained: mean square of the innovations over their variance beyond which the model and its
             stated error do not explain the torque [1], `Status.INCONSISTENT`; inf for never.
+        psi_limit: an angle of this size is implausible and left out [rad], `Status.IMPLAUSIBLE`; inf for
+            none, as for the limits that follow.
+        psi_rate_limit: so is an angle that a wheel as fast as this does not reach, and such a rate
+            [rad/s]. The fastest recording at hand turns at 3.8 rad/s; a spike in one of 100 samples a
+            second is seen from 0.09 rad on.
+        F_N_limit: so is a load of this size [N].
+        torque_limit: so is a torque of this size [N m].
+        rezero_time: an angle that has jumped and stays for so long is that of a sensor whose zero has
+            moved; the jump is taken off [s].
     """
 
     mu: float = 1.0
@@ -84,12 +100,17 @@ class Tuning:
     reset_after: int = 5
     alarm: float = 7.0
     explained: float = 1.0
+    psi_limit: float = 6.3
+    psi_rate_limit: float = 8.0
+    F_N_limit: float = 1e5
+    torque_limit: float = 1e4
+    rezero_time: float = 0.1
 
     def __post_init__(self) -> None:
         """Check signs and order."""
         for name in (
             "mu_std", "least", "zero_time", "stiffness_std", "noise", "psi_noise", "psi_dot_std", "gate",
-            "error", "alarm", "explained",
+            "error", "alarm", "explained", *PLAUSIBLE,
         ):  # fmt: skip
             if not getattr(self, name) > 0:
                 raise InvalidInputError(f"{name} must be greater than 0, got {getattr(self, name)}")
@@ -122,6 +143,11 @@ class Tuning:
     def informed(self, mu: Number, std: Number) -> NDArray[np.bool_] | bool:
         """False while an estimate of mu with this standard deviation [1] rests on the prior."""
         return std < self.informed_below * mu
+
+    @property
+    def limits(self) -> tuple[float, ...]:
+        """Limits of what a sensor may give in the order of `PLAUSIBLE`, none above `NO_LIMIT`."""
+        return tuple(min(float(getattr(self, name)), NO_LIMIT) for name in PLAUSIBLE)
 
     @property
     def vector(self) -> Array:

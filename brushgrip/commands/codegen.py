@@ -6,7 +6,26 @@ from typing import Annotated
 import typer
 
 from brushgrip.choices import GeneratedObserver, RealType, Target, TorqueChannel
-from brushgrip.commands.options import EffectModules, ModelFile, OutFolder, TuningProfile
+from brushgrip.commands.options import EffectModules, ModelFile, OutFolder, TuningProfile, TuningValues
+
+Ground = Annotated[
+    str | None,
+    typer.Option(
+        "--ground",
+        metavar="NAME",
+        help="Ground whose values are taken from the model file; the mean over its grounds without.",
+        show_default=False,
+    ),
+]
+Window = Annotated[
+    int | None,
+    typer.Option(
+        "--window",
+        metavar="N",
+        help="Samples that the MHE fits at once; 50 if left out.",
+        show_default=False,
+    ),
+]
 
 
 def codegen(
@@ -20,15 +39,9 @@ def codegen(
     model: ModelFile = None,
     effects: EffectModules = None,
     tuning: TuningProfile = None,
-    ground: Annotated[
-        str | None,
-        typer.Option(
-            "--ground",
-            metavar="NAME",
-            help="Ground whose values are taken from the model file; the mean over its grounds without.",
-            show_default=False,
-        ),
-    ] = None,
+    tune: TuningValues = None,
+    window: Window = None,
+    ground: Ground = None,
     real: Annotated[RealType, typer.Option("--real", help="Type of every number.")] = RealType.FLOAT,
     target: Annotated[Target, typer.Option("--target", help="What to write.")] = Target.C,
     torque: Annotated[
@@ -46,6 +59,9 @@ def codegen(
     holds the same C with sources and a library for 64-bit Linux: FMI 2.0 co-simulation, a communication
     step is a sample.
 
+    The prior is that of the tuning (--tune mu=0.8,mu_std=0.2), not the mu of the rig file. Before
+    anything is written, a line says what a step will cost.
+
     Files that an earlier codegen wrote are replaced; any other file in the way is a fault.
     """
     from brushgrip.tasks import codegen as task
@@ -57,6 +73,8 @@ def codegen(
         model=model,
         effects=effects,
         tuning=tuning,
+        tune=tune,
+        window=window,
         ground=ground,
         real=real,
         target=target,

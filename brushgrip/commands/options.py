@@ -40,6 +40,15 @@ def usable_folder(path: Path | None) -> Path | None:
     return path
 
 
+def model_file(path: Path | None) -> Path | None:
+    """The name of a model file: of a folder of a diagnosis, that in it."""
+    try:
+        inside = path is not None and path.is_dir() and (path / "model.json").is_file()
+    except (OSError, ValueError):  # Its reader says what is wrong with the name.
+        return path
+    return path / "model.json" if path is not None and inside else path
+
+
 RecordingNames = Annotated[
     list[str],
     typer.Argument(
@@ -75,8 +84,9 @@ ModelFile = Annotated[
     typer.Option(
         "--model",
         metavar="MODEL",
-        help="Model file of a diagnosis (model.json); the declared model without it.",
+        help="Folder of a diagnosis, or its model file (model.json); the declared model without it.",
         show_default=False,
+        callback=model_file,
     ),
 ]
 

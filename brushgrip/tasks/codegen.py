@@ -1,6 +1,8 @@
 """`brushgrip codegen`."""
 
+import re
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 from brushgrip.atomic import staged_directory
@@ -8,10 +10,14 @@ from brushgrip.choices import GeneratedObserver, RealType, Target, TorqueChannel
 from brushgrip.console import say, show
 from brushgrip.provenance import comment
 from brushgrip.recordings import keep_inputs
+from brushgrip.tunings import chosen_tuning
 from brushgrip.user_effects import effect_files, user_effects
 from identification import read_model
-from observers import AligningTorque, Ekf, MeasurementModel, Mhe, SteeringTorque, from_files, profile
+from observers import AligningTorque, Ekf, MeasurementModel, Mhe, SteeringTorque, Tuning, from_files
 from observers.embedded import DOUBLE, SINGLE, generate, generate_fmu, require_replaceable
+from observers.embedded.cost import estimated_cost
+from observers.factory import read_rig_file
+from symbolic import InvalidInputError
 
 KINDS = {GeneratedObserver.EKF: Ekf, GeneratedObserver.MHE: Mhe}
 TYPES = {RealType.FLOAT: SINGLE, RealType.DOUBLE: DOUBLE}
@@ -19,6 +25,8 @@ MEASUREMENT_MODELS: dict[TorqueChannel, MeasurementModel] = {
     TorqueChannel.GROUND: AligningTorque(),
     TorqueChannel.HAND: SteeringTorque(),
 }
+LONGEST_WINDOW = 1000
+"""Samples; ten seconds at 100 Hz."""
 
 
 def codegen(
@@ -29,6 +37,8 @@ def codegen(
     model: Path | None,
     effects: Sequence[str] | None,
     tuning: TuningName | None,
+    tune: Sequence[str] | None,
+    window: int | None,
     ground: str | None,
     real: RealType,
     target: Target,
@@ -40,6 +50,7 @@ def codegen(
     Its arguments are those of the command; see `brushgrip codegen --help`.
     """
     own = user_effects(effects)
+    settings = _window(observer, window)
     chosen = from_files(
         KINDS[observer],
         rig,
@@ -47,21 +58,55 @@ def codegen(
         effects=own,
         ground=ground,
         measurement_model=MEASUREMENT_MODELS[torque],
-        tuning=None if tuning is None else profile(tuning),
+        tuning=chosen_tuning(tuning, tune),
+        **settings,
     )
+    cost = estimated_cost(chosen, TYPES[real])
+    size: int | None = None
     with staged_directory(out) as stage:
         if target is Target.FMU:
             files = [generate_fmu(chosen, stage, TYPES[real], name=name)]
         else:
             files = generate(chosen, stage, TYPES[real], name=name)
             _say_origin(files, comment(rig, model))
+            size = _state_bytes(stage / f"{name}.h")
         finals = [out.resolve() / path.name for path in files]
         keep_inputs(finals, [], rig, model, *effect_files(effects))
         require_replaceable(finals)
+        say(f"{f'{size:,} bytes a wheel, ' if size else ''}{cost}")
+        say(_prior(chosen.tuning, rig))
     if model is not None and (taken := read_model(model, effects=own).ground_taken(ground)):
         say(taken)
-    show({"wrote": list(map(str, finals))})
+    show({"wrote": list(map(str, finals)), "cost": {"state_bytes": size, **asdict(cost)}})
     say(f"wrote {', '.join(path.name for path in files)} to {out}")
+
+
+def _window(observer: GeneratedObserver, window: int | None) -> dict[str, int]:
+    """The settings that `--window` makes."""
+    if window is None:
+        return {}
+    if observer is not GeneratedObserver.MHE:
+        raise InvalidInputError(
+            f"--window is that of the MHE; allowed with --observer mhe, got {window}"
+        )
+    if not 1 <= window <= LONGEST_WINDOW:
+        raise InvalidInputError(f"--window must be from 1 to {LONGEST_WINDOW} samples, got {window}")
+    return {"window": window}
+
+
+def _state_bytes(header: Path) -> int | None:
+    """The size of a state that a header tells."""
+    seen = re.search(r"One observer, (\d+) bytes", header.read_text(encoding="utf-8"))
+    return int(seen[1]) if seen else None
+
+
+def _prior(tuning: Tuning, rig: Path) -> str:
+    """The prior, and that the rig file's friction is not it."""
+    declared = read_rig_file(rig)[1].mu
+    text = f"prior mu {tuning.mu:g} with standard deviation {tuning.mu_std:g}"
+    if declared is None or declared == tuning.mu:
+        return text
+    return f"{text}; the rig file's mu = {declared:g} is not used, --tune mu={declared:g} would be"
 
 
 def _say_origin(files: Sequence[Path], text: str) -> None:

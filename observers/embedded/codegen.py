@@ -30,17 +30,15 @@ from observers.embedded.templating import Body, render
 from observers.measurement_model import LEAST_FIRST_LOAD, RIG, SENSIBLE
 from observers.model_observer import RIG_UNITS
 from observers.protocol import ESTIMATE, LONGEST_STEP, OUTPUT, FunctionObserver, Status
+from observers.screening import SLACK
+from observers.tuning import Tuning
 from symbolic import InvalidInputError
 from symbolic.serialisation import units_of
 
 REFUSED = 128
 """Status of a sample that generated code ignores; Python raises an error there."""
 STATUS_FLAGS = (
-    *(
-        (str(flag.name), int(flag), flag.remedy)
-        for flag in Status
-        if flag & ~(Status.NO_ROOT | Status.IMPLAUSIBLE)
-    ),
+    *((str(flag.name), int(flag), flag.remedy) for flag in Status if flag & ~Status.NO_ROOT),
     ("REFUSED", REFUSED, "dt out of range, the sample was ignored; or an estimate was not finite"),
 )
 """Name, number and remedy of every status."""
@@ -110,8 +108,8 @@ def source_texts(observer: FunctionObserver, real: Real, name: str) -> dict[str,
 
 
 def _state_size(body: Body, real: Real) -> int:
-    """Bytes of a state: its body, the output, three numbers and two integers, padded to a number."""
-    size = body.bytes + (len(OUTPUT) + 3) * real.size + 8
+    """Bytes of a state: its body, the output, eight numbers and two integers, padded to a number."""
+    size = body.bytes + (len(OUTPUT) + 8) * real.size + 8
     return -(-size // real.size) * real.size
 
 
@@ -141,6 +139,8 @@ def template_terms(observer: FunctionObserver, real: Real, name: str) -> dict[st
         "prior_std": real.literal(prior.mu_std),
         "informed_below": real.literal(observer.informed_below),
         "rate_time_constant": repr(MEMORY),
+        "limits": [real.literal(limit) for limit in getattr(observer, "sample_limits", Tuning().limits)],
+        "slack": real.literal(SLACK),
         "longest_step": repr(LONGEST_STEP),
         "largest_value": repr(SENSIBLE),
         "least_first_load": repr(LEAST_FIRST_LOAD),

@@ -119,6 +119,11 @@ def test_example_says_what_estimate_says(run: Run, repository_root: Path, tmp_pa
         (["--name", "cosf"], "name must not be that of a function of C"),
         (["--torque", "M"], "lacks J_A and b_t"),
         (["--model", "none.json"], "none.json"),
+        (["--tune", "mu=9"], "mu must lie between least and greatest"),
+        (["--tune", "mist=1"], "expected NAME=NUMBER"),
+        (["--window", "30"], "--window is that of the MHE"),
+        (["--observer", "mhe", "--window", "0"], "--window must be from 1 to 1000 samples, got 0"),
+        (["--observer", "mhe", "--window", "100000"], "--window must be from 1 to 1000 samples"),
     ],
 )
 def test_faults_leave_one_line_and_no_files(
@@ -130,6 +135,39 @@ def test_faults_leave_one_line_and_no_files(
     assert words in outcome.err
     assert outcome.err.count("\n") == 1
     assert not (tmp_path / "c").exists()
+
+
+def test_says_beforehand_what_a_step_costs(run: Run, rig: Path, tmp_path: Path) -> None:
+    outcome = codegen(run, rig, tmp_path / "c", "--json")
+    cost, header = json.loads(outcome.out)["cost"], (tmp_path / "c" / "grip.h").read_text()
+
+    assert f"One observer, {cost['state_bytes']} bytes" in header
+    assert (cost["instructions"], cost["vectors"]) == (1100, False)
+    alone = ("--observer", "mhe", "--window", "1")
+    said = codegen(run, rig, tmp_path / "c", *alone).out.splitlines()
+    assert "more than 100,000 instructions of a Cortex-M4F a step: an MHE of two samples" in said[0]
+    assert "the rig file's mu = 1.2 is not used, --tune mu=1.2" in said[1]
+
+
+def test_tuning_and_window_are_in_the_code(run: Run, rig: Path, tmp_path: Path) -> None:
+    tuned = ("--tune", "mu=0.7,psi_limit=2", "--observer", "mhe", "--window", "12")
+    assert codegen(run, rig, tmp_path / "c", *tuned).status == 0
+    parameters = json.loads((tmp_path / "c" / "grip.json").read_text())
+
+    assert (parameters["beliefs"]["mu"], parameters["beliefs"]["psi_limit"]) == (0.7, 2.0)
+    assert parameters["settings"]["window"] == 12
+    vector = (tmp_path / "c" / "grip_vector.csv").read_text().splitlines()
+    assert ",0.7,0.5," in vector[-400]
+
+
+def test_a_folder_of_a_diagnosis_is_its_model(run: Run, rig: Path, tmp_path: Path) -> None:
+    (tmp_path / "diagnosis").mkdir()
+    model = {"version": 1, "effects": [], "shared": {"k": 2.1e6}}
+    (tmp_path / "diagnosis" / "model.json").write_text(json.dumps(model))
+    assert codegen(run, rig, tmp_path / "c", "--model", tmp_path / "diagnosis").status == 0
+    parameters = json.loads((tmp_path / "c" / "grip.json").read_text())
+
+    assert parameters["parameters"]["k"]["value"] == 2.1e6
 
 
 class TestReplacing:

@@ -17,7 +17,9 @@ from tests.observers.conftest import RIG, K
 Array = NDArray[np.float64]
 Recording = RigRecording | SteeringRecording
 FIELDS = ESTIMATE
-CLEAN_RIG: dict[str, Any] = {"noise": 0.01, "error": inf, "gate": inf}
+UNLIMITED: dict[str, Any] = {"psi_limit": inf, "psi_rate_limit": inf}
+"""Tuning for samples that turn as no wheel does."""
+CLEAN_RIG: dict[str, Any] = {"noise": 0.01, "error": inf, "gate": inf, **UNLIMITED}
 """Tuning for white torque noise of 0.4 % of range, about 1 % of the full-slide torque at mu = 1."""
 
 

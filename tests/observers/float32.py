@@ -187,7 +187,7 @@ class Single:
 
     def start(self, first: Sample) -> Floats:
         """The state before the first sample."""
-        return self.observer.init(first).values.astype(np.float32)
+        return self.observer.init(first).values[: self.observer.layout.size].astype(np.float32)
 
     @cached_property
     def _loaded(self) -> ctypes.CDLL:

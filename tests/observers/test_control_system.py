@@ -126,7 +126,11 @@ def test_its_signals_have_the_names_of_samples(observer: ModelObserver, recordin
 
     assert system.input_labels == (["psi", "F_N", "M"] if hand else ["psi", "psi_dot", "F_N", "M_z"])
     assert system.output_labels == list(ESTIMATE)
-    assert system.nstates == observer.layout.size == len(set(system.state_labels))
+    assert (
+        system.nstates
+        == observer.init(first_of(columns_of(recording))).values.size
+        == len(set(system.state_labels))
+    )
     assert "x[0]" in system.state_labels
     assert (system.dt, system.name) == (0.01, type(observer).__name__.lower())
 

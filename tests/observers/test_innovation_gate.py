@@ -12,7 +12,7 @@ from observers import Ekf, Mhe, Sample, Status, Tuning, covariance_of
 from observers.innovation_gate import build_gate
 from symbolic import Model
 from tests.observers.conftest import make
-from tests.observers.factories import full_slide, slide, states_of
+from tests.observers.factories import UNLIMITED, full_slide, slide, states_of
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -20,6 +20,7 @@ Array = NDArray[np.float64]
 KINDS = [pytest.param(Ekf, {}, id="ekf"), pytest.param(Mhe, {"window": 20}, id="mhe")]
 SHARP: dict[str, Any] = {
     "noise": 0.02, "error": inf, "gate": 8.0, "zero_std": 0.0, "zero_walk": 0.0, "iterations": 4,
+    **UNLIMITED,
 }  # fmt: skip
 """Believes what lies within eight times 2 % of full slide."""
 
@@ -127,7 +128,7 @@ def test_a_change_of_the_ground_resets(kind: Any, settings: Any, later: float) -
 @pytest.mark.parametrize(("kind", "settings"), KINDS)
 def test_after_a_reset_the_estimate_rests_on_the_prior_again(kind: Any, settings: Any) -> None:
     # A cautious tuning: one sample that is believed does not inform.
-    observer = make(kind, noise=1.0, error=0.02, error_travel=0.0, gate=8.0, **settings)
+    observer = make(kind, noise=1.0, error=0.02, error_travel=0.0, gate=8.0, **UNLIMITED, **settings)
     said = [observer.estimate(s) for s in states_of(observer, settled(400, later=0.5, change=300))]
     reset = next(i for i, e in enumerate(said) if Status.RESET in e.status)
 
@@ -138,7 +139,9 @@ def test_after_a_reset_the_estimate_rests_on_the_prior_again(kind: Any, settings
 
 def test_the_sample_that_resets_is_blamed_no_more_than_is_unknown() -> None:
     # In full slide M_z is proportional to mu, so that its slope by ln mu is M_z itself.
-    observer = make(Ekf, noise=0.1, error=0.02, error_travel=0.0, gate=8.0, zero_std=0.0, zero_walk=0.0)
+    observer = make(
+        Ekf, noise=0.1, error=0.02, error_travel=0.0, gate=8.0, zero_std=0.0, zero_walk=0.0, **UNLIMITED
+    )
     samples = settled(70, later=0.5)
     states = list(states_of(observer, samples))
     before, after = (covariance_of(states[i]["factor"])[0, 0] for i in (63, 64))

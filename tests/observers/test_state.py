@@ -12,6 +12,7 @@ import pytest
 
 from observers import AligningTorque, Ekf, Mhe, ObserverState, Sample, SteeringTorque, run
 from observers.layout import Layout
+from observers.screening import SCREEN
 from reference_rig import RigRecording, SteeringRecording
 from tests.observers.conftest import make
 from tests.observers.factories import columns_of, samples_of, states_of
@@ -147,17 +148,17 @@ def test_parts_of_a_state(kind: Any, settings: Any, samples: Any) -> None:
     state = last_of(observer, samples[type(observer.measurement_model)][:5])
     n, window = len(observer.states), settings.get("window", 1)
 
-    assert state.values.shape == (observer.layout.size,)
+    assert state.values.shape == (observer.layout.size + SCREEN.size,)
     assert state.values.dtype == np.float64
     assert state["x"].shape == ((n,) if kind is Ekf else (n, window))
     assert state["factor"].shape == (n, n)
     assert state["counts"].shape == (2,)
-    assert (observer.step_function.size1_in(0), observer.step_function.size1_in(1)) == (
+    assert (observer.screened_step.size1_in(0), observer.screened_step.size1_in(1)) == (
         state.values.size,
         6,
     )
-    assert observer.step_function.name_in() == ["state", "sample", "constants"]
-    assert observer.step_function.name_out() == ["state_next", "output"]
+    assert observer.screened_step.name_in() == ["state", "sample", "constants"]
+    assert observer.screened_step.name_out() == ["state_next", "output"]
     with pytest.raises(KeyError):
         state["no such part"]
 

@@ -17,6 +17,14 @@ enum {
 ${core}
 /* Public functions. ---------------------------------------------------------------------------------- */
 
+/* Limits of what a sensor may give; beyond ${largest_value} a value is missing. */
+#define PSI_LIMIT ((${real})${limits[0]}) /* [rad] */
+#define PSI_RATE_LIMIT ((${real})${limits[1]}) /* [rad/s] */
+#define LOAD_LIMIT ((${real})${limits[2]}) /* [N] */
+#define TORQUE_LIMIT ((${real})${limits[3]}) /* [N m] */
+#define REZERO_TIME ((${real})${limits[4]}) /* time after which a jump of psi is that of the sensor's zero [s] */
+#define SLACK ((${real})${slack}) /* change of psi that is plausible in any time [rad] */
+
 /* A sensor that is missing gives NAN; infinite or larger values count as missing too. */
 static int is_known(${real} value) { return fabs(value) < ${largest_value}; }
 
@@ -29,15 +37,21 @@ void ${name}_init(${name}_state_t *state) {
     state->psi = 0.0;
     state->age = 0.0;
     state->rate = 0.0;
+    state->offset = 0.0;
+    state->other = 0.0;
+    state->other_age = 0.0;
+    state->waiting = -1.0;
+    state->jump = 0.0;
     state->seen = 0;
     state->now = -1;
 }
 
 void ${name}_reset(${name}_state_t *state) { ${name}_init(state); }
 
-/* Yaw rate from past angles through a first-order low-pass filter. */
-static void update_rate(${name}_state_t *state, ${real} psi, ${real} dt) {
-    state->age += dt;
+%% include "screening.c"
+
+/* Yaw rate from past angles, through a first-order low-pass filter. */
+static void update_rate(${name}_state_t *state, ${real} psi) {
     if (is_known(psi)) {
         const ${real} turn = state->seen ? psi - state->psi : 0.0;
         state->rate += (turn - state->rate * state->age) / (${rate_time_constant} + state->age);
@@ -49,26 +63,31 @@ static void update_rate(${name}_state_t *state, ${real} psi, ${real} dt) {
 
 ${stepping}
 int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
-    ${real} now[6];
+    ${real} passed[4], now[6];
+    int32_t implausible, status;
     if (!(sample->dt > 0.0 && sample->dt <= ${longest_step})) {
         state->output[OUT_STATUS] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }
-    update_rate(state, sample->psi, sample->dt);
-    now[0] = sample->psi;
-    now[1] = is_known(sample->psi_dot) ? sample->psi_dot : state->rate;
-    now[2] = sample->F_N;
+    implausible = screen_sample(state, sample, passed) != 0 ? ${NAME}_IMPLAUSIBLE : 0;
+    update_rate(state, passed[0]);
+    now[0] = passed[0];
+    now[1] = is_known(passed[1]) ? passed[1] : state->rate;
+    now[2] = passed[3];
     now[3] = sample->dt;
-    now[4] = ${"sample->M_z" if torque == "M_z" else "(%s)NAN" % real};
-    now[5] = ${"sample->M" if torque == "M" else "(%s)NAN" % real};
+    now[4] = ${"passed[2]" if torque == "M_z" else "(%s)NAN" % real};
+    now[5] = ${"passed[2]" if torque == "M" else "(%s)NAN" % real};
     if (state->now < 0) {
         if (!(is_known(now[0]) && is_known(now[2]) && now[2] >= ${least_first_load})) {
-            state->output[OUT_STATUS] = ${NAME}_MISSING;
-            return ${NAME}_MISSING;
+            status = ${NAME}_MISSING | implausible;
+            state->output[OUT_STATUS] = (${real})status;
+            return status;
         }
         begin(state, now);
     }
-    return advance(state, now);
+    status = advance(state, now) | implausible;
+    state->output[OUT_STATUS] = (${real})status;
+    return status;
 }
 
 void ${name}_estimate(const ${name}_state_t *state, ${name}_estimate_t *estimate) {

@@ -61,7 +61,7 @@ typedef struct {
 ${types}/* One observer, ${bytes} bytes; its fields are private. */
 typedef struct {
     ${real} output[${output|length}];
-    ${real} psi, age, rate;
+    ${real} psi, age, rate, offset, other, other_age, waiting, jump;
     int32_t seen, now;
 ${private}
 } ${name}_state_t;

@@ -116,7 +116,8 @@ class InterpretedObserver:
     def __init__(self, observer: Any) -> None:
         """Take over an observer."""
         self.observer, self.channel = observer, observer.channel
-        self._compiled_step = CompiledStep(observer.step_function, observer.constants)
+        self.sample_limits = observer.sample_limits
+        self._compiled_step = CompiledStep(observer.screened_step, observer.constants)
 
     def init(self, first: Sample) -> ObserverState:
         state: ObserverState = self.observer.init(first)

@@ -49,7 +49,7 @@ static uint64_t draw(uint64_t *seed) {
 static int is_valid(const REAL *outputs, REAL least, REAL greatest) {
     /* Written so that NaN fails. */
     return outputs[0] >= least && outputs[0] <= greatest && outputs[1] >= 0 && outputs[1] < 1e9f && (outputs[INFORMED] == 0 || outputs[INFORMED] == 1) &&
-           outputs[STATUS] >= 0 && outputs[STATUS] < 512;
+           outputs[STATUS] >= 0 && outputs[STATUS] < 1024;
 }
 
 /* Samples with random bytes in some or all fields: how many leave an invalid estimate; refused counts those that

@@ -1,0 +1,112 @@
+"""What generated C costs on a Cortex-M4F, estimated before any of it is compiled.
+
+Counts of `benchmarks/embedded.py` in single precision, put into a formula: what a step takes, what a
+bristle takes each time that the patch is evaluated, and what a window takes for each of its samples. It
+is within a fifth of the rows of docs/embedded.md in single precision. Where CasADi writes vectors, no
+more than the order of magnitude is known.
+"""
+
+from dataclasses import dataclass
+
+from observers.embedded.compact_bristle_ekf import is_compact_bristle_filter
+from observers.embedded.compact_bristle_mhe import is_compact_bristle_window
+from observers.embedded.compact_bristles import CompactBristles, has_bristles
+from observers.embedded.compact_corner_mhe import is_compact_corner_window
+from observers.embedded.compact_ekf import is_compact
+from observers.embedded.compact_mhe import is_compact_window
+from observers.embedded.scalar_type import SINGLE, Real
+from observers.mhe import Mhe
+from observers.model_observer import ModelObserver
+from observers.protocol import FunctionObserver
+
+ERROR = 0.2
+"""Share by which an estimate in single precision differs from the count at most [1]."""
+VECTORS = 100_000
+"""Instructions that vector code takes at least."""
+STEP, CORNERS, CORNER_EFFECT = 800, 300, 500
+BRISTLE, LIMIT, FURTHER = 35, 26, 10
+"""For each bristle and evaluation: friction alone; a limit that varies; each effect beyond two."""
+SAMPLE_EXACT, SAMPLE_BRISTLES = 600, 335
+"""For each sample of a window."""
+STEERING = 1.15
+SOFT_DOUBLE = 40
+"""Factors of the steering torque, and of double precision, which this processor's unit lacks."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Cost:
+    """What a step of generated C takes.
+
+    Attributes:
+        instructions: of a Cortex-M4F, on average; at least, where `vectors` holds; None where none of
+            its kind was counted.
+        error: share by which the count differs at most [1]; None where that is not known.
+        vectors: CasADi writes the code, as vectors: no loop is known for this observer.
+        remedy: what would change that, empty where nothing need.
+    """
+
+    instructions: int | None
+    error: float | None = None
+    vectors: bool = False
+    remedy: str = ""
+
+    def __str__(self) -> str:
+        """In a line."""
+        if self.instructions is None:
+            return "instructions of such a step were not counted; benchmarks/embedded.py counts them"
+        count = f"{self.instructions:,} instructions of a Cortex-M4F a step"
+        if self.vectors:
+            return f"more than {count}: {self.remedy}"
+        if self.error is None:
+            return f"of the order of {count}"
+        return f"about {count}, within {self.error:.0%}"
+
+
+def estimated_cost(observer: FunctionObserver, real: Real = SINGLE) -> Cost:
+    """What a step of an observer will take."""
+    single = real is SINGLE
+    factor = 1 if single else SOFT_DOUBLE
+    if not (isinstance(observer, ModelObserver) and _is_compact(observer)):
+        return Cost(instructions=VECTORS * factor, vectors=True, remedy=_remedy(observer))
+    steered = "psi" in observer.states
+    if isinstance(observer, Mhe):
+        if steered or not (has_bristles(observer) or is_compact_window(observer)):
+            return Cost(instructions=None)
+        each = SAMPLE_BRISTLES if has_bristles(observer) else SAMPLE_EXACT
+        window = observer.window * each
+    else:
+        window = 0
+    patch = CORNERS + CORNER_EFFECT * bool(observer.model.effects)
+    patch = _bristles(observer) if has_bristles(observer) else patch
+    count = (STEP + patch + window) * (STEERING if steered else 1) * factor
+    known = single and (has_bristles(observer) or not observer.model.effects)
+    return Cost(instructions=int(round(count, -2)), error=ERROR if known else None)
+
+
+def _is_compact(observer: ModelObserver) -> bool:
+    kinds = (
+        is_compact, is_compact_window, is_compact_bristle_filter, is_compact_bristle_window,
+        is_compact_corner_window,
+    )  # fmt: skip
+    return any(holds(observer) for holds in kinds)
+
+
+def _bristles(observer: ModelObserver) -> int:
+    """Instructions of the patch."""
+    terms = CompactBristles(observer, SINGLE).terms
+    varies = bool(terms["creep"]) or terms["limited"] or terms["grows"]
+    each = BRISTLE + LIMIT * varies + FURTHER * max(len(observer.model.effects) - 2, 0)
+    return int(terms["bristles"] * (2 if terms["compliant"] else 1) * each)
+
+
+def _remedy(observer: FunctionObserver) -> str:
+    """What to change, so that loops are written."""
+    if type(observer).__name__ not in ("Ekf", "Mhe"):
+        return "an observer of your own has CasADi's vectors alone"
+    if getattr(observer, "iterations", 1) != 1:
+        return "one iteration is written as loops"
+    if getattr(observer, "window", 2) < 2:
+        return "an MHE of two samples and more is written as loops"
+    if "stiffness" in getattr(observer, "states", ()):
+        return "a stiffness that is known is written as loops"
+    return "on bristles, Model(effects=..., discretised=True) from Python, it is a tenth"

@@ -1,0 +1,57 @@
+"""The cost that is said beforehand is that of the benchmark's counts."""
+
+from typing import Any
+
+import pytest
+
+from observers import AligningTorque, Ekf, Mhe, SteeringTorque
+from observers.embedded import DOUBLE
+from observers.embedded.cost import ERROR, VECTORS, estimated_cost
+from symbolic import Model, effects_named
+from tests.observers.conftest import K
+from tests.observers.embedded.generated_code import DECLARED, EFFECTS, observer_of
+
+_NAMES = ["frictional_creep", "carcass_torsion", "asymmetric_friction"]
+FOUND: dict[str, Any] = {
+    "model": Model(effects=effects_named(_NAMES)),
+    "values": {
+        "k": K,
+        "frictional_creep.c": 0.1,
+        "carcass_torsion.k_t": 300.0,
+        "asymmetric_friction.ratio": 1.1,
+    },
+}
+
+
+@pytest.mark.parametrize(
+    ("kind", "model", "measured", "counted"),
+    [
+        (Ekf, DECLARED, AligningTorque(), 1_104),
+        (Ekf, DECLARED, SteeringTorque(), 1_310),
+        (Mhe, DECLARED, AligningTorque(), 30_913),
+        (Ekf, EFFECTS, AligningTorque(), 10_258),
+        (Ekf, EFFECTS, SteeringTorque(), 10_826),
+        (Mhe, EFFECTS, AligningTorque(), 26_916),
+        (Ekf, FOUND, AligningTorque(), 12_592),
+        (Ekf, FOUND, SteeringTorque(), 14_560),
+        (Mhe, FOUND, AligningTorque(), 29_573),
+    ],
+)
+def test_a_count_is_estimated(kind: Any, model: Any, measured: Any, counted: int) -> None:
+    cost = estimated_cost(observer_of(kind, model, measured))
+
+    assert cost.instructions == pytest.approx(counted, rel=ERROR)
+    assert (cost.error, cost.vectors) == (ERROR, False)
+
+
+def test_what_is_not_known_is_not_said() -> None:
+    double = estimated_cost(observer_of(Ekf, DECLARED, AligningTorque()), DOUBLE)
+    window = estimated_cost(observer_of(Mhe, DECLARED, SteeringTorque()))
+    vectors = estimated_cost(observer_of(Mhe, EFFECTS, AligningTorque(stiffness=True)))
+
+    assert double.error is None
+    assert "of the order of" in str(double)
+    assert window.instructions is None
+    assert "were not counted" in str(window)
+    assert (vectors.vectors, vectors.instructions) == (True, VECTORS)
+    assert "a stiffness that is known" in str(vectors)

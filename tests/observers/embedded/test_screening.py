@@ -1,0 +1,56 @@
+"""Generated C leaves out the samples that Python leaves out."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+from observers import AligningTorque, Ekf, Loop, Mhe, Sample, Status, SteeringTorque
+from observers.embedded import DOUBLE
+from symbolic import compiler
+from tests.observers.embedded.conftest import Generate
+from tests.observers.embedded.generated_code import DECLARED, NO_COMPILER, observer_of
+
+pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
+LONG = pytest.mark.long
+
+
+@pytest.mark.parametrize(
+    ("kind", "measurement_model"),
+    [
+        pytest.param(Ekf, SteeringTorque(), id="ekf-steering"),
+        pytest.param(Mhe, AligningTorque(), id="mhe-aligning"),
+        pytest.param(Ekf, AligningTorque(), id="ekf-aligning", marks=LONG),
+        pytest.param(Mhe, SteeringTorque(), id="mhe-steering", marks=LONG),
+    ],
+)
+def test_implausible_samples_are_those_of_python(
+    generated: Generate, kind: Any, measurement_model: Any
+) -> None:
+    rng, count = np.random.default_rng(5), 400
+    t = np.arange(count) / 100
+    psi = 0.3 * np.sin(3 * t)
+    torque = -8 * np.tanh(20 * np.sin(3 * t)) + 0.1 * rng.standard_normal(count)
+    if "M" in measurement_model.channels:
+        torque = -torque
+    rows = np.column_stack(
+        [psi, np.full(count, np.nan), torque, np.full(count, 400.0), np.diff(t, prepend=-0.01)]
+    )
+    rows[:3, 0], rows[[3, 60, 90], 0] = [50.0, np.nan, 0.2], [0.9, -0.5, 1e6]
+    rows[120:127, 0] += 0.4
+    rows[160:, 0] -= 1.7
+    rows[200:204, 0] = rng.uniform(-6, 6, 4)
+    rows[[230, 231], 3], rows[[240, 241], 2], rows[250, 1] = [1e5, 3e8], [1e4, -2e5], 9.0
+    rows[260:270, 0], rows[300:330:3, 0] = np.nan, rng.uniform(-6, 6, 10)
+    observer = observer_of(kind, DECLARED, measurement_model)
+    loop, torque = Loop(observer, check_units=False), observer.channel
+    names = ("psi", "psi_dot", torque, "F_N", "dt")
+    samples = (Sample(**dict(zip(names, row, strict=True))) for row in rows.tolist())
+    expected = np.array([loop(sample).numbers for sample in samples])
+    estimates = generated(observer, DOUBLE).run(rows)
+
+    np.testing.assert_array_equal(estimates[:, -1], expected[:, -1])
+    np.testing.assert_allclose(estimates[:, :2], expected[:, :2], rtol=0, atol=1e-10)
+    seen = np.flatnonzero(estimates[:, -1].astype(int) & Status.IMPLAUSIBLE)
+    assert {0, 60, 90, 120, 126, 160, 169, 230, 231, 240, 241, 250} <= set(seen.tolist())
+    assert not {1, 61, 127, 171, 232, 242, 251} & set(seen.tolist())
