@@ -2,6 +2,7 @@
 
 from collections import deque
 from dataclasses import dataclass, replace
+from functools import cache
 from math import isfinite, nan
 from numbers import Integral
 from typing import Any
@@ -17,6 +18,12 @@ from observers.tuning import NO_LIMIT
 from symbolic import InvalidInputError
 
 AT_PSI, AT_AGE = (SCREEN.places[name][0].start for name in ("psi", "age"))
+
+
+@cache
+def _screen_within(limits: tuple[float, ...]) -> CompiledStep:
+    """The check of samples, whose buffers are not pickled with a loop."""
+    return CompiledStep(build_screen(), np.array(limits))
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +70,6 @@ class Loop:
         self.check_units = check_units
         self._rig = getattr(observer, "rig", None) if check_units else None
         self._limits = limits_of(observer)
-        self._screen = CompiledStep(build_screen(), np.array(self._limits))
         self.reset()
 
     def reset(self) -> None:
@@ -134,7 +140,7 @@ class Loop:
         screen = initial_screen(sample.psi) if starts else before.screen
         passed = sample.psi if abs(sample.psi) < psi_limit else nan
         if screen is not None:
-            screen = self._screen(screen, sample)
+            screen = _screen_within(self._limits)(screen, sample)
             passed = screen[AT_PSI] if screen[AT_AGE] == 0 else nan
         if isfinite(passed):
             turn = passed - psi if isfinite(psi) else 0.0
