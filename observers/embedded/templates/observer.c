@@ -4,6 +4,10 @@
 
 #include <string.h>
 
+#ifdef __FAST_MATH__
+#error "compile without -ffast-math: missing samples are NAN"
+#endif
+
 /* Order of the output of a step. */
 enum {
 %% for name in output
@@ -65,7 +69,8 @@ ${stepping}
 int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
     ${real} passed[4], now[6];
     int32_t implausible, status;
-    if (!(sample->dt > 0.0 && sample->dt <= ${longest_step})) {
+    if (state == NULL) return ${NAME}_REFUSED;
+    if (!(sample != NULL && sample->dt > 0.0 && sample->dt <= ${longest_step})) {
         state->output[OUT_STATUS] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }

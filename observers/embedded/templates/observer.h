@@ -71,7 +71,7 @@ void ${name}_init(${name}_state_t *state);
 
 /* Advances the observer by one sample and returns the sample's status. The patch is at rest at the angle of
    the first sample with a known psi and a load of at least 0.001 N; until then the estimate is the prior. A sample
-   with a dt out of range is ignored, with status ${NAME}_REFUSED. The same status means that no finite estimate
+   that is NULL or whose dt is out of range is ignored, with status ${NAME}_REFUSED. The same status means that no finite estimate
    resulted. */
 int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample);
 

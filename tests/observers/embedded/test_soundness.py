@@ -111,6 +111,19 @@ def test_a_time_that_is_refused_before_the_first_sample_is_forgotten(generated: 
     np.testing.assert_array_equal(code.run(rows)[:, -1], [REFUSED, MISSING, 0])
 
 
+def test_what_is_not_there_is_refused(generated: Generate) -> None:
+    code = generated(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)
+
+    assert code.library.brushgrip_step(None, None) == REFUSED
+
+
+def test_fast_math_does_not_compile(generated: Generate) -> None:
+    code = generated(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)
+
+    with pytest.raises(subprocess.CalledProcessError):
+        code.compile("-fsyntax-only", "-ffast-math", sources=("brushgrip.c",), out="fast.o")
+
+
 @pytest.mark.parametrize("model", [*MODELS, pytest.param(CREEP, id="creep")])
 @pytest.mark.parametrize("kind", [Ekf, Mhe])
 @pytest.mark.parametrize("real", REALS)
