@@ -117,7 +117,7 @@ def bristle_filter_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> 
     private += f"    {terms['name']}_patch_t patch;"
     scalar = "\n".join(c_function(name, function, real.c_type) for name, function in own)
     return Body(
-        core=f"{source.text}\n{bristles.numbers(values)}\n{scalar}\n{bristles.text(values)}",
+        core=f"{source.text}\n{bristles.numbers(values, scalar)}\n{scalar}\n{bristles.text(values)}",
         stepping=render("bristle_stepping.c", values),
         private=private,
         bytes=2 * size * real.size + bristles.bytes,

@@ -54,7 +54,7 @@ def bristle_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> 
     private, size = window_state(observer, real, terms["name"], kept, 3)
     scalar = c_function("retentions", _build_retentions(observer), real.c_type)
     return Body(
-        core=f"{source.text}\n{bristles.numbers(values)}\n{scalar}\n{bristles.text(values)}",
+        core=f"{source.text}\n{bristles.numbers(values, scalar)}\n{scalar}\n{bristles.text(values)}",
         stepping=render("window.c", values),
         private=private,
         bytes=size + bristles.bytes,

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.special import wrightomega
 
 from observers.embedded.bristle_expressions import TERMS, BristleExpressions
-from observers.embedded.scalar_c import c_function, c_records
+from observers.embedded.scalar_c import ELEMENTARY, c_function, c_records
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
 from observers.measurement_model import AligningTorque
@@ -118,8 +118,8 @@ class CompactBristles(BristleExpressions):
             + render("bristles.c", values)
         )
 
-    def numbers(self, terms: Mapping[str, Any]) -> str:
-        """C of the elementary functions that the patch needs."""
+    def numbers(self, terms: Mapping[str, Any], beside: str) -> str:
+        """C of the elementary functions; the patch needs all of them, whatever the code beside it."""
         table = ""
         if self.terms["creep"] and self.real is SINGLE:
             count = int(self.terms["omega_intervals"]) + 1
@@ -130,7 +130,7 @@ class CompactBristles(BristleExpressions):
                 "/* Wright's function: value, and slope times spacing. */\n"
                 f"static const float omega_of[{count}][2] = {{\n{rows}}};\n\n"
             )
-        return table + render("numbers.c", {**terms, **self.terms})
+        return table + render("numbers.c", {**terms, **self.terms, "used": ELEMENTARY})
 
     def state_type(self, name: str) -> str:
         """The type of the patch, C of a header."""

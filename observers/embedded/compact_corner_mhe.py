@@ -42,7 +42,7 @@ def corner_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> B
     }  # fmt: skip
     private, size = corner_state(observer, real, terms["name"])
     return Body(
-        core=f"{source.text}\n{corners.numbers(values)}\n{corners.text(values)}",
+        core=f"{source.text}\n{corners.numbers(values, source.text)}\n{corners.text(values)}",
         stepping=render("window.c", values),
         private=private,
         bytes=size + corners.bytes,

@@ -11,7 +11,7 @@ import casadi as ca
 
 from observers.embedded.bristle_expressions import TERMS, BristleExpressions
 from observers.embedded.compact_patch import build_corner, patch_bytes, patch_numbers, patch_types
-from observers.embedded.scalar_c import c_function
+from observers.embedded.scalar_c import ELEMENTARY, c_function
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import render
 from observers.measurement_model import AligningTorque
@@ -56,9 +56,11 @@ class CompactCorners(BristleExpressions):
         patch, corners = render("patch.c", values), render("corners.c", values)
         return f"{patch}\n{effects}\n{corners}"
 
-    def numbers(self, terms: dict[str, Any]) -> str:
-        """C of the elementary functions that the effects need."""
-        return render("numbers.c", {**terms, **self.terms})
+    def numbers(self, terms: dict[str, Any], beside: str) -> str:
+        """C of the elementary functions that the patch and the code beside it need."""
+        text = self.text(terms) + beside
+        used = [name for name in ELEMENTARY if f"{name}(" in text]
+        return render("numbers.c", {**terms, **self.terms, "used": used})
 
     def state_type(self, name: str) -> str:
         """The type of the patch, C of a header."""

@@ -27,7 +27,9 @@ CALLS = {
     ca.OP_FLOOR: "floor", ca.OP_CEIL: "ceil", ca.OP_FMOD: "fmod", ca.OP_ASINH: "asinh",
     ca.OP_ACOSH: "acosh", ca.OP_ATANH: "atanh", ca.OP_HYPOT: "hypot", ca.OP_COPYSIGN: "copysign",
 }  # fmt: skip
-"""Functions of math.h, and `natural_log`, `lesser`, `greater` of `templates/numbers.c`."""
+"""Functions of math.h, and those of `templates/numbers.c`."""
+ELEMENTARY = ("natural_log", "lesser", "greater")
+"""Functions of `templates/numbers.c`."""
 COMPARISONS = frozenset({ca.OP_LT, ca.OP_LE, ca.OP_EQ, ca.OP_NE})
 LOGIC = frozenset({ca.OP_AND, ca.OP_OR, ca.OP_NOT})
 TWICE_USED = frozenset({ca.OP_SQ, ca.OP_TWICE, ca.OP_SIGN})

@@ -1,7 +1,14 @@
+%% if "lesser" in used or "greater" in used
 /* fmin and fmax with NaN as those of math.h have it, which are calls on some targets. */
+%% endif
+%% if "lesser" in used
 static inline ${real} lesser(${real} x, ${real} y) { return x < y || y != y ? x : y; }
+%% endif
+%% if "greater" in used
 static inline ${real} greater(${real} x, ${real} y) { return x > y || y != y ? x : y; }
+%% endif
 
+%% if "natural_log" in used
 %% if single
 /* ln x to 1e-7 for x > 0 that is no subnormal: exponent and mantissa by their bits, and the series of artanh. */
 static inline float natural_log(float x) {
@@ -19,6 +26,7 @@ static inline float natural_log(float x) {
 }
 %% else
 static inline ${real} natural_log(${real} x) { return log(x); }
+%% endif
 %% endif
 %% if creep
 
