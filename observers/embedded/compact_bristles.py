@@ -118,7 +118,7 @@ class CompactBristles(BristleExpressions):
             + render("bristles.c", values)
         )
 
-    def numbers(self, terms: Mapping[str, Any], beside: str) -> str:
+    def numbers(self, terms: Mapping[str, Any], _beside: str) -> str:
         """C of the elementary functions; the patch needs all of them, whatever the code beside it."""
         table = ""
         if self.terms["creep"] and self.real is SINGLE:
