@@ -3,7 +3,7 @@
 import zlib
 from array import array
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from functools import cache
 from pathlib import Path
 from struct import error as StructError
@@ -45,7 +45,12 @@ def open_can(path: Path, signals: SignalMap) -> Iterator[ChannelFile]:
 
     @cache
     def decoded(identifier: int) -> tuple[Array, dict[str, Array]]:
-        with can.LogReader(path) as log:
+        # A reader of BLF that finds its header damaged leaves a file that it opened itself open.
+        blf = path.suffix.lower() == ".blf"
+        with (
+            path.open("rb") if blf else nullcontext() as raw,
+            can.BLFReader(raw) if blf else can.LogReader(path) as log,
+        ):
             return _decoded(path, log, frames[identifier])
 
     def read(name: str) -> Samples:

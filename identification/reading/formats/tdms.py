@@ -15,7 +15,8 @@ from identification.reading.signal_map import SignalMap
 def open_tdms(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
     """Channels as `group/channel`; a waveform's increment is its clock."""
     nptdms = library("nptdms", "tdms", path)
-    with nptdms.TdmsFile.open(path) as file:
+    # npTDMS leaves a damaged file open that it opened itself.
+    with path.open("rb") as raw, nptdms.TdmsFile.open(raw) as file:
         channels = {f"{g.name}/{c.name}": c for g in file.groups() for c in g.channels()}
 
         def read(name: str) -> Samples:
