@@ -42,6 +42,8 @@ def test_implausible_samples_are_those_of_python(
     rows[200:204, 0] = rng.uniform(-6, 6, 4)
     rows[[230, 231], 3], rows[[240, 241], 2], rows[250, 1] = [1e5, 3e8], [1e4, -2e5], 9.0
     rows[260:270, 0], rows[300:330:3, 0] = np.nan, rng.uniform(-6, 6, 10)
+    rows[280, 0] += 0.13  # The next angle could follow this one, and is nearer to the one before it.
+    rows[281, 0] += 0.05
     observer = observer_of(kind, DECLARED, measurement_model)
     loop, torque = Loop(observer, check_units=False), observer.channel
     names = ("psi", "psi_dot", torque, "F_N", "dt")
@@ -55,5 +57,5 @@ def test_implausible_samples_are_those_of_python(
     off = 1e-4 if linear else 1e-10
     np.testing.assert_allclose(estimates[:, :2], expected[:, :2], rtol=0, atol=off)
     seen = np.flatnonzero(estimates[:, -1].astype(int) & Status.IMPLAUSIBLE)
-    assert {0, 60, 90, 120, 126, 160, 169, 230, 231, 240, 241, 250} <= set(seen.tolist())
-    assert not {1, 61, 127, 171, 232, 242, 251} & set(seen.tolist())
+    assert {0, 60, 90, 120, 126, 160, 169, 230, 231, 240, 241, 250, 280} <= set(seen.tolist())
+    assert not {1, 61, 127, 171, 232, 242, 251, 281} & set(seen.tolist())
