@@ -38,7 +38,14 @@ PUBLISHED_K = 2.438e6
 """k of [Györök 2022], from free vibration [N/m^2]."""
 SPOKEN_OF = (
     {"frictional_creep", "carcass_torsion", "asymmetric_friction"},
-    {"frictional_creep", "carcass_torsion", "asymmetric_friction"},
+    {
+        "frictional_creep",
+        "asymmetric_friction",
+        "patch_width",
+        "contact_length",
+        "friction_by_ground",
+        "rate_friction",
+    },
 )
 """Effects that the text of the page explains: of the search with four held out, and with none."""
 TEMPLATE = Path(__file__).with_name("walk_through.in.md")
