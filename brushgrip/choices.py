@@ -30,6 +30,7 @@ class Target(StrEnum):
 
     C = "c"
     FMU = "fmu"
+    ROS2 = "ros2"
 
 
 class TorqueChannel(StrEnum):

@@ -14,7 +14,14 @@ from brushgrip.tunings import chosen_tuning
 from brushgrip.user_effects import effect_files, user_effects
 from identification import read_model
 from observers import AligningTorque, Ekf, MeasurementModel, Mhe, SteeringTorque, Tuning, from_files
-from observers.embedded import DOUBLE, SINGLE, generate, generate_fmu, require_replaceable
+from observers.embedded import (
+    DOUBLE,
+    SINGLE,
+    generate,
+    generate_fmu,
+    generate_ros2,
+    require_replaceable,
+)
 from observers.embedded.cost import estimated_cost
 from observers.factory import read_rig_file
 from symbolic import InvalidInputError
@@ -45,7 +52,7 @@ def codegen(
     torque: TorqueChannel,
     name: str,
 ) -> None:
-    """Write an observer as C or as an FMU.
+    """Write an observer as C, as an FMU or as a package of ROS 2.
 
     Its arguments are those of the command; see `brushgrip codegen --help`.
     """
@@ -67,7 +74,8 @@ def codegen(
         if target is Target.FMU:
             files = [generate_fmu(chosen, stage, TYPES[real], name=name)]
         else:
-            files = generate(chosen, stage, TYPES[real], name=name)
+            write = generate_ros2 if target is Target.ROS2 else generate
+            files = write(chosen, stage, TYPES[real], name=name)
             _say_origin(files, comment(rig, model))
             size = _state_bytes(stage / f"{name}.h")
         finals = [out.resolve() / path.name for path in files]
@@ -112,6 +120,6 @@ def _prior(tuning: Tuning, rig: Path) -> str:
 def _say_origin(files: Sequence[Path], text: str) -> None:
     """Say at the end of code what it was made from."""
     for path in files:
-        if path.suffix in (".c", ".h"):
+        if path.suffix in (".c", ".h", ".hpp", ".cpp"):
             with path.open("a", encoding="utf-8", newline="\n") as file:
                 file.write(text)

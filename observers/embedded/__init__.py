@@ -1,9 +1,10 @@
-"""Observers as C99 for embedded targets, and as FMUs around the same C."""
+"""Observers as C99 for embedded targets, as FMUs and as packages of ROS 2 around the same C."""
 
 from observers.embedded.codegen import generate
 from observers.embedded.fmu import generate_fmu
 from observers.embedded.generated_files import require_replaceable
 from observers.embedded.native import NativeObserver, compile_native
+from observers.embedded.ros2 import generate_ros2
 from observers.embedded.scalar_type import DOUBLE, SINGLE, Real
 
 __all__ = [
@@ -14,5 +15,6 @@ __all__ = [
     "compile_native",
     "generate",
     "generate_fmu",
+    "generate_ros2",
     "require_replaceable",
 ]

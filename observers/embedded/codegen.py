@@ -57,7 +57,7 @@ MEMBERS = tuple(n for part in FunctionObserver.__mro__ for n in vars(part) if no
 def generate(
     observer: FunctionObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip"
 ) -> list[Path]:
-    """Write an observer as C99: header, code, example, check, S-function, parameters, reference samples.
+    """Write an observer as C99, with example, check, S-function, parameters and reference samples.
 
     Args:
         observer: an `Ekf`, an `Mhe`, or any other `FunctionObserver`.
@@ -96,7 +96,8 @@ def source_texts(observer: FunctionObserver, real: Real, name: str) -> dict[str,
     terms["version"] = f"brushgrip {release()} {observer.name} {real.c_type} {digest}"
     templates = {
         f"{name}.h": "observer.h", f"{name}.c": "observer.c", "main.c": "main.c", "check.c": "check.c",
-        f"{name}_sfun.c": "sfunction.c", "CMakeLists.txt": "CMakeLists.txt",
+        f"{name}.hpp": "observer.hpp", f"{name}_sfun.c": "sfunction.c",
+        "CMakeLists.txt": "CMakeLists.txt",
     }  # fmt: skip
     texts = {file: render(template, terms) for file, template in templates.items()}
     texts[f"{name}.c"] = in_type(texts[f"{name}.c"], real)

@@ -18,7 +18,7 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 Run = Callable[..., Any]
 NEEDS_COMPILER = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
 NEEDS_HOST = pytest.mark.skipif(not is_host(), reason="FMUs are built on Linux x86_64 alone")
-GENERATED = ["grip.c", "grip.h", "grip.json", "grip_vector.csv", "grip_sfun.c"]
+GENERATED = ["grip.c", "grip.h", "grip.hpp", "grip.json", "grip_vector.csv", "grip_sfun.c"]
 FILES = ["CMakeLists.txt", "check.c", "main.c", *GENERATED]
 
 

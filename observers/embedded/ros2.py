@@ -1,0 +1,46 @@
+"""A package of ROS 2 around generated C: its node, description and build file."""
+
+from pathlib import Path
+
+from observers.embedded.codegen import source_texts, template_terms
+from observers.embedded.generated_files import require_replaceable
+from observers.embedded.scalar_type import SINGLE, Real
+from observers.embedded.templating import render
+from observers.protocol import FunctionObserver
+
+
+def generate_ros2(
+    observer: FunctionObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip"
+) -> list[Path]:
+    """Write an observer as a package of ROS 2, to be built by colcon.
+
+    The node takes the joint's position [rad], velocity [rad/s] and effort [N m] from `joint_states`, the
+    load [N] from `load` or from a parameter; a message is a sample. It publishes `~/estimate` in the
+    order of `ESTIMATE`, and `~/reset` starts the observer anew.
+
+    Args:
+        observer: an `Ekf`, an `Mhe`, or any other `FunctionObserver`.
+        folder: where the files go; it is created if necessary.
+        real: the type of every number in C; messages have double.
+        name: of package, executable and node; begins every name in C.
+
+    Returns:
+        The files written.
+
+    Raises:
+        InvalidInputError: as for `generate`.
+    """
+    texts = source_texts(observer, real, name)
+    terms = template_terms(observer, real, name)
+    kept = {file: texts[file] for file in (f"{name}.c", f"{name}.h", f"{name}.hpp", f"{name}.json")}
+    templates = {
+        f"{name}_node.cpp": "ros2_node.cpp", "package.xml": "ros2_package.xml",
+        "CMakeLists.txt": "ros2_CMakeLists.txt",
+    }  # fmt: skip
+    files = kept | {file: render(template, terms) for file, template in templates.items()}
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    require_replaceable(folder / file for file in files)
+    for file, text in files.items():
+        (folder / file).write_text(text, encoding="utf-8", newline="\n")
+    return [folder / file for file in files]
