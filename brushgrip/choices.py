@@ -30,6 +30,7 @@ class Target(StrEnum):
 
     C = "c"
     FMU = "fmu"
+    FMU3 = "fmu3"
     ROS2 = "ros2"
 
 

@@ -32,6 +32,8 @@ MEASUREMENT_MODELS: dict[TorqueChannel, MeasurementModel] = {
     TorqueChannel.GROUND: AligningTorque(),
     TorqueChannel.HAND: SteeringTorque(),
 }
+FMI = {Target.FMU: 2, Target.FMU3: 3}
+"""Versions."""
 LONGEST_WINDOW = 1000
 """Samples; ten seconds at 100 Hz."""
 
@@ -71,8 +73,8 @@ def codegen(
     cost = estimated_cost(chosen, TYPES[real])
     size: int | None = None
     with staged_directory(out) as stage:
-        if target is Target.FMU:
-            files = [generate_fmu(chosen, stage, TYPES[real], name=name)]
+        if target in FMI:
+            files = [generate_fmu(chosen, stage, TYPES[real], name=name, version=FMI[target])]
         else:
             write = generate_ros2 if target is Target.ROS2 else generate
             files = write(chosen, stage, TYPES[real], name=name)

@@ -1,8 +1,8 @@
-"""An observer as an FMU: FMI 2.0 co-simulation around the C that `generate` writes.
+"""An observer as an FMU: co-simulation by FMI 2.0 or 3.0 around the C that `generate` writes.
 
-A communication step is one sample: `fmi2DoStep` uses the inputs set before it, and the outputs after it
-are the estimate. The archive contains the sources, the model description, the parameters and the library
-for 64-bit Linux.
+A communication step is one sample: it uses the inputs set before it, and the outputs after it are the
+estimate. The archive contains the sources, the model description, the parameters, a page on the
+variables and the library for 64-bit Linux.
 """
 
 import json
@@ -44,68 +44,105 @@ class Variable:
     Attributes:
         name: its name.
         reference: its value reference, as in `templates/fmu.c`.
-        kind: the XML element of its type, with the unit.
+        kind: the type in FMI 2.0, see `TYPES`.
+        unit: its unit; None for a flag.
         description: its meaning.
     """
 
     name: str
     reference: int
     kind: str
+    unit: str | None
     description: str
 
 
 INPUTS = (
-    Variable("psi", 0, 'Real unit="rad"', "yaw (steering) angle"),
-    Variable("psi_dot", 1, 'Real unit="rad/s"', "yaw rate; a missing one is derived from psi"),
-    Variable("M_z", 2, 'Real unit="N.m"', "aligning torque, moment of the ground on the wheel"),
-    Variable("M", 2, 'Real unit="N.m"', "steering torque, of the hand or motor on the wheel"),
+    Variable("psi", 0, "Real", "rad", "yaw (steering) angle"),
+    Variable("psi_dot", 1, "Real", "rad/s", "yaw rate; a missing one is derived from psi"),
+    Variable("M_z", 2, "Real", "N.m", "aligning torque, moment of the ground on the wheel"),
+    Variable("M", 2, "Real", "N.m", "steering torque, of the hand or motor on the wheel"),
     Variable(
-        "F_N",
-        3,
-        'Real unit="N"',
-        "vertical load; missing below a twentieth of the first, and M_z with it",
+        "F_N", 3, "Real", "N", "vertical load; missing below a twentieth of the first, and M_z with it"
     ),
 )
 """All inputs."""
+TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
+"""Types of FMI 2.0 and what they are in 3.0."""
 UNUSED = {"M_z": {"M"}, "M": {"M_z", "psi_dot"}}
 """Inputs that an observer of one torque lacks; from the steering torque it estimates the rate too."""
 OUTPUTS = (
-    Variable("mu", 4, 'Real unit="1"', "friction coefficient"),
-    Variable("mu_std", 5, 'Real unit="1"', "standard deviation of mu"),
-    Variable("M_z_predicted", 6, 'Real unit="N.m"', "predicted aligning torque; NaN at first"),
-    Variable("informed", 7, "Boolean", "false while the estimate rests on the prior"),
-    Variable("mu_eff", 9, 'Real unit="1"', "effective friction, full slide over that of mu = 1"),
-    Variable("mu_eff_std", 10, 'Real unit="1"', "standard deviation of mu_eff"),
-    Variable("M_slide", 11, 'Real unit="N.m"', "torque of steady full slide at the present load"),
-    Variable("nis", 12, 'Real unit="1"', "normalised innovation squared; NaN if not measured"),
-    Variable("status", 8, "Integer", "0 where the sample was used, else flags as in the C header"),
+    Variable("mu", 4, "Real", "1", "friction coefficient"),
+    Variable("mu_std", 5, "Real", "1", "standard deviation of mu"),
+    Variable("M_z_predicted", 6, "Real", "N.m", "predicted aligning torque; NaN at first"),
+    Variable("informed", 7, "Boolean", None, "false while the estimate rests on the prior"),
+    Variable("mu_eff", 9, "Real", "1", "effective friction, full slide over that of mu = 1"),
+    Variable("mu_eff_std", 10, "Real", "1", "standard deviation of mu_eff"),
+    Variable("M_slide", 11, "Real", "N.m", "torque of steady full slide at the present load"),
+    Variable("nis", 12, "Real", "1", "normalised innovation squared; NaN if not measured"),
+    Variable("status", 8, "Integer", None, "0 where the sample was used, else flags as in the C header"),
 )
 
 
+@dataclass(frozen=True, kw_only=True)
+class Version:
+    """What differs between versions of FMI.
+
+    Attributes:
+        templates: of the interface, its header and the model description.
+        header: file of that header.
+        library: folder of the library inside the archive.
+        build: the archive has a buildDescription.xml.
+    """
+
+    templates: tuple[str, str, str]
+    header: str
+    library: str
+    build: bool
+
+
+VERSIONS = {
+    2: Version(
+        templates=("fmu.c", "fmi2.h", "modelDescription.xml"), header="fmi2.h",
+        library="linux64", build=False,
+    ),
+    3: Version(
+        templates=("fmu3.c", "fmi3.h", "modelDescription3.xml"), header="fmi3.h",
+        library="x86_64-linux", build=True,
+    ),
+}  # fmt: skip
+"""By the number of the version."""
+
+
 def generate_fmu(
-    observer: FunctionObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip"
-) -> Path:
-    """Write an observer as `name`.fmu: FMI 2.0 co-simulation, sources, a library for 64-bit Linux.
+    observer: FunctionObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip",
+    version: int = 2,
+) -> Path:  # fmt: skip
+    """Write an observer as `name`.fmu: co-simulation, sources, a library for 64-bit Linux.
 
     Args:
         observer: an `Ekf`, an `Mhe`, or any other `FunctionObserver`.
         folder: where the file goes; it is created if necessary.
         real: the type of every number inside; the variables are double in any case.
         name: of the model, and of the file.
+        version: of FMI, 2 (2.0) or 3 (3.0).
 
     Returns:
         The file; its bytes follow from the arguments, the compiler and the versions in use.
 
     Raises:
-        InvalidInputError: as for `generate`; there is no C compiler, or this is no 64-bit Linux.
+        InvalidInputError: as for `generate`; another version, no C compiler, or no 64-bit Linux.
     """
-    sources, description, parameters = _texts(observer, real, name)
-    files = {
-        "modelDescription.xml": description.encode(),
-        **{f"sources/{file}": text.encode() for file, text in sources.items()},
-        f"resources/{name}.json": parameters.encode(),
-        f"binaries/linux64/{name}.so": _library(_compiler(), sources, name),
+    if version not in VERSIONS:
+        raise InvalidInputError(f"version of FMI must be one of {list(VERSIONS)}, got {version!r}")
+    texts = _texts(observer, real, name, VERSIONS[version])
+    sources = {
+        Path(file).name: text
+        for file, text in texts.items()
+        if file.startswith("sources/") and file.endswith((".c", ".h"))
     }
+    library = f"binaries/{VERSIONS[version].library}/{name}.so"
+    files = {file: text.encode() for file, text in texts.items()}
+    files[library] = _library(_compiler(), sources, name)
     file = Path(folder) / f"{name}.fmu"
     file.parent.mkdir(parents=True, exist_ok=True)
     require_replaceable([file])
@@ -137,8 +174,8 @@ def _compiler() -> str:
     return command
 
 
-def _texts(observer: FunctionObserver, real: Real, name: str) -> tuple[dict[str, str], str, str]:
-    """The sources by file, the model description, the parameters."""
+def _texts(observer: FunctionObserver, real: Real, name: str, version: Version) -> dict[str, str]:
+    """Every text of the archive, by its path."""
     texts = source_texts(observer, real, name)
     terms = template_terms(observer, real, name)
     parameters = texts[f"{name}.json"]
@@ -147,10 +184,22 @@ def _texts(observer: FunctionObserver, real: Real, name: str) -> tuple[dict[str,
         "guid": f"{{{uuid.uuid5(uuid.NAMESPACE_URL, texts[f'{name}.c'] + parameters)}}}",
         "inputs": [variable for variable in INPUTS if variable.name not in UNUSED[observer.channel]],
         "outputs": OUTPUTS,
+        "types": TYPES,
     }
-    sources = {file: texts[file] for file in (f"{name}.c", f"{name}.h")}
-    sources |= {f"{name}_fmu.c": render("fmu.c", terms), "fmi2.h": render("fmi2.h", {})}
-    return sources, render("modelDescription.xml", terms), parameters
+    interface, header, description = (render(template, terms) for template in version.templates)
+    archive = {
+        "modelDescription.xml": description,
+        f"sources/{name}.c": texts[f"{name}.c"],
+        f"sources/{name}.h": texts[f"{name}.h"],
+        f"sources/{name}_fmu.c": interface,
+        f"sources/{version.header}": header,
+        f"resources/{name}.json": parameters,
+        "documentation/index.html": render("fmu_documentation.html", terms),
+        "documentation/licenses/license.txt": render("license.txt", terms),
+    }
+    if version.build:
+        archive["sources/buildDescription.xml"] = render("buildDescription.xml", terms)
+    return archive
 
 
 def _library(command: str, sources: Mapping[str, str], name: str) -> bytes:

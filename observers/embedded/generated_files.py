@@ -16,7 +16,7 @@ def _words(text: str) -> frozenset[str]:
 
 
 FIXED = _words("""
-    main check example fmi2 simstruc simulink cg_sfun
+    main check example fmi2 fmi3 simstruc simulink cg_sfun
     m all clean depend edit_cache help install package package_source rebuild_cache test
 """)
 """Files that are written or included by these names, and targets of CMake."""

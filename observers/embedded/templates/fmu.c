@@ -9,20 +9,8 @@
 #include "${name}.h"
 #include "fmi2.h"
 
-#define GUID "${guid}"
-
-/* Value references, as in modelDescription.xml. */
-enum { PSI, PSI_DOT, TORQUE, LOAD, INPUTS, MU = INPUTS, MU_STD, M_Z_PREDICTED, INFORMED, STATUS, MU_EFF, MU_EFF_STD, M_SLIDE, NIS };
-enum { INSTANTIATED, INITIALISING, STEPPING, TERMINATED };
-
-/* The FMU state: one block without pointers. */
-typedef struct {
-    char guid[sizeof GUID];
-    ${name}_state_t observer;
-    double inputs[INPUTS];
-    double last_point; /* communication point of the last sample, if there was one */
-    int32_t sampled, phase;
-} fmu_state_t;
+%% include "fmu_state.c"
+/* The interface of FMI 2.0. ------------------------------------------------------------------------------ */
 
 typedef struct {
     fmu_state_t state;
@@ -30,14 +18,6 @@ typedef struct {
     fmi2ComponentEnvironment environment;
     char name[64];
 } instance_t;
-
-static void reset_state(fmu_state_t *state) {
-    int i;
-    memset(state, 0, sizeof *state);
-    memcpy(state->guid, GUID, sizeof GUID);
-    for (i = 0; i < INPUTS; ++i) state->inputs[i] = (double)NAN;
-    ${name}_init(&state->observer);
-}
 
 static fmi2Status report(const instance_t *instance, const char *message) {
     if (instance->logger != NULL) instance->logger(instance->environment, instance->name, fmi2Error, "logStatusError", message);
@@ -93,22 +73,12 @@ FMI2(fmi2Status, Reset)(fmi2Component c) {
     return fmi2OK;
 }
 
-/* Advances by one sample. Its dt is the time since the last communication point, which differs from `step` where
-   steps vary; the first sample has none and takes `step`. */
 FMI2(fmi2Status, DoStep)(fmi2Component c, fmi2Real at, fmi2Real step, fmi2Boolean no_set_state) {
     fmu_state_t *state = &((instance_t *)c)->state;
-    ${name}_sample_t sample;
     (void)no_set_state;
     if (state->phase != STEPPING) return report(c, "fmi2DoStep before initialisation, or after termination");
     if (!(step > 0.0)) return report(c, "a communication step must be greater than 0 s");
-    sample.psi = (${real})state->inputs[PSI];
-    sample.psi_dot = (${real})state->inputs[PSI_DOT];
-    sample.${torque} = (${real})state->inputs[TORQUE];
-    sample.F_N = (${real})state->inputs[LOAD];
-    sample.dt = (${real})(state->sampled ? at - state->last_point : step);
-    ${name}_step(&state->observer, &sample);
-    state->last_point = at;
-    state->sampled = 1;
+    take_sample(state, at, step);
     return fmi2OK;
 }
 
@@ -122,20 +92,9 @@ FMI2(fmi2Status, SetReal)(fmi2Component c, const fmi2ValueReference at[], size_t
 }
 
 FMI2(fmi2Status, GetReal)(fmi2Component c, const fmi2ValueReference at[], size_t count, fmi2Real values[]) {
-    const fmu_state_t *state = &((instance_t *)c)->state;
-    ${name}_estimate_t estimate;
     size_t i;
-    ${name}_estimate(&state->observer, &estimate);
-    for (i = 0; i < count; ++i) {
-        switch (at[i]) {
-%% for name in numbers
-        case ${name|upper}: values[i] = (double)estimate.${name}; break;
-%% endfor
-        default:
-            if (at[i] >= INPUTS) return report(c, "no real variable has this value reference");
-            values[i] = state->inputs[at[i]];
-        }
-    }
+    for (i = 0; i < count; ++i)
+        if (!find_number(&((instance_t *)c)->state, at[i], &values[i])) return report(c, "no real variable has this value reference");
     return fmi2OK;
 }
 
@@ -181,19 +140,6 @@ FMI2(fmi2Status, FreeFMUstate)(fmi2Component c, fmi2FMUstate *state) {
     return fmi2OK;
 }
 
-/* Serialised, a state is its block and the digest of that. The block begins with the GUID, which goes with the code
-   and its parameters. */
-enum { SERIALISED = sizeof(fmu_state_t) + sizeof(uint64_t) };
-
-/* FNV-1a, 64 bits: it changes with every single byte. */
-static uint64_t digest_of(const void *block) {
-    const unsigned char *bytes = block;
-    uint64_t digest = 14695981039346656037u;
-    size_t i;
-    for (i = 0; i < sizeof(fmu_state_t); ++i) digest = (digest ^ bytes[i]) * 1099511628211u;
-    return digest;
-}
-
 FMI2(fmi2Status, SerializedFMUstateSize)(fmi2Component c, fmi2FMUstate state, size_t *size) {
     (void)c, (void)state;
     *size = SERIALISED;
@@ -201,19 +147,14 @@ FMI2(fmi2Status, SerializedFMUstateSize)(fmi2Component c, fmi2FMUstate state, si
 }
 
 FMI2(fmi2Status, SerializeFMUstate)(fmi2Component c, fmi2FMUstate state, fmi2Byte bytes[], size_t size) {
-    const uint64_t digest = digest_of(state);
     if (size != SERIALISED) return report(c, "a serialised state has another size");
-    memcpy(bytes, state, sizeof(fmu_state_t));
-    memcpy(bytes + sizeof(fmu_state_t), &digest, sizeof digest);
+    serialise(state, bytes);
     return fmi2OK;
 }
 
 FMI2(fmi2Status, DeSerializeFMUstate)(fmi2Component c, const fmi2Byte bytes[], size_t size, fmi2FMUstate *state) {
-    uint64_t digest;
-    if (size != SERIALISED || memcmp(bytes, GUID, sizeof GUID) != 0)
-        return report(c, "these bytes are no state of this model");
-    memcpy(&digest, bytes + sizeof(fmu_state_t), sizeof digest);
-    if (digest != digest_of(bytes)) return report(c, "the bytes of this state are damaged");
+    const char *fault = fault_of(bytes, size);
+    if (fault != NULL) return report(c, fault);
     if (*state == NULL) *state = malloc(sizeof(fmu_state_t));
     if (*state == NULL) return report(c, "no memory for a state");
     memcpy(*state, bytes, sizeof(fmu_state_t));

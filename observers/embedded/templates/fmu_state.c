@@ -1,0 +1,83 @@
+/* What an FMU of any version has: variables, the state of an instance, a sample. ------------------------- */
+
+#define GUID "${guid}"
+
+/* Value references, as in modelDescription.xml. */
+enum { PSI, PSI_DOT, TORQUE, LOAD, INPUTS, MU = INPUTS, MU_STD, M_Z_PREDICTED, INFORMED, STATUS, MU_EFF, MU_EFF_STD, M_SLIDE, NIS, TIME };
+enum { INSTANTIATED, INITIALISING, STEPPING, TERMINATED };
+
+/* The FMU state: one block without pointers. */
+typedef struct {
+    char guid[sizeof GUID];
+    ${name}_state_t observer;
+    double inputs[INPUTS];
+    double last_point; /* communication point of the last sample, if there was one */
+    double end;        /* of the last communication step, or the start */
+    int32_t sampled, phase;
+} fmu_state_t;
+
+static void reset_state(fmu_state_t *state) {
+    int i;
+    memset(state, 0, sizeof *state);
+    memcpy(state->guid, GUID, sizeof GUID);
+    for (i = 0; i < INPUTS; ++i) state->inputs[i] = (double)NAN;
+    ${name}_init(&state->observer);
+}
+
+/* Advances by one sample. Its dt is the time since the last communication point, which differs from `step` where
+   steps vary; the first sample has none and takes `step`. */
+static void take_sample(fmu_state_t *state, double at, double step) {
+    ${name}_sample_t sample;
+    sample.psi = (${real})state->inputs[PSI];
+    sample.psi_dot = (${real})state->inputs[PSI_DOT];
+    sample.${torque} = (${real})state->inputs[TORQUE];
+    sample.F_N = (${real})state->inputs[LOAD];
+    sample.dt = (${real})(state->sampled ? at - state->last_point : step);
+    (void)${name}_step(&state->observer, &sample);
+    state->last_point = at;
+    state->end = at + step;
+    state->sampled = 1;
+}
+
+/* The value of an input or a real output; 0 where no real variable has this reference. */
+static int find_number(const fmu_state_t *state, uint32_t at, double *value) {
+    ${name}_estimate_t estimate;
+    ${name}_estimate(&state->observer, &estimate);
+    switch (at) {
+%% for name in numbers
+    case ${name|upper}: *value = (double)estimate.${name}; break;
+%% endfor
+    default:
+        if (at >= INPUTS) return 0;
+        *value = state->inputs[at];
+    }
+    return 1;
+}
+
+/* Serialised, a state is its block and the digest of that. The block begins with the GUID, which goes with the code
+   and its parameters. */
+enum { SERIALISED = sizeof(fmu_state_t) + sizeof(uint64_t) };
+
+/* FNV-1a, 64 bits: it changes with every single byte. */
+static uint64_t digest_of(const void *block) {
+    const unsigned char *bytes = block;
+    uint64_t digest = 14695981039346656037u;
+    size_t i;
+    for (i = 0; i < sizeof(fmu_state_t); ++i) digest = (digest ^ bytes[i]) * 1099511628211u;
+    return digest;
+}
+
+static void serialise(const void *state, void *bytes) {
+    const uint64_t digest = digest_of(state);
+    memcpy(bytes, state, sizeof(fmu_state_t));
+    memcpy((unsigned char *)bytes + sizeof(fmu_state_t), &digest, sizeof digest);
+}
+
+/* Why bytes are no state of this model; NULL where they are. */
+static const char *fault_of(const void *bytes, size_t size) {
+    uint64_t digest;
+    if (size != SERIALISED || memcmp(bytes, GUID, sizeof GUID) != 0) return "these bytes are no state of this model";
+    memcpy(&digest, (const unsigned char *)bytes + sizeof(fmu_state_t), sizeof digest);
+    return digest == digest_of(bytes) ? NULL : "the bytes of this state are damaged";
+}
+
