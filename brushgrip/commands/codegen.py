@@ -57,8 +57,8 @@ def codegen(
     an example that reads a recording; check.c holds a build against NAME_vector.csv, what Python made of
     400 samples; NAME.json says what parameters it was made with; NAME_sfun.c is an S-function for
     Simulink. With --target fmu, NAME.fmu holds the same C with sources and a library for 64-bit Linux:
-    FMI 2.0 co-simulation, a communication step is a sample. With --target ros2 it is a package with a
-    node.
+    co-simulation by FMI 2.0 (fmu3: 3.0), a communication step is a sample. With --target ros2 it is a
+    package with a node.
 
     The prior is that of the tuning (--tune mu=0.8,mu_std=0.2), not the mu of the rig file. Before
     anything is written, a line says what a step will cost.

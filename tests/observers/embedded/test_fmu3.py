@@ -100,7 +100,7 @@ def test_fmpy_validates(tmp_path: Path, kind: Any, measurement_model: Any) -> No
     assert {v.unit for v in description.modelVariables if v.causality == "input"} <= {
         "rad", "rad/s", "N.m", "N",
     }  # fmt: skip
-    assert set(fmpy.supported_platforms(str(archive))) == {"c-code", "x86_64-linux"}
+    assert set(fmpy.supported_platforms(str(archive))) == {"c-code", "linux64"}
 
 
 def test_both_versions_give_the_same(folder: Path, tmp_path: Path) -> None:
@@ -112,6 +112,7 @@ def test_both_versions_give_the_same(folder: Path, tmp_path: Path) -> None:
     assert np.ptp(expected[:, 0]) > 0.01
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")  # FMPy's folder
 def test_an_importer_builds_it_from_its_sources(folder: Path, tmp_path: Path) -> None:
     if shutil.which("cmake") is None:
         pytest.skip("no CMake installed")
@@ -215,12 +216,11 @@ def test_libcosim_gives_the_same(tmp_path: Path) -> None:
     execution.add_manipulator(manipulator=hand)
     outputs = []
     for row in rows():
-        hand.slave_real_values(
-            slave_index=slave, variable_references=list(INPUTS), values=list(row)
-        )
+        hand.slave_real_values(slave_index=slave, variable_references=list(INPUTS), values=list(row))
         execution.step()
         outputs.append(seen.last_real_values(slave_index=slave, variable_references=[4, 5, 6]))
     with instances(Path(fmpy.extract(str(archive), str(tmp_path / "unpacked")))) as (ours,):
         expected = ours.steps(rows())[:, :3]
 
-    np.testing.assert_array_equal(outputs, expected)
+    # Its communication points are whole nanoseconds.
+    np.testing.assert_allclose(outputs, expected, rtol=0, atol=1e-11)
