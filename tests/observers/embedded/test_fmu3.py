@@ -47,6 +47,7 @@ class Instance3:
     """One instance, as `fmu_instance.Instance` is of FMI 2.0."""
 
     def __init__(self, slave: Any) -> None:
+        """Wrap a slave."""
         self.slave, self.time = slave, 0.0
 
     def step(self, row: Sequence[float], dt: float = 0.01) -> list[float]:
