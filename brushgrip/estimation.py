@@ -46,7 +46,9 @@ class FrictionTrack:
         mu_std: its standard deviation [1]; NaN where the observer has none.
         informed: False while the estimate still rests on the prior.
         changes: instants at which the observer detected a change of the ground [s], shape (c,).
-        reference: friction coefficient to compare with [1], None where unknown.
+        inconsistent: True where model and stated error do not explain the torque: the band is too
+            narrow.
+        reference: effective friction to compare with [1], None where unknown.
         reference_label: where the reference comes from.
     """
 
@@ -57,6 +59,7 @@ class FrictionTrack:
     mu_std: Array
     informed: NDArray[np.bool_]
     changes: Array = field(default_factory=lambda: np.empty(0))
+    inconsistent: NDArray[np.bool_] | None = None
     reference: float | None = None
     reference_label: str = "declared μ"
 
@@ -236,5 +239,6 @@ def friction_track(
         mu_std=estimates.mu_eff_std,
         informed=estimates.informed,
         changes=estimates.t[estimates.status & Status.RESET != 0],
+        inconsistent=estimates.status & Status.INCONSISTENT != 0,
         reference=recording.tyre.mu,
     )

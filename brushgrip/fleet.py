@@ -28,10 +28,11 @@ from symbolic import BrushgripError
 
 COLUMNS = (
     "recording", "ground", "samples", "duration", "mu", "mu_std", "mu_eff", "mu_eff_std", "informed",
-    "rejected", "changes", "fault",
+    "rejected", "changes", "inconsistent", "fault",
 )  # fmt: skip
 """Columns of the summary: friction at the end of each recording [1], its duration [s], the share of
-informed samples [1], rejected samples, changes of the ground, and what is wrong with a recording."""
+informed samples [1], rejected samples, changes of the ground, samples that model and stated error do not
+explain, and what is wrong with a recording."""
 Row = Mapping[str, str | int | float]
 
 
@@ -107,7 +108,11 @@ def row_of(recording: Recording, estimates: Estimates) -> Row:
     """The row of a recording that has been estimated."""
     counts = {
         name: int(np.count_nonzero(estimates.status & flag))
-        for name, flag in (("rejected", Status.REJECTED), ("changes", Status.RESET))
+        for name, flag in (
+            ("rejected", Status.REJECTED),
+            ("changes", Status.RESET),
+            ("inconsistent", Status.INCONSISTENT),
+        )
     }
     friction = {n: float(getattr(estimates, n)[-1]) for n in ("mu", "mu_std", "mu_eff", "mu_eff_std")}
     return {

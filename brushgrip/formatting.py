@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -168,7 +169,16 @@ def estimates_summary(estimates: Estimates) -> str:
     inconsistent = counts[Status.INCONSISTENT] > 0
     most_frequent = Status.INCONSISTENT if inconsistent else max(counts, key=lambda flag: counts[flag])
     number = counts[most_frequent]
-    return f"{line}; {number} {_plural(number, 'sample')}: {most_frequent.remedy}" if number else line
+    return (
+        f"{line}; {number} {_plural(number, 'sample')}: {_on_command_line(most_frequent.remedy)}"
+        if number
+        else line
+    )
+
+
+def _on_command_line(remedy: str) -> str:
+    """A remedy that names options where it names values of a tuning."""
+    return re.sub(r"\bTuning\.(\w+)", r"\1 (--tune \1=...)", remedy)
 
 
 def _final_friction(estimates: Estimates) -> str:

@@ -7,6 +7,12 @@ from observers import Tuning, profile
 from observers.tuning import TUNING_FIELDS
 from symbolic import InvalidInputError
 
+OF_STATES = {
+    "stiffness_std": "k is no state of the observers that commands run; from Python:"
+    " Ekf(..., stiffness=True)",
+}
+"""Values that say nothing without a state that only Python adds, and why."""
+
 
 def chosen_tuning(name: str | None, values: Sequence[str] | None) -> Tuning | None:
     """The tuning of a profile with some values replaced; None where nothing is chosen.
@@ -30,6 +36,8 @@ def chosen_tuning(name: str | None, values: Sequence[str] | None) -> Tuning | No
             raise InvalidInputError(f"--tune {pair}: expected NAME=NUMBER with a name out of {allowed}")
         if field in given:
             raise InvalidInputError(f"--tune {pair}: {field} is given twice")
+        if field in OF_STATES:
+            raise InvalidInputError(f"--tune {pair}: {OF_STATES[field]}")
         given[field] = _number(field, pair, text)
     try:
         return replace(Tuning() if name is None else profile(name), **given)  # type: ignore[arg-type]

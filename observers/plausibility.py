@@ -99,18 +99,16 @@ def suspicions(evidence: Evidence) -> tuple[str, ...]:
     """Each suspected cause in a sentence that says what to do; empty where all is plausible."""
     load_first = evidence.load < LEAST_LOAD
     texts = {
-        "psi looks like degrees: it goes beyond a right angle; convert it to rad": (
-            evidence.angle >= IN_A_ROW
-        ),
+        "psi looks like degrees, or like a steering wheel's angle: it goes beyond a right angle;"
+        " convert it to rad, or divide it by the steering ratio": evidence.angle >= IN_A_ROW,
         f"time looks like milliseconds: samples are {LONGEST_PERIOD:g} s apart; convert it to s": (
             evidence.period >= IN_A_ROW
         ),
         "F_N looks like kN: the torque is more than any ground holds at it; convert it to N": (
             evidence.friction >= IN_A_ROW and load_first
         ),
-        "the torque looks like N mm: it is more than any ground holds; convert it to N m": (
-            evidence.friction >= IN_A_ROW and not load_first
-        ),
+        "the torque looks like N mm, or like another shaft's: it is more than any ground holds;"
+        " convert it to N m at the kingpin": evidence.friction >= IN_A_ROW and not load_first,
         "psi or the torque has the other sign: the ground would turn the wheel; flip one of them": (
             evidence.travel >= LEAST_TRAVEL and evidence.work > GIVEN_BACK * evidence.exchanged > 0
         ),

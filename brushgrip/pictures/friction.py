@@ -18,6 +18,8 @@ DASHES = ("-", "-", (0, (4, 3)), (0, (1, 2)))
 """Strokes in the order of `TRACKS`; where two observers agree, both lines are visible."""
 CHANGE = (0, (1, 1.5))
 """Stroke of a change of the ground."""
+DOUBTED = "////"
+"""Hatch of a band that is too narrow."""
 LineStyle = tuple[str, str | tuple[int, tuple[int, int]]]
 """Colour and stroke."""
 
@@ -51,6 +53,11 @@ def _track(axes: Axes, track: FrictionTrack, line_style: LineStyle) -> None:
         axes.fill_between(track.t, low, high, where=where.tolist(), color=colour, alpha=alpha, lw=0)
     axes.plot(track.t, track.mu, color=colour, lw=0.8, alpha=0.45)
     axes.plot(track.t, np.where(track.informed, track.mu, np.nan), color=colour, lw=1.8, ls=stroke)
+    if track.inconsistent is not None and track.inconsistent.any():
+        axes.fill_between(
+            track.t, low, high, where=track.inconsistent.tolist(), facecolor="none", edgecolor=colour,
+            alpha=0.5, lw=0, hatch=DOUBTED,
+        )  # fmt: skip
     for instant in track.changes:
         axes.axvline(instant, color=colour, lw=0.9, ls=CHANGE, alpha=0.7)
     if track.reference is not None:
@@ -85,6 +92,9 @@ def _key(tracks: Sequence[FrictionTrack], line_styles: dict[str, LineStyle]) -> 
         label = f"± {BAND:.0f} standard deviations"
         key.append(Patch(color="#777777", alpha=0.25, lw=0, label=label))
     key.append(Line2D([], [], color="#777777", lw=0.8, alpha=0.6, label="pale: rests on the prior"))
+    if any(track.inconsistent is not None and track.inconsistent.any() for track in tracks):
+        label = "hatched: model and stated error do not explain it"
+        key.append(Patch(facecolor="none", edgecolor="#777777", lw=0, hatch=DOUBTED, label=label))
     if any(track.changes.size for track in tracks):
         key.append(Line2D([], [], color="#777777", lw=0.9, ls=CHANGE, label="change of the ground"))
     references = dict.fromkeys(t.reference_label for t in tracks if t.reference is not None)

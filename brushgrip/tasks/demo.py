@@ -10,7 +10,7 @@ from brushgrip.atomic import staged_directory
 from brushgrip.choices import ObserverName
 from brushgrip.console import print_diagnosis, progress, say, show
 from brushgrip.estimation import OBSERVERS, FrictionTrack, friction_track, observe
-from brushgrip.friction_outcome import found_model, friction_outcome
+from brushgrip.friction_outcome import found_model, friction_outcome, offline_friction
 from brushgrip.provenance import KEY, clear, provenance_of, require_own_folder
 from brushgrip.recordings import read_all
 from brushgrip.report import PAGE, remove_stale_pictures
@@ -54,6 +54,7 @@ def demo(*, out: Path, examples: Path | None = None, force: bool = False) -> Non
 def estimate_friction(recordings: Sequence[Recording], diagnosis: Diagnosis) -> list[FrictionTrack]:
     """Friction over each recording: EKF on the declared model, EKF and MHE on the model found."""
     found = found_model(diagnosis)
+    fitted = replace(found, own=diagnosis.values.own, rig=diagnosis.values.rig)
     runs: list[tuple[ObserverName, FoundModel | None, str]] = [
         (ObserverName.EKF, None, "declared model"),
         (ObserverName.EKF, found, "model found"),
@@ -62,8 +63,8 @@ def estimate_friction(recordings: Sequence[Recording], diagnosis: Diagnosis) -> 
     return [
         replace(
             friction_track(observer, recording, observe(OBSERVERS[observer], recording, model), label),
-            reference=diagnosis.values.own[recording.name]["mu"],
-            reference_label="μ fitted to the whole recording",
+            reference=offline_friction(fitted, recording),
+            reference_label="μ_eff fitted to the whole recording",
         )
         for recording in recordings
         for observer, model, label in runs

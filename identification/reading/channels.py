@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.reading.signal_map import SignalMap
+from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import (
     MOST_SAMPLES,
     OPTIONAL_COLUMNS,
@@ -176,15 +176,15 @@ def missing_message(path: Path, absent: Sequence[str], names: Sequence[str], sig
         c if c not in signals.signals else f"{c} (as {excerpt(signals.of(c).channel)})" for c in absent
     )
     plural = "s" * (len(absent) > 1)
-    return (
-        f"{path}: channel{plural} {wanted} missing; there are {_listed(names)}{map_hint(absent, names)}"
-    )
+    hint = map_hint(absent, names, signals)
+    return f"{path}: channel{plural} {wanted} missing; there are {_listed(names)}{hint}"
 
 
-def map_hint(absent: Sequence[str], names: Sequence[str]) -> str:
-    """A sentence that proposes a map; names that look alike are filled in."""
+def map_hint(absent: Sequence[str], names: Sequence[str], signals: SignalMap = NO_MAP) -> str:
+    """A sentence that proposes a map, a torque in it; names that look alike are filled in."""
     left, parts = list(names), []
-    for column in absent:
+    known = {*absent, *signals.signals, *(_without_unit(name) for name in names)}
+    for column in absent if {"M_z", "M"} & known else (*absent, "M_z"):
         guess = _likely(column, left)
         if guess is not None:
             left.remove(guess)

@@ -175,7 +175,7 @@ def _header(
         raise InvalidInputError(
             f"{path}: row {row}: column{'s' * (len(missing) > 1)} {wanted} missing "
             f"from the header {excerpt(','.join(names))}; expected {','.join(needed)}, "
-            f"optional {','.join(OPTIONAL_COLUMNS)}{map_hint(missing, names)}"
+            f"optional {','.join(OPTIONAL_COLUMNS)}{map_hint(missing, names, signals)}"
         )
     return found
 

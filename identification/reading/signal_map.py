@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import inf
 from pathlib import Path
 
 from identification.reading.files import read_bytes
@@ -16,7 +17,7 @@ DBC = "dbc"
 LEAST_FACTOR, LARGEST_FACTOR = 1e-12, 1e12
 """Size of a factor, beyond which no unit is."""
 _SOURCE = re.compile(
-    r"(?P<sign>[+-]?)(?:(?P<factor>\d+\.?\d*(?:[eE][+-]?\d+)?)\*)?(?P<channel>.+?)(?::(?P<unit>[^:]*))?"
+    r"(?P<sign>[+-]?)(?:(?P<factor>\d+\.?\d*(?:[eE][+-]?\d+)?)(?:/(?P<over>\d+\.?\d*))?\*)?(?P<channel>.+?)(?::(?P<unit>[^:]*))?"
 )
 
 
@@ -121,7 +122,7 @@ NO_MAP = SignalMap()
 
 
 def parse_signals(text: str) -> SignalMap:
-    """A map as on the command line: ``psi=SteeringAngle:deg,t=time:ms,M_z=-Mz,F_N=0.5*Load:kN``.
+    """A map as on the command line: ``psi=1/14.8*SteeringAngle:deg,t=time:ms,M_z=-Mz,F_N=0.5*Load:kN``.
 
     A name with a comma, a colon, or a sign at its beginning goes into a rig file instead.
 
@@ -135,7 +136,8 @@ def parse_signals(text: str) -> SignalMap:
         found = _SOURCE.fullmatch(source)
         if not equals or found is None:
             raise InvalidInputError(
-                f"map {excerpt(part)}: expected COLUMN=CHANNEL:UNIT, such as psi=SteeringAngle:deg"
+                f"map {excerpt(part)}: expected COLUMN=FACTOR*CHANNEL:UNIT, such as"
+                " psi=SteeringAngle:deg or psi=1/14.8*SteeringAngle:deg; numbers have a point"
             )
         if column in signals or (column == DBC and dbc is not None):
             raise InvalidInputError(f"map {excerpt(part)}: {column} is given twice; allowed: once")
@@ -146,6 +148,8 @@ def parse_signals(text: str) -> SignalMap:
             continue
         with naming(f"map {excerpt(part)}"):
             factor = float(found["factor"] or 1) * (-1 if found["sign"] == "-" else 1)
+            over = float(found["over"] or 1)
+            factor = factor / over if over else inf
             signal = SignalSource(channel=found["channel"].strip(), unit=found["unit"], factor=factor)
             signals = dict(SignalMap(signals={**signals, column: signal}).signals)
     return SignalMap(signals=signals, dbc=dbc)

@@ -71,6 +71,7 @@ def test_a_summary_of_one(estimate: Run, write_csv: Write, tmp_path: Path) -> No
 
     assert list(rows_of(tmp_path / "table.csv")) == ["a"]
     assert (row["recording"], row["mu_std"]) == ("a", None)
+    assert row["inconsistent"] == 0
 
 
 @pytest.mark.parametrize(
@@ -81,6 +82,7 @@ def test_a_summary_of_one(estimate: Run, write_csv: Write, tmp_path: Path) -> No
         (["--summary", "a.csv"], "would overwrite what is read"),
         (["--summary", "t_a.csv", "--out", "t.csv"], "must name different files"),
         (["--summary", "t.csv", "--tune", "noise=0.1"], "--observer root has no tuning"),
+        (["--summary", "t.csv", "--tune", "stiffness_std=0.3"], "k is no state of the observers"),
     ],
 )
 def test_what_cannot_be_is_said_before_the_work(

@@ -113,6 +113,17 @@ def test_columns_named_otherwise_are_listed_and_a_map_is_proposed(tmp_path: Path
     assert "missing from the header 'Zeit [s],Winkel [°],Moment [Nm],Last" in message
     assert message.endswith("such as --map 't=Zeit,psi=Winkel,M_z=Moment,F_N=Last'")
     require_expected(read_recording(path, RIG, signals="t=Zeit,psi=Winkel,M_z=Moment,F_N=Last"))
+    with pytest.raises(InvalidInputError, match="M_z=Moment"):
+        read_recording(path, RIG, torque_required=False)
+    with pytest.raises(InvalidInputError, match=r"such as --map 't=Zeit,psi=Winkel,F_N=Last'$"):
+        read_recording(path, RIG, torque_required=False, signals="M=Moment")
+
+
+def test_a_ratio_is_a_fraction() -> None:
+    signals = parse_signals("psi=-1/14.8*Wheel:deg,M_z=2.5e1/2*Torque,F_N=a/b")
+
+    assert signals.of("psi").factor == pytest.approx(-0.0675676, rel=1e-6)
+    assert (signals.of("M_z").factor, signals.of("F_N").channel) == (12.5, "a/b")
 
 
 def test_an_unknown_unit_of_a_file_is_asked_for(tmp_path: Path) -> None:
@@ -124,13 +135,14 @@ def test_an_unknown_unit_of_a_file_is_asked_for(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "fault"),
     [
-        ("psi", "expected COLUMN=CHANNEL:UNIT"),
-        ("psi=", "expected COLUMN=CHANNEL:UNIT"),
+        ("psi", "expected COLUMN=FACTOR*CHANNEL:UNIT"),
+        ("psi=", "expected COLUMN=FACTOR*CHANNEL:UNIT"),
         ("phi=A", "'phi' is no column of a recording; allowed: t, psi"),
         ("psi=A:parsec", "'parsec' is no unit of psi; allowed: rad, mrad, deg, rev"),
         ("psi=A,psi=B", "psi is given twice"),
         ("psi=0*A", "factor must be finite and not 0"),
         ("psi=1e999*A", "factor must be finite"),
+        ("psi=1/0*A", "factor must be finite"),
         ("psi=1e13*A", "factor must be finite and not 0, from 1e-12 to 1e+12"),
         ("psi=A,dbc=car\0.dbc", "dbc must be the name of a file"),
         ("F_N=Load:MN", "'MN' is no unit of F_N"),
