@@ -24,6 +24,7 @@ from observers.embedded.compact_corner_mhe import corner_window_body, is_compact
 from observers.embedded.compact_ekf import compact_body, is_compact
 from observers.embedded.compact_mhe import compact_window_body, is_compact_window
 from observers.embedded.generated_files import mark, release, require_replaceable, require_usable
+from observers.embedded.own_names import with_prefix
 from observers.embedded.reference_samples import reference_table
 from observers.embedded.scalar_type import SINGLE, Real, in_type
 from observers.embedded.templating import Body, render
@@ -100,7 +101,7 @@ def source_texts(observer: FunctionObserver, real: Real, name: str) -> dict[str,
         "CMakeLists.txt": "CMakeLists.txt",
     }  # fmt: skip
     texts = {file: render(template, terms) for file, template in templates.items()}
-    texts[f"{name}.c"] = in_type(texts[f"{name}.c"], real)
+    texts[f"{name}.c"] = with_prefix(in_type(texts[f"{name}.c"], real), name)
     return {
         **texts,
         f"{name}.json": _parameters(observer, real, terms["version"]),

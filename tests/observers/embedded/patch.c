@@ -1,7 +1,7 @@
 /* Functions for a test of the patch, which is static in generated code. */
 #include "brushgrip.c"
 
-void patch_init(brushgrip_patch_t *patch, REAL psi) { clear_patch(patch, psi); }
+void patch_init(brushgrip_patch_t *patch, REAL psi) { brushgrip_clear_patch(patch, psi); }
 
 int64_t patch_size(void) { return (int64_t)sizeof(brushgrip_patch_t); }
 
@@ -9,8 +9,8 @@ int64_t patch_size(void) { return (int64_t)sizeof(brushgrip_patch_t); }
 void patch_run(brushgrip_patch_t *patch, int64_t count, const REAL *psi, const REAL *level, REAL scale, REAL *rows) {
     int64_t i;
     for (i = 0; i < count; ++i) {
-        turn_patch(patch, psi[i], level[i], scale);
-        patch_moment(patch, scale, rows + 4 * i);
+        brushgrip_turn_patch(patch, psi[i], level[i], scale);
+        brushgrip_patch_moment(patch, scale, rows + 4 * i);
         rows[4 * i + 3] = (REAL)patch->corners;
     }
 }

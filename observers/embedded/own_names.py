@@ -1,0 +1,41 @@
+"""Names of one file of C, so that several files can be compiled as one translation unit.
+
+What a file defines for itself (static functions and tables, types, macros, constants of enumerations)
+gets the prefix of its observer. Names are found where they are defined at the beginning of a line, and
+replaced where they stand as a word: not in comments and strings, not behind a dot or an arrow.
+"""
+
+import re
+
+_STATIC = re.compile(r"^static [\w \t*]*?\b(\w+)\s*(?:\(|\[|=|;)", re.MULTILINE)
+_MACRO = re.compile(r"^[ \t]*#[ \t]*define[ \t]+(\w+)", re.MULTILINE)
+_TYPE = re.compile(r"^} (\w+);", re.MULTILINE)
+_ENUM = re.compile(r"^enum \{(.*?)\};", re.MULTILINE | re.DOTALL)
+_CONSTANT = re.compile(r"(?:^|,)\s*(\w+)")
+_TOKEN = re.compile(
+    r"""(?P<skip>"(?:\\.|[^"\\])*"|/\*.*?\*/|//[^\n]*|(?:\.|->)\s*[A-Za-z_]\w*)|(?P<word>\b[A-Za-z_]\w*)""",
+    re.DOTALL,
+)
+_COMMENT = re.compile(r"/\*.*?\*/", re.DOTALL)
+
+
+def defined_names(text: str) -> frozenset[str]:
+    """Names that a file of C defines for itself."""
+    code = _COMMENT.sub(" ", text)
+    constants = (_CONSTANT.findall(inside) for inside in _ENUM.findall(code))
+    found = [_STATIC.findall(code), _MACRO.findall(code), _TYPE.findall(code), *constants]
+    return frozenset(name for names in found for name in names)
+
+
+def with_prefix(text: str, name: str) -> str:
+    """A file of C whose own names begin with `name`; names that do so already stay."""
+    taken = (f"{name}_", f"{name.upper()}_")
+    own = {n for n in defined_names(text) if not n.startswith(taken)}
+
+    def renamed(token: re.Match[str]) -> str:
+        word = token["word"]
+        if word not in own:
+            return token[0]
+        return taken[word.isupper()] + word
+
+    return _TOKEN.sub(renamed, text)
