@@ -30,7 +30,6 @@ JIT = {**WARM, "jit": True, "compiler": "shell", "jit_options": {"flags": ["-O0"
 VARIANTS: Mapping[str, Mapping[str, object]] = {
     "converged": {}, "converged, warm start": WARM, "one iteration, warm start": ONE,
     "converged, warm start, compiled": JIT,
-    "one iteration, warm start, compiled": {**JIT, **ONE},
 }  # fmt: skip
 
 
