@@ -50,16 +50,26 @@ def test_verdicts(change: Mutant, verdict: str, checkout: Path) -> None:
 
 
 def test_no_process_of_a_change_stays(tmp_path: Path) -> None:
-    own, other = (
-        subprocess.Popen(["sleep", "60"], env={**os.environ, "PYTHONPATH": path}, start_new_session=True)
-        for path in (str(tmp_path), f"{tmp_path}_2")
-    )
-    end_stragglers(tmp_path)
+    with started_with(str(tmp_path)) as own, started_with(f"{tmp_path}_2") as other:
+        end_stragglers(tmp_path)
 
-    assert own.wait(10) == -signal.SIGKILL
-    assert other.poll() is None
-    other.kill()
-    other.wait(10)
+        assert own.wait(10) == -signal.SIGKILL
+        assert other.poll() is None
+        other.kill()
+
+
+def started_with(path: str) -> subprocess.Popen[bytes]:
+    """A process that waits and has spoken: some time after Popen its environment is not yet there."""
+    process = subprocess.Popen(
+        ["sh", "-c", "echo; read line"],
+        env={**os.environ, "PYTHONPATH": path},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        start_new_session=True,
+    )
+    assert process.stdout is not None
+    assert process.stdout.readline() == b"\n"
+    return process
 
 
 @pytest.mark.long
