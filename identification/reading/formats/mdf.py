@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 
@@ -12,12 +12,20 @@ from identification.reading.formats.opening import closing, library, require_siz
 from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError
 
+GROUPS = {3: 68, 4: 88}
+"""Place of the link to the first data group, by the major version."""
+LINKS = {3: (4, 4, 8), 4: (8, 24, 32)}
+"""Size of a link, and where in a block those to the next block and to the first one inside stand."""
+BESIDE_GROUPS = {3: (), 4: (96, 112, 120)}
+"""Places of the links to the history, to attachments and to events, of which asammdf makes lists too."""
+
 
 @contextmanager
 def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
     """Channels by their names; one that several groups have is `group number/channel`."""
     asammdf = library("asammdf", "mdf", path)
     library("asammdf.blocks.mdf_v4", "mdf", path).MDF4.__del__ = _close_quietly
+    _require_ends(path)
     with closing(asammdf.MDF(path)) as file:
         places = {}
         for name, found in file.channels_db.items():
@@ -37,6 +45,44 @@ def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
             )
 
         yield ChannelFile(names=list(places), read=read)
+
+
+def _require_ends(path: Path) -> None:
+    """Refuses lists of blocks that lead back into themselves, which asammdf follows for ever.
+
+    Raises:
+        InvalidInputError: one does.
+    """
+    with path.open("rb") as file:
+        version = 4 if _number(file, 28, 2) >= 400 else 3
+        size, after, inside = LINKS[version]
+        seen: set[int] = set()
+
+        def blocks(first: int) -> Iterator[int]:
+            at = _number(file, first, size)
+            while at:
+                if at in seen:
+                    raise InvalidInputError(f"{path}: is damaged, a list of its blocks has no end")
+                seen.add(at)
+                yield at
+                at = _number(file, at + after, size)
+
+        for group in blocks(GROUPS[version]):
+            for channels in blocks(group + inside):
+                for _ in blocks(channels + inside):
+                    pass
+        for first in BESIDE_GROUPS[version]:
+            for _ in blocks(first):
+                pass
+
+
+def _number(file: BinaryIO, at: int, size: int) -> int:
+    """An unsigned integer of the file, 0 beyond its end."""
+    if at >= 2**62:
+        return 0
+    file.seek(at)
+    content = file.read(size)
+    return int.from_bytes(content, "little") if len(content) == size else 0
 
 
 def _require_records(path: Path, name: str, group: Any) -> None:
