@@ -68,8 +68,9 @@ def shares_a_cache(sandbox: Sandbox, chance: random.Random) -> str | None:
 
 def make_foreign(libraries: list[Path], chance: random.Random) -> None:
     """Every other library is cut short, damaged or another one whose name claims its content."""
+    contents = [library.read_bytes() for library in libraries]
     for library in libraries[::2]:
-        content = bytearray(chance.choice(libraries).read_bytes())
+        content = bytearray(chance.choice(contents))
         kind = chance.randrange(4)
         if kind == 0:
             content[chance.randrange(len(content))] ^= 1
