@@ -28,6 +28,23 @@ LIMITS = (
     *PLAUSIBLE,
 )
 """Fields that are no standard deviation: checked against each other, or inf means no limit."""
+POSITIVE = (
+    *("mu_std", "least", "zero_time", "stiffness_std", "noise", "psi_noise", "psi_dot_std", "gate"),
+    *("error", "alarm", "explained"),
+    *PLAUSIBLE,
+)
+"""Fields that must be greater than 0."""
+AT_LEAST_ZERO = ("mu_walk", "mu_floor", "error_travel", "zero_std", "zero_walk", "stiffness_walk")
+"""Fields that may be 0."""
+TUNING_UNITS = {
+    **dict.fromkeys(("mu_walk", "zero_walk", "stiffness_walk"), "1/sqrt(s)"),
+    **dict.fromkeys(("zero_time", "rezero_time"), "s"),
+    **dict.fromkeys(("error_travel", "psi_noise", "psi_limit"), "rad"),
+    **dict.fromkeys(("psi_dot_std", "psi_rate_limit"), "rad/s"),
+    "F_N_limit": "N",
+    "torque_limit": "N m",
+}
+"""Units of the fields that have one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,13 +125,10 @@ class Tuning:
 
     def __post_init__(self) -> None:
         """Check signs and order."""
-        for name in (
-            "mu_std", "least", "zero_time", "stiffness_std", "noise", "psi_noise", "psi_dot_std", "gate",
-            "error", "alarm", "explained", *PLAUSIBLE,
-        ):  # fmt: skip
+        for name in POSITIVE:
             if not getattr(self, name) > 0:
                 raise InvalidInputError(f"{name} must be greater than 0, got {getattr(self, name)}")
-        for name in ("mu_walk", "mu_floor", "error_travel", "zero_std", "zero_walk", "stiffness_walk"):
+        for name in AT_LEAST_ZERO:
             if not getattr(self, name) >= 0:
                 raise InvalidInputError(f"{name} must be at least 0, got {getattr(self, name)}")
         for name in TUNING_FIELDS:

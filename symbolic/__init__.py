@@ -33,7 +33,7 @@ from symbolic.masing import (
 from symbolic.model import DECLARED, GEOMETRY, SIGNALS, Model
 from symbolic.model_error import ModelError
 from symbolic.motion import TorqueProfile, WheelMotion, simulate_motion
-from symbolic.parameters import TOLERATED, Rig, Tolerances, Tyre
+from symbolic.parameters import RIG_RANGES, TOLERATED, Rig, Tolerances, Tyre
 from symbolic.patch import Expression
 from symbolic.rig_tables import rig_from_tables
 from symbolic.serialisation import (
@@ -51,6 +51,7 @@ __all__ = [
     "GEOMETRY",
     "GROUND_SCOPES",
     "RIG_DIRECTIONS",
+    "RIG_RANGES",
     "SEARCH_STEPS",
     "SIGNALS",
     "TOLERATED",

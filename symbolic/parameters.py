@@ -17,6 +17,14 @@ STIFFNESS = (1e3, 1e9)
 """Distributed lateral stiffness that the models take [N/m^2]."""
 FRICTION = (0.01, 10.0)
 """Coefficient of friction that the models take [1]."""
+RIG_RANGES = {
+    "a": HALF_LENGTH,
+    "e": (-HALF_LENGTH[1], HALF_LENGTH[1]),
+    "J_A": INERTIA,
+    "b_t": (0.0, MOST_DAMPING),
+    "slide_rate": (0.0, math.inf),
+}
+"""Ranges of a `Rig`'s numbers; |e| < a besides."""
 
 
 TOLERATED = {"a": "m", "e": "m", "load": "1", "zero": "N m"}

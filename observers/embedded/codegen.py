@@ -26,6 +26,7 @@ from observers.embedded.compact_mhe import compact_window_body, is_compact_windo
 from observers.embedded.generated_files import mark, release, require_replaceable, require_usable
 from observers.embedded.own_names import with_prefix
 from observers.embedded.reference_samples import reference_table
+from observers.embedded.run_time_parameters import parameter_terms, run_time_parameters
 from observers.embedded.scalar_type import SINGLE, Real, in_type
 from observers.embedded.templating import Body, render
 from observers.measurement_model import LEAST_FIRST_LOAD, RIG, SENSIBLE
@@ -51,13 +52,16 @@ COMPACT: tuple[tuple[Callable[[Any], bool], Callable[..., Body]], ...] = (
     (is_compact_corner_window, corner_window_body),
 )
 """Observers for which smaller and faster code exists, and its builder."""
+TUNABLE = (compact_body, compact_window_body)
+"""Builders whose code takes parameters at run time; those on bristles make tables of them."""
 MEMBERS = tuple(n for part in FunctionObserver.__mro__ for n in vars(part) if not n.startswith("_"))
 """Names that a `FunctionObserver` has."""
 
 
 def generate(
-    observer: FunctionObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip"
-) -> list[Path]:
+    observer: FunctionObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip",
+    tunable: bool = False,
+) -> list[Path]:  # fmt: skip
     """Write an observer as C99, with example, check, S-function, parameters and reference samples.
 
     Args:
@@ -65,15 +69,19 @@ def generate(
         folder: where the files go; it is created if necessary.
         real: the type of every number.
         name: begins every name in C and names the files.
+        tunable: model, rig and tuning are parameters that C takes at run time, described for calibration
+            tools by `name`.a2l (ASAM MCD-2 MC). CasADi writes such code as vectors: no loop is known
+            whose tables depend on parameters, and a step takes many times as long.
 
     Returns:
         The files written.
 
     Raises:
         InvalidInputError: the observer is no `FunctionObserver`, the name is none in C or is taken, a
-            constant is beyond the type, or a file that was not generated is in the way.
+            constant is beyond the type, or a file that was not generated is in the way; with `tunable`,
+            the observer is neither an `Ekf` nor an `Mhe`.
     """
-    texts = source_texts(observer, real, name)
+    texts = source_texts(observer, real, name, tunable=tunable)
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     require_replaceable(folder / file for file in texts)
@@ -82,7 +90,9 @@ def generate(
     return [folder / file for file in texts]
 
 
-def source_texts(observer: FunctionObserver, real: Real, name: str) -> dict[str, str]:
+def source_texts(
+    observer: FunctionObserver, real: Real, name: str, *, tunable: bool = False
+) -> dict[str, str]:
     """The text of every file, by its name; errors as for `generate`."""
     require_usable(name)
     if absent := [name for name in MEMBERS if getattr_static(observer, name, None) is None]:
@@ -90,15 +100,15 @@ def source_texts(observer: FunctionObserver, real: Real, name: str) -> dict[str,
             "observer must be an Ekf, an Mhe or another observers.FunctionObserver, made of casadi"
             f" Functions, got {type(observer).__name__} without {', '.join(absent)}"
         )
-    terms = template_terms(observer, real, name)
+    terms = template_terms(observer, real, name, tunable=tunable)
     body = _body(observer, real, terms)
-    terms |= {**vars(body), "bytes": _state_size(body, real), "version": ""}
+    terms |= {**vars(body), "bytes": _state_size(body, real, terms["constants_size"]), "version": ""}
     digest = hashlib.sha256(render("observer.c", terms).encode()).hexdigest()[:12]
     terms["version"] = f"brushgrip {release()} {observer.name} {real.c_type} {digest}"
     templates = {
         f"{name}.h": "observer.h", f"{name}.c": "observer.c", "main.c": "main.c", "check.c": "check.c",
         f"{name}.hpp": "observer.hpp", f"{name}_sfun.c": "sfunction.c",
-        "CMakeLists.txt": "CMakeLists.txt",
+        "CMakeLists.txt": "CMakeLists.txt", **({f"{name}.a2l": "parameters.a2l"} if tunable else {}),
     }  # fmt: skip
     texts = {file: render(template, terms) for file, template in templates.items()}
     texts[f"{name}.c"] = with_prefix(in_type(texts[f"{name}.c"], real), name)
@@ -109,16 +119,22 @@ def source_texts(observer: FunctionObserver, real: Real, name: str) -> dict[str,
     }
 
 
-def _state_size(body: Body, real: Real) -> int:
-    """Bytes of a state: its body, the output, eight numbers and two integers, padded to a number."""
-    size = body.bytes + (len(OUTPUT) + 8) * real.size + 8
+def _state_size(body: Body, real: Real, constants: int) -> int:
+    """Bytes of a state: its body, output, constants, eight numbers, two integers, padded to a number."""
+    size = body.bytes + (len(OUTPUT) + 8 + constants) * real.size + 8
     return -(-size // real.size) * real.size
 
 
-def template_terms(observer: FunctionObserver, real: Real, name: str) -> dict[str, Any]:
+def template_terms(
+    observer: FunctionObserver, real: Real, name: str, *, tunable: bool = False
+) -> dict[str, Any]:
     """The values that all templates share."""
     prior = observer.prior
+    parameters = run_time_parameters(observer) if tunable else ()
+    changed = parameter_terms(observer, parameters, real) if tunable else {"parameters": (), "constants_size": 0}
     return {
+        "tunable": tunable,
+        "constants_at": ", state->constants" if tunable else "",
         "name": name,
         "NAME": name.upper(),
         "real": real.c_type,
@@ -146,13 +162,14 @@ def template_terms(observer: FunctionObserver, real: Real, name: str) -> dict[st
         "longest_step": repr(LONGEST_STEP),
         "largest_value": repr(SENSIBLE),
         "least_first_load": repr(LEAST_FIRST_LOAD),
+        **changed,
     }
 
 
 def _body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any]) -> Body:
     """The compact code where there is one for the observer, else CasADi's own."""
     for applies, build in COMPACT:
-        if applies(observer):
+        if applies(observer) and (build in TUNABLE or not terms["tunable"]):
             return build(observer, real, terms)
     return _casadi_body(observer, real, terms)
 
@@ -162,7 +179,9 @@ def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any
     pair = (observer.initial_function, observer.step_function)
     code = embedded_code(pair, real, f"{terms['name']}_core")
     size, reals, integers = observer.layout.size, max(code.w, 1), max(code.iw, 1)
-    calls = {"arg": code.arg, "res": code.res, "initial": pair[0].name(), "step": pair[1].name()}
+    calls = {
+        "arg": code.arg, "res": code.res, "initial": pair[0].name(), "step": pair[1].name(),
+    }  # fmt: skip
     return Body(
         core=code.text,
         stepping=render("stepping.c", {**terms, **calls}),

@@ -6,6 +6,7 @@ a patch whose torque is an input, with the parameters as numbers and expanded to
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
 
@@ -99,15 +100,22 @@ def is_compact(observer: FunctionObserver) -> bool:
     return type(observer) is Ekf and observer.iterations == 1 and is_declared(observer)
 
 
-def compact_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> Body:
+def compact_body(observer: Ekf, real: Real, terms: Mapping[str, Any]) -> Body:
     """The code of a filter for which `is_compact` holds."""
-    parts = _layout(observer)
-    functions = [build_corner(observer), _build_begin(observer), _build_filter(observer)]
+    parts, tunable = _layout(observer), terms["tunable"]
+    numbers = {} if tunable else {"constants": observer.constants}
+    functions = [
+        build_corner(observer, tunable=tunable),
+        _build_begin(observer, numbers),
+        _build_filter(observer, numbers),
+    ]
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
     terms = {
         **terms,
-        **patch_numbers(observer),
-        **_patch_calls(observer),
+        **(patch := patch_numbers(observer, tunable=tunable)),
+        **_patch_calls(observer, patch["k"]),
+        "start_arg": functions[1].n_in(), "start_res": functions[1].n_out(),
+        "arg": functions[2].n_in(), "res": functions[2].n_out(),
         "least_load": repr(LEAST_LOAD),
     }
     size = parts.size
@@ -117,8 +125,9 @@ def compact_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> Body:
         core=f"{source.text}\n{render('patch.c', terms)}",
         stepping=render("patch_stepping.c", terms),
         private=private,
-        bytes=(2 * size + 2) * real.size + patch_bytes(real),
-        types=patch_types(real, terms["name"]),
+        bytes=(2 * size + 2) * real.size + patch_bytes(real, tunable=tunable),
+        types=patch_types(real, terms["name"], tunable=tunable),
+        geometry=tunable,
     )
 
 
@@ -139,20 +148,16 @@ def _patch(observer: Ekf) -> LinearisedPatch:
     return LinearisedPatch(stiff="stiffness" in observer.states)
 
 
-def _patch_calls(observer: Ekf) -> dict[str, str]:
+def _patch_calls(observer: Ekf, k: str) -> dict[str, str]:
     """C that advances the patch and passes its torque on, before the filter's step and after it."""
     order = observer.measurement_model
-    before = order.patch_before("", lambda: _lines(_patch_before(observer)))
-    after = order.patch_after("", lambda: _lines(_patch_after(observer)))
-    begin, step = _build_begin(observer), _build_filter(observer)
     return {
-        "patch_before": before, "patch_after": after,
-        "start_arg": str(begin.n_in()), "start_res": str(begin.n_out()),
-        "arg": str(step.n_in()), "res": str(step.n_out()),
-    }  # fmt: skip
+        "patch_before": order.patch_before("", lambda: _lines(_patch_before(observer, k))),
+        "patch_after": order.patch_after("", lambda: _lines(_patch_after(observer))),
+    }
 
 
-def _patch_before(observer: Ekf) -> list[str]:
+def _patch_before(observer: Ekf, k: str) -> list[str]:
     """The patch at the sample's angle; the states that the torque depends on only walk until then."""
     at = _indices(observer)
     stiffness = f"before[{at['stiffness']}]" if "stiffness" in at else "1.0"
@@ -165,7 +170,6 @@ def _patch_before(observer: Ekf) -> list[str]:
     ]
     if "stiffness" not in at:
         return lines
-    k = repr(float(observer.values["k"]))
     return [
         *lines,
         f"before[{at['memory.by_k']}] = torque[2] / {k};",
@@ -192,16 +196,16 @@ def _lines(lines: list[str]) -> str:
     return "".join(f"    {line}\n" for line in lines)
 
 
-def _build_begin(observer: Ekf) -> ca.Function:
-    """(sample) -> the state before it."""
+def _build_begin(observer: Ekf, numbers: Mapping[str, Any]) -> ca.Function:
+    """(sample) -> the state before it; with the constants, unless these are numbers."""
     start = build_initial_state(_patch(observer), observer.measurement_model, _layout(observer))
-    return scalar_function("begin_filter", start, {"constants": observer.constants})
+    return scalar_function("begin_filter", start, numbers)
 
 
-def _build_filter(observer: Ekf) -> ca.Function:
-    """(state, sample) -> (state_next, output), the parameters as numbers."""
+def _build_filter(observer: Ekf, numbers: Mapping[str, Any]) -> ca.Function:
+    """(state, sample) -> (state_next, output); with the constants, unless these are numbers."""
     step = build_step(_patch(observer), observer.measurement_model, observer.iterations)
-    flat = scalar_function("filter", step, {"constants": observer.constants})
+    flat = scalar_function("filter", step, numbers)
     at = _indices(observer)
     # mu in the memory, and mu in the last output, are exp of the state ln mu.
     mu = observer.measurement_model.patch_before(at["output.mu"], lambda: at["memory.mu"])

@@ -56,12 +56,13 @@ TEST = ("accepted", "reset", "run", "missing", "expected", "nis", "inconsistent"
 """Result of the test of the newest innovation."""
 
 
-def window_functions(observer: Mhe, output: Callable[[Mhe], ca.Function]) -> list[ca.Function]:
-    """The Functions that C calls; `output` builds the last one."""
-    at = len(observer.model.coordinates)
-    rig, tuning = observer.constants[at : at + len(RIG)], observer.constants[at + len(RIG) :]
-    theta = observer.constants[:at]
-    numbers = {"constants": observer.constants, "theta": theta, "rig": rig, "tuning": tuning}
+def window_functions(
+    observer: Mhe, output: Callable[[Mhe], ca.Function], *, tunable: bool = False
+) -> list[ca.Function]:
+    """The Functions that C calls; `output` builds the last one.
+
+    Parameters, rig and tuning are numbers, or with `tunable` the last input of every Function.
+    """
     builders = (
         _begin,
         _clean,
@@ -74,12 +75,33 @@ def window_functions(observer: Mhe, output: Callable[[Mhe], ca.Function]) -> lis
         _backward,
         output,
     )
-    return [_with_numbers(build(observer), numbers) for build in builders]
+    adapt = _with_constants if tunable else _with_numbers
+    return [adapt(observer, build(observer)) for build in builders]
 
 
-def _with_numbers(function: ca.Function, numbers: Mapping[str, Any]) -> ca.Function:
+def _with_numbers(observer: Mhe, function: ca.Function) -> ca.Function:
+    numbers = _parts(observer, observer.constants)
     used = {name: numbers[name] for name in function.name_in() if name in numbers}
     return scalar_function(function.name(), function, used)
+
+
+def _with_constants(observer: Mhe, function: ca.Function) -> ca.Function:
+    constants = ca.MX.sym("constants", len(observer.constants))
+    parts, names = _parts(observer, constants), function.name_in()
+    own = {name: ca.MX.sym(name, *function.size_in(name)) for name in names if name not in parts}
+    outputs = function.call([own.get(name, parts.get(name)) for name in names])
+    inputs = [*own.values(), constants]
+    whole = ca.Function(function.name(), inputs, outputs, [*own, "constants"], function.name_out())
+    return scalar_function(function.name(), whole, {})
+
+
+def _parts(observer: Mhe, constants: Any) -> dict[str, Any]:
+    """The inputs that are parameters, by name, out of all constants."""
+    at = len(observer.model.coordinates)
+    return {
+        "constants": constants, "theta": constants[:at], "rig": constants[at : at + len(RIG)],
+        "tuning": constants[at + len(RIG) :],
+    }  # fmt: skip
 
 
 def symbols(observer: ModelObserver, *names: str) -> list[ca.MX]:
@@ -236,14 +258,18 @@ def is_compact_window(observer: FunctionObserver) -> bool:
     return observer.iterations == 1 and observer.window >= 2 and is_declared(observer)
 
 
-def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> Body:
+def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, Any]) -> Body:
     """The code of an estimator for which `is_compact_window` holds."""
-    functions = [build_corner(observer), *window_functions(observer, _output)]
+    tunable = terms["tunable"]
+    functions = [
+        build_corner(observer, tunable=tunable),
+        *window_functions(observer, _output, tunable=tunable),
+    ]
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
     stiff = f"[{observer.states.index('stiffness')}]" if "stiffness" in observer.states else ""
     values = {
         **terms,
-        **patch_numbers(observer),
+        **patch_numbers(observer, tunable=tunable),
         **window_values(observer),
         "stored": str(STORED_CORNERS),
         "stiffness": f"x{stiff}" if stiff else "1.0",
@@ -254,6 +280,7 @@ def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> 
         core=f"{source.text}\n{render('patch.c', values)}",
         stepping=render("window.c", values),
         private=private,
-        bytes=size + patch_bytes(real),
-        types=patch_types(real, terms["name"]),
+        bytes=size + patch_bytes(real, tunable=tunable),
+        types=patch_types(real, terms["name"], tunable=tunable),
+        geometry=tunable,
     )

@@ -83,6 +83,10 @@ OUTPUTS = (
 )
 
 
+FIRST_PARAMETER = 14
+"""Value reference of the first parameter."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Version:
     """What differs between versions of FMI.
@@ -115,7 +119,7 @@ VERSIONS = {
 
 def generate_fmu(
     observer: FunctionObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip",
-    version: int = 2,
+    version: int = 2, tunable: bool = False,
 ) -> Path:  # fmt: skip
     """Write an observer as `name`.fmu: co-simulation, sources, a library for 64-bit Linux.
 
@@ -125,6 +129,7 @@ def generate_fmu(
         real: the type of every number inside; the variables are double in any case.
         name: of the model, and of the file.
         version: of FMI, 2 (2.0) or 3 (3.0).
+        tunable: model, rig and tuning are tunable parameters of the FMU; see `generate`.
 
     Returns:
         The file; its bytes follow from the arguments, the compiler and the versions in use.
@@ -134,7 +139,7 @@ def generate_fmu(
     """
     if version not in VERSIONS:
         raise InvalidInputError(f"version of FMI must be one of {list(VERSIONS)}, got {version!r}")
-    texts = _texts(observer, real, name, VERSIONS[version])
+    texts = _texts(observer, real, name, VERSIONS[version], tunable=tunable)
     sources = {
         Path(file).name: text
         for file, text in texts.items()
@@ -174,10 +179,12 @@ def _compiler() -> str:
     return command
 
 
-def _texts(observer: FunctionObserver, real: Real, name: str, version: Version) -> dict[str, str]:
+def _texts(
+    observer: FunctionObserver, real: Real, name: str, version: Version, *, tunable: bool
+) -> dict[str, str]:
     """Every text of the archive, by its path."""
-    texts = source_texts(observer, real, name)
-    terms = template_terms(observer, real, name)
+    texts = source_texts(observer, real, name, tunable=tunable)
+    terms = template_terms(observer, real, name, tunable=tunable)
     parameters = texts[f"{name}.json"]
     terms |= {
         "version": json.loads(parameters)["version"],
@@ -185,6 +192,7 @@ def _texts(observer: FunctionObserver, real: Real, name: str, version: Version) 
         "inputs": [variable for variable in INPUTS if variable.name not in UNUSED[observer.channel]],
         "outputs": OUTPUTS,
         "types": TYPES,
+        "first_parameter": FIRST_PARAMETER,
     }
     interface, header, description = (render(template, terms) for template in version.templates)
     archive = {

@@ -26,6 +26,7 @@ class Body:
         private: fields of the state, lines of C.
         bytes: size of these fields.
         types: their types, C of the header.
+        geometry: the patch has a `set_geometry`, as it takes the rig at run time.
     """
 
     core: str
@@ -33,6 +34,7 @@ class Body:
     private: str
     bytes: int
     types: str = ""
+    geometry: bool = False
 
 
 def render(template: str, terms: Mapping[str, Any]) -> str:

@@ -47,7 +47,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     }
 %% endif
     if (!(is_known(output[OUT_MU]) && is_known(output[OUT_MU_STD]) && is_known(output[OUT_M_Z_PREDICTED]))) {
-        ${name}_init(state);
+        ${name}_reset(state);
         state->output[OUT_STATUS] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }

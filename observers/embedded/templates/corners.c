@@ -21,7 +21,7 @@ static void patch_moment(const ${name}_patch_t *patch, ${real} scale, ${real} *m
     int32_t i;
     for (i = 0; i < patch->corners; ++i) {
         z = smaller(scale * patch->xi[i], FAR_OUT);
-        unit_moment(z, corner_moment);
+        unit_moment(patch, z, corner_moment);
         total += patch->d[i] * corner_moment[0];
         by_scale += patch->d[i] * corner_moment[1] * patch->xi[i];
         if (ANGLE_IS_ESTIMATED && patch->clipped[i] != 0)

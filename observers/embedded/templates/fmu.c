@@ -83,12 +83,8 @@ FMI2(fmi2Status, DoStep)(fmi2Component c, fmi2Real at, fmi2Real step, fmi2Boolea
 }
 
 FMI2(fmi2Status, SetReal)(fmi2Component c, const fmi2ValueReference at[], size_t count, const fmi2Real values[]) {
-    size_t i;
-    for (i = 0; i < count; ++i) {
-        if (at[i] >= INPUTS) return report(c, "only inputs can be set");
-        ((instance_t *)c)->state.inputs[at[i]] = values[i];
-    }
-    return fmi2OK;
+    const char *fault = set_numbers(&((instance_t *)c)->state, at, count, values);
+    return fault == NULL ? fmi2OK : report(c, fault);
 }
 
 FMI2(fmi2Status, GetReal)(fmi2Component c, const fmi2ValueReference at[], size_t count, fmi2Real values[]) {

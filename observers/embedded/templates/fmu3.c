@@ -106,13 +106,10 @@ FMI3(fmi3Status, DoStep)(fmi3Instance c, fmi3Float64 at, fmi3Float64 step, fmi3B
 
 FMI3(fmi3Status, SetFloat64)(fmi3Instance c, const fmi3ValueReference at[], size_t count, const fmi3Float64 values[],
                             size_t values_count) {
-    size_t i;
+    const char *fault;
     if (values_count != count) return report(c, "no variable is an array");
-    for (i = 0; i < count; ++i) {
-        if (at[i] >= INPUTS) return report(c, "only inputs can be set");
-        ((instance_t *)c)->state.inputs[at[i]] = values[i];
-    }
-    return fmi3OK;
+    fault = set_numbers(&((instance_t *)c)->state, at, count, values);
+    return fault == NULL ? fmi3OK : report(c, fault);
 }
 
 FMI3(fmi3Status, GetFloat64)(fmi3Instance c, const fmi3ValueReference at[], size_t count, fmi3Float64 values[],

@@ -3,13 +3,16 @@
 #define GUID "${guid}"
 
 /* Value references, as in modelDescription.xml. */
-enum { PSI, PSI_DOT, TORQUE, LOAD, INPUTS, MU = INPUTS, MU_STD, M_Z_PREDICTED, INFORMED, STATUS, MU_EFF, MU_EFF_STD, M_SLIDE, NIS, TIME };
+enum { PSI, PSI_DOT, TORQUE, LOAD, INPUTS, MU = INPUTS, MU_STD, M_Z_PREDICTED, INFORMED, STATUS, MU_EFF, MU_EFF_STD, M_SLIDE, NIS, TIME, PARAMETERS };
 enum { INSTANTIATED, INITIALISING, STEPPING, TERMINATED };
 
 /* The FMU state: one block without pointers. */
 typedef struct {
     char guid[sizeof GUID];
     ${name}_state_t observer;
+%% if tunable
+    ${name}_parameters_t parameters;
+%% endif
     double inputs[INPUTS];
     double last_point; /* communication point of the last sample, if there was one */
     double end;        /* of the last communication step, or the start */
@@ -22,6 +25,9 @@ static void reset_state(fmu_state_t *state) {
     memcpy(state->guid, GUID, sizeof GUID);
     for (i = 0; i < INPUTS; ++i) state->inputs[i] = (double)NAN;
     ${name}_init(&state->observer);
+%% if tunable
+    state->parameters = ${name}_defaults;
+%% endif
 }
 
 /* Advances by one sample. Its dt is the time since the last communication point, which differs from `step` where
@@ -39,13 +45,48 @@ static void take_sample(fmu_state_t *state, double at, double step) {
     state->sampled = 1;
 }
 
-/* The value of an input or a real output; 0 where no real variable has this reference. */
+/* Sets inputs${" and parameters" if tunable}; why that cannot be, NULL where it can. */
+static const char *set_numbers(fmu_state_t *state, const uint32_t at[], size_t count, const double values[]) {
+    size_t i;
+%% if tunable
+    ${name}_parameters_t parameters = state->parameters;
+    int changed = 0;
+%% endif
+    for (i = 0; i < count; ++i) {
+        if (at[i] < INPUTS) {
+            state->inputs[at[i]] = values[i];
+            continue;
+        }
+%% if tunable
+        changed = 1;
+        switch (at[i]) {
+%% for p in parameters
+        case PARAMETERS + ${loop.index0}: parameters.${p.field} = (${real})values[i]; break;
+%% endfor
+        default: return "only inputs and parameters can be set";
+        }
+%% else
+        return "only inputs can be set";
+%% endif
+    }
+%% if tunable
+    if (changed && ${name}_set_parameters(&state->observer, &parameters) != 0)
+        return "a parameter is out of its range, see modelDescription.xml; the parameters stay as they were";
+    state->parameters = parameters;
+%% endif
+    return NULL;
+}
+
+/* The value of an input${", a parameter" if tunable} or a real output; 0 where no real variable has this reference. */
 static int find_number(const fmu_state_t *state, uint32_t at, double *value) {
     ${name}_estimate_t estimate;
     ${name}_estimate(&state->observer, &estimate);
     switch (at) {
 %% for name in numbers
     case ${name|upper}: *value = (double)estimate.${name}; break;
+%% endfor
+%% for p in parameters
+    case PARAMETERS + ${loop.index0}: *value = (double)state->parameters.${p.field}; break;
 %% endfor
     default:
         if (at >= INPUTS) return 0;

@@ -32,7 +32,14 @@ ${core}
 /* A sensor that is missing gives NAN; infinite or larger values count as missing too. */
 static int is_known(${real} value) { return fabs(value) < ${largest_value}; }
 
+%% if tunable
+%% include "parameters.c"
+
+/* The state before the first sample, with the parameters that it has. */
+static void clear_state(${name}_state_t *state) {
+%% else
 void ${name}_init(${name}_state_t *state) {
+%% endif
     int32_t i;
     for (i = 0; i < OUTPUTS; ++i) state->output[i] = (${real})NAN;
     state->output[OUT_MU] = ${prior_mu};
@@ -50,7 +57,25 @@ void ${name}_init(${name}_state_t *state) {
     state->now = -1;
 }
 
+%% if tunable
+void ${name}_init(${name}_state_t *state) {
+    take_parameters(state, &${name}_defaults);
+    clear_state(state);
+}
+
+void ${name}_reset(${name}_state_t *state) { clear_state(state); }
+
+int32_t ${name}_set_parameters(${name}_state_t *state, const volatile ${name}_parameters_t *parameters) {
+    const ${name}_parameters_t taken = *parameters;
+    const int32_t fault = ${name}_check_parameters(&taken);
+    if (fault != 0) return fault;
+    take_parameters(state, &taken);
+    if (state->now < 0) clear_state(state);
+    return 0;
+}
+%% else
 void ${name}_reset(${name}_state_t *state) { ${name}_init(state); }
+%% endif
 
 %% include "screening.c"
 

@@ -58,11 +58,27 @@ typedef struct {
     int32_t status;      /* flags as above */
 } ${name}_estimate_t;
 
+%% if tunable
+/* Parameters. Those of the prior (${prior|join(", ")}) count from the next ${name}_reset on, all others from the next
+   sample. */
+typedef struct {
+%% for p in parameters
+    ${real} ${p.field}; /* ${p.owner} [${p.unit}], ${p.range} */
+%% endfor
+} ${name}_parameters_t;
+
+/* Those that the code was generated with, and that ${name}_init takes. */
+extern const volatile ${name}_parameters_t ${name}_defaults;
+
+%% endif
 ${types}/* One observer, ${bytes} bytes; its fields are private. */
 typedef struct {
     ${real} output[${output|length}];
     ${real} psi, age, rate, offset, other, other_age, waiting, jump;
     int32_t seen, now;
+%% if tunable
+    ${real} constants[${constants_size}]; /* made of the parameters */
+%% endif
 ${private}
 } ${name}_state_t;
 
@@ -81,6 +97,15 @@ void ${name}_estimate(const ${name}_state_t *state, ${name}_estimate_t *estimate
 /* Returns to the state after ${name}_init, as when the car has driven since. */
 void ${name}_reset(${name}_state_t *state);
 
+%% if tunable
+/* 0 where all parameters are in range, else the place of the first that is not, counted from 1 in the order above. */
+int32_t ${name}_check_parameters(const ${name}_parameters_t *parameters);
+
+/* Gives an observer other parameters, at any time; it goes on from its state. Returns as ${name}_check_parameters does:
+   where that is not 0 the observer keeps those that it has. */
+int32_t ${name}_set_parameters(${name}_state_t *state, const volatile ${name}_parameters_t *parameters);
+
+%% endif
 /* Version of the code: generator, observer, type of numbers, and a digest of code and parameters. */
 const char *${name}_version(void);
 

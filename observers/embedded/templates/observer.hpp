@@ -41,6 +41,9 @@ struct Sample : ${name}_sample_t {
 };
 
 using Estimate = ${name}_estimate_t;
+%% if tunable
+using Parameters = ${name}_parameters_t;
+%% endif
 
 /* One observer, of fixed size; a copy goes on from the same state by itself. For one thread at a time. */
 class Observer {
@@ -65,6 +68,13 @@ public:
     /* Back to the state of a new observer, as when the car has driven since. */
     void reset() noexcept { ${name}_reset(&state_); }
 
+%% if tunable
+    /* Other parameters, at any time: 0, or the place of the first that is out of range; then nothing changes. */
+    [[nodiscard]] std::int32_t set_parameters(const Parameters &parameters) noexcept {
+        return ${name}_set_parameters(&state_, &parameters);
+    }
+
+%% endif
     [[nodiscard]] static const char *version() noexcept { return ${name}_version(); }
 
 private:

@@ -14,13 +14,31 @@
 #define FAR_OUT 1e15
 
 /* Moment of a unit change of slope at z, and its derivative by z. */
-static void unit_moment(${real} z, ${real} *moment) {
+static void unit_moment(const ${name}_patch_t *patch, ${real} z, ${real} *moment) {
+%% if tunable
+    const ${real} *arg[2];
+    arg[1] = patch->geometry;
+%% else
     const ${real} *arg[1];
+    (void)patch;
+%% endif
     ${real} *res[1];
     arg[0] = &z;
     res[0] = moment;
     corner(arg, res, 0, 0, 0);
 }
+%% if tunable
+
+/* The half-length a and the caster length e, and what follows from them alone. */
+static void set_geometry(${name}_patch_t *patch, ${real} a, ${real} e) {
+    ${real} moment[2];
+    patch->geometry[0] = a;
+    patch->geometry[1] = e;
+    unit_moment(patch, 0.0, moment);
+    patch->still_moment = moment[0];
+    patch->level = 0.75 / (a * a * a);
+}
+%% endif
 
 static ${real} smaller(${real} a, ${real} b) { return a < b ? a : b; }
 

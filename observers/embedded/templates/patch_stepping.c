@@ -5,7 +5,7 @@ static void patch_moment(const ${name}_patch_t *patch, ${real} scale, ${real} *m
     int32_t i;
     for (i = 0; i < patch->corners; ++i) {
         z = smaller(scale * patch->xi[i], FAR_OUT);
-        unit_moment(z, corner_moment);
+        unit_moment(patch, z, corner_moment);
         total += patch->d[i] * corner_moment[0];
         by_scale += patch->d[i] * corner_moment[1] * patch->xi[i];
         if (ANGLE_IS_ESTIMATED && patch->clipped[i] != 0)
@@ -34,7 +34,7 @@ static void advance_patch(${name}_state_t *state, ${real} psi, ${real} F_N, ${re
 
 /* The state before the first sample. */
 static void begin(${name}_state_t *state, const ${real} *sample) {
-    const ${real} *arg[${start_arg}] = {sample};
+    const ${real} *arg[${start_arg}] = {sample${constants_at}};
     ${real} *res[${start_res}] = {state->values[0]};
     begin_filter(arg, res, 0, 0, 0);
     clear_patch(&state->patch, sample[0]);
@@ -46,13 +46,13 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
 /* One sample: from one half of the state to the other; where the estimate is not finite the observer starts anew. */
 static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${real} output[OUTPUTS], torque[4], *before = state->values[state->now], *after = state->values[1 - state->now];
-    const ${real} *arg[${arg}] = {before, sample};
+    const ${real} *arg[${arg}] = {before, sample${constants_at}};
     ${real} *res[${res}] = {after, output};
     int i;
 ${patch_before}    filter(arg, res, 0, 0, 0);
     if (!(is_known(output[OUT_MU]) && is_known(output[OUT_MU_STD]) && is_known(output[OUT_M_Z_PREDICTED]))) {
         /* The patch has moved: what it has become is not to be relied on. */
-        ${name}_init(state);
+        ${name}_reset(state);
         state->output[OUT_STATUS] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }

@@ -1,3 +1,4 @@
+%% if not tunable
 /* Parameters, rig and tuning; ${name}.json lists them by name and unit. */
 static const ${real} constants[${constants|length}] = {
 %% for value, label in constants
@@ -5,9 +6,10 @@ static const ${real} constants[${constants|length}] = {
 %% endfor
 };
 
+%% endif
 /* The state before the first sample. */
 static void begin(${name}_state_t *state, const ${real} *sample) {
-    const ${real} *arg[${arg}] = {sample, constants};
+    const ${real} *arg[${arg}] = {sample, ${"state->constants" if tunable else "constants"}};
     ${real} *res[${res}] = {state->values[0]};
     ${initial}(arg, res, state->integers, state->scratch, 0);
     state->now = 0;
@@ -16,7 +18,7 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
 /* One sample: from one half of the state to the other, which becomes valid only if the estimate is finite. */
 static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${real} output[OUTPUTS];
-    const ${real} *arg[${arg}] = {state->values[state->now], sample, constants};
+    const ${real} *arg[${arg}] = {state->values[state->now], sample, ${"state->constants" if tunable else "constants"}};
     ${real} *res[${res}] = {state->values[1 - state->now], output};
     int i;
     ${step}(arg, res, state->integers, state->scratch, 0);

@@ -29,7 +29,7 @@ static void corner_moments(const ${name}_patch_t *patch, ${real} scale, ${real} 
     moment[0] = (patch->rest - patch->angle) * ${still_moment};
     moment[1] = 0.0;
     for (i = 0; i < patch->corners; ++i) {
-        unit_moment(smaller(scale * patch->xi[i], FAR_OUT), corner_moment);
+        unit_moment(patch, smaller(scale * patch->xi[i], FAR_OUT), corner_moment);
         moment[0] += patch->d[i] * corner_moment[0];
         moment[1] += patch->d[i] * corner_moment[1] * patch->xi[i];
     }
@@ -58,12 +58,13 @@ static void store_patch(${name}_state_t *state, int32_t at, ${real} scale) {
 
 /* M_z [N m] of a sample at states x, with its derivatives by mu and by k over its nominal value. */
 static void torque_at(const ${name}_state_t *state, int32_t at, const ${real} *x, ${real} *torque) {
+    const ${name}_patch_t *patch = &state->patch;
     const ${real} stiffness = ${stiffness}, k = ${k} * stiffness, scale = exp(x[${log_mu}]) / k;
     ${real} total = state->slope[at] * ${still_moment} + state->lost[at][0] + scale * state->lost[at][1];
     ${real} by_scale = state->lost[at][1], moment[2];
     int32_t i;
     for (i = 0; i < state->corners[at]; ++i) {
-        unit_moment(smaller(scale * state->xi[at][i], FAR_OUT), moment);
+        unit_moment(patch, smaller(scale * state->xi[at][i], FAR_OUT), moment);
         total += state->d[at][i] * moment[0];
         by_scale += state->d[at][i] * moment[1] * state->xi[at][i];
     }
@@ -81,7 +82,7 @@ static void torque_at(const ${name}_state_t *state, int32_t at, const ${real} *x
 static void begin(${name}_state_t *state, const ${real} *sample) {
     int32_t i, j;
     {
-        const ${real} *arg[1] = {sample};
+        const ${real} *arg[] = {sample${constants_at}};
         ${real} *res[3] = {state->mean, state->factor, state->last};
         begin_window(arg, res, 0, 0, 0);
     }
@@ -130,7 +131,7 @@ static void filter_sample(const ${name}_state_t *state, int32_t at, int32_t next
     int32_t i;
     torque_at(state, at, state->x[at], torque);
     {
-        const ${real} *arg[6] = {mean, factor, state->x[at], torque, state->row[at], state->row[next]};
+        const ${real} *arg[] = {mean, factor, state->x[at], torque, state->row[at], state->row[next]${constants_at}};
         ${real} *res[3] = {mean_next, factor_next, eliminated};
         forward(arg, res, 0, 0, 0);
     }
@@ -141,7 +142,7 @@ static void filter_sample(const ${name}_state_t *state, int32_t at, int32_t next
 /* The oldest sample leaves the window: its measurement enters the arrival cost. */
 static void update_arrival_cost(${name}_state_t *state, int32_t oldest) {
     ${real} eliminated[${eliminated}], limited[STATES] = {0.0};
-    const ${real} *arg[1] = {state->mean};
+    const ${real} *arg[] = {state->mean${constants_at}};
     ${real} *res[1] = {limited};
     int32_t i;
     filter_sample(state, oldest, (oldest + 1) % ${window}, state->mean, state->factor, eliminated);
@@ -158,14 +159,14 @@ static void accept_samples(${name}_state_t *state, const ${real} *test) {
     for (age = 0; age < count; ++age) {
         ${real} *row = state->row[(state->newest + ${window} - age) % ${window}];
         ${real} place = (${real})age, accepted = 0.0, jump = 0.0;
-        const ${real} *arg[3] = {row, &place, test};
+        const ${real} *arg[] = {row, &place, test${constants_at}};
         ${real} *res[2] = {&accepted, &jump};
         accept(arg, res, 0, 0, 0);
         row[ROW_ACCEPTED] = accepted;
         row[ROW_JUMP] = jump;
     }
     if (test[1] != 0.0) {
-        const ${real} *arg[1] = {test};
+        const ${real} *arg[] = {test${constants_at}};
         ${real} jump = 0.0, *res[1] = {&jump};
         reset_arrival(arg, res, 0, 0, 0);
         state->factor[${log_mu} * (STATES + 1)] += jump;
@@ -189,7 +190,7 @@ static void smooth(${name}_state_t *state) {
     for (j = 0; j < STATES * STATES; ++j) state->P_newest[j] = state->eliminated[state->newest][STATES + j];
     for (i = ${window} - 1; i >= 0; --i) {
         const int32_t at = (oldest + i) % ${window};
-        const ${real} *arg[4] = {costate, state->eliminated[at], state->row[at], state->row[(at + 1) % ${window}]};
+        const ${real} *arg[] = {costate, state->eliminated[at], state->row[at], state->row[(at + 1) % ${window}]${constants_at}};
         ${real} *res[2] = {before, state->x[at]};
         backward(arg, res, 0, 0, 0);
         for (j = 0; j < STATES; ++j) costate[j] = before[j];
@@ -241,16 +242,16 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     const int32_t last = state->newest, at = (last + 1) % ${window};
     int32_t i;
     {
-        const ${real} *arg[2] = {sample, state->last};
+        const ${real} *arg[] = {sample, state->last${constants_at}};
         ${real} *res[2] = {now, &imputed};
         clean(arg, res, 0, 0, 0);
     }
     update_arrival_cost(state, at);
     {
 %% if steering
-        const ${real} *arg[5] = {state->x[last], torque, state->P_newest, state->last, now};
+        const ${real} *arg[] = {state->x[last], torque, state->P_newest, state->last, now${constants_at}};
 %% else
-        const ${real} *arg[4] = {state->x[last], state->P_newest, state->last, now};
+        const ${real} *arg[] = {state->x[last], state->P_newest, state->last, now${constants_at}};
 %% endif
         ${real} *res[2] = {newest, P};
 %% if steering
@@ -282,7 +283,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     torque_at(state, at, newest, torque);
 %% endif
     {
-        const ${real} *arg[6] = {newest, torque, now, P, state->counts, state->monitor};
+        const ${real} *arg[] = {newest, torque, now, P, state->counts, state->monitor${constants_at}};
         ${real} *res[3] = {test, counts, monitor};
         test_innovation(arg, res, 0, 0, 0);
     }
@@ -309,7 +310,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     }
 %% endif
     {
-        const ${real} *arg[${7 if bristles or effects else 6}] = {state->x[at], state->P_newest, newest, now, test, &imputed${", slide" if bristles or effects else ""}};
+        const ${real} *arg[] = {state->x[at], state->P_newest, newest, now, test, &imputed${", slide" if bristles or effects else ""}${constants_at}};
         ${real} *res[1] = {output};
         step_output(arg, res, 0, 0, 0);
     }
@@ -317,7 +318,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     for (i = 0; i < 2; ++i) state->counts[i] = counts[i];
     for (i = 0; i < 4; ++i) state->monitor[i] = monitor[i];
     if (!(is_known(output[OUT_MU]) && is_known(output[OUT_MU_STD]) && is_known(output[OUT_M_Z_PREDICTED]))) {
-        ${name}_init(state);
+        ${name}_reset(state);
         state->output[OUT_STATUS] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }

@@ -104,9 +104,9 @@ class GeneratedCode:
         )
 
 
-def generate_code(observer: Any, real: Real, folder: Path) -> GeneratedCode:
+def generate_code(observer: Any, real: Real, folder: Path, *, tunable: bool = False) -> GeneratedCode:
     """Generate an observer into a folder of its own."""
-    generate(observer, folder, real)
+    generate(observer, folder, real, tunable=tunable)
     return GeneratedCode(observer, real, folder)
 
 

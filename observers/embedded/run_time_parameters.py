@@ -1,0 +1,213 @@
+"""Parameters that generated C takes at run time: named numbers with their ranges, in one block.
+
+They are those of the model, the rig and the tuning, in physical units, as `values`, `Rig` and `Tuning`
+have them. C checks a block as these classes do, and fills the vector of constants from it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from math import inf, isfinite
+from typing import Any
+
+from observers.embedded.scalar_type import DOUBLE, SINGLE, Real
+from observers.measurement_model import RIG
+from observers.model_observer import RIG_UNITS, ModelObserver
+from observers.protocol import OUTPUT, FunctionObserver
+from observers.tuning import (
+    AT_LEAST_ZERO,
+    INFORMED,
+    LIMITS,
+    NO_LIMIT,
+    PLAUSIBLE,
+    POSITIVE,
+    TUNING_FIELDS,
+    TUNING_UNITS,
+)
+from symbolic import RIG_RANGES, InvalidInputError
+
+A2L_TYPES = {SINGLE: "FLOAT32_IEEE", DOUBLE: "FLOAT64_IEEE"}
+"""Types by their names in ASAM MCD-2 MC."""
+ESTIMATE_UNITS = {"M_z_predicted": "N m", "M_slide": "N m"}
+"""Units of an estimate's numbers that have one."""
+PRIOR = ("mu", "mu_std", "zero_std", "stiffness_std", "psi_dot_std")
+"""Fields of the tuning that are of the state before the first sample."""
+RELATIONS = (
+    ("a", "fabs({e}) < {a}"),
+    ("mu", "{least} < {mu} && {mu} < {greatest}"),
+    ("reset_after", "{reset_after} >= 1.0"),
+)
+"""Conditions on several parameters at once, and the one that is told where one does not hold."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunTimeParameter:
+    """One number of the block.
+
+    Attributes:
+        field: its name in C.
+        unit: its unit.
+        owner: what it belongs to: the tyre, an effect, the rig or the tuning.
+        value: that of the observer, which is the default.
+        lower, upper: its range.
+        is_open: the lower end does not belong to the range.
+        is_finite: infinity is not allowed.
+        places: where it stands in the vector of constants.
+        inverse: one over it stands there.
+    """
+
+    field: str
+    unit: str
+    owner: str
+    value: float
+    places: tuple[int, ...]
+    lower: float = -inf
+    upper: float = inf
+    is_open: bool = False
+    is_finite: bool = True
+    inverse: bool = False
+
+    def condition(self, real: Real) -> str:
+        """C that is true where the field of `at` is in range, and false for NAN."""
+        name, parts = f"at->{self.field}", []
+        if isfinite(self.lower):
+            parts.append(f"{name} {'>' if self.is_open else '>='} {real.literal(self.lower)}")
+        if isfinite(self.upper):
+            parts.append(f"{name} <= {real.literal(self.upper)}")
+        elif self.is_finite:
+            parts.append(f"fabs({name}) <= {real.literal(real.greatest)}")
+        return " && ".join(parts)
+
+    @property
+    def range(self) -> str:
+        """The range in words."""
+        least = f"greater than {self.lower:g}" if self.is_open else f"from {self.lower:g}"
+        if not isfinite(self.lower):
+            return "any finite number"
+        return f"{least} to {self.upper:g}" if isfinite(self.upper) else least
+
+
+def run_time_parameters(observer: FunctionObserver) -> tuple[RunTimeParameter, ...]:
+    """Every parameter of an observer that C can take at run time.
+
+    Raises:
+        InvalidInputError: the observer is no `Ekf` and no `Mhe`, or has no model and tuning as these do.
+    """
+    if not isinstance(observer, ModelObserver):
+        raise InvalidInputError(
+            "parameters at run time are those of an Ekf or an Mhe, got"
+            f" {type(observer).__name__}; generate its code without them"
+        )
+    return (*_of_model(observer), *_of_rig(observer), *_of_tuning(observer))
+
+
+def _of_model(observer: ModelObserver) -> list[RunTimeParameter]:
+    """k and the parameters of effects; mu is that of the tuning."""
+    found = []
+    for place, (effect, parameter) in enumerate(observer.model.parameters):
+        if effect is None and parameter.name == "mu":
+            continue
+        name = f"{effect.name}.{parameter.name}" if effect else parameter.name
+        found.append(
+            RunTimeParameter(
+                field=name.replace(".", "_"), unit=parameter.unit,
+                owner=effect.name.replace("_", " ") if effect else "the tyre",
+                value=float(observer.values[name]), places=(place,),
+                lower=parameter.lower, upper=parameter.upper, is_finite=not parameter.inverse,
+                inverse=parameter.inverse,
+            )
+        )  # fmt: skip
+    return found
+
+
+def _of_rig(observer: ModelObserver) -> list[RunTimeParameter]:
+    """Those of the rig that it has."""
+    begin, found = len(observer.model.parameters), []
+    for i, (name, unit) in enumerate(zip(RIG, RIG_UNITS, strict=True)):
+        if (value := getattr(observer.rig, name)) is None:
+            continue
+        lower, upper = RIG_RANGES[name]
+        found.append(
+            RunTimeParameter(
+                field=name, unit=unit, owner="the rig", value=float(value), places=(begin + i,),
+                lower=lower, upper=upper, is_open=name == "slide_rate",
+            )
+        )  # fmt: skip
+    return found
+
+
+def _of_tuning(observer: ModelObserver) -> list[RunTimeParameter]:
+    """Every field of the tuning."""
+    begin, found = len(observer.model.parameters) + len(RIG), []
+    for i, name in enumerate(TUNING_FIELDS):
+        places = (0, begin + i) if name == "mu" else (begin + i,)
+        positive = name in (*POSITIVE, "mu", "greatest")
+        found.append(
+            RunTimeParameter(
+                field=name, unit=TUNING_UNITS.get(name, "1"), owner="the tuning",
+                value=float(getattr(observer.tuning, name)), places=places,
+                lower=0.0 if positive or name in AT_LEAST_ZERO else 1.0, is_open=positive,
+                is_finite=name not in LIMITS or name in ("mu", "least", "greatest", "reset_after"),
+            )
+        )  # fmt: skip
+    return found
+
+
+def calibration_terms(parameters: Sequence[RunTimeParameter], real: Real) -> dict[str, Any]:
+    """Values of the placeholders of `templates/parameters.a2l`."""
+    most = real.greatest
+    measured = [
+        {
+            "name": name, "unit": ESTIMATE_UNITS.get(name, "1"), "offset": i * real.size,
+            "type": A2L_TYPES[real], "least": -most, "most": most,
+        }
+        for i, name in enumerate(n for n in OUTPUT if n != "status")
+    ]  # fmt: skip
+    flags = [
+        {
+            "name": name, "unit": "1", "offset": len(measured) * real.size + 4 * i, "type": "SLONG",
+            "least": 0, "most": highest,
+        }
+        for i, (name, highest) in enumerate((("informed", 1), ("status", 2**31 - 1)))
+    ]  # fmt: skip
+    ranges = [
+        {
+            "field": p.field, "unit": p.unit, "offset": i * real.size, "about": f"{p.owner}: {p.range}",
+            "least": max(p.lower, -most), "most": min(p.upper, most),
+        }
+        for i, p in enumerate(parameters)
+    ]  # fmt: skip
+    units = list(dict.fromkeys(one["unit"] for one in (*ranges, *measured)))
+    return {"measured": [*measured, *flags], "characteristics": ranges, "units": units,
+            "a2l_real": A2L_TYPES[real]}  # fmt: skip
+
+
+def parameter_terms(
+    observer: FunctionObserver, parameters: Sequence[RunTimeParameter], real: Real
+) -> dict[str, Any]:
+    """Values of the placeholders of templates: C that reads the constants of a state."""
+    place = {parameter.field: parameter.places[-1] for parameter in parameters}
+    at = {name: f"state->constants[{i}]" for name, i in place.items()}
+    block = {name: f"at->{name}" for name in place}
+    most = real.literal(NO_LIMIT)
+    return {
+        "parameters": [
+            {
+                **{f.name: getattr(p, f.name) for f in fields(p)},
+                "literal": real.literal(p.value),
+                "start": repr(p.value).replace("inf", "INF"),
+                "condition": p.condition(real),
+                "range": p.range,
+            }
+            for p in parameters
+        ],
+        "prior": PRIOR,
+        "relations": [
+            (1 + list(place).index(name), condition.format(**block)) for name, condition in RELATIONS
+        ],
+        **calibration_terms(parameters, real),
+        "constants_size": len(observer.constants),
+        "prior_mu": at["mu"],
+        "prior_std": at["mu_std"],
+        "informed_below": f"{real.literal(INFORMED)} * {at['mu_std']} / {at['mu']}",
+        "limits": [f"({at[n]} < {most} ? {at[n]} : {most})" for n in PLAUSIBLE],
+    }

@@ -1,0 +1,30 @@
+/* Those that the code was generated with: volatile, as a calibration tool may lay others over them. */
+const volatile ${name}_parameters_t ${name}_defaults = {
+%% for p in parameters
+    ${p.literal}, /* ${p.field} [${p.unit}] */
+%% endfor
+};
+
+int32_t ${name}_check_parameters(const ${name}_parameters_t *at) {
+%% for p in parameters
+    if (!(${p.condition})) return ${loop.index}; /* ${p.field} */
+%% endfor
+%% for place, condition in relations
+    if (!(${condition})) return ${place};
+%% endfor
+    return 0;
+}
+
+/* The vector of constants of the computation. */
+static void take_parameters(${name}_state_t *state, const volatile ${name}_parameters_t *at) {
+    int32_t i;
+    for (i = 0; i < ${constants_size}; ++i) state->constants[i] = (${real})NAN;
+%% for p in parameters
+%% for place in p.places
+    state->constants[${place}] = ${"1.0 / " if p.inverse}at->${p.field};
+%% endfor
+%% endfor
+%% if geometry
+    set_geometry(&state->patch, at->a, at->e);
+%% endif
+}
