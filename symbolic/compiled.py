@@ -170,7 +170,7 @@ def _built(source: str, command: str, flags: tuple[str, ...], stem: Path) -> Pat
         _run([command, str(c_file), *flags, "-o", str(built), "-lm"])
         built.chmod(0o700)
         with built.open("rb+") as content:
-            digest = _digest(content.read())
+            digest = _digest(stem.name.encode() + content.read())
             os.fsync(content.fileno())
         return built.replace(f"{stem}_{digest}.so")
 
@@ -197,9 +197,10 @@ def _run(line: list[str]) -> None:
 
 
 def _is_sound(library: Path) -> bool:
-    """Whether a library of the cache is this user's alone, and has the content that its name says."""
+    """Whether a library of the cache is this user's alone, and what was built for its name."""
+    stem, _, digest = library.stem.rpartition("_")
     try:
-        return _distrust(library) is None and library.stem.endswith(f"_{_digest(library.read_bytes())}")
+        return _distrust(library) is None and digest == _digest(stem.encode() + library.read_bytes())
     except OSError:
         return False
 

@@ -1,6 +1,7 @@
 """Observers as C99 for embedded targets, as FMUs and as packages of ROS 2 around the same C."""
 
 from observers.embedded.codegen import generate
+from observers.embedded.constants import Tunable
 from observers.embedded.fmu import generate_fmu
 from observers.embedded.generated_files import require_replaceable
 from observers.embedded.native import NativeObserver, compile_native
@@ -12,6 +13,7 @@ __all__ = [
     "SINGLE",
     "NativeObserver",
     "Real",
+    "Tunable",
     "compile_native",
     "generate",
     "generate_fmu",

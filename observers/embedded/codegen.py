@@ -23,6 +23,7 @@ from observers.embedded.compact_bristle_mhe import bristle_window_body, is_compa
 from observers.embedded.compact_corner_mhe import corner_window_body, is_compact_corner_window
 from observers.embedded.compact_ekf import compact_body, is_compact
 from observers.embedded.compact_mhe import compact_window_body, is_compact_window
+from observers.embedded.constants import Tunable
 from observers.embedded.generated_files import mark, release, require_replaceable, require_usable
 from observers.embedded.own_names import with_prefix
 from observers.embedded.reference_samples import reference_table
@@ -52,15 +53,15 @@ COMPACT: tuple[tuple[Callable[[Any], bool], Callable[..., Body]], ...] = (
     (is_compact_corner_window, corner_window_body),
 )
 """Observers for which smaller and faster code exists, and its builder."""
-TUNABLE = (compact_body, compact_window_body)
-"""Builders whose code takes parameters at run time; those on bristles make tables of them."""
+WITH_RIG = (compact_body, compact_window_body)
+"""Builders whose code takes the model and the rig too at run time; the others make tables of them."""
 MEMBERS = tuple(n for part in FunctionObserver.__mro__ for n in vars(part) if not n.startswith("_"))
 """Names that a `FunctionObserver` has."""
 
 
 def generate(
     observer: FunctionObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip",
-    tunable: bool = False,
+    tunable: Tunable = "",
 ) -> list[Path]:  # fmt: skip
     """Write an observer as C99, with example, check, S-function, parameters and reference samples.
 
@@ -69,9 +70,10 @@ def generate(
         folder: where the files go; it is created if necessary.
         real: the type of every number.
         name: begins every name in C and names the files.
-        tunable: model, rig and tuning are parameters that C takes at run time, described for calibration
-            tools by `name`.a2l (ASAM MCD-2 MC). CasADi writes such code as vectors: no loop is known
-            whose tables depend on parameters, and a step takes many times as long.
+        tunable: what C takes at run time and describes for calibration tools in `name`.a2l (ASAM
+            MCD-2 MC): nothing, the "tuning", or "all", which is model, rig and tuning. On the declared
+            model that costs little; with effects, whose tables the model decides, "all" is written by
+            CasADi as vectors, and a step takes some fifty times as long.
 
     Returns:
         The files written.
@@ -91,7 +93,7 @@ def generate(
 
 
 def source_texts(
-    observer: FunctionObserver, real: Real, name: str, *, tunable: bool = False
+    observer: FunctionObserver, real: Real, name: str, *, tunable: Tunable = ""
 ) -> dict[str, str]:
     """The text of every file, by its name; errors as for `generate`."""
     require_usable(name)
@@ -126,12 +128,16 @@ def _state_size(body: Body, real: Real, constants: int) -> int:
 
 
 def template_terms(
-    observer: FunctionObserver, real: Real, name: str, *, tunable: bool = False
+    observer: FunctionObserver, real: Real, name: str, *, tunable: Tunable = ""
 ) -> dict[str, Any]:
     """The values that all templates share."""
     prior = observer.prior
-    parameters = run_time_parameters(observer) if tunable else ()
-    changed = parameter_terms(observer, parameters, real) if tunable else {"parameters": (), "constants_size": 0}
+    parameters = run_time_parameters(observer, tunable) if tunable else ()
+    changed = (
+        parameter_terms(observer, parameters, real)
+        if tunable
+        else {"parameters": (), "constants_size": 0}
+    )
     return {
         "tunable": tunable,
         "constants_at": ", state->constants" if tunable else "",
@@ -169,7 +175,7 @@ def template_terms(
 def _body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any]) -> Body:
     """The compact code where there is one for the observer, else CasADi's own."""
     for applies, build in COMPACT:
-        if applies(observer) and (build in TUNABLE or not terms["tunable"]):
+        if applies(observer) and (build in WITH_RIG or terms["tunable"] != "all"):
             return build(observer, real, terms)
     return _casadi_body(observer, real, terms)
 

@@ -6,18 +6,18 @@ on a patch whose torque and effective friction are inputs, with the parameters a
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import casadi as ca
-import numpy as np
-from numpy.typing import NDArray
 
 from observers.effective_friction import build_effective_friction
 from observers.ekf import Ekf, build_step, layout
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_bristles import CompactBristles, has_bristles
 from observers.embedded.compact_corners import CompactCorners, has_corners
+from observers.embedded.constants import Constants
 from observers.embedded.scalar_c import c_function
-from observers.embedded.scalar_function import scalar_function, with_known_exponentials
+from observers.embedded.scalar_function import with_known_exponentials
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
 from observers.initial_state import build_initial_state
@@ -96,13 +96,21 @@ def is_compact_bristle_filter(observer: FunctionObserver) -> bool:
     return has_bristles(observer) or has_corners(observer)
 
 
-def bristle_filter_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> Body:
+def bristle_filter_body(observer: Ekf, real: Real, terms: Mapping[str, Any]) -> Body:
     """The code of a filter for which `is_compact_bristle_filter` holds."""
     kind = CompactBristles if has_bristles(observer) else CompactCorners
     bristles, parts = kind(observer, real), _layout(observer)
-    functions = [*bristles.functions, _build_begin(observer), _build_filter(observer)]
+    constants = Constants(observer, terms["tunable"], theta=range(len(DECLARED)))
+    functions = [
+        *bristles.functions,
+        _build_begin(observer, constants),
+        _build_filter(observer, constants),
+    ]
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
-    own = [("clean_sample", build_clean_sample(observer)), ("retentions", _build_retentions(observer))]
+    own = [
+        ("clean_sample", build_clean_sample(observer)),
+        ("retentions", _build_retentions(observer, constants)),
+    ]
     if "psi" in observer.states:
         own.append(("effective_friction", _build_effective_friction(observer)))
     by_state = {"psi": "torque[2]", "log_mu": "torque[1] * output[OUT_MU]"}
@@ -125,12 +133,6 @@ def bristle_filter_body(observer: Ekf, real: Real, terms: Mapping[str, str]) -> 
     )
 
 
-def constants_of(observer: ModelObserver) -> NDArray[np.float64]:
-    """mu, k, rig and tuning: the constants of an observer on `GivenTorque`."""
-    at = len(observer.model.coordinates)
-    return np.array([*observer.constants[: len(DECLARED)], *observer.constants[at:]])
-
-
 def build_clean_sample(observer: ModelObserver) -> ca.Function:
     """(sample, last) -> the sample cleaned."""
     sample, last = ca.SX.sym("sample", len(SAMPLE)), ca.SX.sym("last", len(CLEAN))
@@ -151,22 +153,22 @@ def _indices(observer: Ekf) -> dict[str, int]:
     return indices | {f"output.{name}": indices["output"] + i for i, name in enumerate(OUTPUT)}
 
 
-def _build_begin(observer: Ekf) -> ca.Function:
+def _build_begin(observer: Ekf, constants: Constants) -> ca.Function:
     """(sample) -> the state before it."""
     start = build_initial_state(GivenTorque(), observer.measurement_model, _layout(observer))
-    return scalar_function("begin_filter", start, {"constants": constants_of(observer)})
+    return constants.fill("begin_filter", start)
 
 
-def _build_filter(observer: Ekf) -> ca.Function:
-    """(state, sample) -> (state_next, output), the parameters as numbers."""
+def _build_filter(observer: Ekf, constants: Constants) -> ca.Function:
+    """(state, sample) -> (state_next, output)."""
     step = build_step(GivenTorque(), observer.measurement_model, observer.iterations)
-    flat = scalar_function("filter", step, {"constants": constants_of(observer)})
+    flat = constants.fill("filter", step)
     at = _indices(observer)
     mu = observer.measurement_model.patch_before(at["output.mu"], lambda: at["memory.mu"])
     return with_known_exponentials(flat, {at["log_mu"]: mu})
 
 
-def _build_retentions(observer: Ekf) -> ca.Function:
+def _build_retentions(observer: Ekf, constants: Constants) -> ca.Function:
     """(state, now) -> shares of the bristles' derivative that a walk of mu leaves, and a new ground."""
     parts, sensing = _layout(observer), observer.measurement_model
     state, now = ca.MX.sym("state", parts.size), ca.MX.sym("now", len(CLEAN))
@@ -182,7 +184,7 @@ def _build_retentions(observer: Ekf) -> ca.Function:
         "retentions", [state, now, rig, tuning], [ca.vertcat(walk, change)],
         ["state", "now", "rig", "tuning"], ["retention"],
     )  # fmt: skip
-    return scalar_function("retentions", function, rig_and_tuning(observer))
+    return constants.fill("retentions", function)
 
 
 def _build_effective_friction(observer: Ekf) -> ca.Function:
@@ -198,9 +200,3 @@ def _build_effective_friction(observer: Ekf) -> ca.Function:
         "effective_friction", [mu, std, F_N, slide], [*outputs], ["mu", "mu_std", "F_N", "slide"],
         ["mu_eff", "mu_eff_std", "M_slide"],
     ).expand()  # fmt: skip
-
-
-def rig_and_tuning(observer: ModelObserver) -> dict[str, NDArray[np.float64]]:
-    """Numbers of rig and tuning, by those names."""
-    numbers, at = constants_of(observer), len(DECLARED)
-    return {"rig": numbers[at : at + len(RIG)], "tuning": numbers[at + len(RIG) :]}

@@ -5,11 +5,12 @@ sample is linear in mu, so that the window keeps three numbers of it: M_z, its d
 """
 
 from collections.abc import Mapping
+from typing import Any
 
 import casadi as ca
 
 from observers.embedded.casadi_c import embedded_code
-from observers.embedded.compact_bristle_ekf import GivenTorque, constants_of, rig_and_tuning
+from observers.embedded.compact_bristle_ekf import GivenTorque
 from observers.embedded.compact_bristles import CompactBristles, has_bristles
 from observers.embedded.compact_mhe import (
     TEST,
@@ -18,8 +19,8 @@ from observers.embedded.compact_mhe import (
     window_functions,
 )
 from observers.embedded.compact_window import window_state, window_values
+from observers.embedded.constants import Constants, Tunable
 from observers.embedded.scalar_c import c_function
-from observers.embedded.scalar_function import scalar_function
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
 from observers.innovation_monitor import change_variance
@@ -42,17 +43,17 @@ def is_compact_bristle_window(observer: FunctionObserver) -> bool:
     return observer.iterations == 1 and observer.window >= 2 and has_bristles(observer)
 
 
-def bristle_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> Body:
+def bristle_window_body(observer: Mhe, real: Real, terms: Mapping[str, Any]) -> Body:
     """The code of an estimator for which `is_compact_bristle_window` holds."""
     bristles, window = CompactBristles(observer, real), observer.window
-    functions = window_functions(observer, output_with_slide)
+    functions = window_functions(observer, output_with_slide, terms["tunable"])
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
     values = {
         **terms, **window_values(observer), **bristles.terms, "a": repr(float(observer.rig.a)),
     }  # fmt: skip
     kept = f"M_z[{window}], by_mu[{window}], mu[{window}]"
     private, size = window_state(observer, real, terms["name"], kept, 3)
-    scalar = c_function("retentions", _build_retentions(observer), real.c_type)
+    scalar = c_function("retentions", _build_retentions(observer, terms["tunable"]), real.c_type)
     return Body(
         core=f"{source.text}\n{bristles.numbers(values, scalar)}\n{scalar}\n{bristles.text(values)}",
         stepping=render("window.c", values),
@@ -62,7 +63,7 @@ def bristle_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> 
     )
 
 
-def _build_retentions(observer: ModelObserver) -> ca.Function:
+def _build_retentions(observer: ModelObserver, tunable: Tunable) -> ca.Function:
     """(P, now) -> shares of the bristles' derivative that a walk of mu leaves, and a new ground."""
     sensing, n = observer.measurement_model, len(observer.states)
     P, now, rig, tuning = symbols(observer, "P", "now", "rig", "tuning")
@@ -75,7 +76,7 @@ def _build_retentions(observer: ModelObserver) -> ca.Function:
         "retentions", [ca.vec(P), now, rig, tuning], [ca.vertcat(walk, change)],
         ["P", "now", "rig", "tuning"], ["retention"],
     )  # fmt: skip
-    return scalar_function("retentions", function, rig_and_tuning(observer))
+    return Constants(observer, tunable).fill("retentions", function)
 
 
 def output_with_slide(observer: Mhe) -> ca.Function:
@@ -85,7 +86,7 @@ def output_with_slide(observer: Mhe) -> ca.Function:
     slide = ca.MX.sym("slide", 2)
     result, at = named(TEST, test), state_index(observer.measurement_model)
     memory = ca.vertcat(0, 0, 0, slide)
-    theta = ca.MX(ca.DM(constants_of(observer)[: len(DECLARED)]))
+    theta = ca.MX(ca.DM(observer.constants[: len(DECLARED)]))
     friction = friction_output(GivenTorque(), x, P, memory, now, theta, rig, tuning, at=at)
     output = step_output(
         observer.measurement_model, x, friction, result["expected"], tuning, result, held=imputed,

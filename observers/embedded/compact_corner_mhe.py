@@ -5,6 +5,7 @@ sample; the effects enter as in `observers.embedded.compact_corners`, once a sam
 """
 
 from collections.abc import Mapping
+from typing import Any
 
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_bristle_mhe import output_with_slide
@@ -31,10 +32,10 @@ def is_compact_corner_window(observer: FunctionObserver) -> bool:
     return has_corners(observer) or ("stiffness" not in observer.states and is_declared(observer))
 
 
-def corner_window_body(observer: Mhe, real: Real, terms: Mapping[str, str]) -> Body:
+def corner_window_body(observer: Mhe, real: Real, terms: Mapping[str, Any]) -> Body:
     """The code of an estimator for which `is_compact_corner_window` holds."""
     corners = CompactCorners(observer, real)
-    functions = [*corners.functions, *window_functions(observer, output_with_slide)]
+    functions = [*corners.functions, *window_functions(observer, output_with_slide, terms["tunable"])]
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
     values = {
         **terms, **corners.terms, **patch_numbers(observer), **window_values(observer), "effects": True,

@@ -19,7 +19,8 @@ from observers.embedded.compact_patch import (
     patch_numbers,
     patch_types,
 )
-from observers.embedded.scalar_function import scalar_function, with_known_exponentials
+from observers.embedded.constants import Constants
+from observers.embedded.scalar_function import with_known_exponentials
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
 from observers.initial_state import build_initial_state
@@ -102,20 +103,20 @@ def is_compact(observer: FunctionObserver) -> bool:
 
 def compact_body(observer: Ekf, real: Real, terms: Mapping[str, Any]) -> Body:
     """The code of a filter for which `is_compact` holds."""
-    parts, tunable = _layout(observer), terms["tunable"]
-    numbers = {} if tunable else {"constants": observer.constants}
+    parts, constants = _layout(observer), Constants(observer, terms["tunable"])
+    with_rig = constants.tunable == "all"
     functions = [
-        build_corner(observer, tunable=tunable),
-        _build_begin(observer, numbers),
-        _build_filter(observer, numbers),
+        build_corner(observer, with_rig=with_rig),
+        _build_begin(observer, constants),
+        _build_filter(observer, constants),
     ]
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
     terms = {
         **terms,
-        **(patch := patch_numbers(observer, tunable=tunable)),
+        **(patch := patch_numbers(observer, with_rig=with_rig)),
         **_patch_calls(observer, patch["k"]),
-        "start_arg": functions[1].n_in(), "start_res": functions[1].n_out(),
-        "arg": functions[2].n_in(), "res": functions[2].n_out(),
+        "start_res": functions[1].n_out(),
+        "res": functions[2].n_out(),
         "least_load": repr(LEAST_LOAD),
     }
     size = parts.size
@@ -125,9 +126,9 @@ def compact_body(observer: Ekf, real: Real, terms: Mapping[str, Any]) -> Body:
         core=f"{source.text}\n{render('patch.c', terms)}",
         stepping=render("patch_stepping.c", terms),
         private=private,
-        bytes=(2 * size + 2) * real.size + patch_bytes(real, tunable=tunable),
-        types=patch_types(real, terms["name"], tunable=tunable),
-        geometry=tunable,
+        bytes=(2 * size + 2) * real.size + patch_bytes(real, with_rig=with_rig),
+        types=patch_types(real, terms["name"], with_rig=with_rig),
+        with_rig=with_rig,
     )
 
 
@@ -196,16 +197,16 @@ def _lines(lines: list[str]) -> str:
     return "".join(f"    {line}\n" for line in lines)
 
 
-def _build_begin(observer: Ekf, numbers: Mapping[str, Any]) -> ca.Function:
-    """(sample) -> the state before it; with the constants, unless these are numbers."""
+def _build_begin(observer: Ekf, constants: Constants) -> ca.Function:
+    """(sample) -> the state before it."""
     start = build_initial_state(_patch(observer), observer.measurement_model, _layout(observer))
-    return scalar_function("begin_filter", start, numbers)
+    return constants.fill("begin_filter", start)
 
 
-def _build_filter(observer: Ekf, numbers: Mapping[str, Any]) -> ca.Function:
-    """(state, sample) -> (state_next, output); with the constants, unless these are numbers."""
+def _build_filter(observer: Ekf, constants: Constants) -> ca.Function:
+    """(state, sample) -> (state_next, output)."""
     step = build_step(_patch(observer), observer.measurement_model, observer.iterations)
-    flat = scalar_function("filter", step, numbers)
+    flat = constants.fill("filter", step)
     at = _indices(observer)
     # mu in the memory, and mu in the last output, are exp of the state ln mu.
     mu = observer.measurement_model.patch_before(at["output.mu"], lambda: at["memory.mu"])

@@ -26,7 +26,7 @@ from observers.embedded.compact_window import (
     row_names,
     window_values,
 )
-from observers.embedded.scalar_function import scalar_function
+from observers.embedded.constants import Constants, Tunable
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
 from observers.initial_state import build_initial_state
@@ -57,12 +57,9 @@ TEST = ("accepted", "reset", "run", "missing", "expected", "nis", "inconsistent"
 
 
 def window_functions(
-    observer: Mhe, output: Callable[[Mhe], ca.Function], *, tunable: bool = False
+    observer: Mhe, output: Callable[[Mhe], ca.Function], tunable: Tunable
 ) -> list[ca.Function]:
-    """The Functions that C calls; `output` builds the last one.
-
-    Parameters, rig and tuning are numbers, or with `tunable` the last input of every Function.
-    """
+    """The Functions that C calls; `output` builds the last one."""
     builders = (
         _begin,
         _clean,
@@ -75,33 +72,8 @@ def window_functions(
         _backward,
         output,
     )
-    adapt = _with_constants if tunable else _with_numbers
-    return [adapt(observer, build(observer)) for build in builders]
-
-
-def _with_numbers(observer: Mhe, function: ca.Function) -> ca.Function:
-    numbers = _parts(observer, observer.constants)
-    used = {name: numbers[name] for name in function.name_in() if name in numbers}
-    return scalar_function(function.name(), function, used)
-
-
-def _with_constants(observer: Mhe, function: ca.Function) -> ca.Function:
-    constants = ca.MX.sym("constants", len(observer.constants))
-    parts, names = _parts(observer, constants), function.name_in()
-    own = {name: ca.MX.sym(name, *function.size_in(name)) for name in names if name not in parts}
-    outputs = function.call([own.get(name, parts.get(name)) for name in names])
-    inputs = [*own.values(), constants]
-    whole = ca.Function(function.name(), inputs, outputs, [*own, "constants"], function.name_out())
-    return scalar_function(function.name(), whole, {})
-
-
-def _parts(observer: Mhe, constants: Any) -> dict[str, Any]:
-    """The inputs that are parameters, by name, out of all constants."""
-    at = len(observer.model.coordinates)
-    return {
-        "constants": constants, "theta": constants[:at], "rig": constants[at : at + len(RIG)],
-        "tuning": constants[at + len(RIG) :],
-    }  # fmt: skip
+    built, constants = [build(observer) for build in builders], Constants(observer, tunable)
+    return [constants.fill(function.name(), function) for function in built]
 
 
 def symbols(observer: ModelObserver, *names: str) -> list[ca.MX]:
@@ -260,16 +232,16 @@ def is_compact_window(observer: FunctionObserver) -> bool:
 
 def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, Any]) -> Body:
     """The code of an estimator for which `is_compact_window` holds."""
-    tunable = terms["tunable"]
+    with_rig = terms["tunable"] == "all"
     functions = [
-        build_corner(observer, tunable=tunable),
-        *window_functions(observer, _output, tunable=tunable),
+        build_corner(observer, with_rig=with_rig),
+        *window_functions(observer, _output, terms["tunable"]),
     ]
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
     stiff = f"[{observer.states.index('stiffness')}]" if "stiffness" in observer.states else ""
     values = {
         **terms,
-        **patch_numbers(observer, tunable=tunable),
+        **patch_numbers(observer, with_rig=with_rig),
         **window_values(observer),
         "stored": str(STORED_CORNERS),
         "stiffness": f"x{stiff}" if stiff else "1.0",
@@ -280,7 +252,7 @@ def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, Any]) -> 
         core=f"{source.text}\n{render('patch.c', values)}",
         stepping=render("window.c", values),
         private=private,
-        bytes=size + patch_bytes(real, tunable=tunable),
-        types=patch_types(real, terms["name"], tunable=tunable),
-        geometry=tunable,
+        bytes=size + patch_bytes(real, with_rig=with_rig),
+        types=patch_types(real, terms["name"], with_rig=with_rig),
+        with_rig=with_rig,
     )

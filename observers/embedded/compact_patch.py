@@ -40,15 +40,15 @@ def is_declared(observer: ModelObserver) -> bool:
     return type(observer.measurement_model) in (AligningTorque, SteeringTorque)
 
 
-def patch_numbers(observer: ModelObserver, *, tunable: bool = False) -> dict[str, Any]:
-    """C of the rig and the tyre: numbers, or where a state has what it takes at run time."""
+def patch_numbers(observer: ModelObserver, *, with_rig: bool = False) -> dict[str, Any]:
+    """C of the rig and the tyre: numbers, or `with_rig` where a state has them."""
     a, e = observer.rig.a, observer.rig.e
     shared = {
         "depth": str(DEPTH),
         "angle_is_state": str(int("psi" in observer.measurement_model.states)),
-        "tunable": tunable,
+        "with_rig": with_rig,
     }
-    if tunable:
+    if with_rig:
         return {
             **shared, "a": "patch->geometry[0]", "k": "state->constants[1]",
             "level": "state->patch.level", "still_moment": "patch->still_moment",
@@ -62,30 +62,33 @@ def patch_numbers(observer: ModelObserver, *, tunable: bool = False) -> dict[str
     }
 
 
-def patch_types(real: Real, name: str, own: int = 0, *, tunable: bool = False) -> str:
-    """The type of the patch, C of a header; own is the length of the effects' memories."""
-    geometry = f"    {real.c_type} geometry[2], level, still_moment;\n" if tunable else ""
+def patch_types(real: Real, name: str, own: int = 0, *, with_rig: bool = False) -> str:
+    """The type of the patch, C of a header; own is the length of the effects' memories.
+
+    With `with_rig` the rig is taken at run time.
+    """
+    geometry = f"    {real.c_type} geometry[2], level, still_moment;\n" if with_rig else ""
     memory = f"    {real.c_type} own[{own}]; /* of the effects */\n" if own else ""
     return TYPES.format(real=real.c_type, depth=DEPTH, name=name, own=memory, geometry=geometry)
 
 
-def patch_bytes(real: Real, *, tunable: bool = False) -> int:
+def patch_bytes(real: Real, *, with_rig: bool = False) -> int:
     """Bytes of a patch."""
-    return (3 * DEPTH + 2 + 4 * tunable) * real.size + 8 + DEPTH
+    return (3 * DEPTH + 2 + 4 * with_rig) * real.size + 8 + DEPTH
 
 
-def build_corner(observer: ModelObserver, *, tunable: bool = False) -> ca.Function:
+def build_corner(observer: ModelObserver, *, with_rig: bool = False) -> ca.Function:
     """(z) -> the moment of a unit change of slope at z, and its derivative by z.
 
-    With `tunable` (z, geometry), the half-length and the caster length.
+    With `with_rig` (z, geometry), the half-length and the caster length.
     """
     z, width = ca.SX.sym("z"), ca.SX.sym("width", 2)
-    geometry = ca.SX.sym("geometry", 2) if tunable else ca.SX([observer.rig.a, observer.rig.e])
+    geometry = ca.SX.sym("geometry", 2) if with_rig else ca.SX([observer.rig.a, observer.rig.e])
     a, e = ca.vertsplit(geometry)
     arms = (a - e, a + e)
     moment = sum(edge_moment(z, w, a, arm) for w, arm in zip(ca.vertsplit(width), arms, strict=True))
     outputs = ca.vertcat(moment, ca.jacobian(moment, z))
     widths = ca.vertcat(*(edge_distance(z, a, arm) for arm in arms))
     outputs = ca.substitute(outputs, width, widths)
-    inputs = [z, geometry] if tunable else [z]
+    inputs = [z, geometry] if with_rig else [z]
     return ca.Function("corner", inputs, [outputs], {"cse": True})

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from observers.embedded.codegen import source_texts, template_terms
+from observers.embedded.constants import Tunable
 from observers.embedded.generated_files import require_replaceable
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
@@ -119,7 +120,7 @@ VERSIONS = {
 
 def generate_fmu(
     observer: FunctionObserver, folder: str | Path, real: Real = SINGLE, *, name: str = "brushgrip",
-    version: int = 2, tunable: bool = False,
+    version: int = 2, tunable: Tunable = "",
 ) -> Path:  # fmt: skip
     """Write an observer as `name`.fmu: co-simulation, sources, a library for 64-bit Linux.
 
@@ -129,7 +130,7 @@ def generate_fmu(
         real: the type of every number inside; the variables are double in any case.
         name: of the model, and of the file.
         version: of FMI, 2 (2.0) or 3 (3.0).
-        tunable: model, rig and tuning are tunable parameters of the FMU; see `generate`.
+        tunable: what are tunable parameters of the FMU, see `generate`.
 
     Returns:
         The file; its bytes follow from the arguments, the compiler and the versions in use.
@@ -180,7 +181,7 @@ def _compiler() -> str:
 
 
 def _texts(
-    observer: FunctionObserver, real: Real, name: str, version: Version, *, tunable: bool
+    observer: FunctionObserver, real: Real, name: str, version: Version, *, tunable: Tunable
 ) -> dict[str, str]:
     """Every text of the archive, by its path."""
     texts = source_texts(observer, real, name, tunable=tunable)

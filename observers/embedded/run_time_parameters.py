@@ -9,6 +9,7 @@ from dataclasses import dataclass, fields
 from math import inf, isfinite
 from typing import Any
 
+from observers.embedded.constants import Tunable
 from observers.embedded.scalar_type import DOUBLE, SINGLE, Real
 from observers.measurement_model import RIG
 from observers.model_observer import RIG_UNITS, ModelObserver
@@ -86,8 +87,8 @@ class RunTimeParameter:
         return f"{least} to {self.upper:g}" if isfinite(self.upper) else least
 
 
-def run_time_parameters(observer: FunctionObserver) -> tuple[RunTimeParameter, ...]:
-    """Every parameter of an observer that C can take at run time.
+def run_time_parameters(observer: FunctionObserver, tunable: Tunable) -> tuple[RunTimeParameter, ...]:
+    """The parameters of an observer that C takes at run time.
 
     Raises:
         InvalidInputError: the observer is no `Ekf` and no `Mhe`, or has no model and tuning as these do.
@@ -97,11 +98,12 @@ def run_time_parameters(observer: FunctionObserver) -> tuple[RunTimeParameter, .
             "parameters at run time are those of an Ekf or an Mhe, got"
             f" {type(observer).__name__}; generate its code without them"
         )
-    return (*_of_model(observer), *_of_rig(observer), *_of_tuning(observer))
+    tuning = _of_tuning(observer)
+    return (*_of_model(observer), *_of_rig(observer), *tuning) if tunable == "all" else tuple(tuning)
 
 
 def _of_model(observer: ModelObserver) -> list[RunTimeParameter]:
-    """k and the parameters of effects; mu is that of the tuning."""
+    """K and the parameters of effects; mu is that of the tuning."""
     found = []
     for place, (effect, parameter) in enumerate(observer.model.parameters):
         if effect is None and parameter.name == "mu":
@@ -202,9 +204,16 @@ def parameter_terms(
         ],
         "prior": PRIOR,
         "relations": [
-            (1 + list(place).index(name), condition.format(**block)) for name, condition in RELATIONS
+            (1 + list(place).index(name), condition.format(**block))
+            for name, condition in RELATIONS
+            if name in place
         ],
         **calibration_terms(parameters, real),
+        "constants": [
+            (i, real.literal(value))
+            for i, value in enumerate(observer.constants)
+            if i not in {place for p in parameters for place in p.places}
+        ],
         "constants_size": len(observer.constants),
         "prior_mu": at["mu"],
         "prior_std": at["mu_std"],

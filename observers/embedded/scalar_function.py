@@ -1,16 +1,24 @@
 """Functions of scalars: parameters as numbers, and exponentials that the state contains already."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import casadi as ca
 
 
-def scalar_function(name: str, function: ca.Function, numbers: Mapping[str, Any]) -> ca.Function:
+def scalar_function(
+    name: str, function: ca.Function, numbers: Mapping[str, Any], *, last: ca.SX | None = None
+) -> ca.Function:
     """A Function with some inputs as numbers, expanded to scalar operations, each done once.
 
     Infinite parameters enter as 1/ε with ε = 0 after simplification, so that terms divided by them
     vanish.
+
+    Args:
+        name: of the result.
+        function: the Function.
+        numbers: for an input, its elements: numbers, or expressions of `last`.
+        last: a further input of the result, `constants`.
     """
     names = [n for n in function.name_in() if n not in numbers]
     symbols = {n: ca.SX.sym(n, *function.size_in(n)) for n in names}
@@ -18,11 +26,16 @@ def scalar_function(name: str, function: ca.Function, numbers: Mapping[str, Any]
     given = {n: _with_infinity(values, epsilon) for n, values in numbers.items()} | symbols
     outputs = function.expand().call([given[n] for n in function.name_in()])
     flat = ca.substitute(outputs, [epsilon], [ca.SX(0)])
-    return ca.Function(name, list(symbols.values()), flat, names, function.name_out(), {"cse": True})
+    inputs = symbols if last is None else symbols | {"constants": last}
+    return ca.Function(
+        name, list(inputs.values()), flat, list(inputs), function.name_out(), {"cse": True}
+    )
 
 
-def _with_infinity(values: Any, epsilon: ca.SX) -> ca.SX:
-    return ca.vertcat(*(1 / epsilon if value == float("inf") else value for value in values.tolist()))
+def _with_infinity(values: Iterable[Any], epsilon: ca.SX) -> ca.SX:
+    return ca.vertcat(
+        *(1 / epsilon if isinstance(v, float) and v == float("inf") else v for v in values)
+    )
 
 
 def with_known_exponentials(function: ca.Function, known: Mapping[int, int]) -> ca.Function:

@@ -26,7 +26,7 @@ class Body:
         private: fields of the state, lines of C.
         bytes: size of these fields.
         types: their types, C of the header.
-        geometry: the patch has a `set_geometry`, as it takes the rig at run time.
+        with_rig: the patch takes the rig at run time, by its `set_geometry`.
     """
 
     core: str
@@ -34,7 +34,7 @@ class Body:
     private: str
     bytes: int
     types: str = ""
-    geometry: bool = False
+    with_rig: bool = False
 
 
 def render(template: str, terms: Mapping[str, Any]) -> str:

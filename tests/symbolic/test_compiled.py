@@ -265,7 +265,7 @@ def test_what_does_not_load_is_built_anew(tmp_path: Path, is_named_so: bool) -> 
     library.unlink()
     content = b"not a library"
     if is_named_so:
-        digest = hashlib.sha256(content).hexdigest()[:24]
+        digest = hashlib.sha256(library.stem.rpartition("_")[0].encode() + content).hexdigest()[:24]
         library = library.with_stem("_".join([*library.stem.split("_")[:2], digest]))
     library.write_bytes(content)
     library.chmod(0o700)
@@ -285,8 +285,9 @@ def planted(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (three,) = set(libraries(folder)) - {two}
     cache = folder / "planted" / "cache"
     cache.mkdir(parents=True, mode=0o700)
-    stem = "_".join([*two.stem.split("_")[:2], *three.stem.split("_")[2:]])
-    three.rename(cache / f"{stem}.so")
+    stem = two.stem.rpartition("_")[0]
+    digest = hashlib.sha256(stem.encode() + three.read_bytes()).hexdigest()[:24]
+    three.rename(cache / f"{stem}_{digest}.so")
     monkeypatch.setenv("BRUSHGRIP_CACHE", str(cache))
     return cache
 

@@ -1,6 +1,6 @@
 /* The state before the first sample. */
 static void begin(${name}_state_t *state, const ${real} *sample) {
-    const ${real} *arg[1] = {sample};
+    const ${real} *arg[] = {sample${constants_at}};
     ${real} *res[1] = {state->values[0]};
     ${real} signals[4];
     signals[0] = sample[0];
@@ -17,11 +17,11 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
 static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${real} output[OUTPUTS], now[${clean}], signals[4], retention[2], torque[3], slide[2];
     ${real} *before = state->values[state->now], *after = state->values[1 - state->now];
-    const ${real} *arg[2] = {before, sample};
+    const ${real} *arg[] = {before, sample${constants_at}};
     ${real} *res[2] = {after, output};
     int i;
     clean_sample(sample, &before[${last}], now);
-    retentions(before, now, retention);
+    retentions(before, now${constants_at}, retention);
     for (i = 0; i < 4; ++i) signals[i] = now[i];
 %% if is_angle_known
     advance_patch(&state->patch, signals, state->output[OUT_MU], retention[0], torque, slide);

@@ -17,14 +17,15 @@ int32_t ${name}_check_parameters(const ${name}_parameters_t *at) {
 
 /* The vector of constants of the computation. */
 static void take_parameters(${name}_state_t *state, const volatile ${name}_parameters_t *at) {
-    int32_t i;
-    for (i = 0; i < ${constants_size}; ++i) state->constants[i] = (${real})NAN;
+%% for place, value in constants
+    state->constants[${place}] = ${value};
+%% endfor
 %% for p in parameters
 %% for place in p.places
     state->constants[${place}] = ${"1.0 / " if p.inverse}at->${p.field};
 %% endfor
 %% endfor
-%% if geometry
+%% if with_rig
     set_geometry(&state->patch, at->a, at->e);
 %% endif
 }

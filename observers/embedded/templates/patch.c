@@ -15,7 +15,7 @@
 
 /* Moment of a unit change of slope at z, and its derivative by z. */
 static void unit_moment(const ${name}_patch_t *patch, ${real} z, ${real} *moment) {
-%% if tunable
+%% if with_rig
     const ${real} *arg[2];
     arg[1] = patch->geometry;
 %% else
@@ -27,7 +27,7 @@ static void unit_moment(const ${name}_patch_t *patch, ${real} z, ${real} *moment
     res[0] = moment;
     corner(arg, res, 0, 0, 0);
 }
-%% if tunable
+%% if with_rig
 
 /* The half-length a and the caster length e, and what follows from them alone. */
 static void set_geometry(${name}_patch_t *patch, ${real} a, ${real} e) {

@@ -34,7 +34,7 @@ static void advance_patch(${name}_state_t *state, ${real} psi, ${real} F_N, ${re
 
 /* The state before the first sample. */
 static void begin(${name}_state_t *state, const ${real} *sample) {
-    const ${real} *arg[${start_arg}] = {sample${constants_at}};
+    const ${real} *arg[] = {sample${constants_at}};
     ${real} *res[${start_res}] = {state->values[0]};
     begin_filter(arg, res, 0, 0, 0);
     clear_patch(&state->patch, sample[0]);
@@ -46,7 +46,7 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
 /* One sample: from one half of the state to the other; where the estimate is not finite the observer starts anew. */
 static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${real} output[OUTPUTS], torque[4], *before = state->values[state->now], *after = state->values[1 - state->now];
-    const ${real} *arg[${arg}] = {before, sample${constants_at}};
+    const ${real} *arg[] = {before, sample${constants_at}};
     ${real} *res[${res}] = {after, output};
     int i;
 ${patch_before}    filter(arg, res, 0, 0, 0);

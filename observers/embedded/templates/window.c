@@ -260,7 +260,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
         predict(arg, res, 0, 0, 0);
     }
 %% if bristles
-    retentions(state->P_newest, now, retention);
+    retentions(state->P_newest, now${constants_at}, retention);
 %% endif
 %% if steering
 %% elif bristles or effects

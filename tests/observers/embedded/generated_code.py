@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from observers import ESTIMATE, Ekf, Estimate, Loop, Mhe, ObserverState, Sample, Tuning
 from observers.compiled_step import CompiledStep
-from observers.embedded import Real, generate
+from observers.embedded import Real, Tunable, generate
 from symbolic import Model, compiler, effects_named
 from tests.compile_once import OPTIMISATION, compile_once
 from tests.observers.conftest import RIG, K
@@ -104,7 +104,7 @@ class GeneratedCode:
         )
 
 
-def generate_code(observer: Any, real: Real, folder: Path, *, tunable: bool = False) -> GeneratedCode:
+def generate_code(observer: Any, real: Real, folder: Path, *, tunable: Tunable = "") -> GeneratedCode:
     """Generate an observer into a folder of its own."""
     generate(observer, folder, real, tunable=tunable)
     return GeneratedCode(observer, real, folder)

@@ -29,6 +29,12 @@ void run(int64_t count, const REAL *samples, REAL *outputs) {
     for (i = 0; i < count; ++i) step(&state, samples + WIDTH * i, outputs + OUTPUTS * i);
 }
 
+/* The estimates of a state that has begun. */
+void run_on(brushgrip_state_t *state, int64_t count, const REAL *samples, REAL *outputs) {
+    int64_t i;
+    for (i = 0; i < count; ++i) step(state, samples + WIDTH * i, outputs + OUTPUTS * i);
+}
+
 /* The same for two observers in turn, the second on the samples in reverse order. */
 void run_two(int64_t count, const REAL *samples, REAL *forward, REAL *reverse) {
     static brushgrip_state_t one, two;
