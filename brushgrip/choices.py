@@ -34,6 +34,13 @@ class Target(StrEnum):
     ROS2 = "ros2"
 
 
+class RunTime(StrEnum):
+    """What generated code takes at run time."""
+
+    TUNING = "tuning"
+    ALL = "all"
+
+
 class TorqueChannel(StrEnum):
     """Which torque the target measures, by its name in recordings."""
 

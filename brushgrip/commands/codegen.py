@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from brushgrip.choices import GeneratedObserver, RealType, Target, TorqueChannel
+from brushgrip.choices import GeneratedObserver, RealType, RunTime, Target, TorqueChannel
 from brushgrip.commands.options import EffectModules, ModelFile, OutFolder, TuningProfile, TuningValues
 
 Ground = Annotated[
@@ -23,6 +23,16 @@ Window = Annotated[
         "--window",
         metavar="N",
         help="Samples that the MHE fits at once; 50 if left out.",
+        show_default=False,
+    ),
+]
+
+
+Tunable = Annotated[
+    RunTime | None,
+    typer.Option(
+        "--tunable",
+        help="Parameters that the code takes at run time: the tuning, or all: model, rig and tuning.",
         show_default=False,
     ),
 ]
@@ -47,6 +57,7 @@ def codegen(
     torque: Annotated[
         TorqueChannel, typer.Option("--torque", help="Torque measured: aligning, or steering.")
     ] = TorqueChannel.GROUND,
+    tunable: Tunable = None,
     name: Annotated[
         str, typer.Option("--name", metavar="NAME", help="Begins every name in C.")
     ] = "brushgrip",
@@ -59,6 +70,10 @@ def codegen(
     Simulink. With --target fmu, NAME.fmu holds the same C with sources and a library for 64-bit Linux:
     co-simulation by FMI 2.0 (fmu3: 3.0), a communication step is a sample. With --target ros2 it is a
     package with a node.
+
+    With --tunable tuning the code takes prior, noises and limits at run time, with all also model and
+    rig: NAME_set_parameters in C, described by NAME.a2l for calibration tools, and tunable parameters
+    of an FMU.
 
     The prior is that of the tuning (--tune mu=0.8,mu_std=0.2), not the mu of the rig file. Before
     anything is written, a line says what a step will cost.
@@ -80,5 +95,6 @@ def codegen(
         real=real,
         target=target,
         torque=torque,
+        tunable=tunable,
         name=name,
     )

@@ -6,17 +6,28 @@ from dataclasses import asdict
 from pathlib import Path
 
 from brushgrip.atomic import staged_directory
-from brushgrip.choices import GeneratedObserver, RealType, Target, TorqueChannel, TuningName
+from brushgrip.choices import GeneratedObserver, RealType, RunTime, Target, TorqueChannel, TuningName
 from brushgrip.console import say, show
 from brushgrip.provenance import comment
 from brushgrip.recordings import keep_inputs
 from brushgrip.tunings import chosen_tuning
 from brushgrip.user_effects import effect_files, user_effects
 from identification import read_model
-from observers import AligningTorque, Ekf, MeasurementModel, Mhe, SteeringTorque, Tuning, from_files
+from observers import (
+    AligningTorque,
+    Ekf,
+    FunctionObserver,
+    MeasurementModel,
+    Mhe,
+    SteeringTorque,
+    Tuning,
+    from_files,
+)
 from observers.embedded import (
     DOUBLE,
     SINGLE,
+    Real,
+    Tunable,
     generate,
     generate_fmu,
     generate_ros2,
@@ -52,6 +63,7 @@ def codegen(
     real: RealType,
     target: Target,
     torque: TorqueChannel,
+    tunable: RunTime | None,
     name: str,
 ) -> None:
     """Write an observer as C, as an FMU or as a package of ROS 2.
@@ -70,14 +82,12 @@ def codegen(
         tuning=chosen_tuning(tuning, tune),
         **settings,
     )
-    cost = estimated_cost(chosen, TYPES[real])
+    at_run_time: Tunable = tunable.value if tunable else ""
+    cost = estimated_cost(chosen, TYPES[real], at_run_time)
     size: int | None = None
     with staged_directory(out) as stage:
-        if target in FMI:
-            files = [generate_fmu(chosen, stage, TYPES[real], name=name, version=FMI[target])]
-        else:
-            write = generate_ros2 if target is Target.ROS2 else generate
-            files = write(chosen, stage, TYPES[real], name=name)
+        files = _written(chosen, target, stage, TYPES[real], name, at_run_time)
+        if target not in FMI:
             _say_origin(files, comment(rig, model))
             size = _state_bytes(stage / f"{name}.h")
         finals = [out.resolve() / path.name for path in files]
@@ -89,6 +99,21 @@ def codegen(
         say(taken)
     show({"wrote": list(map(str, finals)), "cost": {"state_bytes": size, **asdict(cost)}})
     say(f"wrote {', '.join(path.name for path in files)} to {out}")
+
+
+def _written(
+    observer: FunctionObserver, target: Target, folder: Path, real: Real, name: str, tunable: Tunable
+) -> list[Path]:
+    """Write the files of a target."""
+    if target in FMI:
+        return [generate_fmu(observer, folder, real, name=name, version=FMI[target], tunable=tunable)]
+    if target is Target.C:
+        return generate(observer, folder, real, name=name, tunable=tunable)
+    if tunable:
+        raise InvalidInputError(
+            "--tunable is for the targets c, fmu and fmu3; the node of ROS 2 has constants, got ros2"
+        )
+    return generate_ros2(observer, folder, real, name=name)
 
 
 def _window(observer: GeneratedObserver, window: int | None) -> dict[str, int]:

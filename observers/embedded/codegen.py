@@ -116,7 +116,7 @@ def source_texts(
     texts[f"{name}.c"] = with_prefix(in_type(texts[f"{name}.c"], real), name)
     return {
         **texts,
-        f"{name}.json": _parameters(observer, real, terms["version"]),
+        f"{name}.json": _parameters(observer, real, terms["version"], tunable),
         f"{name}_vector.csv": reference_table(observer, real),
     }
 
@@ -198,7 +198,7 @@ def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any
     )
 
 
-def _parameters(observer: FunctionObserver, real: Real, version: str) -> str:
+def _parameters(observer: FunctionObserver, real: Real, version: str, tunable: Tunable) -> str:
     """JSON of model, values, rig and settings; what JSON does not have is written as a string."""
     units = units_of(observer.model)
     rig = zip(((name, getattr(observer.rig, name)) for name in RIG), RIG_UNITS, strict=True)
@@ -207,6 +207,7 @@ def _parameters(observer: FunctionObserver, real: Real, version: str) -> str:
         "version": version,
         "observer": observer.name,
         "real": real.c_type,
+        "at_run_time": tunable or None,
         "effects": [effect.name for effect in observer.model.effects],
         "parameters": {n: {"value": v, "unit": units[n]} for n, v in observer.values.items()},
         "rig": {name: {"value": value, "unit": unit} for (name, value), unit in rig},

@@ -14,6 +14,7 @@ from observers.embedded.compact_bristles import CompactBristles, has_bristles
 from observers.embedded.compact_corner_mhe import is_compact_corner_window
 from observers.embedded.compact_ekf import is_compact
 from observers.embedded.compact_mhe import is_compact_window
+from observers.embedded.constants import Tunable
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.mhe import Mhe
 from observers.model_observer import ModelObserver
@@ -28,6 +29,8 @@ BRISTLE, LIMIT, FURTHER = 35, 26, 10
 """For each bristle and evaluation: friction alone; a limit that varies; each effect beyond two."""
 SAMPLE_EXACT, SAMPLE_BRISTLES = 600, 335
 """For each sample of a window."""
+TUNABLE_STEP, TUNABLE_SAMPLE = 250, 260
+"""What these take more where the tuning is taken at run time."""
 STEERING = 1.15
 SOFT_DOUBLE = 40
 """Factors of the steering torque, and of double precision, which this processor's unit lacks."""
@@ -62,23 +65,27 @@ class Cost:
         return f"about {count}, within {self.error:.0%}"
 
 
-def estimated_cost(observer: FunctionObserver, real: Real = SINGLE) -> Cost:
-    """What a step of an observer will take."""
+def estimated_cost(observer: FunctionObserver, real: Real = SINGLE, tunable: Tunable = "") -> Cost:
+    """What a step of an observer will take; `tunable` as for `generate`."""
     single = real is SINGLE
     factor = 1 if single else SOFT_DOUBLE
     if not (isinstance(observer, ModelObserver) and _is_compact(observer)):
         return Cost(instructions=VECTORS * factor, vectors=True, remedy=_remedy(observer))
+    if tunable == "all" and not (is_compact(observer) or is_compact_window(observer)):
+        remedy = "with the tuning alone at run time it is written as loops"
+        return Cost(instructions=VECTORS * factor, vectors=True, remedy=remedy)
     steered = "psi" in observer.states
     if isinstance(observer, Mhe):
         if steered or not (has_bristles(observer) or is_compact_window(observer)):
             return Cost(instructions=None)
         each = SAMPLE_BRISTLES if has_bristles(observer) else SAMPLE_EXACT
-        window = observer.window * each
+        window = observer.window * (each + TUNABLE_SAMPLE * bool(tunable))
     else:
         window = 0
     patch = CORNERS + CORNER_EFFECT * bool(observer.model.effects)
     patch = _bristles(observer) if has_bristles(observer) else patch
-    count = (STEP + patch + window) * (STEERING if steered else 1) * factor
+    step = STEP + TUNABLE_STEP * bool(tunable)
+    count = (step + patch + window) * (STEERING if steered else 1) * factor
     known = single and (has_bristles(observer) or not observer.model.effects)
     return Cost(instructions=int(round(count, -2)), error=ERROR if known else None)
 

@@ -254,3 +254,15 @@ class TestReplacing:
             generate(from_files(Ekf, rig), out)
 
         assert [entry.name for entry in out.iterdir()] == ["main.c"]
+
+
+def test_parameters_at_run_time_are_described(run: Run, rig: Path, tmp_path: Path) -> None:
+    outcome = codegen(run, rig, tmp_path / "c", "--tunable", "tuning")
+    refused = codegen(run, rig, tmp_path / "ros", "--tunable", "all", "--target", "ros2")
+
+    assert outcome.status == 0, outcome.err
+    assert "CHARACTERISTIC grip.noise" in (tmp_path / "c" / "grip.a2l").read_text()
+    assert "grip.k " not in (tmp_path / "c" / "grip.a2l").read_text()
+    assert refused.status == 2
+    assert "--tunable is for the targets c, fmu and fmu3" in refused.err
+    assert not (tmp_path / "ros").exists()

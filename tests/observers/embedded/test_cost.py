@@ -44,6 +44,29 @@ def test_a_count_is_estimated(kind: Any, model: Any, measured: Any, counted: int
     assert (cost.error, cost.vectors) == (ERROR, False)
 
 
+@pytest.mark.parametrize(
+    ("kind", "model", "tunable", "counted"),
+    [
+        (Ekf, DECLARED, "tuning", 1_453),
+        (Ekf, DECLARED, "all", 1_507),
+        (Mhe, DECLARED, "all", 44_659),
+        (Ekf, FOUND, "tuning", 12_960),
+        (Mhe, FOUND, "tuning", 42_473),
+    ],
+)
+def test_parameters_at_run_time_cost_more(kind: Any, model: Any, tunable: Any, counted: int) -> None:
+    cost = estimated_cost(observer_of(kind, model, AligningTorque()), tunable=tunable)
+
+    assert cost.instructions == pytest.approx(counted, rel=ERROR)
+
+
+def test_a_model_with_effects_is_dear_at_run_time() -> None:
+    cost = estimated_cost(observer_of(Ekf, FOUND, AligningTorque()), tunable="all")
+
+    assert (cost.vectors, cost.instructions) == (True, VECTORS)
+    assert "the tuning alone" in str(cost)
+
+
 def test_what_is_not_known_is_not_said() -> None:
     double = estimated_cost(observer_of(Ekf, DECLARED, AligningTorque()), DOUBLE)
     window = estimated_cost(observer_of(Mhe, DECLARED, SteeringTorque()))

@@ -3,6 +3,7 @@
 import ctypes
 import subprocess
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from tests.observers.embedded.generated_code import (
     NO_COMPILER,
     STRICT,
     observer_of,
+    python_estimates,
 )
 
 fmpy = pytest.importorskip("fmpy", reason="FMPy is not installed: pip install 'brushgrip[dev]'")
@@ -299,3 +301,23 @@ def test_without_a_compiler_there_is_one_line(monkeypatch: pytest.MonkeyPatch, t
 
     assert "\n" not in str(told.value)
     assert not (tmp_path / "none").exists()
+
+
+def test_parameters_can_be_tuned(tmp_path: Path, samples: Array) -> None:
+    other = replace(EKF, tuning=replace(EKF.tuning, mu=0.7, noise=0.03), values={"k": 1.2 * K})
+    folder = Path(
+        fmpy.extract(generate_fmu(EKF, tmp_path, DOUBLE, tunable="all"), tmp_path / "unpacked")
+    )
+    description = fmpy.read_model_description(str(folder))
+    places = {v.name: v.valueReference for v in description.modelVariables if v.causality == "parameter"}
+    named = {"parameters.k": 1.2 * K, "parameters.mu": 0.7, "parameters.noise": 0.03}
+    rows = np.column_stack([samples[:100, :], np.full(100, 0.01)])
+    with instances(folder, 2) as (usual, tuned):
+        tuned.slave.setReal([places[name] for name in named], list(named.values()))
+        with pytest.raises(FMICallException):
+            tuned.slave.setReal([places["parameters.k"], places["parameters.mu"]], [2e6, 9.0])
+
+        assert tuned.slave.getReal([places["parameters.k"]]) == [1.2 * K]
+        for one, observer in ((usual, EKF), (tuned, other)):
+            expected = python_estimates(observer, rows)
+            np.testing.assert_allclose(one.steps(samples[:100]), expected, rtol=1e-6, atol=1e-7)

@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks.embedded import MEASURED_RUN, adversarial, samples, steered
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
-from observers.embedded import SINGLE
+from observers.embedded import SINGLE, Tunable
 from tests.observers.embedded.cortex.target import M4F, TOOLS, run_on, tools_installed
 from tests.observers.embedded.generated_code import DECLARED, generate_code, observer_of
 
@@ -15,6 +15,7 @@ BUDGET = tomllib.loads(Path(__file__).with_name("instructions.toml").read_text("
 KINDS = {"ekf": Ekf, "mhe": Mhe}
 MODELS = {"declared": DECLARED, "measured": MEASURED_RUN}
 TORQUES = {"aligning": AligningTorque(), "steering": SteeringTorque()}
+TUNABLE: dict[str, Tunable] = {"": "", "tuning": "tuning", "all": "all"}
 RESOLUTION = 40
 """Instructions to which the emulator tells the longest step."""
 
@@ -23,8 +24,9 @@ RESOLUTION = 40
 @pytest.mark.skipif(not tools_installed(), reason=TOOLS)
 @pytest.mark.parametrize("name", BUDGET)
 def test_instructions(name: str, tmp_path: Path) -> None:
-    kind, model, torque = name.split()
-    code = generate_code(observer_of(KINDS[kind], MODELS[model], TORQUES[torque]), SINGLE, tmp_path)
+    kind, model, torque, *at_run_time = name.split()
+    observer = observer_of(KINDS[kind], MODELS[model], TORQUES[torque])
+    code = generate_code(observer, SINGLE, tmp_path, tunable=TUNABLE[" ".join(at_run_time)])
     usual = run_on(M4F, code, steered() if torque == "steering" else samples()[:700])
     most = max(usual.most, run_on(M4F, code, adversarial()).most)
     print(f"{name}: {usual.instructions:.0f} instructions a step, at most {most}")

@@ -44,7 +44,10 @@ def drive(count: int = 150) -> Array:
     t = 0.01 * np.arange(count)
     psi = 0.4 * np.sin(5 * t)
     torque = -9 * np.tanh(8 * np.gradient(psi, 0.01)) + np.sin(40 * t)
-    return np.column_stack([psi, np.full(count, np.nan), torque, 400 + 20 * np.sin(3 * t), 0.01 + 0 * t])
+    load = 400 + 20 * np.sin(3 * t)
+    # Until the angle is known the estimate is the prior.
+    psi[0] = np.nan
+    return np.column_stack([psi, np.full(count, np.nan), torque, load, np.full(count, 0.01)])
 
 
 def other(observer: Any, tunable: Tunable) -> Any:
