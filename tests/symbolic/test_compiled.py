@@ -292,6 +292,18 @@ def planted(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return cache
 
 
+@needs_compiler
+def test_a_library_under_another_name_is_not_run(tmp_path: Path) -> None:
+    compiled(small(2.0))
+    (two,) = libraries(tmp_path)
+    compiled(small(3.0))
+    (three,) = set(libraries(tmp_path)) - {two}
+    two.unlink()
+    three.rename(two.with_stem("_".join([two.stem.rpartition("_")[0], three.stem.rpartition("_")[2]])))
+
+    assert is_doubling(compiled(small(2.0)))
+
+
 def is_doubling(function: ca.Function) -> bool:
     return bool(np.allclose(np.asarray(function([1, 1, 1])[0]), 2 * np.sin(1)))
 
