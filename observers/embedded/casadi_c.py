@@ -56,11 +56,13 @@ EXTREMES = (
 """fmin and fmax of math.h, NaN included, without the library call that they are on some targets."""
 _OPERAND = r"(?:[aw]\d+|\(\*c[rs]\+\+\)|\*c[rs]\+\+|c[rs]\[i\])"
 COMPARISONS = (
-    (re.compile(rf"\(({_OPERAND})\?"), r"(\1!=0?"),
-    (re.compile(rf"\(! ?({_OPERAND}) ?\)"), r"(\1==0)"),
-    (re.compile(rf"\(({_OPERAND})(&&|\|\|)({_OPERAND})\)"), r"(\1!=0\2\3!=0)"),
+    (re.compile(rf"\(({_OPERAND})\?({_OPERAND}):0\)"), r"((\1!=0.0)?\2:0.0)"),
+    (re.compile(rf"\(({_OPERAND})\?"), r"((\1!=0.0)?"),
+    (re.compile(rf"\(! ?({_OPERAND}) ?\)"), r"(\1==0.0)"),
+    (re.compile(rf"\(({_OPERAND})(&&|\|\|)({_OPERAND})\)"), r"((\1!=0.0)\2(\3!=0.0))"),
+    (re.compile(r"^(  a\d+=)(\([^?;\n]*(?:<|[!=<]=|&&|\|\|)[^?;\n]*\));$", re.M), r"\1\2 ? 1.0 : 0.0;"),
 )
-"""Real numbers as truth values, for which some compilers warn without a comparison."""
+"""Real numbers as truth values and truth values as real numbers, which compilers and MISRA C warn of."""
 _SIZES = r".*?".join(rf"\*sz_{name} = (\d+);" for name in ("arg", "res", "iw", "w"))
 _KEYWORDS = frozenset({"if", "for", "while", "switch", "return", "sizeof", "defined"})
 

@@ -1,7 +1,7 @@
 """C of a Function of scalars, statement by statement: no work vector, no pointers to pointers.
 
 The Function is expanded to scalar operations, which are written in the order in which CasADi evaluates
-them. What is used once stands where it is used, a condition is an `int`, a choice is `?:`.
+them. What is used once stands where it is used, a condition is a `bool`, a choice is `?:`.
 """
 
 from collections import Counter
@@ -44,7 +44,7 @@ class Term:
 
     Attributes:
         text: an expression; an operand of another one as it stands if it is a name, a number or a call.
-        is_condition: an `int` that is 0 or 1, no real.
+        is_condition: a `bool`, no real.
     """
 
     text: str
@@ -61,7 +61,7 @@ class _Writer:
         if _is_atom(term.text):
             return term
         name = f"t{len(self.statements)}"
-        kind = "int" if term.is_condition else self.real
+        kind = "bool" if term.is_condition else self.real
         self.statements.append(f"    const {kind} {name} = {_stripped(term.text)};")
         return Term(name, term.is_condition)
 

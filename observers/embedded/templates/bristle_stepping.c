@@ -7,7 +7,7 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
     signals[1] = is_known(sample[1]) ? sample[1] : 0.0;
     signals[2] = sample[2];
     signals[3] = sample[3];
-    begin_filter(arg, res, 0, 0, 0);
+    (void)begin_filter(arg, res, 0, 0, 0);
     begin_patch(&state->patch, signals, ${prior_mu});
     state->now = 0;
 }
@@ -22,7 +22,9 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     int i;
     clean_sample(sample, &before[${last}], now);
     retentions(before, now${constants_at}, retention);
-    for (i = 0; i < 4; ++i) signals[i] = now[i];
+    for (i = 0; i < 4; ++i) {
+        signals[i] = now[i];
+    }
 %% if is_angle_known
     advance_patch(&state->patch, signals, state->output[OUT_MU], retention[0], torque, slide);
     before[${at["memory.M_z"]}] = torque[0];
@@ -31,7 +33,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     before[${at["memory.slide"]}] = slide[0];
     before[${at["memory.beside"]}] = slide[1];
 %% endif
-    filter(arg, res, 0, 0, 0);
+    (void)filter(arg, res, 0, 0, 0);
 %% if not is_angle_known
     if (is_known(output[OUT_MU])) {
         signals[0] = after[${at["psi"]}];
@@ -52,9 +54,13 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
         return ${NAME}_REFUSED;
     }
 %% if bristles
-    if (((int32_t)output[OUT_STATUS] & ${NAME}_RESET) != 0) forget_sensitivity(&state->patch, retention[1]);
+    if (((int32_t)output[OUT_STATUS] & ${NAME}_RESET) != 0) {
+        forget_sensitivity(&state->patch, retention[1]);
+    }
 %% endif
     state->now = 1 - state->now;
-    for (i = 0; i < OUTPUTS; ++i) state->output[i] = output[i];
+    for (i = 0; i < OUTPUTS; ++i) {
+        state->output[i] = output[i];
+    }
     return (int32_t)output[OUT_STATUS];
 }

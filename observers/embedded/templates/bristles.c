@@ -126,7 +126,9 @@ static void find_limits(const ${real} *terms, ${real} mu, limits_t *limits) {
 %% endif
 %% if not static_limit
     int32_t i;
-    for (i = 0; i < BRISTLES; ++i) limits->over_mu[i] = limit_over_mu(i, terms, terms[TERM_SPEED]);
+    for (i = 0; i < BRISTLES; ++i) {
+        limits->over_mu[i] = limit_over_mu(i, terms, terms[TERM_SPEED]);
+    }
     limits->scale = mu;
 %% else
     limits->scale = mu * terms[TERM_BASE];
@@ -197,8 +199,11 @@ static ${real} balanced_torque(${real} rigid, ${real} slope, ${real} F_N) {
         ${real} off, step;
         deflection(M_z, F_N, &turn, &by_torque);
         off = M_z - rigid - slope * turn;
-        if (off < 0.0) low = M_z;
-        else high = M_z;
+        if (off < 0.0) {
+            low = M_z;
+        } else {
+            high = M_z;
+        }
         step = M_z - off / (1.0 - slope * by_torque);
         M_z = step >= low && step <= high ? step : 0.5 * (low + high);
     }
@@ -297,7 +302,9 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
     patch->mu = mu;
     sample_terms(signals, ${"patch->own, " if own else ""}terms${", own_next" if own else ""});
 %% if own
-    for (i = 0; i < ${own}; ++i) patch->own[i] = own_next[i];
+    for (i = 0; i < ${own}; ++i) {
+        patch->own[i] = own_next[i];
+    }
 %% endif
     find_limits(terms, mu, &limits);
 %% if compliant
@@ -310,7 +317,9 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
         M_z = balanced_torque(M_z + slope * (goal - turn), slope, terms[TERM_F_N]);
         deflection(M_z, terms[TERM_F_N], &deflected, &by_torque);
         turn = goal + deflected;
-        if (i == ${evaluations} - 1) break;
+        if (i == ${evaluations} - 1) {
+            break;
+        }
         try_turn(patch, &follow, terms, &limits, turn, &M_z, &slope);
         follow.retention = 1.0;
         follow.change = 0.0;

@@ -24,11 +24,14 @@ static void patch_moment(const ${name}_patch_t *patch, ${real} scale, ${real} *m
         unit_moment(patch, z, corner_moment);
         total += patch->d[i] * corner_moment[0];
         by_scale += patch->d[i] * corner_moment[1] * patch->xi[i];
-        if (ANGLE_IS_ESTIMATED && patch->clipped[i] != 0)
+        if (ANGLE_IS_ESTIMATED && patch->clipped[i] != 0) {
             by_angle += (patch->clipped[i] > 0 ? 1.0 : -1.0) * (corner_moment[0] - z * corner_moment[1]);
+        }
     }
     /* At rest the end of the patch moves with the last corner. */
-    if (ANGLE_IS_ESTIMATED && !patch->is_turning) by_angle = patch->corners > 0 ? by_angle + corner_moment[0] : 0.0;
+    if (ANGLE_IS_ESTIMATED && patch->is_turning == 0) {
+        by_angle = patch->corners > 0 ? by_angle + corner_moment[0] : 0.0;
+    }
     moment[0] = total;
     moment[1] = by_scale;
     moment[2] = by_angle;
@@ -42,7 +45,9 @@ static void turn_with_effects(${name}_patch_t *patch, const ${real} *signals, ${
     ${real} own_next[${own}];
     int32_t i;
     sample_terms(signals, patch->own, terms, own_next);
-    for (i = 0; i < ${own}; ++i) patch->own[i] = own_next[i];
+    for (i = 0; i < ${own}; ++i) {
+        patch->own[i] = own_next[i];
+    }
 %% else
     sample_terms(signals, terms);
 %% endif

@@ -15,11 +15,11 @@ static inline float natural_log(float x) {
     uint32_t bits;
     int32_t exponent;
     float t, square;
-    memcpy(&bits, &x, sizeof bits);
+    (void)memcpy(&bits, &x, sizeof bits);
     /* The mantissa in 1/sqrt(2) ... sqrt(2), whose least number has the bits 0x3F3504F3; those of 1 are 0x3F800000. */
     exponent = (int32_t)((bits - 0x3F3504F3u + 0x3F800000u) >> 23) - 127;
     bits -= (uint32_t)exponent << 23;
-    memcpy(&x, &bits, sizeof x);
+    (void)memcpy(&x, &bits, sizeof x);
     t = (x - 1.0) / (x + 1.0);
     square = t * t;
     return (float)exponent * 0.693147181 + 2.0 * t * (1.0 + square * (0.333333333 + square * (0.2 + square * (0.142857143 + square * 0.111111111))));

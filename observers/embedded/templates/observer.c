@@ -2,6 +2,7 @@
    ${generated} */
 #include "${name}.h"
 
+#include <stdbool.h>
 #include <string.h>
 
 #ifdef __FAST_MATH__
@@ -30,7 +31,7 @@ ${core}
 #define SLACK ((${real})${slack}) /* change of psi that is plausible in any time [rad] */
 
 /* A sensor that is missing gives NAN; infinite or larger values count as missing too. */
-static int is_known(${real} value) { return fabs(value) < ${largest_value}; }
+static bool is_known(${real} value) { return fabs(value) < ${largest_value}; }
 
 %% if tunable
 %% include "parameters.c"
@@ -41,7 +42,9 @@ static void clear_state(${name}_state_t *state) {
 void ${name}_init(${name}_state_t *state) {
 %% endif
     int32_t i;
-    for (i = 0; i < OUTPUTS; ++i) state->output[i] = (${real})NAN;
+    for (i = 0; i < OUTPUTS; ++i) {
+        state->output[i] = (${real})NAN;
+    }
     state->output[OUT_MU] = ${prior_mu};
     state->output[OUT_MU_STD] = ${prior_std};
     state->output[OUT_STATUS] = ${NAME}_MISSING;
@@ -68,9 +71,13 @@ void ${name}_reset(${name}_state_t *state) { clear_state(state); }
 int32_t ${name}_set_parameters(${name}_state_t *state, const volatile ${name}_parameters_t *parameters) {
     const ${name}_parameters_t taken = *parameters;
     const int32_t fault = ${name}_check_parameters(&taken);
-    if (fault != 0) return fault;
+    if (fault != 0) {
+        return fault;
+    }
     take_parameters(state, &taken);
-    if (state->now < 0) clear_state(state);
+    if (state->now < 0) {
+        clear_state(state);
+    }
     return 0;
 }
 %% else
@@ -94,7 +101,9 @@ ${stepping}
 int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
     ${real} passed[4], now[6];
     int32_t implausible, status;
-    if (state == NULL) return ${NAME}_REFUSED;
+    if (state == NULL) {
+        return ${NAME}_REFUSED;
+    }
     if (!(sample != NULL && sample->dt > 0.0 && sample->dt <= ${longest_step})) {
         state->output[OUT_STATUS] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;

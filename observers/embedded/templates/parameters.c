@@ -7,10 +7,14 @@ const volatile ${name}_parameters_t ${name}_defaults = {
 
 int32_t ${name}_check_parameters(const ${name}_parameters_t *at) {
 %% for p in parameters
-    if (!(${p.condition})) return ${loop.index}; /* ${p.field} */
+    if (!(${p.condition})) {
+        return ${loop.index}; /* ${p.field} */
+    }
 %% endfor
 %% for place, condition in relations
-    if (!(${condition})) return ${place};
+    if (!(${condition})) {
+        return ${place};
+    }
 %% endfor
     return 0;
 }

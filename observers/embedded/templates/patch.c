@@ -25,7 +25,7 @@ static void unit_moment(const ${name}_patch_t *patch, ${real} z, ${real} *moment
     ${real} *res[1];
     arg[0] = &z;
     res[0] = moment;
-    corner(arg, res, 0, 0, 0);
+    (void)corner(arg, res, 0, 0, 0);
 }
 %% if with_rig
 
@@ -65,7 +65,9 @@ static void drop_corner(${name}_patch_t *patch, ${real} scale) {
         }
     }
     before = patch->rest - patch->angle;
-    for (i = 0; i < least; ++i) before += patch->d[i];
+    for (i = 0; i < least; ++i) {
+        before += patch->d[i];
+    }
     after = before + patch->d[least];
     span = patch->xi[least + 1] - patch->xi[least - 1];
     chord = span > 0.0 ? (patch->r[least + 1] - patch->r[least - 1]) / span : before;
@@ -75,18 +77,24 @@ static void drop_corner(${name}_patch_t *patch, ${real} scale) {
         patch->xi[i] = patch->xi[i + 1];
         patch->r[i] = patch->r[i + 1];
         patch->d[i] = patch->d[i + 1];
-        if (ANGLE_IS_ESTIMATED) patch->clipped[i] = patch->clipped[i + 1];
+        if (ANGLE_IS_ESTIMATED) {
+            patch->clipped[i] = patch->clipped[i + 1];
+        }
     }
     --patch->corners;
 }
 
 /* One more corner behind all others. clipped: 1 where a stretch at the limit begins, -1 where it ends. */
 static void add_corner(${name}_patch_t *patch, ${real} scale, ${real} xi, ${real} r, ${real} d, int8_t clipped) {
-    if (patch->corners == ${depth}) drop_corner(patch, scale);
+    if (patch->corners == ${depth}) {
+        drop_corner(patch, scale);
+    }
     patch->xi[patch->corners] = xi;
     patch->r[patch->corners] = r;
     patch->d[patch->corners] = d;
-    if (ANGLE_IS_ESTIMATED) patch->clipped[patch->corners] = clipped;
+    if (ANGLE_IS_ESTIMATED) {
+        patch->clipped[patch->corners] = clipped;
+    }
     ++patch->corners;
 }
 
@@ -97,7 +105,9 @@ static void clip_from(${name}_patch_t *patch, int32_t first, ${real} turn, ${rea
     ${real} slope = patch->rest - patch->angle, slope_before, xi_in = 0.0, r_in = 0.0;
     const int32_t count = patch->corners - first;
     int32_t i;
-    for (i = 0; i < first; ++i) slope += patch->d[i];
+    for (i = 0; i < first; ++i) {
+        slope += patch->d[i];
+    }
     if (first > 0) {
         xi_in = patch->xi[first - 1];
         r_in = patch->r[first - 1];
@@ -114,7 +124,7 @@ static void clip_from(${name}_patch_t *patch, int32_t first, ${real} turn, ${rea
     patch->corners = first;
     slope_before = slope;
     for (i = 0; i < count; ++i) {
-        const int last = i == count - 1;
+        const bool last = i == count - 1;
         const ${real} limit = r[i] > 0.0 ? level : -level;
         const ${real} out = last ? -turn : slope + d[i];
         if (fabs(r[i]) <= level) {
@@ -145,7 +155,7 @@ static void turn_patch(${name}_patch_t *patch, ${real} psi, ${real} level, ${rea
     ${real} turn = psi - patch->angle, xi = 0.0, r = 0.0;
     int32_t i, first = -1;
     patch->is_turning = fabs(turn) > STILL;
-    if (patch->is_turning) {
+    if (patch->is_turning != 0) {
         patch->angle = psi;
     } else {
         turn = 0.0;
@@ -153,14 +163,25 @@ static void turn_patch(${name}_patch_t *patch, ${real} psi, ${real} level, ${rea
     for (i = 0; i < patch->corners; ++i) {
         r = patch->r[i] - patch->xi[i] * turn;
         patch->r[i] = r;
-        if (ANGLE_IS_ESTIMATED) patch->clipped[i] = 0;
-        if (first < 0 && fabs(r) > level) first = i;
+        if (ANGLE_IS_ESTIMATED) {
+            patch->clipped[i] = 0;
+        }
+        if (first < 0 && fabs(r) > level) {
+            first = i;
+        }
     }
-    if (patch->corners > 0) xi = patch->xi[patch->corners - 1];
-    if (first >= 0) clip_from(patch, first, turn, level, scale);
-    if (!patch->is_turning) return;
+    if (patch->corners > 0) {
+        xi = patch->xi[patch->corners - 1];
+    }
+    if (first >= 0) {
+        clip_from(patch, first, turn, level, scale);
+    }
+    if (patch->is_turning == 0) {
+        return;
+    }
     /* The tail comes from the last corner, as it was, and reaches the far limit where it has not yet. */
     level = turn > 0.0 ? -level : level;
-    if (turn > 0.0 ? r > level : r < level)
+    if (turn > 0.0 ? r > level : r < level) {
         add_corner(patch, scale, xi + (r - level) / turn, level, turn, 1);
+    }
 }

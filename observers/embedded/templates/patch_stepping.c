@@ -8,11 +8,14 @@ static void patch_moment(const ${name}_patch_t *patch, ${real} scale, ${real} *m
         unit_moment(patch, z, corner_moment);
         total += patch->d[i] * corner_moment[0];
         by_scale += patch->d[i] * corner_moment[1] * patch->xi[i];
-        if (ANGLE_IS_ESTIMATED && patch->clipped[i] != 0)
+        if (ANGLE_IS_ESTIMATED && patch->clipped[i] != 0) {
             by_angle += (patch->clipped[i] > 0 ? 1.0 : -1.0) * (corner_moment[0] - z * corner_moment[1]);
+        }
     }
     /* At rest the end of the patch moves with the last corner. */
-    if (ANGLE_IS_ESTIMATED && !patch->is_turning) by_angle = patch->corners > 0 ? by_angle + corner_moment[0] : 0.0;
+    if (ANGLE_IS_ESTIMATED && patch->is_turning == 0) {
+        by_angle = patch->corners > 0 ? by_angle + corner_moment[0] : 0.0;
+    }
     moment[0] = total;
     moment[1] = by_scale;
     moment[2] = by_angle;
@@ -23,7 +26,9 @@ static void patch_moment(const ${name}_patch_t *patch, ${real} scale, ${real} *m
 static void advance_patch(${name}_state_t *state, ${real} psi, ${real} F_N, ${real} mu, ${real} stiffness, ${real} *torque) {
     const ${real} k = ${k} * stiffness, scale = mu / k;
     ${real} moment[3];
-    if (is_known(F_N) && F_N >= state->least_load) state->F_N = F_N;
+    if (is_known(F_N) && F_N >= state->least_load) {
+        state->F_N = F_N;
+    }
     turn_patch(&state->patch, psi, ${level} * state->F_N, scale);
     patch_moment(&state->patch, scale, moment);
     torque[0] = k * moment[0];
@@ -36,7 +41,7 @@ static void advance_patch(${name}_state_t *state, ${real} psi, ${real} F_N, ${re
 static void begin(${name}_state_t *state, const ${real} *sample) {
     const ${real} *arg[] = {sample${constants_at}};
     ${real} *res[${start_res}] = {state->values[0]};
-    begin_filter(arg, res, 0, 0, 0);
+    (void)begin_filter(arg, res, 0, 0, 0);
     clear_patch(&state->patch, sample[0]);
     state->F_N = sample[2];
     state->least_load = ${least_load} * sample[2];
@@ -49,7 +54,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     const ${real} *arg[] = {before, sample${constants_at}};
     ${real} *res[${res}] = {after, output};
     int i;
-${patch_before}    filter(arg, res, 0, 0, 0);
+${patch_before}    (void)filter(arg, res, 0, 0, 0);
     if (!(is_known(output[OUT_MU]) && is_known(output[OUT_MU_STD]) && is_known(output[OUT_M_Z_PREDICTED]))) {
         /* The patch has moved: what it has become is not to be relied on. */
         ${name}_reset(state);
@@ -57,6 +62,8 @@ ${patch_before}    filter(arg, res, 0, 0, 0);
         return ${NAME}_REFUSED;
     }
 ${patch_after}    state->now = 1 - state->now;
-    for (i = 0; i < OUTPUTS; ++i) state->output[i] = output[i];
+    for (i = 0; i < OUTPUTS; ++i) {
+        state->output[i] = output[i];
+    }
     return (int32_t)output[OUT_STATUS];
 }

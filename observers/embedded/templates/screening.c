@@ -9,13 +9,19 @@ static int32_t screen_sample(${name}_state_t *state, const ${name}_sample_t *sam
     now[2] = sample->${torque};
     now[3] = sample->F_N;
     for (i = 0; i < 4; ++i) {
-        if (fabs(now[i]) < bounds[i]) continue;
-        if (is_known(now[i])) implausible = 1;
+        if (fabs(now[i]) < bounds[i]) {
+            continue;
+        }
+        if (is_known(now[i])) {
+            implausible = 1;
+        }
         now[i] = (${real})NAN;
     }
     state->age += sample->dt;
     state->other_age += sample->dt;
-    if (!is_known(now[0]) || state->now < 0) return implausible;
+    if (!is_known(now[0]) || state->now < 0) {
+        return implausible;
+    }
     now[0] = psi;
     if (state->waiting >= 0.0 && fabs(psi - state->other) < fabs(psi - state->psi) &&
         fabs(psi - state->other) <= SLACK + PSI_RATE_LIMIT * state->other_age) {

@@ -11,7 +11,7 @@ static const ${real} constants[${constants|length}] = {
 static void begin(${name}_state_t *state, const ${real} *sample) {
     const ${real} *arg[${arg}] = {sample, ${"state->constants" if tunable else "constants"}};
     ${real} *res[${res}] = {state->values[0]};
-    ${initial}(arg, res, state->integers, state->scratch, 0);
+    (void)${initial}(arg, res, state->integers, state->scratch, 0);
     state->now = 0;
 }
 
@@ -21,12 +21,14 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     const ${real} *arg[${arg}] = {state->values[state->now], sample, ${"state->constants" if tunable else "constants"}};
     ${real} *res[${res}] = {state->values[1 - state->now], output};
     int i;
-    ${step}(arg, res, state->integers, state->scratch, 0);
+    (void)${step}(arg, res, state->integers, state->scratch, 0);
     if (!(is_known(output[OUT_MU]) && is_known(output[OUT_MU_STD]) && is_known(output[OUT_M_Z_PREDICTED]))) {
         state->output[OUT_STATUS] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }
     state->now = 1 - state->now;
-    for (i = 0; i < OUTPUTS; ++i) state->output[i] = output[i];
+    for (i = 0; i < OUTPUTS; ++i) {
+        state->output[i] = output[i];
+    }
     return (int32_t)output[OUT_STATUS];
 }

@@ -43,7 +43,9 @@ static void store_patch(${name}_state_t *state, int32_t at, ${real} scale) {
     int32_t i;
     if (patch.corners > ${stored}) {
         corner_moments(&patch, scale, whole);
-        while (patch.corners > ${stored}) drop_corner(&patch, scale);
+        while (patch.corners > ${stored}) {
+            drop_corner(&patch, scale);
+        }
         corner_moments(&patch, scale, left);
     }
     state->lost[at][1] = whole[1] - left[1];
@@ -84,11 +86,15 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
     {
         const ${real} *arg[] = {sample${constants_at}};
         ${real} *res[3] = {state->mean, state->factor, state->last};
-        begin_window(arg, res, 0, 0, 0);
+        (void)begin_window(arg, res, 0, 0, 0);
     }
     for (i = 0; i < ${window}; ++i) {
-        for (j = 0; j < STATES; ++j) state->x[i][j] = state->mean[j];
-        for (j = 0; j < ROW; ++j) state->row[i][j] = 0.0;
+        for (j = 0; j < STATES; ++j) {
+            state->x[i][j] = state->mean[j];
+        }
+        for (j = 0; j < ROW; ++j) {
+            state->row[i][j] = 0.0;
+        }
         state->row[i][ROW_F_N] = sample[2];
 %% if bristles
         state->M_z[i] = 0.0;
@@ -105,9 +111,15 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
         state->by_angle[i] = 0.0;
 %% endif
     }
-    for (j = 0; j < STATES * STATES; ++j) state->P_newest[j] = state->factor[j];
-    for (j = 0; j < 2; ++j) state->counts[j] = 0.0;
-    for (j = 0; j < 4; ++j) state->monitor[j] = 0.0;
+    for (j = 0; j < STATES * STATES; ++j) {
+        state->P_newest[j] = state->factor[j];
+    }
+    for (j = 0; j < 2; ++j) {
+        state->counts[j] = 0.0;
+    }
+    for (j = 0; j < 4; ++j) {
+        state->monitor[j] = 0.0;
+    }
 %% if bristles or effects
     begin_patch(&state->patch, &state->last[0], ${prior_mu});
 %% else
@@ -118,7 +130,9 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
     {
         ${real} terms[TERMS]${", own_next[%s]" % own if own else ""};
         sample_terms(&state->last[0], ${"state->patch.own, " if own else ""}terms${", own_next" if own else ""});
-        for (i = 0; i < ${window}; ++i) ${"state->M_z[i] = terms[TERM_TORQUE]" if bristles else "state->lost[i][0] = terms[TERM_TORQUE] / " ~ k};
+        for (i = 0; i < ${window}; ++i) {
+            ${"state->M_z[i] = terms[TERM_TORQUE]" if bristles else "state->lost[i][0] = terms[TERM_TORQUE] / " ~ k};
+        }
     }
 %% endif
     state->newest = ${window} - 1;
@@ -127,27 +141,33 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
 
 /* One sample of the filter over the window: from mean and factor to those of the next sample. */
 static void filter_sample(const ${name}_state_t *state, int32_t at, int32_t next, ${real} *mean, ${real} *factor, ${real} *eliminated) {
-    ${real} torque[4], mean_next[STATES] = {0.0}, factor_next[STATES * STATES] = {0.0};
+    ${real} torque[4], mean_next[STATES] = {0}, factor_next[STATES * STATES] = {0};
     int32_t i;
     torque_at(state, at, state->x[at], torque);
     {
         const ${real} *arg[] = {mean, factor, state->x[at], torque, state->row[at], state->row[next]${constants_at}};
         ${real} *res[3] = {mean_next, factor_next, eliminated};
-        forward(arg, res, 0, 0, 0);
+        (void)forward(arg, res, 0, 0, 0);
     }
-    for (i = 0; i < STATES; ++i) mean[i] = mean_next[i];
-    for (i = 0; i < STATES * STATES; ++i) factor[i] = factor_next[i];
+    for (i = 0; i < STATES; ++i) {
+        mean[i] = mean_next[i];
+    }
+    for (i = 0; i < STATES * STATES; ++i) {
+        factor[i] = factor_next[i];
+    }
 }
 
 /* The oldest sample leaves the window: its measurement enters the arrival cost. */
 static void update_arrival_cost(${name}_state_t *state, int32_t oldest) {
-    ${real} eliminated[${eliminated}], limited[STATES] = {0.0};
+    ${real} eliminated[${eliminated}], limited[STATES] = {0};
     const ${real} *arg[] = {state->mean${constants_at}};
     ${real} *res[1] = {limited};
     int32_t i;
     filter_sample(state, oldest, (oldest + 1) % ${window}, state->mean, state->factor, eliminated);
-    limit(arg, res, 0, 0, 0);
-    for (i = 0; i < STATES; ++i) state->mean[i] = limited[i];
+    (void)limit(arg, res, 0, 0, 0);
+    for (i = 0; i < STATES; ++i) {
+        state->mean[i] = limited[i];
+    }
 }
 
 /* Which samples of the window count after the test of the newest innovation: accepted, reset, run, missing,
@@ -161,39 +181,45 @@ static void accept_samples(${name}_state_t *state, const ${real} *test) {
         ${real} place = (${real})age, accepted = 0.0, jump = 0.0;
         const ${real} *arg[] = {row, &place, test${constants_at}};
         ${real} *res[2] = {&accepted, &jump};
-        accept(arg, res, 0, 0, 0);
+        (void)accept(arg, res, 0, 0, 0);
         row[ROW_ACCEPTED] = accepted;
         row[ROW_JUMP] = jump;
     }
     if (test[1] != 0.0) {
         const ${real} *arg[] = {test${constants_at}};
         ${real} jump = 0.0, *res[1] = {&jump};
-        reset_arrival(arg, res, 0, 0, 0);
+        (void)reset_arrival(arg, res, 0, 0, 0);
         state->factor[${log_mu} * (STATES + 1)] += jump;
     }
 }
 
 /* The states of the whole window: forward elimination as a filter, and back substitution. */
 static void smooth(${name}_state_t *state) {
-    ${real} mean[STATES], factor[STATES * STATES], costate[STATES], before[STATES] = {0.0};
+    ${real} mean[STATES], factor[STATES * STATES], costate[STATES], before[STATES] = {0};
     const int32_t oldest = (state->newest + 1) % ${window};
     int32_t i, j;
     for (j = 0; j < STATES; ++j) {
         mean[j] = state->mean[j];
         costate[j] = 0.0;
     }
-    for (j = 0; j < STATES * STATES; ++j) factor[j] = state->factor[j];
+    for (j = 0; j < STATES * STATES; ++j) {
+        factor[j] = state->factor[j];
+    }
     for (i = 0; i < ${window}; ++i) {
         const int32_t at = (oldest + i) % ${window};
         filter_sample(state, at, i < ${window} - 1 ? (at + 1) % ${window} : at, mean, factor, state->eliminated[at]);
     }
-    for (j = 0; j < STATES * STATES; ++j) state->P_newest[j] = state->eliminated[state->newest][STATES + j];
+    for (j = 0; j < STATES * STATES; ++j) {
+        state->P_newest[j] = state->eliminated[state->newest][STATES + j];
+    }
     for (i = ${window} - 1; i >= 0; --i) {
         const int32_t at = (oldest + i) % ${window};
         const ${real} *arg[] = {costate, state->eliminated[at], state->row[at], state->row[(at + 1) % ${window}]${constants_at}};
         ${real} *res[2] = {before, state->x[at]};
-        backward(arg, res, 0, 0, 0);
-        for (j = 0; j < STATES; ++j) costate[j] = before[j];
+        (void)backward(arg, res, 0, 0, 0);
+        for (j = 0; j < STATES; ++j) {
+            costate[j] = before[j];
+        }
     }
 }
 
@@ -233,8 +259,8 @@ static void follow_sample(${name}_state_t *state, int32_t at, const ${real} *sig
 %% endif
 /* One sample. */
 static int32_t advance(${name}_state_t *state, const ${real} *sample) {
-    ${real} now[CLEAN] = {0.0}, imputed = 0.0, newest[STATES] = {0.0}, P[STATES * STATES] = {0.0};
-    ${real} torque[4] = {0.0}, test[7] = {0.0}, counts[2] = {0.0}, monitor[4] = {0.0}, output[OUTPUTS] = {0.0};
+    ${real} now[CLEAN] = {0}, imputed = 0.0, newest[STATES] = {0}, P[STATES * STATES] = {0};
+    ${real} torque[4] = {0}, test[7] = {0}, counts[2] = {0}, monitor[4] = {0}, output[OUTPUTS] = {0};
     ${real} ${"retention[2], slide[2]" if bristles else "slide[2]" if effects else "scale"};
 %% if steering
     ${real} signals[4];
@@ -244,7 +270,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     {
         const ${real} *arg[] = {sample, state->last${constants_at}};
         ${real} *res[2] = {now, &imputed};
-        clean(arg, res, 0, 0, 0);
+        (void)clean(arg, res, 0, 0, 0);
     }
     update_arrival_cost(state, at);
     {
@@ -257,7 +283,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
 %% if steering
         torque_at(state, last, state->x[last], torque);
 %% endif
-        predict(arg, res, 0, 0, 0);
+        (void)predict(arg, res, 0, 0, 0);
     }
 %% if bristles
     retentions(state->P_newest, now${constants_at}, retention);
@@ -270,7 +296,9 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     turn_patch(&state->patch, now[0], ${level} * now[2], scale);
     store_patch(state, at, scale);
 %% endif
-    for (i = 0; i < STATES; ++i) state->x[at][i] = newest[i];
+    for (i = 0; i < STATES; ++i) {
+        state->x[at][i] = newest[i];
+    }
 %% for name, place in measured
     state->row[at][ROW_${name|upper}] = now[${place}];
 %% endfor
@@ -285,7 +313,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     {
         const ${real} *arg[] = {newest, torque, now, P, state->counts, state->monitor${constants_at}};
         ${real} *res[3] = {test, counts, monitor};
-        test_innovation(arg, res, 0, 0, 0);
+        (void)test_innovation(arg, res, 0, 0, 0);
     }
 %% if bristles
     /* Deformation that depends on the old friction does not fit samples of a new ground: they stay rejected. */
@@ -312,16 +340,24 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     {
         const ${real} *arg[] = {state->x[at], state->P_newest, newest, now, test, &imputed${", slide" if bristles or effects else ""}${constants_at}};
         ${real} *res[1] = {output};
-        step_output(arg, res, 0, 0, 0);
+        (void)step_output(arg, res, 0, 0, 0);
     }
-    for (i = 0; i < CLEAN; ++i) state->last[i] = now[i];
-    for (i = 0; i < 2; ++i) state->counts[i] = counts[i];
-    for (i = 0; i < 4; ++i) state->monitor[i] = monitor[i];
+    for (i = 0; i < CLEAN; ++i) {
+        state->last[i] = now[i];
+    }
+    for (i = 0; i < 2; ++i) {
+        state->counts[i] = counts[i];
+    }
+    for (i = 0; i < 4; ++i) {
+        state->monitor[i] = monitor[i];
+    }
     if (!(is_known(output[OUT_MU]) && is_known(output[OUT_MU_STD]) && is_known(output[OUT_M_Z_PREDICTED]))) {
         ${name}_reset(state);
         state->output[OUT_STATUS] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }
-    for (i = 0; i < OUTPUTS; ++i) state->output[i] = output[i];
+    for (i = 0; i < OUTPUTS; ++i) {
+        state->output[i] = output[i];
+    }
     return (int32_t)output[OUT_STATUS];
 }

@@ -249,6 +249,26 @@ def test_clang_has_no_warning(
     code.compile(*STRICT, "-fsyntax-only", sources=("brushgrip.c",), out="none", command=clang)
 
 
+@pytest.mark.parametrize("model", [DECLARED, FEW_BRISTLES, CREEP], ids=["declared", "effects", "creep"])
+def test_misra_findings_are_those_that_the_page_explains(
+    generated: Generate, model: dict[str, Any], repository_root: Path
+) -> None:
+    if (cppcheck := shutil.which("cppcheck")) is None:
+        pytest.skip("no cppcheck installed")
+    page = (repository_root / "docs" / "embedded.md").read_text("utf-8")
+    explained = set(re.findall(r"^\| (\d+\.\d+) \|", page, re.MULTILINE))
+    for kind in (Ekf, Mhe):
+        code = generated(observer_of(kind, model, AligningTorque()), SINGLE)
+        found = subprocess.run(
+            [cppcheck, "--addon=misra", "--std=c99", "--quiet", "--template={id}", "brushgrip.c"],
+            cwd=code.folder, capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        rules = set(re.findall(r"misra-c2012-(\d+\.\d+)", found.stderr))
+
+        assert rules
+        assert rules <= explained, rules - explained
+
+
 def test_cppcheck_has_no_finding(generated: Generate) -> None:
     if (cppcheck := shutil.which("cppcheck")) is None:
         pytest.skip("no cppcheck installed")
