@@ -47,8 +47,10 @@ class CompactBristles(BristleExpressions):
     @property
     def bytes(self) -> int:
         """Bytes of the patch in the state."""
-        arrays = 2 if self.patch.traits.relaxation is None else 4
-        return self.real.size * (arrays * self.patch.bristles + self.own + 6)
+        relaxation, compliant = self.patch.traits.relaxation is not None, self.terms["compliant"]
+        arrays = (4 if relaxation else 2) + compliant
+        numbers = self.own + 6 + compliant * (2 + relaxation)
+        return int(self.real.size * (arrays * self.patch.bristles + numbers))
 
     @property
     def functions(self) -> list[ca.Function]:
@@ -79,9 +81,6 @@ class CompactBristles(BristleExpressions):
             "evaluations": (2 if self.real is SINGLE else 7) if deflection is not None else 1,
             "balance_steps": 1 if self._is_linear(deflection) else BALANCE_STEPS,
             "rest_factor": 1 + creep * float(np.log(REST_SPEED / REFERENCE_SPEED)),
-            "rest_share": f" * {1 + creep * float(np.log(REST_SPEED / REFERENCE_SPEED))!r}"
-            if creep
-            else "",
             "log_reference": float(np.log(REFERENCE_SPEED)),
             "offset": float(np.log(REFERENCE_SPEED)) - (1 / creep if creep else 0.0),
             "omega_from": float(OMEGA[0]),
@@ -135,6 +134,10 @@ class CompactBristles(BristleExpressions):
     def state_type(self, name: str) -> str:
         """The type of the patch, C of a header."""
         n, real = self.patch.bristles, self.real.c_type
+        gain = ", gain" if self.patch.traits.relaxation is not None else ""
+        compliance = (
+            f"    {real} follows[{n}], further, further_by_mu{gain}; /* what the last turn lacked */\n"
+        )
         branch = f"    {real} branch[{n}], branch_by_mu[{n}]; /* stress of the Maxwell branches */\n"
         return (
             "/* The contact patch: deformation of the bristles over the half-length, see the code. */\n"
@@ -142,6 +145,7 @@ class CompactBristles(BristleExpressions):
             f"    {real} q[{n}], q_by_mu[{n}];\n"
             f"{branch if self.patch.traits.relaxation is not None else ''}"
             f"{f'    {real} own[{self.own}]; /* of the effects */' + chr(10) if self.own else ''}"
+            f"{compliance if self.terms['compliant'] else ''}"
             f"    {real} angle, angle_by_mu, mu, M_z, M_z_by_mu, slope;\n"
             f"}} {name}_patch_t;\n\n"
         )

@@ -62,7 +62,7 @@ typedef struct {
 typedef struct {
     ${real} scale${", share" if relaxation else ""};
 %% if creep
-    ${real} offset, least_slip, per_scale, creep_share;
+    ${real} rest_scale, offset, least_slip, per_scale, creep_share;
 %% endif
 %% if not static_limit
     ${real} over_mu[BRISTLES];
@@ -82,8 +82,8 @@ static inline ${real} limit_over_scale(const limits_t *limits, int32_t i) {
 /* Slip of a bristle beyond ${rest_factor} of its limit, where friction is that of rest. It grows with the log of a
    bristle's own speed: size - slip (1 + gain) = limit (1 + c ln(slip / (reach * reference))).
    With w = slip (1 + gain) / (limit c) that is w + ln w = size / (limit c) + offset. */
-static inline slip_t slip_of(${real} stress, ${real} limit, const limits_t *limits, int32_t i) {
-    const ${real} size = fabs(stress), at_rest = size - limit * ${rest_factor};
+static inline slip_t slip_of(${real} stress, ${real} limit, ${real} rest_limit, const limits_t *limits, int32_t i) {
+    const ${real} size = fabs(stress), at_rest = size - rest_limit;
     slip_t now;
     if (at_rest > limits->least_slip${"" if static_limit else " && limit > 1e-12"}) {
 %% if static_limit
@@ -109,8 +109,9 @@ static inline slip_t slip_of(${real} stress, ${real} limit, const limits_t *limi
 }
 %% else
 /* Slip of a bristle beyond its limit. */
-static inline slip_t slip_of(${real} stress, ${real} limit, const limits_t *limits, int32_t i) {
+static inline slip_t slip_of(${real} stress, ${real} limit, ${real} rest_limit, const limits_t *limits, int32_t i) {
     slip_t now;
+    (void)rest_limit;
     (void)i;
     (void)limits;
     now.slip = (stress > 0.0 ? stress - limit : stress + limit)${shared};
@@ -137,6 +138,7 @@ static void find_limits(const ${real} *terms, ${real} mu, limits_t *limits) {
     limits->share = 1.0 / (1.0 + terms[TERM_GAIN]);
 %% endif
 %% if creep
+    limits->rest_scale = limits->scale * ${rest_factor};
     limits->per_scale = 1.0 / (limits->scale * ${creep});
     limits->offset = ${offset} + natural_log(slope * ${"limits->per_scale" if static_limit else 1 / creep});
     limits->creep_share = ${creep}${shared};
@@ -144,13 +146,25 @@ static void find_limits(const ${real} *terms, ${real} mu, limits_t *limits) {
 %% endif
 }
 
-/* How the memory follows mu, to first order: share of its derivative that a walk of mu leaves, change of mu. */
+/* How the memory follows mu, to first order: share of its derivative that a walk of mu leaves, change of mu.
+%% if compliant
+   What the last sample's turn still lacked, and its derivative by mu: the next sample adds it, in the same loop.
+%% endif
+   */
 typedef struct {
-    ${real} retention, change;
+    ${real} retention, change${", further, further_by_mu" if compliant}${", gain" if compliant and relaxation};
 } follow_t;
 
 /* A bristle at the mu of the sample. */
 static inline void follow_friction(${name}_patch_t *restrict patch, const follow_t *restrict follow, int32_t i) {
+%% if compliant
+    patch->q[i] += patch->follows[i] * follow->further;
+    patch->q_by_mu[i] += patch->follows[i] * follow->further_by_mu;
+%% if relaxation
+    patch->branch[i] += follow->gain * patch->follows[i] * follow->further;
+    patch->branch_by_mu[i] += follow->gain * patch->follows[i] * follow->further_by_mu;
+%% endif
+%% endif
     patch->q_by_mu[i] *= follow->retention;
     patch->q[i] += patch->q_by_mu[i] * follow->change;
 %% if relaxation
@@ -169,17 +183,18 @@ static void try_turn(${name}_patch_t *restrict patch, const follow_t *restrict f
 %% endif
     for (i = 0; i < BRISTLES; ++i) {
         const ${real} stretch = -bristle_of[i].lever * turn;
-        ${real} stress, limit, follows = 1.0;
+        const ${real} pressure = limit_over_scale(limits, i);
+        const ${real} rest_limit = limits->${"rest_scale" if creep else "scale"} * pressure;
+        ${real} stress, follows = 1.0;
         follow_friction(patch, follow, i);
 %% if relaxation
         stress = patch->q[i] + patch->branch[i] * terms[TERM_DECAY] + (1.0 + terms[TERM_GAIN]) * stretch;
 %% else
         stress = patch->q[i] + stretch;
 %% endif
-        limit = limits->scale * limit_over_scale(limits, i);
-        if (fabs(stress) > limit${rest_share}) {
-            const slip_t now = slip_of(stress, limit, limits, i);
-            total -= bristle_of[i].moment * ${gained}now.slip;
+        if (fabs(stress) > rest_limit) {
+            const slip_t now = slip_of(stress, limits->scale * pressure, rest_limit, limits, i);
+            stress -= ${gained}now.slip;
             follows -= now.by_stress;
         }
         total += bristle_of[i].moment * stress;
@@ -220,7 +235,17 @@ static void begin_patch(${name}_patch_t *patch, const ${real} *signals, ${real} 
         patch->branch[i] = 0.0;
         patch->branch_by_mu[i] = 0.0;
 %% endif
+%% if compliant
+        patch->follows[i] = 0.0;
+%% endif
     }
+%% if compliant
+    patch->further = 0.0;
+    patch->further_by_mu = 0.0;
+%% if relaxation
+    patch->gain = 0.0;
+%% endif
+%% endif
     initial_memory(signals, &patch->angle${", patch->own" if own else ""});
     patch->angle_by_mu = 0.0;
     patch->mu = mu;
@@ -229,9 +254,9 @@ static void begin_patch(${name}_patch_t *patch, const ${real} *signals, ${real} 
     patch->slope = ${stiff};
 }
 
-/* Every bristle after a turn, its derivative by mu at that turn, and by how much it follows the turn.
+/* Every bristle after a turn, its derivative by mu at that turn${", and by how much it follows the turn" if compliant}.
    sums: torque, its derivative by the turn and by mu. */
-static void turn_bristles(${name}_patch_t *restrict patch, ${"" if compliant else "const follow_t *follow, "}const ${real} *restrict terms, const limits_t *restrict limits, ${real} turn, ${real} *restrict follows, ${real} *sums) {
+static void turn_bristles(${name}_patch_t *restrict patch, ${"" if compliant else "const follow_t *follow, "}const ${real} *restrict terms, const limits_t *restrict limits, ${real} turn, ${real} *sums) {
     const ${real} over_mu = 1.0 / patch->mu;
 %% if relaxation
     const ${real} gain = terms[TERM_GAIN];
@@ -252,17 +277,21 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"" if compliant els
         const ${real} branch = patch->branch[i] * terms[TERM_DECAY] + gain * stretch;
         const ${real} branch_by_mu = patch->branch_by_mu[i] * terms[TERM_DECAY];
 %% endif
-        const ${real} limit = limits->scale * limit_over_scale(limits, i);
+        const ${real} pressure = limit_over_scale(limits, i);
+        const ${real} rest_limit = limits->${"rest_scale" if creep else "scale"} * pressure;
         ${real} slip = 0.0, slip_by_mu = 0.0, follow_turn = 1.0;
-        if (fabs(q${branched}) > limit${rest_share}) {
-            const slip_t now = slip_of(q${branched}, limit, limits, i);
+        if (fabs(q${branched}) > rest_limit) {
+            const ${real} limit = limits->scale * pressure;
+            const slip_t now = slip_of(q${branched}, limit, rest_limit, limits, i);
             slip = now.slip;
             slip_by_mu = now.by_stress${shared} * (patch->q_by_mu[i]${branched_by_mu}) + now.by_limit * limit * over_mu;
             follow_turn -= now.by_stress;
         }
         patch->q[i] = q - slip;
         patch->q_by_mu[i] -= slip_by_mu;
-        follows[i] = -bristle_of[i].lever * follow_turn;
+%% if compliant
+        patch->follows[i] = -bristle_of[i].lever * follow_turn;
+%% endif
 %% if relaxation
         patch->branch[i] = branch - gain * slip;
         patch->branch_by_mu[i] = branch_by_mu - gain * slip_by_mu;
@@ -272,7 +301,7 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"" if compliant els
         total += bristle_of[i].moment * patch->q[i];
         by_mu += bristle_of[i].moment * patch->q_by_mu[i];
 %% endif
-        by_turn += bristle_of[i].moment * follows[i];
+        by_turn -= bristle_of[i].${"moment_lever" if compliant else "moment * bristle_of[i].lever"} * follow_turn;
     }
     sums[0] = total;
     sums[1] = ${gained}by_turn;
@@ -283,7 +312,7 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"" if compliant els
    mu and by the angle; slide: effective friction over mu, and what is beside it. */
 static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu, ${real} retention, ${real} *torque, ${real} *slide) {
     limits_t limits;
-    ${real} terms[TERMS], follows[BRISTLES], sums[3], turn;
+    ${real} terms[TERMS], sums[3], turn;
 %% if compliant
     ${real} M_z, slope, by_torque = 0.0, deflected = 0.0, further, turn_by_mu, goal;
 %% endif
@@ -296,6 +325,13 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
 %% endif
     follow.retention = retention;
     follow.change = mu - patch->mu;
+%% if compliant
+    follow.further = patch->further;
+    follow.further_by_mu = patch->further_by_mu;
+%% if relaxation
+    follow.gain = patch->gain;
+%% endif
+%% endif
     patch->angle_by_mu *= retention;
     patch->angle += patch->angle_by_mu * follow.change;
     patch->M_z += patch->M_z_by_mu * retention * follow.change;
@@ -323,8 +359,10 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
         try_turn(patch, &follow, terms, &limits, turn, &M_z, &slope);
         follow.retention = 1.0;
         follow.change = 0.0;
+        follow.further = 0.0;
+        follow.further_by_mu = 0.0;
     }
-    turn_bristles(patch, terms, &limits, turn, follows, sums);
+    turn_bristles(patch, terms, &limits, turn, sums);
     slope = sums[1];
     M_z = balanced_torque(sums[0] + slope * (goal - turn), slope, terms[TERM_F_N]);
     deflection(M_z, terms[TERM_F_N], &deflected, &by_torque);
@@ -332,14 +370,11 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
     /* A turn by mu moves the torque, which moves the turn. */
     torque[1] = (sums[2] - slope * patch->angle_by_mu) / (1.0 - slope * by_torque);
     turn_by_mu = by_torque * torque[1] - patch->angle_by_mu;
-    for (i = 0; i < BRISTLES; ++i) {
-        patch->q[i] += follows[i] * further;
-        patch->q_by_mu[i] += follows[i] * turn_by_mu;
+    patch->further = further;
+    patch->further_by_mu = turn_by_mu;
 %% if relaxation
-        patch->branch[i] += terms[TERM_GAIN] * follows[i] * further;
-        patch->branch_by_mu[i] += terms[TERM_GAIN] * follows[i] * turn_by_mu;
+    patch->gain = terms[TERM_GAIN];
 %% endif
-    }
     patch->M_z = sums[0] + slope * further;
     patch->slope = slope;
     patch->angle += turn + further;
@@ -347,7 +382,7 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
     torque[2] = slope / (1.0 - slope * by_torque) + terms[TERM_TORQUE_BY_PSI];
 %% else
     turn = terms[TERM_PSI] - patch->angle;
-    turn_bristles(patch, &follow, terms, &limits, turn, follows, sums);
+    turn_bristles(patch, &follow, terms, &limits, turn, sums);
     patch->M_z = sums[0];
     patch->slope = sums[1];
     patch->angle += turn;
@@ -369,6 +404,9 @@ static void forget_sensitivity(${name}_patch_t *patch, ${real} share) {
         patch->branch_by_mu[i] *= share;
 %% endif
     }
+%% if compliant
+    patch->further_by_mu *= share;
+%% endif
     patch->angle_by_mu *= share;
     patch->M_z_by_mu *= share;
 }
