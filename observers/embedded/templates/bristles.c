@@ -52,20 +52,20 @@ static ${real} slide_over_mu(const ${real} *terms) {
 %% endif
 }
 
-/* Slip that brings a bristle back to its limit, and its derivatives by stress and by limit. */
+/* Slip that brings a bristle back to its limit, and its derivatives by stress and, through the limit, by mu. */
 typedef struct {
-    ${real} slip, by_stress, by_limit;
+    ${real} slip, by_stress, by_mu;
 } slip_t;
 
 /* Limits of the bristles: those of the sample, or the pressure times a scale. share: of the spring in the stiffness
    of spring and Maxwell branch. */
 typedef struct {
-    ${real} scale${", share" if relaxation else ""};
+    ${real} scale, over_mu${", share" if relaxation else ""};
 %% if creep
-    ${real} rest_scale, offset, least_slip, per_scale, creep_share;
+    ${real} rest_scale, offset, least_slip, per_scale, creep_scale;
 %% endif
 %% if not static_limit
-    ${real} over_mu[BRISTLES];
+    ${real} of_bristle[BRISTLES];
 %% endif
 } limits_t;
 
@@ -74,7 +74,7 @@ static inline ${real} limit_over_scale(const limits_t *limits, int32_t i) {
     (void)limits;
     return bristle_of[i].pressure;
 %% else
-    return limits->over_mu[i];
+    return limits->of_bristle[i];
 %% endif
 }
 
@@ -82,8 +82,11 @@ static inline ${real} limit_over_scale(const limits_t *limits, int32_t i) {
 /* Slip of a bristle beyond ${rest_factor} of its limit, where friction is that of rest. It grows with the log of a
    bristle's own speed: size - slip (1 + gain) = limit (1 + c ln(slip / (reach * reference))).
    With w = slip (1 + gain) / (limit c) that is w + ln w = size / (limit c) + offset. */
-static inline slip_t slip_of(${real} stress, ${real} limit, ${real} rest_limit, const limits_t *limits, int32_t i) {
+static inline slip_t slip_of(${real} stress, ${real} pressure, ${real} rest_limit, const limits_t *limits, int32_t i) {
     const ${real} size = fabs(stress), at_rest = size - rest_limit;
+%% if not static_limit
+    const ${real} limit = limits->scale * pressure;
+%% endif
     slip_t now;
     if (at_rest > limits->least_slip${"" if static_limit else " && limit > 1e-12"}) {
 %% if static_limit
@@ -93,30 +96,30 @@ static inline slip_t slip_of(${real} stress, ${real} limit, ${real} rest_limit, 
         const ${real} over = size / (limit * ${creep}), w = wright_omega(over + limits->offset - natural_log(limit));
         (void)i;
 %% endif
-        now.slip = w * limit * limits->creep_share;
+        const ${real} unit = limits->creep_scale * pressure;
+        now.slip = w * unit;
         now.by_stress = w / (1.0 + w);
-        now.by_limit = now.by_stress * (w - over) * limits->creep_share;
+        now.by_mu = now.by_stress * (w - over) * unit * limits->over_mu;
     } else {
         now.slip = at_rest${shared};
         now.by_stress = 1.0;
-        now.by_limit = -${rest_factor}${shared};
+        now.by_mu = -rest_limit * limits->over_mu${shared};
     }
     if (stress < 0.0) {
         now.slip = -now.slip;
-        now.by_limit = -now.by_limit;
+        now.by_mu = -now.by_mu;
     }
     return now;
 }
 %% else
 /* Slip of a bristle beyond its limit. */
-static inline slip_t slip_of(${real} stress, ${real} limit, ${real} rest_limit, const limits_t *limits, int32_t i) {
+static inline slip_t slip_of(${real} stress, ${real} pressure, ${real} rest_limit, const limits_t *limits, int32_t i) {
     slip_t now;
-    (void)rest_limit;
+    (void)pressure;
     (void)i;
-    (void)limits;
-    now.slip = (stress > 0.0 ? stress - limit : stress + limit)${shared};
+    now.slip = (stress > 0.0 ? stress - rest_limit : stress + rest_limit)${shared};
     now.by_stress = 1.0;
-    now.by_limit = stress > 0.0 ? -1.0${shared} : 1.0${shared};
+    now.by_mu = (stress > 0.0 ? -rest_limit : rest_limit) * limits->over_mu${shared};
     return now;
 }
 %% endif
@@ -128,12 +131,13 @@ static void find_limits(const ${real} *terms, ${real} mu, limits_t *limits) {
 %% if not static_limit
     int32_t i;
     for (i = 0; i < BRISTLES; ++i) {
-        limits->over_mu[i] = limit_over_mu(i, terms, terms[TERM_SPEED]);
+        limits->of_bristle[i] = limit_over_mu(i, terms, terms[TERM_SPEED]);
     }
     limits->scale = mu;
 %% else
     limits->scale = mu * terms[TERM_BASE];
 %% endif
+    limits->over_mu = 1.0 / mu;
 %% if relaxation
     limits->share = 1.0 / (1.0 + terms[TERM_GAIN]);
 %% endif
@@ -141,7 +145,7 @@ static void find_limits(const ${real} *terms, ${real} mu, limits_t *limits) {
     limits->rest_scale = limits->scale * ${rest_factor};
     limits->per_scale = 1.0 / (limits->scale * ${creep});
     limits->offset = ${offset} + natural_log(slope * ${"limits->per_scale" if static_limit else 1 / creep});
-    limits->creep_share = ${creep}${shared};
+    limits->creep_scale = limits->scale * ${creep}${shared};
     limits->least_slip = slope * ${rest_speed};
 %% endif
 }
@@ -193,7 +197,7 @@ static void try_turn(${name}_patch_t *restrict patch, const follow_t *restrict f
         stress = patch->q[i] + stretch;
 %% endif
         if (fabs(stress) > rest_limit) {
-            const slip_t now = slip_of(stress, limits->scale * pressure, rest_limit, limits, i);
+            const slip_t now = slip_of(stress, pressure, rest_limit, limits, i);
             stress -= ${gained}now.slip;
             follows -= now.by_stress;
         }
@@ -257,7 +261,6 @@ static void begin_patch(${name}_patch_t *patch, const ${real} *signals, ${real} 
 /* Every bristle after a turn, its derivative by mu at that turn${", and by how much it follows the turn" if compliant}.
    sums: torque, its derivative by the turn and by mu. */
 static void turn_bristles(${name}_patch_t *restrict patch, ${"" if compliant else "const follow_t *follow, "}const ${real} *restrict terms, const limits_t *restrict limits, ${real} turn, ${real} *sums) {
-    const ${real} over_mu = 1.0 / patch->mu;
 %% if relaxation
     const ${real} gain = terms[TERM_GAIN];
 %% endif
@@ -281,10 +284,9 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"" if compliant els
         const ${real} rest_limit = limits->${"rest_scale" if creep else "scale"} * pressure;
         ${real} slip = 0.0, slip_by_mu = 0.0, follow_turn = 1.0;
         if (fabs(q${branched}) > rest_limit) {
-            const ${real} limit = limits->scale * pressure;
-            const slip_t now = slip_of(q${branched}, limit, rest_limit, limits, i);
+            const slip_t now = slip_of(q${branched}, pressure, rest_limit, limits, i);
             slip = now.slip;
-            slip_by_mu = now.by_stress${shared} * (patch->q_by_mu[i]${branched_by_mu}) + now.by_limit * limit * over_mu;
+            slip_by_mu = now.by_stress${shared} * (patch->q_by_mu[i]${branched_by_mu}) + now.by_mu;
             follow_turn -= now.by_stress;
         }
         patch->q[i] = q - slip;
