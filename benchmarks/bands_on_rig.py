@@ -128,7 +128,7 @@ def _found(task: tuple[str, int]) -> tuple[float, bool]:
     other = _again(recording, name, seed + 500)
     found = found_model(name, other, values)
     observer = Ekf(
-        model=found.model_for_estimation(), values=found.values_for_estimation(),
+        model=found.model, values=found.values_for_estimation(),
         rig=Rig(a=tyre.a, e=tyre.e), tuning=tuning_for(found, STAYS),
     )  # fmt: skip
     return judged(observer, recording, own=True)

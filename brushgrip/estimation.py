@@ -79,7 +79,7 @@ def model_observer(
         model, values = Model(), {"k": recording.tyre.k}
     else:
         # A causal observer cannot know what was fitted to a whole recording, such as its torque zero.
-        model, values = found.model_for_estimation(), found.values_for_estimation(recording.ground)
+        model, values = found.model, found.values_for_estimation(recording.ground)
     measurement_model: MeasurementModel = (
         AligningTorque() if has_aligning_torque(recording) else SteeringTorque()
     )

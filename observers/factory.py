@@ -61,7 +61,7 @@ def from_files(
     if tuning is not None or (found.error is not None and _has_tuning(kind)):
         settings["tuning"] = tuning_for(found, tuning)
     return kind(
-        model=found.model_for_estimation(),
+        model=found.model,
         values=found.values_for_estimation(ground),
         rig=geometry,
         **settings,

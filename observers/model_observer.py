@@ -1,7 +1,7 @@
 """Settings and expressions that the extended Kalman filter and the moving-horizon estimator share."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -19,6 +19,7 @@ from observers.patch_model import PatchModel, constants_size
 from observers.protocol import SAMPLE, Status
 from observers.tuning import TUNING_FIELDS, Tuning
 from symbolic import GEOMETRY, InvalidInputError, Model, Rig
+from symbolic.compliance import deflection_of
 
 Array = NDArray[np.float64]
 RIG_UNITS = ("m", "m", "kg m^2", "N m s/rad", "rad/s")
@@ -29,7 +30,9 @@ class ModelObserver(CasadiObserver):
     """A model, its fixed parameters, the rig, what is measured, and the tuning.
 
     Attributes:
-        model: the model, with the effects that a diagnosis found if there are any.
+        model: the model, with the effects that a diagnosis found if there are any. It is taken on
+            bristles where something stands in series with the patch: the corners of the exact patch then
+            depend on mu, and their derivative by mu is useless after a reversal.
         values: every parameter of the model but mu, by name (`k`, `effect.parameter`).
         rig: geometry; J_A and b_t too where the steering torque is measured.
         tuning: prior and noises.
@@ -49,6 +52,8 @@ class ModelObserver(CasadiObserver):
                 raise InvalidInputError(
                     f"{name} must be a {kind.__name__}, got {type(getattr(self, name)).__name__}"
                 )
+        if self.model.exact and deflection_of(self.model) is not None:
+            object.__setattr__(self, "model", replace(self.model, discretised=True))
         if isinstance(self.measurement_model, type) or not hasattr(self.measurement_model, "motion"):
             raise InvalidInputError(
                 "measurement_model must be AligningTorque(...), SteeringTorque(...) or another"

@@ -5,10 +5,9 @@ reader of the file puts its name before, see `symbolic.parsing.naming`.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
-from symbolic.compliance import deflection_of
 from symbolic.effects.base import Effect, Parameter
 from symbolic.effects.library import effects_named
 from symbolic.errors import InvalidInputError
@@ -63,13 +62,6 @@ class FoundModel:
                 " add mu under [tyre] of the rig file"
             )
         return {**self.values_for_estimation(ground), **own}
-
-    def model_for_estimation(self) -> Model:
-        """The model for an observer: discretised where a compliance is in series with the patch.
-
-        Behind a compliance the memory of the exact patch follows a changing mu badly.
-        """
-        return self.model if deflection_of(self.model) is None else replace(self.model, discretised=True)
 
     def on_ground(self, ground: str | None = None) -> dict[str, float]:
         """What belongs to a ground; its mean over grounds where this is none of them, or unknown."""

@@ -188,3 +188,18 @@ def test_effects_of_a_found_model_are_used() -> None:
 
     assert np.abs(estimates.mu[400:] - 1.3).max() < 0.08
     assert estimates.mu[-1] == pytest.approx(1.3, abs=0.03)
+
+
+@pytest.mark.parametrize("name", ["carcass_torsion", pytest.param("backlash", marks=LONG)])
+def test_behind_a_compliance_an_observer_takes_bristles(name: str) -> None:
+    # The corners of the exact patch depend on mu there: after a reversal mu ran to its bound.
+    (effect,) = effects_named([name])
+    model, planted = Model(effects=(effect,)), {p.name: p.start for p in effect.parameters}
+    recording = make_recording(4, {name: planted}, duration=6.0, k=K, mu=1.0, bristles=400)
+    values = {"k": K, **{f"{name}.{p}": value for p, value in planted.items()}}
+    estimates = run(Mhe(model=model, values=values, rig=RIG, window=20), **columns_of(recording))
+
+    assert model.exact
+    assert make(Mhe).model.exact
+    assert estimates.mu.min() > 0.5
+    assert estimates.mu.max() < 1.6

@@ -201,14 +201,3 @@ def test_naming_puts_the_source_before() -> None:
 def test_excerpts_are_short_and_on_one_line() -> None:
     assert excerpt("a\nb") == r"'a\nb'"
     assert len(excerpt("x" * 500)) < 50
-
-
-def test_an_observer_takes_bristles_behind_a_compliance() -> None:
-    rigid, compliant = (
-        FoundModel(model=Model(effects=(EFFECTS[name],)), tyre={"k": 2e6}, own={})
-        for name in ("contact_damping", "carcass_torsion")
-    )
-
-    assert rigid.model_for_estimation() is rigid.model
-    assert compliant.model.exact
-    assert not compliant.model_for_estimation().exact
