@@ -116,4 +116,4 @@ def _remedy(observer: FunctionObserver) -> str:
         return "an MHE of two samples and more is written as loops"
     if "stiffness" in getattr(observer, "states", ()):
         return "a stiffness that is known is written as loops"
-    return "on bristles, Model(effects=..., discretised=True) from Python, it is a tenth"
+    return "effects that the library has are written as loops"

@@ -29,12 +29,12 @@ FOUND: dict[str, Any] = {
         (Ekf, DECLARED, AligningTorque(), 1_104),
         (Ekf, DECLARED, SteeringTorque(), 1_310),
         (Mhe, DECLARED, AligningTorque(), 30_913),
-        (Ekf, EFFECTS, AligningTorque(), 10_258),
-        (Ekf, EFFECTS, SteeringTorque(), 10_826),
-        (Mhe, EFFECTS, AligningTorque(), 26_916),
-        (Ekf, FOUND, AligningTorque(), 12_592),
-        (Ekf, FOUND, SteeringTorque(), 14_560),
-        (Mhe, FOUND, AligningTorque(), 29_573),
+        (Ekf, EFFECTS, AligningTorque(), 9_871),
+        (Ekf, EFFECTS, SteeringTorque(), 10_370),
+        (Mhe, EFFECTS, AligningTorque(), 26_450),
+        (Ekf, FOUND, AligningTorque(), 11_906),
+        (Ekf, FOUND, SteeringTorque(), 13_800),
+        (Mhe, FOUND, AligningTorque(), 28_882),
     ],
 )
 def test_a_count_is_estimated(kind: Any, model: Any, measured: Any, counted: int) -> None:
@@ -50,8 +50,8 @@ def test_a_count_is_estimated(kind: Any, model: Any, measured: Any, counted: int
         (Ekf, DECLARED, "tuning", 1_453),
         (Ekf, DECLARED, "all", 1_507),
         (Mhe, DECLARED, "all", 44_659),
-        (Ekf, FOUND, "tuning", 12_960),
-        (Mhe, FOUND, "tuning", 42_473),
+        (Ekf, FOUND, "tuning", 12_142),
+        (Mhe, FOUND, "tuning", 41_749),
     ],
 )
 def test_parameters_at_run_time_cost_more(kind: Any, model: Any, tunable: Any, counted: int) -> None:

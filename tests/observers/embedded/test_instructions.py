@@ -8,12 +8,18 @@ import pytest
 from benchmarks.embedded import MEASURED_RUN, adversarial, samples, steered
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import SINGLE, Tunable
+from symbolic import Model, effects_named
+from tests.observers.conftest import K
 from tests.observers.embedded.cortex.target import M4F, TOOLS, run_on, tools_installed
 from tests.observers.embedded.generated_code import DECLARED, generate_code, observer_of
 
 BUDGET = tomllib.loads(Path(__file__).with_name("instructions.toml").read_text("utf-8"))
 KINDS = {"ekf": Ekf, "mhe": Mhe}
-MODELS = {"declared": DECLARED, "measured": MEASURED_RUN}
+TORSION = {
+    "model": Model(effects=effects_named(["carcass_torsion"])),
+    "values": {"k": K, "carcass_torsion.k_t": 300.0},
+}
+MODELS = {"declared": DECLARED, "measured": MEASURED_RUN, "torsion": TORSION}
 TORQUES = {"aligning": AligningTorque(), "steering": SteeringTorque()}
 TUNABLE: dict[str, Tunable] = {"": "", "tuning": "tuning", "all": "all"}
 RESOLUTION = 40
