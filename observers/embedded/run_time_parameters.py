@@ -35,7 +35,7 @@ PRIOR = ("mu", "mu_std", "zero_std", "stiffness_std", "psi_dot_std")
 RELATIONS = (
     ("a", "fabs({e}) < {a}"),
     ("mu", "{least} < {mu} && {mu} < {greatest}"),
-    ("reset_after", "{reset_after} >= 1.0"),
+    ("reset_after", "floor({reset_after}) >= {reset_after}"),
 )
 """Conditions on several parameters at once, and the one that is told where one does not hold."""
 

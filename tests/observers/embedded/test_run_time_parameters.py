@@ -122,6 +122,10 @@ def test_what_python_refuses_is_refused_and_changes_nothing(tmp_path: Path) -> N
         "mu_std": 0.0, "mu_walk": -1.0, "least": 1.5, "greatest": 0.5, "zero_std": np.nan,
         "noise": np.inf, "psi_noise": 0.0, "gate": np.nan, "reset_after": 0.5, "rezero_time": -np.inf,
     }  # fmt: skip
+    for field, value in (("reset_after", 2.5), ("reset_after", np.inf)):
+        block_of_bad = good.copy()
+        block_of_bad[places[field]] = value
+        assert run_with(code, block_of_bad, samples)[0] == 1 + places[field]
     told = {"e": "a", "least": "mu", "greatest": "mu"}
     for field, value in bad.items():
         block_of_bad = good.copy()
