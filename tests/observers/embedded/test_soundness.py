@@ -249,6 +249,7 @@ def test_clang_has_no_warning(
     code.compile(*STRICT, "-fsyntax-only", sources=("brushgrip.c",), out="none", command=clang)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", [DECLARED, FEW_BRISTLES, CREEP], ids=["declared", "effects", "creep"])
 def test_misra_findings_are_those_that_the_page_explains(
     generated: Generate, model: dict[str, Any], repository_root: Path
