@@ -37,7 +37,7 @@ mutants: $(ALL)
 SECONDS ?= 60
 attack: $(ALL)
 	-@$(PIP) -e '.[attack]' 2>/dev/null
-	nice $(BIN)/python -m tests.attack.run $(if $(INPUTS),--inputs $(INPUTS),--seconds $(SECONDS)) $(CLASSES)
+	BRUSHGRIP_TEST_OPTIMISATION=-O2 nice $(BIN)/python -m tests.attack.run $(if $(INPUTS),--inputs $(INPUTS),--seconds $(SECONDS)) $(CLASSES)
 
 gate: $(ALL)
 	$(BIN)/ruff format --check .

@@ -32,12 +32,13 @@ from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE
 from reference_rig import make_steering_recording
 from symbolic import EFFECTS as EFFECTS_OF_LIBRARY
-from symbolic import Model, Tyre, effects_named, parameter_name
+from symbolic import Model, Tyre, parameter_name
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.cortex.target import M4F, M7, TOOLS, run_on, tools_installed
 from tests.observers.embedded.generated_code import (
     DECLARED,
     EFFECTS,
+    MEASURED_RUN,
     GeneratedCode,
     generate_code,
     observer_of,
@@ -46,16 +47,6 @@ from tests.observers.embedded.generated_code import (
 from tests.observers.factories import columns_of, samples_of
 
 ROUNDS = 30
-MEASURED_RUN: dict[str, Any] = {
-    "model": Model(
-        effects=effects_named(["frictional_creep", "carcass_torsion", "asymmetric_friction"])
-    ),
-    "values": {
-        "k": 4.502e6, "frictional_creep.c": 0.1428, "carcass_torsion.k_t": 328.8,
-        "asymmetric_friction.ratio": 0.9128,
-    },
-}  # fmt: skip
-"""The model of docs/measured.md."""
 RECORDING = Path(__file__).resolve().parents[1] / "examples" / "recordings" / "train_a.csv"
 TIMER = Path(__file__).with_name("embedded_timer.c")
 

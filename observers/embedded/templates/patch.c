@@ -12,6 +12,8 @@
 #define STILL 1e-12
 /* Corners beyond carry no torque, and could not be squared [1/m]. */
 #define FAR_OUT 1e15
+/* A turn this far from rest has wiped out what was before, and its digits are lost to the sums of slopes [rad]. */
+#define FAR_TURN 100.0
 
 /* Moment of a unit change of slope at z, and its derivative by z. */
 static void unit_moment(const ${name}_patch_t *patch, ${real} z, ${real} *moment) {
@@ -152,8 +154,12 @@ static void clip_from(${name}_patch_t *patch, int32_t first, ${real} turn, ${rea
 
 /* One sample: the patch at an angle psi [rad] under a load; level = 3 F_N / (4 a^3), scale = mu / k. */
 static void turn_patch(${name}_patch_t *patch, ${real} psi, ${real} level, ${real} scale) {
-    ${real} turn = psi - patch->angle, xi = 0.0, r = 0.0;
+    ${real} turn, xi = 0.0, r = 0.0;
     int32_t i, first = -1;
+    if (fabs(psi - patch->rest) > FAR_TURN) {
+        clear_patch(patch, psi > patch->angle ? psi - FAR_TURN / 2.0 : psi + FAR_TURN / 2.0);
+    }
+    turn = psi - patch->angle;
     patch->is_turning = fabs(turn) > STILL;
     if (patch->is_turning != 0) {
         patch->angle = psi;

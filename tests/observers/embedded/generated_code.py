@@ -33,6 +33,16 @@ CREEP: dict[str, Any] = {
     "values": {"k": K, "frictional_creep.c": 0.14, "carcass_torsion.k_t": 330.0},
 }
 """Frictional creep behind a compliance, as `diagnose` finds them in the measured recordings."""
+MEASURED_RUN: dict[str, Any] = {
+    "model": Model(
+        effects=effects_named(["frictional_creep", "carcass_torsion", "asymmetric_friction"])
+    ),
+    "values": {
+        "k": 4.502e6, "frictional_creep.c": 0.1428, "carcass_torsion.k_t": 328.8,
+        "asymmetric_friction.ratio": 0.9128,
+    },
+}  # fmt: skip
+"""The model of docs/measured.md."""
 DECLARED: dict[str, Any] = {"model": Model(), "values": {"k": K}}
 
 
@@ -67,15 +77,7 @@ class GeneratedCode:
 
     def fuzz(self, count: int, seed: int, usual: list[float]) -> tuple[int, int]:
         """Of count samples with random bytes: how many leave an invalid estimate, or are refused."""
-        refused, number = ctypes.c_int64(), getattr(ctypes, f"c_{self.real.c_type}")
-        typical, tuning = np.array(usual, self.real.dtype), self.observer.tuning
-        self.library.fuzz.restype = ctypes.c_int64
-        invalid = self.library.fuzz(
-            ctypes.c_int64(count), ctypes.c_uint64(seed), _pointer(typical),
-            number(tuning.least * (1 - 1e-6)), number(tuning.greatest * (1 + 1e-6)),
-            ctypes.byref(refused),
-        )  # fmt: skip
-        return int(invalid), refused.value
+        return RunningCode(self).fuzz(count, seed, usual)
 
     def compile(self, *flags: str, sources: tuple[str, ...], out: str, command: str = "") -> Path:
         """Compile sources, relative to the folder, into a file of it."""
@@ -102,6 +104,60 @@ class GeneratedCode:
         return ctypes.CDLL(
             str(self.compile(OPTIMISATION, "-fPIC", "-shared", sources=sources, out=f"{name}.so"))
         )
+
+
+class RunningCode:
+    """A state of generated code that goes on from call to call.
+
+    `usual` are the sizes of psi [rad], psi_dot [rad/s], torque [N m], and F_N [N] and dt [s] themselves.
+    """
+
+    def __init__(self, code: GeneratedCode) -> None:
+        """Begin with a virgin patch."""
+        self.code, library = code, code.library
+        for name in ("state_size", "fuzz", "wander"):
+            getattr(library, name).restype = ctypes.c_int64
+        self._state = ctypes.create_string_buffer(library.state_size() + 64)
+        library.brushgrip_init(self._at)
+
+    def run(self, samples: Array) -> Array:
+        """Estimates after samples (n, 5), as `GeneratedCode.run`."""
+        inputs = np.ascontiguousarray(samples, self.code.real.dtype)
+        estimates = np.empty((len(inputs), len(ESTIMATE)), self.code.real.dtype)
+        count = ctypes.c_int64(len(inputs))
+        self.code.library.run_on(self._at, count, _pointer(inputs), _pointer(estimates))
+        return estimates.astype(float)
+
+    def fuzz(self, count: int, seed: int, usual: list[float]) -> tuple[int, int]:
+        """Of count samples with random bytes: how many leave an invalid estimate, or are refused."""
+        refused = ctypes.c_int64()
+        invalid = self.code.library.fuzz(
+            self._at, ctypes.c_int64(count), ctypes.c_uint64(seed), *self._numbers(usual),
+            ctypes.byref(refused),
+        )  # fmt: skip
+        return int(invalid), refused.value
+
+    def wander(self, count: int, seed: int, usual: list[float], turn: float) -> int:
+        """How many estimates are invalid along a wheel at random, by `turn` [rad] a sample at most."""
+        typical, *bounds = self._numbers(usual)
+        step = type(bounds[0])(turn)
+        return int(
+            self.code.library.wander(
+                self._at, ctypes.c_int64(count), ctypes.c_uint64(seed), typical, step, *bounds
+            )
+        )
+
+    @property
+    def _at(self) -> ctypes.c_void_p:
+        """The state, aligned as any type of C may have to be."""
+        return ctypes.c_void_p(-(-ctypes.addressof(self._state) // 64) * 64)
+
+    def _numbers(self, usual: list[float]) -> list[Any]:
+        """Usual sizes, least and greatest valid mu."""
+        number, tuning = getattr(ctypes, f"c_{self.code.real.c_type}"), self.code.observer.tuning
+        self._usual = np.array(usual, self.code.real.dtype)
+        bounds = tuning.least * (1 - 1e-6), tuning.greatest * (1 + 1e-6)
+        return [_pointer(self._usual), *map(number, bounds)]
 
 
 def generate_code(observer: Any, real: Real, folder: Path, *, tunable: Tunable = "") -> GeneratedCode:

@@ -58,15 +58,13 @@ static int is_valid(const REAL *outputs, REAL least, REAL greatest) {
            outputs[STATUS] >= 0 && outputs[STATUS] < 1024;
 }
 
-/* Samples with random bytes in some or all fields: how many leave an invalid estimate; refused counts those that
-   were ignored. */
-int64_t fuzz(int64_t count, uint64_t seed, const REAL *usual, REAL least, REAL greatest, int64_t *refused) {
-    static brushgrip_state_t state;
+/* Samples of any usual size, a third of them with random bytes in some or all fields: how many leave an invalid
+   estimate; refused counts those that were ignored. */
+int64_t fuzz(brushgrip_state_t *state, int64_t count, uint64_t seed, const REAL *usual, REAL least, REAL greatest, int64_t *refused) {
     REAL row[WIDTH], outputs[OUTPUTS];
     int64_t i, invalid = 0;
     int j;
     *refused = 0;
-    brushgrip_init(&state);
     for (i = 0; i < count; ++i) {
         const uint64_t which = draw(&seed);
         for (j = 0; j < WIDTH; ++j) {
@@ -75,10 +73,30 @@ int64_t fuzz(int64_t count, uint64_t seed, const REAL *usual, REAL least, REAL g
             row[j] = (REAL)(usual[j] * (j < 3 ? turn : 1.0 + 0.5 * turn));
             if (which % 3 == 0 && (which >> (8 + j)) % 2) memcpy(&row[j], &bits, sizeof(REAL));
         }
-        if (which % 1000 == 7) brushgrip_reset(&state);
-        step(&state, row, outputs);
+        if (which % 1000 == 7) brushgrip_reset(state);
+        step(state, row, outputs);
         invalid += !is_valid(outputs, least, greatest);
         *refused += outputs[STATUS] == 128;
+    }
+    return invalid;
+}
+
+/* A state that goes on with a wheel that turns to and fro at random, by `turn` a sample at most, under random torque
+   and load: how many samples leave an invalid estimate. */
+int64_t wander(brushgrip_state_t *state, int64_t count, uint64_t seed, const REAL *usual, REAL turn, REAL least, REAL greatest) {
+    REAL row[WIDTH], outputs[OUTPUTS], psi = 0;
+    int64_t i, invalid = 0;
+    int j;
+    for (i = 0; i < count; ++i) {
+        for (j = 0; j < WIDTH; ++j) {
+            const double drawn = (double)(draw(&seed) >> 11) / 9007199254740992.0 * 2.0 - 1.0;
+            row[j] = j == 0 ? (REAL)drawn : (REAL)(usual[j] * (j < 3 ? drawn : 1.0 + 0.5 * drawn));
+        }
+        psi += turn * row[0];
+        psi = psi > usual[0] || psi < -usual[0] ? psi - 2 * turn * row[0] : psi;
+        row[0] = psi;
+        step(state, row, outputs);
+        invalid += !is_valid(outputs, least, greatest);
     }
     return invalid;
 }
@@ -89,12 +107,15 @@ int64_t fuzz(int64_t count, uint64_t seed, const REAL *usual, REAL least, REAL g
 
 /* fuzz COUNT PSI PSI_DOT TORQUE F_N DT: a program for the sanitisers. */
 int main(int argc, char **argv) {
+    static brushgrip_state_t state;
     REAL usual[WIDTH];
     int64_t refused, invalid;
     int j;
     if (argc != 2 + WIDTH) return 2;
     for (j = 0; j < WIDTH; ++j) usual[j] = (REAL)atof(argv[2 + j]);
-    invalid = fuzz(atoll(argv[1]), 88172645463325252u, usual, 0.0, 10.0, &refused);
+    brushgrip_init(&state);
+    invalid = fuzz(&state, atoll(argv[1]), 88172645463325252u, usual, 0.0, 10.0, &refused);
+    invalid += wander(&state, atoll(argv[1]), 88172645463325252u, usual, (REAL)0.05, 0.0, 10.0);
     printf("%lld invalid, %lld refused\n", (long long)invalid, (long long)refused);
     return invalid != 0;
 }

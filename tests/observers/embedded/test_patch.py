@@ -255,3 +255,13 @@ def test_more_corners_than_a_window_stores(generated: Generate, patch: Patch) ->
 
     assert deepest > STORED_CORNERS
     assert off < 1e-9
+
+
+@pytest.mark.parametrize("far", [1e3, 1e8, -1e15])
+def test_no_turn_is_so_far_that_the_patch_never_comes_back(single_patch: Patch, far: float) -> None:
+    swing = 0.3 * np.sin(0.05 * np.arange(400))
+    path = np.concatenate([[0.0, 0.1], np.full(3, far), np.full(3, 0.5 * far), swing])
+    actual = single_patch.run(path, steady(path.size))
+    expected = exact(np.concatenate([[np.sign(far) * 50], swing]), steady(401))[0]
+
+    np.testing.assert_allclose(actual.M_z[-300:], expected[-300:], atol=0.02)

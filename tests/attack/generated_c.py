@@ -1,0 +1,98 @@
+"""Generated C on samples without end: random bytes, a wheel at random, and then a sane one.
+
+After every round the wheel turns to and fro as the model says, at a known friction, until the estimate
+is back. Where that takes more than 10 s, the round counts as late: the zero of the torque channel, to
+which no change of the ground gives a new variance, may have been dragged away. It never may take 2 min.
+"""
+
+from functools import partial
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any
+
+import numpy as np
+
+from observers import AligningTorque, Ekf, Mhe, SteeringTorque
+from observers.embedded import SINGLE
+from symbolic import compiler, simulate
+from tests.attack.attack_class import AttackClass, Effort, Outcome
+from tests.attack.workplace import workplace
+from tests.observers.conftest import RIG
+from tests.observers.embedded.generated_code import (
+    DECLARED,
+    EFFECTS,
+    MEASURED_RUN,
+    NO_COMPILER,
+    RunningCode,
+    generate_code,
+    observer_of,
+)
+
+ROUND = 20_000
+"""Samples between two checks that the estimate comes back, half of each kind."""
+USUAL = [0.5, 1.0, 8.0, 400.0, 0.01]
+TURN = 0.06
+"""Of the wheel at random in a sample [rad]: within the limit of the rate."""
+SANE = 1000
+"""Samples of 10 s."""
+PATIENCE = 12
+"""How often these are given before the estimate has to be back."""
+MU, NEAR = 0.9, 0.1
+MODELS = {"declared": DECLARED, "torsion_rate": EFFECTS, "measured_run": MEASURED_RUN}
+SENSING = {"aligning": AligningTorque(), "steering": SteeringTorque()}
+
+
+def sane(observer: Any) -> np.ndarray:
+    """Samples (n, 5) of a wheel that turns through its full slide, without noise."""
+    t = np.arange(SANE) * USUAL[4]
+    pulse = 2 * np.pi * 0.35
+    psi, rate = 0.35 * np.sin(pulse * t), 0.35 * pulse * np.cos(pulse * t)
+    load = np.full(SANE, USUAL[3])
+    signals = np.stack([psi, rate, load, np.full(SANE, USUAL[4])])
+    theta = np.array(observer.model.theta({"mu": MU, **observer.values})).ravel()
+    torque = simulate(observer.model, signals, theta, np.array([RIG.a, RIG.e])).M_z
+    if observer.channel == "M":
+        torque = -RIG.J_A * pulse**2 * psi + RIG.b_t * rate - torque
+    return np.column_stack([psi, rate, torque, load, signals[3]])
+
+
+def endure(kind: type[Ekf] | type[Mhe], model: str, sensing: str, effort: Effort) -> Outcome:
+    """One observer; inputs are samples."""
+    if compiler() is None:
+        return Outcome(inputs=0, note=f"({NO_COMPILER})")
+    observer = observer_of(kind, MODELS[model], SENSING[sensing])
+    # Of its own: a library that is loaded must not be written over.
+    folder = Path(mkdtemp(dir=workplace()))
+    running, drive = RunningCode(generate_code(observer, SINGLE, folder)), sane(observer)
+    goes_on, done, rounds, late, longest, failures = effort.rounds(), 0, 0, 0, 0, []
+    while goes_on(done):
+        seed = effort.seed + done + 1
+        invalid = running.fuzz(ROUND // 2, seed, USUAL)[0]
+        invalid += running.wander(ROUND // 2, seed, USUAL, TURN)
+        if invalid:
+            failures.append(f"seed {seed}: {invalid} invalid estimates")
+        attempts, is_back = 0, False
+        while attempts < PATIENCE and not is_back:
+            last = running.run(drive)[-1]
+            attempts, is_back = attempts + 1, bool(abs(last[0] / MU - 1) < NEAR and last[3] == 1)
+        if not is_back:
+            failures.append(f"seed {seed}: after {PATIENCE * 10} s mu is {last[0]:.3f}, not {MU}")
+        rounds, late, longest = rounds + 1, late + (attempts > 1), max(longest, attempts)
+        done += ROUND + attempts * SANE
+    return Outcome(
+        inputs=done,
+        failures=tuple(failures),
+        note=f"(late in {late} of {rounds} rounds, {longest * 10} s)",
+    )
+
+
+CLASSES = tuple(
+    AttackClass(
+        name=f"c_{kind.__name__.lower()}_{model}_{sensing}",
+        attack=partial(endure, kind, model, sensing),
+    )
+    for model in MODELS
+    for sensing in SENSING
+    for kind in (Ekf, Mhe)
+)
+"""Each observer, model and torque in single precision."""
