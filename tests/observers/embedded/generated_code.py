@@ -120,6 +120,10 @@ class RunningCode:
         self._state = ctypes.create_string_buffer(library.state_size() + 64)
         library.brushgrip_init(self._at)
 
+    def reset(self) -> None:
+        """Forget everything."""
+        self.code.library.brushgrip_reset(self._at)
+
     def run(self, samples: Array) -> Array:
         """Estimates after samples (n, 5), as `GeneratedCode.run`."""
         inputs = np.ascontiguousarray(samples, self.code.real.dtype)
