@@ -40,7 +40,6 @@ SANE = 1000
 PATIENCE = 12
 """How often these are given before the estimate has to be back."""
 MU, NEAR = 0.9, 0.1
-NO_LOAD = int(Status.MISSING | Status.HELD)
 MODELS = {"declared": DECLARED, "torsion_rate": EFFECTS, "measured_run": MEASURED_RUN}
 SENSING = {"aligning": AligningTorque(), "steering": SteeringTorque()}
 
@@ -78,7 +77,7 @@ def endure(kind: type[Ekf] | type[Mhe], model: str, sensing: str, effort: Effort
         while attempts < PATIENCE and not is_back:
             last = running.run(drive)[-1]
             attempts, is_back = attempts + 1, bool(abs(last[0] / MU - 1) < NEAR and last[3] == 1)
-            if int(last[-1]) & NO_LOAD == NO_LOAD:
+            if int(last[-1]) & Status.HELD:
                 running.reset()
         if not is_back:
             failures.append(f"seed {seed}: after {PATIENCE * 10} s mu is {last[0]:.3f}, not {MU}")
