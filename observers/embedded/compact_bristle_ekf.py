@@ -16,7 +16,6 @@ from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_bristles import CompactBristles, has_bristles
 from observers.embedded.compact_corners import CompactCorners, has_corners
 from observers.embedded.constants import Constants
-from observers.embedded.scalar_c import c_function
 from observers.embedded.scalar_function import with_known_exponentials
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
@@ -32,6 +31,7 @@ from observers.tuning import TUNING_FIELDS
 from observers.udu import covariance
 from symbolic import DECLARED, GEOMETRY, SIGNALS
 from symbolic.deformation import full_slide_arm
+from symbolic.scalar_c import c_function
 
 MEMORY = Layout(tuple((name, 1, 1) for name in ("M_z", "by_mu", "mu", "slide", "beside")))
 """Memory of a `GivenTorque`: M_z [N m] and its derivative by mu, at mu; effective friction over mu, and

@@ -20,7 +20,6 @@ from observers.embedded.compact_mhe import (
 )
 from observers.embedded.compact_window import window_state, window_values
 from observers.embedded.constants import Constants, Tunable
-from observers.embedded.scalar_c import c_function
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
 from observers.innovation_monitor import change_variance
@@ -34,6 +33,7 @@ from observers.patch_update import reset_retention, sensitivity_retention
 from observers.protocol import FunctionObserver
 from observers.tuning import TUNING_FIELDS
 from symbolic import DECLARED
+from symbolic.scalar_c import c_function
 
 
 def is_compact_bristle_window(observer: FunctionObserver) -> bool:

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from scipy.special import wrightomega
 
 from observers.embedded.bristle_expressions import TERMS, BristleExpressions
-from observers.embedded.scalar_c import ELEMENTARY, c_function, c_records
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
 from observers.measurement_model import AligningTorque
@@ -27,6 +26,7 @@ from symbolic import Model
 from symbolic.bristles import SPAN
 from symbolic.compliance import BALANCE_STEPS
 from symbolic.deformation import full_slide_arm
+from symbolic.scalar_c import ELEMENTARY, c_function, c_records
 from symbolic.slip import REFERENCE_SPEED, REST_SPEED
 
 OMEGA = (-12, 24)

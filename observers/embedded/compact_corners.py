@@ -11,7 +11,6 @@ import casadi as ca
 
 from observers.embedded.bristle_expressions import TERMS, BristleExpressions
 from observers.embedded.compact_patch import build_corner, patch_bytes, patch_numbers, patch_types
-from observers.embedded.scalar_c import ELEMENTARY, c_function
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import render
 from observers.measurement_model import AligningTorque
@@ -20,6 +19,7 @@ from observers.model_observer import ModelObserver
 from observers.steering_torque import SteeringTorque
 from symbolic import Model
 from symbolic.compliance import deflection_of
+from symbolic.scalar_c import ELEMENTARY, c_function
 
 
 @dataclass(frozen=True, eq=False)
