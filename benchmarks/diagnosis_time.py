@@ -26,7 +26,7 @@ from rig_recordings import as_read
 
 PARTS = (
     ("compiled.py", "_run", "the C compiler"),
-    ("trajectory.py", "_functions", "building Functions, C from them"),
+    ("bristle_kernel.py", "kernel_source", "building Functions, C from them"),
     ("trajectory.py", "simulate", "simulating recordings with derivatives"),
     ("trials.py", "run_trial", "the fits around them"),
     ("discriminating_experiment.py", "propose", "proposing experiments"),
@@ -80,7 +80,7 @@ def print_parts(training: list[Recording], holdout: list[Recording]) -> None:
     for file, name, meaning in PARTS:
         calls, cumulative = found.get((file, name), (0, 0.0))
         # The last two simulate a little of their own; what is inside them is small beside the fits.
-        own = cumulative - inside if name in ("_functions", "simulate", "run_trial") else cumulative
+        own = cumulative - inside if name in ("kernel_source", "simulate", "run_trial") else cumulative
         inside = cumulative
         print(f"{own:8.1f} s  {meaning} ({calls} times)")
 

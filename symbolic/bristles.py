@@ -17,7 +17,7 @@ from symbolic.deformation import full_slide_arm
 from symbolic.errors import InvalidInputError
 from symbolic.patch import Expression, PatchInputs
 from symbolic.quadrature import gauss_legendre
-from symbolic.slip import clipped, creep_factor, slip
+from symbolic.slip import SlipSearch, clipped, creep_factor, slip
 
 SPAN = 1.25
 """Half-lengths over which a patch that grows has bristles; growth is clamped to it [1]."""
@@ -101,6 +101,11 @@ class BristlePatch:
         """Length of the memory vector."""
         return self.bristles * (1 if self.traits.relaxation is None else 2)
 
+    @property
+    def slip_search(self) -> SlipSearch | None:
+        """What takes the place of `symbolic.slip.slip_search`; None for nothing."""
+        return None
+
     def initial(self) -> NDArray[np.float64]:
         """The virgin patch: zeros of shape (size,)."""
         return np.zeros(self.size)
@@ -141,11 +146,13 @@ class BristlePatch:
         creep = None if self.traits.creep is None else coefficients[3 * n + 3]
         if self.traits.relaxation is None:
             q = memory + stretch
-            return clipped(q, limit) if creep is None else q - slip(q, limit, 0, reach, creep)
+            if creep is None:
+                return clipped(q, limit)
+            return q - slip(q, limit, 0, reach, creep, self.slip_search)
         # The stop with a Maxwell branch: sliding relieves spring and branch together.
         decay, branch_gain = coefficients[3 * n], coefficients[3 * n + 1]
         q, m = memory[:n] + stretch, memory[n:] * decay + branch_gain * stretch
-        slipped = slip(q + m, limit, branch_gain, reach, creep)
+        slipped = slip(q + m, limit, branch_gain, reach, creep, self.slip_search)
         return ca.vertcat(q - slipped, m - branch_gain * slipped)
 
     def torque(self, memory: Expression, coefficients: Expression) -> Expression:

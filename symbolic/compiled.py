@@ -1,27 +1,29 @@
 """Functions compiled to machine code through C, with a cache; interpreted where no compiler is found."""
 
-import atexit
+import ctypes
 import errno
 import hashlib
 import logging
 import os
 import platform
-import re
 import shutil
 import signal
-import stat
 import subprocess
 import tempfile
+from collections.abc import Callable
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
+from typing import TypeVar
 
 import casadi as ca
 
 from symbolic.errors import one_line
-from symbolic.scratch import claimed_folder, scratch_folder
+from symbolic.library_cache import distrust, place_of_its_own, private_cache
+from symbolic.scratch import scratch_folder
 
 _LOG = logging.getLogger(__name__)
+Loaded = TypeVar("Loaded")
 FLAGS = (
     "-O2",
     "-ftree-vectorize",
@@ -48,21 +50,12 @@ log1p, expm1 and hypot would lose digits, and no model has them. The expensive o
 calls quick beside wide registers. glibc's exp and log of several numbers are right to four units in the
 last place; the macro merely shows them."""
 
+LOOPS = ("-O3", "-fno-semantic-interposition", "-D__FAST_MATH__", "-lmvec")
+"""With these so do loops that are ours."""
 NO_PLACE = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT)
 """Why a library cannot be written where it should be."""
-LIBRARY = re.compile(r"\w+_[0-9a-f]{24}_[0-9a-f]{24}\.so")
-"""Names of libraries of the cache: Function, digest of what was compiled, digest of the content."""
-
 _BLAMED: set[str] = set()
 """Compilers that failed; it is said once."""
-
-
-def cache_directory() -> Path:
-    """Where compiled Functions are kept: `BRUSHGRIP_CACHE`, else the user's cache folder."""
-    if own := os.environ.get("BRUSHGRIP_CACHE"):
-        return Path(own)
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "brushgrip"
 
 
 @cache
@@ -134,18 +127,38 @@ def _processor() -> str:
     return next((line for line in text.splitlines() if line.startswith("flags")), text)
 
 
+def compiled_source(name: str, source: str) -> ctypes.CDLL | None:
+    """C of ours as a library, by the same cache; None where it cannot be compiled."""
+    command = compiler()
+    if command is None:
+        return None
+    flags = (*FLAGS, *LOOPS) if _takes(command, LOOPS) else FLAGS
+    try:
+        return _library(name, source, command, flags, ctypes.CDLL)
+    except (OSError, subprocess.SubprocessError) as error:
+        _LOG.debug("brushgrip: %s is not compiled (%s)", name, error)
+        return None
+
+
 def _loaded(function: ca.Function, command: str, flags: tuple[str, ...]) -> ca.Function:
-    """The Function out of a library of the cache, which is built where there is none that loads."""
+    """The Function out of a library."""
     generator = ca.CodeGenerator(f"{function.name()}.c")
     generator.add(function)
-    source = generator.dump()
+    load = partial(ca.external, function.name())
+    return _library(function.name(), generator.dump(), command, flags, load)
+
+
+def _library(
+    name: str, source: str, command: str, flags: tuple[str, ...], load: Callable[[str], Loaded]
+) -> Loaded:
+    """What is loaded out of a library of the cache, which is built where there is none that loads."""
     text = "\0".join((source, command, _processor(), *flags)).encode()
-    folder, stem = _private_cache(), f"{function.name()}_{_digest(text)}"
+    folder, stem = private_cache(), f"{name}_{_digest(text)}"
     for library in folder.glob(f"{stem}_*.so"):
         if _is_sound(library):
             try:
-                return ca.external(function.name(), str(library))
-            except RuntimeError:
+                return load(str(library))
+            except (RuntimeError, OSError):
                 pass  # Of another machine with the same processor, say.
         library.unlink(missing_ok=True)
     try:
@@ -153,11 +166,11 @@ def _loaded(function: ca.Function, command: str, flags: tuple[str, ...]) -> ca.F
     except OSError as error:
         if error.errno not in NO_PLACE:
             raise
-        own = _in_its_place(folder, f"cannot be written ({error.strerror})")
+        own = place_of_its_own(folder, f"cannot be written ({error.strerror})")
         library = _built(source, command, flags, own / stem)
     try:
-        return ca.external(function.name(), str(library))
-    except RuntimeError as error:
+        return load(str(library))
+    except (RuntimeError, OSError) as error:
         library.unlink(missing_ok=True)
         raise OSError(f"what {command} makes cannot be loaded") from error
 
@@ -200,86 +213,10 @@ def _is_sound(library: Path) -> bool:
     """Whether a library of the cache is this user's alone, and what was built for its name."""
     stem, _, digest = library.stem.rpartition("_")
     try:
-        return _distrust(library) is None and digest == _digest(stem.encode() + library.read_bytes())
+        return distrust(library) is None and digest == _digest(stem.encode() + library.read_bytes())
     except OSError:
         return False
 
 
 def _digest(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()[:24]
-
-
-def _private_cache() -> Path:
-    """The cache folder; where others may write to it, an empty one for this process and its children."""
-    folder = cache_directory()
-    try:
-        folder.mkdir(mode=0o700, parents=True, exist_ok=True)
-    except OSError as error:
-        return _in_its_place(folder, f"cannot be written ({error.strerror})")
-    # From here on the folder is reached without a link, which might change its aim.
-    folder = folder.resolve()
-    _close_to_group(folder)
-    if (reason := _distrust(folder) or _distrust_parents(folder)) is None:
-        return folder
-    return _in_its_place(folder, f"{reason}, and compiled code in it would be run unseen")
-
-
-def _in_its_place(folder: Path, reason: str) -> Path:
-    """A cache for this process and its children, empty, and a line that says so."""
-    own, _ = claimed_folder(Path(tempfile.gettempdir()))
-    atexit.register(_remove_as, os.getpid(), str(own))
-    os.environ["BRUSHGRIP_CACHE"] = str(own)
-    _LOG.warning(
-        "brushgrip: %s %s; what is compiled now is not kept. Remove that folder, or name one of your own"
-        " in BRUSHGRIP_CACHE",
-        folder,
-        reason,
-    )
-    return own
-
-
-def _close_to_group(folder: Path) -> None:
-    """Takes the group's right to write from an own folder, and the libraries that it may have renamed.
-
-    An earlier release made the folder so where the umask is 002, as it is where every user has a group.
-    """
-    if not hasattr(os, "geteuid"):
-        return
-    status = folder.stat()
-    if status.st_uid != os.geteuid() or status.st_mode & 0o022 != 0o020:
-        return
-    folder.chmod(stat.S_IMODE(status.st_mode) & ~0o020)
-    for library in folder.glob("*.so"):
-        if LIBRARY.fullmatch(library.name):
-            library.unlink(missing_ok=True)
-
-
-def _distrust_parents(folder: Path) -> str | None:
-    """Why others could put another folder in the place of this one; None where they could not.
-
-    Where the sticky bit is set, as for /tmp, nobody renames what is another user's. What stands in the
-    temporary folder is not asked: nothing better could take its place.
-    """
-    if not hasattr(os, "geteuid") or folder.parent == Path(tempfile.gettempdir()).resolve():
-        return None
-    for parent in folder.parents:
-        mode = parent.stat().st_mode
-        if mode & stat.S_IWOTH and not mode & stat.S_ISVTX:
-            return f"lies in {parent}, where other users may replace it"
-    return None
-
-
-def _distrust(path: Path) -> str | None:
-    """Why others could have changed what is at a path; None where they could not, or nobody can tell."""
-    if not hasattr(os, "geteuid"):
-        return None
-    status = path.lstat()
-    if status.st_uid != os.geteuid():
-        return "belongs to another user"
-    return "may be written by other users" if status.st_mode & 0o022 else None
-
-
-def _remove_as(process: int, folder: str) -> None:
-    """Removes a folder at the end of the process that made it, not of a fork."""
-    if os.getpid() == process:
-        shutil.rmtree(folder, ignore_errors=True)

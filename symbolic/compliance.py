@@ -91,14 +91,14 @@ def _search(patch: Patch, deflection: ca.Function, steps: int) -> ca.Function:
     slope = ca.jtimes(M_z, turn, ca.MX(1))
     tangent = ca.Function("tangent", given, [M_z, slope], names, ["M_z", "slope"])
     slopes = ca.Function("slopes", given, [slope, follows], names, ["slope", "follows"])
-    balance = _balance(deflection)
+    balanced = balance(deflection)
     # The residual rises with the turn by at least one to one, so its value at rest brackets the root.
     root: Expression = ca.MX(0)
     torque, slope = tangent(before, root, rest)
     residual = root - goal - deflection(torque, elements)
     low, high = ca.fmin(0, -residual), ca.fmax(0, -residual)
     for i in range(steps):
-        torque = balance(torque + slope * (goal - root), slope, elements)
+        torque = balanced(torque + slope * (goal - root), slope, elements)
         step = goal + deflection(torque, elements)
         # Rounding must not turn a converged step back out of the bracket, whose other end may be far.
         step = ca.if_else(residual < 0, ca.fmax(step, root), ca.fmin(step, root))
@@ -121,7 +121,7 @@ def _search(patch: Patch, deflection: ca.Function, steps: int) -> ca.Function:
     )
 
 
-def _balance(deflection: ca.Function) -> ca.Function:
+def balance(deflection: ca.Function) -> ca.Function:
     """(rigid, slope, elements) -> M with M = rigid + slope d(M), the patch being linear.
 
     rigid is the torque of the patch without the elements [N m], slope <= 0 that by its turn [N m/rad].

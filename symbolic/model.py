@@ -245,7 +245,7 @@ def _build_halves(model: Model) -> tuple[ca.Function, ca.Function]:
     return advance, torque
 
 
-def _signals(vector: ca.MX) -> Signals:
+def _signals(vector: Expression) -> Signals:
     signals = Signals(**dict(zip(SIGNALS, ca.vertsplit(vector), strict=True)))
     return replace(signals, dt=ca.fmax(signals.dt, SHORTEST_PERIOD))
 
@@ -273,10 +273,10 @@ def _advance(
 
 
 def at_the_patch(
-    model: Model, own: list[Expression], signals: ca.MX, theta: ca.MX
+    model: Model, own: list[Expression], signals: Expression, theta: Expression
 ) -> tuple[Signals, list[Expression], Expression]:
     """A sample as it reaches the patch, the effects' own memories after it, the factor on the limit."""
-    seen, effects, factor = _signals(signals), model.values(theta), ca.MX(1)
+    seen, effects, factor = _signals(signals), model.values(theta), type(theta)(1)
     memories = list(own)
     # Sensors first, so that the order of the effects does not change the signals of the others.
     for i in sorted(range(len(effects)), key=lambda i: not effects[i][0].sensor):

@@ -11,6 +11,7 @@ In w = ln v the balance is a convex, rising function, and Halley's method comes 
 from the lesser of two bounds, one without the logarithm and one without the slip.
 """
 
+from collections.abc import Callable, Sequence
 from functools import cache
 
 import casadi as ca
@@ -27,6 +28,8 @@ _STEPS = 3
 """Halley's steps: with the one of Newton that is differentiated, the slip is right to rounding."""
 _TINY = 1e-30
 """Keeps a bound finite where friction does not depend on speed [1]."""
+SlipSearch = Callable[..., Sequence[Expression]]
+"""(size, limit, branch_gain, reach, c) -> (slip, level, moving, yielding), as `slip_search` gives it."""
 
 
 def slip(
@@ -35,6 +38,7 @@ def slip(
     branch_gain: Expression,
     reach: Expression,
     c: Expression | None,
+    search: SlipSearch | None = None,
 ) -> Expression:
     """Slip that brings every bristle back to the friction limit.
 
@@ -44,13 +48,15 @@ def slip(
         branch_gain: stiffness of the Maxwell branch, in shares of the spring's; 0 for none [1].
         reach: slip of one sample at 1 m/s, in the same unit.
         c: growth of the limit with the log of the sliding speed, >= 0 [1]; None for the plain stop.
+        search: takes the place of `slip_search`.
 
     With c, first derivatives are exact and second derivatives are wrong.
     """
     if c is None:
         return (stress - clipped(stress, limit)) / (1 + branch_gain)
     size = ca.fabs(stress)
-    slipped, level, moving, yielding = _search(int(stress.numel()))(size, limit, branch_gain, reach, c)
+    found = (search or slip_search(int(stress.numel())))(size, limit, branch_gain, reach, c)
+    slipped, level, moving, yielding = found
     # The search is not differentiated. `beyond` is zero there; its derivative is the correction of the
     # implicit function theorem.
     log_speed = level - moving * ca.log(reach)
@@ -69,7 +75,7 @@ def clipped(value: Expression, limit: Expression) -> Expression:
 
 
 @cache
-def _search(n: int) -> ca.Function:
+def slip_search(n: int) -> ca.Function:
     """The search for the slip of n bristles, with named inputs and outputs.
 
     level is ln(slip) where a bristle is moving (1) and ln v_0 where it is not (0); yielding is the

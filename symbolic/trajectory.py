@@ -1,8 +1,9 @@
-"""Whole recordings through one compiled Function: the torque and its exact sensitivities.
+"""Whole recordings through compiled code: the torque and its exact sensitivities.
 
 CasADi differentiates the step of the model in d directions of the parameter vector, the sensitivities of
-the memory are propagated with the memory, and the recursion runs inside one Function over a stretch of
-samples (`mapaccum`).
+the memory are propagated with the memory. Bristles run through `symbolic.bristle_kernel`; for the exact
+patch, and where there is no compiler, the recursion runs inside one Function over a stretch of samples
+(`mapaccum`).
 """
 
 from dataclasses import dataclass
@@ -12,6 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symbolic.bristle_kernel import bristle_kernel
 from symbolic.compiled import compiled
 from symbolic.errors import InvalidInputError
 from symbolic.model import GEOMETRY, SIGNALS, Model
@@ -59,8 +61,14 @@ def simulate(
     seeds = np.zeros((parameters, 0)) if directions is None else directions
     _check_shapes(signals, theta, geometry, seeds, parameters)
     count, d = signals.shape[1], seeds.shape[1]
-    start, stretch = _functions(model, d, rig=seeds.shape[0] > parameters)
+    rig = seeds.shape[0] > parameters
+    start = _start_with_sensitivities(model, d, rig=rig)
     initial = [part.full() for part in start(signals[:, 0], theta, seeds, geometry)]
+    if (kernel := bristle_kernel(model)) is not None:
+        all_seeds = np.vstack([seeds, np.zeros((0 if rig else len(RIG_DIRECTIONS), d))])
+        torque, derivatives = kernel.run(signals, theta, geometry, all_seeds, *initial)
+        return TorqueTrajectory(M_z=torque, sensitivities=derivatives)
+    stretch = _compiled_stretch(model, d, rig=rig)
     padded = np.pad(signals, ((0, 0), (0, -count % STRETCH)), mode="edge")
     # Buffers: conversion to and from CasADi's matrices would take a third of the time.
     buffer, call = stretch.buffer()
@@ -72,15 +80,16 @@ def simulate(
         for i, array in enumerate(arrays):
             if array.size:
                 place(i, memoryview(array.data))  # type: ignore[call-arg]
-    torques, derivatives = [], []
+    torques: list[NDArray[np.float64]] = []
+    parts: list[NDArray[np.float64]] = []
     for first in range(0, count, STRETCH):
         inputs[2][:] = padded[:, first : first + STRETCH].ravel(order="F")
         call()
         inputs[0][:], inputs[1][:] = outputs[0], outputs[1]
         torques.append(outputs[2].copy())
-        derivatives.append(outputs[3].reshape(STRETCH, d).copy())
+        parts.append(outputs[3].reshape(STRETCH, d).copy())
     return TorqueTrajectory(
-        M_z=np.concatenate(torques)[:count], sensitivities=np.concatenate(derivatives)[:count]
+        M_z=np.concatenate(torques)[:count], sensitivities=np.concatenate(parts)[:count]
     )
 
 
@@ -107,12 +116,11 @@ def _check_shapes(
 
 
 @cache
-def _functions(model: Model, d: int, *, rig: bool) -> tuple[ca.Function, ca.Function]:
-    """The start and one stretch, each with sensitivities in d directions."""
-    stretch = _stretch(model, d, rig=rig)
-    return _start_with_sensitivities(model, d, rig=rig), compiled(stretch, vectorised=True)
+def _compiled_stretch(model: Model, d: int, *, rig: bool) -> ca.Function:
+    return compiled(_stretch(model, d, rig=rig), vectorised=True)
 
 
+@cache
 def _start_with_sensitivities(model: Model, d: int, *, rig: bool) -> ca.Function:
     signals, theta, geometry = model.symbols()
     moving, inputs, at = _moving(model, signals, theta, geometry, rig=rig)

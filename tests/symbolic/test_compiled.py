@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from symbolic import EFFECTS, Model, compiled, compiler, effects_named, sensitivity_step
-from symbolic.compiled import cache_directory
+from symbolic.library_cache import cache_directory
 from tests.symbolic.oracles import random_path, signals
 from tests.symbolic.test_effects import VALUES
 

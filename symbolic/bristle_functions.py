@@ -1,0 +1,232 @@
+"""One bristle, a sample and the elements in series as Functions of scalars, with their derivatives.
+
+The expressions are those of `symbolic.bristles`, `symbolic.slip`, `symbolic.compliance` and the effects,
+with one bristle in the place of all. `symbolic.bristle_kernel` makes a recording of them.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from symbolic.bristles import BristlePatch
+from symbolic.compliance import balance
+from symbolic.effects.base import Signals
+from symbolic.model import GEOMETRY, SIGNALS, Model, at_the_patch
+from symbolic.patch import Expression, PatchInputs
+from symbolic.slip import SlipSearch, slip_search
+
+Functions = dict[str, ca.Function]
+SEEN = (*SIGNALS, "factor")
+"""A sample's scalars: the signals at the patch, the factor on friction, then theta, a and e."""
+PLACES = ("lever", "limit", "moment")
+"""Coefficients of each bristle, see `BristlePatch.coefficients`."""
+SHARED = 4
+"""How many follow there that all bristles share."""
+FOUND = 4
+"""What `symbolic.slip.slip_search` finds."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class OneBristle(BristlePatch):
+    """One bristle, whose place and weight are expressions.
+
+    Attributes:
+        place: x / a, y / half_width, and weight over u.
+        search: takes the place of the search for the slip.
+    """
+
+    place: tuple[Expression, Expression, Expression]
+    search: SlipSearch | None = None
+
+    @property
+    def bristles(self) -> int:
+        """One."""
+        return 1
+
+    @property
+    def slip_search(self) -> SlipSearch | None:
+        """What takes the place of the search."""
+        return self.search
+
+    def nodes(self) -> tuple[Expression, Expression, Expression]:
+        """Place and weight."""
+        return self.place
+
+
+def patch_of(model: Model, theta: Expression | None = None) -> BristlePatch:
+    """The bristles of a model, with the traits at a parameter vector."""
+    patch = model.patch(theta)
+    assert isinstance(patch, BristlePatch)
+    return patch
+
+
+def scalar_count(model: Model) -> int:
+    """How many scalars of a sample there are."""
+    return len(SEEN) + len(model.parameters) + len(GEOMETRY)
+
+
+def sample_functions(model: Model) -> Functions:
+    """A sample's scalars and the torque beside the patch, each with its derivative along a direction."""
+    p, size = len(model.parameters), sum(effect.memory for effect in model.effects)
+    lengths = {"own": size, "theta": p, "geometry": len(GEOMETRY), "load": 1}
+    moving = {name: ca.SX.sym(name, length) for name, length in lengths.items()}
+    along = {f"{name}_by": ca.SX.sym(f"{name}_by", length) for name, length in lengths.items()}
+    signals = ca.SX.sym("signals", len(SIGNALS))
+    factors = ca.vertcat(*(moving["load"] if name == "F_N" else 1 for name in SIGNALS))
+    own, at = [], 0
+    for effect in model.effects:
+        own.append(moving["own"][at : at + effect.memory])
+        at += effect.memory
+    seen, memories, factor = at_the_patch(model, own, signals * factors, moving["theta"])
+    scalars = ca.vertcat(
+        *(getattr(seen, name) for name in SIGNALS), factor, moving["theta"], moving["geometry"]
+    )
+    after = ca.vertcat(*memories) if size else ca.SX(0, 1)
+    by = ca.jtimes(ca.vertcat(after, scalars), ca.vertcat(*moving.values()), ca.vertcat(*along.values()))
+    after, scalars, by = ca.substitute([after, scalars, by], [moving.pop("load")], [ca.SX(1)])
+    inputs = {"own": moving["own"], "signals": signals, **moving}
+    z, z_by = _symbols(model)
+    _, values = _parts(model, z)
+    at_z = Signals(**{name: z[i] for i, name in enumerate(SIGNALS)})
+    beside = ca.SX(0)
+    for effect, own_values in values:
+        beside = beside + effect.torque(at_z, own_values)
+    return {
+        "sample": _function("sample", inputs, {"own_next": after, "scalars": scalars}),
+        "sample_along": _function(
+            "sample_along", inputs | along, {"own_next_by": by[:size], "scalars_by": by[size:]}
+        ),
+        "beside": _function("beside", {"z": z}, {"torque": beside}),
+        "beside_along": _function(
+            "beside_along", {"z": z, "z_by": z_by}, {"torque_by": ca.jtimes(beside, z, z_by)}
+        ),
+    }
+
+
+def _symbols(model: Model) -> tuple[ca.SX, ca.SX]:
+    """A sample's scalars, and their derivative along a direction."""
+    return ca.SX.sym("z", scalar_count(model)), ca.SX.sym("z_by", scalar_count(model))
+
+
+def _parts(model: Model, z: ca.SX) -> tuple[PatchInputs, Any]:
+    """Inputs of the patch, and the effects with their values, out of a sample's scalars."""
+    p = len(model.parameters)
+    theta, geometry = z[len(SEEN) : len(SEEN) + p], z[len(SEEN) + p :]
+    _, speed, F_N, dt, factor = ca.vertsplit(z[: len(SEEN)])
+    inputs = PatchInputs(
+        speed=speed, dt=dt, F_N=F_N, factor=factor, mu=theta[0], k=theta[1], a=geometry[0], e=geometry[1]
+    )
+    return inputs, model.values(theta)
+
+
+def _coefficients(model: Model, z: ca.SX) -> tuple[dict[str, ca.SX], ca.SX]:
+    """Symbols for the place of a bristle, and its coefficients."""
+    p = len(model.parameters)
+    u, v, w = (ca.SX.sym(name) for name in "uvw")
+    traits = patch_of(model, z[len(SEEN) : len(SEEN) + p]).traits
+    one = OneBristle(traits=traits, place=(u, v, w))
+    return {"u": u, "v": v, "w": w}, one.coefficients(_parts(model, z)[0])
+
+
+def place_jacobian(model: Model) -> tuple[dict[str, ca.SX], ca.SX]:
+    """Inputs, and the derivatives of a bristle's own coefficients by a sample's scalars."""
+    z, _ = _symbols(model)
+    place, coefficients = _coefficients(model, z)
+    return {**place, "z": z}, ca.jacobian(coefficients[: len(PLACES)], z)
+
+
+def place_functions(model: Model) -> Functions:
+    """Coefficients of a bristle and those that all share, with their derivatives."""
+    z, z_by = _symbols(model)
+    place, coefficients = _coefficients(model, z)
+    own, shared = coefficients[: len(PLACES)], coefficients[len(PLACES) :]
+    inputs, jacobian = place_jacobian(model)
+    partials = _nonzeros(jacobian)
+    return {
+        "place": _function(
+            "place", {**place, "z": z}, dict(zip(PLACES, ca.vertsplit(own), strict=True))
+        ),
+        "place_partials": _function("place_partials", inputs, {"partials": partials}),
+        "share": _function("share", {"z": z}, {"shared": shared}),
+        "share_along": _function(
+            "share_along", {"z": z, "z_by": z_by}, {"shared_by": ca.jtimes(shared, z, z_by)}
+        ),
+    }
+
+
+def _step(model: Model) -> tuple[dict[str, ca.SX], ca.SX, ca.SX, tuple[Expression, ...] | None]:
+    """Inputs, a bristle's stresses after its step, what the search found, and what it searches by.
+
+    What is found is an input: the search is not differentiated.
+    """
+    found = ca.SX.sym("found", FOUND)
+    calls: list[tuple[Expression, ...]] = []
+
+    def search(*arguments: Expression) -> list[ca.SX]:
+        calls.append(arguments)
+        return list(ca.vertsplit(found))
+
+    # The traits say which laws there are; their numbers are among the coefficients.
+    one = OneBristle(traits=patch_of(model).traits, place=(0, 0, 0), search=search)
+    stresses = {f"stress_{s}": ca.SX.sym(f"stress_{s}") for s in range(one.size)}
+    rest = {name: ca.SX.sym(name) for name in ("turn", "lever", "limit")}
+    shared = ca.SX.sym("shared", SHARED)
+    # The step does not need the moment.
+    coefficients = ca.vertcat(rest["lever"], rest["limit"], 0, shared)
+    after = one.advance(ca.vertcat(*stresses.values()), rest["turn"], coefficients)
+    return {**stresses, **rest, "shared": shared}, after, found, calls[0] if calls else None
+
+
+def step_jacobian(model: Model) -> tuple[dict[str, ca.SX], ca.SX]:
+    """Inputs, and the derivatives of a bristle's stresses by them."""
+    inputs, after, *_ = _step(model)
+    return inputs, ca.jacobian(after, ca.vertcat(*inputs.values()))
+
+
+def step_functions(model: Model) -> Functions:
+    """The step of a bristle, what it follows of the turn, and its derivatives."""
+    inputs, after, found, searched = _step(model)
+    follow = ca.jtimes(after, inputs["turn"], ca.SX(1))
+    partials = _nonzeros(ca.jacobian(after, ca.vertcat(*inputs.values())))
+    functions, given = {}, inputs
+    if searched is not None:
+        given = {**inputs, "found": found}
+        results = ca.vertcat(*slip_search(1).expand()(*searched))
+        functions["find"] = _function("find", inputs, {"found": results})
+    outputs: dict[str, Any] = {"after": after, "follow": follow}
+    return functions | {
+        "tangent": _function("tangent", given, outputs),
+        "advance": _function("advance", given, {**outputs, "partials": partials}),
+    }
+
+
+def series_functions(deflection: ca.Function) -> Functions:
+    """The deflection of what is in series, its derivatives, and its balance with a linear patch."""
+    size = deflection.numel_in(1)
+    M, elements, along = ca.SX.sym("M"), ca.SX.sym("elements", size), ca.SX.sym("elements_by", size)
+    slope, rigid = ca.SX.sym("slope"), ca.SX.sym("rigid")
+    turn = deflection.expand()(M, elements)
+    inputs = {"M": M, "elements": elements}
+    balanced = balance(deflection).expand()(rigid, slope, elements)
+    return {
+        "deflection": _function("deflection", inputs, {"turn": turn}),
+        "compliance": _function("compliance", inputs, {"by_torque": ca.jacobian(turn, M)}),
+        "deflection_along": _function(
+            "deflection_along", inputs | {"elements_by": along},
+            {"turn_by": ca.jtimes(turn, elements, along)},
+        ),
+        "balance": _function(
+            "balance", {"rigid": rigid, "slope": slope, "elements": elements}, {"M": balanced}
+        ),
+    }  # fmt: skip
+
+
+def _nonzeros(matrix: ca.SX) -> ca.SX:
+    """Its structural nonzeros, column by column."""
+    return matrix.nz[:]
+
+
+def _function(name: str, inputs: dict[str, Any], outputs: dict[str, Any]) -> ca.Function:
+    results = [ca.densify(output) for output in outputs.values()]
+    return ca.Function(name, [*inputs.values()], results, [*inputs], [*outputs], {"cse": True})

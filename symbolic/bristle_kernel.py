@@ -1,0 +1,135 @@
+"""A patch of bristles along a whole recording in C of its own: one loop over the bristles an evaluation.
+
+CasADi writes a loop for every operation on the bristles, with their numbers through memory between any
+two. Here an operation is one of a bristle, in scalars, and so is its derivative; the compiler takes
+several bristles at a time. The expressions are those of `symbolic.bristle_functions`, the balance is
+that of `symbolic.compliance`. Directions of derivatives are a loop too: one library serves any number.
+"""
+
+import ctypes
+from functools import cache
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from symbolic.bristle_functions import (
+    SHARED,
+    patch_of,
+    place_functions,
+    place_jacobian,
+    sample_functions,
+    scalar_count,
+    series_functions,
+    step_functions,
+    step_jacobian,
+)
+from symbolic.compiled import compiled_source
+from symbolic.compliance import deflection_of
+from symbolic.errors import BrushgripError
+from symbolic.model import Model
+from symbolic.scalar_c import c_function
+
+Array = NDArray[np.float64]
+
+
+class BristleKernel:
+    """The compiled loops of one model."""
+
+    def __init__(self, library: ctypes.CDLL) -> None:
+        """Take over a library of `kernel_source`."""
+        self._run = library.run
+        self._run.restype = None
+
+    def run(
+        self, signals: Array, theta: Array, geometry: Array, seeds: Array, memory: Array, along: Array
+    ) -> tuple[Array, Array]:
+        """M_z (n,) [N m], and its derivatives (n, d).
+
+        Args:
+            signals: rows in the order of `SIGNALS`, shape (4, n).
+            theta: parameter vector, shape (p,).
+            geometry: a and e [m], shape (2,).
+            seeds: directions in theta, a, e and a factor on the load, shape (p + 3, d).
+            memory: before the first sample, m numbers.
+            along: its derivatives, shape (m, d).
+        """
+        count, d = signals.shape[1], seeds.shape[1]
+        torque, derivatives = np.empty(count), np.empty((count, d))
+        given = (signals.ravel("F"), theta, geometry, seeds.ravel("F"), memory, along.ravel("F"))
+        arrays = [np.array(part, dtype=np.float64) for part in given]
+        pointers = [ctypes.c_void_p(part.ctypes.data) for part in (*arrays, torque, derivatives)]
+        self._run(ctypes.c_int64(count), ctypes.c_int64(d), *pointers)
+        return torque, derivatives
+
+
+@cache
+def bristle_kernel(model: Model) -> BristleKernel | None:
+    """The loops of a model; None for the exact patch, and where there is no compiler or no C for it."""
+    if model.exact:
+        return None
+    try:
+        source = kernel_source(model)
+    except (RuntimeError, BrushgripError):
+        return None  # An effect that has no form in scalars, say a table.
+    library = compiled_source("bristle_kernel", source)
+    return None if library is None else BristleKernel(library)
+
+
+def kernel_source(model: Model) -> str:
+    """The C of a model with bristles.
+
+    Raises:
+        RuntimeError: an effect cannot be written in scalars.
+        BrushgripError: an operation has no C here.
+    """
+    # Where nothing is compiled the template's library is not loaded either.
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    patch, deflection = patch_of(model), deflection_of(model)
+    functions = sample_functions(model) | place_functions(model) | step_functions(model)
+    if deflection is not None:
+        functions |= series_functions(deflection)
+    texts = (c_function(name, function, "double") for name, function in functions.items())
+    stresses = patch.size // patch.bristles
+    by_input = [f"stress_by[{s} * BRISTLES + i]" for s in range(stresses)]
+    by_input += ["turn_by", "lever_by", "limit_by", *(f"shared_by[{i}]" for i in range(SHARED))]
+    environment = Environment(
+        loader=PackageLoader("symbolic"), undefined=StrictUndefined, keep_trailing_newline=True,
+        variable_start_string="${", variable_end_string="}", line_statement_prefix="%%",
+    )  # fmt: skip
+    return environment.get_template("bristle_kernel.c").render(
+        bristles=patch.bristles,
+        stresses=stresses,
+        stress_at_i=", ".join(f"stress[{s} * BRISTLES + i]" for s in range(stresses)),
+        parameters=len(model.parameters),
+        scalars=scalar_count(model),
+        own=sum(effect.memory for effect in model.effects),
+        memory=model.memory_size,
+        shared=SHARED,
+        search_steps=model.search_steps,
+        creep=patch.traits.creep is not None,
+        compliant=deflection is not None,
+        nodes={n: _numbers(np.array(v)) for n, v in zip("uvw", patch.nodes(), strict=True)},
+        functions="\n".join(texts).replace("static void ", "INLINE void "),
+        place_partials=functions["place_partials"].numel_out(0),
+        step_partials=functions["advance"].numel_out(2),
+        place_sums=_sums(
+            place_jacobian(model)[1],
+            "place_by",
+            [f"scalars_by[{i}]" for i in range(scalar_count(model))],
+        ),
+        step_sums=_sums(step_jacobian(model)[1], "step_by", by_input),
+    )
+
+
+def _sums(jacobian: ca.SX, kept: str, by: list[str]) -> list[str]:
+    """C of each row's derivative along a direction, from the nonzeros that an array keeps."""
+    sums: list[list[str]] = [[] for _ in range(jacobian.shape[0])]
+    for number, (row, column) in enumerate(zip(*jacobian.sparsity().get_triplet(), strict=True)):
+        sums[row].append(f"{kept}[{number}][i] * {by[column]}")
+    return [" + ".join(terms) or "0.0" for terms in sums]
+
+
+def _numbers(values: Array) -> str:
+    return ", ".join(repr(float(value)) for value in values.ravel())

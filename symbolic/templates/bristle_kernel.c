@@ -1,0 +1,209 @@
+/* A patch of bristles along a recording, with derivatives along any number of directions.
+
+   Every expression of one bristle, of the elements in series and of a sample's scalars is an inlined function of
+   CasADi's; here are the loops over samples, bristles and directions. The search for the torque at which patch and
+   elements balance is not differentiated: one differentiated step of Newton follows, as in symbolic.compliance. */
+#include <math.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#define INLINE static inline __attribute__((always_inline, unused))
+#define natural_log log
+INLINE double lesser(double x, double y) { return x < y ? x : y; }
+INLINE double greater(double x, double y) { return x > y ? x : y; }
+
+/* Bristles, stresses of one, parameters, scalars of a sample, memory of the effects, and all memory. */
+enum { BRISTLES = ${bristles}, STRESSES = ${stresses}, PARAMETERS = ${parameters}, SCALARS = ${scalars}, OWN = ${own}, MEMORY = ${memory} };
+%% for name, numbers in nodes.items()
+static const double node_${name}[BRISTLES] = {${numbers}};
+%% endfor
+
+${functions}
+/* Coefficients of the bristles in a sample, and those that they share. */
+typedef struct {
+    double lever[BRISTLES], limit[BRISTLES], moment[BRISTLES], shared[${shared}];
+} coefficients_t;
+
+/* Several sums at a time, in an order that is always the same. */
+static double sum(const double *x) {
+    double part[4] = {0.0, 0.0, 0.0, 0.0}, rest = 0.0;
+    int i, j;
+    for (i = 0; i + 4 <= BRISTLES; i += 4) {
+        for (j = 0; j < 4; ++j) part[j] += x[i + j];
+    }
+    for (; i < BRISTLES; ++i) rest += x[i];
+    return (part[0] + part[1]) + (part[2] + part[3]) + rest;
+}
+
+%% if compliant
+/* Torque of the patch after a turn, and its slope. */
+static void try_turn(const double *stress, const coefficients_t *at, double turn, double *torque, double *slope) {
+    double total[BRISTLES], by_turn[BRISTLES];
+    int i;
+    for (i = 0; i < BRISTLES; ++i) {
+        double ${"found[4], " if creep}after[STRESSES], follow[STRESSES];
+%% if creep
+        find(${stress_at_i}, turn, at->lever[i], at->limit[i], at->shared, found);
+%% endif
+        tangent(${stress_at_i}, turn, at->lever[i], at->limit[i], at->shared${", found" if creep}, after, follow);
+        total[i] = at->moment[i] * (after[0]${" + after[1]" if stresses == 2});
+        by_turn[i] = at->moment[i] * (follow[0]${" + follow[1]" if stresses == 2});
+    }
+    *torque = sum(total);
+    *slope = sum(by_turn);
+}
+
+/* The torque at which patch and elements balance. */
+static double balanced_torque(const double *stress, const coefficients_t *at, double goal, const double *elements) {
+    double root = 0.0, torque, slope, deflected, residual, low, high;
+    int i;
+    try_turn(stress, at, root, &torque, &slope);
+    deflection(torque, elements, &deflected);
+    /* The residual rises with the turn by at least one to one, so its value at rest brackets the root. */
+    residual = root - goal - deflected;
+    low = lesser(0.0, -residual);
+    high = greater(0.0, -residual);
+    for (i = 0; i < ${search_steps}; ++i) {
+        double step;
+        balance(torque + slope * (goal - root), slope, elements, &torque);
+        deflection(torque, elements, &deflected);
+        step = residual < 0.0 ? greater(goal + deflected, root) : lesser(goal + deflected, root);
+        root = step >= low && step <= high ? step : (low + high) / 2.0;
+        if (i + 1 < ${search_steps}) {
+            try_turn(stress, at, root, &torque, &slope);
+            deflection(torque, elements, &deflected);
+            residual = root - goal - deflected;
+            low = residual < 0.0 ? root : low;
+            high = residual < 0.0 ? high : root;
+        }
+    }
+    return torque;
+}
+
+%% endif
+/* Advances memory and its derivatives by `count` samples of four signals. seeds: the directions, each in the
+   parameters, a, e and a factor on the load. torque: M_z after each sample; by: its derivatives, a row a sample. */
+void run(int64_t count, int64_t directions, const double *signals, const double *theta, const double *geometry,
+         const double *seeds, double *memory, double *memory_by, double *torque, double *by) {
+    int64_t n, j;
+    int i, s;
+    for (n = 0; n < count; ++n, signals += 4) {
+        double *stress = memory + 1, scalars[SCALARS], beside_patch, goal, turn, further = 0.0;
+        double next[STRESSES][BRISTLES], step_by[${step_partials}][BRISTLES], place_by[${place_partials}][BRISTLES], total[BRISTLES];
+%% if own
+        double *own = stress + STRESSES * BRISTLES, own_next[OWN];
+%% endif
+%% if compliant
+        double follows[STRESSES][BRISTLES], elements[1 + PARAMETERS], root, M_z, slope, deflected, softness;
+%% endif
+        coefficients_t at;
+        sample(${"own, " if own}signals, theta, geometry, ${"own_next, " if own}scalars);
+        share(scalars, at.shared);
+        beside(scalars, &beside_patch);
+        for (i = 0; i < BRISTLES; ++i) {
+            place(node_u[i], node_v[i], node_w[i], scalars, &at.lever[i], &at.limit[i], &at.moment[i]);
+        }
+        for (i = 0; directions > 0 && i < BRISTLES; ++i) {
+            double partial[${place_partials}];
+            place_partials(node_u[i], node_v[i], node_w[i], scalars, partial);
+            for (s = 0; s < ${place_partials}; ++s) place_by[s][i] = partial[s];
+        }
+        goal = scalars[0] - memory[0];
+        turn = goal;
+%% if compliant
+        elements[0] = scalars[2];
+        for (i = 0; i < PARAMETERS; ++i) elements[1 + i] = theta[i];
+        root = balanced_torque(stress, &at, goal, elements);
+        deflection(root, elements, &deflected);
+        turn = goal + deflected;
+%% endif
+        for (i = 0; i < BRISTLES; ++i) {
+            double ${"found[4], " if creep}after[STRESSES], follow[STRESSES], partial[${step_partials}];
+%% if creep
+            find(${stress_at_i}, turn, at.lever[i], at.limit[i], at.shared, found);
+%% endif
+            advance(${stress_at_i}, turn, at.lever[i], at.limit[i], at.shared${", found" if creep}, after, follow, partial);
+            for (s = 0; s < STRESSES; ++s) next[s][i] = after[s];
+            for (s = 0; s < ${step_partials}; ++s) step_by[s][i] = partial[s];
+%% if compliant
+            for (s = 0; s < STRESSES; ++s) follows[s][i] = follow[s];
+            total[i] = at.moment[i] * (follow[0]${" + follow[1]" if stresses == 2});
+%% endif
+        }
+%% if compliant
+        compliance(root, elements, &softness);
+        slope = 1.0 - sum(total) * softness;
+        for (i = 0; i < BRISTLES; ++i) total[i] = at.moment[i] * (next[0][i]${" + next[1][i]" if stresses == 2});
+        M_z = root + (sum(total) - root) / slope;
+        deflection(M_z, elements, &deflected);
+        compliance(M_z, elements, &softness);
+        further = goal + deflected - turn;
+%% endif
+        for (j = 0; j < directions; ++j) {
+            const double *seed = seeds + (PARAMETERS + 3) * j;
+            double *patch_by = memory_by + MEMORY * j, *stress_by = patch_by + 1;
+            double scalars_by[SCALARS], shared_by[${shared}], next_by[STRESSES][BRISTLES], moment_by[BRISTLES];
+            double beside_by, turn_by;
+%% if own
+            double *own_by = stress_by + STRESSES * BRISTLES, own_next_by[OWN];
+%% endif
+%% if compliant
+            double elements_by[1 + PARAMETERS], goal_by, deflected_by, further_by;
+%% endif
+            sample_along(${"own, " if own}signals, theta, geometry, ${"own_by, " if own}seed, seed + PARAMETERS, seed[PARAMETERS + 2], ${"own_next_by, " if own}scalars_by);
+%% if own
+            for (i = 0; i < OWN; ++i) own_by[i] = own_next_by[i];
+%% endif
+            share_along(scalars, scalars_by, shared_by);
+            beside_along(scalars, scalars_by, &beside_by);
+            turn_by = scalars_by[0] - patch_by[0];
+%% if compliant
+            goal_by = turn_by;
+            elements_by[0] = scalars_by[2];
+            for (i = 0; i < PARAMETERS; ++i) elements_by[1 + i] = seed[i];
+            deflection_along(root, elements, elements_by, &deflected_by);
+            turn_by = goal_by + deflected_by;
+%% endif
+            for (i = 0; i < BRISTLES; ++i) {
+                const double lever_by = ${place_sums[0]};
+                const double limit_by = ${place_sums[1]};
+                moment_by[i] = ${place_sums[2]};
+%% for terms in step_sums
+                next_by[${loop.index0}][i] = ${terms};
+%% endfor
+            }
+%% if compliant
+            for (i = 0; i < BRISTLES; ++i) {
+                total[i] = at.moment[i] * (next_by[0][i]${" + next_by[1][i]" if stresses == 2}) + moment_by[i] * (next[0][i]${" + next[1][i]" if stresses == 2});
+            }
+            deflection_along(M_z, elements, elements_by, &deflected_by);
+            further_by = goal_by + deflected_by + softness * sum(total) / slope - turn_by;
+            turn_by += further_by;
+            for (s = 0; s < STRESSES; ++s) {
+                for (i = 0; i < BRISTLES; ++i) next_by[s][i] += follows[s][i] * further_by;
+            }
+%% endif
+            patch_by[0] += turn_by;
+            for (i = 0; i < BRISTLES; ++i) total[i] = 0.0;
+            for (s = 0; s < STRESSES; ++s) {
+                for (i = 0; i < BRISTLES; ++i) {
+                    stress_by[s * BRISTLES + i] = next_by[s][i];
+                    total[i] += at.moment[i] * next_by[s][i] + moment_by[i] * (next[s][i]${" + follows[s][i] * further" if compliant});
+                }
+            }
+            by[n * directions + j] = sum(total) + beside_by;
+        }
+        memory[0] += turn + further;
+        for (i = 0; i < BRISTLES; ++i) total[i] = 0.0;
+        for (s = 0; s < STRESSES; ++s) {
+            for (i = 0; i < BRISTLES; ++i) {
+                stress[s * BRISTLES + i] = next[s][i]${" + follows[s][i] * further" if compliant};
+                total[i] += at.moment[i] * stress[s * BRISTLES + i];
+            }
+        }
+%% if own
+        for (i = 0; i < OWN; ++i) own[i] = own_next[i];
+%% endif
+        torque[n] = sum(total) + beside_patch;
+    }
+}
