@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from brushgrip.choices import ObserverName
+from brushgrip.tunings import ChosenTuning
 from identification import FoundModel, Recording
 from observers import (
     AligningTorque,
@@ -70,10 +71,12 @@ def model_observer(
     found: FoundModel | None = None,
     *,
     tuning: Tuning | None = None,
+    by_hand: Mapping[str, float] | None = None,
 ) -> Ekf | Mhe:
     """EKF or MHE for the torque that was recorded, on the declared model, k as given, or a found one.
 
-    The tuning is that given, or `real_tyre`, with the error of the found model where that is known.
+    The tuning is that given, or `real_tyre`, with the error of the found model where that is known, and
+    with the fields that are set by hand.
     """
     if found is None:
         model, values = Model(), {"k": recording.tyre.k}
@@ -88,7 +91,7 @@ def model_observer(
         values=values,
         rig=recording.rig,
         measurement_model=measurement_model,
-        tuning=tuning_for(found, tuning),
+        tuning=tuning_for(found, tuning, by_hand),
     )
 
 
@@ -114,20 +117,20 @@ OBSERVERS: Mapping[ObserverName, ObserverFactory] = {
 """The observers that a command offers; one more is one more entry here and in `ObserverName`."""
 
 
-def observer_factory(name: ObserverName, tuning: Tuning | None = None) -> ObserverFactory:
+def observer_factory(name: ObserverName, chosen: ChosenTuning | None = None) -> ObserverFactory:
     """The factory of an observer with a tuning; None for the usual one.
 
     Raises:
         InvalidInputError: the observer has no tuning.
     """
-    if tuning is None:
+    if chosen is None:
         return OBSERVERS[name]
     if name is ObserverName.ROOT:
         raise InvalidInputError(
             "--observer root has no tuning; leave --tuning and --tune out, or use ekf or mhe"
         )
     kind: type[Ekf] | type[Mhe] = Ekf if name is ObserverName.EKF else Mhe
-    return partial(model_observer, kind, tuning=tuning)
+    return partial(model_observer, kind, tuning=chosen.profile, by_hand=chosen.by_hand)
 
 
 def observe(

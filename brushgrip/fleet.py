@@ -20,10 +20,11 @@ from brushgrip.estimation import (
     require_plausible,
 )
 from brushgrip.formatting import csv_text
+from brushgrip.tunings import ChosenTuning
 from brushgrip.user_effects import user_effects
 from identification import Recording, SignalMap, read_model, read_recording, read_rig
 from identification.selection.trial_runner import Submit
-from observers import ESTIMATE, Estimates, Status, Tuning
+from observers import ESTIMATE, Estimates, Status
 from symbolic import BrushgripError
 
 COLUMNS = (
@@ -60,7 +61,7 @@ class EstimateTask:
     model: Path | None
     effects: Sequence[str]
     observer: ObserverName
-    tuning: Tuning | None
+    tuning: ChosenTuning | None
     ground: str | None
     smooth: bool
     out: Path | None

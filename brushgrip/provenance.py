@@ -7,13 +7,15 @@ import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from datetime import UTC, datetime
+from math import isclose
 from pathlib import Path
 from typing import Any
 
 from brushgrip.speech import COMMAND_LINE
 from identification.reading.files import require_readable
-from symbolic import InvalidInputError
+from symbolic import InvalidInputError, Rig, rig_from_tables
 from symbolic.errors import printable
+from symbolic.parsing import toml_of
 
 KEY = "provenance"
 """Where provenance stands in a JSON document."""
@@ -106,6 +108,21 @@ def require_own_folder(document: Path, made: Provenance, *, force: bool) -> tupl
         )
     names = there.get("files", [])
     return tuple(n for n in names if isinstance(n, str) and Path(n).name == n and n not in ("", ".."))
+
+
+def other_rig(rig: Rig, model: Path | None) -> str:
+    """A line where a model was found on a rig with another half-length or trail, else nothing."""
+    try:
+        told = json.loads((model or Path()).read_bytes())[KEY]["rig"]["content"]
+        found, _ = rig_from_tables(toml_of(told.encode()))
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, InvalidInputError):
+        return ""
+    if isclose(rig.a, found.a) and isclose(rig.e, found.e):
+        return ""
+    return (
+        f"the rig file says a = {rig.a:g} m, e = {rig.e:g} m; the model was found with"
+        f" a = {found.a:g} m, e = {found.e:g} m"
+    )
 
 
 def clear(folder: Path, names: Sequence[str], kept: Sequence[str]) -> None:

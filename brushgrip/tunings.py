@@ -1,7 +1,8 @@
 """The tuning of an observer as the command line says it: a profile by name, then single values."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from typing import Any, NamedTuple
 
 from observers import Tuning, profile
 from observers.tuning import TUNING_FIELDS
@@ -14,8 +15,29 @@ OF_STATES = {
 """Values that say nothing without a state that only Python adds, and why."""
 
 
-def chosen_tuning(name: str | None, values: Sequence[str] | None) -> Tuning | None:
-    """The tuning of a profile with some values replaced; None where nothing is chosen.
+class ChosenTuning(NamedTuple):
+    """What the command line says of the tuning.
+
+    Attributes:
+        profile: named there, or the usual one.
+        by_hand: single values, which go before the error of a found model too.
+    """
+
+    profile: Tuning
+    by_hand: Mapping[str, float]
+
+    @property
+    def tuning(self) -> Tuning:
+        """Both, where no model states its error."""
+        return replace(self.profile, **dict(self.by_hand))  # type: ignore[arg-type]
+
+    def to_dict(self) -> dict[str, Any]:
+        """As provenance tells it."""
+        return {"tuning": asdict(self.tuning), "by_hand": sorted(self.by_hand)}
+
+
+def chosen_tuning(name: str | None, values: Sequence[str] | None) -> ChosenTuning | None:
+    """A profile and the values that replace some of its; None where nothing is chosen.
 
     Args:
         name: of the profile; None for the usual one.
@@ -39,10 +61,12 @@ def chosen_tuning(name: str | None, values: Sequence[str] | None) -> Tuning | No
         if field in OF_STATES:
             raise InvalidInputError(f"--tune {pair}: {OF_STATES[field]}")
         given[field] = _number(field, pair, text)
+    chosen = ChosenTuning(Tuning() if name is None else profile(name), given)
     try:
-        return replace(Tuning() if name is None else profile(name), **given)  # type: ignore[arg-type]
+        _ = chosen.tuning
     except InvalidInputError as error:
         raise InvalidInputError(f"--tune: {error}") from None
+    return chosen
 
 
 def _number(field: str, pair: str, text: str) -> float:

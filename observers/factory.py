@@ -1,6 +1,6 @@
 """An observer from the files that describe rig and model."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -29,6 +29,7 @@ def from_files(
     *,
     effects: Iterable[Effect] = (),
     tuning: Tuning | None = None,
+    by_hand: Mapping[str, float] | None = None,
     ground: str | None = None,
     **settings: Any,
 ) -> Kind:
@@ -43,6 +44,7 @@ def from_files(
         effects: effects beside the library's that the model file may name.
         tuning: of an `Ekf` or `Mhe`, None for the usual one; the error of the model that the model file
             states goes before its own, see `observers.tuning_for`.
+        by_hand: fields of the tuning that go before the model's error too, such as `error`.
         ground: the ground whose values are taken from the model file; the mean over its grounds for
             None or another one.
         settings: further fields of the observer, such as `measurement_model`.
@@ -58,8 +60,8 @@ def from_files(
     found = FoundModel(model=Model(), tyre={"k": tyre.k}, own={})
     if model is not None:
         found = read_model_file(model, effects)
-    if tuning is not None or (found.error is not None and _has_tuning(kind)):
-        settings["tuning"] = tuning_for(found, tuning)
+    if tuning is not None or by_hand or (found.error is not None and _has_tuning(kind)):
+        settings["tuning"] = tuning_for(found, tuning, by_hand)
     return kind(
         model=found.model,
         values=found.values_for_estimation(ground),

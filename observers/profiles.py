@@ -45,17 +45,20 @@ def profile(name: str) -> Tuning:
     return PROFILES[name]
 
 
-def tuning_for(found: FoundModel | None, tuning: Tuning | None = None) -> Tuning:
+def tuning_for(
+    found: FoundModel | None, tuning: Tuning | None = None, by_hand: Mapping[str, float] | None = None
+) -> Tuning:
     """A tuning with the error of the model that was found in place of its own, where that is known.
 
     Args:
         found: the model; None for the declared one.
         tuning: the tuning to begin with; None for `real_tyre`.
+        by_hand: fields that go before all of that.
     """
     tuning = Tuning() if tuning is None else tuning
-    if found is None or found.error is None:
-        return tuning
-    return with_model_error(tuning, found.error)
+    if found is not None and found.error is not None:
+        tuning = with_model_error(tuning, found.error)
+    return replace(tuning, **dict(by_hand or {}))  # type: ignore[arg-type]
 
 
 def with_model_error(tuning: Tuning, error: ModelError) -> Tuning:

@@ -1,6 +1,8 @@
 """Prior, noises and limits of an observer."""
 
+import re
 from dataclasses import dataclass, fields
+from inspect import cleandoc
 from math import isfinite
 from typing import TypeVar
 
@@ -36,6 +38,8 @@ POSITIVE = (
 """Fields that must be greater than 0."""
 AT_LEAST_ZERO = ("mu_walk", "mu_floor", "error_travel", "zero_std", "zero_walk", "stiffness_walk")
 """Fields that may be 0."""
+_DESCRIBED = re.compile(r"^    ([A-Za-z_, ]+): (.+?)(?=^    \w|\Z)", re.MULTILINE | re.DOTALL)
+_SENTENCE, _UNIT = re.compile(r"(?<=[^.])[.;] |: "), re.compile(r" \[[^]]*\]")
 TUNING_UNITS = {
     **dict.fromkeys(("mu_walk", "zero_walk", "stiffness_walk"), "1/sqrt(s)"),
     **dict.fromkeys(("zero_time", "rezero_time"), "s"),
@@ -53,46 +57,47 @@ class Tuning:
 
     Attributes:
         mu: prior friction coefficient [1].
-        mu_std: its standard deviation [1].
+        mu_std: standard deviation of the prior of mu [1].
         mu_walk: random walk of mu as a share of itself [1/sqrt(s)].
         least, greatest: bounds that mu is clipped to [1].
-        zero_std: prior standard deviation of the torque zero, as a share [1].
-        zero_walk: random walk of the torque zero, as a share [1/sqrt(s)].
+        zero_std: prior standard deviation of the torque zero as a share of 3/8 F_N a [1].
+        zero_walk: random walk of the torque zero as a share of 3/8 F_N a [1/sqrt(s)].
         zero_time: time constant with which the torque zero decays [s]; inf for a constant zero. A finite
             one absorbs model error that lasts.
         stiffness_std: prior standard deviation of k over its nominal value [1], where k is a state.
-        stiffness_walk: its random walk [1/sqrt(s)].
+        stiffness_walk: random walk of k over its nominal value [1/sqrt(s)].
         mu_floor: relative standard deviation of mu that no measurement lowers [1], as half-length and
             load are known to so much only: full slide measures mu times both. It is added to what is
             reported, in quadrature, and does not enter the filter: a parameter that is considered, not
             estimated, [Schmidt 1966].
-        noise: torque noise as a share, as the standard deviation of a white error of one sample in 10 ms
-            [1]. It counts by time, not by samples.
-        error: standard deviation of the torque error of the model, as a share [1]; Huber's loss is
-            quadratic up to it. Model error is intermittent, at reversals above all; Huber's loss limits
-            its influence on mu. inf for least squares, and no model error.
+        noise: torque noise as a share of 3/8 F_N a, the standard deviation of a white error of one
+            sample in 10 ms [1]. It counts by time, not by samples.
+        error: standard deviation of the torque error of the model as a share of 3/8 F_N a [1]; Huber's
+            loss is quadratic up to it. Model error is intermittent, at reversals above all; Huber's loss
+            limits its influence on mu. inf for least squares, and no model error.
         error_travel: turn in which the model's error is worth one independent sample [rad]. It follows
             the history of the angle, so that it does not average out while the wheel stands. 0 where the
             error is that of `noise` alone.
         psi_noise: standard deviation of a measured angle [rad], where the angle is what is measured; the
             default is half a step of a 14-bit encoder.
-        psi_dot_std: prior standard deviation of the yaw rate, there [rad/s].
+        psi_dot_std: prior standard deviation of the yaw rate, where the angle is what is measured
+            [rad/s].
         gate: an innovation beyond so many times its usual size is rejected [1]; the usual size is that
         of
             `error` (of `noise` if that is less) and of the prior covariance; inf accepts everything.
         reset_after: after so many innovations in a row beyond the gate, all to one side, the ground has
             changed: twice the variance of the prior is added to that of ln mu.
-        alarm: log-likelihood ratio at which innovations within the gate say so too [1], see
-            `observers.innovation_monitor`; inf for never.
+        alarm: log-likelihood ratio at which innovations within the gate say that the ground has changed
+            [1]; see `observers.innovation_monitor`, inf for never.
         explained: mean square of the innovations over their variance beyond which the model and its
-            stated error do not explain the torque [1], `Status.INCONSISTENT`; inf for never.
-        psi_limit: an angle of this size is implausible and left out [rad], `Status.IMPLAUSIBLE`; inf for
+            stated error do not explain the torque [1]; `Status.INCONSISTENT`, inf for never.
+        psi_limit: an angle of this size is implausible and left out [rad]; `Status.IMPLAUSIBLE`, inf for
             none, as for the limits that follow.
-        psi_rate_limit: so is an angle that a wheel as fast as this does not reach, and such a rate
+        psi_rate_limit: an angle that a wheel as fast as this does not reach is left out, and such a rate
             [rad/s]. The fastest recording at hand turns at 3.8 rad/s; a spike in one of 100 samples a
             second is seen from 0.09 rad on.
-        F_N_limit: so is a load of this size [N].
-        torque_limit: so is a torque of this size [N m].
+        F_N_limit: a load of this size is left out [N].
+        torque_limit: a torque of this size is left out [N m].
         rezero_time: an angle that has jumped and stays for so long is that of a sensor whose zero has
             moved; the jump is taken off [s].
     """
@@ -171,3 +176,14 @@ class Tuning:
 
 TUNING_FIELDS = tuple(field.name for field in fields(Tuning))
 """Order of `Tuning.vector`."""
+
+
+def meanings() -> dict[str, str]:
+    """What each field of `Tuning` means: the first sentence of its description there, less the unit."""
+    found = {}
+    described = cleandoc(Tuning.__doc__ or "").partition("Attributes:")[2]
+    for names, text in _DESCRIBED.findall(described):
+        first = _SENTENCE.split(" ".join(text.split()), maxsplit=1)[0]
+        for name in names.split(", "):
+            found[name] = _UNIT.sub("", first).rstrip(".")
+    return found

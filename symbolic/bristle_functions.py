@@ -82,9 +82,11 @@ def sample_functions(model: Model) -> Functions:
     scalars = ca.vertcat(
         *(getattr(seen, name) for name in SIGNALS), factor, moving["theta"], moving["geometry"]
     )
-    after = ca.vertcat(*memories) if size else ca.SX(0, 1)
-    by = ca.jtimes(ca.vertcat(after, scalars), ca.vertcat(*moving.values()), ca.vertcat(*along.values()))
-    after, scalars, by = ca.substitute([after, scalars, by], [moving.pop("load")], [ca.SX(1)])
+    # A part of no length is no column where there is one element in all.
+    after = ca.vertcat(ca.SX(0, 1), *(memory for memory in memories if memory.numel()))
+    moved = ca.vertcat(*moving.values()), ca.vertcat(*along.values())
+    results = [after, scalars, ca.jtimes(after, *moved), ca.jtimes(scalars, *moved)]
+    after, scalars, after_by, scalars_by = ca.substitute(results, [moving.pop("load")], [ca.SX(1)])
     inputs = {"own": moving["own"], "signals": signals, **moving}
     z, z_by = _symbols(model)
     _, values = _parts(model, z)
@@ -95,7 +97,7 @@ def sample_functions(model: Model) -> Functions:
     return {
         "sample": _function("sample", inputs, {"own_next": after, "scalars": scalars}),
         "sample_along": _function(
-            "sample_along", inputs | along, {"own_next_by": by[:size], "scalars_by": by[size:]}
+            "sample_along", inputs | along, {"own_next_by": after_by, "scalars_by": scalars_by}
         ),
         "beside": _function("beside", {"z": z}, {"torque": beside}),
         "beside_along": _function(

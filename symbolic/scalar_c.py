@@ -5,7 +5,7 @@ them. What is used once stands where it is used, a condition is a `bool`, a choi
 """
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 import casadi as ca
@@ -91,13 +91,16 @@ class _Writer:
         return Term(simple[code].format(*texts))
 
 
-def c_function(name: str, function: ca.Function, real: str) -> str:
+def c_function(
+    name: str, function: ca.Function, real: str, vectors: Collection[str] = ("own", "own_by")
+) -> str:
     """A static C function: scalars by value, vectors by pointer, one pointer an output.
 
     Args:
         name: of the C function.
         function: its inputs and outputs are columns, and their names those of the parameters.
         real: the type of every number.
+        vectors: inputs that are vectors even if they have one element, as an effect's own memory may.
 
     Raises:
         BrushgripError: an operation has no C here.
@@ -129,18 +132,24 @@ def c_function(name: str, function: ca.Function, real: str) -> str:
             terms[k] = Term(_number(function.instruction_constant(k), real))
         elif code == ca.OP_INPUT:
             i, j = function.instruction_input(k)
-            scalar = function.numel_in(i) == 1
+            scalar = _is_scalar(function, i, vectors)
             terms[k] = Term(function.name_in(i) + ("" if scalar else f"[{j}]"))
         else:
             term = writer.operation(code, [terms[source] for source in operands[k]])
             keep = uses[k] > 1 or len(term.text) > LONGEST
             terms[k] = writer.named(term) if keep else term
-    return _definition(name, function, real, writer.statements)
+    return _definition(name, function, real, writer.statements, vectors)
 
 
-def _definition(name: str, function: ca.Function, real: str, statements: list[str]) -> str:
+def _is_scalar(function: ca.Function, i: int, vectors: Collection[str]) -> bool:
+    return bool(function.numel_in(i) == 1) and function.name_in(i) not in vectors
+
+
+def _definition(
+    name: str, function: ca.Function, real: str, statements: list[str], vectors: Collection[str]
+) -> str:
     inputs = [
-        f"{real} {function.name_in(i)}" if function.numel_in(i) == 1
+        f"{real} {function.name_in(i)}" if _is_scalar(function, i, vectors)
         else f"const {real} *{function.name_in(i)}"
         for i in range(function.n_in()) if function.numel_in(i) > 0
     ]  # fmt: skip

@@ -95,7 +95,8 @@ TuningProfile = Annotated[
     TuningName | None,
     typer.Option(
         "--tuning",
-        help="Tuning by name; real_tyre if left out. A model file's model_error goes before its error.",
+        help="Tuning by name; real_tyre if left out. A model file's model_error goes before its error,"
+        " noise, error_travel and explained; what --tune sets goes before both.",
         show_default=False,
     ),
 ]

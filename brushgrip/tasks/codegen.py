@@ -8,7 +8,7 @@ from pathlib import Path
 from brushgrip.atomic import staged_directory
 from brushgrip.choices import GeneratedObserver, RealType, RunTime, Target, TorqueChannel, TuningName
 from brushgrip.console import say, show
-from brushgrip.provenance import comment
+from brushgrip.provenance import comment, other_rig
 from brushgrip.recordings import keep_inputs
 from brushgrip.tunings import chosen_tuning
 from brushgrip.user_effects import effect_files, user_effects
@@ -71,7 +71,7 @@ def codegen(
     Its arguments are those of the command; see `brushgrip codegen --help`.
     """
     own = user_effects(effects)
-    settings = _window(observer, window)
+    settings, tuned = _window(observer, window), chosen_tuning(tuning, tune)
     chosen = from_files(
         KINDS[observer],
         rig,
@@ -79,9 +79,13 @@ def codegen(
         effects=own,
         ground=ground,
         measurement_model=MEASUREMENT_MODELS[torque],
-        tuning=chosen_tuning(tuning, tune),
+        tuning=tuned and tuned.profile,
+        by_hand=tuned and tuned.by_hand,
         **settings,
     )
+    found = None if model is None else read_model(model, effects=own)
+    if ground is not None and not (found and found.grounds):
+        raise InvalidInputError(f"--ground {ground}: this model knows no grounds; leave it out")
     at_run_time: Tunable = tunable.value if tunable else ""
     cost = estimated_cost(chosen, TYPES[real], at_run_time)
     size: int | None = None
@@ -95,8 +99,11 @@ def codegen(
         require_replaceable(finals)
         say(f"{f'{size:,} bytes a wheel, ' if size else ''}{cost}")
         say(_prior(chosen.tuning, rig))
-    if model is not None and (taken := read_model(model, effects=own).ground_taken(ground)):
-        say(taken)
+    _remove_stale(out / f"{name}.a2l", finals)
+    if found is not None:
+        for line in (found.ground_taken(ground), other_rig(chosen.rig, model)):
+            if line:
+                say(line)
     show({"wrote": list(map(str, finals)), "cost": {"state_bytes": size, **asdict(cost)}})
     say(f"wrote {', '.join(path.name for path in files)} to {out}")
 
@@ -142,6 +149,14 @@ def _prior(tuning: Tuning, rig: Path) -> str:
     if declared is None or declared == tuning.mu:
         return text
     return f"{text}; the rig file's mu = {declared:g} is not used, --tune mu={declared:g} would be"
+
+
+def _remove_stale(description: Path, written: Sequence[Path]) -> None:
+    """Remove the description of parameters of an earlier generation, which this one has not."""
+    if description.is_file() and description.resolve() not in written:
+        require_replaceable([description])
+        description.unlink()
+        say(f"removed {description.name} of an earlier generation")
 
 
 def _say_origin(files: Sequence[Path], text: str) -> None:

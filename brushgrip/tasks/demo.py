@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from shutil import copytree, ignore_patterns
+from shutil import copyfile, copytree, ignore_patterns
 
 import brushgrip
 from brushgrip.atomic import staged_directory
@@ -44,6 +44,7 @@ def demo(*, out: Path, examples: Path | None = None, force: bool = False) -> Non
             outcome = friction_outcome(recordings, holdout, result)
             tracks = estimate_friction(holdout, result)
         content = write_diagnosis(stage, result, outcome, tracks, made)
+        copyfile(folder / RIG, stage / RIG)
     clear(out, earlier, content[KEY]["files"])
     remove_stale_pictures(out, content[KEY]["files"])
     print_diagnosis(result, outcome)

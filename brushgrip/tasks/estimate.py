@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from contextlib import nullcontext
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -31,11 +30,10 @@ from brushgrip.grounds import grounds_by_name, on_grounds, say_ground
 from brushgrip.pictures import draw_friction
 from brushgrip.provenance import beside, provenance_of
 from brushgrip.recordings import files_read, keep_inputs, labelled, read_all, signal_map
-from brushgrip.tunings import chosen_tuning
+from brushgrip.tunings import ChosenTuning, chosen_tuning
 from brushgrip.user_effects import effect_files, user_effects
 from identification import Recording, SignalMap, read_model, read_rig
 from identification.selection.trial_runner import workers
-from observers import Tuning
 from symbolic import InvalidInputError
 
 
@@ -111,7 +109,7 @@ def _check_batch(out: Path | None, summary: Path | None, picture: Path | None) -
 def _estimate_one(
     name: str,
     observer: ObserverName,
-    tuning: Tuning | None,
+    tuning: ChosenTuning | None,
     out: Path | None,
     rig: Path | None,
     channel_map: str | None,
@@ -192,9 +190,9 @@ def _provenance(
     model: Path | None,
     signals: SignalMap,
     observer: ObserverName,
-    tuning: Tuning | None,
+    tuning: ChosenTuning | None,
 ) -> dict[str, Any]:
-    settings = {"observer": observer.value, "tuning": None if tuning is None else asdict(tuning)}
+    settings = {"observer": observer.value, "tuning": None if tuning is None else tuning.to_dict()}
     return provenance_of(files, rig, model, signals.to_dict(), **settings)
 
 

@@ -7,6 +7,7 @@ depend on the observer.
 
 import hashlib
 import json
+import re
 from collections.abc import Callable, Mapping
 from inspect import getattr_static
 from math import isfinite
@@ -40,8 +41,15 @@ from symbolic.serialisation import units_of
 
 REFUSED = 128
 """Status of a sample that generated code ignores; Python raises an error there."""
+
+
+def in_c(remedy: str) -> str:
+    """A remedy without the names of Python."""
+    return re.sub(r"\b(?:Tuning|Mhe)\.", "", remedy).replace(": Loop.suspicions names it", "")
+
+
 STATUS_FLAGS = (
-    *((str(flag.name), int(flag), flag.remedy) for flag in Status if flag & ~Status.NO_ROOT),
+    *((str(flag.name), int(flag), in_c(flag.remedy)) for flag in Status if flag & ~Status.NO_ROOT),
     ("REFUSED", REFUSED, "dt out of range, the sample was ignored; or an estimate was not finite"),
 )
 """Name, number and remedy of every status."""

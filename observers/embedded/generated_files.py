@@ -17,7 +17,7 @@ def _words(text: str) -> frozenset[str]:
 
 FIXED = _words("""
     main check example fmi2 fmi3 simstruc simulink cg_sfun
-    m all clean depend edit_cache help install package package_source rebuild_cache test
+    casadi m all clean depend edit_cache help install package package_source rebuild_cache test
 """)
 """Files that are written or included by these names, and targets of CMake."""
 KEYWORDS = _words("""
@@ -25,8 +25,14 @@ KEYWORDS = _words("""
     extern false float for goto if inline int long nullptr register restrict return short signed sizeof
     static static_assert struct switch thread_local true typedef typeof typeof_unqual union unsigned void
     volatile while
+    and and_eq bitand bitor catch char8_t char16_t char32_t class co_await co_return co_yield compl
+    concept const_cast consteval constinit decltype delete dynamic_cast explicit export friend mutable
+    namespace
+    new noexcept not not_eq operator or or_eq private protected public reinterpret_cast requires
+    static_cast template this throw try typeid typename using virtual wchar_t xor xor_eq
+    int32_t int8_t uint32_t size_t
 """)
-"""Of C, up to C23."""
+"""Of C, up to C23, and of C++, up to C++20, for the header; types that the code uses."""
 HEADERS = _words("""
     assert complex ctype errno fenv float inttypes iso646 limits locale math setjmp signal stdalign
     stdarg stdatomic stdbit stdbool stdckdint stddef stdint stdio stdlib stdnoreturn string tgmath
@@ -65,9 +71,11 @@ def require_usable(name: str) -> None:
         raise InvalidInputError(
             f"name must be a name in C, small letters, digits and _, at most 31, got {name!r}"
         )
+    if "__" in name or name.endswith("_"):
+        raise InvalidInputError(f"name must not have two _ in a row or one at its end, got {name!r}")
     taken = {
         "a file beside the code, or a target of CMake": name in FIXED,
-        "a keyword of C": name in KEYWORDS,
+        "a keyword of C or C++": name in KEYWORDS,
         "a header of C": name in HEADERS,
         "a function of C": name in FUNCTIONS or MATH_H.fullmatch(name),
     }

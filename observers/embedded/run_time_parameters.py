@@ -9,6 +9,8 @@ from dataclasses import dataclass, fields
 from math import inf, isfinite
 from typing import Any
 
+import numpy as np
+
 from observers.embedded.constants import Tunable
 from observers.embedded.scalar_type import DOUBLE, SINGLE, Real
 from observers.measurement_model import RIG
@@ -23,6 +25,7 @@ from observers.tuning import (
     POSITIVE,
     TUNING_FIELDS,
     TUNING_UNITS,
+    meanings,
 )
 from symbolic import RIG_RANGES, InvalidInputError
 
@@ -38,6 +41,13 @@ RELATIONS = (
     ("reset_after", "floor({reset_after}) >= {reset_after}"),
 )
 """Conditions on several parameters at once, and the one that is told where one does not hold."""
+ORDERED = {
+    "mu": "greater than least, less than greatest",
+    "least": "greater than 0, less than mu",
+    "greatest": "greater than mu",
+    "reset_after": "a whole number from 1",
+}
+"""Ranges of those, in words."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,7 +57,7 @@ class RunTimeParameter:
     Attributes:
         field: its name in C.
         unit: its unit.
-        owner: what it belongs to: the tyre, an effect, the rig or the tuning.
+        about: what it means, or what it belongs to: the tyre, an effect, the rig.
         value: that of the observer, which is the default.
         lower, upper: its range.
         is_open: the lower end does not belong to the range.
@@ -58,7 +68,7 @@ class RunTimeParameter:
 
     field: str
     unit: str
-    owner: str
+    about: str
     value: float
     places: tuple[int, ...]
     lower: float = -inf
@@ -81,10 +91,14 @@ class RunTimeParameter:
     @property
     def range(self) -> str:
         """The range in words."""
+        if self.field in ORDERED:
+            return ORDERED[self.field]
         least = f"greater than {self.lower:g}" if self.is_open else f"from {self.lower:g}"
         if not isfinite(self.lower):
             return "any finite number"
-        return f"{least} to {self.upper:g}" if isfinite(self.upper) else least
+        if isfinite(self.upper):
+            return f"{least} to {self.upper:g}"
+        return least if self.is_finite else f"{least}, INFINITY for none"
 
 
 def run_time_parameters(observer: FunctionObserver, tunable: Tunable) -> tuple[RunTimeParameter, ...]:
@@ -112,7 +126,7 @@ def _of_model(observer: ModelObserver) -> list[RunTimeParameter]:
         found.append(
             RunTimeParameter(
                 field=name.replace(".", "_"), unit=parameter.unit,
-                owner=effect.name.replace("_", " ") if effect else "the tyre",
+                about=effect.name.replace("_", " ") if effect else "the tyre",
                 value=float(observer.values[name]), places=(place,),
                 lower=parameter.lower, upper=parameter.upper, is_finite=not parameter.inverse,
                 inverse=parameter.inverse,
@@ -130,7 +144,7 @@ def _of_rig(observer: ModelObserver) -> list[RunTimeParameter]:
         lower, upper = RIG_RANGES[name]
         found.append(
             RunTimeParameter(
-                field=name, unit=unit, owner="the rig", value=float(value), places=(begin + i,),
+                field=name, unit=unit, about="the rig", value=float(value), places=(begin + i,),
                 lower=lower, upper=upper, is_open=name == "slide_rate",
             )
         )  # fmt: skip
@@ -140,12 +154,13 @@ def _of_rig(observer: ModelObserver) -> list[RunTimeParameter]:
 def _of_tuning(observer: ModelObserver) -> list[RunTimeParameter]:
     """Every field of the tuning."""
     begin, found = len(observer.model.parameters) + len(RIG), []
+    meaning = meanings()
     for i, name in enumerate(TUNING_FIELDS):
         places = (0, begin + i) if name == "mu" else (begin + i,)
         positive = name in (*POSITIVE, "mu", "greatest")
         found.append(
             RunTimeParameter(
-                field=name, unit=TUNING_UNITS.get(name, "1"), owner="the tuning",
+                field=name, unit=TUNING_UNITS.get(name, "1"), about=meaning.get(name, "the tuning"),
                 value=float(getattr(observer.tuning, name)), places=places,
                 lower=0.0 if positive or name in AT_LEAST_ZERO else 1.0, is_open=positive,
                 is_finite=name not in LIMITS or name in ("mu", "least", "greatest", "reset_after"),
@@ -173,14 +188,21 @@ def calibration_terms(parameters: Sequence[RunTimeParameter], real: Real) -> dic
     ]  # fmt: skip
     ranges = [
         {
-            "field": p.field, "unit": p.unit, "offset": i * real.size, "about": f"{p.owner}: {p.range}",
-            "least": max(p.lower, -most), "most": min(p.upper, most),
+            "field": p.field, "unit": p.unit, "offset": i * real.size, "about": f"{p.about}: {p.range}",
+            "least": _least(p, real), "most": min(p.upper, most),
         }
         for i, p in enumerate(parameters)
     ]  # fmt: skip
     units = list(dict.fromkeys(one["unit"] for one in (*ranges, *measured)))
     return {"measured": [*measured, *flags], "characteristics": ranges, "units": units,
             "a2l_real": A2L_TYPES[real]}  # fmt: skip
+
+
+def _least(parameter: RunTimeParameter, real: Real) -> float:
+    """The least value that is allowed, which a calibration tool may offer."""
+    if parameter.is_open and parameter.lower == 0:
+        return float(np.finfo(real.dtype).tiny)
+    return max(parameter.lower, -real.greatest)
 
 
 def parameter_terms(

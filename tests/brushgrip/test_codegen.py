@@ -81,6 +81,12 @@ def test_builds_and_agrees_with_python(run: Run, tmp_path: Path, torque: str) ->
     wrong = (tmp_path / "c" / "grip_vector.csv").read_text().replace(",1.0", ",1.1")
     (tmp_path / "wrong.csv").write_text(wrong)
     assert subprocess.run([tmp_path / "b" / "check", tmp_path / "wrong.csv"]).returncode == 1
+    assert "the same as in Python" in checked.stdout
+    (tmp_path / "german.csv").write_text("Zeit;Winkel\n0,0;0,1\n")
+    example = [tmp_path / "b" / "example", tmp_path / "german.csv"]
+    refused = subprocess.run(example, capture_output=True, text=True)
+    assert (refused.returncode, refused.stdout.count("\n")) == (2, 1)
+    assert "names no column t;" in refused.stderr
 
 
 @NEEDS_COMPILER
@@ -113,6 +119,9 @@ def test_example_says_what_estimate_says(run: Run, repository_root: Path, tmp_pa
         (["--name", "example"], "or a target of CMake"),
         (["--name", "test"], "or a target of CMake"),
         (["--name", "while"], "name must not be that of a keyword of C"),
+        (["--name", "class"], "name must not be that of a keyword of C or C++"),
+        (["--name", "x__"], "name must not have two _ in a row"),
+        (["--ground", "ice"], "--ground ice: this model knows no grounds"),
         (["--name", "stdint"], "name must not be that of a header of C"),
         (["--name", "features"], "name must not be that of a header of C"),
         (["--name", "printf"], "name must not be that of a function of C"),
@@ -158,6 +167,39 @@ def test_tuning_and_window_are_in_the_code(run: Run, rig: Path, tmp_path: Path) 
     assert parameters["settings"]["window"] == 12
     vector = (tmp_path / "c" / "grip_vector.csv").read_text().splitlines()
     assert ",0.7,0.5," in vector[-400]
+
+
+def test_what_is_tuned_by_hand_goes_before_the_error_of_the_model(
+    run: Run, rig: Path, tmp_path: Path
+) -> None:
+    error = {"spread": 0.02, "correlation_time": 1.0}
+    model = {"version": 1, "effects": [], "shared": {"k": 2.1e6}, "model_error": error}
+    (tmp_path / "model.json").write_text(json.dumps(model))
+    given = ("--model", tmp_path / "model.json", "--tune", "error=0.2,explained=7")
+    assert codegen(run, rig, tmp_path / "c", *given).status == 0
+    tuning = json.loads((tmp_path / "c" / "grip.json").read_text())["beliefs"]
+
+    assert (tuning["error"], tuning["explained"]) == (0.2, 7.0)
+    assert tuning["noise"] == pytest.approx(0.002)
+
+
+def test_another_rig_than_that_of_the_diagnosis_is_told(run: Run, rig: Path, tmp_path: Path) -> None:
+    told = {"rig": {"content": "[rig]\na = 0.05\ne = 0.009\n[tyre]\nk = 2e6\nmu = 1.0\n"}}
+    model = {"version": 1, "effects": [], "shared": {"k": 2.1e6}, "provenance": told}
+    (tmp_path / "model.json").write_text(json.dumps(model))
+    outcome = codegen(run, rig, tmp_path / "c", "--model", tmp_path / "model.json")
+
+    assert outcome.status == 0, outcome.err
+    assert "the model was found with a = 0.05 m, e = 0.009 m" in outcome.out + outcome.err
+
+
+def test_a_description_of_an_earlier_generation_goes(run: Run, rig: Path, tmp_path: Path) -> None:
+    codegen(run, rig, tmp_path / "c", "--tunable", "tuning")
+    outcome = codegen(run, rig, tmp_path / "c")
+
+    assert outcome.status == 0, outcome.err
+    assert not (tmp_path / "c" / "grip.a2l").exists()
+    assert "removed grip.a2l" in outcome.out + outcome.err
 
 
 def test_a_folder_of_a_diagnosis_is_its_model(run: Run, rig: Path, tmp_path: Path) -> None:

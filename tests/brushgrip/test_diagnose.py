@@ -382,7 +382,7 @@ class TestDemo:
         assert len(training) >= 2
         assert len(held_out) >= 1
         written = sorted(path.name for path in (tmp_path / "out").iterdir())
-        assert written == ["diagnosis.json", "model.json", "report.html"]
+        assert written == ["diagnosis.json", "model.json", "report.html", "rig.toml"]
 
     @pytest.mark.usefixtures("interpreted")
     def test_friction_by_both_models_and_every_observer(

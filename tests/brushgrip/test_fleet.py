@@ -124,10 +124,12 @@ def test_a_scheduler_that_is_not_there(
 
 def test_tunings_value_by_value() -> None:
     assert chosen_tuning(None, None) is None
-    assert chosen_tuning("clean", []) == PROFILES["clean"]
-    assert chosen_tuning(None, ["mu_walk=0.02, reset_after=7", "gate=9"]) == Tuning(
-        mu_walk=0.02, reset_after=7, gate=9
-    )
+    clean = chosen_tuning("clean", [])
+    assert clean is not None
+    assert clean.tuning == PROFILES["clean"]
+    by_hand = chosen_tuning(None, ["mu_walk=0.02, reset_after=7", "gate=9"])
+    assert by_hand is not None
+    assert by_hand.tuning == Tuning(mu_walk=0.02, reset_after=7, gate=9)
 
 
 @pytest.mark.parametrize(

@@ -30,6 +30,14 @@ def test_the_error_of_the_model_goes_before_that_of_the_tuning() -> None:
     assert tuning_for(found(error)).error == 0.08
 
 
+def test_what_is_set_by_hand_goes_before_the_error_of_the_model() -> None:
+    error = ModelError(spread=0.08, correlation_time=1.5)
+    tuning = tuning_for(found(error), Tuning(mu=0.8), {"error": 0.05, "gate": 9.0})
+
+    assert (tuning.mu, tuning.error, tuning.gate) == (0.8, 0.05, 9.0)
+    assert tuning.noise == pytest.approx(0.008)
+
+
 @pytest.mark.parametrize(
     "model", [None, found(None), found(ModelError(spread=0.0, correlation_time=1.0))]
 )

@@ -10,6 +10,7 @@ from symbolic import Effect, Model, Parameter, compiler, parameter_name, simulat
 from symbolic.bristle_kernel import bristle_kernel
 from symbolic.effects.library import GROUND_SCOPES, KNOWN
 from tests.symbolic.oracles import Array, random_path, signals
+from tests.symbolic.warmth import Warmth
 
 needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler at hand")
 GEOMETRY = np.array([0.045, 0.009])
@@ -18,13 +19,14 @@ TOGETHER = [
     ("frictional_creep", "carcass_torsion", "asymmetric_friction"),
     ("sensor_delay", "viscoelastic_relaxation", "backlash", "torque_offset"),
     ("contact_length", "patch_width", "rate_friction", "friction_drift"),
+    ("warmth", "stribeck"),
 ]
 ALONE = [pytest.param((name,), marks=LONG) for name in KNOWN if name not in GROUND_SCOPES]
 
 
 def model_of(*names: str) -> Model:
     """A few bristles, also where the exact patch would do."""
-    effects = tuple(KNOWN[name] for name in names)
+    effects = tuple((KNOWN | {"warmth": Warmth()})[name] for name in names)
     return Model(effects=effects, lengthways=10, discretised=True)
 
 

@@ -64,8 +64,11 @@ int main(int argc, char **argv) {
     fclose(file);
     printf("%s\n%d samples: mu off by %.1e, mu_std by %.1e, M_z by %.1e N m, nis by %.1e; flags differ in %d\n",
            ${name}_version(), samples, worst[FRICTION], worst[DEVIATION], worst[TORQUES], worst[INNOVATION], flags);
-    return samples > 0 && flags == 0 && worst[FRICTION] <= ${tolerance} && worst[DEVIATION] <= ${tolerance} &&
-                   worst[TORQUES] <= ${tolerance} * size && worst[INNOVATION] <= ${tolerance}
-               ? 0
-               : 1;
+    if (samples > 0 && flags == 0 && worst[FRICTION] <= ${tolerance} && worst[DEVIATION] <= ${tolerance} &&
+        worst[TORQUES] <= ${tolerance} * size && worst[INNOVATION] <= ${tolerance}) {
+        printf("the same as in Python: all within ${tolerance}\n");
+        return 0;
+    }
+    printf("NOT the same as in Python: something is off by more than ${tolerance}\n");
+    return 1;
 }

@@ -70,7 +70,15 @@ int main(int argc, char **argv) {
         for (j = 0; rows < 0 && j < COLUMNS; ++j)
             for (i = 0; i < count; ++i)
                 if (strcmp(fields[i], NAMES[j]) == 0) column[j] = i;
-        if (++rows == 0) continue;
+        if (++rows == 0) {
+            for (j = 0; j < COLUMNS; ++j)
+                if (column[j] < 0 && j != PSI_DOT) {
+                    fprintf(stderr, "%s: the first line names no column %s; commas between columns, SI units\n", argv[1], NAMES[j]);
+                    fclose(file);
+                    return 2;
+                }
+            continue;
+        }
         for (j = 0; j < COLUMNS; ++j)
             row[j] = column[j] >= 0 && column[j] < count ? number(fields[column[j]]) : NAN;
         /* The first sample has no predecessor: its dt is that of the second. */

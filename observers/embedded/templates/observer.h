@@ -63,7 +63,7 @@ typedef struct {
    sample. */
 typedef struct {
 %% for p in parameters
-    ${real} ${p.field}; /* ${p.owner} [${p.unit}], ${p.range} */
+    ${real} ${p.field}; /* ${p.about} [${p.unit}]; ${p.range} */
 %% endfor
 } ${name}_parameters_t;
 
@@ -94,11 +94,17 @@ int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample);
 /* Writes the estimate after the last sample. */
 void ${name}_estimate(const ${name}_state_t *state, ${name}_estimate_t *estimate);
 
+%% if tunable
+/* Forgets the patch and what was learnt, as when the car has driven since. The parameters stay those that were set last;
+   ${name}_init takes ${name}_defaults. */
+%% else
 /* Returns to the state after ${name}_init, as when the car has driven since. */
+%% endif
 void ${name}_reset(${name}_state_t *state);
 
 %% if tunable
-/* 0 where all parameters are in range, else the place of the first that is not, counted from 1 in the order above. */
+/* 0 where all parameters are in range, else the place of the first that is not, counted from 1 in the order above; that
+   of mu also where it does not lie between least and greatest. */
 int32_t ${name}_check_parameters(const ${name}_parameters_t *parameters);
 
 /* Gives an observer other parameters, at any time; it goes on from its state. Returns as ${name}_check_parameters does:

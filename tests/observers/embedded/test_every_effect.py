@@ -21,6 +21,7 @@ from tests.observers.embedded.generated_code import (
     python_estimates,
 )
 from tests.observers.factories import columns_of, samples_of
+from tests.symbolic.warmth import Warmth
 
 SAMPLES = 250
 QUICK = ("carcass_torsion", "sensor_delay", "stribeck", "viscoelastic_relaxation")
@@ -86,3 +87,18 @@ def test_a_window_on_an_exact_patch(name: str, recording: RigRecording, tmp_path
         np.testing.assert_allclose(estimates, expected, rtol=1e-9, atol=1e-10)
         assert np.ptp(estimates[:, 0]) > 0.005, "no measurement corrected mu"
         assert generate_code(observer, SINGLE, folder).core.exists(), "a warning of the compiler"
+
+
+@pytest.mark.parametrize("beside", [(), ("rate_friction",)])
+def test_an_effect_with_one_number_in_memory(
+    beside: tuple[str, ...], recording: RigRecording, tmp_path: Path
+) -> None:
+    model = Model(effects=(Warmth(), *(KNOWN[name] for name in beside)), lengthways=8)
+    values = {"k": K, "warmth.loss": 0.3, **{f"{name}.c": 0.04 for name in beside}}
+    observer = observer_of(Ekf, {"model": model, "values": values}, AligningTorque())
+    samples = samples_of(columns_of(recording))[:SAMPLES]
+    rows = np.array([(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in samples])
+
+    estimates = generate_code(observer, DOUBLE, tmp_path).run(rows)
+    expected = python_estimates(InterpretedObserver(observer), rows)
+    np.testing.assert_allclose(estimates, expected, rtol=1e-9, atol=1e-11)
