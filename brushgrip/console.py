@@ -30,7 +30,7 @@ from brushgrip.formatting import (
 )
 from brushgrip.friction_outcome import FrictionOutcome, friction_figures
 from brushgrip.speech import SPEECH, Speech
-from brushgrip.verdict import GRADES, headline
+from brushgrip.verdict import GRADES, explained_grade, headline
 from identification import Diagnosis, FreeDecay, ParameterEstimate
 from identification.thesis import DecrementEstimate
 from symbolic.errors import printable
@@ -138,6 +138,9 @@ def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
     screen.print(f"Before any effect: {diagnosis.signatures_before.reading}")
     if diagnosis.effects:
         screen.print(_effects_table(diagnosis))
+    for effect in diagnosis.effects:
+        if effect.grade != "strong":
+            screen.print(f"{plain(effect.name)}, {GRADES[effect.grade]}: {explained_grade(effect)}")
     for effect in diagnosis.effects:
         if effect.experiment:
             screen.print(f"next experiment: {sentence(effect.experiment.sentence)}")

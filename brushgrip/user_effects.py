@@ -5,7 +5,13 @@ from collections.abc import Sequence
 from importlib import import_module
 from pathlib import Path
 
-from symbolic import Effect, InvalidInputError, effects_in
+from symbolic import Effect, InvalidInputError, Model, effects_in
+from symbolic.errors import one_line
+
+HOOKS = (
+    "transform_inputs", "initial_angle", "friction", "traits", "deflection", "torque", "scope_of",
+)  # fmt: skip
+"""Methods of an effect of which it overrides at least one."""
 
 
 def user_effects(modules: Sequence[str] | None) -> tuple[Effect, ...]:
@@ -52,6 +58,11 @@ def _names(modules: Sequence[str] | None) -> list[str]:
 
 
 def _effects_of(name: str) -> tuple[Effect, ...]:
+    if name.endswith(".py"):
+        raise InvalidInputError(
+            f"--effects {name}: give the name of a module, {Path(name).stem}, in the folder where it"
+            " lies"
+        )
     here = str(Path.cwd())
     if here not in sys.path:
         sys.path.append(here)
@@ -63,7 +74,31 @@ def _effects_of(name: str) -> tuple[Effect, ...]:
             " module that Python finds here or on its path, such as mypackage.effects"
         ) from None
     try:
-        return effects_in(module)
+        return tuple(_tried(effect) for effect in effects_in(module))
     except InvalidInputError as error:
         origin = getattr(module, "__file__", None) or "no file"
         raise InvalidInputError(f"--effects {name}: {error}; it was imported from {origin}") from None
+
+
+def _tried(effect: Effect) -> Effect:
+    """The effect, where a model with it can be built.
+
+    Raises:
+        InvalidInputError: it has no hook, or one of them fails.
+    """
+    if all(getattr(type(effect), hook) is getattr(Effect, hook) for hook in HOOKS):
+        raise InvalidInputError(
+            f"effect {effect.name!r} changes nothing: it overrides none of {', '.join(HOOKS)}; is the"
+            " name of a method misspelt?"
+        )
+    model = Model(effects=(effect,))
+    try:
+        _ = model.initial, model.step, model.full_slide
+    except Exception as error:  # a hook's own code may raise anything
+        names = ", ".join(parameter.name for parameter in effect.parameters)
+        raise InvalidInputError(
+            f"effect {effect.name!r} fails: {type(error).__name__}: {one_line(str(error))}; its"
+            f" parameters are {names or 'none'}, and hooks take expressions of CasADi: casadi.if_else, casadi.fabs,"
+            " casadi.exp in place of if and math"
+        ) from None
+    return effect

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from brushgrip.formatting import error_percentages, listed, plain
 from identification import Diagnosis, FoundEffect
+from identification.grades import CLEAR_ERRORS
 
 GRADES: Mapping[str, str] = {
     "strong": "strong",
@@ -67,13 +68,27 @@ def explained_grade(effect: FoundEffect) -> str:
         case "stands_in":
             return "A parameter ends where its range does: it may stand in for an unknown effect."
         case "weak":
-            off = effect.deviations
-            near = "" if off is None else f"; its parameter is {off:.1f} σ from no effect at all"
-            return f"{fall}{near}: it may be chance."
+            return _why_weak(effect)
         case "ambiguous":
             return f"{fall}, but {listed(rivals, 'or')} would explain as much."
         case "strong":
             return f"{fall}, and no other effect does as well."
+
+
+def _why_weak(effect: FoundEffect) -> str:
+    """Which of what is asked of a finding it lacks."""
+    errors, off = effect.standard_errors, effect.deviations
+    few = errors is not None and errors < CLEAR_ERRORS
+    near = off is not None and off < CLEAR_ERRORS
+    parts = []
+    if errors is not None:
+        parts.append(f"The error falls by {errors:.1f} standard errors{' of the 3 asked for' * few}")
+    if off is not None:
+        parts.append(f"its parameter is {off:.1f} σ from no effect at all{', of 3' * near}")
+    why = "; ".join(parts) or "The gain is small"
+    if near or not few:
+        return f"{why[:1].upper()}{why[1:]}: it may be chance."
+    return f"{why}: the gain rests on few stretches of the recordings, and more of them would settle it."
 
 
 def plain_parameter(name: str) -> str:

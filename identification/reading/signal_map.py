@@ -16,6 +16,7 @@ DBC = "dbc"
 """Key of the file that says how signals lie in the messages of a CAN bus."""
 LEAST_FACTOR, LARGEST_FACTOR = 1e-12, 1e12
 """Size of a factor, beyond which no unit is."""
+_FRACTION = re.compile(r"(?P<part>[0-9]{1,9}(\.[0-9]{1,9})?)/(?P<over>[0-9]{1,9}(\.[0-9]{1,9})?)")
 _SOURCE = re.compile(
     r"(?P<sign>[+-]?)(?:(?P<factor>\d+\.?\d*(?:[eE][+-]?\d+)?)(?:/(?P<over>\d+\.?\d*))?\*)?(?P<channel>.+?)(?::(?P<unit>[^:]*))?"
 )
@@ -191,8 +192,13 @@ def _signal(column: str, entry: object) -> SignalSource:
     unit, factor = table.get("unit"), table.get("factor", 1.0)
     if not isinstance(unit, str | None):
         raise InvalidInputError(f"{column}: unit must be a text, got {shown(unit)}")
+    if isinstance(factor, str) and (fraction := _FRACTION.fullmatch(factor)):
+        over = float(fraction["over"])
+        factor = float(fraction["part"]) / over if over else inf
     if isinstance(factor, bool) or not isinstance(factor, int | float):
-        raise InvalidInputError(f"{column}: factor must be a number, got {shown(factor)}")
+        raise InvalidInputError(
+            f'{column}: factor must be a number, or a fraction such as "1/14.8", got {shown(factor)}'
+        )
     with naming(column):
         return SignalSource(
             channel=table["channel"], unit=unit, factor=floats("factor", {"": factor})[""]

@@ -146,7 +146,8 @@ def own_effects(folder: Path) -> Iterator[None]:
     (package / "__init__.py").write_text("")
     (package / "boot.py").write_text(
         "from dataclasses import dataclass\nfrom symbolic import Effect\n"
-        "@dataclass(frozen=True, kw_only=True)\nclass Boot(Effect):\n    pass\n"
+        "@dataclass(frozen=True, kw_only=True)\nclass Boot(Effect):\n"
+        "    def torque(self, signals, values):\n        return 0\n"
     )
     (package / "effects.py").write_text(
         "from ownkit.boot import Boot\nEFFECTS = [Boot(name='boot', summary='', parameters=())]\n"

@@ -182,3 +182,26 @@ def test_code_is_generated_with_an_own_effect(run: Run, rig: Path, model: Path, 
 
     assert outcome.status == 0, outcome.err
     assert "stop.c" in (out / "grip.json").read_text()
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (('values["c"] * signals.psi / signals.psi', "1 if signals.psi > 0 else 2"), "casadi.if_else"),
+        (('values["c"]', 'values["k"]'), "KeyError: 'k'; its parameters are c"),
+        (("def torque", "def torqe"), "changes nothing: it overrides none of transform_inputs"),
+    ],
+)
+def test_an_effect_that_cannot_work_is_told(here: Path, change: tuple[str, str], words: str) -> None:
+    text = MODULE.format(kind="Odd", name="odd").replace(*change)
+    (here / "own_odd.py").write_text(text)
+    with pytest.raises(InvalidInputError) as caught:
+        names("own_odd")
+
+    assert words in str(caught.value)
+    assert str(caught.value).isprintable()
+
+
+def test_a_path_is_no_module() -> None:
+    with pytest.raises(InvalidInputError, match="give the name of a module, own_stop"):
+        names("./own_stop.py")

@@ -75,7 +75,7 @@ def test_only_clear_effects_are_said_to_be_missing(make_diagnosis: Make) -> None
     ("grade", "words"),
     [
         ("strong", "falls by 1.4 standard errors, and no other effect"),
-        ("weak", "falls by 1.4 standard errors: it may be chance"),
+        ("weak", "falls by 1.4 standard errors of the 3 asked for"),
         ("ambiguous", "but patch width would explain as much"),
         ("stands_in", "ends where its range does"),
     ],
@@ -83,6 +83,17 @@ def test_only_clear_effects_are_said_to_be_missing(make_diagnosis: Make) -> None
 def test_every_grade_is_explained(make_diagnosis: Make, grade: Grade, words: str) -> None:
     effect = graded(make_diagnosis(), grade, "weak", errors=1.4).effects[0]
     assert words in explained_grade(effect)
+
+
+def test_a_clear_parameter_is_not_called_chance(make_diagnosis: Make) -> None:
+    effect = graded(make_diagnosis(), "weak", "weak", errors=2.07).effects[0]
+    clear, near = (explained_grade(replace(effect, deviations=off)) for off in (359.0, 1.2))
+
+    assert clear.startswith(
+        "The error falls by 2.1 standard errors of the 3 asked for; its parameter is"
+    )
+    assert "359.0 σ from no effect at all: the gain rests on few stretches" in clear
+    assert "1.2 σ from no effect at all, of 3: it may be chance" in near
 
 
 def test_parameters_have_plain_names() -> None:

@@ -161,7 +161,8 @@ def test_faults_of_a_map(text: str, fault: str) -> None:
         ("[signals]\npsi = 3", "psi needs its channel"),
         ("[signals]\npsi = { unit = 'deg' }", "psi needs its channel"),
         ("[signals]\npsi = { channel = 'A', units = 'deg' }", "psi: unknown 'units'"),
-        ("[signals]\npsi = { channel = 'A', factor = 'x' }", "factor must be a number"),
+        ("[signals]\npsi = { channel = 'A', factor = '1/0' }", "factor"),
+        ("[signals]\npsi = { channel = 'A', factor = 'x' }", "factor must be a number, or a fraction"),
         ("[signals]\npsi = { channel = 'A', unit = 1 }", "unit must be a text"),
         ("[signals]\npsi = { channel = 'A', unit = 'Nm' }", "'Nm' is no unit of psi"),
         ("[signals]\ndbc = 1", "dbc must be the name of a file"),
@@ -219,3 +220,10 @@ def test_names_of_channels_are_written_so_that_they_are_read_again(tmp_path: Pat
     (tmp_path / "rig.toml").write_text(signals_text(signals), encoding="utf-8", newline="\n")
 
     assert read_signals(tmp_path / "rig.toml") == signals
+
+
+def test_a_factor_may_be_a_fraction(tmp_path: Path) -> None:
+    path = tmp_path / "rig.toml"
+    path.write_text('[signals]\npsi = { channel = "Wheel", unit = "deg", factor = "1/14.8" }')
+
+    assert read_signals(path).signals["psi"].factor == pytest.approx(1 / 14.8)
