@@ -98,7 +98,7 @@ def _tried(effect: Effect) -> Effect:
         names = ", ".join(parameter.name for parameter in effect.parameters)
         raise InvalidInputError(
             f"effect {effect.name!r} fails: {type(error).__name__}: {one_line(str(error))}; its"
-            f" parameters are {names or 'none'}, and hooks take expressions of CasADi: casadi.if_else, casadi.fabs,"
-            " casadi.exp in place of if and math"
+            f" parameters are {names or 'none'}, and hooks take expressions of CasADi: casadi.if_else,"
+            " casadi.fabs, casadi.exp in place of if and math"
         ) from None
     return effect

@@ -4,14 +4,18 @@ import re
 import shlex
 import shutil
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from brushgrip import main
+from symbolic import Model, simulate
+from symbolic.effects.library import KNOWN
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"^```(python|sh)\n(.*?)^```", re.MULTILINE | re.DOTALL)
-QUICK = ["README.md", "docs/start/controller.md", "docs/start/own_data.md"]
+QUICK = ["README.md", "docs/start/controller.md", "docs/start/own_data.md", "docs/effects.md"]
 WHOLE = ["docs/start/ecu.md", "docs/start/own_recording.md"]
 
 
@@ -36,3 +40,30 @@ def test_the_code_of_a_page_runs(page):
             with pytest.raises(SystemExit) as end:
                 main(shlex.split(line)[1:])
             assert end.value.code == 0, line
+
+
+def test_the_page_of_effects_has_the_whole_library() -> None:
+    page = (ROOT / "docs" / "effects.md").read_text(encoding="utf-8")
+    table = page.partition("## One of your own")[0]
+    rows = dict(re.findall(r"^\| `(\w+)` \|.*\| ?([^|]*?) ?\|$", table, re.MULTILINE))
+
+    assert rows == {
+        name: ", ".join(f"`{p.name}` [{p.unit}]" for p in effect.parameters)
+        for name, effect in KNOWN.items()
+    }
+
+
+def test_the_effects_of_the_page_work() -> None:
+    page = (ROOT / "docs" / "effects.md").read_text(encoding="utf-8")
+    names: dict[str, Any] = {}
+    exec(BLOCK.findall(page)[0][1], names)
+    for effect in names["EFFECTS"]:
+        model = Model(effects=(effect,), lengthways=8)
+        values = {f"{effect.name}.{p.name}": p.start for p in effect.parameters}
+        psi = 0.2 * np.sin(0.1 * np.arange(200))
+        signals = np.stack([psi, np.gradient(psi, 0.01), np.full(200, 400.0), np.full(200, 0.01)])
+        theta, geometry = (
+            np.array(model.theta({"mu": 1.0, "k": 3e6, **values})).ravel(), np.array([0.045, 0.009]),
+        )  # fmt: skip
+        by = simulate(model, signals, theta, geometry, np.eye(len(theta))).sensitivities
+        assert np.abs(by[:, 2:]).max(axis=0).min() > 1e-3
