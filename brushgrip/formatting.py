@@ -134,6 +134,11 @@ def outcome(diagnosis: Diagnosis, candidate: str) -> str:
     return f"indistinguishable from {listed(rivals)}" if rivals else ""
 
 
+def all_worse(diagnosis: Diagnosis) -> list[str]:
+    """The recordings that the effects found made worse."""
+    return [n for n in (*diagnosis.recordings, *diagnosis.holdout) if is_worse(diagnosis, n)]
+
+
 def is_worse(diagnosis: Diagnosis, recording: str) -> bool:
     """Whether a recording's error grows from the refitted declared model to the final one."""
     before, after = diagnosis.before, diagnosis.after

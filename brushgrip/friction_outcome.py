@@ -156,7 +156,10 @@ def _rows(group: str, means: Sequence[Mapping[str, float | None]]) -> list[tuple
             f"{group}: bands that hold the offline fit",
             [whole_percent(mean["reference_coverage"]) for mean in means],
         ),
-        (f"{group}: standard deviation over μ_eff", [_share(mean["relative_band"]) for mean in means]),
+        (
+            f"{group}: standard deviation over μ_eff, median of informed samples",
+            [_share(mean["relative_band"]) for mean in means],
+        ),
     ]
 
 

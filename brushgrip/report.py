@@ -32,7 +32,7 @@ _MOST_SAMPLES = 100_000
 """Samples of all recordings that are drawn as lines; of more the page takes points."""
 FILTERS = ("listed", "parameters", "percent", "plain", "quantity", "sentence", "signed", "torque")
 FUNCTIONS = (
-    *("error_columns", "error_figures", "indistinguishable_effects", "is_worse"),
+    *("error_columns", "error_figures", "indistinguishable_effects", "all_worse"),
     *("outcome", "residual_structure"),
 )
 """Names in `brushgrip.formatting` that the template uses as filters and as functions."""

@@ -60,7 +60,7 @@ def draw_loops(path: Path, diagnosis: Diagnosis) -> None:
 
 def _loop(axes: Axes, series: Series, diagnosis: Diagnosis, width: float = 1.2) -> list[Artist]:
     curves = (
-        (series.measured, MEASURED, "measured", 2.2),
+        (series.measured, QUIET, "measured", 3.0),
         (series.before, BEFORE, "before: declared structure, refitted", 0.9),
         (series.after, AFTER, "after: with the effects found", 0.9),
     )
