@@ -8,13 +8,14 @@ of the machine at hand.
 
 import sys
 from pathlib import Path
+from unittest.mock import patch
 
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.timing import Task, compare
-from symbolic import Model, effects_named, sensitivity_step, simulate
+from symbolic import Model, effects_named, sensitivity_step, simulate, trajectory
 
 SAMPLES = 1000
 A, E_, K, MU = 0.045, 0.009, 2.4e6, 1.3
@@ -47,6 +48,16 @@ def report(label: str, slow: Task, fast: Task) -> None:
     print(f"{label:75}{pair.ratio:8.1f} x   {times}")
 
 
+def by_casadi(task: Task) -> Task:
+    """The task with the recursion that CasADi writes in the place of `symbolic.bristle_kernel`."""
+
+    def run() -> object:
+        with patch.object(trajectory, "bristle_kernel", lambda _: None):
+            return task()
+
+    return run
+
+
 def main() -> None:
     """Print the ratios."""
     rows, geometry, theta = signals(), np.array([A, E_]), np.array([MU, K])
@@ -75,6 +86,16 @@ def main() -> None:
         lambda: simulate(with_effects, rows, both, geometry, np.eye(4)),
         lambda: simulate(with_effects, rows, both, geometry),
     )
+    for names in (("rate_friction",), ("frictional_creep", "carcass_torsion")):
+        model = Model(effects=effects_named(names))
+        start = [MU, K, *(p.to_coordinate(p.start) for e, p in model.parameters if e is not None)]
+
+        def run(model: Model = model, start: np.ndarray = np.array(start)) -> object:
+            return simulate(model, rows, start, geometry, np.eye(len(start)))
+
+        report(
+            f"with sensitivities, {', '.join(names)}: CasADi's vectors / our loops", by_casadi(run), run
+        )
     print(
         f"instructions in one step with its sensitivity: {sensitivity_step(exact, 1).n_instructions()}"
     )

@@ -82,8 +82,7 @@ def sample_functions(model: Model) -> Functions:
     scalars = ca.vertcat(
         *(getattr(seen, name) for name in SIGNALS), factor, moving["theta"], moving["geometry"]
     )
-    # A part of no length is no column where there is one element in all.
-    after = ca.vertcat(ca.SX(0, 1), *(memory for memory in memories if memory.numel()))
+    after = ca.vertcat(*memories) if size else ca.SX(0, 1)
     moved = ca.vertcat(*moving.values()), ca.vertcat(*along.values())
     results = [after, scalars, ca.jtimes(after, *moved), ca.jtimes(scalars, *moved)]
     after, scalars, after_by, scalars_by = ca.substitute(results, [moving.pop("load")], [ca.SX(1)])
