@@ -88,14 +88,14 @@ def main() -> None:
     )
     for names in (("rate_friction",), ("frictional_creep", "carcass_torsion")):
         model = Model(effects=effects_named(names))
-        start = [MU, K, *(p.to_coordinate(p.start) for e, p in model.parameters if e is not None)]
+        added = [p.to_coordinate(p.start) for effect, p in model.parameters if effect is not None]
+        point = np.array([MU, K, *added])
 
-        def run(model: Model = model, start: np.ndarray = np.array(start)) -> object:
-            return simulate(model, rows, start, geometry, np.eye(len(start)))
+        def run(model: Model = model, point: np.ndarray = point) -> object:
+            return simulate(model, rows, point, geometry, np.eye(len(point)))
 
-        report(
-            f"with sensitivities, {', '.join(names)}: CasADi's vectors / our loops", by_casadi(run), run
-        )
+        label = f"with sensitivities, {', '.join(names)}: CasADi's vectors / our loops"
+        report(label, by_casadi(run), run)
     print(
         f"instructions in one step with its sensitivity: {sensitivity_step(exact, 1).n_instructions()}"
     )
