@@ -124,7 +124,8 @@ def _said(error: Exception) -> int:
     # Faults of usage come from the parser below typer, whose class differs between its versions.
     if not hasattr(error, "format_message"):
         raise error
-    _print_error(error.format_message() or "no command given; brushgrip --help lists them")
+    message = error.format_message().replace(": Value error, ", ": ")
+    _print_error(message or "no command given; brushgrip --help lists them")
     return BAD_INPUT
 
 

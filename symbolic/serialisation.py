@@ -116,7 +116,9 @@ def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> Found
         InvalidInputError: something is missing, unknown, in another unit, or out of range.
     """
     if not isinstance(document, dict) or document.get("version") != MODEL_VERSION:
-        raise InvalidInputError(f"not a model file of version {MODEL_VERSION}, as diagnose writes it")
+        raise InvalidInputError(
+            f"not a model file of version {MODEL_VERSION}, the model.json that diagnose writes"
+        )
     model = Model(effects=_effects_from_tables(document, effects))
     _check_units(document.get("units", {}), units_of(model))
     key = "shared" if "shared" in document and "tyre" not in document else "tyre"

@@ -41,12 +41,21 @@ def usable_folder(path: Path | None) -> Path | None:
 
 
 def model_file(path: Path | None) -> Path | None:
-    """The name of a model file: of a folder of a diagnosis, that in it."""
+    """The name of a model file: of a folder of a diagnosis, that in it.
+
+    Raises:
+        InvalidInputError: the folder holds none.
+    """
+    from symbolic import InvalidInputError
+
     try:
-        inside = path is not None and path.is_dir() and (path / "model.json").is_file()
-    except (OSError, ValueError):  # Its reader says what is wrong with the name.
+        if path is None or not path.is_dir():
+            return path
+        if (path / "model.json").is_file():
+            return path / "model.json"
+    except (OSError, ValueError):
         return path
-    return path / "model.json" if path is not None and inside else path
+    raise InvalidInputError(f"{path}: holds no model.json, so it is not the folder of a diagnosis")
 
 
 RecordingNames = Annotated[

@@ -128,6 +128,7 @@ def test_example_says_what_estimate_says(run: Run, repository_root: Path, tmp_pa
         (["--name", "cosf"], "name must not be that of a function of C"),
         (["--torque", "M"], "lacks J_A and b_t"),
         (["--model", "none.json"], "none.json"),
+        (["--model", "."], ".: holds no model.json, so it is not the folder of a diagnosis"),
         (["--tune", "mu=9"], "mu must lie between least and greatest"),
         (["--tune", "mist=1"], "expected NAME=NUMBER"),
         (["--window", "30"], "--window is that of the MHE"),
