@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 from symbolic import EFFECTS, Model, compiled, compiler, effects_named, sensitivity_step
+from symbolic.compiled import compiled_source
 from symbolic.library_cache import cache_directory
 from tests.symbolic.oracles import random_path, signals
 from tests.symbolic.test_effects import VALUES
@@ -511,3 +512,23 @@ def test_cache_folder_is_the_users(monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
     monkeypatch.delenv("XDG_CACHE_HOME")
     monkeypatch.setenv("HOME", str(tmp_path))
     assert cache_directory() == tmp_path / ".cache" / "brushgrip"
+
+
+def test_source_that_does_not_compile_is_no_library() -> None:
+    assert compiled_source("broken", "this is no C") is None
+
+
+@needs_compiler
+def test_source_of_ours_is_a_library_of_the_cache(tmp_path: Path) -> None:
+    library = compiled_source("forty_two", "int answer(void) { return 42; }")
+
+    assert library is not None
+    assert library.answer() == 42
+    assert len(list((tmp_path / "cache").glob("forty_two_*.so"))) == 1
+
+
+def test_source_without_a_compiler_is_no_library(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("BRUSHGRIP_INTERPRET", "1")
+    compiler.cache_clear()
+
+    assert compiled_source("forty_two", "int answer(void) { return 42; }") is None
