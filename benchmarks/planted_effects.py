@@ -203,7 +203,7 @@ def _table(outcomes: list[Outcome]) -> None:
         ratios = [o.after / NOISE for o in mine]
         right = f"{sum(o.right for o in mine)}/{len(mine)}"
         unexplained = f"{sum(o.unexplained for o in mine)}/{len(mine)}"
-        outright = f"{sum({*names} == {*o.named} for o in mine)}/{len(mine)}"
+        outright = f"{sum({*names} - {'weak'} == {*o.named} for o in mine)}/{len(mine)}"
         print(
             f"{' + '.join(names) or 'nothing':42}{right:>9}{outright:>10}"
             f"{np.median(ratios):>20.2f}{max(ratios):>10.2f}{unexplained:>13}"

@@ -112,6 +112,16 @@ def distinguishable(best: Trial, other: Trial, criteria: SelectionCriteria) -> b
     return mean > criteria.clear * error and lower
 
 
+def flattered(trial: Trial, other: Trial, training: Sequence[Recording]) -> bool:
+    """Whether a trial owes its lower judged error to what it fits to the recordings that judge.
+
+    It fits more to them than the other one, and its information criterion is higher.
+    """
+    if not _own_parameters(trial) > _own_parameters(other):
+        return False
+    return delta_bic(trial.fitted, other.fitted, training) > 0
+
+
 def error_falls(after: Judgement, before: Judgement, criteria: SelectionCriteria) -> bool:
     """Whether the judged error falls by the least share, and by more than chance."""
     mean, error = advantage(after, before, criteria.block)

@@ -1,13 +1,13 @@
 """The search for the missing effects: stepwise selection, judged on held-out recordings.
 
 Each step adds an effect; if none is worth adding, it removes one that the others make superfluous; if
-there is none, it exchanges one effect for another. An effect that was removed does not return, so the
-search ends.
+there is none, it exchanges one effect for another; at last it tries the rival of the effect that was
+added last. An effect that was removed does not return, so the search ends.
 """
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.fits.values import Values
@@ -18,6 +18,7 @@ from identification.selection.criteria import (
     addition_justified,
     distinguishable,
     exchange_justified,
+    flattered,
     removal_justified,
 )
 from identification.selection.journal import Journal
@@ -54,6 +55,15 @@ class SearchStep:
         """Of the effects that would have done as well, the one with the least judged error."""
         ranked = (trial.effects[-1] for trial in self.trials)
         return next(effect for effect in ranked if effect in self.indistinguishable)
+
+    @property
+    def equal_rival(self) -> Effect | None:
+        """The best of the effects that would have done as well for as few parameters, if any."""
+        if self.after is None or not self.indistinguishable:
+            return None
+        sizes = {trial.effects[-1]: len(trial.fitted.labels) for trial in self.trials}
+        most = sizes[self.after.effects[-1]]
+        return next((e for e in sizes if e in self.indistinguishable and sizes[e] <= most), None)
 
     def values_of(self, effects: Effects) -> Values:
         """The values fitted in the trial of these effects."""
@@ -161,7 +171,12 @@ class Search:
             added = self._add(present, idle, added.trials)
         if added.after is not None:
             return added
-        return self._remove(present) or self._exchange(present, added.trials) or added
+        return (
+            self._remove(present)
+            or self._exchange(present, added.trials)
+            or self._prefer_rival(present, [*active, *idle], steps)
+            or added
+        )
 
     def _active_and_idle(
         self, present: Effects, steps: Sequence[SearchStep]
@@ -198,7 +213,7 @@ class Search:
         label = f"trying effects on top of {', '.join(present.fine.names) or 'the declared structure'}"
         trials = self._rank(present, [(*present.fine.effects, effect) for effect in effects], label)
         justified = [t for t in trials if self._improves(t, present, addition_justified)]
-        best = ranked_candidates(justified, self.criteria)
+        best = ranked_candidates(justified, self.runner.thinned_training, self.criteria)
         ranked = sorted([*earlier, *trials], key=lambda trial: trial.nrmse)
         candidate, after = self._first_confirmed(best, present, addition_justified) or (None, None)
         return SearchStep(
@@ -228,6 +243,25 @@ class Search:
             for removed in effects
         ]
         return self._replaced(present, self._rank(present, sets, label), exchange_justified)
+
+    def _prefer_rival(
+        self, present: _PresentModel, candidates: Sequence[Effect], steps: Sequence[SearchStep]
+    ) -> SearchStep | None:
+        """Put its rival in place of the effect added last, where that makes another one worth adding.
+
+        Which of two equal effects goes on is little more than chance. Where nothing is worth adding
+        beside it something may be so beside its rival; what that is, the next step chooses.
+        """
+        rival = steps[-1].equal_rival if steps else None
+        if rival is None or rival not in candidates:
+            return None
+        *others, chosen = present.fine.effects
+        sets = [(*others, rival, effect) for effect in candidates if effect != rival]
+        label = f"trying {rival.name} in place of {chosen.name}"
+        found = self._replaced(present, self._rank(present, sets, label), exchange_justified)
+        if found is None or found.after is None:
+            return None
+        return replace(found, after=self.runner.run_fine((*others, rival), found.after.fitted.values))
 
     def _replaced(
         self, present: _PresentModel, trials: Sequence[Trial], justified: Justified
@@ -275,19 +309,23 @@ def _without(effects: Effects, removed: Effect) -> Effects:
     return tuple(effect for effect in effects if effect != removed)
 
 
-def ranked_candidates(justified: Sequence[Trial], criteria: SelectionCriteria) -> list[RankedCandidate]:
+def ranked_candidates(
+    justified: Sequence[Trial], training: Sequence[Recording], criteria: SelectionCriteria
+) -> list[RankedCandidate]:
     """Candidates in the order in which they should be confirmed.
 
-    First comes the best, or the one with the fewest parameters of those that cannot be distinguished
-    from it; then the same among the rest.
+    First comes the best that is not flattered beside another one, or the one with the fewest parameters
+    of those that cannot be distinguished from it; then the same among the rest.
 
     Args:
         justified: coarse trials, least judged error first.
+        training: recordings that they were fitted to.
         criteria: thresholds of the search.
     """
     ranked, rest = [], list(justified)
     while rest:
-        equals = [trial for trial in rest if not distinguishable(rest[0], trial, criteria)]
+        best = next(t for t in rest if not any(flattered(t, other, training) for other in rest))
+        equals = [trial for trial in rest if not distinguishable(best, trial, criteria)]
         leader = min(equals, key=lambda trial: (len(trial.fitted.labels), trial.nrmse))
         others = tuple(trial.effects[-1] for trial in equals if trial is not leader)
         ranked.append(RankedCandidate(leader, others))

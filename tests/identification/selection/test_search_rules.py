@@ -185,6 +185,39 @@ def test_an_exchange_is_a_step(pair: Pair) -> None:
     assert [step.removed_effect.name for step in steps if step.removed_effect] == ["a"]
 
 
+def test_the_rival_of_the_last_effect_is_tried_where_nothing_can_be_added(pair: Pair) -> None:
+    """Nothing helps beside a, c helps beside b, which did as well as a."""
+    errors = table(a=5, b=5.05, c=8, ab=4.95, ac=4.95, bc=4)
+    runner = Scripted(pair, errors)
+    steps = searched(runner, "abc")
+
+    assert path(steps) == ["a", "b", "bc"]
+    assert [step.removed_effect.name for step in steps if step.removed_effect] == ["a"]
+    assert ["bc"] in runner.asked, "a itself is not tried beside its rival"
+
+    runner = Scripted(pair, table(a=5, b=5.05, c=8, ab=4.95, ac=4.95, bc=4.93))
+    assert path(searched(runner, "abc")) == ["a"], "the pair is no better either"
+    runner = Scripted(pair, table(a=5, b=5.2, c=8, ab=4.95, ac=4.95, bc=4))
+    assert path(searched(runner, "abc")) == ["a"], "b did not do as well"
+
+
+def test_a_rival_with_more_parameters_is_not_tried(pair: Pair) -> None:
+    step = SearchStep(
+        before=pair[0],
+        ranked_before=pair[0],
+        trials=tuple(
+            with_effects(trial, name) for trial, name in zip(trials(pair, 0.0, 1.5), "ab", strict=True)
+        ),
+        after=with_effects(pair[0], "b"),
+        indistinguishable=(effect_of("a"),),
+    )
+
+    assert step.equal_rival is None, "a has one more"
+    others = replace(step, after=with_effects(pair[0], "a"), indistinguishable=(effect_of("b"),))
+    assert others.equal_rival == effect_of("b")
+    assert replace(step, after=None).equal_rival is None
+
+
 @pytest.mark.parametrize(
     ("error", "expected"), [(1.4, RANKING), (1.45, RANKING), (1.6, ROUGH), (1.9, ROUGH)]
 )
@@ -199,7 +232,7 @@ def test_large_errors_are_ranked_with_few_bristles(
 
 def test_the_best_goes_on_where_it_is_distinguishable(pair: Pair) -> None:
     best, other = (with_effects(t, n) for t, n in zip(trials(pair, 0.0, 2.5), "ab", strict=True))
-    ranked = ranked_candidates([best, other], DEFAULT_CRITERIA)
+    ranked = ranked_candidates([best, other], pair[1][:1], DEFAULT_CRITERIA)
 
     assert [candidate.trial for candidate in ranked] == [best, other]
     assert [candidate.indistinguishable for candidate in ranked] == [(), ()]
@@ -207,10 +240,27 @@ def test_the_best_goes_on_where_it_is_distinguishable(pair: Pair) -> None:
 
 def test_of_equals_the_one_with_the_fewest_parameters_goes_on(pair: Pair) -> None:
     dearer, other = (with_effects(t, n) for t, n in zip(trials(pair, 0.0, 1.5), "ab", strict=True))
-    ranked = ranked_candidates([dearer, other], DEFAULT_CRITERIA)
+    ranked = ranked_candidates([dearer, other], pair[1][:1], DEFAULT_CRITERIA)
 
     assert [candidate.trial for candidate in ranked] == [other, dearer]
     assert [candidate.indistinguishable for candidate in ranked] == [(effect_of("a"),), ()]
+
+
+def test_one_that_is_fitted_to_the_judging_recordings_does_not_go_on(pair: Pair) -> None:
+    """Its judged error is far lower, but what it fits to each recording costs more than it gains."""
+    training = pair[1][:1]
+    for bic, expected in ((1.0, "b"), (-1.0, "a")):
+        best, other = (with_effects(t, n) for t, n in zip(trials(pair, bic, 9.0), "ab", strict=True))
+        labels = (*other.fitted.labels, (training[0].name, "more"))
+        best = replace(best, fitted=replace(best.fitted, labels=labels))
+        (first, *_) = ranked_candidates([best, other], training, DEFAULT_CRITERIA)
+        assert "".join(first.trial.names) == expected
+        # The same parameter, of the tyre: nothing is fitted to the recordings that judge.
+        shared = replace(
+            best, fitted=replace(best.fitted, labels=(*other.fitted.labels, (None, "more")))
+        )
+        (first, *_) = ranked_candidates([shared, other], training, DEFAULT_CRITERIA)
+        assert "".join(first.trial.names) == "a"
 
 
 def test_a_difference_of_no_worth_does_not_distinguish(pair: Pair) -> None:
@@ -220,7 +270,7 @@ def test_a_difference_of_no_worth_does_not_distinguish(pair: Pair) -> None:
     for factor, alike in ((1.01, True), (1.03, False)):
         one = replace(best, judgement=judgement(sizes))
         two = replace(other, judgement=judgement(factor * sizes))
-        (first, *_) = ranked_candidates([one, two], DEFAULT_CRITERIA)
+        (first, *_) = ranked_candidates([one, two], pair[1][:1], DEFAULT_CRITERIA)
         assert bool(first.indistinguishable) == alike
 
 
