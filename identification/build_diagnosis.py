@@ -33,7 +33,7 @@ from identification.selection.criteria import (
     advantage,
     delta_bic,
 )
-from identification.selection.stepwise_search import SearchStep
+from identification.selection.search_step import SearchStep
 from identification.selection.trial_runner import Effects
 from identification.selection.trials import Trial
 from symbolic import TOLERATED, Effect, ModelError, Scope, parameter_name, units_of

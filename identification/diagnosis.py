@@ -20,7 +20,8 @@ from identification.residuals.signals import check_signatures
 from identification.results import Diagnosis
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.journal import Journal
-from identification.selection.stepwise_search import Progress, Search, SearchStep, silent
+from identification.selection.search_step import SearchStep
+from identification.selection.stepwise_search import Progress, Search, silent
 from identification.selection.trial_runner import Effects, Submit, TrialRunner, jobs_of, workers
 from identification.selection.trials import RANKING, Trial
 from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named

@@ -11,10 +11,10 @@ import pytest
 from identification import Recording
 from identification.fits.values import Values
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
+from identification.selection.search_step import SearchStep
 from identification.selection.stepwise_search import (
     Effects,
     Search,
-    SearchStep,
     ranked_candidates,
     silent,
 )

@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from identification import Recording, search
-from identification.selection.stepwise_search import SearchStep
+from identification.selection.search_step import SearchStep
 from tests.identification.factories import read_campaign
 
 CANDIDATES = ("contact_damping", "steering_return", "torque_offset")
