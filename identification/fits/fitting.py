@@ -28,6 +28,8 @@ from symbolic import Model
 Array = NDArray[np.float64]
 SAME_WEIGHT = 0.3
 """Relative change of such a weight that counts as none [1]."""
+HELD = 100.0
+"""Weight that keeps what was declared where it was declared [1]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -89,10 +91,14 @@ def fit(
     """
     begin = start or initial_guess(model, recordings)
     problem = Problem(model, recordings, with_effects(model, begin, recordings), options)
-    weights = problem.prior_weights(np.clip(problem.origin(), *problem.bounds()))
+    x = problem.origin()
+    weights = problem.prior_weights(np.clip(x, *problem.bounds()))
     if options.prior_weight is not None:
         weights = np.where(weights > 0, options.prior_weight, 0.0)
-    solution = _solve(problem, problem.origin(), weights, options)
+        if options.free_shared and not begin.rig and weights.any():
+            # Lengths that give way at once hold the fit at a minimum of its own.
+            x = _solve(problem, x, np.where(weights > 0, HELD, 0.0), options).x
+    solution = _solve(problem, x, weights, options)
     for _ in range(options.reweightings):
         revised = problem.prior_weights(solution.x)
         if np.allclose(revised, weights, rtol=SAME_WEIGHT, atol=0.0):

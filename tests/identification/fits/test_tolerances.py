@@ -11,9 +11,10 @@ from identification.fits.options import COARSE_FIT, FitOptions
 from identification.fits.problem import Problem
 from identification.fits.values import with_effects
 from identification.selection.criteria import delta_bic, effective_parameters
-from reference_rig import Campaign
+from identification.selection.trials import RANKING, model_of, thin
+from reference_rig import Campaign, make_campaign
 from symbolic import Model, Tolerances, effects_named
-from tests.identification.factories import read_campaign
+from tests.identification.factories import as_read, read_campaign
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 OFF, TOLERANCE = 0.0015, 0.0025
@@ -148,3 +149,17 @@ def test_a_weight_that_is_too_large_at_first_is_corrected(wrong: list[Recording]
 
     for r in wrong:
         assert np.std(coarse.residuals[r.name]) < 1.05 * np.std(absorbed.residuals[r.name])
+
+
+def test_lengths_do_not_give_way_before_an_effect_of_theirs_is_found() -> None:
+    """With the weak weight of a rival's trial at once, n = 0.24 would imitate it and leave 0.57 %."""
+    made = make_campaign("contact_length", 5, 4, off=TOLERANCE, grounds=["one", "two"])
+    recordings = [thin(as_read(r, made.nominal, TOLERANCE)) for r in made.recordings]
+    present = fit(model_of(()), recordings).values
+    model = model_of(effects_named(["contact_length"]), RANKING)
+    found = fit(model, recordings, replace(present, rig={}), replace(COARSE_FIT, prior_weight=0.03))
+
+    planted = made.recordings[0].effects["contact_length"]["n"]
+    assert found.values.tyre["contact_length.n"] == pytest.approx(planted, abs=0.05)
+    for r in recordings:
+        assert np.std(found.residuals[r.name]) < 0.0045 * np.ptp(r.M_z)
