@@ -151,6 +151,7 @@ def test_a_weight_that_is_too_large_at_first_is_corrected(wrong: list[Recording]
         assert np.std(coarse.residuals[r.name]) < 1.05 * np.std(absorbed.residuals[r.name])
 
 
+@pytest.mark.long
 def test_lengths_do_not_give_way_before_an_effect_of_theirs_is_found() -> None:
     """With the weak weight of a rival's trial at once, n = 0.24 would imitate it and leave 0.57 %."""
     made = make_campaign("contact_length", 5, 4, off=TOLERANCE, grounds=["one", "two"])
