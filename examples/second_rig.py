@@ -212,7 +212,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     training, judges, unseen = ([read(folder, name) for name in names] for names in groups)
     candidates = [*CANDIDATES, *(["stops"] if options.stops else [])]
     journal = Journal(folder=options.trials) if options.trials else None
-    diagnosis = diagnose(training, judges, candidates=candidates, jobs=1, journal=journal)
+    diagnosis = diagnose(training, judges, candidates=candidates, journal=journal)
     print_diagnosis(diagnosis)
     stages = unseen_torques(diagnosis, training, unseen, folder)
     if options.pictures:
