@@ -1,6 +1,7 @@
 """Residuals of every recording had it not been fitted, from one fit of all, to first order."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,9 @@ def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Arr
 
     The shared parameters move by the Gauss-Newton step of the other recordings alone, as far as their
     ranges allow; those of a ground without another recording move to the mean of the other grounds. Then
-    what belongs to the recording is refitted. A single recording keeps its residuals.
+    what belongs to the recording is refitted. What it declared with a tolerance may go beyond that: the
+    common scale of all lengths, which the others alone hardly determine, is not held against it. A
+    single recording keeps its residuals.
     """
     if len(recordings) < 2:
         return dict(fitted.residuals)
@@ -38,6 +41,8 @@ def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Arr
     # An outlier pulls as little as the loss lets it: rows weighted as in reweighted least squares.
     weight = np.sqrt(fitted.loss(stacked**2)[1])
     jacobian = fitted.jacobian * weight[:, None]
+    beyond = np.where(fitted.prior_weights > 0, np.inf, 0.0)
+    unbounded = replace(fitted, bound_distances=fitted.bound_distances + np.array([-beyond, beyond]))
     residuals = {}
     for recording in recordings:
         name = recording.name
@@ -50,7 +55,7 @@ def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Arr
         step[moved] = _step(fitted, jacobian[rest], -(weight * stacked)[rest], moved)
         _move_to_mean(step, alone, fitted)
         unseen = stacked[rows] + fitted.jacobian[rows][:, shared] @ step[shared]
-        refit = _step(fitted, jacobian[rows], -weight[rows] * unseen, own)
+        refit = _step(unbounded, jacobian[rows], -weight[rows] * unseen, own)
         residual = np.full(present.size, np.nan)
         residual[present] = (unseen + fitted.jacobian[rows][:, own] @ refit) * span
         residuals[name] = residual

@@ -11,6 +11,7 @@ from identification.fits.options import COARSE_FIT, FitOptions
 from identification.fits.problem import Problem
 from identification.fits.values import with_effects
 from identification.selection.criteria import delta_bic, effective_parameters
+from identification.selection.leave_one_out import leave_one_out
 from identification.selection.trials import RANKING, model_of, thin
 from reference_rig import Campaign, make_campaign
 from symbolic import Model, Tolerances, effects_named
@@ -164,3 +165,16 @@ def test_lengths_do_not_give_way_before_an_effect_of_theirs_is_found() -> None:
     assert found.values.tyre["contact_length.n"] == pytest.approx(planted, abs=0.05)
     for r in recordings:
         assert np.std(found.residuals[r.name]) < 0.0045 * np.ptp(r.M_z)
+
+
+@pytest.mark.long
+def test_the_common_scale_of_lengths_is_not_held_against_a_recording_left_out(
+    made: tuple[Campaign, list[Recording]],
+) -> None:
+    """Its length lies at the end of its tolerance; what the others make of theirs moves it beyond."""
+    recordings = declared(made[1], (-0.0024, 0.0, 0.0005), a=TOLERANCE)
+    fitted = fit(Model(corners=16), recordings)
+    judged = leave_one_out(fitted, recordings)
+
+    for r in recordings:
+        assert np.std(judged[r.name]) < 1.02 * np.std(fitted.residuals[r.name])
