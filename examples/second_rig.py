@@ -18,6 +18,7 @@ no load was recorded, and a nominal one only sets the unit of mu.
 """
 
 import argparse
+import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
@@ -119,6 +120,12 @@ def place_in_gap(model: Model, values: Mapping[str, float], recording: Recording
     return {"pretwist.psi_0": -float(deflection(recording.M_z[0], elements))}
 
 
+def print_progress(message: str, done: int, total: int) -> None:
+    """What is being done, on standard error."""
+    if done == 0:
+        print(f"{message} ({total})", file=sys.stderr)
+
+
 def print_diagnosis(diagnosis: Diagnosis) -> None:
     """What was found from the harmonic runs alone."""
     print(
@@ -212,7 +219,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     training, judges, unseen = ([read(folder, name) for name in names] for names in groups)
     candidates = [*CANDIDATES, *(["stops"] if options.stops else [])]
     journal = Journal(folder=options.trials) if options.trials else None
-    diagnosis = diagnose(training, judges, candidates=candidates, journal=journal)
+    diagnosis = diagnose(
+        training, judges, candidates=candidates, journal=journal, progress=print_progress
+    )
     print_diagnosis(diagnosis)
     stages = unseen_torques(diagnosis, training, unseen, folder)
     if options.pictures:
