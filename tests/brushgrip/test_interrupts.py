@@ -134,7 +134,7 @@ main()
 
 
 @pytest.mark.parametrize(
-    "count", [pytest.param(i, marks=() if i == 200 else pytest.mark.long) for i in INSTANTS]
+    "count", [pytest.param(i, marks=() if i == 100 else pytest.mark.long) for i in INSTANTS]
 )
 def test_the_command_while_it_imports(repository_root: Path, tmp_path: Path, count: int) -> None:
     for name in ("train_a.csv", "rig.toml"):

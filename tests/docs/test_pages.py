@@ -53,6 +53,7 @@ def test_the_page_of_effects_has_the_whole_library() -> None:
     }
 
 
+@pytest.mark.long
 def test_the_effects_of_the_page_work() -> None:
     page = (ROOT / "docs" / "effects.md").read_text(encoding="utf-8")
     names: dict[str, Any] = {}

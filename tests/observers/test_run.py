@@ -34,7 +34,7 @@ OBSERVERS: dict[str, Any] = {
 }
 
 
-LONG = ("ekf, stiffness", "mhe, stiffness", "mhe, steering")
+LONG = ("ekf, stiffness", "mhe", "mhe, stiffness", "mhe, steering")
 """The states of these are among those of the others, whose compiling takes long enough."""
 MARKED = [pytest.param(n, marks=pytest.mark.long if n in LONG else ()) for n in OBSERVERS]
 

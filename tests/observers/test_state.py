@@ -21,8 +21,18 @@ KINDS = [
     pytest.param(Ekf, {}, id="ekf"),
     pytest.param(Mhe, {"window": 20}, id="mhe"),
     pytest.param(Ekf, {"measurement_model": SteeringTorque()}, id="ekf steering"),
-    pytest.param(Mhe, {"measurement_model": SteeringTorque(), "window": 20}, id="mhe steering"),
-    pytest.param(Ekf, {"measurement_model": AligningTorque(stiffness=True)}, id="ekf stiffness"),
+    pytest.param(
+        Mhe,
+        {"measurement_model": SteeringTorque(), "window": 20},
+        id="mhe steering",
+        marks=pytest.mark.long,
+    ),
+    pytest.param(
+        Ekf,
+        {"measurement_model": AligningTorque(stiffness=True)},
+        id="ekf stiffness",
+        marks=pytest.mark.long,
+    ),
     pytest.param(
         Mhe,
         {"measurement_model": AligningTorque(stiffness=True), "window": 20},

@@ -200,6 +200,7 @@ def test_recovers_a_compliance() -> None:
     assert of_compliance < 0.03 / k_t
 
 
+@pytest.mark.long
 def test_a_stiff_carcass_fits_where_there_is_none(declared: Given) -> None:
     # The neutral value is an infinite stiffness: its inverse, zero, is a bound like any other.
     _, recordings = declared

@@ -419,6 +419,7 @@ def test_the_band_of_a_constant_allows_for_few_low_frequencies(recordings: list[
     assert named(signatures(residuals, made), CONSTANT).band == pytest.approx(band)
 
 
+@pytest.mark.long
 @pytest.mark.measured
 def test_the_measured_recordings_follow_speed(measured_dir: Path) -> None:
     made = [read_recording(path) for path in sorted(measured_dir.glob("fem*.mat"))]

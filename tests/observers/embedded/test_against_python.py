@@ -176,7 +176,7 @@ def compare_recording(generated: Generate, path: Path, observer: Any) -> None:
     [
         (Ekf, {}),
         pytest.param(Mhe, {"window": 2}, marks=LONG),
-        (Mhe, {"window": 7}),
+        pytest.param(Mhe, {"window": 7}, marks=LONG),
         pytest.param(Mhe, {"window": 50}, marks=LONG),
     ],
 )

@@ -56,6 +56,7 @@ def test_names_of_a_file_get_its_prefix() -> None:
     assert with_prefix(seen, "grip") == seen
 
 
+@pytest.mark.long
 @pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 def test_one_translation_unit(generated: Generate, tmp_path: Any) -> None:
     alone = generated(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)

@@ -34,7 +34,7 @@ LONG = pytest.mark.long
 SANITISED = [
     pytest.param(Ekf, DECLARED, AligningTorque(), HOUR, id="ekf-declared-aligning"),
     pytest.param(Mhe, DECLARED, AligningTorque(), HOUR // 100, id="mhe-declared-aligning-short"),
-    pytest.param(Ekf, CREEP, AligningTorque(), HOUR // 100, id="ekf-creep-short"),
+    pytest.param(Ekf, CREEP, AligningTorque(), HOUR // 100, id="ekf-creep-short", marks=LONG),
     pytest.param(Ekf, CREEP, AligningTorque(), HOUR, id="ekf-creep-aligning", marks=LONG),
     pytest.param(Ekf, CREEP, SteeringTorque(), HOUR, id="ekf-creep-steering", marks=LONG),
     pytest.param(Mhe, CREEP, AligningTorque(), HOUR // 4, id="mhe-creep-aligning", marks=LONG),
@@ -164,7 +164,7 @@ def test_the_estimate_is_the_prior_before_the_first_usable_sample(generated: Gen
 
 
 @pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("kind", [Ekf, Mhe])
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=LONG)])
 def test_code_calls_only_the_mathematics_library(generated: Generate, kind: Any, model: Any) -> None:
     if (nm := shutil.which("nm")) is None:
         pytest.skip("no nm installed to list symbols")
