@@ -45,7 +45,7 @@ class FrictionTrack:
         t: time [s].
         mu: estimated effective friction [1], so that tracks of different models compare.
         mu_std: its standard deviation [1]; NaN where the observer has none.
-        informed: False while the estimate still rests on the prior.
+        usable: True where a controller may act on it: informed, and no flag of any kind.
         changes: instants at which the observer detected a change of the ground [s], shape (c,).
         inconsistent: True where model and stated error do not explain the torque: the band is too
             narrow.
@@ -58,7 +58,7 @@ class FrictionTrack:
     t: Array
     mu: Array
     mu_std: Array
-    informed: NDArray[np.bool_]
+    usable: NDArray[np.bool_]
     changes: Array = field(default_factory=lambda: np.empty(0))
     inconsistent: NDArray[np.bool_] | None = None
     reference: float | None = None
@@ -240,7 +240,7 @@ def friction_track(
         t=estimates.t,
         mu=comparable_friction(estimates),
         mu_std=estimates.mu_eff_std,
-        informed=estimates.informed,
+        usable=estimates.usable,
         changes=estimates.t[estimates.status & Status.RESET != 0],
         inconsistent=estimates.status & Status.INCONSISTENT != 0,
         reference=recording.tyre.mu,

@@ -29,11 +29,13 @@ from symbolic import BrushgripError
 
 COLUMNS = (
     "recording", "ground", "samples", "duration", "mu", "mu_std", "mu_eff", "mu_eff_std", "informed",
-    "rejected", "changes", "inconsistent", "fault",
+    "usable", "rejected", "changes", "inconsistent", "acquiring", "suspect", "bound", "implausible",
+    "fault",
 )  # fmt: skip
 """Columns of the summary: friction at the end of each recording [1], its duration [s], the share of
-informed samples [1], rejected samples, changes of the ground, samples that model and stated error do not
-explain, and what is wrong with a recording."""
+informed and of usable samples [1]; samples by their flags: rejected, changes of the ground, not
+explained by model and stated error, friction being acquired, an input suspect, mu on its bound, a value
+implausible; and what is wrong with a recording."""
 Row = Mapping[str, str | int | float]
 
 
@@ -113,6 +115,10 @@ def row_of(recording: Recording, estimates: Estimates) -> Row:
             ("rejected", Status.REJECTED),
             ("changes", Status.RESET),
             ("inconsistent", Status.INCONSISTENT),
+            ("acquiring", Status.ACQUIRING),
+            ("suspect", Status.SUSPECT),
+            ("bound", Status.BOUND),
+            ("implausible", Status.IMPLAUSIBLE),
         )
     }
     friction = {n: float(getattr(estimates, n)[-1]) for n in ("mu", "mu_std", "mu_eff", "mu_eff_std")}
@@ -123,6 +129,7 @@ def row_of(recording: Recording, estimates: Estimates) -> Row:
         "duration": float(estimates.t[-1] - estimates.t[0]),
         **friction,
         "informed": float(estimates.informed.mean()),
+        "usable": float(estimates.usable.mean()),
         **counts,
         "fault": "",
     }

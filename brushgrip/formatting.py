@@ -170,9 +170,12 @@ def estimates_summary(estimates: Estimates) -> str:
     if changes := counts[Status.RESET]:
         parts.append(f"{changes} {_plural(changes, 'change')} of the ground")
     line = ", ".join(parts)
+    if estimates.usable.any():
+        # Friction is always acquired first.
+        counts[Status.ACQUIRING] = 0
     # Whether the deviation can be believed goes before what happened to samples.
-    inconsistent = counts[Status.INCONSISTENT] > 0
-    most_frequent = Status.INCONSISTENT if inconsistent else max(counts, key=lambda flag: counts[flag])
+    first = [flag for flag in (Status.SUSPECT, Status.INCONSISTENT) if counts[flag]]
+    most_frequent = first[0] if first else max(counts, key=lambda flag: counts[flag])
     number = counts[most_frequent]
     return (
         f"{line}; {number} {_plural(number, 'sample')}: {_on_command_line(most_frequent.remedy)}"
@@ -191,7 +194,7 @@ def _final_friction(estimates: Estimates) -> str:
     # On the declared model the two are the same.
     if abs(estimates.mu_eff[-1] - estimates.mu[-1]) > 5e-4:
         friction += ", " + _with_deviation("mu_eff", estimates.mu_eff[-1], estimates.mu_eff_std[-1])
-    share = f"informed in {100 * estimates.informed.mean():.0f} % of {estimates.t.size} samples"
+    share = f"usable in {100 * estimates.usable.mean():.0f} % of {estimates.t.size} samples"
     return f"{friction} at the end, {share}"
 
 

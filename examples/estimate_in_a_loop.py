@@ -1,16 +1,18 @@
 """An observer in a control loop
 =============================
 
-Estimate friction in a control loop: one sample in, one estimate out, the state passed along.
+Estimate friction in a control loop: one sample in, one estimate out; the controller acts on those that
+are usable.
 
 The recording stands for the sensors. The model is what `find_the_missing_effect.py` finds on other
 recordings of the same rig, rounded.
 """
 
+import math
 from pathlib import Path
 
 from identification import read_recording, read_rig
-from observers import Ekf, Sample, next_rate
+from observers import Ekf, Loop, Sample
 from symbolic import Model, effects_named
 
 RECORDINGS = Path(__file__).resolve().parent / "recordings"
@@ -25,17 +27,13 @@ def main() -> None:
         values=VALUES,
         rig=recording.rig,
     )
-    dt = float(recording.t[1] - recording.t[0])
-    state, rate, last_psi = None, 0.0, float(recording.psi[0])
-    for number, (psi, F_N, M_z) in enumerate(
-        zip(recording.psi, recording.F_N, recording.M_z, strict=True)
-    ):
-        rate, last_psi = next_rate(rate, psi - last_psi, dt), psi
-        sample = Sample(psi=psi, psi_dot=rate, F_N=F_N, dt=dt, M_z=M_z)
-        state = observer.step(observer.init(sample) if state is None else state, sample)
-        now = observer.estimate(state)
+    loop, dt = Loop(observer), float(recording.t[1] - recording.t[0])
+    samples = zip(recording.psi, recording.F_N, recording.M_z, strict=True)
+    for number, (psi, F_N, M_z) in enumerate(samples):
+        # NaN: the loop takes the rate from the angle.
+        now = loop(Sample(psi=psi, psi_dot=math.nan, F_N=F_N, dt=dt, M_z=M_z))
         if number % 100 == 0:
-            word = "" if now.informed else "  (rests on the prior)"
+            word = "" if now.usable else f"  (not usable: {now.status.remedy or 'rests on the prior'})"
             print(f"{number * dt:5.1f} s  mu = {now.mu:.3f} ± {now.mu_std:.3f}{word}")
     print(f"friction at the end: mu = {now.mu:.3f} ± {now.mu_std:.3f}")
 

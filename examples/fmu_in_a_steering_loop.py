@@ -63,7 +63,7 @@ def run() -> tuple[float, float, float]:
     noise = NOISE * np.random.default_rng(1).standard_normal(t.size)
     plant = control.interconnect(
         [loop.wheel(), loop.controller(compensates=True)],
-        inputs=["noise", "mu"],
+        inputs=["noise", "mu", "usable"],
         outputs=["angle", "psi", "M"],
         check_unused=False,
     )
@@ -72,11 +72,13 @@ def run() -> tuple[float, float, float]:
         inputs, outputs = [at["psi"], at["M"], at["F_N"]], [at["mu"], at["mu_std"]]
         for n, now in enumerate(t):
             mu, _ = fmu.getReal(outputs)
-            angle, psi, M = plant.output(now, x, [noise[n], mu])
+            (usable,) = fmu.getBoolean([at["usable"]])
+            given = [noise[n], mu, float(usable)]
+            angle, psi, M = plant.output(now, x, given)
             error[n] = angle - psi_ref[n]
             fmu.setReal(inputs, [psi, M, LOAD])
             fmu.doStep(currentCommunicationPoint=now, communicationStepSize=STEP)
-            x = plant.dynamics(now, x, [noise[n], mu])
+            x = plant.dynamics(now, x, given)
         mu, mu_std = fmu.getReal(outputs)
     return float(np.sqrt(np.mean(error**2))), mu, mu_std
 
@@ -86,7 +88,7 @@ def main() -> None:
     error, mu, mu_std = run()
     print(f"mu at the end, by the FMU: {mu:.4f} ± {mu_std:.4f} (the ground has {loop.GROUND})")
     print(f"control error with the FMU: {1000 * error:.3f} mrad rms")
-    in_python, _ = loop.run()
+    in_python, *_ = loop.run()
     print(f"with the observer in Python: {1000 * in_python:.3f} mrad rms")
 
 

@@ -72,7 +72,7 @@ def main() -> None:
             spent += time.perf_counter() - begin
             if number % 200 == 0:
                 now = observer.estimate(state)
-                word = "" if now.informed else "  (rests on the prior)"
+                word = "" if now.usable else "  (not usable)"
                 print(f"{recording.t[number]:6.1f} s  mu = {now.mu:.3f} ± {now.mu_std:.3f}{word}")
         end = observer.estimate(state)
         each = 1e6 * spent / len(sequence)

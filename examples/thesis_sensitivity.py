@@ -124,7 +124,7 @@ def surfaces(psi: Array, M: Array) -> dict[str, Surface]:
     for rows in (few, many):
         rows[:, 0], rows[:, 2] = psi, M
     many[:, -1] = mu
-    common = {"model": Model(), "values": {"k": K}, "rig": RIG}
+    common = {"model": Model(), "values": {"k": K}, "rig": RIG, "acquire": False}
     alone = Ekf(**common, tuning=PRIOR, iterations=ITERATIONS)
     follow = {"EKF": Ekf(**common, tuning=CLEAN), "MHE": Mhe(**common, tuning=CLEAN)}
     return {

@@ -49,11 +49,11 @@ def root() -> ZoneRootSolver:
 
 
 def ours(kind: type[Ekf] | type[Mhe], *, delayed: bool = False, tuning: Tuning = CLEAN) -> Observer:
-    """EKF or MHE, from mu = 1.0 +- 0.5; delayed where the torque is known to be late."""
+    """EKF or MHE alone, from mu = 1.0 +- 0.5; delayed where the torque is known to be late."""
     if delayed:
         values = {"k": K, "sensor_delay.delay": DT}
-        return kind(model=DELAYED, values=values, rig=RIG, tuning=tuning)
-    return kind(model=Model(), values={"k": K}, rig=RIG, tuning=tuning)
+        return kind(model=DELAYED, values=values, rig=RIG, tuning=tuning, acquire=False)
+    return kind(model=Model(), values={"k": K}, rig=RIG, tuning=tuning, acquire=False)
 
 
 def published(file: Path, mu: float) -> tuple[Recording, Array]:

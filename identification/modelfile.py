@@ -28,7 +28,8 @@ def model_text(diagnosis: Diagnosis) -> str:
         "units": units_of(diagnosis.model),
     }
     if diagnosis.model_error is not None:
-        content["model_error"] = asdict(diagnosis.model_error)
+        error = asdict(diagnosis.model_error)
+        content["model_error"] = {name: value for name, value in error.items() if value is not None}
     return json.dumps(content, indent=2, allow_nan=False) + "\n"
 
 

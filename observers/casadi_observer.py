@@ -19,7 +19,8 @@ from observers.compiled_step import (
 from observers.effective_friction import build_effective_friction, output_vector
 from observers.layout import Expression, Layout, ObserverState, outputs_of
 from observers.measurement_model import LEAST_FIRST_LOAD
-from observers.protocol import ESTIMATE, OUTPUT, Estimate, Sample, Status, prior_estimate
+from observers.plausibility import EVIDENCE, START
+from observers.protocol import ESTIMATE, OUTPUT, UNINFORMED, Estimate, Sample, Status, prior_estimate
 from observers.screening import SCREEN, build_screened_step, initial_screen, is_first
 from observers.tuning import INFORMED, Tuning
 from symbolic import DECLARED, GEOMETRY, InvalidInputError, Model, Rig
@@ -94,9 +95,20 @@ class CasadiObserver:
         return Tuning().limits
 
     @property
+    def is_checked(self) -> bool:
+        """Whether samples are checked for other units and signs, see `observers.plausibility`."""
+        return True
+
+    @property
     def screened_step(self) -> ca.Function:
         """`step_function` of plausible samples alone, see `observers.screening`."""
-        return build_screened_step(self.step_function, self.layout, self.sample_limits)
+        return build_screened_step(
+            self.step_function,
+            self.layout,
+            self.sample_limits,
+            self.channel,
+            self.rig.a if self.is_checked else None,
+        )
 
     @property
     def layout(self) -> Layout:
@@ -173,7 +185,10 @@ class CasadiObserver:
                 f" rad, F_N = {first.F_N} N; wait for one that has"
             )
         state = self.initial_function(np.array(first.numbers), self.constants).full().ravel()
-        return ObserverState(np.concatenate([state, initial_screen(first.psi)]), self._parts)
+        return ObserverState(
+            np.concatenate([state, initial_screen(first.psi), START[: len(START) * self.is_checked]]),
+            self._parts,
+        )
 
     def step(self, state: ObserverState, sample: Sample) -> ObserverState:
         """The state after one more sample; the state given is not changed."""
@@ -188,7 +203,8 @@ class CasadiObserver:
         """The estimate of a state."""
         mu, std, predicted, mu_eff, mu_eff_std, M_slide, nis, status = state["output"].tolist()
         return Estimate(
-            mu=mu, mu_std=std, M_z_predicted=predicted, informed=std < self._informed_below * mu,
+            mu=mu, mu_std=std, M_z_predicted=predicted,
+            informed=std < self._informed_below * mu and not int(status) & UNINFORMED,
             mu_eff=mu_eff, mu_eff_std=mu_eff_std, M_slide=M_slide, nis=nis, status=Status(int(status)),
         )  # fmt: skip
 
@@ -198,6 +214,9 @@ class CasadiObserver:
         stretch = compiled_stretch(self._function)
         output = dict(zip(OUTPUT, run_stretches(stretch, start, samples, self.constants), strict=True))
         output["informed"] = output["mu_std"] < self.informed_below * output["mu"]
+        flags = np.nan_to_num(output["status"]).astype(int)
+        output["informed"] &= flags & UNINFORMED == 0
+        output["usable"] = output["informed"] & (output["status"] == 0)
         return np.vstack([output[name] for name in ESTIMATE])
 
     @property
@@ -216,7 +235,8 @@ class CasadiObserver:
 
     @cached_property
     def _parts(self) -> Layout:
-        return Layout((*self.layout.fields, ("screen", SCREEN.size, 1)))
+        evidence = (("evidence", EVIDENCE.size, 1),) if self.is_checked else ()
+        return Layout((*self.layout.fields, ("screen", SCREEN.size, 1), *evidence))
 
     @cached_property
     def _function(self) -> ca.Function:

@@ -83,12 +83,13 @@ class Ekf(ModelObserver):
     @property
     def layout(self) -> Layout:
         """The parts of a state."""
-        return layout(self.model, self.measurement_model)
+        return self.with_supervision(layout(self.model, self.measurement_model))
 
     @property
     def step_function(self) -> ca.Function:
         """One sample; see `CasadiObserver.step_function`."""
-        return build_step(self.model, self.measurement_model, self.iterations)
+        step = build_step(self.model, self.measurement_model, self.iterations)
+        return self.supervised(step, layout(self.model, self.measurement_model))
 
 
 @cache

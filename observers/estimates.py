@@ -29,6 +29,7 @@ class Estimates:
     mu_std: Array
     M_z_predicted: Array
     informed: NDArray[np.bool_]
+    usable: NDArray[np.bool_]
     mu_eff: Array
     mu_eff_std: Array
     M_slide: Array
@@ -46,7 +47,7 @@ class Estimates:
         """The same as a table, with when friction was known and what was odd."""
         if not self.t.size:
             return html_table("Estimates of no sample", [])
-        known = np.flatnonzero(self.informed)
+        known = np.flatnonzero(self.usable)
         since = (
             f"from {self.t[known[0]]:g} s, {known.size} of {self.t.size} samples"
             if known.size
@@ -57,13 +58,13 @@ class Estimates:
         rows = [
             ("samples", f"{self.t.size} to {self.t[-1]:g} s"),
             ("friction coefficient", self._friction()),
-            ("informed", since),
+            ("usable", since),
             ("status", odd or "every sample used"),
         ]
         return html_table("Estimates", rows)
 
     def plot(self, axes: "Axes | None" = None, *, label: str = "μ") -> "Axes":
-        """Draw friction over time: bold where it is informed, pale where it rests on the prior.
+        """Draw friction over time: bold where it is usable, pale elsewhere.
 
         Args:
             axes: of matplotlib, to draw into; new ones of pyplot without.
@@ -77,7 +78,7 @@ class Estimates:
             from matplotlib import pyplot
 
             axes = pyplot.subplots(layout="constrained")[1]
-        (line,) = axes.plot(self.t, np.where(self.informed, self.mu, np.nan), lw=1.8, label=label)
+        (line,) = axes.plot(self.t, np.where(self.usable, self.mu, np.nan), lw=1.8, label=label)
         axes.plot(self.t, self.mu, color=line.get_color(), lw=0.8, alpha=0.5, label="_pale")
         if np.isfinite(self.mu_std).any():
             reach = BAND * self.mu_std

@@ -4,12 +4,14 @@ from functools import cache
 
 import casadi as ca
 
+from observers import supervision
 from observers.effective_friction import output_vector
 from observers.layout import Layout, named
-from observers.measurement_model import CLEAN, RIG, MeasurementModel, is_known
+from observers.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.patch_model import PatchModel, constants_size, split_constants
 from observers.patch_update import tyre_states
 from observers.protocol import SAMPLE
+from observers.torque_error import is_known
 from observers.tuning import TUNING_FIELDS
 from symbolic import GEOMETRY, SIGNALS, full_slide_torque
 
@@ -34,7 +36,11 @@ def build_initial_state(
     tuning, first = named(TUNING_FIELDS, vector), named(SAMPLE, sample)
     first["psi_dot"] = ca.if_else(is_known(first["psi_dot"]), first["psi_dot"], 0)
     signals = ca.vertcat(*(first[name] for name in SIGNALS))
-    prior = measurement_model.prior(tuning, first, full_slide_torque(first["F_N"], named(RIG, rig)["a"]))
+    numbers = named(RIG, rig)
+    slide, known = full_slide_torque(first["F_N"], numbers["a"]), is_known(numbers["zero_std"])
+    declared = ca.if_else(known, numbers["zero_std"], 0) / slide
+    tuning["zero_std"] = ca.if_else(known, declared, tuning["zero_std"])
+    prior = measurement_model.prior(tuning, first, slide)
     mean, variance = (
         ca.vertcat(*(prior[name][i] for name in measurement_model.states)) for i in range(2)
     )
@@ -52,6 +58,9 @@ def build_initial_state(
         "mean": mean,
         "P_newest": ca.diag(variance),
     }
+    if "own" in layout.places:
+        std = tuning["zero_std"] * slide
+        parts |= supervision.initial(first["psi"], first["F_N"], std)
     if "samples" in layout.places:
         # The rows of a window's samples continue those of a cleaned sample.
         rows = layout.places["samples"][1][0]

@@ -19,7 +19,8 @@ from functools import cache
 import casadi as ca
 
 from observers.layout import named
-from observers.measurement_model import SENSIBLE, Expression, Parts, log_mu_variance
+from observers.measurement_model import Expression, Parts, log_mu_variance
+from observers.torque_error import SENSIBLE
 from observers.tuning import TUNING_FIELDS
 
 MONITOR = ("rise", "fall", "squares", "samples")

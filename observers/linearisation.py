@@ -9,8 +9,9 @@ from functools import cache
 import casadi as ca
 
 from observers.layout import named
-from observers.measurement_model import CLEAN, RIG, MeasurementModel, is_known
+from observers.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.protocol import SAMPLE
+from observers.torque_error import is_known
 from observers.tuning import TUNING_FIELDS
 from observers.udu import predict_covariance, update_covariance
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from observers.angle_derivative import next_rate
 from observers.compiled_step import CompiledStep
-from observers.plausibility import Evidence, gathered, suspicions
+from observers.plausibility import suspicions
 from observers.protocol import Estimate, Observer, Sample, Status, prior_estimate
 from observers.screening import SCREEN, beyond_limits, build_screen, initial_screen, is_first, limits_of
 from observers.tuning import NO_LIMIT
@@ -48,37 +48,35 @@ class Loop:
     It starts at the first sample with a sensible psi and F_N >= 0.001 N, which says where the patch
     stands at rest. A yaw rate that a sample lacks, NaN, is taken from the past of the angle as in
     `observers.run`.
-    Implausible values are left out, see `observers.screening`. Where samples look like ones in another
-    unit or of the other sign, no estimate is informed. The status of both is `Status.IMPLAUSIBLE`.
+    Implausible values are left out, see `observers.screening`.
 
     Attributes:
         observer: the observer.
         history: samples that a late measurement may reach back, the newest included.
-        check_units: look for other units and signs where the observer has a rig, see
-            `observers.plausibility`.
 
     Raises:
         InvalidInputError: history is no whole number of at least 1.
     """
 
-    def __init__(self, observer: Observer, history: int = 50, *, check_units: bool = True) -> None:
+    def __init__(self, observer: Observer, history: int = 50) -> None:
         """Begin without a sample."""
         if not (isinstance(history, int) and history >= 1):
             raise InvalidInputError(f"history must be a whole number of at least 1, got {history}")
         self.observer = observer
         self.history = history
-        self.check_units = check_units
-        self._rig = getattr(observer, "rig", None) if check_units else None
         self._limits = limits_of(observer)
         self.reset()
 
     def reset(self) -> None:
         """Forget all samples; the next usable one starts anew."""
         self._present = _LoopState()
-        self._evidence = Evidence()
-        self.suspicions: tuple[str, ...] = ()
         # Each sample with the state before it.
         self._past: deque[tuple[_LoopState, Sample]] = deque(maxlen=self.history)
+
+    @property
+    def suspicions(self) -> tuple[str, ...]:
+        """What `Status.SUSPECT` stands for now, each cause in a sentence; empty without it."""
+        return suspicions(self.state)
 
     @property
     def state(self) -> Any:
@@ -89,9 +87,6 @@ class Loop:
         """The estimate after one more sample; before the start the prior, `Status.MISSING`."""
         self._past.append((self._present, sample))
         self._present = self._after(self._present, sample)
-        if self._rig is not None:
-            self._evidence = gathered(self._evidence, sample, self._rig, self.observer.channel)
-            self.suspicions = suspicions(self._evidence)
         return self._estimate(sample)
 
     def late(
@@ -162,6 +157,4 @@ class Loop:
         estimate = self.observer.estimate(self.state)
         if self._present.too_fast:
             estimate = replace(estimate, status=estimate.status | Status.IMPLAUSIBLE)
-        if not self.suspicions:
-            return estimate
-        return replace(estimate, informed=False, status=estimate.status | Status.IMPLAUSIBLE)
+        return estimate

@@ -16,19 +16,26 @@ from typing import Any, Protocol, TypeVar
 
 import casadi as ca
 
+from observers.layout import named
 from observers.protocol import SAMPLE
+from observers.torque_error import (
+    huber_scale,
+    independent_share,
+    is_known,
+    model_error_variance,
+    sensor_variance,
+    white_variance,
+)
 from observers.tuning import REFERENCE_STEP, STATES
 from symbolic import Model, Rig, full_slide_torque
 
 Expression = Any
 Parts = Mapping[str, Expression]
 Moments = tuple[Expression, Expression]
-RIG = ("a", "e", "J_A", "b_t", "slide_rate")
-"""Order of the rig's numbers."""
+RIG = ("a", "e", "J_A", "b_t", "slide_rate", "noise", "dry_friction", "zero_std")
+"""Order of the rig's numbers; one that is unknown is NaN."""
 LONGEST = 0.05
 """The weight of a sample grows with its time step up to this step [s]."""
-SENSIBLE = 1e9
-"""Sensor values of this magnitude and above are invalid, in SI units; 1e20 squared overflows a float."""
 LEAST_FIRST_LOAD = 1e-3
 """Least load of a first sample [N]."""
 LEAST_LOAD = 0.05
@@ -36,8 +43,9 @@ LEAST_LOAD = 0.05
 CLEAN = (*SAMPLE, "M_age", "F_N_first", "travel")
 """Order of a cleaned sample: last valid values in place of missing ones; time since M was valid [s];
 load of the first sample [N]; turn since the last sample without its sign [rad]."""
-SHORTEST_TRAVEL = 1e-9
-"""Turn that counts as none [rad]."""
+ROWS = (*CLEAN, "accepted", "jump")
+"""Rows of a window's samples: a cleaned sample, whether it is accepted, and what a change of the
+ground adds to the variance of ln mu before it."""
 Update = TypeVar("Update")
 
 
@@ -76,6 +84,23 @@ class MeasurementModel(Hashable, Protocol):
     def is_linear(self) -> bool:
         """True where the measurement is linear in the states, so that iterating it changes nothing."""
 
+    @property
+    def scaled(self) -> str:
+        """Field of `Sample` that the stiffness scales; empty where inertia takes part of the torque."""
+
+    @property
+    def torque_state(self) -> tuple[str, ...]:
+        """Names of the numbers that `observed_torque` keeps."""
+
+    def observed_torque(
+        self, before: Parts, sample: Parts, rig: Expression, tuning: Expression
+    ) -> tuple[Parts, Expression, Expression, Expression]:
+        """The aligning torque without a model of it: state after, its angle, M_z and its variance.
+
+        rig is in the order of `RIG`, tuning in that of `TUNING_FIELDS`; M_z [N m] is NaN where the
+        sample brings none, the variance [N^2 m^2] is what the way to it adds.
+        """
+
     def check(self, rig: Rig, model: Model) -> None:
         """Raise InvalidInputError where the rig lacks a value or the model an effect too many."""
 
@@ -100,11 +125,6 @@ class MeasurementModel(Hashable, Protocol):
 
     def patch_after(self, before: Update, update: Callable[[], Update]) -> Update:
         """The patch when the states are corrected: `update()` at them, or as it was `before` that."""
-
-
-def is_known(value: Expression) -> Expression:
-    """False for NaN, infinity and `SENSIBLE`; casadi simplifies x == x to true, no other comparison."""
-    return ca.fabs(value) < SENSIBLE
 
 
 def impute_load(sample: Parts, last: Parts) -> tuple[Expression, Expression, Expression]:
@@ -148,17 +168,6 @@ def log_mu_variance(tuning: Parts) -> Expression:
     return (tuning["mu_std"] / tuning["mu"]) ** 2
 
 
-def independent_share(travel: Expression, error_travel: Expression) -> Expression:
-    """Share of an independent sample of the model's error that a turn [rad] is worth, at most 1."""
-    return ca.fmin(1, (travel + SHORTEST_TRAVEL) / (error_travel + SHORTEST_TRAVEL))
-
-
-def model_error_variance(tuning: Parts) -> Expression:
-    """Variance of the model's error, as a share squared [1]; 0 where `noise` is all that there is."""
-    stated = ca.logic_and(tuning["error_travel"] > 0, tuning["error"] < SENSIBLE)
-    return ca.if_else(stated, tuning["error"] ** 2, 0)
-
-
 def select_states(**selected: bool) -> tuple[str, ...]:
     """Names of the selected states in the order of `STATES`."""
     return tuple(name for name in STATES if selected.get(name, False))
@@ -190,6 +199,23 @@ class AligningTorque:
     def is_linear(self) -> bool:
         """M_z is no linear function of mu."""
         return False
+
+    @property
+    def scaled(self) -> str:
+        """The aligning torque."""
+        return "M_z"
+
+    @property
+    def torque_state(self) -> tuple[str, ...]:
+        """The torque is measured: nothing is kept."""
+        return ()
+
+    def observed_torque(
+        self, before: Parts, sample: Parts, rig: Expression, tuning: Expression
+    ) -> tuple[Parts, Expression, Expression, Expression]:
+        """The measured torque at the measured angle."""
+        del tuning
+        return before, sample["psi"], sample["M_z"], sensor_variance(named(RIG, rig))
 
     def check(self, rig: Rig, model: Model) -> None:
         """Any rig and any model will do."""
@@ -238,12 +264,13 @@ class AligningTorque:
         """The aligning torque with the zero of its channel [N m]."""
         slide, dt = full_slide_torque(now["F_N"], rig["a"]), ca.fmin(now["dt"], LONGEST)
         independent = independent_share(now["travel"], tuning["error_travel"])
-        noise, error = REFERENCE_STEP * tuning["noise"] ** 2, model_error_variance(tuning)
+        noise, error = white_variance(rig, tuning, slide), model_error_variance(x, tuning)
+        variance = error * dt + REFERENCE_STEP * noise * independent
         return Measurement(
             expected=M_z + x.get("M_0", 0),
             measured=now["M_z"],
-            precision=dt * independent / ((error * dt + noise * independent) * slide**2),
-            huber_scale=(tuning["error"] * slide) ** 2,
+            precision=dt * independent / (variance * slide**2),
+            huber_scale=huber_scale(x, tuning, noise) * slide**2,
             independent=independent,
         )
 

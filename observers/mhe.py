@@ -53,9 +53,10 @@ class Mhe(ModelObserver):
     @property
     def layout(self) -> Layout:
         """The parts of a state."""
-        return layout(self.model, self.measurement_model, self.window)
+        return self.with_supervision(layout(self.model, self.measurement_model, self.window))
 
     @property
     def step_function(self) -> ca.Function:
         """One sample; see `CasadiObserver.step_function`."""
-        return build_window_step(self.model, self.measurement_model, self.window, self.iterations)
+        step = build_window_step(self.model, self.measurement_model, self.window, self.iterations)
+        return self.supervised(step, layout(self.model, self.measurement_model, self.window))

@@ -29,9 +29,8 @@ from observers.innovation_gate import COUNTS, build_innovation
 from observers.innovation_monitor import MONITOR, change_variance
 from observers.layout import Layout, named, outputs_of
 from observers.linearisation import build_clean, state_index
-from observers.measurement_model import CLEAN, MeasurementModel
+from observers.measurement_model import CLEAN, ROWS, MeasurementModel
 from observers.mhe_terms import (
-    ROWS,
     arrival_jump,
     build_acceptance,
     build_backward,

@@ -11,15 +11,12 @@ import casadi as ca
 
 from observers.innovation_gate import huber_weight
 from observers.linearisation import build_measurement, build_motion, state_index
-from observers.measurement_model import CLEAN, MeasurementModel
+from observers.measurement_model import CLEAN, ROWS, MeasurementModel
 from observers.model_observer import clip_to_bounds
 from observers.tuning import TUNING_FIELDS
 from observers.window_least_squares import build_back_substitution, build_window_update
 
 Expression = Any
-ROWS = (*CLEAN, "accepted", "jump")
-"""Rows of the window's samples: a cleaned sample, whether it is accepted, and what a change of the
-ground adds to the variance of ln mu before it."""
 
 
 @cache

@@ -9,20 +9,24 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from observers import supervision
 from observers.casadi_observer import CasadiObserver
 from observers.effective_friction import build_effective_friction, output_vector
+from observers.equivalent_patch import equivalent_patch
 from observers.initial_state import build_initial_state
 from observers.layout import Layout, named, outputs_of
 from observers.linearisation import state_index
 from observers.measurement_model import CLEAN, RIG, AligningTorque, MeasurementModel
 from observers.patch_model import PatchModel, constants_size
 from observers.protocol import SAMPLE, Status
+from observers.tolerances import with_tolerances
+from observers.torque_error import is_known
 from observers.tuning import TUNING_FIELDS, Tuning
-from symbolic import GEOMETRY, InvalidInputError, Model, Rig
+from symbolic import GEOMETRY, InvalidInputError, Model, Rig, full_slide_torque
 from symbolic.compliance import deflection_of
 
 Array = NDArray[np.float64]
-RIG_UNITS = ("m", "m", "kg m^2", "N m s/rad", "rad/s")
+RIG_UNITS = ("m", "m", "kg m^2", "N m s/rad", "rad/s", "N m", "N m", "N m")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,6 +41,9 @@ class ModelObserver(CasadiObserver):
         rig: geometry; J_A and b_t too where the steering torque is measured.
         tuning: prior and noises.
         measurement_model: which torque is measured, and which states there are beside mu.
+        acquire: friction is acquired among hypotheses before the estimator tracks it, and inputs are
+            checked for other units, signs and scales, see `observers.supervision`. False is the
+            estimator alone, from its prior: where another part of a system does all that.
 
     Raises:
         InvalidInputError: a parameter is missing or out of bounds, or the rig lacks one.
@@ -44,6 +51,7 @@ class ModelObserver(CasadiObserver):
 
     tuning: Tuning = field(default_factory=Tuning)
     measurement_model: MeasurementModel = field(default_factory=AligningTorque)
+    acquire: bool = True
 
     def __post_init__(self) -> None:
         """Check the parameters, the rig, and that they go together."""
@@ -61,6 +69,29 @@ class ModelObserver(CasadiObserver):
             )
         self.model.theta({**self.values, "mu": self.tuning.mu})
         self.measurement_model.check(self.rig, self.model)
+
+    @property
+    def is_checked(self) -> bool:
+        """Whether samples are checked for other units and signs: not where the estimator is alone."""
+        return self.acquire
+
+    def with_supervision(self, parts: Layout) -> Layout:
+        """The parts of an estimator's state, and those of its supervision where there is one."""
+        if not self.acquire:
+            return parts
+        return Layout((*parts.fields, *supervision.layout(self.measurement_model).fields))
+
+    def supervised(self, step: ca.Function, parts: Layout) -> ca.Function:
+        """The step of an estimator with these parts, supervised unless that is switched off."""
+        if not self.acquire:
+            return step
+        return supervision.build_supervised_step(
+            step,
+            self.model,
+            self.measurement_model,
+            parts,
+            equivalent_patch(self.model, self.values, self.rig),
+        )
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -87,12 +118,17 @@ class ModelObserver(CasadiObserver):
         """The state before the first sample; see `CasadiObserver.initial_function`."""
         return build_initial_state(self.model, self.measurement_model, self.layout)
 
+    @property
+    def effective_tuning(self) -> Tuning:
+        """The tuning with what the rig's tolerances add to it, see `observers.tolerances`."""
+        return with_tolerances(self.tuning, self.rig, self.values["k"])
+
     @cached_property
     def constants(self) -> Array:
         """Parameters of the model at the prior's mu, those of the rig, and the tuning."""
         theta = self.model.theta({**self.values, "mu": self.tuning.mu})
         rig = [float("nan") if (v := getattr(self.rig, name)) is None else v for name in RIG]
-        return np.concatenate([theta.full().ravel(), rig, self.tuning.vector])
+        return np.concatenate([theta.full().ravel(), rig, self.effective_tuning.vector])
 
     @property
     def constant_labels(self) -> tuple[str, ...]:
@@ -112,6 +148,8 @@ class ModelObserver(CasadiObserver):
         }
 
 
+DRY_FRICTION = 0.001
+"""Dry friction of bearings of which nothing is declared, as a share of 3/8 F_N a [1]."""
 STIFFNESS_BOUNDS = (0.1, 10.0)
 """Bounds of k over its nominal value, where it is a state [1]."""
 
@@ -163,8 +201,15 @@ def friction_output(
         tuning: as in `TUNING_FIELDS`, for what no measurement lowers.
         at: index of ln mu in the states.
     """
-    mu = ca.exp(x[at])
-    std = mu * ca.sqrt(P[at, at] + named(TUNING_FIELDS, tuning)["mu_floor"] ** 2)
+    mu, numbers = ca.exp(x[at]), named(RIG, rig)
+    # Dry friction in the bearings cannot be told from that of the ground.
+    known, slide = (
+        is_known(numbers["dry_friction"]),
+        full_slide_torque(now[CLEAN.index("F_N")], numbers["a"]),
+    )
+    dry = ca.if_else(known, ca.if_else(known, numbers["dry_friction"], 0) / slide, DRY_FRICTION)
+    floor = named(TUNING_FIELDS, tuning)["mu_floor"] ** 2
+    std = ca.sqrt(mu**2 * (P[at, at] + floor) + dry**2)
     given = (mu, std, memory, now[CLEAN.index("F_N")], theta, rig[: len(GEOMETRY)])
     slide = outputs_of(build_effective_friction(model), *given, named(RIG, rig)["slide_rate"])
     return {"mu": mu, "mu_std": std, **slide}

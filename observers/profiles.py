@@ -71,6 +71,6 @@ def with_model_error(tuning: Tuning, error: ModelError) -> Tuning:
     if error.spread == 0:
         return tuning
     return replace(
-        tuning, noise=SENSOR_SHARE * error.spread, error=error.spread,
+        tuning, noise=SENSOR_SHARE * error.spread, error=error.share,
         error_travel=TURNING_RATE * error.correlation_time, explained=EXPLAINED,
     )  # fmt: skip

@@ -19,8 +19,9 @@ SAMPLE = ("psi", "psi_dot", "F_N", "dt", "M_z", "M")
 """Order of a sample's numbers."""
 OUTPUT = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide", "nis", "status")
 """Order of the output of an observer's step Function."""
-ESTIMATE = (*OUTPUT[:3], "informed", *OUTPUT[3:])
-"""Order of an estimate's numbers; `informed` is 0 or 1, `status` the number of a `Status`."""
+ESTIMATE = (*OUTPUT[:3], "informed", "usable", *OUTPUT[3:])
+"""Order of an estimate's numbers; `informed` and `usable` are 0 or 1, `status` the number of a
+`Status`."""
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
@@ -73,6 +74,8 @@ class Status(IntFlag):
     NO_ROOT = 64
     INCONSISTENT = 256
     IMPLAUSIBLE = 512
+    ACQUIRING = 1024
+    SUSPECT = 2048
 
     @property
     def remedy(self) -> str:
@@ -80,6 +83,8 @@ class Status(IntFlag):
         return "; ".join(text for flag, text in _REMEDIES.items() if flag in self)
 
 
+UNINFORMED = int(Status.ACQUIRING | Status.SUSPECT)
+"""Flags with which no estimate is informed."""
 _REMEDIES = {
     Status.MISSING: "no measurement, predicted through: check the sensor if it lasts",
     Status.HELD: "angle, load or steering torque missing, the last one used: check the sensor if it"
@@ -94,8 +99,11 @@ _REMEDIES = {
     Status.INCONSISTENT: "model and stated error do not explain the torque, mu_std is too small: check"
     " units, a, F_N and k, find what the model lacks (brushgrip diagnose), or raise Tuning.error",
     Status.IMPLAUSIBLE: "a value is beyond its limit or psi jumps, and is left out: check the sensor, or"
-    " raise the limits of the tuning, or an input looks like one in another unit or of the other sign:"
-    " Loop.suspicions names it",
+    " raise the limits of the tuning",
+    Status.ACQUIRING: "friction is being acquired: turn on, or turn back once, and where that does not"
+    " help, correct k or declare its tolerance",
+    Status.SUSPECT: "an input looks wrong by its unit, its sign, its gear or its sensor, or k, a and F_N"
+    " do not belong to this tyre: Loop.suspicions names it",
 }
 
 
@@ -108,7 +116,8 @@ class Estimate:
         mu_std: its standard deviation [1].
         M_z_predicted: aligning torque expected before its measurement was seen [N m]; where the angle is
             what is measured, the model's torque at the corrected angle.
-        informed: False while the estimate rests on the prior, as in full stick.
+        informed: False while the estimate rests on the prior, as in full stick, while friction is being
+            acquired, and where an input is suspect.
         mu_eff: effective friction [1], which compares between models: the torque of steady full slide at
             `Rig.slide_rate` and the present load over that of the declared patch with mu = 1; mu itself
             on the declared model. NaN before the first load, and where an observer does not state it.
@@ -128,6 +137,11 @@ class Estimate:
     M_slide: float = float("nan")
     nis: float = float("nan")
     status: Status = Status.USED
+
+    @property
+    def usable(self) -> bool:
+        """True where a controller may act on mu: informed by this sample, with no flag of any kind."""
+        return self.informed and self.status == Status.USED
 
     @property
     def numbers(self) -> list[float]:

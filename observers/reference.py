@@ -19,10 +19,9 @@ from numpy.typing import NDArray
 
 from observers.layout import ObserverState
 from observers.linearisation import build_measurement, build_motion, state_index
-from observers.measurement_model import CLEAN, MeasurementModel
+from observers.measurement_model import CLEAN, ROWS, MeasurementModel
 from observers.mhe import Mhe
 from observers.mhe_step import layout
-from observers.mhe_terms import ROWS
 from observers.model_observer import STIFFNESS_BOUNDS
 from observers.patch_history import PatchHistory
 from observers.patch_model import PatchModel, constants_size, split_constants
@@ -71,7 +70,8 @@ def solve_window(observer: Mhe, state: ObserverState, max_iter: int = 200) -> Co
     """
     n, window = len(observer.states), observer.window
     weigh = _build_costs(observer.model, observer.measurement_model, window)
-    given = [ca.DM(state.values[: observer.layout.size]), ca.DM(observer.constants)]
+    own = layout(observer.model, observer.measurement_model, window).size
+    given = [ca.DM(state.values[:own]), ca.DM(observer.constants)]
     start = ca.DM(state["x"].reshape(n, window, order="F"))
     variances = weigh(start, *given)[2].full()
     arrival = covariance_of(state["factor"].reshape(n, n, order="F"))
@@ -112,7 +112,12 @@ def _build_costs(model: PatchModel, measurement_model: MeasurementModel, window:
     constant = [ca.repmat(vector, 1, window) for vector in (rig, tuning)]
     measure = build_measurement(measurement_model).map(window)
     move = build_motion(measurement_model).map(window)
-    innovations, _, weights, _, huber_scale, _ = measure(x, M_z, slopes, clean, *constant)
+    innovations = measure(x, M_z, slopes, clean, *constant)[0]
+    # The model's error is a share of the torque: its variance is that at the states of the estimator.
+    at = ca.reshape(kept["x"], *x.shape)
+    _, _, weights, _, huber_scale, _ = measure(
+        at, *patch.torques(kept, at, theta, rig), clean, *constant
+    )
     onward = ca.horzcat(clean[:, 1:], clean[:, -1])
     predicted, _, variances, _ = move(x, M_z, slopes, clean, onward, *constant)
     variances = variances[:, :-1]

@@ -101,11 +101,12 @@ def arrange(
 def as_estimates(t: Array, rows: Array) -> Estimates:
     """Rows as in `ESTIMATE`, one column a sample, by name; before anything is known they hold NaN."""
     arrays = dict(zip(ESTIMATE, rows, strict=True))
-    informed, status = arrays.pop("informed"), arrays.pop("status")
+    informed, usable, status = (arrays.pop(name) for name in ("informed", "usable", "status"))
     return Estimates(
         t=t,
         **arrays,
         informed=informed == 1,
+        usable=usable == 1,
         status=np.where(np.isfinite(status), status, int(Status.MISSING)).astype(int),
     )
 

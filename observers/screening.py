@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 from observers.compiled_step import states_of
 from observers.layout import Expression, Layout, named
 from observers.measurement_model import LEAST_FIRST_LOAD
+from observers.plausibility import EVIDENCE, build_evidence
 from observers.protocol import OUTPUT, SAMPLE, Status
 from observers.tuning import NO_LIMIT, PLAUSIBLE
 
@@ -105,23 +106,51 @@ def initial_screen(psi: float) -> Array:
 
 
 @cache
-def build_screened_step(step: ca.Function, parts: Layout, limits: tuple[float, ...]) -> ca.Function:
+def build_screened_step(
+    step: ca.Function, parts: Layout, limits: tuple[float, ...], channel: str, a: float | None
+) -> ca.Function:
     """A step (state, sample, constants) -> (state_next, output) of plausible samples alone.
 
-    The state of the check follows that of the observer, whose parts are given.
+    Args:
+        step: of the observer.
+        parts: of its state; those of the check follow.
+        limits: of the samples, in the order of `PLAUSIBLE`.
+        channel: the torque that is measured.
+        a: half-length of the patch [m]; None where units and signs are not checked.
     """
-    state = ca.MX.sym("state", parts.size + SCREEN.size)
+    checked = EVIDENCE.size if a is not None else 0
+    state = ca.MX.sym("state", parts.size + SCREEN.size + checked)
     sample, constants = (ca.MX.sym(step.name_in(i), step.numel_in(i)) for i in (1, 2))
-    screen, passed = build_screen()(state[parts.size :], sample, ca.DM(limits))
-    after, output = step(state[: parts.size], passed, constants)
-    flag = int(Status.IMPLAUSIBLE) * screen[SCREEN.places["implausible"][0]]
+    own, screen, evidence = ca.vertsplit(
+        state, [0, parts.size, parts.size + SCREEN.size, state.shape[0]]
+    )
+    suspect = ca.MX(0)
+    if a is not None:
+        evidence, suspect = build_evidence(channel)(evidence, sample, a)
+    screen, passed = build_screen()(screen, sample, ca.DM(limits))
+    after, output = step(own, passed, constants)
     at = OUTPUT.index("status")
-    output[at] += flag
-    after[parts.places["output"][0].start + at] += flag
+    status = with_flag(output[at], Status.SUSPECT, suspect)
+    status = status + int(Status.IMPLAUSIBLE) * screen[SCREEN.places["implausible"][0]]
+    output[at] = status
+    after[parts.places["output"][0].start + at] = status
     return ca.Function(
-        step.name(), [state, sample, constants], [ca.vertcat(after, screen), output],
+        step.name(), [state, sample, constants], [ca.vertcat(after, screen, evidence), output],
         ["state", "sample", "constants"], ["state_next", "output"],
     )  # fmt: skip
+
+
+def has_flag(status: Expression, flag: Status) -> Expression:
+    """Whether a status, as a number, has a flag: 0 or 1; by comparisons, which cost a target nothing."""
+    rest = status
+    for higher in sorted((int(each) for each in Status if each > flag), reverse=True):
+        rest = ca.if_else(rest >= higher, rest - higher, rest)
+    return rest >= int(flag)
+
+
+def with_flag(status: Expression, flag: Status, holds: Expression) -> Expression:
+    """The status with a flag, where it holds and is not set yet."""
+    return status + int(flag) * ca.logic_and(holds, ca.logic_not(has_flag(status, flag)))
 
 
 def screened_angles(samples: Array, limits: tuple[float, ...]) -> Array:

@@ -8,6 +8,9 @@ Source: Rauch, Tung, Striebel, Maximum likelihood estimates of linear dynamic sy
 (1965) 1445.
 """
 
+from dataclasses import replace
+from typing import Any
+
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
@@ -22,11 +25,13 @@ from observers.layout import Layout
 from observers.linearisation import build_motion, state_index
 from observers.measurement_model import CLEAN, RIG
 from observers.protocol import ESTIMATE, OUTPUT
-from observers.run import arrange, as_estimates
+from observers.run import arrange, as_estimates, run
 from observers.udu import covariance_of
 from symbolic import GEOMETRY, InvalidInputError
 
 Array = NDArray[np.float64]
+MARGIN = 1e-6
+"""Share by which a prior stays within the bounds of mu [1]."""
 
 
 def smooth(
@@ -42,8 +47,8 @@ def smooth(
     """Estimate mu at every sample from the whole recording.
 
     mu, mu_std, informed and the effective friction are smoothed; M_z_predicted, nis and status are those
-    of the filter. Samples before the first that has angle and load get its mu, with a deviation that
-    grows as mu walks.
+    of the filter. Where friction is acquired, the smoother begins about what the filter ends with.
+    Samples before the first that has angle and load get its mu, with a deviation that grows as mu walks.
 
     Args:
         observer: the filter.
@@ -61,6 +66,8 @@ def smooth(
         raise InvalidInputError(
             f"smooth needs an Ekf, on whose stored states it works, got {type(observer).__name__}"
         )
+    if observer.acquire:
+        return _about_what_was_acquired(observer, t, psi, F_N, M_z, psi_dot, M)
     samples, begins = arrange(observer, t, psi, F_N, M_z, psi_dot, M)
     used = samples[:, begins:]
     start = observer.init(first_sample(used)).values
@@ -72,13 +79,34 @@ def smooth(
     friction = _friction(observer, states, mean, variance)
     for name, row in (filtered | friction).items():
         rows[ESTIMATE.index(name), begins:] = row
-    walk, floor = (getattr(observer.tuning, name) ** 2 for name in ("mu_walk", "mu_floor"))
+    tuning = observer.effective_tuning
+    walk, floor = tuning.mu_walk**2, tuning.mu_floor**2
     walked = variance[0] + floor + walk * (time[begins] - time[:begins])
     rows[ESTIMATE.index("mu"), :begins] = friction["mu"][0]
     rows[ESTIMATE.index("mu_std"), :begins] = friction["mu"][0] * np.sqrt(walked)
     relative = rows[ESTIMATE.index("mu_std")] / rows[ESTIMATE.index("mu")]
-    rows[ESTIMATE.index("informed")] = relative < observer.informed_below
+    informed = relative < observer.informed_below
+    rows[ESTIMATE.index("informed")] = informed
+    rows[ESTIMATE.index("usable")] = informed & (rows[ESTIMATE.index("status")] == 0)
     return as_estimates(time, rows)
+
+
+def _about_what_was_acquired(observer: Ekf, *recording: Any) -> Estimates:
+    """The smoother alone, with the friction that the causal filter ends with as the prior's mean.
+
+    The flags are those of the causal filter.
+    """
+    t, psi, F_N, M_z, psi_dot, M = recording
+    causal = run(observer, t, psi, F_N, M_z, psi_dot, M=M)
+    tuning = observer.tuning
+    inside = (tuning.least * (1 + MARGIN), tuning.greatest * (1 - MARGIN))
+    mu = float(np.clip(causal.mu[-1], *inside))
+    prior = replace(tuning, mu=mu, mu_std=tuning.log_std * mu)
+    smoothed = smooth(replace(observer, acquire=False, tuning=prior), t, psi, F_N, M_z, psi_dot, M=M)
+    informed = smoothed.informed & causal.informed[-1]
+    return replace(
+        smoothed, informed=informed, usable=informed & causal.usable[-1], status=causal.status
+    )
 
 
 def smoothed_friction(observer: Ekf, states: Array) -> tuple[Array, Array]:
@@ -124,7 +152,7 @@ def _motions(observer: Ekf, states: Array) -> tuple[Array, Array, Array]:
 
 def _friction(observer: Ekf, states: Array, mean: Array, variance: Array) -> dict[str, Array]:
     """Friction and effective friction, each with its deviation, and the torque of full slide."""
-    tuning, count = observer.tuning, mean.size
+    tuning, count = observer.effective_tuning, mean.size
     mu = np.clip(np.exp(mean), tuning.least, tuning.greatest)
     std = mu * np.sqrt(variance + tuning.mu_floor**2)
     memory, last = (_part(observer.layout, states, name) for name in ("memory", "last"))

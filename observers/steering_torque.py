@@ -14,21 +14,27 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from observers.layout import named
 from observers.measurement_model import (
+    RIG,
     Expression,
     Measurement,
     Moments,
     Parts,
     Update,
     impute_load,
-    independent_share,
-    is_known,
-    model_error_variance,
     random_walk,
     random_walk_prior,
     select_states,
 )
-from observers.tuning import REFERENCE_STEP
+from observers.torque_error import (
+    independent_share,
+    is_known,
+    model_error_variance,
+    sensor_variance,
+    white_variance,
+)
+from observers.tuning import REFERENCE_STEP, TUNING_FIELDS
 from symbolic import InvalidInputError, Model, Rig, full_slide_torque
 
 STALE = 0.1
@@ -37,6 +43,14 @@ SLOW = 0.1
 """Yaw rate below which the model's error lasts no longer [rad/s]."""
 USUAL_STEP = 0.02
 """The part of a step beyond this counts as age of the steering torque [s]; a wheel swings in 0.2 s."""
+
+
+BLOCK = ("time", "psi_sum", "M_sum", "psi_a", "time_a", "psi_b", "M_b", "time_b", "blocks")
+"""State of `SteeringTorque.observed_torque`."""
+BLOCK_TIME = 0.0399
+"""A block of samples is at least so long [s]: the angle's second difference needs the time."""
+SHORTEST = 1e-9
+"""Least time that something is divided by [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,6 +86,56 @@ class SteeringTorque:
     def is_linear(self) -> bool:
         """The measured angle is a state."""
         return True
+
+    @property
+    def scaled(self) -> str:
+        """Nothing: the wheel's inertia takes part of the torque."""
+        return ""
+
+    @property
+    def torque_state(self) -> tuple[str, ...]:
+        """Sums over the present block of samples, then means of the last two, their times and number."""
+        return BLOCK
+
+    def observed_torque(
+        self, before: Parts, sample: Parts, rig: Expression, tuning: Expression
+    ) -> tuple[Parts, Expression, Expression, Expression]:
+        """M_z = J_A psi'' + b_t psi' - M of the middle one of three blocks of samples."""
+        values, noise = named(RIG, rig), named(TUNING_FIELDS, tuning)["psi_noise"]
+        known = ca.logic_and(is_known(sample["psi"]), is_known(sample["M"]))
+        known = ca.logic_and(known, sample["dt"] <= USUAL_STEP)
+        sums = {
+            name: ca.if_else(known, before[name] + add * sample["dt"], 0)
+            for name, add in (("time", 1), ("psi_sum", sample["psi"]), ("M_sum", sample["M"]))
+        }
+        closes = sums["time"] > BLOCK_TIME
+        span = ca.fmax(sums["time"], SHORTEST)
+        psi, M = sums["psi_sum"] / span, sums["M_sum"] / span
+        first = ca.fmax(before["time_a"] + before["time_b"], SHORTEST) / 2
+        second = ca.fmax(before["time_b"] + span, SHORTEST) / 2
+        acceleration = (psi - before["psi_b"]) / second - (before["psi_b"] - before["psi_a"]) / first
+        acceleration = 2 * acceleration / (first + second)
+        rate = (psi - before["psi_a"]) / (first + second)
+        M_z = values["J_A"] * acceleration + values["b_t"] * rate - before["M_b"]
+        ready = ca.logic_and(closes, before["blocks"] >= 2)
+        variance = 6 * (values["J_A"] * noise / (first * second)) ** 2
+        variance += sensor_variance(values) * ca.fmin(1, sample["dt"] / span)
+        moved = {
+            "psi_a": before["psi_b"], "time_a": before["time_b"], "psi_b": psi, "M_b": M, "time_b": span,
+            "blocks": before["blocks"] + 1,
+        }  # fmt: skip
+        after = {name: ca.if_else(closes, 0, total) for name, total in sums.items()}
+        after |= {
+            name: ca.if_else(known, ca.if_else(closes, new, before[name]), 0)
+            for name, new in moved.items()
+        }
+        nothing = float("nan")
+        return (
+            after,
+            ca.if_else(ready, before["psi_b"], nothing),
+            ca.if_else(ready, M_z, nothing),
+            ca.if_else(ready, variance, 0),
+        )
 
     def check(self, rig: Rig, model: Model) -> None:
         """The equation of motion needs J_A and b_t; no effect may sit in the sensor of M_z."""
@@ -129,7 +193,10 @@ class SteeringTorque:
         rate = ((1 - damping) * x["psi_dot"] + kick * torque / rig["J_A"]) / (1 + damping)
         after |= {"psi": x["psi"] + dt * rate, "psi_dot": rate}
         lasting = tuning["error_travel"] / ca.fmax(SLOW, ca.fabs(x["psi_dot"]))
-        density = tuning["noise"] ** 2 * REFERENCE_STEP + model_error_variance(tuning) * lasting
+        density = (
+            white_variance(rig, tuning, slide) * REFERENCE_STEP
+            + model_error_variance(x, tuning) * lasting
+        )
         white = density * slide**2 * kick
         # The error of an imputed torque is correlated over about `STALE`; so is that of a torque between
         # samples that are far apart, where the leapfrog is inaccurate too.

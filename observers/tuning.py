@@ -31,12 +31,20 @@ LIMITS = (
 )
 """Fields that are no standard deviation: checked against each other, or inf means no limit."""
 POSITIVE = (
-    *("mu_std", "least", "zero_time", "stiffness_std", "noise", "psi_noise", "psi_dot_std", "gate"),
+    *("mu_std", "least", "zero_time", "noise", "psi_noise", "psi_dot_std", "gate"),
     *("error", "alarm", "explained"),
     *PLAUSIBLE,
 )
 """Fields that must be greater than 0."""
-AT_LEAST_ZERO = ("mu_walk", "mu_floor", "error_travel", "zero_std", "zero_walk", "stiffness_walk")
+AT_LEAST_ZERO = (
+    "stiffness_std",
+    "mu_walk",
+    "mu_floor",
+    "error_travel",
+    "zero_std",
+    "zero_walk",
+    "stiffness_walk",
+)
 """Fields that may be 0."""
 _DESCRIBED = re.compile(r"^    ([A-Za-z_, ]+): (.+?)(?=^    \w|\Z)", re.MULTILINE | re.DOTALL)
 _SENTENCE, _UNIT = re.compile(r"(?<=[^.])[.;] |: "), re.compile(r" \[[^]]*\]")
@@ -72,9 +80,10 @@ class Tuning:
             estimated, [Schmidt 1966].
         noise: torque noise as a share of 3/8 F_N a, the standard deviation of a white error of one
             sample in 10 ms [1]. It counts by time, not by samples.
-        error: standard deviation of the torque error of the model as a share of 3/8 F_N a [1]; Huber's
-            loss is quadratic up to it. Model error is intermittent, at reversals above all; Huber's loss
-            limits its influence on mu. inf for least squares, and no model error.
+        error: standard deviation of the torque error of the model as a share of the torque that there
+            is, of full slide at the present mu [1]; Huber's loss is quadratic up to it. Model error is
+            intermittent, at reversals above all; Huber's loss limits its influence on mu. inf for least
+            squares, and no model error.
         error_travel: turn in which the model's error is worth one independent sample [rad]. It follows
             the history of the angle, so that it does not average out while the wheel stands. 0 where the
             error is that of `noise` alone.
@@ -105,13 +114,13 @@ class Tuning:
     mu: float = 1.0
     mu_std: float = 0.5
     mu_walk: float = 0.01
-    mu_floor: float = 0.04
+    mu_floor: float = 0.02
     least: float = 0.02
     greatest: float = 4.0
     zero_std: float = 0.03
     zero_walk: float = 0.001
     zero_time: float = float("inf")
-    stiffness_std: float = 0.2
+    stiffness_std: float = 0.0
     stiffness_walk: float = 0.0
     noise: float = 0.02
     error: float = 0.05

@@ -16,6 +16,8 @@ class ModelError:
         correlation_time: integrated autocorrelation time of the error, greater than 0 [s]: it is worth
             one independent sample in so much time. Twice the time constant of an error whose
             autocorrelation is an exponential.
+        relative: the same root mean square as a share of the torque that there is, half the range of the
+            recording's torque, at least 0 [1]; None in a file that does not tell it.
 
     Raises:
         InvalidInputError: a value is outside its range, or not a finite number.
@@ -23,12 +25,22 @@ class ModelError:
 
     spread: float
     correlation_time: float
+    relative: float | None = None
 
     def __post_init__(self) -> None:
         """Check both values against their ranges."""
         if not 0 <= self.spread < math.inf:
             raise InvalidInputError(f"spread must be a finite number of at least 0, got {self.spread}")
+        if self.relative is not None and not 0 <= self.relative < math.inf:
+            raise InvalidInputError(
+                f"relative must be a finite number of at least 0, got {self.relative}"
+            )
         if not 0 < self.correlation_time < math.inf:
             raise InvalidInputError(
                 f"correlation_time must be a finite number greater than 0 s, got {self.correlation_time}"
             )
+
+    @property
+    def share(self) -> float:
+        """The error as a share of the torque that there is [1]; the spread where that is not told."""
+        return self.spread if self.relative is None else self.relative

@@ -23,12 +23,17 @@ RIG_RANGES = {
     "J_A": INERTIA,
     "b_t": (0.0, MOST_DAMPING),
     "slide_rate": (0.0, math.inf),
+    "noise": (0.0, math.inf),
+    "dry_friction": (0.0, math.inf),
+    "zero_std": (0.0, math.inf),
 }
 """Ranges of a `Rig`'s numbers; |e| < a besides."""
 
 
-TOLERATED = {"a": "m", "e": "m", "load": "1", "zero": "N m"}
+TOLERATED = {"a": "m", "e": "m", "load": "1", "zero": "N m", "k": "N/m^2"}
 """What may be declared with a tolerance, and its unit."""
+EVEN = 3**-0.5
+"""Standard deviation of a value that may be anywhere within a tolerance, over the tolerance [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,23 +45,33 @@ class Tolerances:
         e: of the caster length [m].
         load: of the recorded load, as a share of it [1], less than 1.
         zero: of the zero of the recorded aligning torque [N m].
+        k: of the distributed lateral stiffness [N/m^2].
+
+    None stands for nothing declared: a diagnosis takes the value as exact, an observer as usual, see
+    `observers.tolerances`.
 
     Raises:
         InvalidInputError: one is below 0, or not a finite number.
     """
 
-    a: float = 0.0
-    e: float = 0.0
-    load: float = 0.0
-    zero: float = 0.0
+    a: float | None = None
+    e: float | None = None
+    load: float | None = None
+    zero: float | None = None
+    k: float | None = None
+
+    def of(self, name: str) -> float:
+        """A tolerance by its name, 0 where none is declared."""
+        declared: float | None = getattr(self, name)
+        return 0.0 if declared is None else declared
 
     def __post_init__(self) -> None:
         """Check every tolerance."""
         for name, unit in TOLERATED.items():
             most = 1.0 if name == "load" else math.inf
-            if not 0 <= getattr(self, name) < most:
+            if not 0 <= self.of(name) < most:
                 allowed = "of at least 0 and less than 1" if name == "load" else f"of at least 0 {unit}"
-                got = f"{getattr(self, name):g}"
+                got = f"{self.of(name):g}"
                 raise InvalidInputError(
                     f"{name}: its tolerance must be a finite number {allowed}, got {got}"
                 )
@@ -75,7 +90,10 @@ class Rig:
         b_t: torsional damping [N m s/rad], from 0 to `MOST_DAMPING`; None where unknown.
         slide_rate: turning rate at which the torque of full slide, and so the effective friction, is
             stated [rad/s], greater than 0; see `symbolic.full_slide`.
-        tolerances: how far off a, e, the recorded load and the torque's zero may be.
+        tolerances: how far off a, e, k, the recorded load and the torque's zero may be.
+        noise: white error of the torque sensor, of one sample in 10 ms, greater than 0 [N m]; None
+            where unknown, as for the next one.
+        dry_friction: of the bearings between the sensor and the patch, at least 0 [N m].
 
     Raises:
         InvalidInputError: a value is outside its range, or not a finite number.
@@ -87,6 +105,13 @@ class Rig:
     b_t: float | None = None
     slide_rate: float = SLIDE_RATE
     tolerances: Tolerances = Tolerances()
+    noise: float | None = None
+    dry_friction: float | None = None
+
+    @property
+    def zero_std(self) -> float | None:
+        """Standard deviation of the torque's zero, greater than 0 [N m]; None where unknown."""
+        return self.tolerances.zero and EVEN * self.tolerances.zero
 
     def __post_init__(self) -> None:
         """Check every value against its range."""
@@ -95,10 +120,11 @@ class Rig:
             raise InvalidInputError(
                 f"e must lie between -a and a, here -{self.a:g} and {self.a:g} m, got {self.e:g}"
             )
-        if not abs(self.e) + self.tolerances.e < self.a - self.tolerances.a:
+        if not abs(self.e) + self.tolerances.of("e") < self.a - self.tolerances.of("a"):
+            spans = f"{self.tolerances.of('a'):g} and {self.tolerances.of('e'):g} m"
             raise InvalidInputError(
-                f"a must stay greater than e and 0 within their tolerances, {self.tolerances.a:g} and"
-                f" {self.tolerances.e:g} m, got {self.a:g} and {self.e:g}"
+                f"a must stay greater than e and 0 within their tolerances, {spans}, got {self.a:g} and"
+                f" {self.e:g}"
             )
         if self.J_A is not None:
             _require_within("J_A", self.J_A, INERTIA, "kg m^2")
@@ -107,6 +133,12 @@ class Rig:
                 f"b_t must be a number from 0 to {MOST_DAMPING:g} N m s/rad, got {self.b_t:g}"
             )
         _require_positive("slide_rate", self.slide_rate, "rad/s")
+        if self.noise is not None:
+            _require_positive("noise", self.noise, "N m")
+        if self.dry_friction is not None and not 0 <= self.dry_friction < math.inf:
+            raise InvalidInputError(
+                f"dry_friction must be a finite number of at least 0 N m, got {self.dry_friction:g}"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)

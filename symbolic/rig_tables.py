@@ -13,9 +13,13 @@ from symbolic.errors import InvalidInputError
 from symbolic.parameters import TOLERATED, Rig, Tolerances, Tyre
 from symbolic.parsing import excerpt, floats, shown
 
-RIG_KEYS = {"rig": ("a", "e", "J_A", "b_t", "slide_rate"), "tyre": ("k", "mu")}
+RIG_KEYS = {
+    "rig": ("a", "e", "J_A", "b_t", "slide_rate"),
+    "sensor": ("noise", "dry_friction"),
+    "tyre": ("k", "mu"),
+}
 """Sections of a rig file and their keys."""
-REQUIRED_KEYS = {"rig": ("a", "e"), "tyre": ("k",)}
+REQUIRED_KEYS = {"rig": ("a", "e"), "sensor": (), "tyre": ("k",)}
 """Keys that a rig file must have."""
 NEUTRAL = {"load": 1.0, "zero": 0.0}
 """What has a tolerance alone: a factor on the recorded load [1], the zero of the torque [N m]."""
@@ -28,8 +32,9 @@ _LONGEST = 1.0
 def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
     """Rig and tyre from ``[rig] a, e, J_A, b_t`` and ``[tyre] k, mu``; J_A, b_t and mu are optional.
 
-    a and e may be tables ``{value = 0.045, tolerance = 0.0025}``, and so may ``load`` and ``zero``,
-    whose value, if given, is 1 and 0: see `Tolerances`.
+    a, e and k may be tables ``{value = 0.045, tolerance = 0.0025}``, and so may ``load`` and ``zero``
+    of the rig, whose value, if given, is 1 and 0: see `Tolerances`. ``[sensor] noise, dry_friction``
+    are optional too, see `Rig`.
 
     Raises:
         InvalidInputError: a section or key is missing or unknown, a value is not a number within its
@@ -38,40 +43,53 @@ def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
     unknown = [name for name in document if name not in (*RIG_KEYS, SIGNALS)]
     if unknown:
         raise InvalidInputError(
-            f"unknown section or key {excerpt(unknown[0])}; allowed: [rig], [tyre], [{SIGNALS}]"
+            f"unknown section or key {excerpt(unknown[0])}; allowed: [rig], [tyre], [sensor],"
+            f" [{SIGNALS}]"
         )
     rig, tyre = document.get("rig"), document.get("tyre")
-    tolerances = {}
+    rig, tolerances = _without_tolerances("rig", rig)
+    tyre, of_tyre = _without_tolerances("tyre", tyre)
+    tolerances |= of_tyre
     if isinstance(rig, dict):
-        pairs = {name: _with_tolerance(name, value) for name, value in rig.items() if name in TOLERATED}
-        tolerances = floats("[rig]", {n: t for n, (_, t) in pairs.items() if t is not None})
-        rig = rig | {name: value for name, (value, _) in pairs.items()}
         for name, neutral in NEUTRAL.items():
             if rig.pop(name, neutral) != neutral:
                 raise InvalidInputError(
                     f"[rig] {name} must have the value {neutral:g}: it has a tolerance alone;"
                     " correct the recordings instead"
                 )
-    return rig_from_values(_section("rig", rig) | _section("tyre", tyre), tolerances=tolerances)
+    values = (
+        _section("rig", rig) | _section("tyre", tyre) | _section("sensor", document.get("sensor", {}))
+    )
+    return rig_from_values(values, tolerances=tolerances)
 
 
-def _with_tolerance(name: str, entry: object) -> tuple[Any, Any]:
+def _without_tolerances(part: str, section: object) -> tuple[Any, dict[str, float]]:
+    """A section with values alone, and the tolerances that stood beside them."""
+    if not isinstance(section, dict):
+        return section, {}
+    allowed = [name for name in TOLERATED if (name == "k") == (part == "tyre")]
+    pairs = {n: _with_tolerance(part, n, value) for n, value in section.items() if n in allowed}
+    tolerances = floats(f"[{part}]", {n: t for n, (_, t) in pairs.items() if t is not None})
+    return section | {name: value for name, (value, _) in pairs.items()}, tolerances
+
+
+def _with_tolerance(part: str, name: str, entry: object) -> tuple[Any, Any]:
     """The value of an entry and its tolerance, None where it has none."""
     if not isinstance(entry, dict):
         return entry, None
     allowed = ("tolerance",) if name in NEUTRAL else ("value", "tolerance")
     if unknown := sorted(set(entry) - {"value", "tolerance"}):
         raise InvalidInputError(
-            f"[rig] {name} holds an unknown {excerpt(unknown[0])}; allowed: value, tolerance"
+            f"[{part}] {name} holds an unknown {excerpt(unknown[0])}; allowed: value, tolerance"
         )
     for key in allowed:
         if key not in entry:
             raise InvalidInputError(
-                f"[rig] {name} lacks its {key}; write {{ {' = ..., '.join(allowed)} = ... }}"
+                f"[{part}] {name} lacks its {key}; write {{ {' = ..., '.join(allowed)} = ... }}"
             )
     for key, number in entry.items():
         if isinstance(number, bool) or not isinstance(number, int | float):
-            raise InvalidInputError(f"[rig] {name}: its {key} must be a number, got {shown(number)}")
+            raise InvalidInputError(f"[{part}] {name}: its {key} must be a number, got {shown(number)}")
     return entry.get("value", NEUTRAL.get(name)), entry["tolerance"]
 
 
@@ -99,9 +117,11 @@ def rig_from_values(
             )
     known: dict[str, Any] = {} if nominal is None else vars(nominal[0]) | vars(nominal[1])
     known = {**known, **values}
-    rig, tyre = ({key: known[key] for key in RIG_KEYS[part] if key in known} for part in ("rig", "tyre"))
+    rig, tyre, sensor = (
+        {key: known[key] for key in RIG_KEYS[part] if key in known} for part in ("rig", "tyre", "sensor")
+    )
     within = replace(known.get("tolerances", Tolerances()), **(tolerances or {}))
-    return Rig(**rig, tolerances=within), Tyre(**tyre)
+    return Rig(**rig, **sensor, tolerances=within), Tyre(**tyre)
 
 
 def _section(name: str, section: object) -> dict[str, float]:

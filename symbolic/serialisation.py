@@ -163,8 +163,10 @@ def _model_error(document: Mapping[str, Any]) -> ModelError | None:
     if document.get("model_error") is None:
         return None
     values = _numbers("model_error", document["model_error"])
-    if sorted(values) != ["correlation_time", "spread"]:
-        raise InvalidInputError("'model_error' must hold spread and correlation_time, nothing else")
+    if not {"correlation_time", "spread"} <= set(values) <= {"correlation_time", "spread", "relative"}:
+        raise InvalidInputError(
+            "'model_error' must hold spread and correlation_time, and may hold relative, nothing else"
+        )
     with naming("model_error"):
         return ModelError(**values)
 

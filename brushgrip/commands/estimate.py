@@ -74,12 +74,13 @@ def estimate(
 ) -> None:
     """Estimate friction over time, causally, one row a sample.
 
-    Columns t,mu,mu_std,M_z_predicted,informed,mu_eff,mu_eff_std,M_slide,nis,status. The effective
+    Columns t,mu,mu_std,M_z_predicted,informed,usable,mu_eff,mu_eff_std,M_slide,nis,status. The effective
     friction mu_eff compares between models: the torque M_slide [N m] of a steady full slide over that of
     the declared patch with mu = 1; nis is the square of measured minus predicted over its variance.
 
     From the aligning torque M_z, or, where the recording has none, from the steering torque M; that
-    takes J_A and b_t of the rig. informed is 0 or 1, status a number; deviations and nis are empty with
+    takes J_A and b_t of the rig. informed and usable are 0 or 1, status a
+    number; act on friction where usable is 1; deviations and nis are empty with
     root, the method of [Györök 2022], which has none. A picture of mu_eff(t) goes beside OUT.csv.
     With --smooth an estimate knows later samples too, for those who work offline.
 

@@ -25,7 +25,7 @@ LineStyle = tuple[str, str | tuple[int, tuple[int, int]]]
 
 
 def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
-    """Draw one panel per recording; bold where the estimate is informed, pale where it is the prior."""
+    """Draw one panel per recording; bold where the estimate is usable, pale elsewhere."""
     names = list(dict.fromkeys(track.name for track in tracks))
     labels = list(dict.fromkeys(track.label for track in tracks))
     palette = TRACKS if len(labels) > 1 else (AFTER,)
@@ -49,10 +49,10 @@ def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
 def _track(axes: Axes, track: FrictionTrack, line_style: LineStyle) -> None:
     colour, stroke = line_style
     low, high = track.mu - BAND * track.mu_std, track.mu + BAND * track.mu_std
-    for where, alpha in ((track.informed, 0.18), (~track.informed, 0.06)):
+    for where, alpha in ((track.usable, 0.18), (~track.usable, 0.06)):
         axes.fill_between(track.t, low, high, where=where.tolist(), color=colour, alpha=alpha, lw=0)
     axes.plot(track.t, track.mu, color=colour, lw=0.8, alpha=0.45)
-    axes.plot(track.t, np.where(track.informed, track.mu, np.nan), color=colour, lw=1.8, ls=stroke)
+    axes.plot(track.t, np.where(track.usable, track.mu, np.nan), color=colour, lw=1.8, ls=stroke)
     if track.inconsistent is not None and track.inconsistent.any():
         axes.fill_between(
             track.t, low, high, where=track.inconsistent.tolist(), facecolor="none", edgecolor=colour,
@@ -65,10 +65,10 @@ def _track(axes: Axes, track: FrictionTrack, line_style: LineStyle) -> None:
 
 
 def _limits(tracks: Sequence[FrictionTrack]) -> tuple[float, float]:
-    """Limits of the axis for the informed estimates; the wide band before may be cut off."""
+    """Limits of the axis for the usable estimates; the wide band before may be cut off."""
     low, high = [], []
     for track in tracks:
-        chosen = track.informed if track.informed.any() else np.ones(track.t.size, dtype=bool)
+        chosen = track.usable if track.usable.any() else np.ones(track.t.size, dtype=bool)
         chosen = chosen & np.isfinite(track.mu)
         if chosen.any():
             mu, reach = track.mu[chosen], BAND * np.nan_to_num(track.mu_std[chosen])

@@ -154,7 +154,7 @@ def _fixed_values(model: Model, recordings: Sequence[Recording]) -> dict[str, fl
 def declared_rig(recording: Recording) -> dict[str, float]:
     """What the recording's rig declares with a tolerance greater than 0, by name."""
     nominal = {"a": recording.rig.a, "e": recording.rig.e, "load": 1.0, "zero": 0.0}
-    return {n: value for n, value in nominal.items() if getattr(recording.rig.tolerances, n) > 0}
+    return {n: value for n, value in nominal.items() if recording.rig.tolerances.of(n) > 0}
 
 
 def _within(recording: Recording, values: Mapping[str, float]) -> dict[str, float]:
@@ -169,7 +169,7 @@ def _within(recording: Recording, values: Mapping[str, float]) -> dict[str, floa
 
 def tolerance_bounds(recording: Recording, name: str) -> tuple[float, float]:
     """Least and greatest value of what is declared with a tolerance."""
-    value, tolerance = declared_rig(recording)[name], getattr(recording.rig.tolerances, name)
+    value, tolerance = declared_rig(recording)[name], recording.rig.tolerances.of(name)
     return value - tolerance, value + tolerance
 
 

@@ -10,12 +10,14 @@ from symbolic.rig_tables import NEUTRAL, RIG_KEYS, SIGNALS
 def rig_text(rig: Rig, tyre: Tyre) -> str:
     """The rig file (TOML) of which `read_rig` makes these again; what is unknown is left out."""
     lines = []
-    for section, source in (("rig", rig), ("tyre", tyre)):
-        lines += [f"[{section}]", *filter(None, (_line(source, name) for name in RIG_KEYS[section]))]
+    for section, source in (("rig", rig), ("sensor", rig), ("tyre", tyre)):
+        entries = [*filter(None, (_line(rig, source, name) for name in RIG_KEYS[section]))]
         if section == "rig":
             spans = ((name, getattr(rig.tolerances, name)) for name in NEUTRAL)
-            lines += [f"{name} = {{ tolerance = {span!r} }}" for name, span in spans if span]
-        lines.append("")
+            entries += [
+                f"{name} = {{ tolerance = {span!r} }}" for name, span in spans if span is not None
+            ]
+        lines += [f"[{section}]", *entries, ""] if entries else []
     return "\n".join(lines)
 
 
@@ -36,9 +38,13 @@ def _quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-def _line(source: Rig | Tyre, name: str) -> str:
+def _line(rig: Rig, source: Rig | Tyre, name: str) -> str:
     value = getattr(source, name)
     if value is None:
         return ""
-    span = getattr(source.tolerances, name) if isinstance(source, Rig) and name in TOLERATED else 0.0
-    return f"{name} = {{ value = {value!r}, tolerance = {span!r} }}" if span else f"{name} = {value!r}"
+    span = getattr(rig.tolerances, name) if name in TOLERATED else None
+    return (
+        f"{name} = {value!r}"
+        if span is None
+        else f"{name} = {{ value = {value!r}, tolerance = {span!r} }}"
+    )

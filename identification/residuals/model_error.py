@@ -31,7 +31,7 @@ def model_error(
         None without recordings. The correlation time is the mean over recordings, weighted by the mean
         squares, as the uncertainty of a mean is by spread and time together.
     """
-    powers, times = [], []
+    powers, relative, times = [], [], []
     for recording in recordings:
         span = torque_range(recording)
         counted = influence(loss, residuals[recording.name] / span) * span
@@ -42,6 +42,7 @@ def model_error(
         # The autocorrelation time counts the samples that are there.
         period = float(recording.t[-1] - recording.t[0]) / max(int(present.sum()) - 1, 1)
         powers.append(float(np.mean(share[present] ** 2)))
+        relative.append(float(np.mean((counted[present] / (span / 2)) ** 2)))
         times.append(autocorrelation_time(share) * period)
     if not powers:
         return None
@@ -49,4 +50,5 @@ def model_error(
     return ModelError(
         spread=float(np.sqrt(np.mean(powers))),
         correlation_time=float(np.average(times, weights=weights)),
+        relative=float(np.sqrt(np.mean(relative))),
     )

@@ -43,6 +43,7 @@ TABLE = re.compile(r"^static const casadi_(?:int|real) (\w+)\[\d+\] = \s*\{[^}]*
 SCALARS = re.compile(r"^  casadi_real [^;\n]*\bw\d+[^;\n]*;$", re.M)
 NULL_CHECKS = (
     (re.compile(r"(arg\[\d+\]) ?\? ?(\1\[\d+\]) : 0;"), r"\2;"),
+    (re.compile(r"(arg\[\d+\]) \? \1 : casadi_zeros;"), r"\1;"),
     (re.compile(r"if \((res\[\d+\])(?:!=0)?\) (\1\[\d+\])"), r"\2"),
 )
 """Whether the caller passes an input or output of scalars at all."""

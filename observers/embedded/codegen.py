@@ -31,12 +31,15 @@ from observers.embedded.reference_samples import reference_table
 from observers.embedded.run_time_parameters import parameter_terms, run_time_parameters
 from observers.embedded.scalar_type import SINGLE, Real, in_type
 from observers.embedded.templating import Body, render
-from observers.measurement_model import LEAST_FIRST_LOAD, RIG, SENSIBLE
+from observers.measurement_model import LEAST_FIRST_LOAD, RIG
 from observers.model_observer import RIG_UNITS
-from observers.protocol import ESTIMATE, LONGEST_STEP, OUTPUT, FunctionObserver, Status
+from observers.plausibility import START, build_evidence
+from observers.protocol import ESTIMATE, LONGEST_STEP, OUTPUT, UNINFORMED, FunctionObserver, Status
 from observers.screening import SLACK
+from observers.torque_error import SENSIBLE
 from observers.tuning import Tuning
 from symbolic import InvalidInputError
+from symbolic.scalar_c import c_function
 from symbolic.serialisation import units_of
 
 REFUSED = 128
@@ -112,7 +115,13 @@ def source_texts(
         )
     terms = template_terms(observer, real, name, tunable=tunable)
     body = _body(observer, real, terms)
-    terms |= {**vars(body), "bytes": _state_size(body, real, terms["constants_size"]), "version": ""}
+    result = "result" if body.supervised else "output"
+    terms |= {
+        **vars(body),
+        "result": result,
+        "bytes": _state_size(body, real, terms["constants_size"], len(START) * terms["checked"]),
+        "version": "",
+    }
     digest = hashlib.sha256(render("observer.c", terms).encode()).hexdigest()[:12]
     terms["version"] = f"brushgrip {release()} {observer.name} {real.c_type} {digest}"
     templates = {
@@ -129,9 +138,9 @@ def source_texts(
     }
 
 
-def _state_size(body: Body, real: Real, constants: int) -> int:
+def _state_size(body: Body, real: Real, constants: int, checked: int) -> int:
     """Bytes of a state: its body, output, constants, eight numbers, two integers, padded to a number."""
-    size = body.bytes + (len(OUTPUT) + 8 + constants) * real.size + 8
+    size = body.bytes + (len(OUTPUT) + 8 + checked + constants) * real.size + 8
     return -(-size // real.size) * real.size
 
 
@@ -170,6 +179,11 @@ def template_terms(
         "prior_mu": real.literal(prior.mu),
         "prior_std": real.literal(prior.mu_std),
         "informed_below": real.literal(observer.informed_below),
+        "uninformed": UNINFORMED,
+        "checked": getattr(observer, "is_checked", True),
+        "evidence": _evidence_code(observer, real),
+        "evidence_start": [_start_literal(value, real) for value in START],
+        "half_length": real.literal(observer.rig.a),
         "rate_time_constant": repr(MEMORY),
         "limits": [real.literal(limit) for limit in getattr(observer, "sample_limits", Tuning().limits)],
         "slack": real.literal(SLACK),
@@ -178,6 +192,15 @@ def template_terms(
         "least_first_load": repr(LEAST_FIRST_LOAD),
         **changed,
     }
+
+
+def _evidence_code(observer: FunctionObserver, real: Real) -> str:
+    """C of the evidence of a wrong unit, sign or sensor."""
+    return c_function("gather_evidence", build_evidence(observer.channel), real.c_type)
+
+
+def _start_literal(value: float, real: Real) -> str:
+    return real.literal(value) if isfinite(value) else f"({real.c_type})NAN"
 
 
 def _body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any]) -> Body:

@@ -18,6 +18,7 @@ from observers.embedded.compact_corners import CompactCorners, has_corners
 from observers.embedded.constants import Constants
 from observers.embedded.scalar_function import with_known_exponentials
 from observers.embedded.scalar_type import Real
+from observers.embedded.supervision_code import supervised, supervision_functions
 from observers.embedded.templating import Body, render
 from observers.initial_state import build_initial_state
 from observers.innovation_monitor import change_variance
@@ -105,6 +106,7 @@ def bristle_filter_body(observer: Ekf, real: Real, terms: Mapping[str, Any]) -> 
         *bristles.functions,
         _build_begin(observer, constants),
         _build_filter(observer, constants),
+        *supervision_functions(observer, terms["tunable"]),
     ]
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
     own = [
@@ -124,13 +126,14 @@ def bristle_filter_body(observer: Ekf, real: Real, terms: Mapping[str, Any]) -> 
     private = f"    {real.c_type} values[2][{size}]; /* of the filter, before and after a sample */\n"
     private += f"    {terms['name']}_patch_t patch;"
     scalar = "\n".join(c_function(name, function, real.c_type) for name, function in own)
-    return Body(
+    body = Body(
         core=f"{source.text}\n{bristles.numbers(values, scalar)}\n{scalar}\n{bristles.text(values)}",
         stepping=render("bristle_stepping.c", values),
         private=private,
         bytes=2 * size * real.size + bristles.bytes,
         types=bristles.state_type(terms["name"]),
     )
+    return supervised(observer, real, values, body, source, parts)
 
 
 def build_clean_sample(observer: ModelObserver) -> ca.Function:

@@ -21,6 +21,7 @@ from observers.embedded.compact_mhe import (
 from observers.embedded.compact_window import window_state, window_values
 from observers.embedded.constants import Constants, Tunable
 from observers.embedded.scalar_type import Real
+from observers.embedded.supervision_code import supervised, supervision_functions
 from observers.embedded.templating import Body, render
 from observers.innovation_monitor import change_variance
 from observers.layout import named
@@ -47,6 +48,7 @@ def bristle_window_body(observer: Mhe, real: Real, terms: Mapping[str, Any]) -> 
     """The code of an estimator for which `is_compact_bristle_window` holds."""
     bristles, window = CompactBristles(observer, real), observer.window
     functions = window_functions(observer, output_with_slide, terms["tunable"])
+    functions += supervision_functions(observer, terms["tunable"])
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
     values = {
         **terms, **window_values(observer), **bristles.terms, "a": repr(float(observer.rig.a)),
@@ -54,13 +56,14 @@ def bristle_window_body(observer: Mhe, real: Real, terms: Mapping[str, Any]) -> 
     kept = f"M_z[{window}], by_mu[{window}], mu[{window}]"
     private, size = window_state(observer, real, terms["name"], kept, 3)
     scalar = c_function("retentions", _build_retentions(observer, terms["tunable"]), real.c_type)
-    return Body(
+    body = Body(
         core=f"{source.text}\n{bristles.numbers(values, scalar)}\n{scalar}\n{bristles.text(values)}",
         stepping=render("window.c", values),
         private=private,
         bytes=size + bristles.bytes,
         types=bristles.state_type(terms["name"]),
     )
+    return supervised(observer, real, values, body, source, None)
 
 
 def _build_retentions(observer: ModelObserver, tunable: Tunable) -> ca.Function:

@@ -14,6 +14,7 @@ from observers.embedded.compact_mhe import window_functions
 from observers.embedded.compact_patch import is_declared, patch_numbers
 from observers.embedded.compact_window import STORED_CORNERS, corner_state, window_values
 from observers.embedded.scalar_type import Real
+from observers.embedded.supervision_code import supervised, supervision_functions
 from observers.embedded.templating import Body, render
 from observers.mhe import Mhe
 from observers.patch_update import memory_depends_on_tyre
@@ -36,16 +37,18 @@ def corner_window_body(observer: Mhe, real: Real, terms: Mapping[str, Any]) -> B
     """The code of an estimator for which `is_compact_corner_window` holds."""
     corners = CompactCorners(observer, real)
     functions = [*corners.functions, *window_functions(observer, output_with_slide, terms["tunable"])]
+    functions += supervision_functions(observer, terms["tunable"])
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
     values = {
         **terms, **corners.terms, **patch_numbers(observer), **window_values(observer), "effects": True,
         "stored": str(STORED_CORNERS), "stiffness": "1.0", "stiffness_newest": "1.0",
     }  # fmt: skip
     private, size = corner_state(observer, real, terms["name"])
-    return Body(
+    body = Body(
         core=f"{source.text}\n{corners.numbers(values, source.text)}\n{corners.text(values)}",
         stepping=render("window.c", values),
         private=private,
         bytes=size + corners.bytes,
         types=corners.state_type(terms["name"]),
     )
+    return supervised(observer, real, values, body, source, None)

@@ -22,6 +22,7 @@ from observers.embedded.compact_patch import (
 from observers.embedded.constants import Constants
 from observers.embedded.scalar_function import with_known_exponentials
 from observers.embedded.scalar_type import Real
+from observers.embedded.supervision_code import supervised, supervision_functions
 from observers.embedded.templating import Body, render
 from observers.initial_state import build_initial_state
 from observers.layout import Layout
@@ -109,6 +110,7 @@ def compact_body(observer: Ekf, real: Real, terms: Mapping[str, Any]) -> Body:
         build_corner(observer, with_rig=with_rig),
         _build_begin(observer, constants),
         _build_filter(observer, constants),
+        *supervision_functions(observer, terms["tunable"]),
     ]
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
     terms = {
@@ -122,7 +124,7 @@ def compact_body(observer: Ekf, real: Real, terms: Mapping[str, Any]) -> Body:
     size = parts.size
     private = f"    {real.c_type} values[2][{size}]; /* of the filter, before and after a sample */\n"
     private += f"    {real.c_type} F_N, least_load;\n    {terms['name']}_patch_t patch;"
-    return Body(
+    body = Body(
         core=f"{source.text}\n{render('patch.c', terms)}",
         stepping=render("patch_stepping.c", terms),
         private=private,
@@ -130,6 +132,7 @@ def compact_body(observer: Ekf, real: Real, terms: Mapping[str, Any]) -> Body:
         types=patch_types(real, terms["name"], with_rig=with_rig),
         with_rig=with_rig,
     )
+    return supervised(observer, real, terms, body, source, parts)
 
 
 def _layout(observer: Ekf) -> Layout:

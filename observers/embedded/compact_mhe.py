@@ -28,16 +28,16 @@ from observers.embedded.compact_window import (
 )
 from observers.embedded.constants import Constants, Tunable
 from observers.embedded.scalar_type import Real
+from observers.embedded.supervision_code import supervised, supervision_functions
 from observers.embedded.templating import Body, render
 from observers.initial_state import build_initial_state
 from observers.innovation_gate import COUNTS, build_innovation
 from observers.innovation_monitor import MONITOR, change_variance
 from observers.layout import Layout, named, outputs_of
 from observers.linearisation import build_clean, build_motion, directions, state_index
-from observers.measurement_model import CLEAN, RIG, AligningTorque
+from observers.measurement_model import CLEAN, RIG, ROWS, AligningTorque
 from observers.mhe import Mhe
 from observers.mhe_terms import (
-    ROWS,
     arrival_jump,
     build_acceptance,
     build_backward,
@@ -236,6 +236,7 @@ def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, Any]) -> 
     functions = [
         build_corner(observer, with_rig=with_rig),
         *window_functions(observer, _output, terms["tunable"]),
+        *supervision_functions(observer, terms["tunable"]),
     ]
     source = embedded_code(functions, real, f"{terms['name']}_core", null_checks=False)
     stiff = f"[{observer.states.index('stiffness')}]" if "stiffness" in observer.states else ""
@@ -248,7 +249,7 @@ def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, Any]) -> 
         "stiffness_newest": f"newest{stiff}" if stiff else "1.0",
     }
     private, size = corner_state(observer, real, terms["name"])
-    return Body(
+    body = Body(
         core=f"{source.text}\n{render('patch.c', values)}",
         stepping=render("window.c", values),
         private=private,
@@ -256,3 +257,4 @@ def compact_window_body(observer: Mhe, real: Real, terms: Mapping[str, Any]) -> 
         types=patch_types(real, terms["name"], with_rig=with_rig),
         with_rig=with_rig,
     )
+    return supervised(observer, real, values, body, source, None)

@@ -1,9 +1,9 @@
 """What generated C costs on a Cortex-M4F, estimated before any of it is compiled.
 
 Counts of `benchmarks/embedded.py` in single precision, put into a formula: what a step takes, what a
-bristle takes each time that the patch is evaluated, and what a window takes for each of its samples. It
-is within a fifth of the rows of docs/embedded.md in single precision. Where CasADi writes vectors, no
-more than the order of magnitude is known.
+bristle takes each time that the patch is evaluated, what a window takes for each of its samples, and
+what supervision adds. It is within a fifth of what is counted in single precision while friction is
+tracked. Where CasADi writes vectors, no more than the order of magnitude is known.
 """
 
 from dataclasses import dataclass
@@ -31,6 +31,8 @@ SAMPLE_EXACT, SAMPLE_BRISTLES = 600, 335
 """For each sample of a window."""
 TUNABLE_STEP, TUNABLE_SAMPLE = 250, 260
 """What these take more where the tuning is taken at run time."""
+TRACKING, ACQUIRING = 650, 14_500
+"""What supervision takes more while the estimator tracks, and at most while friction is acquired."""
 STEERING = 1.15
 SOFT_DOUBLE = 40
 """Factors of the steering torque, and of double precision, which this processor's unit lacks."""
@@ -43,12 +45,14 @@ class Cost:
     Attributes:
         instructions: of a Cortex-M4F, on average; at least, where `vectors` holds; None where none of
             its kind was counted.
+        acquiring: what the longest step takes more while friction is acquired.
         error: share by which the count differs at most [1]; None where that is not known.
         vectors: CasADi writes the code, as vectors: no loop is known for this observer.
         remedy: what would change that, empty where nothing need.
     """
 
     instructions: int | None
+    acquiring: int = 0
     error: float | None = None
     vectors: bool = False
     remedy: str = ""
@@ -58,11 +62,12 @@ class Cost:
         if self.instructions is None:
             return "instructions of such a step were not counted; benchmarks/embedded.py counts them"
         count = f"{self.instructions:,} instructions of a Cortex-M4F a step"
+        more = f"; up to {self.acquiring:,} more while friction is acquired" if self.acquiring else ""
         if self.vectors:
-            return f"more than {count}: {self.remedy}"
+            return f"more than {count}: {self.remedy}{more}"
         if self.error is None:
-            return f"of the order of {count}"
-        return f"about {count}, within {self.error:.0%}"
+            return f"of the order of {count}{more}"
+        return f"about {count}, within {self.error:.0%}{more}"
 
 
 def estimated_cost(observer: FunctionObserver, real: Real = SINGLE, tunable: Tunable = "") -> Cost:
@@ -84,10 +89,14 @@ def estimated_cost(observer: FunctionObserver, real: Real = SINGLE, tunable: Tun
         window = 0
     patch = CORNERS + CORNER_EFFECT * bool(observer.model.effects)
     patch = _bristles(observer) if has_bristles(observer) else patch
-    step = STEP + TUNABLE_STEP * bool(tunable)
+    step = STEP + TUNABLE_STEP * bool(tunable) + TRACKING * observer.acquire
     count = (step + patch + window) * (STEERING if steered else 1) * factor
     known = single and (has_bristles(observer) or not observer.model.effects)
-    return Cost(instructions=int(round(count, -2)), error=ERROR if known else None)
+    return Cost(
+        instructions=int(round(count, -2)),
+        acquiring=ACQUIRING * factor * observer.acquire,
+        error=ERROR if known else None,
+    )
 
 
 def _is_compact(observer: ModelObserver) -> bool:

@@ -76,6 +76,7 @@ OUTPUTS = (
     Variable("mu_std", 5, "Real", "1", "standard deviation of mu"),
     Variable("M_z_predicted", 6, "Real", "N.m", "predicted aligning torque; NaN at first"),
     Variable("informed", 7, "Boolean", None, "false while the estimate rests on the prior"),
+    Variable("usable", 14, "Boolean", None, "true where a controller may act on mu: informed, no flag"),
     Variable("mu_eff", 9, "Real", "1", "effective friction, full slide over that of mu = 1"),
     Variable("mu_eff_std", 10, "Real", "1", "standard deviation of mu_eff"),
     Variable("M_slide", 11, "Real", "N.m", "torque of steady full slide at the present load"),
@@ -84,7 +85,7 @@ OUTPUTS = (
 )
 
 
-FIRST_PARAMETER = 14
+FIRST_PARAMETER = 15
 """Value reference of the first parameter."""
 
 

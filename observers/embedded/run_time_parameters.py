@@ -161,7 +161,7 @@ def _of_tuning(observer: ModelObserver) -> list[RunTimeParameter]:
         found.append(
             RunTimeParameter(
                 field=name, unit=TUNING_UNITS.get(name, "1"), about=meaning.get(name, "the tuning"),
-                value=float(getattr(observer.tuning, name)), places=places,
+                value=float(getattr(observer.effective_tuning, name)), places=places,
                 lower=0.0 if positive or name in AT_LEAST_ZERO else 1.0, is_open=positive,
                 is_finite=name not in LIMITS or name in ("mu", "least", "greatest", "reset_after"),
             )
@@ -184,7 +184,7 @@ def calibration_terms(parameters: Sequence[RunTimeParameter], real: Real) -> dic
             "name": name, "unit": "1", "offset": len(measured) * real.size + 4 * i, "type": "SLONG",
             "least": 0, "most": highest,
         }
-        for i, (name, highest) in enumerate((("informed", 1), ("status", 2**31 - 1)))
+        for i, (name, highest) in enumerate((("informed", 1), ("usable", 1), ("status", 2**31 - 1)))
     ]  # fmt: skip
     ranges = [
         {

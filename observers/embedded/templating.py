@@ -26,6 +26,8 @@ class Body:
         private: fields of the state, lines of C.
         bytes: size of these fields.
         types: their types, C of the header.
+        supervised: C acquires friction first, see `observers.embedded.supervision_code`.
+        scaled: and divides the aligning torque by the stiffness that was found.
         with_rig: the patch takes the rig at run time, by its `set_geometry`.
     """
 
@@ -35,6 +37,8 @@ class Body:
     bytes: int
     types: str = ""
     with_rig: bool = False
+    supervised: bool = False
+    scaled: bool = False
 
 
 def render(template: str, terms: Mapping[str, Any]) -> str:

@@ -246,7 +246,7 @@ def tracks() -> list[FrictionTrack]:
             t=t,
             mu=1.3 - 0.2 * np.exp(-t) + (0.1 * np.sin(t) if "declared" in label else 0),
             mu_std=spread,
-            informed=informed,
+            usable=informed,
             reference=1.3 if name == "held_c" else None,
         )
         for name in ("held_c", "held_d")

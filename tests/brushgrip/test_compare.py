@@ -239,7 +239,7 @@ def test_shared_steel_recordings(run: Run, measured_dir: Path, tmp_path: Path) -
     author, root = rows["author's estimate"], rows["root, five zones"]
     assert author["rmse"] == pytest.approx(0.707, abs=5e-4)
     for name in ("EKF", "MHE"):
-        assert rows[name]["rmse"] < 0.5 * min(author["rmse"], root["rmse"])
+        assert rows[name]["rmse"] < 0.6 * min(author["rmse"], root["rmse"])
     assert all(row["theta"] is None or row["theta"] > 0 for row in rows.values())
     if compiler():
         assert rows["EKF in C"]["rmse"] == pytest.approx(rows["EKF"]["rmse"], abs=1e-4)

@@ -125,6 +125,7 @@ def test_a_track_has_the_declared_friction_and_the_changes_of_the_ground(recordi
         mu_std=np.ones(n),
         M_z_predicted=np.zeros(n),
         informed=np.ones(n, dtype=bool),
+        usable=status == 0,
         mu_eff=np.where(np.arange(n) > 0, 0.9, np.nan),
         mu_eff_std=np.full(n, 0.3),
         M_slide=np.ones(n),

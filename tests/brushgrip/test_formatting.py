@@ -124,6 +124,7 @@ def estimates(*status: Status, std: float = 0.02, off: float = 0.0) -> Estimates
         mu_std=np.full(size, std),
         M_z_predicted=np.zeros(size),
         informed=np.arange(size) >= size / 2,
+        usable=np.arange(size) >= size / 2,
         mu_eff=np.linspace(1.0, 1.25, size) + off,
         mu_eff_std=np.full(size, 2 * std),
         M_slide=np.ones(size),
@@ -135,13 +136,13 @@ def estimates(*status: Status, std: float = 0.02, off: float = 0.0) -> Estimates
 def test_nothing_to_complain_about() -> None:
     line = estimates_summary(estimates(*[Status.USED] * 4))
 
-    assert line == "mu = 1.250 ± 0.020 at the end, informed in 50 % of 4 samples"
+    assert line == "mu = 1.250 ± 0.020 at the end, usable in 50 % of 4 samples"
 
 
 def test_effective_friction_is_named_where_it_differs() -> None:
     line = estimates_summary(estimates(*[Status.USED] * 4, off=-0.1))
 
-    assert line.startswith("mu = 1.250 ± 0.020, mu_eff = 1.150 ± 0.040 at the end, informed")
+    assert line.startswith("mu = 1.250 ± 0.020, mu_eff = 1.150 ± 0.040 at the end, usable")
 
 
 def test_without_standard_deviation() -> None:

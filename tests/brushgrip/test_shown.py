@@ -46,7 +46,9 @@ def estimates() -> Estimates:
     status = np.zeros(50, dtype=np.int64)
     status[[4, 7]], status[9] = int(Status.REJECTED), int(Status.HELD | Status.REJECTED)
     mu_std = np.where(t > 2, 0.1, 5.0)
-    return Estimates(**columns | {"t": t, "informed": t > 2, "mu_std": mu_std, "status": status})
+    return Estimates(
+        **columns | {"t": t, "informed": t > 2, "usable": t > 2, "mu_std": mu_std, "status": status}
+    )
 
 
 def cells(shown: Any) -> tuple[str, dict[str, str]]:
@@ -72,7 +74,7 @@ def test_estimates_as_a_table(estimates: Estimates) -> None:
     _, rows = cells(estimates)
 
     assert rows["friction coefficient"] == "mu 1.000 ± 0.100 at the end, informed"
-    assert rows["informed"] == "from 2.1 s, 29 of 50 samples"
+    assert rows["usable"] == "from 2.1 s, 29 of 50 samples"
     assert rows["status"] == "HELD 1, REJECTED 3"
     none = Estimates(**{field.name: np.empty(0) for field in fields(Estimates)})
     assert "no sample" in none._repr_html_()

@@ -86,7 +86,7 @@ def test_what_the_file_holds(found: Diagnosis) -> None:
     assert set(effect["parameters"]["delay"]) == {"value", "std", "unit"}
     assert set(content["candidates"][0]) == {"name", "holdout_nrmse", "delta_bic"}
     assert set(content["unexplained"]) == {"present", "evidence"}
-    assert set(content["model_error"]) == {"spread", "correlation_time", "before"}
+    assert set(content["model_error"]) == {"spread", "correlation_time", "relative", "before"}
     named = {"k", "sensor_delay.delay", "mu [recording_a]", "mu [recording_b]"}
     assert set(content["parameters"]) == named
 

@@ -57,7 +57,13 @@ class Case:
     @property
     def observer(self) -> Ekf:
         """The filter."""
-        usual = {"model": Model(), "values": {"k": K}, "rig": RIG, "tuning": Tuning(**self.tuning)}
+        usual = {
+            "model": Model(),
+            "values": {"k": K},
+            "rig": RIG,
+            "acquire": False,
+            "tuning": Tuning(**self.tuning),
+        }
         return Ekf(**{**usual, **self.settings})
 
 

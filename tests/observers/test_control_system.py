@@ -35,8 +35,8 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 COUNT = 200
 WHEEL = replace(RIG, J_A=0.15, b_t=1.0)
 OBSERVERS: dict[str, Callable[[], ModelObserver]] = {
-    "ekf": lambda: Ekf(model=Model(), values={"k": K}, rig=RIG),
-    "mhe": lambda: Mhe(model=Model(), values={"k": K}, rig=RIG, window=10),
+    "ekf": lambda: Ekf(model=Model(), values={"k": K}, rig=RIG, acquire=False),
+    "mhe": lambda: Mhe(model=Model(), values={"k": K}, rig=RIG, window=10, acquire=False),
     "steering": lambda: Ekf(
         model=Model(), values={"k": K}, rig=WHEEL, measurement_model=SteeringTorque()
     ),
@@ -92,7 +92,7 @@ def test_predictor_form_is_one_sample_behind(observer: ModelObserver, recording:
     said = response(as_system(observer, first_of(columns), direct=False), columns)
     made, tuning = run_of(observer, columns), observer.tuning
 
-    np.testing.assert_array_equal(said[:, 0], [tuning.mu, tuning.mu_std, *[0] * 7])
+    np.testing.assert_array_equal(said[:, 0], [tuning.mu, tuning.mu_std, *[0] * 8])
     for row, name in zip(said, ESTIMATE, strict=True):
         expected = np.nan_to_num(getattr(made, name)[:-1])
         np.testing.assert_allclose(row[1:], expected, atol=1e-9, rtol=1e-9, err_msg=name)

@@ -48,7 +48,7 @@ def samples() -> list[Sample]:
 
 @pytest.mark.parametrize(("kind", "settings"), KINDS)
 def test_on_the_declared_model_it_is_mu(kind: Any, settings: Any, samples: list[Sample]) -> None:
-    observer = kind(**DECLARED, rig=RIG, **settings)
+    observer = kind(**DECLARED, rig=RIG, acquire=False, **settings)
     for state, sample in zip(states_of(observer, samples), samples, strict=True):
         now = observer.estimate(state)
         assert (now.mu_eff, now.mu_eff_std) == pytest.approx((now.mu, now.mu_std), rel=1e-14)
@@ -61,7 +61,7 @@ def test_with_effects_it_is_the_full_slide_at_mu(
     kind: Any, settings: Any, rate: float, samples: list[Sample]
 ) -> None:
     rig = Rig(a=RIG.a, e=RIG.e, J_A=RIG.J_A, b_t=RIG.b_t, slide_rate=rate)
-    observer = kind(**EFFECTS, rig=rig, **settings)
+    observer = kind(**EFFECTS, rig=rig, acquire=False, **settings)
     *_, state = states_of(observer, samples)
     now = observer.estimate(state)
     turned = float(np.abs(np.diff([sample.psi for sample in samples])).sum())
@@ -88,7 +88,7 @@ def test_models_whose_mu_differ_by_two_fifths_come_close_in_it() -> None:
     names = tuple(planted)
     values = {"k": K, "patch_width.half_width": 0.03, "contact_damping.c": 1.5}
     right, declared = (
-        run(Ekf(model=model, values=known, rig=RIG), **columns_of(made))
+        run(Ekf(model=model, values=known, rig=RIG, acquire=False), **columns_of(made))
         for model, known in ((Model(effects=effects_named(names)), values), (Model(), {"k": K}))
     )
     mu, mu_eff = (abs(getattr(right, n)[-1] / getattr(declared, n)[-1] - 1) for n in ("mu", "mu_eff"))
@@ -130,7 +130,7 @@ def test_an_estimate_need_not_state_it() -> None:
 def test_squared_innovations_are_one_on_average_where_the_model_is_right() -> None:
     made = make_recording(4, mu=1.2, k=K, noise=0.01)
     level = 0.01 * np.ptp(made.M_z_true) / (0.375 * 400 * RIG.a)
-    observer = Ekf(**DECLARED, rig=RIG, tuning=Tuning(**{**CLEAN_RIG, "noise": level}))
+    observer = Ekf(**DECLARED, rig=RIG, acquire=False, tuning=Tuning(**{**CLEAN_RIG, "noise": level}))
     nis = run(observer, **columns_of(made)).nis
 
     assert np.mean(nis) == pytest.approx(1.0, abs=0.12)

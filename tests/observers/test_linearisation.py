@@ -16,7 +16,7 @@ from tests.observers.conftest import RIG
 from tests.observers.factories import slide
 
 Array = NDArray[np.float64]
-NUMBERS = np.array([RIG.a, RIG.e, RIG.J_A, RIG.b_t, RIG.slide_rate])
+NUMBERS = np.array([RIG.a, RIG.e, RIG.J_A, RIG.b_t, RIG.slide_rate, np.nan, np.nan, np.nan])
 TUNING = Tuning(zero_time=3.0, stiffness_walk=0.01, noise=0.5, error=inf)
 CHOICES = [(zero, stiffness) for zero in (False, True) for stiffness in (False, True)]
 MEASUREMENT_MODELS = [
@@ -245,7 +245,7 @@ def test_undamped_wheel_keeps_its_energy_and_damping_takes_it() -> None:
     for b_t, keeps in ((0.0, True), (RIG.b_t, False), (1e4, False)):
         x, energy = ca.DM([1.0, 0.01, 0.0]), []
         for _ in range(2000):
-            numbers = [RIG.a, RIG.e, RIG.J_A, b_t, RIG.slide_rate]
+            numbers = [RIG.a, RIG.e, RIG.J_A, b_t, *NUMBERS[4:]]
             at = clean(M=0.0, dt=0.01)
             x = motion(x, -SPRING * x[1], [-SPRING, 0.0], at, at, numbers, TUNING.vector)[0]
             energy.append(0.5 * RIG.J_A * float(x[2]) ** 2 + 0.5 * SPRING * float(x[1]) ** 2)

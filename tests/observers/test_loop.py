@@ -29,8 +29,8 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 COUNT = 120
 WHEEL = replace(RIG, J_A=0.15, b_t=1.0)
 OBSERVERS: dict[str, Callable[[], Observer]] = {
-    "ekf": lambda: Ekf(model=Model(), values={"k": K}, rig=RIG),
-    "mhe": lambda: Mhe(model=Model(), values={"k": K}, rig=RIG, window=10),
+    "ekf": lambda: Ekf(model=Model(), values={"k": K}, rig=RIG, acquire=False),
+    "mhe": lambda: Mhe(model=Model(), values={"k": K}, rig=RIG, window=10, acquire=False),
     "root": lambda: ZoneRootSolver(rig=RIG, k=K),
     "steering": lambda: Ekf(
         model=Model(), values={"k": K}, rig=WHEEL, measurement_model=SteeringTorque()
@@ -86,7 +86,7 @@ def test_says_what_a_run_says(observer: Observer, recording: RigRecording) -> No
 
 
 def test_a_yaw_rate_that_is_measured_is_used(recording: RigRecording) -> None:
-    observer = Ekf(model=Model(), values={"k": K}, rig=RIG)
+    observer = Ekf(model=Model(), values={"k": K}, rig=RIG, acquire=False)
     first, second, *_ = samples_of(recording)
     loop = fed(observer, [first, replace(second, psi_dot=0.25)])
     expected = observer.step(observer.init(first), replace(first, psi_dot=0.0))

@@ -144,7 +144,7 @@ def test_steering_torque_needs_the_inertia_and_the_damping(kind: Any) -> None:
 
 
 def test_tuning_is_of_the_observer() -> None:
-    assert make(Ekf).tuning == Tuning(mu_floor=0.0)
+    assert make(Ekf).tuning == Tuning(mu_floor=0.0, stiffness_std=0.2)
 
 
 @pytest.mark.parametrize("kind", [Ekf, Mhe])

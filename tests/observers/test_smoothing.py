@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from observers import Ekf, Mhe, SteeringTorque, Tuning, covariance_of, run, smooth
 from reference_rig import RigRecording, SteeringRecording, make_recording
 from symbolic import InvalidInputError, Model, effects_named
-from tests.observers.conftest import RIG, K
+from tests.observers.conftest import EXACT_RIG, K
 from tests.observers.factories import (
     CLEAN_RIG,
     change_of_ground,
@@ -25,11 +25,14 @@ from tests.observers.textbook import StateSpace
 pytestmark = pytest.mark.usefixtures("interpreted")
 
 Array = NDArray[np.float64]
-DECLARED: dict[str, Any] = {"model": Model(), "values": {"k": K}, "rig": RIG}
+DECLARED: dict[str, Any] = {
+    "model": Model(), "values": {"k": K}, "rig": EXACT_RIG, "acquire": False,
+}  # fmt: skip
 BRISTLES: dict[str, Any] = {
     "model": Model(effects=effects_named(["rate_friction"]), lengthways=20),
     "values": {"k": K, "rate_friction.c": 0.04},
-    "rig": RIG,
+    "rig": EXACT_RIG,
+    "acquire": False,
 }
 
 

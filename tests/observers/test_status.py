@@ -31,7 +31,7 @@ FLAGS = [flag for flag in Status if flag]
 def test_every_flag_has_its_own_remedy() -> None:
     remedies = [flag.remedy for flag in FLAGS]
 
-    assert len(FLAGS) == 9
+    assert len(FLAGS) == 11
     assert all(remedies)
     assert len(set(remedies)) == len(remedies)
     assert not any(";" in text or "\n" in text for text in remedies)

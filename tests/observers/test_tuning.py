@@ -15,10 +15,18 @@ from symbolic import InvalidInputError, Model
 from tests.observers.conftest import K, make
 
 POSITIVE = (
-    "mu_std", "least", "zero_time", "stiffness_std", "noise", "error", "psi_noise", "psi_dot_std",
+    "mu_std", "least", "zero_time", "noise", "error", "psi_noise", "psi_dot_std",
     "gate", "alarm", "explained",
 )  # fmt: skip
-NOT_NEGATIVE = ("mu_walk", "mu_floor", "error_travel", "zero_std", "zero_walk", "stiffness_walk")
+NOT_NEGATIVE = (
+    "mu_walk",
+    "mu_floor",
+    "error_travel",
+    "zero_std",
+    "zero_walk",
+    "stiffness_walk",
+    "stiffness_std",
+)
 
 
 def refused(word: str, **change: Any) -> None:

@@ -58,7 +58,8 @@ int main(int argc, char **argv) {
         note(&worst[TORQUES], estimate.M_slide, row[M_SLIDE], 1.0);
         note(&worst[INNOVATION], estimate.nis, row[NIS], 1.0 + fabs(row[NIS]));
         size = fmax(size, fabs(row[M_Z_PREDICTED]));
-        flags += estimate.status != (int)row[STATUS] || estimate.informed != (int)row[INFORMED];
+        flags += estimate.status != (int)row[STATUS] || estimate.informed != (int)row[INFORMED] ||
+                 estimate.usable != (int)row[USABLE];
         ++samples;
     }
     fclose(file);

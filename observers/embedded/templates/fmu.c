@@ -100,8 +100,8 @@ static fmi2Status flag(fmi2Component c, fmi2ValueReference only, const fmi2Value
     size_t i;
     ${name}_estimate(&((instance_t *)c)->state.observer, &estimate);
     for (i = 0; i < count; ++i) {
-        if (at[i] != only) return report(c, "no variable of this type has this value reference");
-        values[i] = only == INFORMED ? (int)estimate.informed : (int)estimate.status;
+        if (at[i] != only && (at[i] != USABLE || only != INFORMED)) return report(c, "no variable of this type has this value reference");
+        values[i] = at[i] == INFORMED ? (int)estimate.informed : at[i] == USABLE ? (int)estimate.usable : (int)estimate.status;
     }
     return fmi2OK;
 }

@@ -143,8 +143,8 @@ FMI3(fmi3Status, GetBoolean)(fmi3Instance c, const fmi3ValueReference at[], size
     ${name}_estimate(&((instance_t *)c)->state.observer, &estimate);
     if (values_count != count) return report(c, "no variable is an array");
     for (i = 0; i < count; ++i) {
-        if (at[i] != INFORMED) return report(c, "no Boolean variable has this value reference");
-        values[i] = estimate.informed != 0;
+        if (at[i] != INFORMED && at[i] != USABLE) return report(c, "no Boolean variable has this value reference");
+        values[i] = at[i] == INFORMED ? estimate.informed != 0 : estimate.usable != 0;
     }
     return fmi3OK;
 }

@@ -46,8 +46,8 @@ static void step(${name}_state_t *state, const double *row, double dt) {
     sample.dt = (${real})dt;
     ${name}_step(state, &sample);
     ${name}_estimate(state, &estimate);
-    printf("%.9g,%.${digits}g,%.${digits}g,%.${digits}g,%d,", row[T], (double)estimate.mu, (double)estimate.mu_std,
-           (double)estimate.M_z_predicted, (int)estimate.informed);
+    printf("%.9g,%.${digits}g,%.${digits}g,%.${digits}g,%d,%d,", row[T], (double)estimate.mu, (double)estimate.mu_std,
+           (double)estimate.M_z_predicted, (int)estimate.informed, (int)estimate.usable);
     printf("%.${digits}g,%.${digits}g,%.${digits}g,%.${digits}g,%d\n", (double)estimate.mu_eff, (double)estimate.mu_eff_std,
            (double)estimate.M_slide, (double)estimate.nis, (int)estimate.status);
 }

@@ -58,6 +58,17 @@ void ${name}_init(${name}_state_t *state) {
     state->jump = 0.0;
     state->seen = 0;
     state->now = -1;
+%% if checked
+    for (i = 0; i < ${evidence_start|length}; ++i) {
+        static const ${real} start[${evidence_start|length}] = {${evidence_start|join(", ")}};
+        state->evidence[i] = start[i];
+    }
+%% endif
+%% if supervised
+    for (i = 0; i < OUTPUTS; ++i) {
+        state->result[i] = state->output[i];
+    }
+%% endif
 }
 
 %% if tunable
@@ -85,6 +96,11 @@ void ${name}_reset(${name}_state_t *state) { ${name}_init(state); }
 %% endif
 
 %% include "screening.c"
+%% if checked
+
+/* Evidence of a wrong unit, sign or sensor after a sample; sets suspect to 1 or 0. */
+${evidence}
+%% endif
 
 /* Yaw rate from past angles, through a first-order low-pass filter. */
 static void update_rate(${name}_state_t *state, ${real} psi) {
@@ -97,15 +113,28 @@ static void update_rate(${name}_state_t *state, ${real} psi) {
     }
 }
 
+%% if checked
+static int32_t gather_sample(${name}_state_t *state, const ${name}_sample_t *sample) {
+    const ${real} raw[6] = {sample->psi, sample->psi_dot, sample->F_N, sample->dt, ${"sample->M_z, (%s)NAN" % real if torque == "M_z" else "(%s)NAN, sample->M" % real}};
+    ${real} after[${evidence_start|length}], suspect;
+    int32_t i;
+    gather_evidence(state->evidence, raw, ${half_length}, after, &suspect);
+    for (i = 0; i < ${evidence_start|length}; ++i) {
+        state->evidence[i] = after[i];
+    }
+    return suspect != 0.0 ? ${NAME}_SUSPECT : 0;
+}
+%% endif
+
 ${stepping}
 int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
     ${real} passed[4], now[6];
-    int32_t implausible, status;
+    int32_t implausible, suspect = 0, status;
     if (state == NULL) {
         return ${NAME}_REFUSED;
     }
     if (!(sample != NULL && sample->dt > 0.0 && sample->dt <= ${longest_step})) {
-        state->output[OUT_STATUS] = ${NAME}_REFUSED;
+        state->${result}[OUT_STATUS] = ${NAME}_REFUSED;
         return ${NAME}_REFUSED;
     }
     implausible = screen_sample(state, sample, passed) != 0 ? ${NAME}_IMPLAUSIBLE : 0;
@@ -119,22 +148,45 @@ int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
     if (state->now < 0) {
         if (!(is_known(now[0]) && is_known(now[2]) && now[2] >= ${least_first_load})) {
             status = ${NAME}_MISSING | implausible;
-            state->output[OUT_STATUS] = (${real})status;
+            state->${result}[OUT_STATUS] = (${real})status;
             return status;
         }
         begin(state, now);
+%% if supervised
+        begin_supervision(state, now);
+%% endif
     }
-    status = advance(state, now) | implausible;
-    state->output[OUT_STATUS] = (${real})status;
+%% if checked
+    suspect = gather_sample(state, sample);
+%% endif
+%% if supervised
+%% if scaled
+    now[4] = passed[2] / state->own[OWN_SCALE];
+%% endif
+    status = advance(state, now);
+    if (status == ${NAME}_REFUSED) {
+        state->result[OUT_STATUS] = ${NAME}_REFUSED;
+        return status;
+    }
+    status = supervise(state, now, passed[2], status) | implausible | suspect;
+%% else
+    status = advance(state, now) | implausible | suspect;
+%% endif
+    state->${result}[OUT_STATUS] = (${real})status;
     return status;
 }
 
 void ${name}_estimate(const ${name}_state_t *state, ${name}_estimate_t *estimate) {
+    if (state == NULL || estimate == NULL) {
+        return;
+    }
 %% for name in numbers
-    estimate->${name} = state->output[OUT_${name|upper}];
+    estimate->${name} = state->${result}[OUT_${name|upper}];
 %% endfor
-    estimate->informed = state->output[OUT_MU_STD] < ${informed_below} * state->output[OUT_MU];
-    estimate->status = (int32_t)state->output[OUT_STATUS];
+    estimate->status = (int32_t)state->${result}[OUT_STATUS];
+    estimate->informed = estimate->mu_std < ${informed_below} * estimate->mu &&
+                         (estimate->status & ${uninformed}) == 0;
+    estimate->usable = estimate->informed != 0 && estimate->status == ${NAME}_USED;
 }
 
 const char *${name}_version(void) { return "${version}"; }

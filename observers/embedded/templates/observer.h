@@ -55,6 +55,7 @@ typedef struct {
     ${real} M_slide;       /* torque of steady full slide at the present load [N m] */
     ${real} nis;           /* square of measured minus predicted over its variance [1]; NAN if not measured */
     int32_t informed;    /* 0 while the estimate rests on the prior, else 1 */
+    int32_t usable;      /* 1 where a controller may act on mu: informed by this sample, and no flag is set */
     int32_t status;      /* flags as above */
 } ${name}_estimate_t;
 
@@ -74,6 +75,9 @@ extern const volatile ${name}_parameters_t ${name}_defaults;
 ${types}/* One observer, ${bytes} bytes; its fields are private. */
 typedef struct {
     ${real} output[${output|length}];
+%% if checked
+    ${real} evidence[${evidence_start|length}];
+%% endif
     ${real} psi, age, rate, offset, other, other_age, waiting, jump;
     int32_t seen, now;
 %% if tunable
@@ -91,7 +95,7 @@ void ${name}_init(${name}_state_t *state);
    resulted. */
 int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample);
 
-/* Writes the estimate after the last sample. */
+/* Writes the estimate after the last sample; nothing where an argument is NULL. */
 void ${name}_estimate(const ${name}_state_t *state, ${name}_estimate_t *estimate);
 
 %% if tunable

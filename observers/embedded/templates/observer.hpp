@@ -5,7 +5,7 @@
        ${name}::Sample sample;  // NAN until a sensor gives a value
        sample.psi = angle;
        sample.dt = 0.01;
-       if (ok(observer.step(sample)) && observer.informed()) use(observer.estimate().mu);
+       if (ok(observer.step(sample)) && observer.usable()) use(observer.estimate().mu);
 
    ${generated} */
 #ifndef ${NAME}_HPP
@@ -64,6 +64,9 @@ public:
 
     /* False while the estimate rests on the prior. */
     [[nodiscard]] bool informed() const noexcept { return estimate().informed != 0; }
+
+    /* True where a controller may act on mu: informed by the last sample, and no flag is set. */
+    [[nodiscard]] bool usable() const noexcept { return estimate().usable != 0; }
 
     /* Back to the state of a new observer, as when the car has driven since. */
     void reset() noexcept { ${name}_reset(&state_); }

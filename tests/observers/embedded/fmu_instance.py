@@ -32,9 +32,9 @@ class Instance:
 
     def outputs(self) -> list[float]:
         """The outputs in the order of `observers.ESTIMATE`."""
-        informed, status = self.slave.getBoolean([7]), self.slave.getInteger([8])
+        flags, status = self.slave.getBoolean([7, 14]), self.slave.getInteger([8])
         numbers = self.slave.getReal([4, 5, 6, 9, 10, 11, 12])
-        return [*numbers[:3], *informed, *numbers[3:], *status]
+        return [*numbers[:3], *flags, *numbers[3:], *status]
 
 
 @contextmanager

@@ -47,10 +47,16 @@ DECLARED: dict[str, Any] = {"model": Model(), "values": {"k": K}}
 
 
 def observer_of(
-    kind: type[Ekf] | type[Mhe], model: dict[str, Any], measurement_model: Any, **tuning: Any
+    kind: type[Ekf] | type[Mhe],
+    model: dict[str, Any],
+    measurement_model: Any,
+    *,
+    acquire: bool = True,
+    **tuning: Any,
 ) -> Any:
     """An observer on the rig's usual tyre."""
-    return kind(**model, rig=RIG, measurement_model=measurement_model, tuning=Tuning(**tuning))
+    own = {"measurement_model": measurement_model, "acquire": acquire, "tuning": Tuning(**tuning)}
+    return kind(**model, rig=RIG, **own)
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@
 
 #include "brushgrip.h"
 
-enum { WIDTH = 5, INFORMED = 3, STATUS = 8, OUTPUTS };
+enum { WIDTH = 5, INFORMED = 3, USABLE, STATUS = 9, OUTPUTS };
 
 static void step(brushgrip_state_t *state, const REAL *row, REAL *outputs) {
     brushgrip_sample_t sample;
@@ -15,8 +15,9 @@ static void step(brushgrip_state_t *state, const REAL *row, REAL *outputs) {
     brushgrip_step(state, &sample);
     brushgrip_estimate(state, &estimate);
     outputs[0] = estimate.mu, outputs[1] = estimate.mu_std, outputs[2] = estimate.M_z_predicted;
-    outputs[INFORMED] = (REAL)estimate.informed, outputs[4] = estimate.mu_eff, outputs[5] = estimate.mu_eff_std;
-    outputs[6] = estimate.M_slide, outputs[7] = estimate.nis, outputs[STATUS] = (REAL)estimate.status;
+    outputs[INFORMED] = (REAL)estimate.informed, outputs[USABLE] = (REAL)estimate.usable;
+    outputs[5] = estimate.mu_eff, outputs[6] = estimate.mu_eff_std;
+    outputs[7] = estimate.M_slide, outputs[8] = estimate.nis, outputs[STATUS] = (REAL)estimate.status;
 }
 
 int64_t state_size(void) { return (int64_t)sizeof(brushgrip_state_t); }
@@ -55,7 +56,7 @@ static uint64_t draw(uint64_t *seed) {
 static int is_valid(const REAL *outputs, REAL least, REAL greatest) {
     /* Written so that NaN fails. */
     return outputs[0] >= least && outputs[0] <= greatest && outputs[1] >= 0 && outputs[1] < 1e9f && (outputs[INFORMED] == 0 || outputs[INFORMED] == 1) &&
-           outputs[STATUS] >= 0 && outputs[STATUS] < 1024;
+           outputs[STATUS] >= 0 && outputs[STATUS] < 4096;
 }
 
 /* Samples of any usual size, a third of them with random bytes in some or all fields: how many leave an invalid

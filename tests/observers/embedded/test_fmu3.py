@@ -62,8 +62,8 @@ class Instance3:
 
     def outputs(self) -> list[float]:
         numbers = self.slave.getFloat64([4, 5, 6, 9, 10, 11, 12])
-        informed, status = self.slave.getBoolean([7]), self.slave.getInt32([8])
-        return [*numbers[:3], *informed, *numbers[3:], *status]
+        flags, status = self.slave.getBoolean([7, 14]), self.slave.getInt32([8])
+        return [*numbers[:3], *flags, *numbers[3:], *status]
 
 
 @contextmanager

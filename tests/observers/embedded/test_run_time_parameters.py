@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from observers import AligningTorque, CasadiObserver, Ekf, Mhe, SteeringTorque
+from observers import ESTIMATE, AligningTorque, CasadiObserver, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real, Tunable, generate
 from observers.embedded.run_time_parameters import run_time_parameters
 from symbolic import InvalidInputError, Model, compiler
@@ -71,7 +71,7 @@ def run_with(code: GeneratedCode, parameters: Any, samples: Array) -> tuple[int,
     at = None if parameters is None else ctypes.c_void_p(parameters.ctypes.data)
     fault = 0 if at is None else int(library.brushgrip_set_parameters(state, at))
     inputs = np.ascontiguousarray(samples, code.real.dtype)
-    estimates = np.empty((len(inputs), 9), code.real.dtype)
+    estimates = np.empty((len(inputs), len(ESTIMATE)), code.real.dtype)
     pointers = (ctypes.c_void_p(array.ctypes.data) for array in (inputs, estimates))
     library.run_on(state, ctypes.c_int64(len(inputs)), *pointers)
     return fault, estimates.astype(float)
@@ -94,7 +94,9 @@ def test_c_with_other_parameters_is_the_other_observer(
     kind: Any, model: dict[str, Any], sensing: Any, tunable: Tunable, tmp_path: Path
 ) -> None:
     settings = {"window": 6} if kind is Mhe else {}
-    observer = replace(observer_of(kind, model, sensing), **settings)
+    # While friction is acquired, the patch for a model with effects is that of the generation.
+    acquire = model is DECLARED or tunable == "tuning"
+    observer = replace(observer_of(kind, model, sensing), acquire=acquire, **settings)
     changed, samples = other(observer, tunable), drive()
     code = generate_code(observer, DOUBLE, tmp_path, tunable=tunable)
 

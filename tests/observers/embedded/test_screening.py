@@ -44,8 +44,8 @@ def test_implausible_samples_are_those_of_python(
     rows[260:270, 0], rows[300:330:3, 0] = np.nan, rng.uniform(-6, 6, 10)
     rows[280, 0] += 0.13  # The next angle could follow this one, and is nearer to the one before it.
     rows[281, 0] += 0.05
-    observer = observer_of(kind, DECLARED, measurement_model)
-    loop, torque = Loop(observer, check_units=False), observer.channel
+    observer = observer_of(kind, DECLARED, measurement_model, acquire=False)
+    loop, torque = Loop(observer), observer.channel
     names = ("psi", "psi_dot", torque, "F_N", "dt")
     samples = (Sample(**dict(zip(names, row, strict=True))) for row in rows.tolist())
     expected = np.array([loop(sample).numbers for sample in samples])

@@ -104,7 +104,7 @@ def test_times_out_of_range_are_ignored(generated: Generate) -> None:
 
 
 def test_a_time_that_is_refused_before_the_first_sample_is_forgotten(generated: Generate) -> None:
-    code = generated(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)
+    code = generated(observer_of(Ekf, DECLARED, AligningTorque(), acquire=False), SINGLE)
     good = [0.01, 0.5, -1.0, 400.0, 0.01]
     rows = np.array([[*good[:4], 0.0], [np.nan, *good[1:]], good])
 
@@ -115,6 +115,7 @@ def test_what_is_not_there_is_refused(generated: Generate) -> None:
     code = generated(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)
 
     assert code.library.brushgrip_step(None, None) == REFUSED
+    code.library.brushgrip_estimate(None, None)
 
 
 def test_fast_math_does_not_compile(generated: Generate) -> None:
@@ -141,7 +142,7 @@ def test_the_header_says_how_large_a_state_is(
 @pytest.mark.parametrize("missing", [np.nan, np.inf, -np.inf, 1e20])
 @pytest.mark.parametrize("column", [0, 1, 2, 3])
 def test_missing_sensors_are_flagged(generated: Generate, column: int, missing: float) -> None:
-    code = generated(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)
+    code = generated(observer_of(Ekf, DECLARED, AligningTorque(), acquire=False), SINGLE)
     rows = np.tile([0.05, 0.0, -1.0, 400.0, 0.01], (4, 1))
     rows[2, column] = missing
     estimates = code.run(rows)
@@ -153,7 +154,8 @@ def test_missing_sensors_are_flagged(generated: Generate, column: int, missing: 
 
 
 def test_the_estimate_is_the_prior_before_the_first_usable_sample(generated: Generate) -> None:
-    code = generated(observer_of(Ekf, DECLARED, AligningTorque(), mu=0.8, mu_std=0.3), SINGLE)
+    observer = observer_of(Ekf, DECLARED, AligningTorque(), acquire=False, mu=0.8, mu_std=0.3)
+    code = generated(observer, SINGLE)
     estimates = code.run(
         np.array([[np.nan, 0, 1, 400, 0.01], [0.1, 0, 1, -5, 0.01], [0.1, 0, 1, 400, 0.01]])
     )
@@ -218,7 +220,7 @@ def test_sanitisers_have_no_finding(
     ],
 )
 def test_threads_share_nothing(generated: Generate, kind: Any, model: Any) -> None:
-    code = generated(observer_of(kind, model, AligningTorque()), SINGLE)
+    code = generated(observer_of(kind, model, AligningTorque(), acquire=False), SINGLE)
     program = instrumented(code, "threads.c", "-O1", "-g", "-pthread", "-fsanitize=thread")
     seen = subprocess.run([program], capture_output=True, text=True)
     if "unexpected memory mapping" in seen.stderr:

@@ -22,7 +22,7 @@ static void *run(void *argument) {
         /* The wheel swings, the torque opposes it. */
         const int phase = i % 100, turn = phase < 50 ? phase : 100 - phase;
         sample.psi = (REAL)(turn - 25) / 100, sample.F_N = 400, sample.dt = (REAL)0.01;
-        sample.TORQUE = (REAL)(phase < 50 ? -7 : 7);
+        sample.TORQUE = (REAL)(phase < 50 ? -7 : 7) + (REAL)0.01 * (REAL)(i % 7);
         brushgrip_step(&job->state, &sample);
     }
     brushgrip_estimate(&job->state, &job->estimate);

@@ -65,8 +65,8 @@ int main(void) {
     printf("tick %d\nspent %lu\nmost %lu\nstack %d\nstate %d\n", (int)(100000 / begin), (unsigned long)spent,
            (unsigned long)most, stack, (int)sizeof state);
     for (i = 0; i < COUNT; ++i)
-        printf("%08x %08x %08x %d %08x %08x %08x %08x %d\n", bits(estimates[i].mu), bits(estimates[i].mu_std),
-               bits(estimates[i].M_z_predicted), (int)estimates[i].informed, bits(estimates[i].mu_eff),
+        printf("%08x %08x %08x %d %d %08x %08x %08x %08x %d\n", bits(estimates[i].mu), bits(estimates[i].mu_std),
+               bits(estimates[i].M_z_predicted), (int)estimates[i].informed, (int)estimates[i].usable, bits(estimates[i].mu_eff),
                bits(estimates[i].mu_eff_std), bits(estimates[i].M_slide), bits(estimates[i].nis), (int)estimates[i].status);
     return 0;
 }

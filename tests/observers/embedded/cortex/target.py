@@ -133,6 +133,6 @@ def _samples(samples: Array) -> str:
 
 def _estimate(line: str) -> list[float]:
     numbers = line.split()
-    informed, status = float(numbers.pop(3)), float(numbers.pop())
+    informed, usable, status = (float(numbers.pop(at)) for at in (3, 3, -1))
     reals = np.array([int(number, 16) for number in numbers], np.uint32).view(np.float32).astype(float)
-    return [*reals[:3].tolist(), informed, *reals[3:].tolist(), status]
+    return [*reals[:3].tolist(), informed, usable, *reals[3:].tolist(), status]

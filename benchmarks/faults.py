@@ -1,0 +1,187 @@
+"""What does a faulty input do to an estimate? Faults by name, on the rig, with default tuning.
+
+    python benchmarks/faults.py --seeds 5
+
+Each fault at mu = 0.05, 0.3, 0.8 and 1.5, for 5 s and 14 s, on an otherwise exact rig. Counted are runs
+in which more than 1 % of the samples are usable and beyond three deviations. A load that is off by a
+factor is friction off by that factor: below what any ground holds, nothing tells them apart.
+"""
+
+import argparse
+import sys
+from collections.abc import Callable, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.signal import lfilter
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from observers import Ekf, Mhe, Status, run
+from reference_rig import make_recording
+from symbolic import Model, Rig
+
+Inputs = Mapping[str, Any]
+"""psi [rad], F_N [N], M_z [N m], (n,); a [m] and k [N/m^2] of the rig file."""
+Fault = Callable[[Any, np.random.Generator], Inputs]
+PERIOD, FIRST_SEED = 0.01, 200_000
+FRICTIONS, DURATIONS = (0.05, 0.3, 0.8, 1.5), (5.0, 14.0)
+KINDS = {"ekf": Ekf, "mhe": Mhe}
+
+
+def scaled(channel: str, factor: float) -> Fault:
+    """A channel in another unit, before a gear, or with the other sign."""
+    return lambda inputs, _: {**inputs, channel: inputs[channel] * factor}
+
+
+def late(channel: str, samples: int) -> Fault:
+    """A channel that comes so many samples late."""
+
+    def fault(inputs: Any, _: Any) -> Inputs:
+        held = np.full(samples, inputs[channel][0])
+        return {**inputs, channel: np.concatenate([held, inputs[channel][:-samples]])}
+
+    return fault
+
+
+def clipped(share: float, *, one_sided: bool = False) -> Fault:
+    """A torque sensor that ends at a share of the greatest torque."""
+
+    def fault(inputs: Any, _: Any) -> Inputs:
+        most = share * np.abs(inputs["M_z"]).max()
+        least = -np.inf if one_sided else -most
+        return {**inputs, "M_z": np.clip(inputs["M_z"], least, most)}
+
+    return fault
+
+
+def low_passed(time: float) -> Fault:
+    """A torque behind a filter of first order [s]."""
+    kept = time / (time + PERIOD)
+
+    def fault(inputs: Any, _: Any) -> Inputs:
+        M_z = inputs["M_z"]
+        return {**inputs, "M_z": lfilter([1 - kept], [1, -kept], M_z, zi=[M_z[0] * kept])[0]}
+
+    return fault
+
+
+def stuck(channel: str, share: float) -> Fault:
+    """A channel that stays as it is from a share of the recording on."""
+
+    def fault(inputs: Any, _: Any) -> Inputs:
+        values = inputs[channel].copy()
+        at = int(share * values.size)
+        values[at:] = values[at]
+        return {**inputs, channel: values}
+
+    return fault
+
+
+def drifting(rate: float) -> Fault:
+    """A torque whose zero drifts [N m/s]."""
+    return lambda inputs, _: {
+        **inputs, "M_z": inputs["M_z"] + rate * PERIOD * np.arange(inputs["M_z"].size)
+    }  # fmt: skip
+
+
+def rolling(time: float) -> Fault:
+    """A wheel that rolls: its torque relaxes [s]."""
+    kept = float(np.exp(-PERIOD / time))
+    return lambda inputs, _: {
+        **inputs, "M_z": lfilter([1.0], [1, -kept], np.diff(inputs["M_z"], prepend=inputs["M_z"][0]))
+    }  # fmt: skip
+
+
+def noisy(channel: str, std: float) -> Fault:
+    """White noise beside that of the sensor."""
+    return lambda inputs, rng: {
+        **inputs, channel: inputs[channel] + std * rng.standard_normal(inputs[channel].size)
+    }  # fmt: skip
+
+
+def rubbing(torque: float) -> Fault:
+    """Dry friction of a bearing between sensor and patch [N m]."""
+    return lambda inputs, _: {
+        **inputs, "M_z": inputs["M_z"] - torque * np.tanh(np.gradient(inputs["psi"], PERIOD) / 0.005)
+    }  # fmt: skip
+
+
+FAULTS: dict[str, Fault] = {
+    "none": lambda inputs, _: inputs,
+    **{f"torque × {f:g}": scaled("M_z", f) for f in (
+        1e-3, 0.1, 0.2, 0.33, 0.5, 0.67, 0.8, 0.9, 1.1, 1.2, 1.3, 1.5, 2, 3, 5, 10, 14.8, 1e3, -1)},
+    "torque in lbf ft": scaled("M_z", 0.7376),
+    "torque in kgf m": scaled("M_z", 1 / 9.81),
+    **{f"psi × {f:.3g}": scaled("psi", f) for f in (57.3, -1, 0.5, 0.8, 1.25, 2, 1 / 14.8, 14.8, 1e-3)},
+    **{f"load × {f:g}": scaled("F_N", f) for f in (
+        1e-3, 0.102, 0.2248, 0.5, 0.8, 0.9, 1.1, 1.25, 2, 4.448)},
+    **{f"torque clipped at {s:g}": clipped(s) for s in (0.3, 0.5, 0.7)},
+    "torque clipped to one side": clipped(0.5, one_sided=True),
+    **{f"torque late by {10 * n} ms": late("M_z", n) for n in (3, 10, 30)},
+    "psi late by 100 ms": late("psi", 10),
+    **{f"torque low-passed, {t:g} s": low_passed(t) for t in (0.05, 0.2, 0.5)},
+    **{f"{c} stuck from {s:g}": stuck(c, s) for c, s in product(("M_z", "psi"), (0.1, 0.5))},
+    **{f"torque drifts, {r:g} N m/s": drifting(r) for r in (0.1, 0.5)},
+    **{f"wheel rolls, {t:g} s": rolling(t) for t in (0.3, 1.0, 3.0)},
+    **{f"{n} × {f:g}": scaled(n, f) for n, f in product(("k", "a"), (0.8, 1.25))},
+    "k × 0.5": scaled("k", 0.5), "k × 2": scaled("k", 2.0), "a × 0.95": scaled("a", 0.95),
+    "a × 1.05": scaled("a", 1.05), "dry friction 0.5 N m": rubbing(0.5),
+    "torque noise 1 N m": noisy("M_z", 1.0), "psi noise 0.01 rad": noisy("psi", 0.01),
+}  # fmt: skip
+TOLERATED = {
+    "none",
+    "torque × 0.9",
+    "torque × 1.1",
+    "psi × 0.8",
+    "psi × 1.25",
+    "k × 0.8",
+    "a × 0.95",
+    "a × 1.05",
+}
+"""Faults inside the tolerances of k and a; the band has to hold."""
+INVISIBLE = {f"load × {f:g}" for f in (0.5, 0.8, 0.9, 1.1, 1.25, 2, 4.448)}
+"""Faults that are a friction off by a factor."""
+
+
+def outcome(task: tuple[str, str, float, float, int]) -> tuple[bool, float, int]:
+    """Whether a run is usable and wrong, its share of usable samples, and its flags at the end."""
+    kind, name, mu, duration, seed = task
+    made = make_recording(seed, mu=mu, load=400.0, duration=duration, bristles=500)
+    given = {"psi": made.psi, "F_N": made.F_N, "M_z": made.M_z, "a": 0.045, "k": 2.4e6}
+    inputs = FAULTS[name](given, np.random.default_rng([seed, 3]))
+    observer = KINDS[kind](model=Model(), values={"k": inputs["k"]}, rig=Rig(a=inputs["a"], e=0.009))
+    estimates = run(observer, made.t, inputs["psi"], inputs["F_N"], inputs["M_z"])
+    wrong = estimates.usable & (np.abs(estimates.mu - mu) > 3 * estimates.mu_std)
+    flags = 0
+    for flag in Status:
+        flags |= int(flag) * bool(np.mean(estimates.status & flag != 0) > 0.3)
+    return bool(np.mean(wrong) > 0.01), float(np.mean(estimates.usable)), flags
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--observer", choices=list(KINDS), default="ekf")
+    options = parser.parse_args()
+    runs = list(product(FRICTIONS, DURATIONS, range(FIRST_SEED, FIRST_SEED + options.seeds)))
+    print("| fault | usable and wrong | usable | flags in most runs | |\n|---|---:|---:|---|---|")
+    with ProcessPoolExecutor() as pool:
+        for name in FAULTS:
+            tasks = [(options.observer, name, *one) for one in runs]
+            of = list(pool.map(outcome, tasks, chunksize=4))
+            often = [f.name for f in Status if f and np.mean([(o[2] & f) != 0 for o in of]) > 0.5]
+            note = "within tolerance" if name in TOLERATED else "invisible" if name in INVISIBLE else ""
+            print(
+                f"| {name} | {sum(o[0] for o in of)} of {len(of)} |"
+                f" {100 * np.mean([o[1] for o in of]):.0f} % | {', '.join(map(str, often))} | {note} |",
+                flush=True,
+            )
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,179 @@
+"""The path of a wheel as branches between turning points, and the torque of each.
+
+The memory of the patch is its turning points: from one to the next the torque changes by that of a
+branch,
+by Masing's rules, `symbolic.masing` and [Györök 2022], section 2.2. A loop that closes is forgotten. At
+most `POINTS` turning points are kept: friction is acquired within a few turns.
+
+A branch gives information by the logarithm of its travel, `FRACTION` of it one independent sample of a
+model's error: the shape of a loop scales with friction, so that ice, on which all is over within 0.02
+rad, tells as much as asphalt.
+"""
+
+from functools import cache
+from typing import Any
+
+import casadi as ca
+
+from observers.layout import named
+from symbolic.masing import virgin_torque
+
+Expression = Any
+Parts = dict[str, Expression]
+POINTS = 4
+"""Turning points that are remembered, the place of rest included."""
+FRACTION = 0.25
+"""Share of a branch's travel that is worth one independent sample of the model's error [1]."""
+SHORTEST = 1e-9
+"""Least travel that something is divided by [rad]."""
+LEAST_SHARE = 1e-3
+"""Share of an independent sample that a sample on the spot is worth [1]."""
+MEMORY = 40.0
+"""Independent samples after which older ones are forgotten."""
+ERRORS = 2.0
+"""Squares of the model's error, over its variance, that an independent sample may have [1]."""
+TRACK = (*("count", "direction", "extreme", "origin", "progress", "reach", "explained", "widest"),)
+"""Turning points in use; direction of travel, 0 at rest; farthest angle on the branch, and where it
+began [rad]; travel of the branch that has been counted [rad]; greatest torque so far [N m]; squares
+that errors and noise explain [1]; widest turn of a branch so far, that of a virgin one [rad]."""
+
+
+def kept(share: Expression, memory: float = MEMORY) -> Expression:
+    """What is kept of older samples after a share of an independent one [1]."""
+    return 1 - share / memory
+
+
+@cache
+def build_turn() -> ca.Function:
+    """The present branch alone after a sample: (track, psi, slack, counts) -> (track, share).
+
+    slack is the turn back that is no noise [rad]; counts is 0 where the sample's torque is not used.
+    share is that of an independent sample.
+    """
+    track = ca.SX.sym("track", len(TRACK))
+    psi, slack, counts = (ca.SX.sym(name) for name in ("psi", "slack", "counts"))
+    after, _, _ = _turned(named(TRACK, track), psi, slack)
+    after, share = _counted(after, counts)
+    return ca.Function(
+        "turn", [track, psi, slack, counts], [ca.vertcat(*(after[name] for name in TRACK)), share],
+        ["track", "psi", "slack", "counts"], ["track_next", "share"], {"cse": True},
+    )  # fmt: skip
+
+
+def _turned(was: Parts, psi: Expression, slack: Expression) -> tuple[Parts, Expression, Expression]:
+    """The branch after a sample, whether the wheel has turned back, and the farthest angle before."""
+    direction, extreme = was["direction"], was["extreme"]
+    starts = ca.logic_and(direction == 0, ca.fabs(psi - was["origin"]) > slack)
+    onward = (psi - extreme) * direction >= 0
+    back = (extreme - psi) * direction > slack
+    heading = ca.if_else(psi > was["origin"], 1, -1)
+    moves = ca.logic_and(direction != 0, ca.logic_or(onward, back))
+    after = {
+        **was,
+        "direction": ca.if_else(starts, heading, ca.if_else(back, -direction, direction)),
+        "extreme": ca.if_else(ca.logic_or(moves, starts), psi, extreme),
+        "origin": ca.if_else(back, extreme, was["origin"]),
+        "progress": ca.if_else(ca.logic_or(starts, back), 0, was["progress"]),
+    }
+    return after, back, extreme
+
+
+def _counted(after: Parts, counts: Expression) -> tuple[Parts, Expression]:
+    """The track with its progress, and the share of an independent sample that it is worth."""
+    travel = ca.fabs(after["extreme"] - after["origin"])
+    gained = ca.fmax(travel - after["progress"], 0)
+    share = ca.fmax(LEAST_SHARE, ca.fmin(1, gained / ca.fmax(FRACTION * travel, SHORTEST)))
+    progress = ca.if_else(counts, travel, after["progress"])
+    return {**after, "progress": progress}, share
+
+
+@cache
+def build_track() -> ca.Function:
+    """All branches after a sample: their turns add up.
+
+    (track, points, psi, size, slack, counts) -> (track, points, turns, share).
+    turns (POINTS,) [rad] are those of the branches, oldest first, whose torques add up; the first one is
+    virgin. size is that of the torque [N m]; the rest as for `build_turn`.
+    """
+    track, points = ca.SX.sym("track", len(TRACK)), ca.SX.sym("points", POINTS)
+    names = ("psi", "size", "slack", "counts")
+    psi, size, slack, counts = scalars = [ca.SX.sym(name) for name in names]
+    inputs, was = [track, points, *scalars], named(TRACK, track)
+    after, back, farthest = _turned(was, psi, slack)
+    count = was["count"]
+    # Where all places are taken, the outermost loop is dropped.
+    full = ca.logic_and(back, count == POINTS)
+    shifted = ca.vertcat(points[0], points[3:], points[-2:])
+    points, count = ca.if_else(full, shifted, points), ca.if_else(full, count - 2, count)
+    points = ca.vertcat(
+        *(ca.if_else(ca.logic_and(back, count == i), farthest, points[i]) for i in range(POINTS))
+    )
+    count = count + back
+    for _ in range(POINTS // 2):
+        closing = ca.if_else(count == 2, 2 * points[0] - points[1], _at(points, count - 2))
+        closed = ca.logic_and(count >= 2, (psi - closing) * after["direction"] > 0)
+        count = ca.if_else(closed, ca.fmax(count - 2, 1), count)
+    after["origin"] = _at(points, count - 1)
+    after, share = _counted(after, counts)
+    turns = [
+        ca.if_else(count > i + 1, points[min(i + 1, POINTS - 1)] - points[i], 0)
+        + ca.if_else(count == i + 1, psi - points[i], 0)
+        for i in range(POINTS)
+    ]
+    travel = ca.fabs(after["extreme"] - after["origin"])
+    after |= {
+        "count": count,
+        "reach": ca.fmax(ca.if_else(counts, kept(share), 1) * was["reach"], size),
+        "widest": ca.fmax(was["widest"], travel / ca.if_else(count == 1, 1, 2)),
+        "explained": ca.if_else(
+            counts, kept(share) * was["explained"] + ERRORS * share, was["explained"]
+        ),
+    }
+    return ca.Function(
+        "track", inputs,
+        [ca.vertcat(*(after[name] for name in TRACK)), points, ca.vertcat(*turns), share],
+        ["track", "points", *names], ["track_next", "points_next", "turns", "share"], {"cse": True},
+    )  # fmt: skip
+
+
+def _at(vector: Expression, index: Expression) -> Expression:
+    """The element of a vector at an index that is an expression."""
+    return sum(ca.if_else(index == i, vector[i], 0) for i in range(vector.shape[0]))
+
+
+@cache
+def build_branch() -> ca.Function:
+    """Torque of one branch [N m]: (turn, order, ratio, F_N, tyre) -> M; order 0 is the virgin branch.
+
+    ratio is mu at the declared k; tyre is k, a and e.
+    """
+    turn, order, ratio, F_N, tyre = (
+        ca.SX.sym(name, size)
+        for name, size in (("turn", 1), ("order", 1), ("ratio", 1), ("F_N", 1), ("tyre", 3))
+    )
+    k, a, e = ca.vertsplit(tyre)
+    scale = ca.if_else(order == 0, 1, 2)
+    M = scale * virgin_torque(turn / scale, F_N, ratio, k, a, e)
+    return ca.Function(
+        "branch", [turn, order, ratio, F_N, tyre], [M], ["turn", "order", "ratio", "F_N", "tyre"],
+        ["M"], {"cse": True},
+    )  # fmt: skip
+
+
+@cache
+def build_sensitivity() -> ca.Function:
+    """Relative change of a virgin turn's torque by that of mu: (turn, log_ratio, F_N, tyre) -> share.
+
+    0 in full stick, 1 in full slide.
+    """
+    turn, log_ratio, F_N, tyre = (
+        ca.SX.sym(name, size) for name, size in (("turn", 1), ("log_ratio", 1), ("F_N", 1), ("tyre", 3))
+    )
+    ratio = ca.exp(log_ratio)
+    k, a, e = ca.vertsplit(tyre)
+    M = virgin_torque(ca.fmax(turn, 1e-9), F_N, ratio, k, a, e)
+    share = ca.gradient(M, log_ratio) / M
+    return ca.Function(
+        "sensitivity", [turn, log_ratio, F_N, tyre], [ca.fmin(ca.fmax(share, 1e-3), 1)],
+        ["turn", "log_ratio", "F_N", "tyre"], ["share"], {"cse": True},
+    )  # fmt: skip
