@@ -40,9 +40,9 @@ MOST_VARIANCE = 1.0
 """Variance of ln mu that the model's error makes at most [1]."""
 SHRINK = 4.0
 """Model errors that ln s is uncertain by [1]."""
-GAIN_FREE, GAIN_SHARE = 0.5, 0.45
+GAIN_FREE, GAIN_SHARE, GAIN_TOLERATED = 0.5, 0.45, 1.4
 """Deviations of the stiffness that are k's own; what is beyond counts with this share as an error of the
-torque's scale, as a standard deviation [1]."""
+torque's scale, as a standard deviation [1], and whole beyond so many deviations: no tolerance has it."""
 DOUBTED, MOST_DOUBT = 2.0, 10.0
 """Independent samples that the model has not explained before it is doubted, and the most that count."""
 FORGIVING = 10.0
@@ -51,6 +51,7 @@ OWN = (
     "acquiring",
     "phase",
     "scale",
+    "scale_std",
     "excess",
     "F_N",
     "F_N_first",
@@ -59,9 +60,8 @@ OWN = (
     "doubt",
     "again",
 )
-"""Whether friction is being acquired; 1 where the verdict is due; s that the torque is divided by [1];
-what
-s adds to the relative deviation of mu [1]; last load and the first one [N]; sum of the squares of the
+"""Whether friction is being acquired; 1 where the verdict is due; s that the torque is divided by, and the
+standard deviation of ln s [1]; what s adds to the relative deviation of mu [1]; last load and the first one [N]; sum of the squares of the
 innovations, and that of their weights; independent samples that were not explained; 1 after a change of
 the ground."""
 HANDOVER = ("log_mu", "log_mu_variance", "M_0", "M_0_variance")
@@ -122,9 +122,9 @@ def only_if(
 def build_search() -> ca.Function:
     """One torque while friction is acquired.
 
-    (search, verdict, phase, psi, F_N, M_z, added, tyre, limits) -> (search, verdict, share). tyre is k,
-    a
-    and e; M_z [N m] is NaN where nothing is measured; added is the variance of the way to it [N^2 m^2].
+    (search, verdict, phase, psi, F_N, M_z, added, tyre, limits) -> (search, verdict, share, counted).
+    tyre is k, a and e; M_z [N m] is NaN where nothing is measured; added is the variance of the way to it
+    [N^2 m^2]; counted is 1 where the torque was weighed.
     Torques are weighed and the verdict is given in turn, phase 0 and 1: half the work a sample.
     """
     search, verdict = ca.MX.sym("search", SEARCH.size), ca.MX.sym("verdict", len(VERDICT))
@@ -136,7 +136,11 @@ def build_search() -> ca.Function:
     torque = ca.if_else(known, M_z, 0)
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
     size, _, _ = build_error()(torque, F_N, tyre[1], 0, 0, 1, 0)
-    counts = ca.logic_and(known, phase == 0)
+    was = named(TRACK, parts["track"])
+    turned = (was["extreme"] - at) * was["direction"]
+    # Within the angle's noise of the farthest angle, the wheel may or may not have turned back.
+    uncertain = ca.logic_and(turned > 0, turned <= numbers["psi_noise"])
+    counts = ca.logic_and(ca.logic_and(known, phase == 0), ca.logic_not(uncertain))
     track, points, turns, share = build_track()(
         parts["track"], parts["points"], at, size, numbers["psi_noise"], counts
     )
@@ -154,8 +158,9 @@ def build_search() -> ca.Function:
     track = ca.vertcat(*(after[name] for name in TRACK))
     result = SEARCH.join({"track": track, "points": points, "hypotheses": hypotheses})
     return ca.Function(
-        "search", [search, verdict, *scalars, tyre, limits], [result, verdict_next, share],
-        ["search", "verdict", *names, "tyre", "limits"], ["search_next", "verdict_next", "share"],
+        "search", [search, verdict, *scalars, tyre, limits], [result, verdict_next, share, counts],
+        ["search", "verdict", *names, "tyre", "limits"],
+        ["search_next", "verdict_next", "share", "counted"],
     )  # fmt: skip
 
 
@@ -193,14 +198,21 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
     decided = ca.logic_and(verdict["variance"] + by_error < DECIDED**2, verdict["verified"])
     decided = ca.logic_and(decided, own["phase"] == 1)
     spread = limits["stiffness_std"] ** 2
-    found = ca.exp(verdict["log_gain"] * spread / (spread + verdict["var_log_gain"] + SHRINK**2 * error))
-    excess = ca.exp(ca.fabs(verdict["log_gain"])) - 1 - GAIN_FREE * limits["stiffness_std"]
+    doubtful = verdict["var_log_gain"] + SHRINK**2 * error
+    log_scale = verdict["log_gain"] * spread / (spread + doubtful)
+    scale_variance = doubtful * spread / (spread + doubtful)
+    if not is_scaled:
+        log_scale, scale_variance = 0, scale_variance + log_scale**2
+    gain_error = ca.exp(ca.fabs(verdict["log_gain"])) - 1
+    free = ca.fmax(0, gain_error - GAIN_FREE * limits["stiffness_std"])
+    beyond = ca.fmax(0, gain_error - GAIN_TOLERATED * limits["stiffness_std"])
     after = own | {
         "acquiring": ca.logic_not(decided),
         # Without a torque there is nothing to give a verdict on.
         "phase": ca.if_else(own["phase"] == 1, 0, symbols["counted"]),
-        "scale": ca.if_else(decided, found if is_scaled else 1, 1),
-        "excess": GAIN_SHARE * ca.fmax(0, excess),
+        "scale": ca.if_else(decided, ca.exp(log_scale), 1),
+        "scale_std": ca.sqrt(scale_variance),
+        "excess": GAIN_SHARE * free + beyond,
         "squares": 0,
         "weight": 0,
         "doubt": doubted(own["doubt"], symbols["counted"] * symbols["share"], verdict["unexplained"]),
@@ -272,11 +284,10 @@ def build_acquiring(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
     inputs = [ca.MX.sym(name, size) for name, size in sizes.items()]
     search, verdict, own, output, psi, M_z, added, tyre, limits = inputs
     numbers = named(OWN, own)
-    search, verdict, share = build_search()(
+    search, verdict, share, counted = build_search()(
         search, verdict, numbers["phase"], psi, numbers["F_N"], M_z, added, tyre, limits
     )
     widest = named(TRACK, SEARCH.split(search)["track"])["widest"]
     conclude = build_conclusion(patch, is_scaled=is_scaled)
-    counted = ca.logic_and(is_known(psi), is_known(M_z)) * (numbers["phase"] == 0)
     results = conclude(own, verdict, output, widest, counted, share, tyre, limits)
     return ca.Function("acquire", inputs, [search, verdict, *results])

@@ -52,7 +52,7 @@ def _equivalent(
     search = build_search().mapaccum("searches", count, 2, {})
     constant = (np.array([[k], [a], [e]]), np.array([[getattr(tuning, name)] for name in LIMITS]))
     phases = np.arange(count).reshape(1, -1) % 2
-    _, verdicts, _ = search(
+    _, verdicts, _, _ = search(
         start, np.zeros(len(VERDICT)), phases, psi.reshape(1, -1), rows["F_N"].reshape(1, -1),
         M_z.reshape(1, -1), np.zeros((1, count)), *(np.tile(vector, count) for vector in constant),
     )  # fmt: skip

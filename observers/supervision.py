@@ -28,7 +28,7 @@ from observers.acquisition import (
     doubted,
     only_if,
 )
-from observers.branches import TRACK, build_turn, kept
+from observers.branches import TRACK, build_turn, kept, stiffness_leverage
 from observers.hypotheses import (
     LIMITS,
     SEARCH,
@@ -74,11 +74,14 @@ def initial(psi: Expression, F_N: Expression, zero_std: Expression) -> dict[str,
 
 @cache
 def build_tracking() -> ca.Function:
-    """A sample while the estimator tracks: (own, output, share, limits) -> (own, output).
+    """A sample while the estimator tracks: (own, output, share, widest, tyre, limits) -> (own, output).
 
-    The output in torques as they were measured, and the consistency of the innovations by branches.
+    The output in torques as they were measured, and the consistency of the innovations by branches. What
+    is left of k's error moves mu as long as the patch slides in part.
     """
-    sizes = {"own": len(OWN), "output": len(OUTPUT), "share": 1, "limits": len(LIMITS)}
+    sizes = {
+        "own": len(OWN), "output": len(OUTPUT), "share": 1, "widest": 1, "tyre": 3, "limits": len(LIMITS),
+    }  # fmt: skip
     symbols = {name: ca.SX.sym(name, size) for name, size in sizes.items()}
     own, output = named(OWN, symbols["own"]), named(OUTPUT, symbols["output"])
     limits = named(LIMITS, symbols["limits"])
@@ -92,7 +95,9 @@ def build_tracking() -> ca.Function:
     doubt = doubted(own["doubt"], share, wrong)
     results = {name: output[name] * own["scale"] for name in SCALED}
     mu = ca.fmax(limits["least"], ca.fmin(limits["greatest"], results["mu"]))
-    grown = ca.sqrt(output["mu_std"] ** 2 + (own["excess"] * output["mu"]) ** 2) / output["mu_std"]
+    leverage = stiffness_leverage(symbols["widest"], output["mu"], own["F_N"], symbols["tyre"])
+    by_scale = own["excess"] ** 2 + (leverage * own["scale_std"]) ** 2
+    grown = ca.sqrt(output["mu_std"] ** 2 + by_scale * output["mu"] ** 2) / output["mu_std"]
     std = results["mu_std"] * grown
     status = with_flag(output["status"], Status.INCONSISTENT, ca.logic_or(too_much, doubt > DOUBTED))
     status = with_flag(status, Status.ACQUIRING, weight < LEAST_SAMPLES)
@@ -119,12 +124,13 @@ def build_following() -> ca.Function:
         "M_z": 1, "added": 1, "tyre": 3, "limits": len(LIMITS),
     }  # fmt: skip
     inputs = [ca.MX.sym(name, size) for name, size in sizes.items()]
-    search, verdict, own, output, psi, _, _, _, limits = inputs
+    search, verdict, own, output, psi, _, _, tyre, limits = inputs
     parts = SEARCH.split(search)
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
     known = is_known(named(OUTPUT, output)["nis"])
     track, share = build_turn()(parts["track"], at, named(LIMITS, limits)["psi_noise"], known)
-    own, result = build_tracking()(own, output, share, limits)
+    widest = named(TRACK, track)["widest"]
+    own, result = build_tracking()(own, output, share, widest, tyre, limits)
     search = SEARCH.join({**parts, "track": track})
     return ca.Function(
         "follow", inputs, [search, verdict, own, ca.MX(ca.DM.zeros(len(HANDOVER))), result]

@@ -112,7 +112,10 @@ ${hand_over}
 static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} added, const ${real} *tyre, const ${real} *limits) {
     const bool known = is_known(psi) && is_known(M_z);
     const ${real} torque = known ? M_z : 0.0, at = is_known(psi) ? psi : state->track[TRACK_EXTREME];
-    const ${real} counts = known && state->own[OWN_PHASE] == 0.0 ? 1.0 : 0.0, one = 1.0, nothing = 0.0;
+    /* Within the angle's noise of the farthest angle, the wheel may or may not have turned back. */
+    const ${real} turned = (state->track[TRACK_EXTREME] - at) * state->track[TRACK_DIRECTION];
+    const bool is_certain = !((turned > 0.0) && (turned <= limits[${noise_limit}]));
+    const ${real} counts = known && is_certain && (state->own[OWN_PHASE] == 0.0) ? 1.0 : 0.0, one = 1.0, nothing = 0.0;
     ${real} track[TRACK] = {0}, points[POINTS] = {0}, turns[POINTS] = {0}, own[OWN] = {0}, handover[4] = {0};
     ${real} share = 0.0, size = 0.0, variance = 0.0, noisy = 0.0;
     int32_t i;
@@ -158,7 +161,7 @@ static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} ad
 }
 
 /* A sample while the estimator tracks. */
-static void follow(${name}_state_t *state, ${real} psi, const ${real} *limits) {
+static void follow(${name}_state_t *state, ${real} psi, const ${real} *tyre, const ${real} *limits) {
     const ${real} at = is_known(psi) ? psi : state->track[TRACK_EXTREME];
     const ${real} known = is_known(state->output[OUT_NIS]) ? 1.0 : 0.0;
     ${real} track[TRACK] = {0}, own[OWN] = {0}, share = 0.0;
@@ -169,7 +172,7 @@ static void follow(${name}_state_t *state, ${real} psi, const ${real} *limits) {
         (void)turn(arg, res, 0, 0, 0);
     }
     {
-        const ${real} *arg[] = {state->own, state->output, &share, limits};
+        const ${real} *arg[] = {state->own, state->output, &share, &track[TRACK_WIDEST], tyre, limits};
         ${real} *res[2] = {own, state->result};
         (void)follow_output(arg, res, 0, 0, 0);
     }
@@ -221,7 +224,7 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, ${real} 
     if (state->own[OWN_ACQUIRING] != 0.0) {
         acquire(state, psi, M_z, added, tyre, limits);
     } else {
-        follow(state, psi, limits);
+        follow(state, psi, tyre, limits);
     }
     return (int32_t)state->result[OUT_STATUS];
 }
