@@ -40,9 +40,9 @@ MOST_VARIANCE = 1.0
 """Variance of ln mu that the model's error makes at most [1]."""
 SHRINK = 4.0
 """Model errors that ln s is uncertain by [1]."""
-GAIN_FREE, GAIN_SHARE, GAIN_TOLERATED = 0.5, 0.45, 1.4
-"""Deviations of the stiffness that are k's own; what is beyond counts with this share as an error of the
-torque's scale, as a standard deviation [1], and whole beyond so many deviations: no tolerance has it."""
+GAIN_FREE, GAIN_SHARE = (0.5, 1.5), (0.45, 0.4)
+"""Deviations of the stiffness that are k's own, and those that a tolerance reaches; what is beyond each
+counts with its share as an error of the torque's scale, as a standard deviation [1]."""
 DOUBTED, MOST_DOUBT = 2.0, 10.0
 """Independent samples that the model has not explained before it is doubted, and the most that count."""
 FORGIVING = 10.0
@@ -60,10 +60,10 @@ OWN = (
     "doubt",
     "again",
 )
-"""Whether friction is being acquired; 1 where the verdict is due; s that the torque is divided by, and the
-standard deviation of ln s [1]; what s adds to the relative deviation of mu [1]; last load and the first one [N]; sum of the squares of the
-innovations, and that of their weights; independent samples that were not explained; 1 after a change of
-the ground."""
+"""Whether friction is being acquired; 1 where the verdict is due; s that the torque is divided by, and
+the standard deviation of ln s [1]; what s adds to the relative deviation of mu [1]; last load and the
+first one [N]; sum of the squares of the innovations, and that of their weights; independent samples that
+were not explained; 1 after a change of the ground."""
 HANDOVER = ("log_mu", "log_mu_variance", "M_0", "M_0_variance")
 """What is handed over: moments of ln mu and of the torque's zero [N m], as the estimator counts them."""
 KEPT = (Status.MISSING, Status.HELD, Status.RESET)
@@ -123,8 +123,8 @@ def build_search() -> ca.Function:
     """One torque while friction is acquired.
 
     (search, verdict, phase, psi, F_N, M_z, added, tyre, limits) -> (search, verdict, share, counted).
-    tyre is k, a and e; M_z [N m] is NaN where nothing is measured; added is the variance of the way to it
-    [N^2 m^2]; counted is 1 where the torque was weighed.
+    tyre is k, a and e; M_z [N m] is NaN where nothing is measured; added is the variance of the way to
+    it [N^2 m^2]; counted is 1 where the torque was weighed.
     Torques are weighed and the verdict is given in turn, phase 0 and 1: half the work a sample.
     """
     search, verdict = ca.MX.sym("search", SEARCH.size), ca.MX.sym("verdict", len(VERDICT))
@@ -204,15 +204,17 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
     if not is_scaled:
         log_scale, scale_variance = 0, scale_variance + log_scale**2
     gain_error = ca.exp(ca.fabs(verdict["log_gain"])) - 1
-    free = ca.fmax(0, gain_error - GAIN_FREE * limits["stiffness_std"])
-    beyond = ca.fmax(0, gain_error - GAIN_TOLERATED * limits["stiffness_std"])
+    excess = sum(
+        share * ca.fmax(0, gain_error - free * limits["stiffness_std"])
+        for free, share in zip(GAIN_FREE, GAIN_SHARE, strict=True)
+    )
     after = own | {
         "acquiring": ca.logic_not(decided),
         # Without a torque there is nothing to give a verdict on.
         "phase": ca.if_else(own["phase"] == 1, 0, symbols["counted"]),
         "scale": ca.if_else(decided, ca.exp(log_scale), 1),
         "scale_std": ca.sqrt(scale_variance),
-        "excess": GAIN_SHARE * free + beyond,
+        "excess": excess,
         "squares": 0,
         "weight": 0,
         "doubt": doubted(own["doubt"], symbols["counted"] * symbols["share"], verdict["unexplained"]),

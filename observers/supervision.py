@@ -80,7 +80,8 @@ def build_tracking() -> ca.Function:
     is left of k's error moves mu as long as the patch slides in part.
     """
     sizes = {
-        "own": len(OWN), "output": len(OUTPUT), "share": 1, "widest": 1, "tyre": 3, "limits": len(LIMITS),
+        "own": len(OWN), "output": len(OUTPUT), "share": 1, "widest": 1, "tyre": 3,
+        "limits": len(LIMITS),
     }  # fmt: skip
     symbols = {name: ca.SX.sym(name, size) for name, size in sizes.items()}
     own, output = named(OWN, symbols["own"]), named(OUTPUT, symbols["output"])
@@ -96,8 +97,9 @@ def build_tracking() -> ca.Function:
     results = {name: output[name] * own["scale"] for name in SCALED}
     mu = ca.fmax(limits["least"], ca.fmin(limits["greatest"], results["mu"]))
     leverage = stiffness_leverage(symbols["widest"], output["mu"], own["F_N"], symbols["tyre"])
-    by_scale = own["excess"] ** 2 + (leverage * own["scale_std"]) ** 2
-    grown = ca.sqrt(output["mu_std"] ** 2 + by_scale * output["mu"] ** 2) / output["mu_std"]
+    # The estimator's variance has k's error in it where it was acquired, and then averages it out.
+    relative = ca.fmax((output["mu_std"] / output["mu"]) ** 2, (leverage * own["scale_std"]) ** 2)
+    grown = ca.sqrt(relative + own["excess"] ** 2) * output["mu"] / output["mu_std"]
     std = results["mu_std"] * grown
     status = with_flag(output["status"], Status.INCONSISTENT, ca.logic_or(too_much, doubt > DOUBTED))
     status = with_flag(status, Status.ACQUIRING, weight < LEAST_SAMPLES)

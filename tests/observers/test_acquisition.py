@@ -5,17 +5,32 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 from scipy.integrate import quad
 
-from observers import Ekf, Loop, Mhe, Sample, Status, SteeringTorque, run
-from observers.branches import POINTS, TRACK, build_branch, build_track
-from observers.hypotheses import PER_HYPOTHESIS, build_hypothesis
+from observers import PROFILES, Ekf, Loop, Mhe, Sample, Status, SteeringTorque, run
+from observers.acquisition import build_search
+from observers.branches import (
+    POINTS,
+    TRACK,
+    build_branch,
+    build_sensitivity,
+    build_track,
+    stiffness_leverage,
+)
+from observers.hypotheses import LIMITS, PER_HYPOTHESIS, VERDICT, build_hypothesis, build_start
 from observers.tolerances import with_tolerances
 from observers.tuning import Tuning
-from reference_rig import RigTyre, constant_friction, make_recording, make_steering_recording
+from reference_rig import (
+    Hand,
+    RigTyre,
+    constant_friction,
+    make_recording,
+    make_steering_recording,
+)
 from symbolic import Model, Rig, Tolerances
 from tests.observers.conftest import RIG, K
 
@@ -172,3 +187,39 @@ def test_tolerances_enter_the_band_as_they_move_full_slide() -> None:
     # Even within its tolerance: the standard deviation is that over the root of 3.
     assert tuning.mu_floor == pytest.approx(np.hypot(by_a * 0.001, 0.01) / np.sqrt(3), rel=1e-3)
     assert with_tolerances(Tuning(mu_floor=0.0), Rig(a=0.045, e=0.009), K).mu_floor > tuning.mu_floor
+
+
+def test_no_torque_is_weighed_while_a_turn_back_may_be_noise() -> None:
+    """On ice a turn of the angle's noise is part of the stick phase, of either branch."""
+    tuning = Tuning(psi_noise=2e-4)
+    limits: Any = [getattr(tuning, name) for name in LIMITS]
+    search, verdict = build_start()(0.0, 1, 10.0, 0, 0.2), np.zeros(len(VERDICT))
+    counted = []
+    for psi in (0.0, 0.005, 0.01, 0.0099, 0.0101, 0.00995, 0.0095, 0.009):
+        search, verdict, _, weighed = build_search()(
+            search, verdict, 0, psi, 400.0, -0.3, 0.0, [K, 0.045, 0.009], limits
+        )
+        counted.append(bool(weighed))
+    assert counted == [True, True, True, False, True, False, True, True]
+
+
+@pytest.mark.parametrize(("off", "seed"), [(0.8, 41), (1.2, 49), (1.2, 54)])
+def test_a_band_knows_k_where_the_patch_slides_in_part(off: float, seed: int) -> None:
+    hand = Hand(pace=0.25, amplitude=0.2)
+    made = make_recording(seed, mu=1.9, k=off * K, hand=hand, bristles=500, duration=8.0)
+    ekf = Ekf(model=Model(), values={"k": K}, rig=RIG, tuning=PROFILES["clean"])
+    estimates = run(ekf, made.t, made.psi, made.F_N, made.M_z)
+
+    normal = np.abs(estimates.mu - 1.9) / estimates.mu_std
+    assert estimates.usable.any()
+    assert np.mean(estimates.usable & (normal > 3)) < 0.01
+
+
+@pytest.mark.parametrize("e", [0.0, 0.009])
+def test_the_leverage_of_k_is_that_of_the_exact_patch(e: float) -> None:
+    tyre, mu, load = np.array([K, 0.045, e]), 0.7, 400.0
+    ends = 3 * load * mu / (4 * 0.045**2 * K)
+    for turn in np.geomspace(0.05, 20, 30) * ends:
+        share = float(build_sensitivity()(turn, np.log(mu), load, tyre))
+        found = float(stiffness_leverage(turn, mu, load, ca.DM(tyre)))
+        assert 0.9 < found / (1 / share - 1) < 1.6
