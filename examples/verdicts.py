@@ -14,12 +14,13 @@ from identification import Diagnosis, diagnose, read_recording, read_rig
 
 OPENING = """# Verdicts
 
-Written by `python examples/verdicts.py CASE... --out docs/verdicts.md`: for each folder of recordings,
-what the declared model misses. Nothing is held out; errors are root mean squares of the torque over its
-range, averaged over recordings: of the fit to all of them, and of each by the shared parameters of the
-others. What was planted in these cases, on a rig that is not ours, is not known here, and nothing
-was adjusted to them. Where something is left unexplained, the effects named may stand in for one that is
-not in the library."""
+`python examples/verdicts.py CASE... --out docs/evidence/verdicts.md` writes this page.
+
+A case is a folder of recordings from a rig that is not ours. What was planted in it is not known here,
+and nothing was adjusted to it. The table says what the declared model misses. Nothing is held out: the
+error is that of the fit to all recordings; "left out" is the error of each recording by the shared
+parameters of the others. Errors are root mean squares of the torque over its range, averaged over
+recordings. Where something is unexplained, the named effects may stand in for one outside the library."""
 HEADER = (
     "| case | the declared model misses | indistinguishable from | error before | after"
     " | left out, before | after | unexplained |\n|---|---|---|---:|---:|---:|---:|---|"

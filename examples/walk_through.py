@@ -1,6 +1,6 @@
 """From the declared model to the one found, on the measured recordings: writes a page with its figures.
 
-    python examples/walk_through.py [DATA] --out docs/measured.md
+    python examples/walk_through.py [DATA] --out docs/evidence/measured.md
 
 DATA holds the recordings (`brushgrip fetch`); default: see published.py. The text
 of the page is walk_through.in.md beside this script; every number and picture in it is made here, and

@@ -15,7 +15,7 @@ from symbolic.effects.library import KNOWN
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"^```(python|sh)\n(.*?)^```", re.MULTILINE | re.DOTALL)
-QUICK = ["README.md", "docs/start/controller.md", "docs/start/own_data.md", "docs/effects.md"]
+QUICK = ["README.md", "docs/start/controller.md", "docs/start/own_data.md", "docs/understand/effects.md"]
 WHOLE = ["docs/start/ecu.md", "docs/start/own_recording.md"]
 
 
@@ -43,7 +43,7 @@ def test_the_code_of_a_page_runs(page):
 
 
 def test_the_page_of_effects_has_the_whole_library() -> None:
-    page = (ROOT / "docs" / "effects.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "understand" / "effects.md").read_text(encoding="utf-8")
     table = page.partition("## One of your own")[0]
     rows = dict(re.findall(r"^\| `(\w+)` \|.*\| ?([^|]*?) ?\|$", table, re.MULTILINE))
 
@@ -55,7 +55,7 @@ def test_the_page_of_effects_has_the_whole_library() -> None:
 
 @pytest.mark.long
 def test_the_effects_of_the_page_work() -> None:
-    page = (ROOT / "docs" / "effects.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "understand" / "effects.md").read_text(encoding="utf-8")
     names: dict[str, Any] = {}
     exec(BLOCK.findall(page)[0][1], names)
     for effect in names["EFFECTS"]:
