@@ -17,10 +17,12 @@ OPENING = """# Verdicts
 `python examples/verdicts.py CASE... --out docs/evidence/verdicts.md` writes this page.
 
 A case is a folder of recordings from a rig that is not ours. What was planted in it is not known here,
-and nothing was adjusted to it. The table says what the declared model misses. Nothing is held out: the
-error is that of the fit to all recordings; "left out" is the error of each recording by the shared
-parameters of the others. Errors are root mean squares of the torque over its range, averaged over
-recordings. Where something is unexplained, the named effects may stand in for one outside the library."""
+and nothing was adjusted to it. The table says what the declared model misses.
+
+Nothing is held out: the error is that of the fit to all recordings, and "left out" is the error of each
+recording by the shared parameters of the others. Errors are root mean squares of the torque over its
+range, averaged over recordings. Where something is unexplained, the named effects may stand in for one
+that the library lacks."""
 HEADER = (
     "| case | the declared model misses | indistinguishable from | error before | after"
     " | left out, before | after | unexplained |\n|---|---|---|---:|---:|---:|---:|---|"
