@@ -56,16 +56,12 @@ def row(name: str, diagnosis: Diagnosis) -> str:
 
 
 def details(name: str, diagnosis: Diagnosis) -> list[str]:
-    """What the residual followed first, k, and the next experiment."""
+    """What the residual followed first, k, and what is left."""
     lines = [f"**{name}**: {sentence(diagnosis.signatures_before.reading)}"]
     lines.append(f"k = {quantity(diagnosis.parameters['k'])}.")
     if diagnosis.unexplained.present:
         lines.append(f"Left: {sentence(diagnosis.unexplained.evidence)}")
-    lines += [f"Note: {sentence(note)}" for note in diagnosis.notes]
-    lines += [
-        f"Next experiment: {sentence(e.experiment.sentence)}" for e in diagnosis.effects if e.experiment
-    ]
-    return lines
+    return lines + [f"Note: {sentence(note)}" for note in diagnosis.notes]
 
 
 def main() -> None:
