@@ -53,6 +53,18 @@ def test_the_page_of_effects_has_the_whole_library() -> None:
     }
 
 
+def test_figures_of_the_readme_stand_on_the_pages_that_it_names() -> None:
+    results = (ROOT / "README.md").read_text(encoding="utf-8").partition("## Results")[2]
+    rows = re.findall(r"^\| [^|]+ \| ([^|]+) \| (\[.*\)) \|$", results.partition("## ")[0], re.MULTILINE)
+    assert len(rows) == 5
+    for answer, pages in rows:
+        text = "".join(
+            (ROOT / page).read_text(encoding="utf-8") for page in re.findall(r"\((.*?)\)", pages)
+        )
+        figures = re.findall(r"(?<![\w.])\d[\d,./–]*(?<![,.])", answer)
+        assert [figure for figure in figures if figure not in text] == []
+
+
 @pytest.mark.long
 def test_the_effects_of_the_page_work() -> None:
     page = (ROOT / "docs" / "understand" / "effects.md").read_text(encoding="utf-8")
