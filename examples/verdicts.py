@@ -56,9 +56,8 @@ def row(name: str, diagnosis: Diagnosis) -> str:
 
 
 def details(name: str, diagnosis: Diagnosis) -> list[str]:
-    """What the residual followed first, k, and what is left."""
-    lines = [f"**{name}**: {sentence(diagnosis.signatures_before.reading)}"]
-    lines.append(f"k = {quantity(diagnosis.parameters['k'])}.")
+    """k, and what is left."""
+    lines = [f"**{name}**: k = {quantity(diagnosis.parameters['k'])}."]
     if diagnosis.unexplained.present:
         lines.append(f"Left: {sentence(diagnosis.unexplained.evidence)}")
     return lines + [f"Note: {sentence(note)}" for note in diagnosis.notes]
