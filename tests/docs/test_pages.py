@@ -42,17 +42,6 @@ def test_the_code_of_a_page_runs(page):
             assert end.value.code == 0, line
 
 
-def test_the_page_of_effects_has_the_whole_library() -> None:
-    page = (ROOT / "docs" / "understand" / "effects.md").read_text(encoding="utf-8")
-    table = page.partition("## One of your own")[0]
-    rows = dict(re.findall(r"^\| `(\w+)` \|.*\| ?([^|]*?) ?\|$", table, re.MULTILINE))
-
-    assert rows == {
-        name: ", ".join(f"`{p.name}` [{p.unit}]" for p in effect.parameters)
-        for name, effect in KNOWN.items()
-    }
-
-
 def test_figures_of_the_readme_stand_on_the_pages_that_it_names() -> None:
     results = (ROOT / "README.md").read_text(encoding="utf-8").partition("## Results")[2]
     rows = re.findall(r"^\| [^|]+ \| ([^|]+) \| (\[.*\)) \|$", results.partition("## ")[0], re.MULTILINE)
@@ -63,6 +52,17 @@ def test_figures_of_the_readme_stand_on_the_pages_that_it_names() -> None:
         )
         figures = re.findall(r"(?<![\w.])\d[\d,./–]*(?<![,.])", answer)
         assert [figure for figure in figures if figure not in text] == []
+
+
+def test_the_page_of_effects_has_the_whole_library() -> None:
+    page = (ROOT / "docs" / "understand" / "effects.md").read_text(encoding="utf-8")
+    table = page.partition("## One of your own")[0]
+    rows = dict(re.findall(r"^\| `(\w+)` \|.*\| ?([^|]*?) ?\|$", table, re.MULTILINE))
+
+    assert rows == {
+        name: ", ".join(f"`{p.name}` [{p.unit}]" for p in effect.parameters)
+        for name, effect in KNOWN.items()
+    }
 
 
 @pytest.mark.long
