@@ -15,6 +15,7 @@ from symbolic.effects.library import KNOWN
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"^```(python|sh)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+PRINTED = re.compile(r"^prints\n\n```text\n(.*?)^```", re.MULTILINE | re.DOTALL)
 QUICK = ["README.md", "docs/start/controller.md", "docs/start/own_data.md", "docs/understand/effects.md"]
 WHOLE = ["docs/start/ecu.md", "docs/start/own_recording.md"]
 
@@ -28,7 +29,7 @@ def folder(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("page", [*QUICK, *(pytest.param(p, marks=pytest.mark.long) for p in WHOLE)])
 @pytest.mark.usefixtures("folder")
-def test_the_code_of_a_page_runs(page):
+def test_the_code_of_a_page_runs(page, capsys):
     text = (ROOT / page).read_text(encoding="utf-8")
     names = {}
     blocks = BLOCK.findall(text)
@@ -40,6 +41,8 @@ def test_the_code_of_a_page_runs(page):
             with pytest.raises(SystemExit) as end:
                 main(shlex.split(line)[1:])
             assert end.value.code == 0, line
+    if printed := PRINTED.search(text):
+        assert capsys.readouterr().out == printed[1]
 
 
 def test_figures_of_the_readme_stand_on_the_pages_that_it_names() -> None:
