@@ -14,12 +14,15 @@ from identification import Diagnosis, diagnose, read_recording, read_rig
 
 OPENING = """# Verdicts
 
-Written by `python examples/verdicts.py CASE... --out docs/verdicts.md`: for each folder of recordings,
-what the declared model misses. Nothing is held out; errors are root mean squares of the torque over its
-range, averaged over recordings: of the fit to all of them, and of each by the shared parameters of the
-others. What was planted in these cases, on a rig that is not ours, is not known here, and nothing
-was adjusted to them. Where something is left unexplained, the effects named may stand in for one that is
-not in the library."""
+`python examples/verdicts.py CASE... --out docs/evidence/verdicts.md` writes this page.
+
+A case is a folder of recordings from a rig that is not ours. What was planted in it is not known here,
+and nothing was adjusted to it. The table says what the declared model misses.
+
+Nothing is held out: the error is that of the fit to all recordings, and "left out" is the error of each
+recording by the shared parameters of the others. Errors are root mean squares of the torque over its
+range, averaged over recordings. Where something is unexplained, the named effects may stand in for one
+that the library lacks."""
 HEADER = (
     "| case | the declared model misses | indistinguishable from | error before | after"
     " | left out, before | after | unexplained |\n|---|---|---|---:|---:|---:|---:|---|"
@@ -53,16 +56,11 @@ def row(name: str, diagnosis: Diagnosis) -> str:
 
 
 def details(name: str, diagnosis: Diagnosis) -> list[str]:
-    """What the residual followed first, k, and the next experiment."""
-    lines = [f"**{name}**: {sentence(diagnosis.signatures_before.reading)}"]
-    lines.append(f"k = {quantity(diagnosis.parameters['k'])}.")
+    """k, and what is left."""
+    lines = [f"**{name}**: k = {quantity(diagnosis.parameters['k'])}."]
     if diagnosis.unexplained.present:
         lines.append(f"Left: {sentence(diagnosis.unexplained.evidence)}")
-    lines += [f"Note: {sentence(note)}" for note in diagnosis.notes]
-    lines += [
-        f"Next experiment: {sentence(e.experiment.sentence)}" for e in diagnosis.effects if e.experiment
-    ]
-    return lines
+    return lines + [f"Note: {sentence(note)}" for note in diagnosis.notes]
 
 
 def main() -> None:

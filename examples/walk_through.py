@@ -1,10 +1,10 @@
 """From the declared model to the one found, on the measured recordings: writes a page with its figures.
 
-    python examples/walk_through.py [DATA] --out docs/measured.md
+    python examples/walk_through.py [DATA] --out docs/evidence/measured.md
 
 DATA holds the recordings (`brushgrip fetch`); default: see published.py. The text
-of the page is walk_through.in.md beside this script; every number and picture in it is made here, and
-only what it tells of left_out_search.md is written by hand. Some minutes on two cores.
+of the page is walk_through.in.md beside this script; every number and picture in it is made here. Some
+minutes on two cores.
 """
 
 import argparse
@@ -159,27 +159,14 @@ def figures(
     """Everything that the template asks for."""
     grounds, emery = grounds_table(split, recordings)
     published, series = vibration(split, [r for r in recordings if r.name in TRAINING])
-    split_errors = [
-        errors.summary()["holdout_torque_nrmse"] or np.nan for errors in (split.before, split.after)
-    ]
-    whole_errors = [
-        errors.summary()["left_out_torque_nrmse"] or np.nan for errors in (whole.before, whole.after)
-    ]
     return {
         "split_errors": errors_table(split),
         "split_effects": effects_table(split),
         "split_seconds": f"{seconds:.0f}",
-        "split_before": percent(split_errors[0]),
-        "split_after": percent(split_errors[1]),
-        "split_ratio": f"{split_errors[1] / split_errors[0]:.2f}",
         "split_k": quantity(split.parameters["k"]),
         "whole_errors": errors_table(whole),
         "whole_effects": effects_table(whole),
         "whole_recordings": recordings_table(whole),
-        "whole_before": percent(whole_errors[0]),
-        "whole_after": percent(whole_errors[1]),
-        "whole_ratio": f"{whole_errors[1] / whole_errors[0]:.2f}",
-        "whole_names": listed([plain(e.name) for e in whole.effects]),
         "reading_before": sentence(split.signatures_before.reading),
         "reading_after": sentence(split.signatures_after.reading),
         "evidence": sentence(split.unexplained.evidence.split(". ")[0]),
@@ -229,7 +216,7 @@ def main() -> None:
     whole = diagnose(recordings, jobs=options.jobs, progress=_progress(began))
     for diagnosis, names in zip((split, whole), SPOKEN_OF, strict=True):
         if {effect.name for effect in diagnosis.effects} != names:
-            print(f"section 5 of {TEMPLATE.name} describes other effects: revise it", file=sys.stderr)
+            print(f"the text of {TEMPLATE.name} describes other effects: revise it", file=sys.stderr)
     draw(options.out.with_suffix(""), split)
     page = TEMPLATE.read_text("utf-8").format_map(figures(split, seconds, whole, recordings))
     options.out.write_text(page, encoding="utf-8", newline="\n")

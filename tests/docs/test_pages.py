@@ -15,7 +15,8 @@ from symbolic.effects.library import KNOWN
 
 ROOT = Path(__file__).resolve().parents[2]
 BLOCK = re.compile(r"^```(python|sh)\n(.*?)^```", re.MULTILINE | re.DOTALL)
-QUICK = ["README.md", "docs/start/controller.md", "docs/start/own_data.md", "docs/effects.md"]
+PRINTED = re.compile(r"^prints\n\n```text\n(.*?)^```", re.MULTILINE | re.DOTALL)
+QUICK = ["README.md", "docs/start/controller.md", "docs/start/own_data.md", "docs/understand/effects.md"]
 WHOLE = ["docs/start/ecu.md", "docs/start/own_recording.md"]
 
 
@@ -28,7 +29,7 @@ def folder(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("page", [*QUICK, *(pytest.param(p, marks=pytest.mark.long) for p in WHOLE)])
 @pytest.mark.usefixtures("folder")
-def test_the_code_of_a_page_runs(page):
+def test_the_code_of_a_page_runs(page, capsys):
     text = (ROOT / page).read_text(encoding="utf-8")
     names = {}
     blocks = BLOCK.findall(text)
@@ -40,10 +41,24 @@ def test_the_code_of_a_page_runs(page):
             with pytest.raises(SystemExit) as end:
                 main(shlex.split(line)[1:])
             assert end.value.code == 0, line
+    if printed := PRINTED.search(text):
+        assert capsys.readouterr().out == printed[1]
+
+
+def test_figures_of_the_readme_stand_on_the_pages_that_it_names() -> None:
+    results = (ROOT / "README.md").read_text(encoding="utf-8").partition("## Results")[2]
+    rows = re.findall(r"^\| [^|]+ \| ([^|]+) \| (\[.*\)) \|$", results.partition("## ")[0], re.MULTILINE)
+    assert len(rows) == 5
+    for answer, pages in rows:
+        text = "".join(
+            (ROOT / page).read_text(encoding="utf-8") for page in re.findall(r"\((.*?)\)", pages)
+        )
+        figures = re.findall(r"(?<![\w.])\d[\d,./–]*(?<![,.])", answer)
+        assert [figure for figure in figures if figure not in text] == []
 
 
 def test_the_page_of_effects_has_the_whole_library() -> None:
-    page = (ROOT / "docs" / "effects.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "understand" / "effects.md").read_text(encoding="utf-8")
     table = page.partition("## One of your own")[0]
     rows = dict(re.findall(r"^\| `(\w+)` \|.*\| ?([^|]*?) ?\|$", table, re.MULTILINE))
 
@@ -55,7 +70,7 @@ def test_the_page_of_effects_has_the_whole_library() -> None:
 
 @pytest.mark.long
 def test_the_effects_of_the_page_work() -> None:
-    page = (ROOT / "docs" / "effects.md").read_text(encoding="utf-8")
+    page = (ROOT / "docs" / "understand" / "effects.md").read_text(encoding="utf-8")
     names: dict[str, Any] = {}
     exec(BLOCK.findall(page)[0][1], names)
     for effect in names["EFFECTS"]:

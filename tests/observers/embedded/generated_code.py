@@ -42,7 +42,7 @@ MEASURED_RUN: dict[str, Any] = {
         "asymmetric_friction.ratio": 0.9128,
     },
 }  # fmt: skip
-"""The model of docs/measured.md."""
+"""The model of docs/evidence/measured.md."""
 DECLARED: dict[str, Any] = {"model": Model(), "values": {"k": K}}
 
 

@@ -82,7 +82,7 @@ def test_node(code: GeneratedCode, tmp_path: Path) -> None:
 
 
 def test_c_caller(generated: Generate, repository_root: Path) -> None:
-    page = (repository_root / "docs" / "embedded.md").read_text("utf-8")
+    page = (repository_root / "docs" / "reference" / "targets.md").read_text("utf-8")
     function = re.search(r"```c\n(#include \"grip_caller.h\".*?)```", page, re.DOTALL)
     header = re.search(r"```c\n(#include \"grip.h\"\n\nvoid grip_caller.*?)```", page, re.DOTALL)
     assert function

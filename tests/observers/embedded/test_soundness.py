@@ -258,7 +258,7 @@ def test_misra_findings_are_those_that_the_page_explains(
 ) -> None:
     if (cppcheck := shutil.which("cppcheck")) is None:
         pytest.skip("no cppcheck installed")
-    page = (repository_root / "docs" / "embedded.md").read_text("utf-8")
+    page = (repository_root / "docs" / "reference" / "embedded.md").read_text("utf-8")
     explained = set(re.findall(r"^\| (\d+\.\d+) \|", page, re.MULTILINE))
     for kind in (Ekf, Mhe):
         code = generated(observer_of(kind, model, AligningTorque()), SINGLE)
