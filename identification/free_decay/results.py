@@ -85,7 +85,6 @@ class FreeDecay:
         k: distributed lateral stiffness.
         b_t: torsional damping.
         covariance: of k and b_t, shape (2, 2) [N^2/m^4, N^2 s/(m rad), (N m s/rad)^2].
-        correlation: of k and b_t [1].
         contacts: every contact; none where the patch was assumed to stick.
         contacts_agree: whether their values of k agree; None where fewer than two determine it. Where
             they do not, the intervals do not cover the fault.
@@ -103,7 +102,6 @@ class FreeDecay:
     k: IdentifiedParameter
     b_t: IdentifiedParameter
     covariance: Array
-    correlation: float
     contacts: tuple[ContactResult, ...]
     contacts_agree: bool | None
     encoder_step: float
@@ -114,6 +112,11 @@ class FreeDecay:
     converged: bool
     status: str
     remedy: str
+
+    @property
+    def correlation(self) -> float:
+        """Correlation of k and b_t [1]."""
+        return float(self.covariance[0, 1] / (self.k.std * self.b_t.std))
 
     def to_dict(self) -> dict[str, Any]:
         """The content of the result's file; SI units, named where they stand."""
