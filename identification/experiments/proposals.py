@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,6 +66,17 @@ class Proposal:
             f"{self.manoeuvre.instruction}{often}: {one} and {other} then {differ}, {noise};"
             f" expect {self.standard_errors:.1f} standard errors"
         )
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of `diagnosis.json`."""
+        return {
+            "rival": self.rival,
+            "sentence": self.sentence,
+            "separation": self.separation,
+            "feasible": self.times is not None,
+            "times": self.times,
+            "standard_errors": self.standard_errors,
+        }
 
 
 def proposal(

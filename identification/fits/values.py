@@ -25,6 +25,15 @@ UNNAMED_GROUND = "unnamed ground"
 
 
 @dataclass(frozen=True, kw_only=True)
+class ParameterEstimate:
+    """A parameter's value with its standard deviation and unit; std is None where it was not fitted."""
+
+    value: float
+    std: float | None
+    unit: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class Values:
     """Parameter values by name (`mu`, `k`, `effect.parameter`), physical units.
 

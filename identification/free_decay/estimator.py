@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as students_t
 
+from identification.fits.values import ParameterEstimate
 from identification.free_decay.identifiability import (
     ContactStiffness,
     agree,
@@ -23,7 +24,6 @@ from identification.free_decay.results import (
 )
 from identification.free_decay.solution import Solution, jackknife, solve
 from identification.free_decay.vibration import stiffness
-from identification.parameter_estimate import ParameterEstimate
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]

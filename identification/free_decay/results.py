@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.parameter_estimate import ParameterEstimate
+from identification.fits.values import ParameterEstimate
 
 Array = NDArray[np.float64]
 

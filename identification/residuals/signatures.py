@@ -233,7 +233,7 @@ def _correlate(
                 slope=float(np.sqrt(np.mean(slopes**2))) if signal.own else float(slopes[0]),
                 size=abs(value) * rms,
                 effects=effects_leaving(signal, 1 if value >= 0 else -1, effects),
-                reading=signal.positive if value >= 0 else signal.negative,
+                reading=signal.reading(value),
             )
         )
     return tuple(every)

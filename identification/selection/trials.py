@@ -123,6 +123,16 @@ class Trial:
     judgement: Judgement
 
     @property
+    def fits(self) -> tuple[Fit, ...]:
+        """The fit on the training recordings and, if there is one, that on the held-out ones."""
+        return (self.fitted, self.held_out) if self.held_out else (self.fitted,)
+
+    @property
+    def residuals(self) -> dict[str, Array]:
+        """Residuals of training and held-out recordings [N m]."""
+        return {name: r for fitted in self.fits for name, r in fitted.residuals.items()}
+
+    @property
     def effects(self) -> tuple[Effect, ...]:
         """Its effects, in order of selection."""
         return self.fitted.model.effects

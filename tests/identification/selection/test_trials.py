@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from identification import Fit, Huber, Recording, fit
+from identification.diagnosis.prediction import residual_of
 from identification.fits.autocorrelation import effective_samples
 from identification.fits.covariance import standard_deviations
 from identification.fits.loss import rmse_of
 from identification.fits.problem import torque_range
 from identification.fits.values import Values, initial_guess
-from identification.prediction import residual_of
 from identification.selection.criteria import DEFAULT_CRITERIA, advantage, delta_bic
 from identification.selection.leave_one_out import leave_one_out
 from identification.selection.trial_runner import values_for

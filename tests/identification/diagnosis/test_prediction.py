@@ -6,8 +6,12 @@ import numpy as np
 import pytest
 
 from identification import Fit, Recording, fit
+from identification.diagnosis.prediction import (
+    predicted_friction,
+    predicted_values,
+    unrefitted_residuals,
+)
 from identification.fits.problem import torque_range
-from identification.prediction import predicted_friction, predicted_values, unrefitted_residuals
 from symbolic import Model, Rig, Tolerances, Tyre, effects_named, simulate
 from tests.identification.factories import with_torque
 
