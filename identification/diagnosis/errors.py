@@ -15,7 +15,7 @@ from identification.diagnosis.prediction import (
 from identification.fits.fitting import fit
 from identification.fits.loss import Loss, rmse_of
 from identification.fits.options import FitOptions
-from identification.fits.problem import over_range
+from identification.fits.problem import torque_range
 from identification.fits.values import Values, initial_guess
 from identification.reading.recordings import Recording
 from identification.residuals.model_error import model_error
@@ -103,7 +103,7 @@ def _errors(
 
 def _relative(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> dict[str, float]:
     """Root mean square of each residual over its recording's torque range [1]."""
-    return {name: rmse_of(share) for name, share in over_range(residuals, recordings).items()}
+    return {r.name: rmse_of(residuals[r.name]) / torque_range(r) for r in recordings}
 
 
 def model_error_of(

@@ -31,7 +31,7 @@ class Errors:
         left_out: root mean square torque error over range of each recording by the shared parameters of
             the others, fitted anew without it; empty where recordings are held out or there is only one.
         unrefitted: root mean square torque error over range of each held-out recording of which nothing
-            was fitted, see `identification.prediction`.
+            was fitted, see `identification.diagnosis.prediction`.
     """
 
     rmse: Mapping[str, float]

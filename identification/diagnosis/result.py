@@ -132,13 +132,15 @@ class Diagnosis:
             ],
             "unexplained": asdict(self.unexplained),
             "parameters": {name: asdict(estimate) for name, estimate in self.parameters.items()},
-            "model_error": self.model_error
-            and {
-                **asdict(self.model_error),
-                "before": self.model_error_before and asdict(self.model_error_before),
-            },
+            "model_error": _model_error(self.model_error, self.model_error_before),
             "notes": list(self.notes),
         }
+
+
+def _model_error(after: ModelError | None, before: ModelError | None) -> dict[str, Any] | None:
+    if after is None:
+        return None
+    return {**asdict(after), "before": None if before is None else asdict(before)}
 
 
 def _figures(effect: FoundEffect) -> str:

@@ -154,14 +154,14 @@ class Problem:
         theta = np.asarray(self.model.theta(values.of(recording))).ravel()
         tolerated, rig = self.tolerated[recording.name], values.rig.get(recording.name, {})
         found = replaced_rig(recording, values)
-        moved = [name for name in tolerated if name in RIG_DIRECTIONS]
+        in_patch = [name for name in tolerated if name in RIG_DIRECTIONS]
         directions = np.eye(theta.size)
-        if moved:
-            columns = [theta.size + RIG_DIRECTIONS.index(name) for name in moved]
+        if in_patch:
+            columns = [theta.size + RIG_DIRECTIONS.index(name) for name in in_patch]
             directions = np.eye(theta.size + len(RIG_DIRECTIONS))[:, [*range(theta.size), *columns]]
         geometry = np.array([found.rig.a, found.rig.e])
         torque = simulate(self.model, signals_of(found), theta, geometry, directions)
-        slopes = dict(zip(moved, torque.sensitivities[:, theta.size :].T, strict=True))
+        slopes = dict(zip(in_patch, torque.sensitivities[:, theta.size :].T, strict=True))
         # The Function's factor on the load is relative to the load as corrected.
         slopes |= {"load": slopes["load"] / rig["load"]} if "load" in slopes else {}
         slopes["zero"] = np.ones(recording.t.size)

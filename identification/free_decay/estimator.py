@@ -78,7 +78,6 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
         covariance=covariance[:COMMON, :COMMON],
         contacts=contacts,
         contacts_agree=agreed,
-        encoder_step=float(np.median([vibration.step for vibration in likelihood.vibrations])),
         noise=solution.noise,
         condition=_condition(uncertainty.information),
         identifiability=describe_identifiability(likelihood, k, b_t, contacts, agreed, solution.noise),
@@ -143,13 +142,10 @@ def _condition(information: Array) -> float:
 def _vibrations(
     likelihood: Likelihood, solution: Solution, k: float, b_t: float
 ) -> tuple[FittedVibration, ...]:
-    values = solution.x * likelihood.scales
     fitted = []
     pairs = zip(likelihood.vibrations, solution.evaluation.responses, strict=True)
     for i, (vibration, response) in enumerate(pairs):
-        decay = vibration.decay
-        centre = float(values[likelihood.columns(i)[-1]])
-        residual = vibration.psi - response.psi
+        decay, centre = vibration.decay, likelihood.columns(i)[-1]
         omega_n = float(np.sqrt(stiffness(k, *contact_of(vibration)) / decay.inertia))
         fitted.append(
             FittedVibration(
@@ -158,10 +154,8 @@ def _vibrations(
                 t=vibration.t,
                 psi=vibration.psi,
                 fitted=response.psi,
-                centre=centre,
-                amplitude=float(abs(response.psi[0] - centre)),
-                rms=float(np.sqrt(np.mean(residual**2))),
-                rounded=float(np.mean(np.abs(residual) <= vibration.step / 2)),
+                centre=float(solution.x[centre] * likelihood.scales[centre]),
+                step=vibration.step,
                 sticking=(omega_n, b_t / (2 * decay.inertia * omega_n)),
             )
         )
