@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from brushgrip.formatting import error_percentages, listed, plain
 from identification import Diagnosis, FoundEffect
-from identification.grades import CLEAR_ERRORS
+from identification.diagnosis.found_effects import CLEAR_ERRORS
 
 GRADES: Mapping[str, str] = {
     "strong": "strong",

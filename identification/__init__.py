@@ -1,20 +1,20 @@
 """Identification: recordings, parameters by nonlinear programming, and the missing effect."""
 
-from identification.diagnosis import diagnose
+from identification.diagnosis.diagnose import diagnose
+from identification.diagnosis.findings import Candidate, Errors, FoundEffect, Series
+from identification.diagnosis.model_file import FoundModel, model_text, read_model
+from identification.diagnosis.result import Diagnosis
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
-from identification.findings import Candidate, Errors, FoundEffect, Series
 from identification.fits.fitting import Fit, fit
 from identification.fits.loss import LEAST_SQUARES, Huber, Loss, Squares
 from identification.fits.options import FitOptions
 from identification.fits.problem import signals_of
 from identification.fits.profile import LIMIT, Profile, profile
-from identification.fits.values import Values, initial_guess, replaced_rig
+from identification.fits.values import ParameterEstimate, Values, initial_guess, replaced_rig
 from identification.free_decay.estimator import identify_free_decay
 from identification.free_decay.recording import Decay, read_decay
 from identification.free_decay.results import FittedVibration, FreeDecay
-from identification.modelfile import FoundModel, model_text, read_model
-from identification.parameter_estimate import ParameterEstimate
 from identification.reading.conditioning import (
     Channel,
     LowPass,
@@ -34,7 +34,6 @@ from identification.reading.table import Table
 from identification.residuals.signals import RESIDUAL_SIGNALS
 from identification.residuals.signatures import Signature, Signatures, signatures
 from identification.residuals.unexplained import Unexplained
-from identification.results import Diagnosis
 from identification.selection.criteria import SelectionCriteria
 from identification.selection.journal import Journal
 from identification.selection.stepwise_search import search

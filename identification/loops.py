@@ -42,6 +42,6 @@ def draw_loops(
 
 
 def literal(text: str) -> str:
-    """The text without formulas, and in the legend also where it begins with an underscore."""
+    """Text for matplotlib: without formulas, and in a legend even where it begins with an underscore."""
     visible = printable(text).replace("$", r"\$")
     return "\u200b" * visible.startswith("_") + visible

@@ -24,8 +24,6 @@ from identification.reading.recordings import Recording
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from symbolic import parameter_name, simulate
 
-__all__ = ["Proposal", "propose"]
-
 Array = NDArray[np.float64]
 _ROUGH, _THOROUGH = 3, 20
 """Simulations for a refit of the rival where manoeuvres are ranked, and for the best of them."""

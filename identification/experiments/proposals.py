@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +67,17 @@ class Proposal:
             f" expect {self.standard_errors:.1f} standard errors"
         )
 
+    def to_dict(self) -> dict[str, Any]:
+        """The content of `diagnosis.json`."""
+        return {
+            "rival": self.rival,
+            "sentence": self.sentence,
+            "separation": self.separation,
+            "feasible": self.times is not None,
+            "times": self.times,
+            "standard_errors": self.standard_errors,
+        }
+
 
 def proposal(
     found: Fit,
@@ -112,21 +124,17 @@ def sample_period(fitted: Fit, recording: Recording) -> float:
 
 @dataclass(frozen=True, kw_only=True)
 class _RecordedData:
-    """Statistics of the recordings at hand.
-
-    Attributes:
-        count: how many.
-        seconds: how long together [s].
-        now: rms difference of the two models, share of range [1].
-        noise: rms residual of the one that is taken for true, share of range [1].
-        memory: autocorrelation time of that residual [s].
-    """
+    """Statistics of the recordings at hand."""
 
     count: int
     seconds: float
+    """How long they are together [s]."""
     now: float
+    """Rms difference of the two models, share of range [1]."""
     noise: float
+    """Rms residual of the one that is taken for true, share of range [1]."""
     memory: float
+    """Autocorrelation time of that residual [s]."""
 
 
 def _distinguished(

@@ -18,7 +18,7 @@ from scipy.signal import lfilter
 from identification.fits.autocorrelation import autoregression, fill_gaps, independent_samples
 from identification.fits.fitting import Fit
 from identification.fits.loss import curvature, influence
-from identification.fits.problem import torque_range
+from identification.fits.problem import over_range
 from identification.reading.recordings import Recording
 
 Array = NDArray[np.float64]
@@ -55,7 +55,7 @@ def covariance(fitted: Fit, recordings: Sequence[Recording]) -> Array:
 
     A coordinate that the data do not determine has infinite variance, and NaN with the others.
     """
-    residuals = [fitted.residuals[r.name] / torque_range(r) for r in recordings]
+    residuals = list(over_range(fitted.residuals, recordings).values())
     present = np.concatenate([np.isfinite(residual) for residual in residuals])
     curved = curvature(fitted.loss, np.concatenate(residuals)[present])
     prior = fitted.prior_weights**2

@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 
-from identification.fits.loss import LEAST_SQUARES, Loss
+from identification.fits.loss import LEAST_SQUARES, Loss, cost
 from identification.fits.options import FINE_FIT, FitOptions, Label
-from identification.fits.problem import Problem
+from identification.fits.problem import Problem, over_range
 from identification.fits.values import Values, initial_guess, with_effects
 from identification.reading.recordings import Recording
 from symbolic import Model
@@ -70,6 +70,10 @@ class Fit:
     def own(self) -> tuple[bool, ...]:
         """For each column, whether it belongs to a recording, not to the tyre or a ground."""
         return tuple(owner in self.residuals for owner, _ in self.labels)
+
+    def cost(self, recordings: Sequence[Recording]) -> float:
+        """The sum of its loss over the samples of these recordings, which it was fitted to [1]."""
+        return sum(cost(self.loss, r) for r in over_range(self.residuals, recordings).values())
 
 
 def fit(
@@ -135,7 +139,7 @@ def _solve(problem: Problem, start: Array, weights: Array, options: FitOptions) 
     def jacobian(x: Array) -> Array:
         return np.concatenate([problem.jacobian(x), rows])
 
-    def cost(squares: Array) -> Array:
+    def rho(squares: Array) -> Array:
         count = squares.size - int(known.sum())
         return np.hstack([loss(squares[:count]), LEAST_SQUARES(squares[count:])])
 
@@ -144,7 +148,7 @@ def _solve(problem: Problem, start: Array, weights: Array, options: FitOptions) 
         np.clip(start, low, high),
         jac=jacobian,
         bounds=(low, high),
-        loss=cost if known.any() else loss,
+        loss=rho if known.any() else loss,
         x_scale=1.0,
         ftol=options.tolerance,
         xtol=options.tolerance,

@@ -1,6 +1,6 @@
 """The stacked residuals of recordings and their Jacobian, as functions of scaled free coordinates."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -9,23 +9,9 @@ from numpy.typing import NDArray
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.loss import influence
 from identification.fits.options import FitOptions, Label
-from identification.fits.values import (
-    Values,
-    declared_rig,
-    ground_of,
-    grounds_of,
-    replaced_rig,
-    rig_parameter,
-)
+from identification.fits.values import Values, ground_of, grounds_of, replaced_rig, rig_parameters
 from identification.reading.recordings import Recording
-from symbolic import (
-    RIG_DIRECTIONS,
-    InvalidInputError,
-    Model,
-    Parameter,
-    parameter_name,
-    simulate,
-)
+from symbolic import RIG_DIRECTIONS, InvalidInputError, Model, Parameter, parameter_name, simulate
 
 Array = NDArray[np.float64]
 LEAST_WEIGHT = 1e-9
@@ -49,12 +35,18 @@ def torque_range(recording: Recording) -> float:
     return span
 
 
+def over_range(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> dict[str, Array]:
+    """Residuals [N m] of these recordings as shares of each one's torque range [1]."""
+    return {r.name: residuals[r.name] / torque_range(r) for r in recordings}
+
+
 class Problem:
     """The stacked residuals and their Jacobian as functions of scaled free coordinates.
 
     Attributes:
         labels: owner and parameter of each coordinate.
         scales: size of a unit step of each.
+        has_prior: whether each was declared with a tolerance.
         declared: scaled value of what was declared with a tolerance, the start for all else.
     """
 
@@ -77,11 +69,12 @@ class Problem:
         self.scales: Array = np.array([_scale(p) for p in self.by_label.values()])
         self.ranges = {r.name: torque_range(r) for r in recordings}
         self.present = {r.name: np.isfinite(r.M_z) for r in recordings}
-        self.tolerated = {r.name: tuple(declared_rig(r)) for r in recordings}
-        self.declared = self.origin()
-        for i, (owner, name) in enumerate(self.labels):
-            if owner in self.tolerated and name in self.tolerated[owner]:
-                self.declared[i] = self.by_label[owner, name].start / self.scales[i]
+        self.tolerated = {r.name: tuple(rig_parameters(r)) for r in recordings}
+        self.has_prior = np.array(
+            [name in self.tolerated.get(owner or "", ()) for owner, name in self.labels]
+        )
+        starts = np.array([p.start for p in self.by_label.values()]) / self.scales
+        self.declared: Array = np.where(self.has_prior, starts, self.origin())
         self._last: tuple[bytes, dict[str, tuple[Array, Array]]] | None = None
 
     def origin(self) -> Array:
@@ -104,12 +97,11 @@ class Problem:
     def prior_weights(self, x: Array) -> Array:
         """What a unit step away from a declared value counts as, see `Fit.prior_weights`."""
         weights = np.zeros(len(self.labels))
-        errors = self.torque_errors(x) if any(self.tolerated.values()) else {}
-        for i, (owner, name) in enumerate(self.labels):
-            if owner in self.tolerated and name in self.tolerated[owner]:
-                counted = influence(self.loss, errors[owner] / self.ranges[owner])
-                power = float(np.nanmean(counted**2)) * autocorrelation_time(counted)
-                weights[i] = max(np.sqrt(power), LEAST_WEIGHT)
+        errors = over_range(self.torque_errors(x), self.recordings) if self.has_prior.any() else {}
+        for i in np.flatnonzero(self.has_prior):
+            counted = influence(self.loss, errors[self.labels[i][0] or ""])
+            power = float(np.nanmean(counted**2)) * autocorrelation_time(counted)
+            weights[i] = max(np.sqrt(power), LEAST_WEIGHT)
         return weights
 
     def torque_errors(self, x: Array) -> dict[str, Array]:
@@ -119,9 +111,8 @@ class Problem:
 
     def residuals(self, x: Array) -> Array:
         """Stacked torque errors over range, missing samples left out."""
-        errors = self.torque_errors(x)
-        parts = [errors[r.name][self.present[r.name]] / self.ranges[r.name] for r in self.recordings]
-        return np.concatenate(parts)
+        errors = over_range(self.torque_errors(x), self.recordings)
+        return np.concatenate([errors[name][present] for name, present in self.present.items()])
 
     def jacobian(self, x: Array) -> Array:
         """Exact derivatives of `residuals`."""
@@ -147,8 +138,7 @@ class Problem:
         """Torque of every recording and its derivatives by `_labels_of`, cached for the last x."""
         key = x.tobytes()
         if self._last is None or self._last[0] != key:
-            values = self.values(x)
-            self._last = (key, self._torques(values))
+            self._last = (key, self._torques(self.values(x)))
         return self._last[1]
 
     def _torques(self, values: Values) -> dict[str, tuple[Array, Array]]:
@@ -164,14 +154,14 @@ class Problem:
         theta = np.asarray(self.model.theta(values.of(recording))).ravel()
         tolerated, rig = self.tolerated[recording.name], values.rig.get(recording.name, {})
         found = replaced_rig(recording, values)
-        moved = [name for name in tolerated if name in RIG_DIRECTIONS]
+        in_patch = [name for name in tolerated if name in RIG_DIRECTIONS]
         directions = np.eye(theta.size)
-        if moved:
-            columns = [theta.size + RIG_DIRECTIONS.index(name) for name in moved]
+        if in_patch:
+            columns = [theta.size + RIG_DIRECTIONS.index(name) for name in in_patch]
             directions = np.eye(theta.size + len(RIG_DIRECTIONS))[:, [*range(theta.size), *columns]]
         geometry = np.array([found.rig.a, found.rig.e])
         torque = simulate(self.model, signals_of(found), theta, geometry, directions)
-        slopes = dict(zip(moved, torque.sensitivities[:, theta.size :].T, strict=True))
+        slopes = dict(zip(in_patch, torque.sensitivities[:, theta.size :].T, strict=True))
         # The Function's factor on the load is relative to the load as corrected.
         slopes |= {"load": slopes["load"] / rig["load"]} if "load" in slopes else {}
         slopes["zero"] = np.ones(recording.t.size)
@@ -200,5 +190,5 @@ def _all_labels(
     for recording in recordings:
         labels |= {(recording.name, name): p for name, p in parameters if p.scope == "recording"}
     for recording in recordings:
-        labels |= {(recording.name, n): rig_parameter(recording, n) for n in declared_rig(recording)}
+        labels |= {(recording.name, name): p for name, p in rig_parameters(recording).items()}
     return labels

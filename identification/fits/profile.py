@@ -14,9 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from identification.fits.autocorrelation import effective_samples
 from identification.fits.fitting import Fit, fit
-from identification.fits.loss import cost
 from identification.fits.options import FINE_FIT, FitOptions
-from identification.fits.problem import torque_range
 from identification.fits.profile_axis import ProfileAxis
 from identification.fits.values import Values, with_effects
 from identification.reading.recordings import Recording
@@ -89,7 +87,9 @@ def profile(
     """
     name, unit = axis.name_and_unit(model)
     start = with_effects(model, start, recordings)
-    values = _grid(name, grid)
+    values = np.asarray(grid, dtype=np.float64)
+    if values.ndim != 1 or values.size < 3 or not (np.diff(values) > 0).all():
+        raise InvalidInputError(f"the grid of {name} must be at least three increasing values")
 
     def fitted_at(value: float, near: Values) -> Fit:
         changed, begin = axis.point(value, recordings, near)
@@ -100,7 +100,7 @@ def profile(
     _refine(fits, recordings, fitted_at)
     places = np.array(sorted(fits))
     ordered = [fits[place] for place in places]
-    costs = np.array([_cost(one, recordings) for one in ordered])
+    costs = np.array([one.cost(recordings) for one in ordered])
     best = int(np.argmin(costs))
     samples = effective_samples(ordered[best].residuals)
     deviance = samples * np.log(costs / costs[best])
@@ -119,13 +119,6 @@ def profile(
     )
 
 
-def _grid(name: str, grid: ArrayLike) -> Array:
-    values = np.asarray(grid, dtype=np.float64)
-    if values.ndim != 1 or values.size < 3 or not (np.diff(values) > 0).all():
-        raise InvalidInputError(f"the grid of {name} must be at least three increasing values")
-    return values
-
-
 def _walk(values: Array, first: int, start: Values, fitted_at: FittedAt) -> Iterator[tuple[float, Fit]]:
     """Fits along the grid, each begun where its neighbour ended."""
     middle = fitted_at(float(values[first]), start)
@@ -140,18 +133,14 @@ def _walk(values: Array, first: int, start: Values, fitted_at: FittedAt) -> Iter
 
 def _refine(fits: dict[float, Fit], recordings: Sequence[Recording], fitted_at: FittedAt) -> None:
     """Insert fits nearer and nearer to the least cost."""
-    costs = {value: _cost(fitted, recordings) for value, fitted in fits.items()}
+    costs = {value: fitted.cost(recordings) for value, fitted in fits.items()}
     for _ in range(REFINEMENTS):
         between = _minimum(costs)
         if between is None:
             break
         nearest = min(fits, key=lambda value: abs(value - between))
         fits[between] = fitted_at(between, fits[nearest].values)
-        costs[between] = _cost(fits[between], recordings)
-
-
-def _cost(fitted: Fit, recordings: Sequence[Recording]) -> float:
-    return sum(cost(fitted.loss, fitted.residuals[r.name] / torque_range(r)) for r in recordings)
+        costs[between] = fits[between].cost(recordings)
 
 
 def _minimum(costs: Mapping[float, float]) -> float | None:
@@ -193,9 +182,6 @@ def _paths(fits: Sequence[Fit]) -> dict[str, Array]:
     paths: dict[str, Array] = {}
     for name in dict.fromkeys(name for _, name in fits[0].labels):
         owners = [owner for owner, label in fits[0].labels if label == name]
-        paths[name] = np.array([np.mean([_value(one, owner, name) for owner in owners]) for one in fits])
+        values = [[one.values.at((owner, name)) for owner in owners] for one in fits]
+        paths[name] = np.mean(values, axis=1)
     return paths
-
-
-def _value(fitted: Fit, owner: str | None, name: str) -> float:
-    return fitted.values.at((owner, name))

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 from identification.fits.options import Label
 from identification.fits.values import Values
@@ -11,27 +10,6 @@ from symbolic import InvalidInputError, Model, Rig, units_of
 
 AxisPoint = tuple[list[Recording], Values]
 """Recordings and parameters with a value of the axis in them."""
-
-
-class ProfileAxis(Protocol):
-    """A quantity that recordings or parameters can be given a value of."""
-
-    @property
-    def fixed(self) -> tuple[Label, ...]:
-        """Parameters that the fit has to leave alone."""
-        ...
-
-    def name_and_unit(self, model: Model) -> tuple[str, str]:
-        """Name and unit of the quantity."""
-        ...
-
-    def initial(self, values: Values) -> float:
-        """The value that belongs to the start of the profile."""
-        ...
-
-    def point(self, value: float, recordings: Sequence[Recording], values: Values) -> AxisPoint:
-        """Recordings and parameters at a value."""
-        ...
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,11 +29,11 @@ class ModelParameter:
 
     @property
     def fixed(self) -> tuple[Label, ...]:
-        """See `ProfileAxis`."""
+        """Parameters that the fit has to leave alone."""
         return ((self.recording, self.name),)
 
     def name_and_unit(self, model: Model) -> tuple[str, str]:
-        """See `ProfileAxis`."""
+        """Name and unit of the quantity."""
         units = units_of(model)
         if self.name not in units:
             raise InvalidInputError(f"unknown parameter {self.name!r}; the model has {', '.join(units)}")
@@ -63,7 +41,7 @@ class ModelParameter:
         return f"{self.name}{owner}", units[self.name]
 
     def initial(self, values: Values) -> float:
-        """See `ProfileAxis`."""
+        """The value that belongs to the start of the profile."""
         try:
             return values.at((self.recording, self.name))
         except KeyError:
@@ -71,7 +49,7 @@ class ModelParameter:
             raise InvalidInputError(f"{self.name} is no parameter of {owner}") from None
 
     def point(self, value: float, recordings: Sequence[Recording], values: Values) -> AxisPoint:
-        """See `ProfileAxis`."""
+        """Recordings and parameters at a value."""
         return list(recordings), values.having({(self.recording, self.name): value})
 
 
@@ -83,45 +61,39 @@ class RigLength:
         name: what the value is.
         unit: its unit.
         neutral: the value that leaves the rig as declared.
-        change: function of the rig and a value that gives the changed rig.
+        changed: function of the rig and a value that gives the lengths changed, by name.
     """
 
     name: str
     unit: str
     neutral: float
-    change: Callable[[Rig, float], Rig]
+    changed: Callable[[Rig, float], dict[str, float]]
+    fixed: tuple[Label, ...] = ()
 
-    @property
-    def fixed(self) -> tuple[Label, ...]:
-        """See `ProfileAxis`; a length is no parameter of the fit."""
-        return ()
-
-    def name_and_unit(self, model: Model) -> tuple[str, str]:
-        """See `ProfileAxis`."""
-        del model
+    def name_and_unit(self, _: Model) -> tuple[str, str]:
+        """Name and unit of the quantity."""
         return self.name, self.unit
 
-    def initial(self, values: Values) -> float:
-        """See `ProfileAxis`."""
-        del values
+    def initial(self, _: Values) -> float:
+        """The value of the rig as declared."""
         return self.neutral
 
     def point(self, value: float, recordings: Sequence[Recording], values: Values) -> AxisPoint:
-        """See `ProfileAxis`."""
-        return [replace(r, rig=self.change(r.rig, value)) for r in recordings], values
+        """Recordings with such a length, which then has no tolerance."""
+        return [replace(r, rig=self._rig(r.rig, value)) for r in recordings], values
+
+    def _rig(self, rig: Rig, value: float) -> Rig:
+        lengths = self.changed(rig, value)
+        exact = replace(rig.tolerances, **dict.fromkeys(lengths, 0.0))
+        return replace(rig, **lengths, tolerances=exact)
 
 
-def _exact(rig: Rig, **lengths: float) -> Rig:
-    """The rig with these lengths, which then have no tolerance."""
-    tolerances = replace(rig.tolerances, **dict.fromkeys(lengths, 0.0))
-    return replace(rig, **lengths, tolerances=tolerances)
-
-
+ProfileAxis = ModelParameter | RigLength
 HALF_LENGTH = RigLength(
-    name="a over a as declared", unit="1", neutral=1.0, change=lambda rig, x: _exact(rig, a=rig.a * x)
+    name="a over a as declared", unit="1", neutral=1.0, changed=lambda rig, x: {"a": rig.a * x}
 )
 """The half-length of the patch, as a factor."""
 CASTER = RigLength(
-    name="e less e as declared", unit="m", neutral=0.0, change=lambda rig, x: _exact(rig, e=rig.e + x)
+    name="e less e as declared", unit="m", neutral=0.0, changed=lambda rig, x: {"e": rig.e + x}
 )
 """The caster length, as a shift [m]."""

@@ -25,6 +25,15 @@ UNNAMED_GROUND = "unnamed ground"
 
 
 @dataclass(frozen=True, kw_only=True)
+class ParameterEstimate:
+    """A parameter's value with its standard deviation and unit; std is None where it was not fitted."""
+
+    value: float
+    std: float | None
+    unit: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class Values:
     """Parameter values by name (`mu`, `k`, `effect.parameter`), physical units.
 
@@ -111,9 +120,13 @@ def with_effects(model: Model, values: Values, recordings: Sequence[Recording]) 
     ground without values gets the mean of those that have some, see `mean_value`; so does the tyre where
     a parameter does not belong to the grounds any more.
     """
-    given = _fixed_values(model, recordings)
-    mean = mean_over_grounds(values.grounds)
-    starts = {**given, **values.tyre, **mean}
+    lengths, loads = [r.rig.a for r in recordings], [float(r.F_N.mean()) for r in recordings]
+    fixed = {
+        f"{effect.name}.{name}": value
+        for effect in model.effects
+        for name, value in effect.fixed_values(lengths, loads).items()
+    }
+    starts = {**fixed, **values.tyre, **mean_over_grounds(values.grounds)}
     tyre: dict[str, float] = {}
     grounds: dict[str, dict[str, float]] = {ground: {} for ground in grounds_of(recordings)}
     own = {name: dict(v) for name, v in values.own.items()}
@@ -135,60 +148,38 @@ def with_effects(model: Model, values: Values, recordings: Sequence[Recording]) 
         own=own,
         grounds={ground: place for ground, place in grounds.items() if place},
         rig={
-            r.name: {**declared, **_within(r, values.rig.get(r.name, {}))}
+            r.name: {
+                n: float(np.clip(values.rig.get(r.name, {}).get(n, p.start), p.lower, p.upper))
+                for n, p in parameters.items()
+            }
             for r in recordings
-            if (declared := declared_rig(r))
+            if (parameters := rig_parameters(r))
         },
     )
 
 
-def _fixed_values(model: Model, recordings: Sequence[Recording]) -> dict[str, float]:
-    lengths, loads = [r.rig.a for r in recordings], [float(r.F_N.mean()) for r in recordings]
-    return {
-        f"{effect.name}.{name}": value
-        for effect in model.effects
-        for name, value in effect.fixed_values(lengths, loads).items()
-    }
+def rig_parameters(recording: Recording) -> dict[str, Parameter]:
+    """What the recording's rig declares with a tolerance greater than 0, as parameters of its own.
 
-
-def declared_rig(recording: Recording) -> dict[str, float]:
-    """What the recording's rig declares with a tolerance greater than 0, by name."""
-    nominal = {"a": recording.rig.a, "e": recording.rig.e, "load": 1.0, "zero": 0.0}
-    return {n: value for n, value in nominal.items() if recording.rig.tolerances.of(n) > 0}
-
-
-def _within(recording: Recording, values: Mapping[str, float]) -> dict[str, float]:
-    """Those of the values that the recording declares with a tolerance, within it."""
-    declared = declared_rig(recording)
-    return {
-        name: float(np.clip(value, *tolerance_bounds(recording, name)))
-        for name, value in values.items()
-        if name in declared
-    }
-
-
-def tolerance_bounds(recording: Recording, name: str) -> tuple[float, float]:
-    """Least and greatest value of what is declared with a tolerance."""
-    value, tolerance = declared_rig(recording)[name], recording.rig.tolerances.of(name)
-    return value - tolerance, value + tolerance
-
-
-def rig_parameter(recording: Recording, name: str) -> Parameter:
-    """What a recording's rig declares with a tolerance, as a parameter of that recording.
-
-    Its scale is the standard deviation of a value that may be anywhere within the tolerance.
+    Each starts at the declared value and stays within its tolerance. The scale is the standard deviation
+    of a value that may be anywhere within it.
     """
-    low, high = tolerance_bounds(recording, name)
-    return Parameter(
-        name=name,
-        unit=TOLERATED[name],
-        neutral=None,
-        start=declared_rig(recording)[name],
-        lower=low,
-        upper=high,
-        scale=(high - low) / 2 / 3**0.5,
-        scope="recording",
-    )
+    rig = recording.rig
+    declared = {"a": rig.a, "e": rig.e, "load": 1.0, "zero": 0.0}
+    return {
+        name: Parameter(
+            name=name,
+            unit=TOLERATED[name],
+            neutral=None,
+            start=value,
+            lower=value - tolerance,
+            upper=value + tolerance,
+            scale=((value + tolerance) - (value - tolerance)) / 2 / 3**0.5,
+            scope="recording",
+        )
+        for name, value in declared.items()
+        if (tolerance := rig.tolerances.of(name)) > 0
+    }
 
 
 def replaced_rig(recording: Recording, values: Values) -> Recording:

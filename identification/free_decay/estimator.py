@@ -1,18 +1,19 @@
 """k and b_t from free vibrations, by maximum likelihood over all recordings."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as students_t
 
+from identification.fits.values import ParameterEstimate
 from identification.free_decay.identifiability import (
     ContactStiffness,
     agree,
     describe_identifiability,
     stiffness_by_contact,
 )
-from identification.free_decay.likelihood import COMMON, Likelihood, contact_of
+from identification.free_decay.likelihood import COMMON, Contact, Likelihood, contact_of
 from identification.free_decay.onset import find_vibration
 from identification.free_decay.recording import Decay
 from identification.free_decay.results import (
@@ -21,9 +22,8 @@ from identification.free_decay.results import (
     FreeDecay,
     IdentifiedParameter,
 )
-from identification.free_decay.solution import JackknifeCovariance, Solution, jackknife, solve
+from identification.free_decay.solution import Solution, jackknife, solve
 from identification.free_decay.vibration import stiffness
-from identification.parameter_estimate import ParameterEstimate
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
@@ -64,26 +64,23 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
     _check_plausible(likelihood, solution)
     scales = likelihood.scales[: likelihood.shared]
     covariance = uncertainty.covariance * np.outer(scales, scales)
+    quantile = float(students_t.ppf((1 + _CONFIDENCE) / 2, uncertainty.freedom))
     k, b_t = (
-        _parameter(float(solution.x[i] * scales[i]), float(covariance[i, i]), uncertainty, UNITS[i])
+        _parameter(float(solution.x[i] * scales[i]), float(covariance[i, i]), quantile, UNITS[i])
         for i in range(COMMON)
     )
-    common = covariance[:COMMON, :COMMON]
     stiffnesses = stiffness_by_contact(likelihood)
+    agreed = agree(stiffnesses.values())
     contacts = _contacts(likelihood, solution, covariance, stiffnesses)
-    agreed = agree(stiffnesses)
-    noise = solution.noise
     return FreeDecay(
         k=k,
         b_t=b_t,
-        covariance=common,
-        correlation=float(common[0, 1] / (k.std * b_t.std)),
+        covariance=covariance[:COMMON, :COMMON],
         contacts=contacts,
         contacts_agree=agreed,
-        encoder_step=float(np.median([vibration.step for vibration in likelihood.vibrations])),
-        noise=noise,
+        noise=solution.noise,
         condition=_condition(uncertainty.information),
-        identifiability=describe_identifiability(likelihood, k, b_t, contacts, agreed, noise),
+        identifiability=describe_identifiability(likelihood, k, b_t, contacts, agreed, solution.noise),
         vibrations=_vibrations(likelihood, solution, k.value, b_t.value),
         converged=solution.converged,
         status=f"{'solved' if solution.converged else 'not solved'} in {solution.steps} steps",
@@ -91,12 +88,10 @@ def identify_free_decay(decays: Sequence[Decay], *, sliding: bool = True) -> Fre
     )
 
 
-def _parameter(
-    value: float, variance: float, uncertainty: JackknifeCovariance, unit: str
-) -> IdentifiedParameter:
+def _parameter(value: float, variance: float, quantile: float, unit: str) -> IdentifiedParameter:
     std = float(np.sqrt(variance))
-    half = float(students_t.ppf((1 + _CONFIDENCE) / 2, uncertainty.freedom)) * std
-    return IdentifiedParameter(value=value, std=std, interval=(value - half, value + half), unit=unit)
+    interval = (value - quantile * std, value + quantile * std)
+    return IdentifiedParameter(value=value, std=std, interval=interval, unit=unit)
 
 
 def _check_plausible(likelihood: Likelihood, solution: Solution) -> None:
@@ -122,20 +117,19 @@ def _contacts(
     likelihood: Likelihood,
     solution: Solution,
     covariance: Array,
-    stiffnesses: Sequence[ContactStiffness],
+    stiffnesses: Mapping[Contact, ContactStiffness],
 ) -> tuple[ContactResult, ...]:
     """Friction force of every contact, where its slip 1/(mu F_N) differs from zero, and its k."""
-    by_contact = {
-        one.contact: ParameterEstimate(value=one.k, std=one.std, unit=UNITS[0]) for one in stiffnesses
-    }
     results = []
-    for i, contact in enumerate(likelihood.contacts, start=COMMON):
+    for i, (a, e) in enumerate(likelihood.contacts, start=COMMON):
         slip = float(solution.x[i] * likelihood.scales[i])
         std = float(np.sqrt(covariance[i, i]))
-        significant = slip > _SIGNIFICANT * std
-        force = ParameterEstimate(value=1 / slip, std=std / slip**2, unit="N") if significant else None
-        a, e = contact
-        results.append(ContactResult(a=a, e=e, force=force, k=by_contact.get(contact)))
+        force = k = None
+        if slip > _SIGNIFICANT * std:
+            force = ParameterEstimate(value=1 / slip, std=std / slip**2, unit="N")
+        if alone := stiffnesses.get((a, e)):
+            k = ParameterEstimate(value=alone.k, std=alone.std, unit=UNITS[0])
+        results.append(ContactResult(a=a, e=e, force=force, k=k))
     return tuple(results)
 
 
@@ -148,13 +142,10 @@ def _condition(information: Array) -> float:
 def _vibrations(
     likelihood: Likelihood, solution: Solution, k: float, b_t: float
 ) -> tuple[FittedVibration, ...]:
-    values = solution.x * likelihood.scales
     fitted = []
     pairs = zip(likelihood.vibrations, solution.evaluation.responses, strict=True)
     for i, (vibration, response) in enumerate(pairs):
-        decay = vibration.decay
-        centre = float(values[likelihood.columns(i)[-1]])
-        residual = vibration.psi - response.psi
+        decay, centre = vibration.decay, likelihood.columns(i)[-1]
         omega_n = float(np.sqrt(stiffness(k, *contact_of(vibration)) / decay.inertia))
         fitted.append(
             FittedVibration(
@@ -163,10 +154,8 @@ def _vibrations(
                 t=vibration.t,
                 psi=vibration.psi,
                 fitted=response.psi,
-                centre=centre,
-                amplitude=float(abs(response.psi[0] - centre)),
-                rms=float(np.sqrt(np.mean(residual**2))),
-                rounded=float(np.mean(np.abs(residual) <= vibration.step / 2)),
+                centre=float(solution.x[centre] * likelihood.scales[centre]),
+                step=vibration.step,
                 sticking=(omega_n, b_t / (2 * decay.inertia * omega_n)),
             )
         )

@@ -5,7 +5,7 @@ short one, and a wrong J_A of some contacts changes theirs alone. Every recordin
 every interval be narrow while k is off by percents; but the contacts, each for itself, give different k.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import casadi as ca
@@ -32,30 +32,22 @@ _SIGNIFICANCE = 1e-3
 
 @dataclass(frozen=True, kw_only=True)
 class ContactStiffness:
-    """k from the recordings of one contact alone.
+    """k from the recordings of one contact alone, and the degrees of freedom of its deviation."""
 
-    Attributes:
-        contact: a and e [m].
-        k: distributed lateral stiffness [N/m^2].
-        std: its standard deviation.
-        freedom: degrees of freedom of the deviation.
-    """
-
-    contact: Contact
     k: float
     std: float
     freedom: int
 
 
-def stiffness_by_contact(likelihood: Likelihood) -> tuple[ContactStiffness, ...]:
+def stiffness_by_contact(likelihood: Likelihood) -> dict[Contact, ContactStiffness]:
     """The k of every contact that determines it alone; empty where there is only one contact."""
     if len(likelihood.contacts) < 2:
-        return ()
-    stiffnesses = (_contact_stiffness(likelihood, contact) for contact in likelihood.contacts)
-    return tuple(one for one in stiffnesses if one is not None)
+        return {}
+    found = {contact: _stiffness_of(likelihood, contact) for contact in likelihood.contacts}
+    return {contact: stiffness for contact, stiffness in found.items() if stiffness is not None}
 
 
-def agree(stiffnesses: Sequence[ContactStiffness]) -> bool | None:
+def agree(stiffnesses: Collection[ContactStiffness]) -> bool | None:
     """Whether values of k differ by no more than chance allows; None for fewer than two."""
     if len(stiffnesses) < 2:
         return None
@@ -67,7 +59,7 @@ def agree(stiffnesses: Sequence[ContactStiffness]) -> bool | None:
     return bool(fishers_f.sf(scatter, k.size - 1, freedom) > _SIGNIFICANCE)
 
 
-def _contact_stiffness(likelihood: Likelihood, contact: Contact) -> ContactStiffness | None:
+def _stiffness_of(likelihood: Likelihood, contact: Contact) -> ContactStiffness | None:
     part = Likelihood([r for r in likelihood.vibrations if contact_of(r) == contact])
     try:
         solution = solve(part)
@@ -77,7 +69,7 @@ def _contact_stiffness(likelihood: Likelihood, contact: Contact) -> ContactStiff
     if not solution.converged:
         return None
     k, std = np.array([solution.x[0], np.sqrt(uncertainty.covariance[0, 0])]) * part.scales[0]
-    return ContactStiffness(contact=contact, k=float(k), std=float(std), freedom=uncertainty.freedom)
+    return ContactStiffness(k=float(k), std=float(std), freedom=uncertainty.freedom)
 
 
 def describe_identifiability(
@@ -124,10 +116,10 @@ def _share(parameter: IdentifiedParameter) -> float:
 def _precision(
     vibrations: Sequence[FreeVibration], k: IdentifiedParameter, b_t: IdentifiedParameter
 ) -> str:
-    lengths = len({r.decay.rig.a for r in vibrations})
+    count, lengths = len(vibrations), len({r.decay.rig.a for r in vibrations})
     return (
-        f"{_count(len(vibrations), 'recording')} at {_count(lengths, 'contact length')} tell k to"
-        f" {100 * _share(k):.2g} % and b_t to {100 * _share(b_t):.2g} % (95 %)."
+        f"{count} recording{'s' * (count != 1)} at {lengths} contact length{'s' * (lengths != 1)} tell k"
+        f" to {100 * _share(k):.2g} % and b_t to {100 * _share(b_t):.2g} % (95 %)."
     )
 
 
@@ -141,7 +133,7 @@ def _assumptions(vibrations: Sequence[FreeVibration], k: float) -> str:
     return (
         "They rest on a, e and J_A as given: 1 % more J_A is 1 % more k and b_t, which no free vibration"
         f" shows, 1 % more a is {abs(by_a):.2g} % less k, 1 mm more e is {abs(0.1 * by_e):.2g} %"
-        f" {_less(by_e)} k."
+        f" {'less' if by_e >= 0 else 'more'} k."
     )
 
 
@@ -167,10 +159,6 @@ def _implausible(vibrations: Sequence[FreeVibration], k: float) -> list[str]:
     ]
 
 
-def _less(slope: float) -> str:
-    return "less" if slope >= 0 else "more"
-
-
 def _later_impacts(vibrations: Sequence[FreeVibration]) -> list[str]:
     """Recordings with another impact after the vibration that was used."""
     sentences = []
@@ -183,7 +171,3 @@ def _later_impacts(vibrations: Sequence[FreeVibration]) -> list[str]:
                 f" from t = {r.t[0]:.3g} s on was used."
             )
     return sentences
-
-
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'s' * (number != 1)}"

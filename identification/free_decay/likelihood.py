@@ -140,23 +140,12 @@ class Likelihood:
     def _scales(self) -> Array:
         """Size of every unknown, from the guesses of `find_vibration`."""
         k, b_t = first_guess(self.vibrations)
-        slips = [
-            max(
-                _FIRST_SLIDING
-                * contact[0]
-                * float(full_slide_level(1, contact[0]))
-                / (k * abs(r.deflection))
-                for r in self.vibrations
-                if contact_of(r) == contact
-            )
-            for contact in self.contacts
-        ]
-        own = np.array(
-            [
-                [abs(r.deflection), abs(r.deflection) * r.omega, abs(r.deflection)]
-                for r in self.vibrations
-            ]
-        )
+        slips = []
+        for a, e in self.contacts:
+            least = min(abs(r.deflection) for r in self.vibrations if contact_of(r) == (a, e))
+            slips.append(_FIRST_SLIDING * a * float(full_slide_level(1, a)) / (k * least))
+        swings = [(abs(r.deflection), abs(r.deflection) * r.omega) for r in self.vibrations]
+        own = np.array([[angle, rate, angle] for angle, rate in swings])
         return np.concatenate([[k, b_t, *slips], own.ravel()])
 
 

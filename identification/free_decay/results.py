@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.parameter_estimate import ParameterEstimate
+from identification.fits.values import ParameterEstimate
 
 Array = NDArray[np.float64]
 
@@ -26,6 +26,15 @@ class IdentifiedParameter:
     std: float
     interval: tuple[float, float]
     unit: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Its part of the result's file."""
+        return {
+            "value": self.value,
+            "std": self.std,
+            "interval_95": list(self.interval),
+            "unit": self.unit,
+        }
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,9 +67,7 @@ class FittedVibration:
         psi: readings [rad].
         fitted: the fitted angle [rad].
         centre: angle about which the wheel swings [rad].
-        amplitude: first deflection from there [rad].
-        rms: root mean square of reading minus fitted angle [rad].
-        rounded: share of the readings that are the fitted angle, rounded to the encoder's step [1].
+        step: of the encoder [rad].
         sticking: natural angular frequency [rad/s] and relative damping [1] with the identified k and
             b_t if no bristle slid, [Györök 2022], (5.7) and (5.8) with J_A.
     """
@@ -71,10 +78,38 @@ class FittedVibration:
     psi: Array
     fitted: Array
     centre: float
-    amplitude: float
-    rms: float
-    rounded: float
+    step: float
     sticking: tuple[float, float]
+
+    @property
+    def amplitude(self) -> float:
+        """First deflection from the centre [rad]."""
+        return float(abs(self.fitted[0] - self.centre))
+
+    @property
+    def rms(self) -> float:
+        """Root mean square of reading minus fitted angle [rad]."""
+        return float(np.sqrt(np.mean((self.psi - self.fitted) ** 2)))
+
+    @property
+    def rounded(self) -> float:
+        """Share of the readings that are the fitted angle, rounded to the encoder's step [1]."""
+        return float(np.mean(np.abs(self.psi - self.fitted) <= self.step / 2))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Its part of the result's file."""
+        return {
+            "name": self.name,
+            "a": self.a,
+            "samples": self.t.size,
+            "begin": float(self.t[0]),
+            "end": float(self.t[-1]),
+            "amplitude": self.amplitude,
+            "residual_rms": self.rms,
+            "readings_met": self.rounded,
+            "omega_n": self.sticking[0],
+            "zeta": self.sticking[1],
+        }
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -85,11 +120,9 @@ class FreeDecay:
         k: distributed lateral stiffness.
         b_t: torsional damping.
         covariance: of k and b_t, shape (2, 2) [N^2/m^4, N^2 s/(m rad), (N m s/rad)^2].
-        correlation: of k and b_t [1].
         contacts: every contact; none where the patch was assumed to stick.
         contacts_agree: whether their values of k agree; None where fewer than two determine it. Where
             they do not, the intervals do not cover the fault.
-        encoder_step: of the yaw angle [rad].
         noise: scale of the logistic noise besides the step [rad].
         condition: condition number of the information on k, b_t and the friction forces, each in units
             of its standard deviation if all others were known [1].
@@ -103,10 +136,8 @@ class FreeDecay:
     k: IdentifiedParameter
     b_t: IdentifiedParameter
     covariance: Array
-    correlation: float
     contacts: tuple[ContactResult, ...]
     contacts_agree: bool | None
-    encoder_step: float
     noise: float
     condition: float
     identifiability: tuple[str, ...]
@@ -115,11 +146,21 @@ class FreeDecay:
     status: str
     remedy: str
 
+    @property
+    def correlation(self) -> float:
+        """Correlation of k and b_t [1]."""
+        return float(self.covariance[0, 1] / (self.k.std * self.b_t.std))
+
+    @property
+    def encoder_step(self) -> float:
+        """Step of the yaw angle's encoder, the median of the recordings [rad]."""
+        return float(np.median([vibration.step for vibration in self.vibrations]))
+
     def to_dict(self) -> dict[str, Any]:
         """The content of the result's file; SI units, named where they stand."""
         return {
-            "k": _identified(self.k),
-            "b_t": _identified(self.b_t),
+            "k": self.k.to_dict(),
+            "b_t": self.b_t.to_dict(),
             "covariance": {
                 "order": ["k", "b_t"],
                 "units": [self.k.unit, self.b_t.unit],
@@ -135,32 +176,9 @@ class FreeDecay:
             "converged": self.converged,
             "status": self.status,
             "remedy": self.remedy,
-            "recordings": [
-                {
-                    "name": v.name,
-                    "a": v.a,
-                    "samples": v.t.size,
-                    "begin": float(v.t[0]),
-                    "end": float(v.t[-1]),
-                    "amplitude": v.amplitude,
-                    "residual_rms": v.rms,
-                    "readings_met": v.rounded,
-                    "omega_n": v.sticking[0],
-                    "zeta": v.sticking[1],
-                }
-                for v in self.vibrations
-            ],
+            "recordings": [vibration.to_dict() for vibration in self.vibrations],
             "recordings_units": {
                 "a": "m", "begin": "s", "end": "s", "amplitude": "rad", "residual_rms": "rad",
                 "readings_met": "1", "omega_n": "rad/s", "zeta": "1",
             },
         }  # fmt: skip
-
-
-def _identified(parameter: IdentifiedParameter) -> dict[str, Any]:
-    return {
-        "value": parameter.value,
-        "std": parameter.std,
-        "interval_95": list(parameter.interval),
-        "unit": parameter.unit,
-    }

@@ -12,9 +12,10 @@ unrelated places: the grouped jackknife to first order, or Huber's sandwich with
 (MacKinnon and White 1985).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,14 +55,11 @@ class Solution:
     steps: int
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class JackknifeCovariance:
-    """The covariance of the shared unknowns.
+class JackknifeCovariance(NamedTuple):
+    """Covariance of the shared unknowns in units of the likelihood's scales, shape (m, m).
 
-    Attributes:
-        covariance: in units of the likelihood's scales, shape (m, m).
-        information: Hessian of the objective with all other unknowns eliminated, shape (m, m).
-        freedom: number of half swings less that of shared unknowns, at least 1.
+    Beside it the Hessian of the objective with all other unknowns eliminated, and the number of half
+    swings less that of shared unknowns, at least 1.
     """
 
     covariance: Array
@@ -88,13 +86,7 @@ def solve(likelihood: Likelihood) -> Solution:
         if same:
             break
         noise = following
-    return Solution(
-        x=x,
-        noise=stage.noise,
-        evaluation=stage.evaluation,
-        converged=same and stage.converged,
-        steps=steps,
-    )
+    return replace(stage, converged=same and stage.converged, steps=steps)
 
 
 def _stage(likelihood: Likelihood, x: Array, noise: float) -> Solution:

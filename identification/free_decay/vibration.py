@@ -35,7 +35,7 @@ UNKNOWNS = ("k", "b_t", "slip", "psi", "psi_dot", "centre")
 rate [rad/s] at the first sample and the angle about which the wheel swings [rad]."""
 GEOMETRY = ("a", "e", "J_A")
 _STATES = ("psi", "psi_dot", "psi_r", "S_r", "S", "heading")
-_PARAMETERS = ("k", "b_t", "slip", "centre")
+PARAMETERS = ("k", "b_t", "slip", "centre")
 _LEAST = 1e-9
 """Below this reach the slip torque is its own limit for small turns [m]."""
 _STRETCH = 100
@@ -84,7 +84,7 @@ def simulate_vibration(t: Array, unknowns: Array, geometry: Array) -> Response:
     """
     first, stretch = _functions()
     state, sensitivity = (matrix.full() for matrix in first(unknowns, geometry))
-    theta = unknowns[[UNKNOWNS.index(name) for name in _PARAMETERS]]
+    theta = unknowns[[UNKNOWNS.index(name) for name in PARAMETERS]]
     # Matrices of casadi lie column by column: the transposes of these arrays, sample after sample.
     dt = np.empty(_STRETCH)
     given = (
@@ -114,26 +114,6 @@ def simulate_vibration(t: Array, unknowns: Array, geometry: Array) -> Response:
     return Response(psi, sensitivities)
 
 
-def vibration_of(steps: Array) -> ca.Function:
-    """(unknowns, geometry) -> psi, the vibration at the first sample and after each of these steps.
-
-    It can be differentiated any number of times; `simulate_vibration` is the quick way to the first.
-
-    Args:
-        steps: times between samples [s], shape (n - 1,).
-    """
-    unknowns, geometry = ca.MX.sym("unknowns", len(UNKNOWNS)), ca.MX.sym("geometry", len(GEOMETRY))
-    state, theta = ca.SX.sym("state", len(_STATES)), ca.SX.sym("theta", len(_PARAMETERS))
-    rig, dt = ca.SX.sym("geometry", len(GEOMETRY)), ca.SX.sym("dt")
-    step = ca.Function("step", [state, dt, theta, rig], [_step(state, theta, rig, dt)])
-    first = _initial_state(unknowns, geometry)
-    chosen = unknowns[[UNKNOWNS.index(name) for name in _PARAMETERS]]
-    constant = (ca.repmat(vector, 1, steps.size) for vector in (chosen, geometry))
-    states = step.mapaccum(steps.size)(first, ca.DM(steps).T, *constant)
-    psi = ca.vertcat(first[0], states[0, :].T)
-    return ca.Function("vibration", [unknowns, geometry], [psi], ["unknowns", "geometry"], ["psi"])
-
-
 def _parts(vector: Expression) -> list[Expression]:
     return list(ca.vertsplit(vector))
 
@@ -142,7 +122,7 @@ def _parts(vector: Expression) -> list[Expression]:
 def _functions() -> tuple[ca.Function, ca.Function]:
     """The state at the first sample, and a stretch of samples; with derivatives by `UNKNOWNS`."""
     unknowns, geometry = ca.SX.sym("unknowns", len(UNKNOWNS)), ca.SX.sym("geometry", len(GEOMETRY))
-    state = _initial_state(unknowns, geometry)
+    state = initial_state(unknowns, geometry)
     first = ca.Function(
         "swing_first",
         [unknowns, geometry],
@@ -153,7 +133,7 @@ def _functions() -> tuple[ca.Function, ca.Function]:
     return first, compiled(_step_with_sensitivities().mapaccum("swing_along", _STRETCH, 2, {}))
 
 
-def _initial_state(unknowns: Expression, geometry: Expression) -> Expression:
+def initial_state(unknowns: Expression, geometry: Expression) -> Expression:
     """The state close to the first turning point, which a parabola locates."""
     k, b_t, slip, psi, psi_dot, centre = _parts(unknowns)
     a, e, J_A = _parts(geometry)
@@ -168,10 +148,10 @@ def _step_with_sensitivities() -> ca.Function:
         ca.SX.sym("state", len(_STATES)),
         ca.SX.sym("sensitivity", len(_STATES), len(UNKNOWNS)),
     )
-    theta, geometry = ca.SX.sym("theta", len(_PARAMETERS)), ca.SX.sym("geometry", len(GEOMETRY))
+    theta, geometry = ca.SX.sym("theta", len(PARAMETERS)), ca.SX.sym("geometry", len(GEOMETRY))
     dt = ca.SX.sym("dt")
-    after = _step(state, theta, geometry, dt)
-    seeds = ca.DM([[name == unknown for unknown in UNKNOWNS] for name in _PARAMETERS])
+    after = vibration_step(state, theta, geometry, dt)
+    seeds = ca.DM([[name == unknown for unknown in UNKNOWNS] for name in PARAMETERS])
     along = ca.jtimes(after, ca.vertcat(state, theta), ca.vertcat(sensitivity, seeds))
     return ca.Function(
         "swing_step",
@@ -183,7 +163,9 @@ def _step_with_sensitivities() -> ca.Function:
     )
 
 
-def _step(state: Expression, theta: Expression, geometry: Expression, dt: Expression) -> Expression:
+def vibration_step(
+    state: Expression, theta: Expression, geometry: Expression, dt: Expression
+) -> Expression:
     """One step of the vibration."""
     psi, psi_dot, psi_r, S_r, S, heading = _parts(state)
     k, b_t, slip, centre = _parts(theta)

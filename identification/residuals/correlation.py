@@ -51,6 +51,11 @@ class Rows:
     spans: tuple[float, ...]
     steps: tuple[float, ...]
 
+    @property
+    def rms(self) -> float:
+        """Root mean square of the residual over the samples that are present [1]."""
+        return float(np.sqrt(np.sum(self.residual**2) / self.present.sum()))
+
     def columns(self, signals: Sequence[Array]) -> Array:
         """A column for each recording: its signal over its torque range, zero elsewhere."""
         columns = np.zeros((self.residual.size, len(self.places)))
@@ -124,7 +129,6 @@ class Noise:
         correlation: pooled over recordings, tapered by the share of sample pairs at each lag [1].
         energies: sum of squares of each recording [1].
         counts: samples of each recording.
-        freedom: degrees of freedom of the estimate at frequency zero.
     """
 
     rows: Rows
@@ -132,7 +136,11 @@ class Noise:
     correlation: Array
     energies: Array
     counts: Array
-    freedom: int
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom of the estimate at frequency zero."""
+        return 2 * NEIGHBOURS * self.counts.size
 
     def covariance_times(self, columns: Array) -> Array:
         """Covariance matrix of the noise times these columns."""
@@ -169,7 +177,6 @@ def noise_of(rows: Rows) -> Noise:
         correlation=total / max(float(total[0]), 1e-300),
         energies=np.array(energies),
         counts=np.array(counts),
-        freedom=2 * NEIGHBOURS * len(counts),
     )
 
 

@@ -57,12 +57,18 @@ class MotionSignals:
         return np.asarray(np.log(speed) - usual)
 
     @property
+    def relative_extent(self) -> Array:
+        """Range of the angles up to each sample over the whole range [1]."""
+        extent = np.maximum.accumulate(self.psi) - np.minimum.accumulate(self.psi)
+        return np.asarray(extent / max(float(extent[-1]), 1e-12))
+
+    @property
     def _speed(self) -> Array:
         slow = max(SLOW * _rms(self.psi_dot), 1e-9)
         return np.hypot(self.psi_dot, slow)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Signal:
     """One signal that a residual may follow.
 
@@ -71,7 +77,7 @@ class Signal:
         unit: of its values.
         of: its values, shape (n,).
         positive: what physics usually leaves a residual, simulated minus measured, of the signal's sign.
-        negative: what leaves one of the opposite sign; the same where the sign tells nothing.
+        negative: what leaves one of the opposite sign; empty where the sign tells nothing.
         own: True where the signal's strength and sign differ from recording to recording.
         centred: whether its mean over each recording is taken out, which leaves that to the constant.
     """
@@ -80,24 +86,13 @@ class Signal:
     unit: str
     of: Callable[[MotionSignals], Array]
     positive: str
-    negative: str
+    negative: str = ""
     own: bool = False
     centred: bool = True
 
-
-def _unsigned(
-    name: str,
-    unit: str,
-    of: Callable[[MotionSignals], Array],
-    meaning: str,
-    *,
-    own: bool = False,
-    centred: bool = True,
-) -> Signal:
-    """A signal that has the same meaning with either sign."""
-    return Signal(
-        name=name, unit=unit, of=of, positive=meaning, negative=meaning, own=own, centred=centred
-    )
+    def reading(self, correlation: float) -> str:
+        """What usually leaves a residual with this correlation."""
+        return self.positive if correlation >= 0 else self.negative or self.positive
 
 
 _FALLING = "friction that falls with speed, or a delayed torque channel"
@@ -105,7 +100,7 @@ _AFTER_REVERSAL = ("friction grows after a reversal", "friction falls after a re
 _TWISTED = "the patch is twisted at the first sample"
 
 RESIDUAL_SIGNALS: tuple[Signal, ...] = (
-    _unsigned(
+    Signal(
         "a constant of each recording",
         "1",
         lambda motion: np.ones(motion.t.size),
@@ -114,48 +109,48 @@ RESIDUAL_SIGNALS: tuple[Signal, ...] = (
         centred=False,
     ),
     Signal(
-        name="the angle",
-        unit="rad",
-        of=lambda motion: motion.psi,
-        positive="a return torque, stress that relaxes, or a pressure centre off the middle",
-        negative="the loop's curvature differs from that of parabolic pressure on a rigid carcass",
+        "the angle",
+        "rad",
+        lambda motion: motion.psi,
+        "a return torque, stress that relaxes, or a pressure centre off the middle",
+        "the loop's curvature differs from that of parabolic pressure on a rigid carcass",
     ),
     Signal(
-        name="the yaw rate",
-        unit="rad/s",
-        of=lambda motion: motion.psi_dot,
-        positive="viscous damping, or friction that grows with speed",
-        negative=_FALLING,
+        "the yaw rate",
+        "rad/s",
+        lambda motion: motion.psi_dot,
+        "viscous damping, or friction that grows with speed",
+        _FALLING,
     ),
     Signal(
-        name="the direction of turning",
-        unit="1",
-        of=lambda motion: motion.direction,
-        positive="dry friction in the kingpin or the sensor's mount",
-        negative=_FALLING,
+        "the direction of turning",
+        "1",
+        lambda motion: motion.direction,
+        "dry friction in the kingpin or the sensor's mount",
+        _FALLING,
     ),
     Signal(
         # Where the patch slides, -M_z is the direction times the level of friction; where it sticks,
         # friction does not show. The direction alone times log speed follows neither.
-        name="the direction of friction times log speed",
-        unit="N m",
-        of=lambda motion: -motion.M_z * motion.log_speed,
-        positive="friction grows with sliding speed",
-        negative="friction falls with sliding speed",
+        "the direction of friction times log speed",
+        "N m",
+        lambda motion: -motion.M_z * motion.log_speed,
+        "friction grows with sliding speed",
+        "friction falls with sliding speed",
     ),
-    _unsigned(
+    Signal(
         "the load",
         "N",
         lambda motion: motion.F_N,
         "the torque channel is sensitive to the load, or the length of the patch depends on it",
     ),
-    _unsigned(
+    Signal(
         "the torque times the load",
         "N m",
         lambda motion: motion.M_z * (motion.F_N / motion.F_N.mean() - 1),
         "friction, or the length of the patch, depends on the load",
     ),
-    _unsigned(
+    Signal(
         "the magnitude of the torque",
         "1",
         lambda motion: np.abs(motion.M_z),
@@ -165,46 +160,42 @@ RESIDUAL_SIGNALS: tuple[Signal, ...] = (
     ),
     Signal(
         # A gap that is crossed at no torque takes from small torques what it leaves of large ones.
-        name="the torque near zero",
-        unit="1",
-        of=lambda motion: motion.M_z * np.exp(-0.5 * (motion.M_z / (SMALL * _rms(motion.M_z))) ** 2),
-        positive="a dead zone: the angle moves and the torque is near zero",
-        negative="contact that stiffens around zero torque",
+        "the torque near zero",
+        "1",
+        lambda motion: motion.M_z * np.exp(-0.5 * (motion.M_z / (SMALL * _rms(motion.M_z))) ** 2),
+        "a dead zone: the angle moves and the torque is near zero",
+        "contact that stiffens around zero torque",
     ),
     Signal(
-        name="the signed angle since the last reversal",
-        unit="rad",
-        of=lambda motion: motion.heading * motion.travel,
-        positive=_AFTER_REVERSAL[0],
-        negative=_AFTER_REVERSAL[1],
+        "the signed angle since the last reversal",
+        "rad",
+        lambda motion: motion.heading * motion.travel,
+        *_AFTER_REVERSAL,
     ),
     Signal(
-        name="the signed time since the last reversal",
-        unit="s",
-        of=lambda motion: motion.heading * motion.elapsed,
-        positive=_AFTER_REVERSAL[0],
-        negative=_AFTER_REVERSAL[1],
+        "the signed time since the last reversal",
+        "s",
+        lambda motion: motion.heading * motion.elapsed,
+        *_AFTER_REVERSAL,
     ),
-    _unsigned(
-        "time", "s", lambda motion: motion.t, f"the torque channel drifts, or {_TWISTED}", own=True
-    ),
-    _unsigned(
+    Signal("time", "s", lambda motion: motion.t, f"the torque channel drifts, or {_TWISTED}", own=True),
+    Signal(
         "the torque times the time",
         "N m s",
         lambda motion: motion.M_z * (motion.t - motion.t.mean()),
         "friction changes in the course of a recording",
     ),
     Signal(
-        name="the rate of the torque",
-        unit="s",
-        of=lambda motion: np.gradient(motion.M_z, motion.t),
-        positive="a delayed torque channel, or a compliance in series",
-        negative="stress that relaxes, or damping",
+        "the rate of the torque",
+        "s",
+        lambda motion: np.gradient(motion.M_z, motion.t),
+        "a delayed torque channel, or a compliance in series",
+        "stress that relaxes, or damping",
     ),
-    _unsigned(
+    Signal(
         "the initial twist that remains",
         "1",
-        lambda motion: 1 - _relative_extent(motion.psi),
+        lambda motion: 1 - motion.relative_extent,
         _TWISTED,
         own=True,
     ),
@@ -282,12 +273,6 @@ def _since_reversal(t: Array, psi: Array) -> tuple[Array, Array, Array]:
             high = i
         heading[turn : i + 1], start[turn : i + 1] = now, turn
     return heading, np.abs(psi - psi[start]), t - t[start]
-
-
-def _relative_extent(psi: Array) -> Array:
-    """Range of angles up to each sample over the whole range [1]."""
-    extent = np.maximum.accumulate(psi) - np.minimum.accumulate(psi)
-    return np.asarray(extent / max(float(extent[-1]), 1e-12))
 
 
 def _rms(values: Array) -> float:

@@ -67,7 +67,7 @@ class Signature:
         unit: of the signal.
         correlation: partial correlation of the residual with the signal [1]; its square is the share of
             the residual that the signal explains. Without sign where each recording has its own.
-        band: 99 % of the residuals that do not know the signal have a correlation within this [1].
+        band: 99 % of residuals that are independent of the signal have a correlation within this [1].
         slope: change of the residual with the signal [N m per unit]; rms over the recordings where each
             has its own.
         size: rms of what the signal explains, over torque range [1].
@@ -95,6 +95,15 @@ class Signature:
         matters = self.size > LEAST_SIZE and abs(self.correlation) > LEAST_CORRELATION
         return self.leaves_band and matters
 
+    @property
+    def figures(self) -> str:
+        """The signal with correlation and band."""
+        return f"{self.signal} ({self.correlation:+.2f}, by chance within ±{self.band:.2f})"
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of `diagnosis.json`."""
+        return {**asdict(self), "effects": list(self.effects), "leaves_band": self.leaves_band}
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Signatures:
@@ -119,7 +128,7 @@ class Signatures:
         """All in one paragraph, the strongest first."""
         if not self.followed:
             return self._without_signal()
-        first, *others = [f"{_figures(s)}: {s.reading}" for s in self.followed]
+        first, *others = [f"{s.figures}: {s.reading}" for s in self.followed]
         followed = {s.signal for s in self.followed}
         significant = [s for s in self.signatures if s.stands_out and s.signal not in followed]
         names = [s.signal for s in sorted(significant, key=lambda s: -abs(s.correlation))]
@@ -134,7 +143,7 @@ class Signatures:
             closest = max(self.signatures, key=lambda s: abs(s.correlation))
             return (
                 f"The residual is correlated over {known.memory:.2g} s, so it is not white noise, but it"
-                f" follows none of the signals significantly; the strongest is {_figures(closest)}."
+                f" follows none of the signals significantly; the strongest is {closest.figures}."
             )
         return "The residual is noise: it follows none of the signals."
 
@@ -144,13 +153,12 @@ class Signatures:
         return {
             "rms": self.rms,
             "autocorrelation": {
+                **asdict(known),
                 "lags": known.lags.tolist(),
                 "values": known.values.tolist(),
-                "band": known.band,
-                "memory": known.memory,
             },
-            "signatures": [_as_dict(s) for s in self.signatures],
-            "followed": [_as_dict(s) for s in self.followed],
+            "signatures": [s.to_dict() for s in self.signatures],
+            "followed": [s.to_dict() for s in self.followed],
             "reading": self.reading,
         }
 
@@ -191,10 +199,11 @@ def signatures(
     for signal in RESIDUAL_SIGNALS:
         each = rows.columns([signal.of(motion) for motion in motions])
         columns[signal] = each if signal.own else each.sum(axis=1, keepdims=True)
-    marginal = _correlate(columns, absorbed, noise_of(rows), candidates)
+    noise = noise_of(rows)
+    marginal = _correlate(columns, absorbed, noise, candidates)
     return Signatures(
-        rms=_rms(rows),
-        autocorrelation=_autocorrelation(noise_of(rows)),
+        rms=rows.rms,
+        autocorrelation=_autocorrelation(noise),
         signatures=marginal,
         followed=_followed(columns, absorbed, rows, marginal, candidates),
     )
@@ -220,7 +229,7 @@ def _correlate(
     columns: Mapping[Signal, Array], absorbed: _Absorbed, noise: Noise, effects: Sequence[Effect]
 ) -> tuple[Signature, ...]:
     """How far the residual follows each signal."""
-    every, rms = [], _rms(noise.rows)
+    every = []
     for signal, own in columns.items():
         freedom = 1e9 if signal.centred else noise.freedom
         value, band, slopes = correlation(own, absorbed.of(signal), noise, freedom)
@@ -231,9 +240,9 @@ def _correlate(
                 correlation=value,
                 band=band,
                 slope=float(np.sqrt(np.mean(slopes**2))) if signal.own else float(slopes[0]),
-                size=abs(value) * rms,
+                size=abs(value) * noise.rows.rms,
                 effects=effects_leaving(signal, 1 if value >= 0 else -1, effects),
-                reading=signal.positive if value >= 0 else signal.negative,
+                reading=signal.reading(value),
             )
         )
     return tuple(every)
@@ -250,7 +259,7 @@ def _followed(
     by_name = {signal.name: signal for signal in columns}
     followed: list[Signature] = []
     every = marginal
-    least = LEAST_CORRELATION * _rms(rows)
+    least = LEAST_CORRELATION * rows.rms
     while len(followed) < MOST_FOLLOWED:
         candidates = [s for s in every if s.stands_out and s.size > least]
         if not candidates:
@@ -260,10 +269,6 @@ def _followed(
         remaining = replace(rows, residual=projected_off(rows.residual, absorbed.adjusted))
         every = _correlate(columns, absorbed, noise_of(remaining), effects)
     return tuple(followed)
-
-
-def _rms(rows: Rows) -> float:
-    return float(np.sqrt(np.sum(rows.residual**2) / rows.present.sum()))
 
 
 def _autocorrelation(noise: Noise) -> Autocorrelation:
@@ -280,16 +285,3 @@ def _autocorrelation(noise: Noise) -> Autocorrelation:
     return Autocorrelation(
         lags=lags, values=values, band=band, memory=float(lags[end]) if end > 0 else 0.0
     )
-
-
-def _as_dict(signature: Signature) -> dict[str, Any]:
-    return {
-        **asdict(signature),
-        "effects": list(signature.effects),
-        "leaves_band": signature.leaves_band,
-    }
-
-
-def _figures(signature: Signature) -> str:
-    """The signature with its figures."""
-    return f"{signature.signal} ({signature.correlation:+.2f}, by chance within ±{signature.band:.2f})"

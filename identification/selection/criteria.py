@@ -7,8 +7,8 @@ import numpy as np
 
 from identification.fits.autocorrelation import effective_samples
 from identification.fits.fitting import Fit
-from identification.fits.loss import cost, influence
-from identification.fits.problem import torque_range
+from identification.fits.loss import influence
+from identification.fits.problem import over_range
 from identification.reading.recordings import Recording
 from identification.selection.trials import Judgement, Trial
 from symbolic import InvalidInputError
@@ -147,10 +147,9 @@ def delta_bic(richer: Fit, poorer: Fit, recordings: Sequence[Recording]) -> floa
     degrees of freedom that the data decide, see `effective_parameters`, and its squared distance from
     the declared value in standard deviations is added. Negative speaks for the richer model.
     """
-    n = effective_samples(
-        {r.name: influence(richer.loss, richer.residuals[r.name] / torque_range(r)) for r in recordings}
-    )
-    gain = np.log(_loss(richer, recordings) / _loss(poorer, recordings))
+    shares = over_range(richer.residuals, recordings)
+    n = effective_samples({name: influence(richer.loss, share) for name, share in shares.items()})
+    gain = np.log(richer.cost(recordings) / poorer.cost(recordings))
     parameters = effective_parameters(richer) - effective_parameters(poorer)
     distance = float(np.sum(richer.prior_steps**2) - np.sum(poorer.prior_steps**2))
     return float(n * gain + distance + parameters * np.log(n))
@@ -170,7 +169,3 @@ def effective_parameters(fitted: Fit) -> float:
     size = np.sqrt(np.maximum(np.diag(information) + weights, 1e-300))
     inverse = np.linalg.pinv((information + np.diag(weights)) / np.outer(size, size), hermitian=True)
     return float(count - np.sum(weights * np.diag(inverse) / size**2))
-
-
-def _loss(fitted: Fit, recordings: Sequence[Recording]) -> float:
-    return sum(cost(fitted.loss, fitted.residuals[r.name] / torque_range(r)) for r in recordings)

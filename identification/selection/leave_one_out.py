@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.fits.fitting import Fit
-from identification.fits.problem import torque_range
+from identification.fits.problem import over_range, torque_range
 from identification.fits.values import ground_of
 from identification.reading.recordings import Recording
 from symbolic import parameter_name
@@ -29,36 +29,30 @@ def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Arr
         return dict(fitted.residuals)
     owners = np.array([owner or "" for owner, _ in fitted.labels])
     shared = ~np.array(fitted.own)
-    blocks, at = {}, 0
-    for recording in recordings:
-        present = np.isfinite(fitted.residuals[recording.name])
-        rows = slice(at, at + int(present.sum()))
-        blocks[recording.name] = (rows, present, torque_range(recording))
-        at = rows.stop
-    stacked = np.concatenate(
-        [fitted.residuals[name][present] / span for name, (_, present, span) in blocks.items()]
-    )
+    relative = over_range(fitted.residuals, recordings)
+    present = {name: np.isfinite(share) for name, share in relative.items()}
+    stacked = np.concatenate([share[present[name]] for name, share in relative.items()])
+    # The recording of each row.
+    recorded = np.repeat(list(present), [int(mask.sum()) for mask in present.values()])
     # An outlier pulls as little as the loss lets it: rows weighted as in reweighted least squares.
     weight = np.sqrt(fitted.loss(stacked**2)[1])
     jacobian = fitted.jacobian * weight[:, None]
     beyond = np.where(fitted.prior_weights > 0, np.inf, 0.0)
     unbounded = replace(fitted, bound_distances=fitted.bound_distances + np.array([-beyond, beyond]))
-    residuals = {}
+    residuals: dict[str, Array] = {}
     for recording in recordings:
         name = recording.name
-        rows, present, span = blocks[name]
-        own, alone = owners == name, _of_a_ground_alone(recording, recordings, owners)
-        rest = np.ones(stacked.size, dtype=bool)
-        rest[rows] = False
+        rows, own = recorded == name, owners == name
+        alone = _of_a_ground_alone(recording, recordings, owners)
         step = np.zeros(owners.size)
-        moved = ~(own | alone)
-        step[moved] = _step(fitted, jacobian[rest], -(weight * stacked)[rest], moved)
+        others = ~(own | alone)
+        step[others] = _step(fitted, jacobian[~rows], -(weight * stacked)[~rows], others)
         _move_to_mean(step, alone, fitted)
-        unseen = stacked[rows] + fitted.jacobian[rows][:, shared] @ step[shared]
-        refit = _step(unbounded, jacobian[rows], -weight[rows] * unseen, own)
-        residual = np.full(present.size, np.nan)
-        residual[present] = (unseen + fitted.jacobian[rows][:, own] @ refit) * span
-        residuals[name] = residual
+        left = stacked[rows] + fitted.jacobian[rows][:, shared] @ step[shared]
+        refit = _step(unbounded, jacobian[rows], -weight[rows] * left, own)
+        residuals[name] = np.full(present[name].size, np.nan)
+        residuals[name][present[name]] = left + fitted.jacobian[rows][:, own] @ refit
+        residuals[name] *= torque_range(recording)
     return residuals
 
 

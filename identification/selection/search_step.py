@@ -19,7 +19,6 @@ class SearchStep:
         trials: of the models with one effect more or less, least judged error first, coarsely fitted.
         after: the model after it; None in the last step.
         indistinguishable: effects that would have done as well as the one that was added.
-        removed_effect: the effect that was removed or exchanged; None where one was added.
     """
 
     before: Trial
@@ -27,7 +26,12 @@ class SearchStep:
     trials: tuple[Trial, ...]
     after: Trial | None
     indistinguishable: Effects = ()
-    removed_effect: Effect | None = None
+
+    @property
+    def removed_effect(self) -> Effect | None:
+        """The effect that was removed or exchanged; None where there is none."""
+        kept = self.after.effects if self.after else self.before.effects
+        return next((effect for effect in self.before.effects if effect not in kept), None)
 
     @property
     def nearest_rival(self) -> Effect:

@@ -48,16 +48,8 @@ def search(
     recordings, where they have to be confirmed. A candidate that gained next to nothing in the last
     steps is left out, then tried once more before an effect is removed.
 
-    Args:
-        training: recordings that the shared parameters are fitted to.
-        holdout: recordings that judge; empty for leave-one-out over the training ones.
-        jobs: processes to use; None for one per core.
-        executor: takes the work in place of these, see `diagnose`.
-        progress: called with (what is being done, trials done, trials in this step).
-        candidates: effects that may be added: names of the library's, or effects of your own.
-        criteria: thresholds of the search.
-        loss: what a residual costs.
-        journal: where trials are kept, so that an interrupted search can go on; None for nowhere.
+    The shared parameters are fitted to the training recordings; the held-out ones judge, or the training
+    recordings left out in turn where there are none. The other arguments are those of `diagnose`.
 
     Raises:
         InvalidInputError: a candidate is unknown, named twice, or processes cannot import its class.
@@ -90,14 +82,7 @@ class _PresentModel:
 
 @dataclass(frozen=True)
 class Search:
-    """What a search consists of.
-
-    Attributes:
-        runner: runs its trials.
-        candidates: effects that may be added.
-        criteria: its thresholds.
-        report: called with (what is being done, trials done, trials in this step).
-    """
+    """What runs the trials, effects that may be added, thresholds, and what is told of progress."""
 
     runner: TrialRunner
     candidates: Effects
@@ -137,10 +122,9 @@ class Search:
         self, present: Effects, steps: Sequence[SearchStep]
     ) -> tuple[list[Effect], list[Effect]]:
         """Candidates to try, and those to try only if none of them is added: idle in the last steps."""
-        recent = [step for step in steps if step.removed_effect is None][-self.criteria.idle_steps :]
-        idle: set[Effect] = set()
-        if len(recent) == self.criteria.idle_steps:
-            idle = set.intersection(*(step.idle(self.criteria) for step in recent))
+        additions = [step for step in steps if step.removed_effect is None]
+        recent = [step.idle(self.criteria) for step in additions[-self.criteria.idle_steps :]]
+        idle = set.intersection(*recent) if len(recent) == self.criteria.idle_steps else set()
         excluded = {*present, *(step.removed_effect for step in steps)}
         allowed = [e for e in self.candidates if e not in excluded and self._changes(present, e)]
         return [e for e in allowed if e not in idle], [e for e in allowed if e in idle]
@@ -160,23 +144,20 @@ class Search:
     ) -> SearchStep:
         """Add the best of these effects that is confirmed on the whole recordings, if there is one.
 
-        Args:
-            present: the present model.
-            effects: the effects to try.
-            earlier: trials of other effects on top of the same model.
+        `earlier` are trials of other effects on top of the same model.
         """
         label = f"trying effects on top of {', '.join(present.fine.names) or 'the declared structure'}"
         trials = self._rank(present, [(*present.fine.effects, effect) for effect in effects], label)
         justified = [t for t in trials if self._improves(t, present, addition_justified)]
         best = ranked_candidates(justified, self.runner.thinned_training, self.criteria)
         ranked = sorted([*earlier, *trials], key=lambda trial: trial.nrmse)
-        candidate, after = self._first_confirmed(best, present, addition_justified) or (None, None)
+        indistinguishable, after = self._first_confirmed(best, present, addition_justified)
         return SearchStep(
             before=present.fine,
             ranked_before=present.coarse,
             trials=tuple(ranked),
             after=after,
-            indistinguishable=candidate.indistinguishable if candidate else (),
+            indistinguishable=indistinguishable,
         )
 
     def _remove(self, present: _PresentModel) -> SearchStep | None:
@@ -216,34 +197,28 @@ class Search:
         found = self._replaced(present, self._rank(present, sets, label), exchange_justified)
         if found is None or found.after is None:
             return None
-        return replace(found, after=self.runner.run_fine((*others, rival), found.after.fitted.values))
+        values = found.after.fitted.values
+        return replace(found, after=self.runner.run_fine((*others, rival), values))
 
     def _replaced(
         self, present: _PresentModel, trials: Sequence[Trial], justified: Justified
     ) -> SearchStep | None:
         """The step to the first of these models that is confirmed, None where none is."""
         best = [RankedCandidate(t) for t in trials if self._improves(t, present, justified)]
-        confirmed = self._first_confirmed(best, present, justified)
-        if confirmed is None:
+        _, after = self._first_confirmed(best, present, justified)
+        if after is None:
             return None
-        after = confirmed[1]
         return SearchStep(
-            before=present.fine,
-            ranked_before=present.coarse,
-            trials=tuple(trials),
-            after=after,
-            removed_effect=next(e for e in present.fine.effects if e not in after.effects),
+            before=present.fine, ranked_before=present.coarse, trials=tuple(trials), after=after
         )
 
     def _rank(self, present: _PresentModel, sets: Sequence[Effects], label: str) -> list[Trial]:
         """Coarse trials of these sets of effects, least judged error first."""
         if not sets:
             return []
-
-        def report(done: int) -> None:
-            self.report(label, done, len(sets))
-
-        return self.runner.rank(present.coarse, sets, present.precision, report)
+        return self.runner.rank(
+            present.coarse, sets, present.precision, lambda done: self.report(label, done, len(sets))
+        )
 
     def _improves(self, trial: Trial, present: _PresentModel, justified: Justified) -> bool:
         """Whether a coarse trial is justified beside the present model, as coarse."""
@@ -251,13 +226,13 @@ class Search:
 
     def _first_confirmed(
         self, best: Sequence[RankedCandidate], present: _PresentModel, justified: Justified
-    ) -> tuple[RankedCandidate, Trial] | None:
-        """The first candidate that is justified on the whole recordings too, and its trial there."""
+    ) -> tuple[Effects, Trial | None]:
+        """Of the first candidate that is justified on the whole recordings too: rivals and trial."""
         for candidate in best[: 1 + self.criteria.runners_up]:
             after = self.runner.run_fine(candidate.trial.effects, candidate.trial.fitted.values)
             if justified(after, present.fine, self.runner.training, self.criteria):
-                return candidate, after
-        return None
+                return candidate.indistinguishable, after
+        return (), None
 
 
 def _without(effects: Effects, removed: Effect) -> Effects:

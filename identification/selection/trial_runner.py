@@ -6,7 +6,7 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, as_completed
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -71,13 +71,9 @@ class TrialRunner:
         precision: Precision,
         report: Callable[[int], None],
     ) -> list[Trial]:
-        """Coarse trials of these sets of effects, least judged error first.
+        """Coarse trials of these sets of effects from the values of another, least judged error first.
 
-        Args:
-            present: the trial whose values they begin with.
-            sets: effects of each trial.
-            precision: how finely the models are fitted.
-            report: called with the number of trials done.
+        `report` is called with the number of trials done.
         """
         # The heaviest first, so that no core waits for one of them at the end.
         ordered = sorted(sets, key=lambda effects: -model_of(effects, precision).memory_size)
@@ -93,15 +89,19 @@ class TrialRunner:
         """Coarse trials of these sets of effects, each from its own values; in the order given."""
         report(0)
         tasks = [self._coarse_task(effects, start, precision) for effects, start in starts]
-        trials = {i: trial for i, task in enumerate(tasks) if (trial := self._recall(task))}
-        futures = {self.submit(run_trial, tasks[i]): i for i in range(len(tasks)) if i not in trials}
-        report(len(trials))
+        trials = [self._recall(task) for task in tasks]
+        futures = {
+            self.submit(run_trial, task): i
+            for i, (task, trial) in enumerate(zip(tasks, trials, strict=True))
+            if trial is None
+        }
+        done = len(tasks) - len(futures)
+        report(done)
         for future in as_completed(futures):
-            i = futures[future]
-            trials[i] = future.result()
-            self._note(tasks[i], trials[i])
-            report(len(trials))
-        return [trials[i] for i in range(len(tasks))]
+            i, done = futures[future], done + 1
+            trials[i] = self._note(tasks[i], future.result())
+            report(done)
+        return [trial for trial in trials if trial]
 
     def _coarse_task(self, effects: Effects, start: Values | None, precision: Precision) -> TrialTask:
         return TrialTask(
@@ -109,18 +109,15 @@ class TrialRunner:
         )
 
     def _run(self, task: TrialTask) -> Trial:
-        trial = self._recall(task)
-        if trial is None:
-            trial = run_trial(task, self.threads)
-            self._note(task, trial)
-        return trial
+        return self._recall(task) or self._note(task, run_trial(task, self.threads))
 
     def _recall(self, task: TrialTask) -> Trial | None:
         return self.journal.recall(task) if self.journal else None
 
-    def _note(self, task: TrialTask, trial: Trial) -> None:
+    def _note(self, task: TrialTask, trial: Trial) -> Trial:
         if self.journal:
             self.journal.note(task, trial)
+        return trial
 
 
 def values_for(present: Trial, effects: Sequence[Effect]) -> Values:
@@ -134,17 +131,16 @@ def values_for(present: Trial, effects: Sequence[Effect]) -> Values:
     def of_the_set(parameters: Mapping[str, float]) -> dict[str, float]:
         return {n: v for n, v in parameters.items() if "." not in n or n.split(".")[0] in names}
 
-    own, grounds = (
-        {name: of_the_set(parameters) for name, parameters in place.items()}
-        for place in (values.own, values.grounds)
+    def of_lengths(effects: Sequence[Effect]) -> set[str]:
+        return {effect.name for effect in effects if effect.of_lengths}
+
+    lengths_changed = of_lengths(effects) != of_lengths(present.fitted.model.effects)
+    return Values(
+        tyre=of_the_set(values.tyre),
+        own={name: of_the_set(own) for name, own in values.own.items()},
+        grounds={name: of_the_set(ground) for name, ground in values.grounds.items()},
+        rig={} if lengths_changed else values.rig,
     )
-    lengths_changed = _of_lengths(effects) != _of_lengths(present.fitted.model.effects)
-    rig = {} if lengths_changed else values.rig
-    return replace(values, tyre=of_the_set(values.tyre), own=own, grounds=grounds, rig=rig)
-
-
-def _of_lengths(effects: Sequence[Effect]) -> set[str]:
-    return {effect.name for effect in effects if effect.of_lengths}
 
 
 def jobs_of(jobs: int | None) -> int:
@@ -158,13 +154,13 @@ def workers(
 ) -> Iterator[Submit]:
     """Processes to which work can be submitted; with one job it runs in this process, at once.
 
-    An interruption ends the processes, at once; trials that they have not finished are lost.
+    An interruption ends the processes at once; unfinished trials are lost.
 
     Args:
         jobs: processes; None for one per core.
         effects: those that the work may take to the processes.
-        executor: takes the work in place of processes of our own; it is left open. What it has not
-            begun is cancelled at the end.
+        executor: takes the work in place of processes of our own; it is left open. Work that it has
+            not begun is cancelled at the end.
 
     Raises:
         InvalidInputError: jobs are given beside an executor, or another process cannot import the

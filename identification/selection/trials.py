@@ -29,20 +29,20 @@ class Precision:
     Attributes:
         bristles: over the length of the patch, where the model has bristles.
         discretised: True takes bristles, which are quicker, even where the exact patch would do.
-        search_steps: Newton steps of what is in series with the patch; after two the torque is right to
+        newton_steps: Newton steps of what is in series with the patch; after two the torque is right to
             1e-6 of range rms where samples are 20 ms apart.
         options: of the fit; the loss is the task's.
     """
 
     bristles: int = 80
-    search_steps: int = SEARCH_STEPS
+    newton_steps: int = SEARCH_STEPS
     discretised: bool = False
     options: FitOptions = FINE_FIT
 
 
 FINE = Precision()
 """For whatever is reported."""
-RANKING = Precision(discretised=True, search_steps=2, options=COARSE_FIT)
+RANKING = Precision(discretised=True, newton_steps=2, options=COARSE_FIT)
 """For candidates that are only compared; the patch is right to 4e-4 of range."""
 ROUGH = replace(RANKING, bristles=40)
 """The same in half the time, for errors far above that of 40 bristles, 1.5e-3 of range."""
@@ -123,6 +123,16 @@ class Trial:
     judgement: Judgement
 
     @property
+    def fits(self) -> tuple[Fit, ...]:
+        """The fit on the training recordings and, if there is one, that on the held-out ones."""
+        return (self.fitted, self.held_out) if self.held_out else (self.fitted,)
+
+    @property
+    def residuals(self) -> dict[str, Array]:
+        """Residuals of training and held-out recordings [N m]."""
+        return {name: r for fitted in self.fits for name, r in fitted.residuals.items()}
+
+    @property
     def effects(self) -> tuple[Effect, ...]:
         """Its effects, in order of selection."""
         return self.fitted.model.effects
@@ -145,7 +155,7 @@ def model_of(effects: Sequence[Effect], precision: Precision = FINE) -> Model:
         corners=CORNERS,
         discretised=precision.discretised,
         lengthways=precision.bristles,
-        search_steps=precision.search_steps,
+        search_steps=precision.newton_steps,
     )
 
 
@@ -195,8 +205,8 @@ def fit_own_parameters(
     start = replace(fitted.values, own=own, rig={})
     # The residuals of a first guess say nothing of those that the model will leave.
     weight = _mean_prior_weight(fitted)
-    options = replace(options, free_shared=False, loss=fitted.loss, prior_weight=weight)
-    return fit(fitted.model, recordings, start, options)
+    own_only = replace(options, free_shared=False, loss=fitted.loss, prior_weight=weight)
+    return fit(fitted.model, recordings, start, own_only)
 
 
 def with_prior_weight(precision: Precision, present: Fit) -> Precision:
@@ -205,10 +215,8 @@ def with_prior_weight(precision: Precision, present: Fit) -> Precision:
     What was declared with a tolerance weighs the same in all of them: as in the present model on the
     average of its recordings.
     """
-    weight = _mean_prior_weight(present)
-    if weight is None:
-        return precision
-    return replace(precision, options=replace(precision.options, prior_weight=weight))
+    options = replace(precision.options, prior_weight=_mean_prior_weight(present))
+    return replace(precision, options=options)
 
 
 def _mean_prior_weight(fitted: Fit) -> float | None:

@@ -1,8 +1,8 @@
-"""Processes that work is handed to, each over a pipe of its own.
+"""Worker processes, each with a pipe of its own.
 
-Those of concurrent.futures send what they found through one pipe that all share: where one is killed
-while it sends, whoever reads waits for ever. Here the end of a process is the end of its pipe, and the
-work goes to a new process, once. A process ends when the one that started it is gone, however that went.
+Those of concurrent.futures send their results through one pipe that all share: where one is killed while
+it sends, the reader waits for ever. Here a process that ends closes its pipe, and its work goes to a new
+process, once. Every process ends when its parent has ended, whatever the cause.
 """
 
 import logging
@@ -22,7 +22,7 @@ from typing import Any
 from symbolic import BrushgripError
 
 GRACE = 3.0
-"""A process that should end has so long to tidy up [s]."""
+"""Time that a process has to clean up before it is killed [s]."""
 ENDED = (
     "a process of the search ended before its work was done ({}): out of memory, or it cannot import"
     " the module of an own effect, or a script lacks 'if __name__ == \"__main__\":' before its calls;"
@@ -31,7 +31,7 @@ ENDED = (
 
 
 class WorkerProcesses:
-    """So many processes, started when there is work for them.
+    """A pool of processes, started when there is work for them.
 
     Attributes:
         count: the number of processes.
@@ -51,7 +51,7 @@ class WorkerProcesses:
         return self._threads.submit(self._call, function, arguments)
 
     def close(self) -> None:
-        """End the processes, now; what they have not finished is lost."""
+        """End the processes at once; unfinished work is lost."""
         with self._lock:
             self._closed = True
         for worker in self._running:
@@ -61,12 +61,12 @@ class WorkerProcesses:
         self._threads.shutdown(cancel_futures=True)
 
     def _call(self, function: Callable[..., Any], arguments: tuple[Any, ...]) -> Any:
-        """Runs in a thread, which waits for its process; a process that ends is replaced once."""
+        """Run in a thread, which waits for its process; a process that ends is replaced once."""
         request, reason = pickle.dumps((function, arguments)), ""
         for _ in range(2):
             try:
                 worker = self._worker()
-            except OSError as error:  # It ended while it was started, or there is no room for it.
+            except OSError as error:  # It ended while it was started, or memory is short.
                 reason = f"it cannot be started, {error.strerror or error}"
                 continue
             try:
@@ -76,7 +76,7 @@ class WorkerProcesses:
                 del self._own.worker
                 if worker.is_ready or worker.was_killed:
                     continue
-                break  # A process that cannot even begin will not do so the next time.
+                break  # A process that cannot begin will not begin the next time.
             if done:
                 return result
             raise result
@@ -137,7 +137,7 @@ class _Worker:
 
 @contextmanager
 def _without_interruptions() -> Iterator[None]:
-    """What is started within never hears of Ctrl-C, which only the first process may act on."""
+    """Processes started within ignore Ctrl-C; only the first process acts on it."""
     if not hasattr(signal, "pthread_sigmask"):
         yield
         return
@@ -149,12 +149,12 @@ def _without_interruptions() -> Iterator[None]:
 
 
 def _serve(connection: Connection) -> None:
-    """The life of a process: it answers requests until nobody is there to ask."""
+    """Answer requests until the other end of the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # Asked to end, it removes what it has begun to write.
+    # At SIGTERM it removes the files that it has begun to write.
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     threading.Thread(target=_end_with_parent, daemon=True).start()
-    # What hinders all processes alike, such as a failing compiler, the first one says for all.
+    # A fault of all processes, such as a failing compiler, is reported by the first one alone.
     logging.getLogger("symbolic").setLevel(logging.ERROR)
     with suppress(EOFError, OSError, KeyboardInterrupt):
         connection.send_bytes(b"ready")
@@ -163,7 +163,7 @@ def _serve(connection: Connection) -> None:
 
 
 def _end_with_parent() -> None:
-    """Waits until the process is gone that started this one, which then has no more to do."""
+    """Wait until the parent has ended, then end this process too."""
     parent = parent_process()
     if parent is None:
         return

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import t as student
 
-from identification.parameter_estimate import ParameterEstimate
+from identification.fits.values import ParameterEstimate
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]

@@ -9,15 +9,14 @@ import pytest
 
 from brushgrip.app import main
 from brushgrip.estimation import FrictionTrack
+from identification.diagnosis.findings import Candidate, Errors, FoundEffect, Series
+from identification.diagnosis.result import Diagnosis
 from identification.experiments.proposals import Proposal
 from identification.experiments.steering import Manoeuvre
-from identification.findings import Candidate, Errors, FoundEffect, Series
-from identification.fits.values import Values
-from identification.parameter_estimate import ParameterEstimate
+from identification.fits.values import ParameterEstimate, Values
 from identification.residuals.signals import RESIDUAL_SIGNALS, effects_leaving
 from identification.residuals.signatures import Autocorrelation, Signature, Signatures
 from identification.residuals.unexplained import Unexplained
-from identification.results import Diagnosis
 from symbolic import EFFECTS, Model, effects_named
 
 RIG = "[rig]\na = 0.045\ne = 0.009\n\n[tyre]\nk = 2.4e6\nmu = 1.2\n"

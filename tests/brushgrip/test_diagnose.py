@@ -10,9 +10,9 @@ from brushgrip.pictures.style import picture
 from brushgrip.recordings import read_all
 from brushgrip.tasks import demo as demonstrating
 from brushgrip.tasks import diagnose as diagnosing
+from identification.diagnosis.result import Diagnosis
 from identification.fits.loss import Huber
 from identification.reading.recordings import Recording
-from identification.results import Diagnosis
 from identification.selection.journal import Journal
 from symbolic import InvalidInputError
 

@@ -8,7 +8,7 @@ import pytest
 
 from brushgrip.pictures import draw_experiment, draw_signatures
 from brushgrip.pictures.style import AFTER, BEFORE, QUIET
-from identification.experiments.discriminating_experiment import Proposal
+from identification.experiments.proposals import Proposal
 from identification.experiments.steering import Manoeuvre
 from identification.residuals.signals import RESIDUAL_SIGNALS, effects_leaving
 from identification.residuals.signatures import Autocorrelation, Signature, Signatures

@@ -11,7 +11,7 @@ import pytest
 from brushgrip.grounds import on_grounds
 from identification import Recording
 from symbolic import InvalidInputError
-from tests.identification.fits.test_values import recording
+from tests.identification.factories import recording
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 Run = Callable[..., Any]

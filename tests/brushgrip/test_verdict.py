@@ -7,7 +7,8 @@ import pytest
 
 from brushgrip.verdict import explained_grade, headline, plain_parameter
 from identification import Diagnosis, ParameterEstimate
-from identification.grades import Grade, distance_from_neutral, grade_of
+from identification.diagnosis.findings import Grade
+from identification.diagnosis.found_effects import distance_from_neutral, grade_of
 from symbolic import EFFECTS
 
 Make = Callable[..., Diagnosis]

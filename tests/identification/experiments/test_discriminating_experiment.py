@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from identification import Fit, Recording, Values, fit, smoothed_rate
-from identification.experiments.discriminating_experiment import Proposal, propose
-from identification.experiments.proposals import _RecordedData, _standard_errors, sample_period
+from identification.experiments.discriminating_experiment import propose
+from identification.experiments.proposals import Proposal, _RecordedData, _standard_errors, sample_period
 from identification.experiments.steering import STEP, Manoeuvre
 from identification.fits.autocorrelation import autocorrelation_time
 from identification.fits.options import COARSE_FIT

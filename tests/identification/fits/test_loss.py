@@ -2,12 +2,12 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from identification import Fit, FitOptions, Recording, fit, initial_guess
+from identification import Fit, FitOptions, Recording, fit
 from identification.fits.covariance import standard_deviations
 from identification.fits.loss import LEAST_SQUARES, Huber, Loss, cost, curvature, influence
 from identification.fits.problem import torque_range
 from symbolic import InvalidInputError, Model
-from tests.identification.factories import read_campaign, with_torque
+from tests.identification.factories import positions, read_campaign, with_torque
 
 NOISE = 0.004
 HUBER = Huber(threshold=1.5 * NOISE)
@@ -57,6 +57,11 @@ def clean() -> list[Recording]:
     return read_campaign(None, 4)[1]
 
 
+@pytest.fixture(scope="module")
+def reference(clean: list[Recording]) -> Fit:
+    return fit(Model(corners=16), clean)
+
+
 def with_outliers(recordings: list[Recording], seed: int, share: float = 0.02) -> list[Recording]:
     """Single readings that are off by up to a third of the range."""
     rng = np.random.default_rng(seed)
@@ -67,43 +72,39 @@ def with_outliers(recordings: list[Recording], seed: int, share: float = 0.02) -
     return spoilt
 
 
-def positions(fitted: Fit) -> np.ndarray:
-    values = fitted.values
-    return np.array([values.at((o, name)) for o, name in fitted.labels])
-
-
-def test_outliers_do_not_move_a_robust_fit(clean: list[Recording]) -> None:
-    model = Model(corners=16)
-    reference = fit(model, clean, initial_guess(model, clean))
+def test_outliers_do_not_move_a_robust_fit(clean: list[Recording], reference: Fit) -> None:
     spread = standard_deviations(reference, clean)
-    moved: dict[Loss, list[np.ndarray]] = {LEAST_SQUARES: [], HUBER: []}
+    steps: dict[Loss, list[np.ndarray]] = {LEAST_SQUARES: [], HUBER: []}
     for seed in range(5):
         spoilt = with_outliers(clean, seed)
-        for loss, found in moved.items():
-            fitted = fit(model, spoilt, reference.values, FitOptions(loss=loss))
+        for loss, found in steps.items():
+            fitted = fit(reference.model, spoilt, reference.values, FitOptions(loss=loss))
             assert fitted.converged
             found.append(np.abs(positions(fitted) - positions(reference)) / spread)
 
-    assert np.max(moved[HUBER]) < 1
-    assert np.median(moved[LEAST_SQUARES]) > 1
-    assert np.max(moved[LEAST_SQUARES], axis=0).min() > 2
+    assert np.max(steps[HUBER]) < 1
+    assert np.median(steps[LEAST_SQUARES]) > 1
+    assert np.max(steps[LEAST_SQUARES], axis=0).min() > 2
 
 
-def test_deviations_of_a_robust_fit_are_those_of_repeated_noise(clean: list[Recording]) -> None:
-    model = Model(corners=16)
-    reference = fit(model, clean, initial_guess(model, clean))
-    noiseless = [with_torque(r, r.M_z + reference.residuals[r.name]) for r in clean]
+def test_deviations_of_a_robust_fit_are_those_of_repeated_noise(
+    clean: list[Recording], reference: Fit
+) -> None:
     rng = np.random.default_rng(5)
-    found, said = [], []
+    found, deviations = [], []
     for seed in range(30):
         noisy = [
-            with_torque(r, r.M_z + NOISE * torque_range(r) * rng.standard_normal(r.t.size))
-            for r in noiseless
+            with_torque(
+                r,
+                r.M_z
+                + reference.residuals[r.name]
+                + NOISE * torque_range(r) * rng.standard_normal(r.t.size),
+            )
+            for r in clean
         ]
-        fitted = fit(
-            model, spoilt := with_outliers(noisy, seed, 0.1), reference.values, FitOptions(loss=HUBER)
-        )
+        spoilt = with_outliers(noisy, seed, 0.1)
+        fitted = fit(reference.model, spoilt, reference.values, FitOptions(loss=HUBER))
         found.append(positions(fitted))
-        said.append(standard_deviations(fitted, spoilt))
+        deviations.append(standard_deviations(fitted, spoilt))
 
-    np.testing.assert_allclose(np.std(found, axis=0, ddof=1), np.mean(said, axis=0), rtol=0.35)
+    np.testing.assert_allclose(np.std(found, axis=0, ddof=1), np.mean(deviations, axis=0), rtol=0.35)

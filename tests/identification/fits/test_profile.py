@@ -8,7 +8,6 @@ from identification import Fit, FitOptions, Recording, Values, fit, initial_gues
 from identification.fits import profile as profiling
 from identification.fits.covariance import standard_deviations
 from identification.fits.loss import Huber
-from identification.fits.options import COARSE_FIT
 from identification.fits.profile import LIMIT, profile
 from identification.fits.profile_axis import CASTER, HALF_LENGTH, ModelParameter, ProfileAxis
 from reference_rig import RigTyre, make_recording
@@ -115,19 +114,6 @@ def test_every_fit_begins_where_its_neighbour_ended(fitted, monkeypatch: pytest.
         mean = np.mean([own["mu"] for own in start.own.values()])
         assert mean == pytest.approx(friction[k * neighbour], rel=1e-9)
     assert np.ptp(list(friction.values())) > 1e-4
-
-
-@pytest.mark.long
-def test_a_softer_carcass_makes_up_for_stiffer_bristles() -> None:
-    recordings = read_campaign("carcass_torsion", 1, recordings=1, duration=5.0)[1]
-    model = Model(effects=effects_named(["carcass_torsion"]), corners=16)
-    best = fit(model, recordings, initial_guess(model, recordings))
-    k = best.values.tyre["k"]
-    grid = k * np.array([0.98, 1.0, 1.02])
-    made = profile(model, recordings, best.values, ModelParameter(name="k"), grid, COARSE_FIT)
-
-    assert (np.diff(made.paths["carcass_torsion.k_t"]) < 0).all()
-    assert made.deviance.min() == 0
 
 
 @pytest.mark.parametrize(

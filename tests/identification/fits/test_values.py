@@ -5,28 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification import Recording, Values
+from identification import Values
 from identification.fits.values import UNNAMED_GROUND, grounds_of, replaced_rig, with_effects
-from symbolic import InvalidInputError, Model, Rig, Tolerances, Tyre, effects_named
+from symbolic import InvalidInputError, Model, Tolerances, effects_named
+from tests.identification.factories import recording
 
-T = np.arange(50) * 0.01
 TOGETHER = Model(effects=effects_named(["frictional_creep"]))
 APART = Model(effects=effects_named(["frictional_creep", "stiffness_by_ground", "friction_by_ground"]))
-
-
-def recording(name: str, ground: str | None, **tolerances: float) -> Recording:
-    psi = 0.1 * np.sin(T)
-    return Recording(
-        name=name,
-        t=T,
-        psi=psi,
-        psi_dot=np.gradient(psi, T),
-        M_z=-psi,
-        F_N=np.full(T.size, 300.0),
-        rig=Rig(a=0.045, e=0.009, tolerances=Tolerances(**tolerances)),
-        tyre=Tyre(k=2e6),
-        ground=ground,
-    )
 
 
 ONE, TWO, OTHER = recording("one", "steel"), recording("two", "emery"), recording("other", "ice")

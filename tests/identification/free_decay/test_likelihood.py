@@ -72,23 +72,14 @@ def test_cells_share_all_probability(scale: float) -> None:
     assert np.exp(-told.cost).sum() == pytest.approx(1, abs=1e-9)
 
 
-def test_hard_limits_without_noise() -> None:
-    inside, outside = misfit(
-        np.zeros(2),
-        np.array([0.49, 0.51]) * STEP,
-        STEP,
-        1e-4 * STEP,
-    ).cost
+def test_limits_of_the_misfit() -> None:
+    """The hard limits of the cell without noise, the logistic density without steps."""
+    hard = misfit(np.zeros(2), np.array([0.49, 0.51]) * STEP, STEP, 1e-4 * STEP)
+    density = misfit(np.array([0.3]), np.array([0.0]), 1e-9, 1.0)
 
-    assert inside == pytest.approx(0, abs=1e-12)
-    assert outside == pytest.approx(100, rel=1e-6)
-
-
-def test_density_without_steps() -> None:
-    # The logistic density exp(-u) / (s (1 + exp(-u))^2), times the width of the cell.
-    told = misfit(np.array([0.3]), np.array([0.0]), 1e-9, 1.0)
-
-    assert told.cost[0] == pytest.approx(0.3 + 2 * np.log1p(np.exp(-0.3)) - np.log(1e-9), rel=1e-6)
+    np.testing.assert_allclose(hard.cost, [0, 100], rtol=1e-6, atol=1e-12)
+    # exp(-u) / (s (1 + exp(-u))^2), times the width of the cell.
+    assert density.cost[0] == pytest.approx(0.3 + 2 * np.log1p(np.exp(-0.3)) - np.log(1e-9), rel=1e-6)
 
 
 @pytest.mark.parametrize("scale", [0.02 * STEP, STEP])

@@ -4,19 +4,14 @@ import numpy as np
 import pytest
 
 from identification.free_decay.onset import encoder_step, find_vibration
-from identification.free_decay.recording import Decay
 from reference_rig import make_impact
-from symbolic import InvalidInputError, Rig, Tyre
+from symbolic import InvalidInputError
+from tests.identification.factories import decay
 
-RIG, TYRE = Rig(a=0.045, e=0.009, J_A=0.15), Tyre(k=2e6)
 T = np.arange(1500) / 1000
 STEP = 2 * np.pi / 2**14
 ANGLE = 0.0123 + 0.006 * np.exp(-4 * T) * np.cos(33 * T)
 RNG = np.random.default_rng(5)
-
-
-def decay(psi: np.ndarray, t: np.ndarray = T) -> Decay:
-    return Decay(name="run", t=t, psi=psi, rig=RIG, tyre=TYRE)
 
 
 def swinging(reach: float = 0.006, damping: float = 4.0, omega: float = 33.0) -> np.ndarray:
@@ -25,7 +20,7 @@ def swinging(reach: float = 0.006, damping: float = 4.0, omega: float = 33.0) ->
 
 def test_finds_the_turning_point_after_the_impact() -> None:
     made = make_impact(6)
-    found = find_vibration(decay(made.psi, made.t))
+    found = find_vibration(decay(made.t, made.psi))
     true = int(np.argmax(np.abs(made.psi_true)))
 
     assert abs(found.first - true) <= 3
@@ -38,7 +33,7 @@ def test_finds_the_turning_point_after_the_impact() -> None:
 
 
 def test_guesses() -> None:
-    found = find_vibration(decay(swinging()))
+    found = find_vibration(decay(T, swinging()))
 
     # The turning point is on the encoder's first plateau, which begins the recording.
     assert found.first < 10
@@ -54,11 +49,11 @@ def test_wrong_readings_are_no_impact() -> None:
     spoiled = psi.copy()
     spoiled[[300, 301, -1]] += 0.02
 
-    assert find_vibration(decay(spoiled)).first == find_vibration(decay(psi)).first
+    assert find_vibration(decay(T, spoiled)).first == find_vibration(decay(T, psi)).first
 
 
 def test_ends_with_the_recording() -> None:
-    found = find_vibration(decay(swinging(damping=0.2)))
+    found = find_vibration(decay(T, swinging(damping=0.2)))
 
     assert found.last == T.size
 
@@ -82,7 +77,7 @@ def test_ends_with_the_recording() -> None:
 )
 def test_faults(psi: np.ndarray, fault: str) -> None:
     with pytest.raises(InvalidInputError, match=fault) as caught:
-        find_vibration(decay(psi))
+        find_vibration(decay(T, psi))
     assert "\n" not in str(caught.value)
 
 
@@ -93,17 +88,11 @@ def test_step_survives_rounding_in_the_file(digits: int) -> None:
     assert encoder_step(psi) == pytest.approx(STEP, rel=2 * 10.0**-digits / np.ptp(psi))
 
 
-def test_step_despite_wrong_readings() -> None:
+def test_step_despite_wrong_readings_and_where_there_is_none() -> None:
     psi = np.round(ANGLE / STEP) * STEP
     psi[RNG.choice(psi.size, 20, replace=False)] += RNG.normal(0, 0.01, 20)
 
     assert encoder_step(psi) == pytest.approx(STEP, rel=1e-9)
-
-
-def test_few_levels() -> None:
     assert encoder_step(np.array([0.0, 3 * STEP, 2 * STEP])) == pytest.approx(STEP)
-
-
-def test_no_step() -> None:
     assert encoder_step(ANGLE) == pytest.approx(1e-6 * np.ptp(ANGLE))
     assert encoder_step(ANGLE + RNG.normal(0, 1e-4, T.size)) < 1e-5 * np.ptp(ANGLE)

@@ -30,37 +30,27 @@ def message_of(path: Path, rig: tuple[Rig, Tyre] | None = RIG) -> str:
     return message.removeprefix(f"{path}: ")
 
 
-def test_needs_time_and_angle_alone(tmp_path: Path) -> None:
+def test_reads_time_and_angle_alone(tmp_path: Path) -> None:
     made = read_decay(write(tmp_path), RIG)
 
     assert made.name == "run"
     assert (made.rig, made.tyre) == RIG
     np.testing.assert_allclose(made.psi, PSI, rtol=1e-7)
     assert not made.psi.flags.writeable
+    # Other columns are ignored, missing samples left out.
+    rows = [
+        f"{t:.6g},,{'' if i in (3, 4) else psi},400"
+        for i, (t, psi) in enumerate(zip(T, PSI, strict=True))
+    ]
+    made = read_decay(write(tmp_path, header="t,M_z,psi,F_N", rows=rows), RIG)
+    np.testing.assert_allclose(made.t, np.delete(T, [3, 4]), atol=1e-9)
+    np.testing.assert_allclose(made.psi, np.delete(PSI, [3, 4]), rtol=1e-7)
 
 
 def test_what_is_the_recordings_own_goes_first(tmp_path: Path) -> None:
     path = write(tmp_path, "# a = 0.05", "# e = 0.01", "# J_A = 0.2", "# b_t = 1.1")
 
     assert read_decay(path, RIG).rig == Rig(a=0.05, e=0.01, J_A=0.2, b_t=1.1)
-
-
-def test_other_columns_are_passed_over(tmp_path: Path) -> None:
-    rows = [f"{t:.6g},,{psi:.8g},400" for t, psi in zip(T, PSI, strict=True)]
-
-    made = read_decay(write(tmp_path, header="t,M_z,psi,F_N", rows=rows), RIG)
-
-    np.testing.assert_allclose(made.psi, PSI, rtol=1e-7)
-
-
-def test_missing_samples_are_left_out(tmp_path: Path) -> None:
-    rows = [
-        f"{t:.6g},{'' if i in (3, 4) else psi}" for i, (t, psi) in enumerate(zip(T, PSI, strict=True))
-    ]
-
-    made = read_decay(write(tmp_path, rows=rows), RIG)
-
-    np.testing.assert_allclose(made.t, np.delete(T, [3, 4]), atol=1e-9)
 
 
 def test_mat(tmp_path: Path) -> None:

@@ -8,39 +8,30 @@ import pytest
 from identification.free_decay import solution as solving
 from identification.free_decay.likelihood import Likelihood, misfit
 from identification.free_decay.onset import find_vibration
-from identification.free_decay.recording import Decay
 from identification.free_decay.solution import Solution, half_swings, jackknife, solve
 from identification.free_decay.vibration import simulate_vibration
 from reference_rig import FOURTEEN_BIT_STEP, inertia, make_impact
 from reference_rig import THESIS_DAMPING as B_T
 from reference_rig import THESIS_TYRE as TYRE
-from symbolic import Rig, Tyre
-from tests.identification.factories import as_decay
+from symbolic import Rig
+from tests.identification.factories import as_decay, decay
 
 RIG = Rig(a=TYRE.a, e=TYRE.e, J_A=inertia(TYRE.e))
 SLIP = 1 / (TYRE.mu * 400.0)
-
-
-def decay(t: np.ndarray, psi: np.ndarray) -> Decay:
-    return Decay(name="run", t=t, psi=psi, rig=RIG, tyre=Tyre(k=2e6))
 
 
 @pytest.fixture(scope="module")
 def sticking() -> tuple[Likelihood, Solution]:
     """One recording, noise enough for a smooth likelihood, k and b_t the only shared unknowns."""
     made = make_impact(5, noise=FOURTEEN_BIT_STEP, tyre=TYRE, swing=0.02)
-    likelihood = Likelihood([find_vibration(decay(made.t, made.psi))], sliding=False)
+    likelihood = Likelihood([find_vibration(decay(made.t, made.psi, RIG))], sliding=False)
     return likelihood, solve(likelihood)
 
 
-def test_half_swings() -> None:
-    psi = np.array([3.0, 2.0, -1.0, -2.0, -1.5, 0.5, 1.0, 0.9])
-
-    assert half_swings(psi) == [slice(0, 3), slice(3, 6), slice(6, 8)]
-    assert half_swings(psi[:3]) == [slice(0, 3)]
-
-
 def test_half_swings_are_all_of_it(sticking: tuple[Likelihood, Solution]) -> None:
+    few = np.array([3.0, 2.0, -1.0, -2.0, -1.5, 0.5, 1.0, 0.9])
+    assert half_swings(few) == [slice(0, 3), slice(3, 6), slice(6, 8)]
+    assert half_swings(few[:3]) == [slice(0, 3)]
     psi = sticking[1].evaluation.responses[0].psi
     parts = half_swings(psi)
 
@@ -108,7 +99,7 @@ def test_is_the_scatter_of_the_estimates(noise: float) -> None:
         psi = simulate_vibration(t, np.array([TYRE.k, B_T, SLIP, zero + reach, 0.0, zero]), geometry).psi
         seen = psi + noise * FOURTEEN_BIT_STEP * rng.normal(size=t.size)
         read = FOURTEEN_BIT_STEP * np.round(seen / FOURTEEN_BIT_STEP)
-        likelihood = Likelihood([find_vibration(decay(t, read))])
+        likelihood = Likelihood([find_vibration(decay(t, read, RIG))])
         solution = solve(likelihood)
         std = np.sqrt(np.diag(jackknife(likelihood, solution).covariance))[:2]
         errors.append((solution.x[:2] - np.array([TYRE.k, B_T]) / likelihood.scales[:2]) / std)
@@ -156,14 +147,9 @@ def test_start_does_not_matter(changes: tuple[float, float], monkeypatch: pytest
     assert (np.abs(found.x - usual.x) < 0.1 * std).all()
 
 
-def test_says_when_the_scale_is_not_found(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(solving, "_MAX_STAGES", 2)
-
-    assert not solve(rig_likelihood()).converged
-
-
-def test_says_when_a_stage_does_not_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(solving, "_SLOPE", 0.0)
+@pytest.mark.parametrize(("limit", "value"), [("_MAX_STAGES", 2), ("_SLOPE", 0.0)])
+def test_says_when_it_does_not_end(limit: str, value: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(solving, limit, value)
 
     assert not solve(rig_likelihood()).converged
 

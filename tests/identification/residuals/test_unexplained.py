@@ -29,23 +29,12 @@ def rest(recording: Recording, residual: np.ndarray) -> Unexplained:
 
 @pytest.mark.parametrize("level", [0.01, 0.2])
 def test_white_noise_on_a_smooth_torque(level: float) -> None:
-    t = np.arange(3000) / 100
-    noise = level * np.random.default_rng(1).standard_normal(t.size)
-    torque = 5 * np.sin(t) + noise
+    t = np.arange(200_000) / 100
+    torque = 5 * np.sin(t) + level * np.random.default_rng(1).standard_normal(t.size)
 
-    assert white_noise(torque) == pytest.approx(level, rel=0.1)
+    assert white_noise(torque) == pytest.approx(level, rel=0.02)
     torque[::50] = np.nan
-    assert white_noise(torque) == pytest.approx(level, rel=0.1)
-
-
-def test_the_scale_of_white_noise_is_right() -> None:
-    noise = np.random.default_rng(2).standard_normal(200_000)
-
-    assert white_noise(noise) == pytest.approx(1, rel=0.02)
-
-
-def test_white_noise_of_the_rig(recording: Recording) -> None:
-    assert white_noise(recording.M_z) / torque_range(recording) == pytest.approx(0.004, rel=0.15)
+    assert white_noise(torque) == pytest.approx(level, rel=0.02)
 
 
 def test_no_noise_at_all() -> None:
@@ -78,12 +67,6 @@ def test_structure_is_reported_with_what_it_follows(recording: Recording, plante
     assert said.present
     assert f"{word} (+" in said.evidence
     assert "\n" not in said.evidence
-
-
-def test_a_slow_wave_is_reported(recording: Recording) -> None:
-    wave = 0.006 * torque_range(recording) * np.sin(2 * np.pi * 0.7 * recording.t)
-
-    assert rest(recording, wave + noise_of(recording)).present
 
 
 @pytest.mark.parametrize(("ratio", "present"), [(1.08, False), (1.22, True)])

@@ -11,6 +11,8 @@ from identification.selection.trials import Judgement, Trial
 from symbolic import Effect
 
 SECONDS, PER_SECOND = 80, 50
+Pair = tuple[Trial, list[Recording]]
+"""A trial, and the recordings that it was fitted to and judged by."""
 
 
 def effect_of(name: str) -> Effect:
@@ -33,7 +35,7 @@ def judgement(sizes: np.ndarray) -> Judgement:
 
 
 def trials(
-    pair: tuple[Trial, list[Recording]], bic: float, error: float, block: float = DEFAULT_CRITERIA.block
+    pair: Pair, bic: float, error: float, block: float = DEFAULT_CRITERIA.block
 ) -> tuple[Trial, Trial]:
     """A model with one more parameter, and one without.
 

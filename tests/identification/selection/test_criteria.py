@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification import Recording
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
     SelectionCriteria,
@@ -14,9 +13,8 @@ from identification.selection.criteria import (
     distinguishable,
     exchange_justified,
 )
-from identification.selection.trials import Trial
 from symbolic import InvalidInputError
-from tests.identification.selection.compared import SECONDS, judgement, trials
+from tests.identification.selection.compared import SECONDS, Pair, judgement, trials
 
 BLOCK, LONG_BLOCK = DEFAULT_CRITERIA.block, DEFAULT_CRITERIA.long_block
 RESOLUTION = DEFAULT_CRITERIA.resolution
@@ -36,7 +34,7 @@ RESOLUTION = DEFAULT_CRITERIA.resolution
     ],
 )
 def test_what_was_held_out_outweighs_a_weak_objection(
-    pair: tuple[Trial, list[Recording]], bic: float, error: float, block: float, earned: bool
+    pair: Pair, bic: float, error: float, block: float, earned: bool
 ) -> None:
     after, before = trials(pair, bic, error, block)
     training = pair[1][:1]
@@ -46,20 +44,20 @@ def test_what_was_held_out_outweighs_a_weak_objection(
 
 
 def test_the_criterion_has_to_agree_unless_it_is_told_otherwise(
-    pair: tuple[Trial, list[Recording]],
+    pair: Pair,
 ) -> None:
     for bic in (-0.5, 0.5):
         after, before = trials(pair, bic, 9.0, LONG_BLOCK)
         assert addition_justified(after, before, pair[1][:1], DEFAULT_CRITERIA) == (bic < 0)
 
 
-def test_without_held_out_recordings_an_objection_stands(pair: tuple[Trial, list[Recording]]) -> None:
+def test_without_held_out_recordings_an_objection_stands(pair: Pair) -> None:
     after, before = (replace(t, held_out=None) for t in trials(pair, 1.0, 2.5, LONG_BLOCK))
 
     assert not addition_justified(after, before, pair[1][:1], SelectionCriteria(strong=6.0))
 
 
-def test_what_is_fitted_to_each_recording_is_not_foreseen(pair: tuple[Trial, list[Recording]]) -> None:
+def test_what_is_fitted_to_each_recording_is_not_foreseen(pair: Pair) -> None:
     after, before = trials(pair, 1.0, 2.5, LONG_BLOCK)
     labels = (*before.fitted.labels, (pair[1][0].name, "more"))
     after = replace(after, fitted=replace(after.fitted, labels=labels))
@@ -67,7 +65,7 @@ def test_what_is_fitted_to_each_recording_is_not_foreseen(pair: tuple[Trial, lis
     assert not addition_justified(after, before, pair[1][:1], SelectionCriteria(strong=6.0))
 
 
-def test_an_exchange_pays_for_its_parameters(pair: tuple[Trial, list[Recording]]) -> None:
+def test_an_exchange_pays_for_its_parameters(pair: Pair) -> None:
     training = pair[1][:1]
     dearer, before = trials(pair, 1.0, 2.5)
 
@@ -76,13 +74,11 @@ def test_an_exchange_pays_for_its_parameters(pair: tuple[Trial, list[Recording]]
 
 
 @pytest.mark.parametrize(("error", "apart"), [(1.5, False), (2.5, True)])
-def test_told_apart_by_two_standard_errors(
-    pair: tuple[Trial, list[Recording]], error: float, apart: bool
-) -> None:
+def test_told_apart_by_two_standard_errors(pair: Pair, error: float, apart: bool) -> None:
     assert distinguishable(*trials(pair, 0.0, error), DEFAULT_CRITERIA) == apart
 
 
-def test_too_little_for_the_discretised_patch_is_nothing(pair: tuple[Trial, list[Recording]]) -> None:
+def test_too_little_for_the_discretised_patch_is_nothing(pair: Pair) -> None:
     """The error falls by a tenth, from the least that bristles can show."""
     after, before = trials(pair, -100.0, 2.5)
     small = [

@@ -13,7 +13,7 @@ from identification.selection.trial_runner import TrialRunner
 from reference_rig import RigTyre, make_recording
 from rig_recordings import as_read
 from symbolic import EFFECTS, GROUND_SCOPES, effects_named
-from tests.identification.fits.test_values import recording
+from tests.identification.factories import recording
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 CREEP = {"steel": 0.07, "emery": 0.03}

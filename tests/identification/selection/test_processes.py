@@ -107,24 +107,10 @@ def test_a_local_class_and_a_field_that_cannot_be_pickled_are_refused() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize(
-    "is_command",
-    [
-        pytest.param(True, id="python -c"),
-        pytest.param(False, id="standard input", marks=pytest.mark.long),
-    ],
-)
-def test_a_class_of_a_main_module_without_a_file_is_refused(
-    repository_root: Path, is_command: bool
-) -> None:
-    code = BOOT + SEARCH
-    ended = subprocess.run(
-        [sys.executable, *(["-c", code] if is_command else ["-"])],
-        input=None if is_command else code,
-        cwd=repository_root,
-        capture_output=True,
-        text=True,
-    )
-
-    assert ended.stdout.startswith("effect 'boot' cannot be taken to the processes"), ended.stderr
-    assert "put the effect into a module of its own, or use jobs=1" in ended.stdout
+def test_a_class_of_a_main_module_without_a_file_is_refused(repository_root: Path) -> None:
+    for how, text in (["-c", BOOT + SEARCH], None), (["-"], BOOT + SEARCH):
+        ended = subprocess.run(
+            [sys.executable, *how], input=text, cwd=repository_root, capture_output=True, text=True
+        )
+        assert ended.stdout.startswith("effect 'boot' cannot be taken to the processes"), ended.stderr
+        assert "put the effect into a module of its own, or use jobs=1" in ended.stdout

@@ -2,13 +2,11 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import cast
 
 import numpy as np
 import pytest
 
-from identification import Recording
 from identification.fits.values import Values
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.search_step import SearchStep
@@ -22,13 +20,12 @@ from identification.selection.trial_runner import TrialRunner
 from identification.selection.trials import RANKING, ROUGH, Precision, Trial
 from tests.identification.selection.compared import (
     SECONDS,
+    Pair,
     effect_of,
     judgement,
     trials,
     with_effects,
 )
-
-Pair = tuple[Trial, list[Recording]]
 
 
 class Scripted:
@@ -58,31 +55,26 @@ class Scripted:
         made = with_effects(replace(trial, fitted=fitted), names)
         return replace(made, judgement=judgement(np.full(SECONDS, error)))
 
-    def run_fine(self, effects: Effects, start: Values | None = None) -> Trial:
-        del start
-        names = "".join(effect.name for effect in effects)
-        self.fitted.append(names)
-        return self.trial(names, self.fine(names))
+    def run_fine(self, effects: Effects, _: Values | None = None) -> Trial:
+        self.fitted.append(letters(effects))
+        return self.trial(self.fitted[-1], self.fine(self.fitted[-1]))
 
-    def run_coarse(self, effects: Effects, start: Values, precision: Precision) -> Trial:
-        del start
+    def run_coarse(self, effects: Effects, _: Values, precision: Precision) -> Trial:
         self.precisions.append(precision)
-        names = "".join(effect.name for effect in effects)
-        return self.trial(names, self.coarse(names))
+        return self.trial(letters(effects), self.coarse(letters(effects)))
 
     def rank(
-        self,
-        present: Trial,
-        sets: Sequence[Effects],
-        precision: Precision,
-        report: Callable[[int], None],
+        self, _: Trial, sets: Sequence[Effects], precision: Precision, report: Callable[[int], None]
     ) -> list[Trial]:
-        del present
         self.precisions.append(precision)
         report(len(sets))
-        names = ["".join(effect.name for effect in effects) for effects in sets]
-        self.asked.append(names)
-        return sorted((self.trial(n, self.coarse(n)) for n in names), key=lambda t: t.nrmse)
+        self.asked.append([letters(effects) for effects in sets])
+        made = [self.trial(names, self.coarse(names)) for names in self.asked[-1]]
+        return sorted(made, key=lambda trial: trial.nrmse)
+
+
+def letters(effects: Effects) -> str:
+    return "".join(effect.name for effect in effects)
 
 
 def searched(
@@ -284,4 +276,3 @@ def test_the_nearest_rival_is_the_best_of_those_that_are_as_good(pair: Pair) -> 
     )
 
     assert step.nearest_rival == effect_of("c")
-    assert SimpleNamespace(**vars(step)).removed_effect is None

@@ -3,14 +3,8 @@ import pytest
 
 from identification import Recording, search
 from identification.selection.search_step import SearchStep
-from tests.identification.factories import read_campaign
 
 CANDIDATES = ("contact_damping", "steering_return", "torque_offset")
-
-
-@pytest.fixture(scope="module")
-def damped() -> list[Recording]:
-    return read_campaign("contact_damping", 3, duration=6.0)[1]
 
 
 @pytest.fixture(scope="module")
@@ -70,16 +64,3 @@ def test_held_out_recordings_only_judge(damped: list[Recording]) -> None:
     assert frozen.values.tyre == first.after.fitted.values.tyre
     residual = frozen.residuals[held_out.name]
     assert first.after.nrmse == pytest.approx(np.sqrt(np.mean(residual**2)) / np.ptp(held_out.M_z))
-
-
-@pytest.mark.long
-def test_finds_a_compliant_carcass() -> None:
-    made, recordings = read_campaign("carcass_torsion", 1)
-    rivals = ("carcass_torsion", "contact_damping", "sensor_delay", "steering_return")
-    first, *others = search(recordings, (), jobs=1, candidates=rivals)
-
-    assert first.after is not None
-    assert first.after.names == ("carcass_torsion",)
-    assert [step.after for step in others] == [None]
-    k_t = made.recordings[0].effects["carcass_torsion"]["k_t"]
-    assert others[0].before.fitted.values.tyre["carcass_torsion.k_t"] == pytest.approx(k_t, rel=0.05)

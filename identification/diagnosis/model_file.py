@@ -7,8 +7,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from identification.diagnosis.result import Diagnosis
 from identification.reading.files import read_bytes
-from identification.results import Diagnosis
 from symbolic import Effect, FoundModel, model_from_tables, units_of
 from symbolic.parsing import LARGEST_MODEL, json_of, naming
 from symbolic.serialisation import MODEL_VERSION

@@ -36,10 +36,8 @@ def predicted_friction(
         recording: the one to predict.
     """
     alike = [r for r in training if ground_of(r) == ground_of(recording)] or list(training)
-    loads, mu = (
-        np.log([float(r.F_N.mean()) for r in alike]),
-        np.log([known[r.name] for r in alike]),
-    )
+    loads = np.log([float(r.F_N.mean()) for r in alike])
+    mu = np.log([known[r.name] for r in alike])
     off = loads - loads.mean()
     slope = float(off @ mu) / (float(off @ off) + (SCATTER / SLOPE) ** 2)
     return float(np.exp(mu.mean() + slope * (np.log(recording.F_N.mean()) - loads.mean())))
@@ -72,11 +70,8 @@ def unrefitted_residuals(
         training: these recordings.
         recordings: others.
     """
-    residuals = {}
-    for recording in recordings:
-        values = predicted_values(fitted, training, recording).of(recording)
-        residuals[recording.name] = residual_of(fitted.model, recording, values)
-    return residuals
+    values = {r.name: predicted_values(fitted, training, r).of(r) for r in recordings}
+    return {r.name: residual_of(fitted.model, r, values[r.name]) for r in recordings}
 
 
 def residual_of(model: Model, recording: Recording, values: Mapping[str, float]) -> Array:

@@ -1,22 +1,22 @@
 """Parts of a diagnosis: errors of a stage, an effect found, a candidate tried, curves of a recording."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from dataclasses import asdict, dataclass, field
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identification.experiments.proposals import Proposal
-from identification.grades import Grade
+from identification.fits.values import ParameterEstimate
 from identification.loops import draw_loops
-from identification.parameter_estimate import ParameterEstimate
 from symbolic import Scope
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Array = NDArray[np.float64]
+Grade = Literal["strong", "weak", "ambiguous", "stands_in"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +31,7 @@ class Errors:
         left_out: root mean square torque error over range of each recording by the shared parameters of
             the others, fitted anew without it; empty where recordings are held out or there is only one.
         unrefitted: root mean square torque error over range of each held-out recording of which nothing
-            was fitted, see `identification.prediction`.
+            was fitted, see `identification.diagnosis.prediction`.
     """
 
     rmse: Mapping[str, float]
@@ -52,6 +52,15 @@ class Errors:
             "holdout_torque_nrmse_unrefitted": _mean(self.unrefitted, tuple(self.unrefitted)),
         }
 
+    def by_recording(self) -> dict[str, dict[str, float]]:
+        """The errors of each recording for `diagnosis.json`."""
+        return {
+            "torque_rmse": dict(self.rmse),
+            "torque_nrmse": dict(self.nrmse),
+            "left_out_torque_nrmse": dict(self.left_out),
+            "torque_nrmse_unrefitted": dict(self.unrefitted),
+        }
+
 
 @dataclass(frozen=True, kw_only=True)
 class FoundEffect:
@@ -66,7 +75,7 @@ class FoundEffect:
         delta_bic: change of the Bayesian information criterion by its addition; negative is better.
         indistinguishable_from: effects that the judged data cannot distinguish from it.
         scope: what its parameters belong to; "ground" where each ground has its own.
-        grade: how sure it is, see `identification.grades`.
+        grade: how sure it is, see `grade_of`.
         standard_errors: by how many the judged error fell when it was added; None where that is unknown.
         deviations: between its clearest parameter and no effect at all; None where there is none.
         experiment: the manoeuvre that would distinguish it from the nearest of those; None without any.
@@ -83,6 +92,21 @@ class FoundEffect:
     grade: Grade = "strong"
     standard_errors: float | None = None
     deviations: float | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of `diagnosis.json`."""
+        return {
+            "name": self.name,
+            "scope": self.scope,
+            "grade": self.grade,
+            "standard_errors": self.standard_errors,
+            "deviations": self.deviations,
+            "parameters": {name: asdict(estimate) for name, estimate in self.parameters.items()},
+            "holdout_nrmse_after": self.holdout_nrmse_after,
+            "delta_bic": self.delta_bic,
+            "indistinguishable_from": list(self.indistinguishable_from),
+            "experiment": None if self.experiment is None else self.experiment.to_dict(),
+        }
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,47 +6,41 @@ import numpy as np
 import pytest
 
 from identification import Fit, Recording, fit
+from identification.diagnosis.prediction import (
+    predicted_friction,
+    predicted_values,
+    unrefitted_residuals,
+)
 from identification.fits.problem import torque_range
-from identification.prediction import predicted_friction, predicted_values, unrefitted_residuals
-from symbolic import Model, Rig, Tolerances, Tyre, effects_named, simulate
-from tests.identification.factories import with_torque
+from symbolic import Model, Tolerances, effects_named, simulate
+from tests.identification.factories import recording, with_torque
 
 pytestmark = pytest.mark.usefixtures("interpreted")
-T = np.arange(300) * 0.02
-A, E, K = 0.045, 0.009, 2.4e6
+A, E, K, PERIOD = 0.045, 0.009, 2.4e6, 0.02
+T = np.arange(300) * PERIOD
+PSI = 0.03 * T * np.sin(2 * np.pi * T / 3)
 
 
-def recording(name: str, load: float, ground: str | None) -> Recording:
-    psi = 0.03 * T * np.sin(2 * np.pi * T / 3)
-    return Recording(
-        name=name,
-        t=T,
-        psi=psi,
-        psi_dot=np.gradient(psi, T),
-        M_z=-psi,
-        F_N=np.full(T.size, load),
-        rig=Rig(a=A, e=E),
-        tyre=Tyre(k=K),
-        ground=ground,
-    )
+def recorded(name: str, load: float, ground: str | None) -> Recording:
+    return recording(name, ground, PSI, period=PERIOD, load=load, k=K)
 
 
 def simulated(of: Recording, mu: float) -> Recording:
-    signals = np.vstack([of.psi, of.psi_dot, of.F_N, np.full(T.size, 0.02)])
+    signals = np.vstack([of.psi, of.psi_dot, of.F_N, np.full(T.size, PERIOD)])
     return with_torque(of, simulate(Model(), signals, np.array([mu, K]), np.array([A, E])).M_z)
 
 
-STEEL = [recording(f"s{i}", load, "steel") for i, load in enumerate((300.0, 400.0, 500.0))]
-EMERY = [recording("e0", 350.0, "emery")]
+STEEL = [recorded(f"s{i}", load, "steel") for i, load in enumerate((300.0, 400.0, 500.0))]
+EMERY = [recorded("e0", 350.0, "emery")]
 MU = {"s0": 1.0, "s1": 1.1, "s2": 1.2, "e0": 2.0}
 
 
 def test_the_mean_of_its_ground_in_the_middle_of_the_loads() -> None:
     middle = float(np.exp(np.mean(np.log([300.0, 400.0, 500.0]))))
 
-    steel = predicted_friction(MU, [*STEEL, *EMERY], recording("new", middle, "steel"))
+    steel = predicted_friction(MU, [*STEEL, *EMERY], recorded("new", middle, "steel"))
     assert steel == pytest.approx((1.0 * 1.1 * 1.2) ** (1 / 3))
-    assert predicted_friction(MU, [*STEEL, *EMERY], recording("new", 900.0, "emery")) == 2.0
+    assert predicted_friction(MU, [*STEEL, *EMERY], recorded("new", 900.0, "emery")) == 2.0
 
 
 def test_the_slope_over_the_load_is_the_posteriors() -> None:
@@ -57,14 +51,14 @@ def test_the_slope_over_the_load_is_the_posteriors() -> None:
     level, slope = np.linalg.lstsq(matrix, np.append(y / 0.05, 0.0), rcond=None)[0]
     expected = np.exp(level + slope * (np.log(600.0) - x.mean()))
 
-    new = recording("new", 600.0, "steel")
+    new = recorded("new", 600.0, "steel")
     assert predicted_friction(MU, [*STEEL, *EMERY], new) == pytest.approx(expected)
     assert 0 < slope < np.polyfit(x, y, 1)[0]
 
 
 def test_a_ground_that_nobody_stood_on_has_the_mean_of_all() -> None:
     all_alike = dict.fromkeys(MU, 1.5)
-    new = recording("new", 600.0, "ice")
+    new = recorded("new", 600.0, "ice")
 
     assert predicted_friction(all_alike, [*STEEL, *EMERY], new) == pytest.approx(1.5)
 

@@ -7,8 +7,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.build_diagnosis import build_diagnosis
-from identification.error_stages import left_out_residuals
+from identification.diagnosis.build import build_diagnosis
+from identification.diagnosis.errors import left_out_residuals
+from identification.diagnosis.result import Diagnosis
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
 from identification.fits.loss import LEAST_SQUARES, Loss
@@ -17,13 +18,12 @@ from identification.fits.values import grounds_of
 from identification.reading.long_recordings import bounded
 from identification.reading.recordings import Recording
 from identification.residuals.signals import check_signatures
-from identification.results import Diagnosis
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.journal import Journal
 from identification.selection.search_step import SearchStep
 from identification.selection.stepwise_search import Progress, Search, silent
-from identification.selection.trial_runner import Effects, Submit, TrialRunner, jobs_of, workers
-from identification.selection.trials import RANKING, Trial
+from identification.selection.trial_runner import Effects, TrialRunner, jobs_of, workers
+from identification.selection.trials import RANKING
 from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named
 
 Array = NDArray[np.float64]
@@ -82,8 +82,11 @@ def diagnose(
             threads=jobs_of(jobs),
         )
         steps = Search(runner, effects, criteria, report).run()
-        trials = steps[0].before, steps[-1].before
-        left_out = [_left_out(trial, recordings, holdout, submit, report) for trial in trials]
+        left_out: list[dict[str, Array]] = [{}, {}]
+        if not holdout:
+            report("leaving each recording out in turn", 0, 1)
+            trials = steps[0].before, steps[-1].before
+            left_out = [left_out_residuals(trial, recordings, submit) for trial in trials]
         proposals = _proposals(steps, runner, criteria, report)
     report("correlating the residual with signals", 0, 1)
     result = build_diagnosis(steps, recordings, holdout, left_out, proposals, effects, criteria)
@@ -106,20 +109,6 @@ def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> 
                 f"{recording.name}: the wheel turns by {travel:.2g} rad only; a diagnosis needs a"
                 f" recording in which it turns by more than {LEAST_TRAVEL} rad"
             )
-
-
-def _left_out(
-    trial: Trial,
-    recordings: Sequence[Recording],
-    holdout: Sequence[Recording],
-    submit: Submit,
-    report: Progress,
-) -> dict[str, Array]:
-    """Residuals with each recording left out in turn, where none is held out."""
-    if holdout:
-        return {}
-    report("leaving each recording out in turn", 0, 1)
-    return left_out_residuals(trial, recordings, submit)
 
 
 def _proposals(

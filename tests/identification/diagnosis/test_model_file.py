@@ -95,9 +95,6 @@ def test_values_of_a_ground(tmp_path: Path) -> None:
     assert found.ground_taken() == "ground not given: mean of steel and emery"
     assert found.ground_taken("ice") == "ice is unknown: mean of steel and emery"
     assert found.rig == GROUNDS["rig"]
-
-
-def test_a_model_without_grounds_has_nothing_to_say_of_them(tmp_path: Path) -> None:
     assert read_model(write(tmp_path, CONTENT)).ground_taken("steel") == ""
 
 
@@ -108,34 +105,12 @@ def test_what_an_older_version_wrote_is_read(tmp_path: Path) -> None:
     assert message_of(write(tmp_path, older)).startswith("'tyre' must be a table of numbers")
 
 
-@pytest.mark.parametrize(
-    ("change", "word"),
-    [
-        ({"grounds": {}}, "'grounds' lacks k [N/m^2]"),
-        ({"grounds": []}, "'grounds' must hold one table per ground"),
-        ({"grounds": {"steel": {"k": 5e6}}}, "'grounds.steel' lacks frictional_creep.c [1]"),
-        ({"grounds": {"steel": {"k": 5.0}}}, "grounds.steel.k must lie in"),
-        ({"rig": {"a": {"b": 1}}}, "rig.a holds an unknown 'b'; allowed: a, e, load, zero"),
-        ({"rig": 1}, "'rig' must hold one table per recording"),
-    ],
-)
-def test_faults_of_grounds(tmp_path: Path, change: dict[str, Any], word: str) -> None:
-    assert message_of(write(tmp_path, {**GROUNDS, **change})).startswith(word)
-
-
-@pytest.mark.parametrize("units", [{}, {"k": "N/m^2"}, UNITS], ids=["none", "one", "all"])
-def test_units_may_be_left_out(tmp_path: Path, units: dict[str, str]) -> None:
-    assert read_model(write(tmp_path, {**CONTENT, "units": units})).tyre == SHARED
-
-
-def test_recordings_may_be_left_out(tmp_path: Path) -> None:
+def test_what_may_be_left_out(tmp_path: Path) -> None:
+    for units in ({}, {"k": "N/m^2"}, UNITS):
+        assert read_model(write(tmp_path, {**CONTENT, "units": units})).tyre == SHARED
     content = {name: value for name, value in CONTENT.items() if name != "recordings"}
-
-    assert read_model(write(tmp_path, content)).own == {}
-
-
-def test_the_error_of_a_model_may_be_unknown(tmp_path: Path) -> None:
-    assert read_model(write(tmp_path, CONTENT)).error is None
+    bare = read_model(write(tmp_path, content))
+    assert (bare.own, bare.error) == ({}, None)
 
 
 @pytest.mark.parametrize(
@@ -175,6 +150,12 @@ def test_the_error_of_a_model_may_be_unknown(tmp_path: Path) -> None:
             {"model_error": {"spread": 0.03, "correlation_time": 0}},
             "model_error: correlation_time must be a finite number greater than 0 s, got 0.0",
         ),
+        ({**GROUNDS, "grounds": {}}, "'grounds' lacks k [N/m^2]"),
+        ({**GROUNDS, "grounds": []}, "'grounds' must hold one table per ground"),
+        ({**GROUNDS, "grounds": {"steel": {"k": 5e6}}}, "'grounds.steel' lacks frictional_creep.c [1]"),
+        ({**GROUNDS, "grounds": {"steel": {"k": 5.0}}}, "grounds.steel.k must lie in"),
+        ({**GROUNDS, "rig": {"a": {"b": 1}}}, "rig.a holds an unknown 'b'; allowed: a, e, load, zero"),
+        ({**GROUNDS, "rig": 1}, "'rig' must hold one table per recording"),
     ],
     ids=lambda value: value if isinstance(value, str) else None,
 )
@@ -182,18 +163,12 @@ def test_faults(tmp_path: Path, change: dict[str, Any], word: str) -> None:
     assert message_of(write(tmp_path, {**CONTENT, **change})).startswith(word)
 
 
-@pytest.mark.parametrize("text", ["", "{", "effects: []", '{"version": 1', "[1]", "1"])
-def test_no_model_at_all(tmp_path: Path, text: str) -> None:
-    assert message_of(write(tmp_path, text)).startswith(("not a JSON file", "not a model file"))
-
-
-def test_no_text_at_all(tmp_path: Path) -> None:
+def test_no_model_at_all(tmp_path: Path) -> None:
+    for text in ("", "{", "effects: []", '{"version": 1', "[1]", "1"):
+        message = message_of(write(tmp_path, text))
+        assert message.startswith(("not a JSON file", "not a model file"))
     path = tmp_path / "model.json"
     path.write_bytes(b"\xff\xfe\x00")
-
     assert message_of(path).startswith("not a JSON file")
-
-
-def test_no_file(tmp_path: Path) -> None:
     assert message_of(tmp_path / "none.json") == "no such file"
     assert message_of(tmp_path) == "is a directory, expected a file"

@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from identification.findings import Errors
+from identification.diagnosis.findings import Errors
+from identification.diagnosis.found_effects import notes_on
 from identification.fits.fitting import Fit
 from identification.fits.values import Values
-from identification.notes import notes_on
 from symbolic import Model, effects_named
 
 

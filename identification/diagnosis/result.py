@@ -4,11 +4,9 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from identification.experiments.proposals import Proposal
-from identification.findings import Candidate, Errors, FoundEffect, Series
-from identification.fits.values import Values
+from identification.diagnosis.findings import Candidate, Errors, FoundEffect, Series
+from identification.fits.values import ParameterEstimate, Values
 from identification.loops import literal
-from identification.parameter_estimate import ParameterEstimate
 from identification.residuals.signatures import Signatures
 from identification.residuals.unexplained import Unexplained
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
@@ -117,56 +115,32 @@ class Diagnosis:
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `diagnosis.json`."""
+        stages = {"declared": self.declared, "before": self.before, "after": self.after}
         return {
             "recordings": list(self.recordings),
             "holdout": list(self.holdout),
-            "declared": self.declared.summary(),
-            "before": self.before.summary(),
-            "after": self.after.summary(),
-            "per_recording": {
-                stage: {
-                    "torque_rmse": dict(errors.rmse),
-                    "torque_nrmse": dict(errors.nrmse),
-                    "left_out_torque_nrmse": dict(errors.left_out),
-                    "torque_nrmse_unrefitted": dict(errors.unrefitted),
-                }
-                for stage, errors in (
-                    ("declared", self.declared),
-                    ("before", self.before),
-                    ("after", self.after),
-                )
-            },
+            **{stage: errors.summary() for stage, errors in stages.items()},
+            "per_recording": {stage: errors.by_recording() for stage, errors in stages.items()},
             "residual": {
                 "before": self.signatures_before.to_dict(),
                 "after": self.signatures_after.to_dict(),
             },
-            "effects": [
-                {
-                    "name": effect.name,
-                    "scope": effect.scope,
-                    "grade": effect.grade,
-                    "standard_errors": effect.standard_errors,
-                    "deviations": effect.deviations,
-                    "parameters": {p: _estimate(e) for p, e in effect.parameters.items()},
-                    "holdout_nrmse_after": effect.holdout_nrmse_after,
-                    "delta_bic": effect.delta_bic,
-                    "indistinguishable_from": list(effect.indistinguishable_from),
-                    "experiment": _experiment(effect.experiment),
-                }
-                for effect in self.effects
-            ],
+            "effects": [effect.to_dict() for effect in self.effects],
             "candidates": [
                 {"name": c.name, "holdout_nrmse": c.holdout_nrmse, "delta_bic": c.delta_bic}
                 for c in self.candidates
             ],
-            "unexplained": {
-                "present": self.unexplained.present,
-                "evidence": self.unexplained.evidence,
-            },
-            "parameters": {name: _estimate(e) for name, e in self.parameters.items()},
+            "unexplained": asdict(self.unexplained),
+            "parameters": {name: asdict(estimate) for name, estimate in self.parameters.items()},
             "model_error": _model_error(self.model_error, self.model_error_before),
             "notes": list(self.notes),
         }
+
+
+def _model_error(after: ModelError | None, before: ModelError | None) -> dict[str, Any] | None:
+    if after is None:
+        return None
+    return {**asdict(after), "before": None if before is None else asdict(before)}
 
 
 def _figures(effect: FoundEffect) -> str:
@@ -177,26 +151,3 @@ def _figures(effect: FoundEffect) -> str:
     ]
     rivals = f", or {', '.join(effect.indistinguishable_from)}" * bool(effect.indistinguishable_from)
     return f"{', '.join(values)}; {effect.grade.replace('_', ' ')}{rivals}"
-
-
-def _estimate(estimate: ParameterEstimate) -> dict[str, Any]:
-    return {"value": estimate.value, "std": estimate.std, "unit": estimate.unit}
-
-
-def _model_error(after: ModelError | None, before: ModelError | None) -> dict[str, Any] | None:
-    if after is None:
-        return None
-    return {**asdict(after), "before": None if before is None else asdict(before)}
-
-
-def _experiment(proposal: Proposal | None) -> dict[str, Any] | None:
-    if proposal is None:
-        return None
-    return {
-        "rival": proposal.rival,
-        "sentence": proposal.sentence,
-        "separation": proposal.separation,
-        "feasible": proposal.times is not None,
-        "times": proposal.times,
-        "standard_errors": proposal.standard_errors,
-    }

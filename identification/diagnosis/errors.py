@@ -1,4 +1,4 @@
-"""The errors of a model at each stage of a diagnosis: as declared, refitted, with the effects found."""
+"""The torque errors of a model at each stage of a diagnosis: as declared, refitted, with effects."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -6,21 +6,41 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.findings import Errors
-from identification.fits.fitting import Fit, fit
+from identification.diagnosis.findings import Errors
+from identification.diagnosis.prediction import (
+    predicted_friction,
+    residual_of,
+    unrefitted_residuals,
+)
+from identification.fits.fitting import fit
 from identification.fits.loss import Loss, rmse_of
 from identification.fits.options import FitOptions
 from identification.fits.problem import torque_range
 from identification.fits.values import Values, initial_guess
-from identification.prediction import predicted_friction, residual_of
 from identification.reading.recordings import Recording
+from identification.residuals.model_error import model_error
 from identification.selection.trial_runner import Submit
 from identification.selection.trials import RANKING, Trial, fit_own_parameters, model_of, thin
-from symbolic import TOLERATED
+from symbolic import TOLERATED, ModelError
 
 Array = NDArray[np.float64]
 WITHOUT_ONE = FitOptions(tolerance=1e-4)
 """For a fit that leaves one recording out; it begins at the fit of all."""
+
+
+def declared_errors(training: Sequence[Recording], holdout: Sequence[Recording], loss: Loss) -> Errors:
+    """Errors of the declared model with k and mu as given.
+
+    Where no mu is given, it is fitted; for the errors without any fit it is that of the ground.
+    """
+    everything = [*training, *holdout]
+    friction = declared_friction(everything, loss)
+    predicted = {
+        r.name: predicted_friction(friction, training, r) if r.tyre.mu is None else r.tyre.mu
+        for r in holdout
+    }
+    unrefitted = _declared_residuals(holdout, predicted)
+    return _errors(_declared_residuals(everything, friction), training, holdout, {}, unrefitted)
 
 
 def declared_friction(recordings: Sequence[Recording], loss: Loss) -> dict[str, float]:
@@ -38,68 +58,64 @@ def declared_friction(recordings: Sequence[Recording], loss: Loss) -> dict[str, 
     return friction
 
 
-def declared_residuals(
+def _declared_residuals(
     recordings: Sequence[Recording], friction: Mapping[str, float]
 ) -> dict[str, Array]:
-    """Residuals of the declared model with k as given [N m].
-
-    Args:
-        recordings: the recordings.
-        friction: mu of each.
-    """
-    return {
-        r.name: residual_of(model_of(()), r, {"mu": friction[r.name], "k": r.tyre.k}) for r in recordings
-    }
-
-
-def declared_unrefitted(
-    friction: Mapping[str, float], training: Sequence[Recording], holdout: Sequence[Recording]
-) -> dict[str, Array]:
-    """Residuals of held-out recordings, declared model, mu as given or that of their ground [N m]."""
-    predicted = {
-        r.name: predicted_friction(friction, training, r) if r.tyre.mu is None else r.tyre.mu
-        for r in holdout
-    }
-    return declared_residuals(holdout, predicted)
-
-
-def trial_residuals(trial: Trial) -> dict[str, Array]:
-    """Residuals of training and held-out recordings [N m]."""
-    return {**trial.fitted.residuals, **(trial.held_out.residuals if trial.held_out else {})}
+    model = model_of(())
+    return {r.name: residual_of(model, r, {"mu": friction[r.name], "k": r.tyre.k}) for r in recordings}
 
 
 def errors_of(
+    trial: Trial,
+    training: Sequence[Recording],
+    holdout: Sequence[Recording],
+    left_out: Mapping[str, Array],
+) -> Errors:
+    """The errors of a trial's model.
+
+    Args:
+        trial: the model, fitted.
+        training: recordings that the shared parameters were fitted to.
+        holdout: the others.
+        left_out: what `left_out_residuals` returns, or nothing.
+    """
+    unrefitted = unrefitted_residuals(trial.fitted, training, holdout)
+    return _errors(trial.residuals, training, holdout, left_out, unrefitted)
+
+
+def _errors(
     residuals: Mapping[str, Array],
     training: Sequence[Recording],
     holdout: Sequence[Recording],
-    left_out: Mapping[str, Array] | None = None,
-    unrefitted: Mapping[str, Array] | None = None,
+    left_out: Mapping[str, Array],
+    unrefitted: Mapping[str, Array],
 ) -> Errors:
-    """The errors of these residuals [N m].
-
-    Args:
-        residuals: of all recordings.
-        training: recordings that the shared parameters were fitted to.
-        holdout: the others.
-        left_out: what `left_out_residuals` returns.
-        unrefitted: residuals of held-out recordings of which nothing was fitted.
-    """
     everything = [*training, *holdout]
-    rmse = {r.name: rmse_of(residuals[r.name]) for r in everything}
     return Errors(
-        rmse=rmse,
-        nrmse={r.name: rmse[r.name] / torque_range(r) for r in everything},
+        rmse={r.name: rmse_of(residuals[r.name]) for r in everything},
+        nrmse=_relative(residuals, everything),
         training=tuple(r.name for r in training),
         holdout=tuple(r.name for r in holdout),
-        left_out=_over_range(left_out or {}, training),
-        unrefitted=_over_range(unrefitted or {}, holdout),
+        left_out=_relative(left_out, training if left_out else ()),
+        unrefitted=_relative(unrefitted, holdout),
     )
 
 
-def _over_range(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> dict[str, float]:
-    return {
-        r.name: rmse_of(residuals[r.name]) / torque_range(r) for r in recordings if r.name in residuals
-    }
+def _relative(residuals: Mapping[str, Array], recordings: Sequence[Recording]) -> dict[str, float]:
+    """Root mean square of each residual over its recording's torque range [1]."""
+    return {r.name: rmse_of(residuals[r.name]) / torque_range(r) for r in recordings}
+
+
+def model_error_of(
+    trial: Trial,
+    training: Sequence[Recording],
+    holdout: Sequence[Recording],
+    left_out: Mapping[str, Array],
+) -> ModelError | None:
+    """How wrong a trial's model is on recordings that no shared parameter was fitted to."""
+    if holdout:
+        return model_error(trial.residuals, holdout, trial.fitted.loss)
+    return model_error(left_out, training if left_out else (), trial.fitted.loss)
 
 
 def left_out_residuals(
@@ -123,5 +139,4 @@ def left_out_residuals(
 def _left_out(trial: Trial, others: Sequence[Recording], left: Recording) -> Array:
     model, options = model_of(trial.effects, RANKING), replace(WITHOUT_ONE, loss=trial.fitted.loss)
     fitted = fit(model, others, trial.fitted.values, options)
-    judged: Fit = fit_own_parameters(fitted, [left], WITHOUT_ONE)
-    return judged.residuals[left.name]
+    return fit_own_parameters(fitted, [left], WITHOUT_ONE).residuals[left.name]

@@ -1,0 +1,144 @@
+"""The diagnosis that a search comes to."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.diagnosis.errors import declared_errors, errors_of, model_error_of
+from identification.diagnosis.findings import Candidate, Series
+from identification.diagnosis.found_effects import found_effects, notes_on
+from identification.diagnosis.result import Diagnosis
+from identification.experiments.proposals import Proposal
+from identification.fits.covariance import standard_deviations
+from identification.fits.fitting import Fit
+from identification.fits.values import ParameterEstimate, Values
+from identification.reading.recordings import Recording
+from identification.residuals.signatures import signatures
+from identification.residuals.unexplained import unexplained
+from identification.selection.criteria import SelectionCriteria, delta_bic
+from identification.selection.search_step import SearchStep
+from identification.selection.trial_runner import Effects
+from identification.selection.trials import Trial
+from symbolic import TOLERATED, Effect, parameter_name, units_of
+
+Array = NDArray[np.float64]
+
+
+def build_diagnosis(
+    steps: Sequence[SearchStep],
+    training: Sequence[Recording],
+    holdout: Sequence[Recording],
+    left_out: Sequence[Mapping[str, Array]],
+    proposals: Mapping[Effects, Proposal],
+    candidates: Sequence[Effect],
+    criteria: SelectionCriteria,
+) -> Diagnosis:
+    """The result of a search.
+
+    Args:
+        steps: of the search, the last one with nothing chosen.
+        training: recordings that the shared parameters were fitted to.
+        holdout: recordings that judged, may be empty.
+        left_out: residuals before and after of each training recording left out in turn, or empty.
+        proposals: for a set of effects that was chosen, the experiment to distinguish it from its rival.
+        candidates: the effects that the search could choose.
+        criteria: its thresholds.
+    """
+    everything = [*training, *holdout]
+    trials = before, after = steps[0].before, steps[-1].before
+    fitted, loss = after.fitted, after.fitted.loss
+    errors_before, errors_after = (
+        errors_of(trial, training, holdout, left) for trial, left in zip(trials, left_out, strict=True)
+    )
+    error_before, error_after = (
+        model_error_of(trial, training, holdout, left)
+        for trial, left in zip(trials, left_out, strict=True)
+    )
+    followed_before, followed = (
+        signatures(trial.residuals, everything, trial.fits, candidates) for trial in trials
+    )
+    estimates = _estimates(after, training, holdout)
+    return Diagnosis(
+        recordings=tuple(r.name for r in training),
+        holdout=tuple(r.name for r in holdout),
+        declared=declared_errors(training, holdout, loss),
+        before=errors_before,
+        after=errors_after,
+        effects=found_effects(steps, estimates, training, proposals),
+        candidates=_candidates(steps[0], training),
+        unexplained=unexplained(after.residuals, everything, followed, loss),
+        parameters=estimates,
+        signatures_before=followed_before,
+        signatures_after=followed,
+        model=fitted.model,
+        values=_all_values(after.fits),
+        series=_series(before, after, everything, holdout),
+        notes=notes_on(errors_before, errors_after, fitted),
+        criteria=criteria,
+        model_error_before=error_before,
+        model_error=error_after,
+    )
+
+
+def _candidates(first: SearchStep, recordings: Sequence[Recording]) -> tuple[Candidate, ...]:
+    return tuple(
+        Candidate(
+            name=trial.effects[-1].name,
+            summary=trial.effects[-1].summary,
+            holdout_nrmse=trial.nrmse,
+            delta_bic=delta_bic(trial.fitted, first.ranked_before.fitted, recordings),
+        )
+        for trial in first.trials
+    )
+
+
+def _all_values(fits: Sequence[Fit]) -> Values:
+    """Shared values of the first of these fits, and what belongs to recordings of all of them."""
+    own = {name: own for fitted in fits for name, own in fitted.values.own.items()}
+    rig = {name: rig for fitted in fits for name, rig in fitted.values.rig.items()}
+    return replace(fits[0].values, own=own, rig=rig)
+
+
+def _estimates(
+    trial: Trial, training: Sequence[Recording], holdout: Sequence[Recording]
+) -> dict[str, ParameterEstimate]:
+    """Every parameter in physical units; one that was fitted with its deviation."""
+    model, values = trial.fitted.model, trial.fitted.values
+    parameters = {parameter_name(e, p): p for e, p in model.parameters}
+    units = units_of(model) | TOLERATED
+    estimates = {}
+    for fitted, recordings in zip(trial.fits, (training, holdout), strict=False):
+        spread = standard_deviations(fitted, recordings)
+        for (owner, name), deviation in zip(fitted.labels, spread, strict=True):
+            value = fitted.values.at((owner, name))
+            if name in parameters and parameters[name].inverse:
+                deviation = deviation * value**2
+            std = float(deviation) if np.isfinite(deviation) else None
+            label = name if owner is None else f"{name} [{owner}]"
+            estimates[label] = ParameterEstimate(value=value, std=std, unit=units[name])
+    return estimates | {
+        name: ParameterEstimate(value=values.tyre[name], std=None, unit=parameter.unit)
+        for name, parameter in parameters.items()
+        if parameter.fixed
+    }
+
+
+def _series(
+    before: Trial, after: Trial, everything: Sequence[Recording], holdout: Sequence[Recording]
+) -> tuple[Series, ...]:
+    held_out = {r.name for r in holdout}
+    return tuple(
+        Series(
+            name=r.name,
+            held_out=r.name in held_out,
+            t=r.t,
+            psi=r.psi,
+            F_N=r.F_N,
+            measured=r.M_z,
+            before=r.M_z + before.residuals[r.name],
+            after=r.M_z + after.residuals[r.name],
+        )
+        for r in everything
+    )

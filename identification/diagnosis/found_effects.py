@@ -1,0 +1,209 @@
+"""The effects that a search added, how sure each is, and remarks on the final model."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from identification.diagnosis.findings import Errors, FoundEffect, Grade
+from identification.experiments.proposals import Proposal
+from identification.fits.fitting import Fit
+from identification.fits.values import ParameterEstimate
+from identification.reading.recordings import Recording
+from identification.selection.criteria import DEFAULT_CRITERIA, advantage, delta_bic
+from identification.selection.search_step import SearchStep
+from identification.selection.trial_runner import Effects
+from symbolic import TOLERATED, Effect, Scope, parameter_name
+
+CLEAR_ERRORS = 3.0
+"""Standard errors by which the judged error has to fall, and deviations that a parameter has to be off
+its neutral value, for a finding."""
+CLEAR_BIC = -6.0
+"""Change of the information criterion that is strong evidence (Kass and Raftery, JASA 90 (1995) 773)."""
+AT_BOUND = 1e-3
+"""A parameter is at a bound within this share of its scale [1]."""
+SCOPES: tuple[Scope, ...] = ("ground", "tyre", "recording")
+"""An effect belongs to the first of these that one of its parameters belongs to."""
+
+
+def found_effects(
+    steps: Sequence[SearchStep],
+    estimates: Mapping[str, ParameterEstimate],
+    recordings: Sequence[Recording],
+    proposals: Mapping[Effects, Proposal],
+) -> tuple[FoundEffect, ...]:
+    """The effects of the final model, in order of selection.
+
+    Args:
+        steps: of the search, the last one with nothing chosen.
+        estimates: every parameter of the final model.
+        recordings: those that the shared parameters were fitted to.
+        proposals: for a set of effects, the experiment to distinguish it from its rival.
+    """
+    final = steps[-1].before.fitted
+    at_bound = {effect for effect, _ in _at_their_bounds(final)}
+    effects = []
+    for step in steps:
+        if step.after is None:
+            continue
+        effect = step.after.effects[-1]
+        # Effects that were dropped later are not among the estimates of the final model.
+        if effect not in final.model.effects or effect in step.before.effects:
+            continue
+        scope, own = _scope_and_parameters(effect, final, estimates)
+        gain, error = advantage(step.after.judgement, step.before.judgement, DEFAULT_CRITERIA.long_block)
+        bic = delta_bic(step.after.fitted, step.before.fitted, recordings)
+        errors = gain / error if error > 0 else 0.0
+        distance = distance_from_neutral(effect, own)
+        rivals = tuple(other.name for other in step.indistinguishable)
+        effects.append(
+            FoundEffect(
+                name=effect.name,
+                summary=effect.summary,
+                scope=scope,
+                grade=grade_of(
+                    errors, bic, distance, has_rivals=bool(rivals), at_bound=effect.name in at_bound
+                ),
+                standard_errors=errors,
+                deviations=distance,
+                parameters=own,
+                holdout_nrmse_after=step.after.nrmse,
+                delta_bic=bic,
+                indistinguishable_from=rivals,
+                experiment=proposals.get(step.after.effects),
+            )
+        )
+    return tuple(effects)
+
+
+def _scope_and_parameters(
+    effect: Effect, fitted: Fit, estimates: Mapping[str, ParameterEstimate]
+) -> tuple[Scope, dict[str, ParameterEstimate]]:
+    """What an effect belongs to, and its parameters; those of others that it gave to each ground."""
+    prefix, parameters = f"{effect.name}.", fitted.model.parameters
+    own = {k.removeprefix(prefix): e for k, e in estimates.items() if k.startswith(prefix)}
+    if own:
+        scopes = {p.scope for owner, p in parameters if owner == effect}
+        return next(s for s in SCOPES if s in scopes), own
+    without = replace(fitted.model, effects=tuple(e for e in fitted.model.effects if e != effect))
+    of_grounds = {
+        parameter_name(*after)
+        for after, before in zip(parameters, without.parameters, strict=True)
+        if after != before
+    }
+    return "ground", {k: e for k, e in estimates.items() if k.split(" ")[0] in of_grounds}
+
+
+def distance_from_neutral(effect: Effect, estimates: Mapping[str, ParameterEstimate]) -> float | None:
+    """Standard deviations between an effect's parameters and no effect at all, of the clearest one.
+
+    Args:
+        effect: whose parameters say where it vanishes.
+        estimates: by name, of a recording's or a ground's own as `M_0 [fem1]`.
+
+    Returns:
+        None where no such parameter has a deviation.
+    """
+    neutral = {parameter.name: parameter.neutral for parameter in effect.parameters}
+    distances = []
+    for label, estimate in estimates.items():
+        vanishes = neutral.get(label.split(" [")[0])
+        if vanishes is None or not estimate.std or not math.isfinite(estimate.std):
+            continue
+        # What vanishes at infinity, as a stiffness, is off it by its own inverse: value over deviation.
+        off = estimate.value - vanishes if math.isfinite(vanishes) else estimate.value
+        distances.append(abs(off) / estimate.std)
+    return max(distances, default=None)
+
+
+def grade_of(
+    standard_errors: float,
+    delta_bic: float,
+    distance: float | None = None,
+    *,
+    has_rivals: bool,
+    at_bound: bool,
+) -> Grade:
+    """How sure it is that an effect that was found is the one that is missing.
+
+    Args:
+        standard_errors: by how many the judged error fell when it was added, paired over blocks that
+            outlast the correlation of the residual.
+        delta_bic: change of the information criterion by its addition; negative speaks for it.
+        distance: of its parameters from no effect at all, see `distance_from_neutral`.
+        has_rivals: whether the judged data cannot distinguish it from other effects.
+        at_bound: whether one of its parameters ends where its range does.
+
+    Returns:
+        stands_in: it fits only with an implausible value, in place of something unknown;
+        weak: what it gains may be chance; ambiguous: what it gains is clear, but others gain as much;
+        strong: none of these.
+    """
+    if at_bound:
+        return "stands_in"
+    off = math.inf if distance is None else distance
+    if not (min(standard_errors, off) >= CLEAR_ERRORS and delta_bic <= CLEAR_BIC):
+        return "weak"
+    return "ambiguous" if has_rivals else "strong"
+
+
+def notes_on(before: Errors, after: Errors, fitted: Fit) -> tuple[str, ...]:
+    """Remarks on the final model, sentences without a full stop.
+
+    They name recordings that got worse, parameters at the end of their range or tolerance, and a fit
+    that did not converge.
+
+    Args:
+        before: errors of the declared structure.
+        after: errors of the final model.
+        fitted: the final model on the training recordings.
+    """
+    notes = [
+        f"{name} got worse{when}: {old[name]:.2%} of range before, {new[name]:.2%} after"
+        for when, old, new in (
+            ("", before.nrmse, after.nrmse),
+            (" when left out", before.left_out, after.left_out),
+        )
+        for name in old
+        if new[name] > old[name]
+    ]
+    notes += [
+        f"{effect}: {what}; the effect may stand in for one that is not in the library"
+        for effect, what in _at_their_bounds(fitted)
+    ]
+    notes += _at_their_tolerances(fitted)
+    if not fitted.converged:
+        notes.append(f"the final fit stopped early ({fitted.status}); more samples or bounds may help")
+    return tuple(notes)
+
+
+def _at_their_bounds(fitted: Fit) -> Iterator[tuple[str, str]]:
+    """Effects of which a shared parameter ends where its range does, and which one."""
+    named = {parameter_name(effect, p): (effect, p) for effect, p in fitted.model.parameters if effect}
+    for (owner, name), own in zip(fitted.labels, fitted.own, strict=True):
+        if own or name not in named:
+            continue
+        effect, parameter = named[name]
+        value = fitted.values.at((owner, name))
+        unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+        ground = f" on {owner}" if owner else ""
+        for end in (parameter.lower, parameter.upper):
+            if end != parameter.neutral and abs(value - end) <= AT_BOUND * parameter.scale:
+                yield (
+                    effect.name,
+                    f"{parameter.name}{ground} is at the end of its range, {end:g}{unit}",
+                )
+
+
+def _at_their_tolerances(fitted: Fit) -> list[str]:
+    """Recordings of which a declared value is off by all that its tolerance allows."""
+    distances = np.abs(fitted.bound_distances).min(axis=0)
+    return [
+        f"{owner}: {name} is at the end of its tolerance, {fitted.values.at((owner, name)):g}"
+        f" {TOLERATED[name]}".removesuffix(" 1")
+        for (owner, name), weight, distance in zip(
+            fitted.labels, fitted.prior_weights, distances, strict=True
+        )
+        if weight > 0 and distance <= AT_BOUND
+    ]
