@@ -8,16 +8,11 @@ tracked. Where CasADi writes vectors, no more than the order of magnitude is kno
 
 from dataclasses import dataclass
 
-from observers.embedded.compact_bristle_ekf import is_compact_bristle_filter
-from observers.embedded.compact_bristle_mhe import is_compact_bristle_window
-from observers.embedded.compact_bristles import CompactBristles, has_bristles
-from observers.embedded.compact_corner_mhe import is_compact_corner_window
-from observers.embedded.compact_ekf import is_compact
-from observers.embedded.compact_mhe import is_compact_window
+from observers.embedded.compact import compact_of
 from observers.embedded.constants import Tunable
+from observers.embedded.patches.bristles import Bristles
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.mhe import Mhe
-from observers.model_observer import ModelObserver
 from observers.protocol import FunctionObserver
 
 ERROR = 0.2
@@ -74,44 +69,38 @@ def estimated_cost(observer: FunctionObserver, real: Real = SINGLE, tunable: Tun
     """What a step of an observer will take; `tunable` as for `generate`."""
     single = real is SINGLE
     factor = 1 if single else SOFT_DOUBLE
-    if not (isinstance(observer, ModelObserver) and _is_compact(observer)):
+    compact = compact_of(observer, SINGLE)
+    if compact is None:
         return Cost(instructions=VECTORS * factor, vectors=True, remedy=_remedy(observer))
-    if tunable == "all" and not (is_compact(observer) or is_compact_window(observer)):
+    model_observer, patch = compact.patch.observer, compact.patch
+    if tunable == "all" and not patch.takes_rig:
         remedy = "take the tuning alone at run time (--tunable tuning), a tenth of that or less"
         return Cost(instructions=VECTORS * factor, vectors=True, remedy=remedy)
-    steered = "psi" in observer.states
+    steered, effects = "psi" in model_observer.states, model_observer.model.effects
+    window = 0
     if isinstance(observer, Mhe):
-        if steered or not (has_bristles(observer) or is_compact_window(observer)):
+        if steered or (effects and not isinstance(patch, Bristles)):
             return Cost(instructions=None)
-        each = SAMPLE_BRISTLES if has_bristles(observer) else SAMPLE_EXACT
+        each = SAMPLE_BRISTLES if isinstance(patch, Bristles) else SAMPLE_EXACT
         window = observer.window * (each + TUNABLE_SAMPLE * bool(tunable))
-    else:
-        window = 0
-    patch = CORNERS + CORNER_EFFECT * bool(observer.model.effects)
-    patch = _bristles(observer) if has_bristles(observer) else patch
-    step = STEP + TUNABLE_STEP * bool(tunable) + TRACKING * observer.acquire
-    count = (step + patch + window) * (STEERING if steered else 1) * factor
-    known = single and (has_bristles(observer) or not observer.model.effects)
+    of_patch = CORNERS + CORNER_EFFECT * bool(effects)
+    if isinstance(patch, Bristles):
+        of_patch = _bristles(patch)
+    step = STEP + TUNABLE_STEP * bool(tunable) + TRACKING * model_observer.acquire
+    count = (step + of_patch + window) * (STEERING if steered else 1) * factor
+    known = single and (isinstance(patch, Bristles) or not effects)
     return Cost(
         instructions=int(round(count, -2)),
-        acquiring=ACQUIRING * factor * observer.acquire,
+        acquiring=ACQUIRING * factor * model_observer.acquire,
         error=ERROR if known else None,
     )
 
 
-def _is_compact(observer: ModelObserver) -> bool:
-    kinds = (
-        is_compact, is_compact_window, is_compact_bristle_filter, is_compact_bristle_window,
-        is_compact_corner_window,
-    )  # fmt: skip
-    return any(holds(observer) for holds in kinds)
-
-
-def _bristles(observer: ModelObserver) -> int:
+def _bristles(patch: Bristles) -> int:
     """Instructions of the patch."""
-    terms = CompactBristles(observer, SINGLE).terms
+    terms = patch.terms
     varies = bool(terms["creep"]) or terms["limited"] or terms["grows"]
-    each = BRISTLE + LIMIT * varies + FURTHER * max(len(observer.model.effects) - 2, 0)
+    each = BRISTLE + LIMIT * varies + FURTHER * max(len(patch.model.effects) - 2, 0)
     return int(terms["bristles"] * (2 if terms["compliant"] else 1) * each)
 
 

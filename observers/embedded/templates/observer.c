@@ -2,6 +2,7 @@
    ${generated} */
 #include "${name}.h"
 
+#include <math.h>
 #include <stdbool.h>
 #include <string.h>
 
@@ -168,7 +169,10 @@ int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
         state->result[OUT_STATUS] = ${NAME}_REFUSED;
         return status;
     }
-    status = supervise(state, now, passed[2], status) | implausible | suspect;
+%% if scaled
+    now[4] = passed[2];
+%% endif
+    status = supervise(state, now, status) | implausible | suspect;
 %% else
     status = advance(state, now) | implausible | suspect;
 %% endif

@@ -8,11 +8,10 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from observers import AligningTorque, Ekf, Mhe, SteeringTorque
+from observers import AligningTorque, Ekf, Mhe
 from observers.casadi_observer import CasadiObserver
 from observers.embedded import DOUBLE
-from observers.embedded.compact_ekf import is_compact
-from observers.embedded.compact_mhe import is_compact_window
+from observers.embedded.compact import compact_of
 from reference_rig import RigRecording
 from symbolic import Model, compiler
 from tests.observers.conftest import make
@@ -101,18 +100,12 @@ def test_c_is_the_same(
     rows = np.array([(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in samples])
 
     estimates = generate_code(observer, DOUBLE, tmp_path).run(rows)
+    expected = python_estimates(InterpretedObserver(observer), rows)
 
-    np.testing.assert_array_equal(estimates, python_estimates(InterpretedObserver(observer), rows))
+    # A subclass of an observer may compute anything; a measurement model is used by its expressions.
+    assert (compact_of(observer, DOUBLE) is not None) is (type(observer) in (Ekf, Mhe))
+    if type(observer) in (Ekf, Mhe):
+        np.testing.assert_allclose(estimates, expected, rtol=1e-9, atol=1e-10)
+    else:
+        np.testing.assert_array_equal(estimates, expected)
     assert np.ptp(estimates[:, 0]) > 0.005, "no measurement corrected mu"
-
-
-def test_compact_code_is_for_the_observers_of_the_package_alone() -> None:
-    assert is_compact(make(Ekf))
-    assert is_compact(make(Ekf, measurement_model=SteeringTorque()))
-    assert is_compact_window(make(Mhe))
-    assert is_compact_window(make(Mhe, measurement_model=AligningTorque(stiffness=True)))
-    assert not is_compact_window(make(Mhe, measurement_model=SteeringTorque()))
-    for kind, settings in CASES.values():
-        observer = make(kind, **settings)
-        assert not is_compact(observer)
-        assert not is_compact_window(observer)

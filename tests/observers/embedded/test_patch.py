@@ -11,8 +11,7 @@ from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE
-from observers.embedded.compact_mhe import STORED_CORNERS
-from observers.embedded.compact_patch import DEPTH
+from observers.embedded.patches.corners import DEPTH, STORED_CORNERS
 from reference_rig import RigTyre, hand_path, simulate_bristles
 from symbolic import Model, compiler, full_slide_level, simulate
 from tests.observers.conftest import RIG, K

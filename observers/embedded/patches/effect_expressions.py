@@ -1,7 +1,7 @@
-"""Expressions of the effects on a patch of bristles, as Functions of scalars for generated C.
+"""Expressions of the effects on a patch, as Functions of scalars for generated C.
 
-Once a sample: what is the same for all bristles. For each bristle: its pressure, where the patch grows,
-and the factors on its limit. All of it comes from the hooks of `symbolic.Effect`.
+Once a sample: what is the same for the whole patch. For each bristle: its pressure, where the patch
+grows, and the factors on its limit. All of it comes from the hooks of `symbolic.Effect`.
 """
 
 from dataclasses import dataclass
@@ -62,11 +62,11 @@ class _Sliding:
 
 
 @dataclass(frozen=True, eq=False)
-class BristleExpressions:
-    """The effects of an observer's model on its bristles.
+class EffectExpressions:
+    """The effects of an observer's model on its patch.
 
     Attributes:
-        observer: its model has bristles, and its parameters enter as numbers.
+        observer: the parameters of its model enter as numbers.
     """
 
     observer: ModelObserver
@@ -87,6 +87,11 @@ class BristleExpressions:
         patch = self.model.patch(self.theta)
         assert isinstance(patch, BristlePatch)
         return patch
+
+    @property
+    def angle_is_state(self) -> bool:
+        """The angle is a state, so that the slope of the torque by it matters."""
+        return "psi" in self.observer.states
 
     @property
     def own(self) -> int:

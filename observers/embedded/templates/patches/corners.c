@@ -1,3 +1,7 @@
+%% if effects
+%% include "patches/terms.c"
+
+%% endif
 /* The contact patch: a polyline r(xi) for xi >= 0, the limits of r at plus and minus `level`.
 
    In xi, the place along the patch over the pressure there, a turn adds the same slope everywhere and
@@ -7,7 +11,7 @@
    r. Units are those in which neither mu nor k matters: r k / mu [N/m^3] and xi k / mu [N/(m^3 rad)]. */
 
 /* Where the angle is a state of the observer, the slope of the torque by it is computed too. */
-#define ANGLE_IS_ESTIMATED ${angle_is_state}
+#define ANGLE_IS_ESTIMATED ${angle_is_state|int}
 /* Turns below this are rounding, not motion [rad]. */
 #define STILL 1e-12
 /* Corners beyond carry no torque, and could not be squared [1/m]. */
@@ -15,33 +19,19 @@
 /* A turn this far from rest has wiped out what was before, and its digits are lost to the sums of slopes [rad]. */
 #define FAR_TURN 100.0
 
-/* Moment of a unit change of slope at z, and its derivative by z. */
-static void unit_moment(const ${name}_patch_t *patch, ${real} z, ${real} *moment) {
 %% if with_rig
-    const ${real} *arg[2];
-    arg[1] = patch->geometry;
-%% else
-    const ${real} *arg[1];
-    (void)patch;
-%% endif
-    ${real} *res[1];
-    arg[0] = &z;
-    res[0] = moment;
-    (void)corner(arg, res, 0, 0, 0);
-}
-%% if with_rig
-
-/* The half-length a and the caster length e, and what follows from them alone. */
-static void set_geometry(${name}_patch_t *patch, ${real} a, ${real} e) {
+/* The stiffness k, the half-length a and the caster length e, and what follows from them alone. */
+static void set_geometry(${name}_patch_t *patch, ${real} k, ${real} a, ${real} e) {
     ${real} moment[2];
+    patch->k = k;
     patch->geometry[0] = a;
     patch->geometry[1] = e;
-    unit_moment(patch, 0.0, moment);
+    unit_moment(0.0, patch->geometry, moment);
     patch->still_moment = moment[0];
     patch->level = 0.75 / (a * a * a);
 }
-%% endif
 
+%% endif
 static ${real} smaller(${real} a, ${real} b) { return a < b ? a : b; }
 
 static void clear_patch(${name}_patch_t *patch, ${real} psi) {
@@ -190,4 +180,67 @@ static void turn_patch(${name}_patch_t *patch, ${real} psi, ${real} level, ${rea
     if (turn > 0.0 ? r > level : r < level) {
         add_corner(patch, scale, xi + (r - level) / turn, level, turn, 1);
     }
+}
+
+/* Moment of the patch over k [m^3 rad], its derivative by scale, and, where it is used, by the angle. */
+static void patch_moment(const ${name}_patch_t *patch, ${real} scale, ${real} *moment) {
+    ${real} total = (patch->rest - patch->angle) * ${still_moment}, by_scale = 0.0, by_angle = -${still_moment};
+    ${real} corner_moment[2] = {0.0, 0.0}, z = 0.0;
+    int32_t i;
+    for (i = 0; i < patch->corners; ++i) {
+        z = smaller(scale * patch->xi[i], FAR_OUT);
+        unit_moment(z${geometry}, corner_moment);
+        total += patch->d[i] * corner_moment[0];
+        by_scale += patch->d[i] * corner_moment[1] * patch->xi[i];
+        if (ANGLE_IS_ESTIMATED && patch->clipped[i] != 0) {
+            by_angle += (patch->clipped[i] > 0 ? 1.0 : -1.0) * (corner_moment[0] - z * corner_moment[1]);
+        }
+    }
+    /* At rest the end of the patch moves with the last corner. */
+    if (ANGLE_IS_ESTIMATED && patch->is_turning == 0) {
+        by_angle = patch->corners > 0 ? by_angle + corner_moment[0] : 0.0;
+    }
+    moment[0] = total;
+    moment[1] = by_scale;
+    moment[2] = by_angle;
+}
+
+static void begin_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu) {
+    (void)mu;
+%% if effects
+    {
+        ${real} angle = 0.0;
+        initial_memory(signals, &angle${", patch->own" if own else ""});
+        clear_patch(patch, angle);
+    }
+%% else
+    clear_patch(patch, signals[0]);
+%% endif
+}
+
+/* Turns the patch to the signals of a sample: angle, rate, load, time; scale = mu / k. beside: the torque beside the
+   patch [N m] and its derivative by the angle; slide: effective friction over mu, and what is beside it. */
+static void turn_to_sample(${name}_patch_t *patch, const ${real} *signals, ${real} scale, ${real} *beside, ${real} *slide) {
+%% if effects
+    ${real} terms[TERMS];
+%% if own
+    ${real} own_next[${own}];
+    int32_t i;
+    sample_terms(signals, patch->own, terms, own_next);
+    for (i = 0; i < ${own}; ++i) {
+        patch->own[i] = own_next[i];
+    }
+%% else
+    sample_terms(signals, terms);
+%% endif
+    turn_patch(patch, terms[TERM_PSI], ${level} * terms[TERM_BASE], scale);
+    beside[0] = terms[TERM_TORQUE];
+    beside[1] = terms[TERM_TORQUE_BY_PSI];
+    slide[0] = terms[TERM_SLIDE];
+    slide[1] = terms[TERM_BESIDE];
+%% else
+    turn_patch(patch, signals[0], ${level} * signals[2], scale);
+    (void)beside;
+    (void)slide;
+%% endif
 }

@@ -1,4 +1,4 @@
-"""The bristle patch in compact C: `templates/bristles.c`, its tables and the expressions of the effects.
+"""The bristle patch in compact C, `templates/patches/bristles.c`: tables, and the effects.
 
 One loop over the bristles advances them, with their derivatives by mu. What the effects change enters
 as C of their own expressions (`symbolic.Effect`): once a sample what is the same for all bristles, and
@@ -16,17 +16,18 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import wrightomega
 
-from observers.embedded.bristle_expressions import TERMS, BristleExpressions
+from observers.embedded.patches.effect_expressions import TERMS, EffectExpressions
+from observers.embedded.patches.interface import Kept
+from observers.embedded.patches.linear_torque import LinearTorque
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
-from observers.measurement_model import AligningTorque
+from observers.mhe import Mhe
 from observers.model_observer import ModelObserver
-from observers.steering_torque import SteeringTorque
 from symbolic import Model
 from symbolic.bristles import SPAN
 from symbolic.compliance import BALANCE_STEPS
 from symbolic.deformation import full_slide_arm
-from symbolic.scalar_c import ELEMENTARY, c_function, c_records
+from symbolic.scalar_c import c_function, c_records
 from symbolic.slip import REFERENCE_SPEED, REST_SPEED
 
 OMEGA = (-12, 24)
@@ -35,8 +36,8 @@ OMEGA_KNOTS_PER_UNIT = 4
 
 
 @dataclass(frozen=True, eq=False)
-class CompactBristles(BristleExpressions):
-    """The bristles of an observer for which `has_bristles` holds, as text of C.
+class Bristles(EffectExpressions):
+    """The bristles of an observer for which `has_bristles` holds, as text of C; an `EmbeddedPatch`.
 
     Attributes:
         real: the type.
@@ -53,18 +54,45 @@ class CompactBristles(BristleExpressions):
         return int(self.real.size * (arrays * self.patch.bristles + numbers))
 
     @property
-    def functions(self) -> list[ca.Function]:
-        """Functions that C calls by pointers: none."""
-        return []
+    def kept(self) -> Kept:
+        """What a window keeps of the patch with its samples."""
+        names = ["M_z", "by_mu", "mu", *(("angle", "by_angle") if self.angle_is_state else ())]
+        n = getattr(self.observer, "window", 0)
+        fields = ", ".join(f"{name}[{n}]" for name in names)
+        return Kept(f"    {self.real.c_type} {fields};\n", "", len(names) * self.real.size)
+
+    @property
+    def torque_model(self) -> LinearTorque:
+        """The patch as Functions of the estimator have it."""
+        return LinearTorque(by_stiffness=False, slides=True)
+
+    @property
+    def follows_mu(self) -> bool:
+        """The deformation depends on mu."""
+        return True
+
+    @property
+    def takes_rig(self) -> bool:
+        """Tables have the numbers of model and rig."""
+        return False
+
+    @property
+    def k(self) -> str:
+        """C of the stiffness of the tyre."""
+        return repr(float(self.observer.values["k"]))
 
     @cached_property
     def terms(self) -> dict[str, Any]:
-        """Values of the placeholders of `templates/bristles.c` that other templates share."""
+        """Values of the placeholders of the templates."""
         traits, deflection = self.patch.traits, self.deflection()
         branched = traits.relaxation is not None
         creep = 0.0 if traits.creep is None else float(traits.creep)
         return {
             "bristles": self.patch.bristles,
+            "with_rig": False,
+            "effects": True,
+            "angle_is_state": self.angle_is_state,
+            "a": repr(float(self.observer.rig.a)),
             "own": self.own,
             "terms": TERMS,
             "gained": "(1.0 + terms[TERM_GAIN]) * " if branched else "",
@@ -77,7 +105,6 @@ class CompactBristles(BristleExpressions):
             "limited": bool(traits.limits),
             "static_limit": traits.growth is None and not traits.limits,
             "compliant": deflection is not None,
-            "turned_by_angle": "psi" in self.observer.states,
             "evaluations": (2 if self.real is SINGLE else 7) if deflection is not None else 1,
             "balance_steps": 1 if self._is_linear(deflection) else BALANCE_STEPS,
             "rest_factor": 1 + creep * float(np.log(REST_SPEED / REFERENCE_SPEED)),
@@ -90,7 +117,7 @@ class CompactBristles(BristleExpressions):
             "single": self.real is SINGLE,
         }
 
-    def text(self, terms: dict[str, Any]) -> str:
+    def text(self, terms: Mapping[str, Any]) -> str:
         """C of the patch: tables, expressions of the effects, loops."""
         real = self.real.c_type
         geometry = self._tables()
@@ -105,7 +132,6 @@ class CompactBristles(BristleExpressions):
             functions.append(c_function("deflection", deflection, real))
         values = {
             **terms,
-            **self.terms,
             "slide": self._slide_constant(),
             "slide_rate": repr(float(self.observer.rig.slide_rate)),
             "slide_weight": self._slide_weight(),
@@ -114,22 +140,22 @@ class CompactBristles(BristleExpressions):
         return (
             "\n".join([c_records("bristle", geometry, real), *functions])
             + "\n"
-            + render("bristles.c", values)
+            + render("patches/bristles.c", values)
+            + (render("patches/bristles_window.c", values) if isinstance(self.observer, Mhe) else "")
         )
 
-    def numbers(self, terms: Mapping[str, Any], _beside: str) -> str:
-        """C of the elementary functions; the patch needs all of them, whatever the code beside it."""
-        table = ""
-        if self.terms["creep"] and self.real is SINGLE:
-            count = int(self.terms["omega_intervals"]) + 1
-            w = wrightomega(np.linspace(*OMEGA, count))
-            slopes = w / (1 + w) / OMEGA_KNOTS_PER_UNIT
-            rows = "".join(f"    {{{v:.9g}, {s:.9g}}},\n" for v, s in zip(w, slopes, strict=True))
-            table = (
-                "/* Wright's function: value, and slope times spacing. */\n"
-                f"static const float omega_of[{count}][2] = {{\n{rows}}};\n\n"
-            )
-        return table + render("numbers.c", {**terms, **self.terms, "used": ELEMENTARY})
+    def tables(self) -> str:
+        """C of the table of Wright's function, which single precision reads."""
+        if not (self.terms["creep"] and self.real is SINGLE):
+            return ""
+        count = int(self.terms["omega_intervals"]) + 1
+        w = wrightomega(np.linspace(*OMEGA, count))
+        slopes = w / (1 + w) / OMEGA_KNOTS_PER_UNIT
+        rows = "".join(f"    {{{v:.9g}, {s:.9g}}},\n" for v, s in zip(w, slopes, strict=True))
+        return (
+            "/* Wright's function: value, and slope times spacing. */\n"
+            f"static const float omega_of[{count}][2] = {{\n{rows}}};\n\n"
+        )
 
     def state_type(self, name: str) -> str:
         """The type of the patch, C of a header."""
@@ -189,11 +215,6 @@ class CompactBristles(BristleExpressions):
 
 
 def has_bristles(observer: ModelObserver) -> bool:
-    """True for a model that needs bristles, under a measurement model of `observers`, k being known.
-
-    C advances the patch by the sample as it comes, which a subclass may clean or use in another way.
-    """
-    if type(observer.model) is not Model or "stiffness" in observer.states:
-        return False
-    known = type(observer.measurement_model) in (AligningTorque, SteeringTorque)
-    return known and not observer.model.exact
+    """True for a model that needs bristles, k being known."""
+    model = observer.model
+    return type(model) is Model and not model.exact and "stiffness" not in observer.states

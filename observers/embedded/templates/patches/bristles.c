@@ -1,15 +1,7 @@
 /* The contact patch: ${bristles} bristles. Deformation q and stress are over half-length and stiffness [1]. */
 
 enum { BRISTLES = ${bristles} };
-/* What the effects make of a sample: angle, load, speed of a lever arm of one half-length, load times the factor
-   on friction, growth of the patch, slip of a sample at 1 m/s, the Maxwell branches' decay and gain, torque beside
-   the patch and its derivative by the angle, effective friction over mu and beside it. */
-enum {
-%% for name in terms
-    TERM_${name|upper},
-%% endfor
-    TERMS
-};
+%% include "patches/terms.c"
 
 /* Limit of a bristle over mu. */
 static inline ${real} limit_over_mu(int32_t i, const ${real} *terms, ${real} speed) {
@@ -310,9 +302,9 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"" if compliant els
     sums[2] = by_mu;
 }
 
-/* Advances the patch to the signals of a sample: angle, rate, load, time. torque: M_z [N m], its derivative by
-   mu and by the angle; slide: effective friction over mu, and what is beside it. */
-static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu, ${real} retention, ${real} *torque, ${real} *slide) {
+/* Advances the patch to the signals of a sample: angle, rate, load, time. torque: M_z [N m] and its derivatives, see
+   TORQUES; slide: effective friction over mu, and what is beside it. */
+static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu, ${real} stiffness, ${real} retention, ${real} *torque, ${real} *slide) {
     limits_t limits;
     ${real} terms[TERMS], sums[3], turn;
 %% if compliant
@@ -325,6 +317,8 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
 %% if compliant or own
     int32_t i;
 %% endif
+    (void)stiffness;
+    torque[BY_STIFFNESS] = 0.0;
     follow.retention = retention;
     follow.change = mu - patch->mu;
 %% if compliant
@@ -370,8 +364,8 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
     deflection(M_z, terms[TERM_F_N], &deflected, &by_torque);
     further = goal + deflected - turn;
     /* A turn by mu moves the torque, which moves the turn. */
-    torque[1] = (sums[2] - slope * patch->angle_by_mu) / (1.0 - slope * by_torque);
-    turn_by_mu = by_torque * torque[1] - patch->angle_by_mu;
+    torque[BY_MU] = (sums[2] - slope * patch->angle_by_mu) / (1.0 - slope * by_torque);
+    turn_by_mu = by_torque * torque[BY_MU] - patch->angle_by_mu;
     patch->further = further;
     patch->further_by_mu = turn_by_mu;
 %% if relaxation
@@ -381,18 +375,18 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
     patch->slope = slope;
     patch->angle += turn + further;
     patch->angle_by_mu += turn_by_mu;
-    torque[2] = slope / (1.0 - slope * by_torque) + terms[TERM_TORQUE_BY_PSI];
+    torque[BY_ANGLE] = slope / (1.0 - slope * by_torque) + terms[TERM_TORQUE_BY_PSI];
 %% else
     turn = terms[TERM_PSI] - patch->angle;
     turn_bristles(patch, &follow, terms, &limits, turn, sums);
     patch->M_z = sums[0];
     patch->slope = sums[1];
     patch->angle += turn;
-    torque[1] = sums[2];
-    torque[2] = sums[1] + terms[TERM_TORQUE_BY_PSI];
+    torque[BY_MU] = sums[2];
+    torque[BY_ANGLE] = sums[1] + terms[TERM_TORQUE_BY_PSI];
 %% endif
-    torque[0] = patch->M_z + terms[TERM_TORQUE];
-    patch->M_z_by_mu = torque[1];
+    torque[M_Z] = patch->M_z + terms[TERM_TORQUE];
+    patch->M_z_by_mu = torque[BY_MU];
     slide[0] = slide_over_mu(terms);
     slide[1] = terms[TERM_BESIDE];
 }
