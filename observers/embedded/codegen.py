@@ -18,7 +18,7 @@ import numpy as np
 
 from observers.angle_derivative import MEMORY
 from observers.embedded.casadi_c import embedded_code
-from observers.embedded.compact import compact_body, compact_of
+from observers.embedded.compact import compact_body, compact_patch
 from observers.embedded.constants import Tunable
 from observers.embedded.generated_files import mark, release, require_replaceable, require_usable
 from observers.embedded.own_names import with_prefix
@@ -177,8 +177,8 @@ def _start_literal(value: float, real: Real) -> str:
 
 def _body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any]) -> Body:
     """The compact code where there is one for the observer, else CasADi's own."""
-    if (compact := compact_of(observer, real, terms["tunable"])) is not None:
-        return compact_body(compact, terms)
+    if (patch := compact_patch(observer, real, terms["tunable"])) is not None:
+        return compact_body(patch, terms)
     return _casadi_body(observer, real, terms)
 
 

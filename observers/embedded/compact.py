@@ -3,115 +3,101 @@
 Another kind of sensing is a `MeasurementModel` alone: C takes what it needs from its expressions.
 """
 
-from collections.abc import Mapping
-from dataclasses import replace
-from typing import Any, ClassVar, Protocol
+from collections.abc import Callable, Mapping
+from typing import Any
 
-import casadi as ca
-
+from observers.acquisition import OWN
+from observers.branches import TRACK
 from observers.ekf import Ekf
 from observers.embedded.constants import Constants, Tunable
-from observers.embedded.estimators.filter import CompactFilter
-from observers.embedded.estimators.measurement_traits import advances_once
+from observers.embedded.estimators.filter import compact_filter
+from observers.embedded.estimators.interface import EstimatorCode
+from observers.embedded.estimators.measurement_traits import advances_once, follows_correction
+from observers.embedded.estimators.sample_functions import sample_functions
 from observers.embedded.estimators.supervision import supervised, supervision_functions
-from observers.embedded.estimators.window import CompactWindow
-from observers.embedded.patches.bristles import Bristles, has_bristles
-from observers.embedded.patches.corners import Corners, has_corners
-from observers.embedded.patches.interface import EmbeddedPatch
+from observers.embedded.estimators.window import compact_window
+from observers.embedded.patches.bristles import bristles, has_bristles
+from observers.embedded.patches.corners import corners, has_corners
+from observers.embedded.patches.interface import PatchCode
 from observers.embedded.scalar_function import estimator_c
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
+from observers.hypotheses import LIMITS, PER_HYPOTHESIS, VERDICT
+from observers.innovation_gate import COUNTS
+from observers.innovation_monitor import MONITOR
+from observers.linearisation import directions
+from observers.measurement_model import CLEAN
 from observers.mhe import Mhe
 from observers.model_observer import ModelObserver
 from observers.patch_update import memory_depends_on_tyre
-from observers.protocol import FunctionObserver
+from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
 from symbolic import DECLARED
 from symbolic.scalar_c import ELEMENTARY
 
-ESTIMATORS: Mapping[type, type[CompactFilter | CompactWindow]] = {
-    Ekf: CompactFilter,
-    Mhe: CompactWindow,
+ESTIMATORS: Mapping[type, Callable[[PatchCode, Constants], EstimatorCode]] = {
+    Ekf: compact_filter,
+    Mhe: compact_window,
 }
 """Estimators in compact C; a subclass may compute something else."""
 
 
-class CompactEstimator(Protocol):
-    """An estimator on a patch, as Functions of scalars and a template of C that calls them."""
+def compact_patch(observer: FunctionObserver, real: Real, tunable: Tunable = "") -> PatchCode | None:
+    """The patch of an observer in compact C; None where CasADi writes all of the observer, as vectors.
 
-    template: ClassVar[str]
-
-    @property
-    def patch(self) -> EmbeddedPatch:
-        """The patch, and with it the observer."""
-
-    @property
-    def constants(self) -> Constants:
-        """Constants of the observer."""
-
-    @property
-    def functions(self) -> list[ca.Function]:
-        """The Functions of a step."""
-
-    @property
-    def terms(self) -> Mapping[str, Any]:
-        """Values of the placeholders of the templates."""
-
-    def types(self, name: str) -> str:
-        """Types of the state, C of the header."""
-
-    def private(self, name: str) -> str:
-        """Fields of the state."""
-
-    @property
-    def bytes(self) -> int:
-        """Bytes of these fields without the patch."""
-
-
-def compact_of(observer: FunctionObserver, real: Real, tunable: Tunable = "") -> CompactEstimator | None:
-    """The compact code of an observer; None where there is none, and CasADi writes vectors.
-
-    There is some for an `Ekf` of one linearisation and an `Mhe` of one iteration over two samples or
-    more, neither a subclass, on a patch that C has.
+    There is one for an `Ekf` of one linearisation and an `Mhe` of one iteration over two samples or
+    more, neither a subclass.
     """
-    if not isinstance(observer, ModelObserver) or (kind := ESTIMATORS.get(type(observer))) is None:
+    if not isinstance(observer, ModelObserver) or ESTIMATORS.get(type(observer)) is None:
         return None
     if getattr(observer, "iterations", 1) != 1 or getattr(observer, "window", 2) < 2:
         return None
-    if not advances_once(observer.measurement_model):
+    model = observer.measurement_model
+    if not advances_once(model):
         return None
-    patch = _patch_of(observer, real, with_rig=tunable == "all")
-    if patch is None or (tunable == "all" and not patch.takes_rig):
-        return None
-    return kind(patch, Constants(observer, tunable, theta=range(len(DECLARED))))
-
-
-def _patch_of(observer: ModelObserver, real: Real, *, with_rig: bool) -> EmbeddedPatch | None:
     if has_bristles(observer):
-        return Bristles(observer, real)
-    if not has_corners(observer):
+        patch = bristles(observer, real)
+    elif isinstance(observer, Mhe) and memory_depends_on_tyre(observer.model, model):
         return None
-    is_window = isinstance(observer, Mhe)
-    if is_window and memory_depends_on_tyre(observer.model, observer.measurement_model):
+    elif has_corners(observer):
+        patch = corners(observer, real, with_rig=tunable == "all")
+    else:
         return None
-    return Corners(observer, real, with_rig and not observer.model.effects)
+    return patch if patch.takes_rig or tunable != "all" else None
 
 
-def compact_body(estimator: CompactEstimator, terms: Mapping[str, Any]) -> Body:
+def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> Body:
     """The part of generated code that differs between observers."""
-    patch, name = estimator.patch, str(terms["name"])
-    observer, real = patch.observer, patch.real
-    values = {**terms, **patch.terms, **estimator.terms}
-    functions = [*estimator.functions, *supervision_functions(observer, estimator.constants)]
-    written = "\n".join(estimator_c(function, real) for function in functions)
-    of_patch = patch.text(values)
+    observer, real, model = patch.observer, patch.real, patch.observer.measurement_model
+    constants, name = Constants(observer, terms["tunable"], theta=range(len(DECLARED))), terms["name"]
+    estimator = ESTIMATORS[type(observer)](patch, constants)
+    values = {
+        **terms, **patch.terms, "clean": len(CLEAN), "counts": len(COUNTS), "monitor": len(MONITOR),
+        "states": len(model.states), "follows_correction": follows_correction(model),
+        "follows_mu": patch.follows_mu, "slides": patch.torque_model.slides, **estimator.terms,
+    }  # fmt: skip
+    functions = [*sample_functions(observer), *estimator.functions]
+    functions += supervision_functions(observer, constants)
+    names = {**_names(observer), **estimator.names}
+    written = "\n".join(estimator_c(function, real, names) for function in functions)
+    of_patch = "\n".join([patch.functions, *(render(name, values) for name in patch.templates)])
     used = [name for name in ELEMENTARY if f"{name}(" in written + of_patch]
-    elementary = render("numbers.c", {"creep": 0.0, "single": False, **values, "used": used})
+    elementary = render("numbers.c", {**values, "used": used})
     body = Body(
-        core=patch.tables() + elementary + render("patches/interface.c", values) + written + of_patch,
+        core=elementary + render("patches/interface.c", values) + written + of_patch,
         stepping=render(estimator.template, values),
-        private=estimator.private(name),
+        private=estimator.private.replace("NAME", name),
         bytes=estimator.bytes + patch.bytes,
-        types=patch.state_type(name) + estimator.types(name),
+        types=render(patch.type_template, values) + estimator.types.replace("NAME", name),
+        with_rig=bool(values["with_rig"]),
     )
-    body = replace(body, with_rig=bool(values["with_rig"]))
     return supervised(observer, real, values, body)
+
+
+def _names(observer: ModelObserver) -> dict[str, tuple[str, ...]]:
+    """Names of the elements of vectors, by those of the vectors."""
+    states, slopes = observer.states, directions(observer.measurement_model)
+    return {
+        "sample": SAMPLE, "last": CLEAN, "now": CLEAN, "x": states, "mean": states, "newest": states,
+        "slopes": slopes, "counts": COUNTS, "monitor": MONITOR, "output": OUTPUT, "result": OUTPUT,
+        "own": OWN, "track": TRACK, "part": PER_HYPOTHESIS, "limits": LIMITS, "verdict": VERDICT,
+    }  # fmt: skip

@@ -8,9 +8,9 @@ tracked. Where CasADi writes vectors, no more than the order of magnitude is kno
 
 from dataclasses import dataclass
 
-from observers.embedded.compact import compact_of
+from observers.embedded.compact import compact_patch
 from observers.embedded.constants import Tunable
-from observers.embedded.patches.bristles import Bristles
+from observers.embedded.patches.interface import PatchCode
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.mhe import Mhe
 from observers.protocol import FunctionObserver
@@ -69,38 +69,37 @@ def estimated_cost(observer: FunctionObserver, real: Real = SINGLE, tunable: Tun
     """What a step of an observer will take; `tunable` as for `generate`."""
     single = real is SINGLE
     factor = 1 if single else SOFT_DOUBLE
-    compact = compact_of(observer, SINGLE)
-    if compact is None:
+    patch = compact_patch(observer, SINGLE)
+    if patch is None:
         return Cost(instructions=VECTORS * factor, vectors=True, remedy=_remedy(observer))
-    model_observer, patch = compact.patch.observer, compact.patch
     if tunable == "all" and not patch.takes_rig:
         remedy = "take the tuning alone at run time (--tunable tuning), a tenth of that or less"
         return Cost(instructions=VECTORS * factor, vectors=True, remedy=remedy)
-    steered, effects = "psi" in model_observer.states, model_observer.model.effects
+    steered, effects = "psi" in patch.observer.states, patch.observer.model.effects
     window = 0
     if isinstance(observer, Mhe):
-        if steered or (effects and not isinstance(patch, Bristles)):
+        if steered or (effects and not patch.terms["bristles"]):
             return Cost(instructions=None)
-        each = SAMPLE_BRISTLES if isinstance(patch, Bristles) else SAMPLE_EXACT
+        each = SAMPLE_BRISTLES if patch.terms["bristles"] else SAMPLE_EXACT
         window = observer.window * (each + TUNABLE_SAMPLE * bool(tunable))
     of_patch = CORNERS + CORNER_EFFECT * bool(effects)
-    if isinstance(patch, Bristles):
+    if patch.terms["bristles"]:
         of_patch = _bristles(patch)
-    step = STEP + TUNABLE_STEP * bool(tunable) + TRACKING * model_observer.acquire
+    step = STEP + TUNABLE_STEP * bool(tunable) + TRACKING * patch.observer.acquire
     count = (step + of_patch + window) * (STEERING if steered else 1) * factor
-    known = single and (isinstance(patch, Bristles) or not effects)
+    known = single and (patch.terms["bristles"] or not effects)
     return Cost(
         instructions=int(round(count, -2)),
-        acquiring=ACQUIRING * factor * model_observer.acquire,
+        acquiring=ACQUIRING * factor * patch.observer.acquire,
         error=ERROR if known else None,
     )
 
 
-def _bristles(patch: Bristles) -> int:
+def _bristles(patch: PatchCode) -> int:
     """Instructions of the patch."""
     terms = patch.terms
     varies = bool(terms["creep"]) or terms["limited"] or terms["grows"]
-    each = BRISTLE + LIMIT * varies + FURTHER * max(len(patch.model.effects) - 2, 0)
+    each = BRISTLE + LIMIT * varies + FURTHER * max(len(patch.observer.model.effects) - 2, 0)
     return int(terms["bristles"] * (2 if terms["compliant"] else 1) * each)
 
 

@@ -17,6 +17,7 @@ from pathlib import Path
 
 from observers.embedded.codegen import source_texts, template_terms
 from observers.embedded.constants import Tunable
+from observers.embedded.fmi_versions import VERSIONS, Version, unused
 from observers.embedded.generated_files import require_replaceable
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
@@ -44,7 +45,7 @@ class Variable:
 
     Attributes:
         name: its name.
-        reference: its value reference, as in `templates/fmu.c`.
+        reference: its value reference, as in `templates/fmu/state.c`.
         kind: the type in FMI 2.0, see `TYPES`.
         unit: its unit; None for a flag.
         description: its meaning.
@@ -87,36 +88,6 @@ OUTPUTS = (
 
 FIRST_PARAMETER = 15
 """Value reference of the first parameter."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Version:
-    """What differs between versions of FMI.
-
-    Attributes:
-        templates: of the interface, its header and the model description.
-        header: file of that header.
-        library: folder of the library inside the archive.
-        build: the archive has a buildDescription.xml.
-    """
-
-    templates: tuple[str, str, str]
-    header: str
-    library: str
-    build: bool
-
-
-VERSIONS = {
-    2: Version(
-        templates=("fmu.c", "fmi2.h", "modelDescription.xml"), header="fmi2.h",
-        library="linux64", build=False,
-    ),
-    3: Version(
-        templates=("fmu3.c", "fmi3.h", "modelDescription3.xml"), header="fmi3.h",
-        library="x86_64-linux", build=True,
-    ),
-}  # fmt: skip
-"""By the number of the version."""
 
 
 def generate_fmu(
@@ -196,19 +167,19 @@ def _texts(
         "types": TYPES,
         "first_parameter": FIRST_PARAMETER,
     }
-    interface, header, description = (render(template, terms) for template in version.templates)
+    of_version = {**terms, **vars(version), "fmi": version.fmi, "unused": unused}
     archive = {
-        "modelDescription.xml": description,
+        "modelDescription.xml": render(f"fmu/{version.description}", terms),
         f"sources/{name}.c": texts[f"{name}.c"],
         f"sources/{name}.h": texts[f"{name}.h"],
-        f"sources/{name}_fmu.c": interface,
-        f"sources/{version.header}": header,
+        f"sources/{name}_fmu.c": render("fmu/fmu.c", of_version),
+        f"sources/{version.fmi}.h": render(f"fmu/{version.fmi}.h", of_version),
         f"resources/{name}.json": parameters,
-        "documentation/index.html": render("fmu_documentation.html", terms),
-        "documentation/licenses/license.txt": render("license.txt", terms),
+        "documentation/index.html": render("fmu/documentation.html", terms),
+        "documentation/licenses/license.txt": render("fmu/license.txt", terms),
     }
     if version.build:
-        archive["sources/buildDescription.xml"] = render("buildDescription.xml", terms)
+        archive["sources/buildDescription.xml"] = render("fmu/buildDescription.xml", terms)
     return archive
 
 

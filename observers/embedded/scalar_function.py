@@ -1,6 +1,6 @@
 """Functions of scalars: parameters as numbers, exponentials that are known, and their C."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import casadi as ca
@@ -103,10 +103,18 @@ def without_inputs(function: ca.Function, names: Collection[str]) -> ca.Function
     )
 
 
-def estimator_c(function: ca.Function, real: Real) -> str:
+def estimator_c(function: ca.Function, real: Real, names: Mapping[str, Sequence[str]]) -> str:
     """C of a Function of scalars of an estimator, with the logarithm of math.h.
 
-    That of `templates/numbers.c` has no answer for 0 and NAN, which an estimator passes on.
+    That of `templates/numbers.c` has no answer for 0 and NAN, which an estimator passes on. A comment
+    names the elements of vectors, as far as `names` has them.
     """
+    vectors = dict.fromkeys(v.removesuffix("_next").removeprefix("first_") for v in _vectors(function))
+    legend = [f"{vector}: {', '.join(names[vector])}" for vector in vectors if vector in names]
+    comment = f"/* {'; '.join(legend)}. */\n" if legend else ""
     text = c_function(function.name(), function, real.c_type, VECTORS)
-    return text.replace("natural_log(", "log(")
+    return comment + text.replace("natural_log(", "log(")
+
+
+def _vectors(function: ca.Function) -> tuple[str, ...]:
+    return (*function.name_in(), *function.name_out())

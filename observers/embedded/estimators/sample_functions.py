@@ -6,7 +6,7 @@ import casadi as ca
 
 from observers.effective_friction import build_effective_friction
 from observers.embedded.constants import Constants
-from observers.embedded.patches.interface import EmbeddedPatch
+from observers.embedded.patches.interface import PatchCode
 from observers.innovation_monitor import change_variance
 from observers.layout import named
 from observers.linearisation import build_clean, build_motion, directions, state_index
@@ -69,7 +69,7 @@ def retentions(
     return constants.fill("retentions", function)
 
 
-def effective_friction(patch: EmbeddedPatch) -> ca.Function:
+def effective_friction(patch: PatchCode) -> ca.Function:
     """(mu, mu_std, F_N, slide) -> (mu_eff, mu_eff_std, M_slide)."""
     model, rig = patch.torque_model, patch.observer.rig
     mu, std, F_N = ca.MX.sym("mu"), ca.MX.sym("mu_std"), ca.MX.sym("F_N")
@@ -91,7 +91,7 @@ def stiffness_of(model: MeasurementModel, x: str) -> str:
     return f"{x}[{state_index(model, 'stiffness')}]" if "stiffness" in model.states else "1.0"
 
 
-def memory_with(patch: EmbeddedPatch, slide: ca.MX) -> dict[str, ca.MX]:
+def memory_with(patch: PatchCode, slide: ca.MX) -> dict[str, ca.MX]:
     """A memory of the linear torque of which only the slide is known."""
     known = dict(zip(("slide", "beside"), ca.vertsplit(slide), strict=True))
     return {name: known.get(name, ca.MX(0)) for name, _, _ in patch.torque_model.layout.fields}

@@ -4,15 +4,13 @@ What the window keeps of the patch is stored with every sample. C loops over the
 each, the Functions of `observers.mhe_terms`, adapted here to scalar arguments.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, ClassVar
 
 import casadi as ca
 
 from observers.embedded.constants import Constants
+from observers.embedded.estimators.interface import EstimatorCode
 from observers.embedded.estimators.measurement_traits import (
-    follows_correction,
     rows_used,
     torque_moves_states,
 )
@@ -21,17 +19,15 @@ from observers.embedded.estimators.sample_functions import (
     memory_with,
     named_function,
     retentions,
-    sample_functions,
     stiffness_of,
 )
-from observers.embedded.patches.interface import EmbeddedPatch
+from observers.embedded.patches.interface import PatchCode, window_of
 from observers.initial_state import build_initial_state
 from observers.innovation_gate import COUNTS, build_innovation
 from observers.innovation_monitor import MONITOR, change_variance
 from observers.layout import Layout, named, outputs_of
 from observers.linearisation import build_motion, directions, state_index
 from observers.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
-from observers.mhe import Mhe
 from observers.mhe_terms import (
     arrival_jump,
     build_acceptance,
@@ -50,84 +46,47 @@ TORQUES = ("M_Z", "BY_MU", "BY_STIFFNESS", "BY_ANGLE")
 TEST = ("accepted", "reset", "run", "missing", "expected", "nis", "inconsistent")
 """Result of the test of the newest innovation."""
 STATE = """\
-    {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}], last[{clean}], counts[2], monitor[4];
+    {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}];
+    {real} last[{clean}], counts[{counts}], monitor[{monitor}];
     {real} x[{window}][{n}], row[{window}][{row}], eliminated[{window}][{eliminated}];
-{kept}    {name}_patch_t patch;
+{kept}    NAME_patch_t patch;
     int32_t newest;
 {integers}"""
 
 
-@dataclass(frozen=True, eq=False)
-class CompactWindow:
-    """An `Mhe` on a patch of C; a `CompactEstimator`.
-
-    Attributes:
-        patch: the patch, and with it the observer.
-        constants: of the observer.
-    """
-
-    patch: EmbeddedPatch
-    constants: Constants
-    template: ClassVar[str] = "estimators/window.c"
-
-    @property
-    def observer(self) -> Mhe:
-        """The observer."""
-        assert isinstance(self.patch.observer, Mhe)
-        return self.patch.observer
-
-    @property
-    def functions(self) -> list[ca.Function]:
-        """The Functions of a step."""
-        sample, of_window = (
-            sample_functions(self.observer),
-            WindowFunctions(self.patch, self.observer.window),
-        )
-        built = [self.constants.fill(function.name(), function) for function in of_window.all()]
-        if not self.patch.follows_mu:
-            return [*sample, *built]
-        P = ca.MX.sym("P", len(self.observer.states), len(self.observer.states))
-        return [*sample, *built, retentions(self.observer, self.constants, P, P, predicted=False)]
-
-    @property
-    def terms(self) -> Mapping[str, Any]:
-        """Values of the placeholders of the templates."""
-        model = self.observer.measurement_model
-        row, states = rows_used(model), {name: i for i, name in enumerate(model.states)}
-        return {
-            "clean": len(CLEAN), "states": len(states), "window": self.observer.window,
-            "follows_correction": follows_correction(model), "follows_mu": self.patch.follows_mu,
-            "moves_states": torque_moves_states(model), "slides": self.patch.torque_model.slides,
-            "eliminated": elimination(model).size, "log_mu": states["log_mu"], "psi": states.get("psi"),
-            "row": row, "measured": [(name, CLEAN.index(name)) for name in row if name in CLEAN],
+def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
+    """An `Mhe` of one iteration over two samples or more, on a patch of C."""
+    observer, size, window = patch.observer, patch.real.size, window_of(patch.observer)
+    model = observer.measurement_model
+    built = WindowFunctions(patch, window).all()
+    functions = [constants.fill(function.name(), function) for function in built]
+    if patch.follows_mu:
+        P = ca.MX.sym("P", len(model.states), len(model.states))
+        functions.append(retentions(observer, constants, P, P, predicted=False))
+    row, n, eliminated = rows_used(model), len(model.states), elimination(model).size
+    numbers = n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(MONITOR)
+    a_sample = (n + len(row) + eliminated) * size + patch.kept_bytes
+    states = {name: i for i, name in enumerate(model.states)}
+    return EstimatorCode(
+        template="estimators/window.c",
+        functions=functions,
+        names={"row": row, "torque": TORQUES, "test": TEST},
+        terms={
+            "window": window, "moves_states": torque_moves_states(model), "eliminated": eliminated,
+            "log_mu": states["log_mu"], "psi": states.get("psi"), "row": row, "test": TEST,
+            "measured": [(name, CLEAN.index(name)) for name in row if name in CLEAN],
             "stiffness": stiffness_of(model, "x"), "stiffness_newest": stiffness_of(model, "newest"),
             "stiffness_corrected": stiffness_of(model, "state->x[at]"),
             "newest_x": "state->x[state->newest]", "x": "state->x[newest]", "P": "state->P_newest",
             "own_state": "state->",
-        }  # fmt: skip
-
-    def types(self, name: str) -> str:
-        """Types of the state: none."""
-        del name
-        return ""
-
-    def private(self, name: str) -> str:
-        """Fields of the state."""
-        model, kept = self.observer.measurement_model, self.patch.kept
-        return STATE.format(
-            real=self.patch.real.c_type, name=name, n=len(model.states), window=self.observer.window,
-            eliminated=elimination(model).size, clean=len(CLEAN), row=len(rows_used(model)),
-            kept=kept.reals, integers=kept.integers,
-        ).rstrip()  # fmt: skip
-
-    @property
-    def bytes(self) -> int:
-        """Bytes of these fields without the patch."""
-        model, size = self.observer.measurement_model, self.patch.real.size
-        n = len(model.states)
-        numbers = n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(MONITOR)
-        a_sample = n + len(rows_used(model)) + elimination(model).size
-        return numbers * size + 4 + self.observer.window * (a_sample * size + self.patch.kept.bytes)
+        },
+        private=STATE.format(
+            real=patch.real.c_type, n=n, window=window, eliminated=eliminated, clean=len(CLEAN),
+            row=len(row), counts=len(COUNTS), monitor=len(MONITOR), kept=patch.kept,
+            integers=patch.kept_integers,
+        ).rstrip(),
+        bytes=numbers * size + 4 + window * a_sample,
+    )  # fmt: skip
 
 
 def elimination(model: MeasurementModel) -> Layout:
@@ -147,7 +106,7 @@ class WindowFunctions:
         window: how many samples these are.
     """
 
-    patch: EmbeddedPatch
+    patch: PatchCode
     window: int
 
     @property

@@ -6,9 +6,7 @@ for each bristle its pressure, where the patch grows, and the factors on its lim
 own needs nothing else. Where nothing depends on the sample, pressure is a table.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from typing import Any
 
 import casadi as ca
@@ -17,11 +15,9 @@ from numpy.typing import NDArray
 from scipy.special import wrightomega
 
 from observers.embedded.patches.effect_expressions import TERMS, EffectExpressions
-from observers.embedded.patches.interface import Kept
+from observers.embedded.patches.interface import PatchCode, angle_is_state, window_of
 from observers.embedded.patches.linear_torque import LinearTorque
 from observers.embedded.scalar_type import SINGLE, Real
-from observers.embedded.templating import render
-from observers.mhe import Mhe
 from observers.model_observer import ModelObserver
 from symbolic import Model
 from symbolic.bristles import SPAN
@@ -35,186 +31,109 @@ OMEGA = (-12, 24)
 OMEGA_KNOTS_PER_UNIT = 4
 
 
-@dataclass(frozen=True, eq=False)
-class Bristles(EffectExpressions):
-    """The bristles of an observer for which `has_bristles` holds, as text of C; an `EmbeddedPatch`.
-
-    Attributes:
-        real: the type.
-    """
-
-    real: Real
-
-    @property
-    def bytes(self) -> int:
-        """Bytes of the patch in the state."""
-        relaxation, compliant = self.patch.traits.relaxation is not None, self.terms["compliant"]
-        arrays = (4 if relaxation else 2) + compliant
-        numbers = self.own + 6 + compliant * (2 + relaxation)
-        return int(self.real.size * (arrays * self.patch.bristles + numbers))
-
-    @property
-    def kept(self) -> Kept:
-        """What a window keeps of the patch with its samples."""
-        names = ["M_z", "by_mu", "mu", *(("angle", "by_angle") if self.angle_is_state else ())]
-        n = getattr(self.observer, "window", 0)
-        fields = ", ".join(f"{name}[{n}]" for name in names)
-        return Kept(f"    {self.real.c_type} {fields};\n", "", len(names) * self.real.size)
-
-    @property
-    def torque_model(self) -> LinearTorque:
-        """The patch as Functions of the estimator have it."""
-        return LinearTorque(by_stiffness=False, slides=True)
-
-    @property
-    def follows_mu(self) -> bool:
-        """The deformation depends on mu."""
-        return True
-
-    @property
-    def takes_rig(self) -> bool:
-        """Tables have the numbers of model and rig."""
-        return False
-
-    @property
-    def k(self) -> str:
-        """C of the stiffness of the tyre."""
-        return repr(float(self.observer.values["k"]))
-
-    @cached_property
-    def terms(self) -> dict[str, Any]:
-        """Values of the placeholders of the templates."""
-        traits, deflection = self.patch.traits, self.deflection()
-        branched = traits.relaxation is not None
-        creep = 0.0 if traits.creep is None else float(traits.creep)
-        return {
-            "bristles": self.patch.bristles,
-            "with_rig": False,
-            "effects": True,
-            "angle_is_state": self.angle_is_state,
-            "a": repr(float(self.observer.rig.a)),
-            "own": self.own,
-            "terms": TERMS,
-            "gained": "(1.0 + terms[TERM_GAIN]) * " if branched else "",
-            "shared": " * limits->share" if branched else "",
-            "branched": " + branch" if branched else "",
-            "branched_by_mu": " + branch_by_mu" if branched else "",
-            "relaxation": branched,
-            "creep": creep,
-            "grows": traits.growth is not None,
-            "limited": bool(traits.limits),
-            "static_limit": traits.growth is None and not traits.limits,
-            "compliant": deflection is not None,
-            "evaluations": (2 if self.real is SINGLE else 7) if deflection is not None else 1,
-            "balance_steps": 1 if self._is_linear(deflection) else BALANCE_STEPS,
-            "rest_factor": 1 + creep * float(np.log(REST_SPEED / REFERENCE_SPEED)),
-            "log_reference": float(np.log(REFERENCE_SPEED)),
-            "offset": float(np.log(REFERENCE_SPEED)) - (1 / creep if creep else 0.0),
-            "omega_from": float(OMEGA[0]),
-            "omega_intervals": (OMEGA[1] - OMEGA[0]) * OMEGA_KNOTS_PER_UNIT,
-            "omega_knots_per_unit": float(OMEGA_KNOTS_PER_UNIT),
-            "rest_speed": REST_SPEED,
-            "single": self.real is SINGLE,
-        }
-
-    def text(self, terms: Mapping[str, Any]) -> str:
-        """C of the patch: tables, expressions of the effects, loops."""
-        real = self.real.c_type
-        geometry = self._tables()
-        functions = [c_function("sample_terms", self.sample_terms(), real)]
-        functions.append(c_function("initial_memory", self.initial(), real))
-        if self.patch.traits.growth is not None:
-            functions.append(c_function("pressure_at", self.pressure(), real))
-        if self.patch.traits.limits:
-            functions.append(c_function("limit_factor", self.limit_factor(), real))
-        deflection = self.deflection()
-        if deflection is not None:
-            functions.append(c_function("deflection", deflection, real))
-        values = {
-            **terms,
-            "slide": self._slide_constant(),
-            "slide_rate": repr(float(self.observer.rig.slide_rate)),
-            "slide_weight": self._slide_weight(),
-            "stiff": repr(float(-(geometry["moment"] * geometry["lever"]).sum())),
-        }
-        return (
-            "\n".join([c_records("bristle", geometry, real), *functions])
-            + "\n"
-            + render("patches/bristles.c", values)
-            + (render("patches/bristles_window.c", values) if isinstance(self.observer, Mhe) else "")
-        )
-
-    def tables(self) -> str:
-        """C of the table of Wright's function, which single precision reads."""
-        if not (self.terms["creep"] and self.real is SINGLE):
-            return ""
-        count = int(self.terms["omega_intervals"]) + 1
-        w = wrightomega(np.linspace(*OMEGA, count))
-        slopes = w / (1 + w) / OMEGA_KNOTS_PER_UNIT
-        rows = "".join(f"    {{{v:.9g}, {s:.9g}}},\n" for v, s in zip(w, slopes, strict=True))
-        return (
-            "/* Wright's function: value, and slope times spacing. */\n"
-            f"static const float omega_of[{count}][2] = {{\n{rows}}};\n\n"
-        )
-
-    def state_type(self, name: str) -> str:
-        """The type of the patch, C of a header."""
-        n, real = self.patch.bristles, self.real.c_type
-        gain = ", gain" if self.patch.traits.relaxation is not None else ""
-        compliance = (
-            f"    {real} follows[{n}], further, further_by_mu{gain}; /* what the last turn lacked */\n"
-        )
-        branch = f"    {real} branch[{n}], branch_by_mu[{n}]; /* stress of the Maxwell branches */\n"
-        return (
-            "/* The contact patch: deformation of the bristles over the half-length, see the code. */\n"
-            "typedef struct {\n"
-            f"    {real} q[{n}], q_by_mu[{n}];\n"
-            f"{branch if self.patch.traits.relaxation is not None else ''}"
-            f"{f'    {real} own[{self.own}]; /* of the effects */' + chr(10) if self.own else ''}"
-            f"{compliance if self.terms['compliant'] else ''}"
-            f"    {real} angle, angle_by_mu, mu, M_z, M_z_by_mu, slope;\n"
-            f"}} {name}_patch_t;\n\n"
-        )
-
-    def _tables(self) -> dict[str, NDArray[np.float64]]:
-        """What of every bristle does not depend on the sample.
-
-        Lever arm over a [1] and moment of q / a [N m]; limit of q / a over mu and load [1/N], or the
-        place over a [1] where the patch grows.
-        """
-        geometry = replace(self.patch, traits=replace(self.patch.traits, limits=()))
-        numbers = np.asarray(geometry.coefficients(self.inputs())).ravel()
-        n = self.patch.bristles
-        tables = {"lever": numbers[:n], "moment": numbers[2 * n : 3 * n]}
-        if self.terms["compliant"]:
-            tables["moment_lever"] = tables["moment"] * tables["lever"]
-        if self.patch.traits.growth is not None:
-            return tables | {"place": SPAN * np.asarray(self.patch.nodes()[0]).ravel()}
-        tables["pressure"] = pressure = numbers[n : 2 * n]
-        if self.terms["creep"] and self.terms["static_limit"]:
-            tables |= {"inverse_pressure": 1 / pressure, "log_pressure": np.log(pressure)}
-        return tables
-
-    def _slide_constant(self) -> str:
-        """Effective friction over mu where the patch has one length, else empty [1]."""
-        if self.patch.traits.growth is not None:
-            return ""
-        inputs = self.inputs(speed=self.observer.rig.slide_rate)
-        return repr(float(self.patch.effective_friction(inputs)))
-
-    def _slide_weight(self) -> str:
-        """Torque of q / a over the full-slide torque of the declared patch under 1 N."""
-        rig = self.observer.rig
-        return repr(1.0 / float(full_slide_arm(rig.a, rig.e)))
-
-    def _is_linear(self, deflection: ca.Function | None) -> bool:
-        if deflection is None:
-            return True
-        M_z, F_N = ca.SX.sym("M_z"), ca.SX.sym("F_N")
-        return not ca.depends_on(deflection(M_z, F_N)[1], M_z)
-
-
 def has_bristles(observer: ModelObserver) -> bool:
     """True for a model that needs bristles, k being known."""
     model = observer.model
     return type(model) is Model and not model.exact and "stiffness" not in observer.states
+
+
+def bristles(observer: ModelObserver, real: Real) -> PatchCode:
+    """The patch of an observer for which `has_bristles` holds."""
+    effects, window = EffectExpressions(observer), window_of(observer)
+    terms = bristle_terms(effects, real)
+    functions = {"sample_terms": effects.sample_terms(), "initial_memory": effects.initial()}
+    if terms["grows"]:
+        functions["pressure_at"] = effects.pressure()
+    if terms["limited"]:
+        functions["limit_factor"] = effects.limit_factor()
+    if (deflection := effects.deflection()) is not None:
+        functions["deflection"] = deflection
+    written = [c_function(name, function, real.c_type) for name, function in functions.items()]
+    table = bristle_table(effects, terms)
+    arrays = (4 if terms["relaxation"] else 2) + terms["compliant"]
+    numbers = effects.own + 6 + terms["compliant"] * (2 + terms["relaxation"])
+    kept = ["M_z", "by_mu", "mu", *(("angle", "by_angle") if angle_is_state(observer) else ())]
+    return PatchCode(
+        observer=observer,
+        real=real,
+        torque_model=LinearTorque(by_stiffness=False, slides=True),
+        functions="\n".join([c_records("bristle", table, real.c_type), *written]),
+        templates=("patches/bristles.c", *(("patches/bristles_window.c",) if window else ())),
+        type_template="patches/bristles_type.c",
+        terms=terms | {"stiff": repr(float(-(table["moment"] * table["lever"]).sum()))},
+        k=repr(float(observer.values["k"])),
+        bytes=int(real.size * (arrays * effects.patch.bristles + numbers)),
+        kept=f"    {real.c_type} {', '.join(f'{name}[{window}]' for name in kept)};\n",
+        kept_bytes=len(kept) * real.size,
+        follows_mu=True,
+        takes_rig=False,
+    )
+
+
+def bristle_terms(effects: EffectExpressions, real: Real) -> dict[str, Any]:
+    """Values of the placeholders of the templates."""
+    patch, rig, deflection = effects.patch, effects.observer.rig, effects.deflection()
+    traits, log_reference = patch.traits, float(np.log(REFERENCE_SPEED))
+    branched, compliant = traits.relaxation is not None, deflection is not None
+    creep = 0.0 if traits.creep is None else float(traits.creep)
+    slide = patch.effective_friction(effects.inputs(speed=rig.slide_rate))
+    return {
+        "bristles": patch.bristles, "with_rig": False, "effects": True, "own": effects.own,
+        "angle_is_state": angle_is_state(effects.observer), "a": repr(float(rig.a)), "terms": TERMS,
+        "gained": "(1.0 + terms[TERM_GAIN]) * " if branched else "",
+        "shared": " * limits->share" if branched else "",
+        "branched": " + branch" if branched else "",
+        "branched_by_mu": " + branch_by_mu" if branched else "",
+        "relaxation": branched, "creep": creep, "grows": traits.growth is not None,
+        "limited": bool(traits.limits), "static_limit": traits.growth is None and not traits.limits,
+        "compliant": compliant, "evaluations": (2 if real is SINGLE else 7) if compliant else 1,
+        "balance_steps": 1 if _is_linear(deflection) else BALANCE_STEPS,
+        "rest_factor": 1 + creep * float(np.log(REST_SPEED / REFERENCE_SPEED)),
+        "log_reference": log_reference, "offset": log_reference - (1 / creep if creep else 0.0),
+        "rest_speed": REST_SPEED, "single": real is SINGLE, **_omega(),
+        # Effective friction over mu where the patch has one length, else empty [1].
+        "slide": "" if traits.growth is not None else repr(float(slide)),
+        "slide_rate": repr(float(rig.slide_rate)),
+        # Torque of q / a over the full-slide torque of the declared patch under 1 N.
+        "slide_weight": repr(1.0 / float(full_slide_arm(rig.a, rig.e))),
+    }  # fmt: skip
+
+
+def _omega() -> dict[str, Any]:
+    """The table of Wright's function: its value, and its slope times the spacing."""
+    intervals = (OMEGA[1] - OMEGA[0]) * OMEGA_KNOTS_PER_UNIT
+    w = wrightomega(np.linspace(*OMEGA, intervals + 1))
+    slopes = w / (1 + w) / OMEGA_KNOTS_PER_UNIT
+    return {
+        "omega": [f"{v:.9g}, {s:.9g}" for v, s in zip(w, slopes, strict=True)],
+        "omega_from": float(OMEGA[0]), "omega_intervals": intervals,
+        "omega_knots_per_unit": float(OMEGA_KNOTS_PER_UNIT),
+    }  # fmt: skip
+
+
+def bristle_table(effects: EffectExpressions, terms: dict[str, Any]) -> dict[str, NDArray[np.float64]]:
+    """What of every bristle does not depend on the sample.
+
+    Lever arm over a [1] and moment of q / a [N m]; limit of q / a over mu and load [1/N], or the
+    place over a [1] where the patch grows.
+    """
+    patch = effects.patch
+    geometry = replace(patch, traits=replace(patch.traits, limits=()))
+    numbers = np.asarray(geometry.coefficients(effects.inputs())).ravel()
+    n = patch.bristles
+    tables = {"lever": numbers[:n], "moment": numbers[2 * n : 3 * n]}
+    if terms["compliant"]:
+        tables["moment_lever"] = tables["moment"] * tables["lever"]
+    if terms["grows"]:
+        return tables | {"place": SPAN * np.asarray(patch.nodes()[0]).ravel()}
+    tables["pressure"] = pressure = numbers[n : 2 * n]
+    if terms["creep"] and terms["static_limit"]:
+        tables |= {"inverse_pressure": 1 / pressure, "log_pressure": np.log(pressure)}
+    return tables
+
+
+def _is_linear(deflection: ca.Function | None) -> bool:
+    if deflection is None:
+        return True
+    M_z, F_N = ca.SX.sym("M_z"), ca.SX.sym("F_N")
+    return not ca.depends_on(deflection(M_z, F_N)[1], M_z)

@@ -89,11 +89,6 @@ class EffectExpressions:
         return patch
 
     @property
-    def angle_is_state(self) -> bool:
-        """The angle is a state, so that the slope of the torque by it matters."""
-        return "psi" in self.observer.states
-
-    @property
     def own(self) -> int:
         """Length of the effects' own memories."""
         return sum(effect.memory for effect in self.model.effects)

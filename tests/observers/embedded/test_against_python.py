@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from identification import read_recording
 from observers import AligningTorque, Ekf, Mhe, Status, SteeringTorque, Tuning, run
 from observers.embedded import DOUBLE, SINGLE
-from observers.embedded.compact import compact_of
+from observers.embedded.compact import compact_patch
 from reference_rig import RigRecording, SteeringRecording
 from symbolic import Tyre, compiler
 from tests.observers.conftest import RIG, K
@@ -87,7 +87,7 @@ def test_double_is_the_same(
     expected = python_estimates(InterpretedObserver(observer), part)
     estimates = generated(observer, DOUBLE).run(part)
 
-    if compact_of(observer, DOUBLE) is not None:
+    if compact_patch(observer, DOUBLE) is not None:
         # The compact patch takes other operations.
         np.testing.assert_allclose(estimates[:, :2], expected[:, :2], rtol=0, atol=1e-12)
         np.testing.assert_allclose(estimates[:, 2], expected[:, 2], rtol=0, atol=1e-10)

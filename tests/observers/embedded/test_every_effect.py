@@ -7,7 +7,7 @@ import pytest
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE
-from observers.embedded.compact import compact_of
+from observers.embedded.compact import compact_patch
 from reference_rig import RigRecording
 from symbolic import Effect, Model, compiler, parameter_name
 from symbolic.compliance import deflection_of
@@ -59,7 +59,7 @@ def test_every_effect(effect: Effect, bristles: int, recording: RigRecording, tm
     estimates = generate_code(observer, DOUBLE, tmp_path).run(rows)
     expected = python_estimates(InterpretedObserver(observer), rows)
 
-    if compact_of(observer, DOUBLE) is not None:
+    if compact_patch(observer, DOUBLE) is not None:
         np.testing.assert_allclose(estimates, expected, rtol=1e-9, atol=1e-11)
     else:
         np.testing.assert_array_equal(estimates, expected)
@@ -83,7 +83,7 @@ def test_a_window_on_an_exact_patch(name: str, recording: RigRecording, tmp_path
         estimates = generate_code(observer, DOUBLE, folder).run(rows)
         expected = python_estimates(InterpretedObserver(observer), rows)
 
-        assert compact_of(observer, DOUBLE) is not None
+        assert compact_patch(observer, DOUBLE) is not None
         np.testing.assert_allclose(estimates, expected, rtol=1e-9, atol=1e-10)
         assert np.ptp(estimates[:, 0]) > 0.005, "no measurement corrected mu"
         assert generate_code(observer, SINGLE, folder).core.exists(), "a warning of the compiler"

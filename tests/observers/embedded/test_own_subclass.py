@@ -11,7 +11,7 @@ import pytest
 from observers import AligningTorque, Ekf, Mhe
 from observers.casadi_observer import CasadiObserver
 from observers.embedded import DOUBLE
-from observers.embedded.compact import compact_of
+from observers.embedded.compact import compact_patch
 from reference_rig import RigRecording
 from symbolic import Model, compiler
 from tests.observers.conftest import make
@@ -103,7 +103,7 @@ def test_c_is_the_same(
     expected = python_estimates(InterpretedObserver(observer), rows)
 
     # A subclass of an observer may compute anything; a measurement model is used by its expressions.
-    assert (compact_of(observer, DOUBLE) is not None) is (type(observer) in (Ekf, Mhe))
+    assert (compact_patch(observer, DOUBLE) is not None) is (type(observer) in (Ekf, Mhe))
     if type(observer) in (Ekf, Mhe):
         np.testing.assert_allclose(estimates, expected, rtol=1e-9, atol=1e-10)
     else:

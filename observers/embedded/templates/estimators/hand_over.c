@@ -44,10 +44,10 @@ static void hand_over(${name}_state_t *state, const ${real} *handed) {
         }
     }
 %% endif
-    for (i = 0; i < 2; ++i) {
+    for (i = 0; i < ${counts}; ++i) {
         ${own_state}counts[i] = 0.0;
     }
-    for (i = 0; i < 4; ++i) {
+    for (i = 0; i < ${monitor}; ++i) {
         ${own_state}monitor[i] = 0.0;
     }
     state->output[OUT_MU] = exp(handed[0]);

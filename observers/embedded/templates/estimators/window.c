@@ -1,6 +1,13 @@
 /* The window: the last ${window} samples in a ring, the states at each, and the patch after each. */
 
-enum { STATES = ${states}, CLEAN = ${clean} };
+enum { STATES = ${states}, CLEAN = ${clean}, COUNTS = ${counts}, MONITOR = ${monitor} };
+/* Result of the test of the newest innovation. */
+enum {
+%% for name in test
+    TEST_${name|upper},
+%% endfor
+    TEST
+};
 /* A row of a sample: what was measured, whether it is accepted, and the jump of the variance of ln mu. */
 enum {
 %% for name in row
@@ -36,14 +43,14 @@ static void begin(${name}_state_t *state, const ${real} *sample) {
     for (j = 0; j < STATES * STATES; ++j) {
         state->P_newest[j] = state->factor[j];
     }
-    for (j = 0; j < 2; ++j) {
+    for (j = 0; j < COUNTS; ++j) {
         state->counts[j] = 0.0;
     }
-    for (j = 0; j < 4; ++j) {
+    for (j = 0; j < MONITOR; ++j) {
         state->monitor[j] = 0.0;
     }
     begin_patch(&state->patch, sample, ${prior_mu});
-    begin_kept(state, sample);
+    begin_kept(state, state->last); /* at rest */
     state->newest = ${window} - 1;
     state->now = 0;
 }
@@ -73,11 +80,10 @@ static void update_arrival_cost(${name}_state_t *state, int32_t oldest) {
     }
 }
 
-/* Which samples of the window count after the test of the newest innovation: accepted, reset, run, missing,
-   expected, nis, inconsistent. Without a reset only the newest changes. */
+/* Which samples of the window count after the test of the newest innovation. Without a reset only the newest changes. */
 static void accept_samples(${name}_state_t *state, const ${real} *test) {
-    const int32_t run = test[2] < ${window} ? (int32_t)test[2] : ${window};
-    const int32_t count = test[1] == 0.0 ? 1 : run;
+    const int32_t run = test[TEST_RUN] < ${window} ? (int32_t)test[TEST_RUN] : ${window};
+    const int32_t count = test[TEST_RESET] == 0.0 ? 1 : run;
     int32_t age;
     for (age = 0; age < count; ++age) {
         ${real} *row = state->row[(state->newest + ${window} - age) % ${window}];
@@ -86,7 +92,7 @@ static void accept_samples(${name}_state_t *state, const ${real} *test) {
         row[ROW_ACCEPTED] = accepted;
         row[ROW_JUMP] = jump;
     }
-    if (test[1] != 0.0) {
+    if (test[TEST_RESET] != 0.0) {
         ${real} jump;
         reset_arrival(test${constants_at}, &jump);
         state->factor[${log_mu} * (STATES + 1)] += jump;
@@ -124,7 +130,7 @@ static void smooth(${name}_state_t *state) {
 /* One sample. */
 static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     ${real} now[CLEAN], imputed = 0.0, signals[4], newest[STATES], P[STATES * STATES];
-    ${real} torque[TORQUES] = {0}, slide[2] = {0}, test[7], counts[2], monitor[4], output[OUTPUTS];
+    ${real} torque[TORQUES] = {0}, slide[2] = {0}, test[TEST], counts[COUNTS], monitor[MONITOR], output[OUTPUTS];
 %% if follows_mu
     ${real} retention[2];
 %% else
@@ -163,7 +169,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     test_innovation(newest, torque, now, P, state->counts, state->monitor${constants_at}, test, counts, monitor);
 %% if follows_mu
     /* Deformation that depends on the old friction does not fit samples of a new ground: they stay rejected. */
-    test[2] = 1.0;
+    test[TEST_RUN] = 1.0;
 %% endif
     accept_samples(state, test);
     /* Correction of all samples. */
@@ -173,10 +179,10 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     patch_signals(state->x[at], now, signals);
     follow_sample(state, at, signals, exp(state->x[at][${log_mu}]), ${stiffness_corrected}, retention[0], slide);
     torque_at(state, at, state->x[at], torque);
-    test[4] = torque[M_Z];
+    test[TEST_EXPECTED] = torque[M_Z];
 %% endif
 %% if follows_mu
-    if (test[1] != 0.0) {
+    if (test[TEST_RESET] != 0.0) {
         state->by_mu[at] *= retention[1];
         forget_sensitivity(&state->patch, retention[1]);
     }
@@ -185,10 +191,10 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
     for (i = 0; i < CLEAN; ++i) {
         state->last[i] = now[i];
     }
-    for (i = 0; i < 2; ++i) {
+    for (i = 0; i < COUNTS; ++i) {
         state->counts[i] = counts[i];
     }
-    for (i = 0; i < 4; ++i) {
+    for (i = 0; i < MONITOR; ++i) {
         state->monitor[i] = monitor[i];
     }
 %% include "estimators/refuse.c"

@@ -95,6 +95,14 @@ static int find_number(const fmu_state_t *state, uint32_t at, double *value) {
     return 1;
 }
 
+/* The value of a flag, or of the status; 0 where no such variable has this reference. */
+static int find_flag(const fmu_state_t *state, uint32_t at, int32_t *value) {
+    ${name}_estimate_t estimate;
+    ${name}_estimate(&state->observer, &estimate);
+    *value = at == INFORMED ? estimate.informed : at == USABLE ? estimate.usable : estimate.status;
+    return at == INFORMED || at == USABLE || at == STATUS;
+}
+
 /* Serialised, a state is its block and the digest of that. The block begins with the GUID, which goes with the code
    and its parameters. */
 enum { SERIALISED = sizeof(fmu_state_t) + sizeof(uint64_t) };

@@ -32,22 +32,4 @@ typedef struct {
     fmi2ComponentEnvironment componentEnvironment;
 } fmi2CallbackFunctions;
 
-/* FMI2(fmi2Status, DoStep)(...) is fmi2Status fmi2DoStep(...), to be seen from outside, behind the importer's
-   prefix where the sources are linked into a program. */
-#ifdef FMI2_FUNCTION_PREFIX
-#define FMI2_JOINED(prefix, name) prefix##name
-#define FMI2_PREFIXED(prefix, name) FMI2_JOINED(prefix, name)
-#define FMI2_NAME(name) FMI2_PREFIXED(FMI2_FUNCTION_PREFIX, fmi2##name)
-#else
-#define FMI2_NAME(name) fmi2##name
-#endif
-
-#if defined _WIN32
-#define FMI2(type, name) __declspec(dllexport) type FMI2_NAME(name)
-#elif defined __GNUC__
-#define FMI2(type, name) __attribute__((visibility("default"))) type FMI2_NAME(name)
-#else
-#define FMI2(type, name) type FMI2_NAME(name)
-#endif
-
-#endif
+%% include "fmu/exported.h"

@@ -40,22 +40,4 @@ typedef void (*fmi3IntermediateUpdateCallback)(fmi3InstanceEnvironment environme
 typedef void (*fmi3LockPreemptionCallback)(void);
 typedef void (*fmi3UnlockPreemptionCallback)(void);
 
-/* FMI3(fmi3Status, DoStep)(...) is fmi3Status fmi3DoStep(...), to be seen from outside, behind the importer's
-   prefix where the sources are linked into a program. */
-#ifdef FMI3_FUNCTION_PREFIX
-#define FMI3_JOINED(prefix, name) prefix##name
-#define FMI3_PREFIXED(prefix, name) FMI3_JOINED(prefix, name)
-#define FMI3_NAME(name) FMI3_PREFIXED(FMI3_FUNCTION_PREFIX, fmi3##name)
-#else
-#define FMI3_NAME(name) fmi3##name
-#endif
-
-#if defined _WIN32
-#define FMI3(type, name) __declspec(dllexport) type FMI3_NAME(name)
-#elif defined __GNUC__
-#define FMI3(type, name) __attribute__((visibility("default"))) type FMI3_NAME(name)
-#else
-#define FMI3(type, name) type FMI3_NAME(name)
-#endif
-
-#endif
+%% include "fmu/exported.h"
