@@ -20,13 +20,13 @@ ERROR = 0.2
 VECTORS = 100_000
 """Instructions that vector code takes at least."""
 STEP, CORNERS, CORNER_EFFECT = 800, 300, 500
-BRISTLE, LIMIT, FURTHER = 35, 26, 10
+BRISTLE, LIMIT, FURTHER = 33, 21, 6
 """For each bristle and evaluation: friction alone; a limit that varies; each effect beyond two."""
-SAMPLE_EXACT, SAMPLE_BRISTLES = 600, 335
+SAMPLE_EXACT, SAMPLE_BRISTLES = 550, 325
 """For each sample of a window."""
-TUNABLE_STEP, TUNABLE_SAMPLE = 250, 260
+TUNABLE_STEP, TUNABLE_SAMPLE = 220, 260
 """What these take more where the tuning is taken at run time."""
-TRACKING, ACQUIRING = 650, 14_500
+TRACKING, ACQUIRING = 650, 13_200
 """What supervision takes more while the estimator tracks, and at most while friction is acquired."""
 STEERING = 1.15
 SOFT_DOUBLE = 40

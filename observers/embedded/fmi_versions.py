@@ -12,6 +12,8 @@ class Version:
     Attributes:
         number: of the version.
         instance, state, deserialize: names of a type, of part of a name, and of a function.
+        real_type, integer_type: names of the types of numbers and of the status.
+        array: further parameter of functions that get or set values.
         description: template of the model description.
         library: folder of the library inside the archive.
         build: the archive has a buildDescription.xml.
@@ -24,6 +26,9 @@ class Version:
     instance: str
     state: str
     deserialize: str
+    real_type: str
+    integer_type: str
+    array: str
     description: str
     library: str
     build: bool
@@ -53,6 +58,7 @@ def _values(version: int, verb: str, types: str, more: str = "") -> tuple[tuple[
 
 VERSION_2 = Version(
     number=2, instance="fmi2Component", state="FMUstate", deserialize="DeSerializeFMUstate",
+    real_type="Real", integer_type="Integer", array="",
     description="modelDescription.xml", library="linux64", build=False,
     unsupported=(
         *_values(2, "Set", "Integer Boolean String"),
@@ -86,6 +92,7 @@ _DERIVATIVE = (
 )
 VERSION_3 = Version(
     number=3, instance="fmi3Instance", state="FMUState", deserialize="DeserializeFMUState",
+    real_type="Float64", integer_type="Int32", array=", size_t values_count",
     description="modelDescription3.xml", library="x86_64-linux", build=True,
     unsupported=(
         *_values(3, "Get", _NUMBERS, ", size_t n"),

@@ -15,8 +15,8 @@ from observers.embedded.scalar_type import DOUBLE, SINGLE, Real, count_names
 from observers.hypotheses import build_verdict
 from symbolic import BrushgripError, compiler
 from tests.observers.embedded.generated_code import (
-    NO_COMPILER,
     STRICT,
+    needs_compiler,
 )
 
 
@@ -35,7 +35,7 @@ def everything() -> ca.Function:
     )
 
 
-@pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
+@needs_compiler
 @pytest.mark.parametrize("real", [SINGLE, DOUBLE], ids=["float", "double"])
 def test_rewritten_code_computes_the_same(tmp_path: Path, real: Real) -> None:
     function = everything()

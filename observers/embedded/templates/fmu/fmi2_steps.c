@@ -34,31 +34,5 @@ FMI2(fmi2Status, DoStep)(fmi2Component c, fmi2Real at, fmi2Real step, fmi2Boolea
     return fmi2OK;
 }
 
-FMI2(fmi2Status, SetReal)(fmi2Component c, const fmi2ValueReference at[], size_t count, const fmi2Real values[]) {
-    const char *fault = set_numbers(&((instance_t *)c)->state, at, count, values);
-    return fault == NULL ? fmi2OK : report(c, fault);
-}
-
-FMI2(fmi2Status, GetReal)(fmi2Component c, const fmi2ValueReference at[], size_t count, fmi2Real values[]) {
-    size_t i;
-    for (i = 0; i < count; ++i)
-        if (!find_number(&((instance_t *)c)->state, at[i], &values[i])) return report(c, "no real variable has this value reference");
-    return fmi2OK;
-}
-
-FMI2(fmi2Status, GetInteger)(fmi2Component c, const fmi2ValueReference at[], size_t count, fmi2Integer values[]) {
-    size_t i;
-    for (i = 0; i < count; ++i)
-        if (at[i] != STATUS || !find_flag(&((instance_t *)c)->state, at[i], &values[i])) return report(c, "no integer variable has this value reference");
-    return fmi2OK;
-}
-
-FMI2(fmi2Status, GetBoolean)(fmi2Component c, const fmi2ValueReference at[], size_t count, fmi2Boolean values[]) {
-    size_t i;
-    for (i = 0; i < count; ++i)
-        if (at[i] == STATUS || !find_flag(&((instance_t *)c)->state, at[i], &values[i])) return report(c, "no Boolean variable has this value reference");
-    return fmi2OK;
-}
-
 FMI2(fmi2Status, CancelStep)(fmi2Component c) { return report(c, "a step is over when fmi2DoStep returns"); }
 

@@ -57,46 +57,6 @@ FMI3(fmi3Status, DoStep)(fmi3Instance c, fmi3Float64 at, fmi3Float64 step, fmi3B
     return fmi3OK;
 }
 
-FMI3(fmi3Status, SetFloat64)(fmi3Instance c, const fmi3ValueReference at[], size_t count, const fmi3Float64 values[],
-                            size_t values_count) {
-    const char *fault;
-    if (values_count != count) return report(c, "no variable is an array");
-    fault = set_numbers(&((instance_t *)c)->state, at, count, values);
-    return fault == NULL ? fmi3OK : report(c, fault);
-}
-
-FMI3(fmi3Status, GetFloat64)(fmi3Instance c, const fmi3ValueReference at[], size_t count, fmi3Float64 values[],
-                            size_t values_count) {
-    size_t i;
-    if (values_count != count) return report(c, "no variable is an array");
-    for (i = 0; i < count; ++i) {
-        if (at[i] == TIME) values[i] = ((instance_t *)c)->state.end;
-        else if (!find_number(&((instance_t *)c)->state, at[i], &values[i])) return report(c, "no Float64 variable has this value reference");
-    }
-    return fmi3OK;
-}
-
-FMI3(fmi3Status, GetInt32)(fmi3Instance c, const fmi3ValueReference at[], size_t count, fmi3Int32 values[],
-                          size_t values_count) {
-    size_t i;
-    if (values_count != count) return report(c, "no variable is an array");
-    for (i = 0; i < count; ++i)
-        if (at[i] != STATUS || !find_flag(&((instance_t *)c)->state, at[i], &values[i])) return report(c, "no Int32 variable has this value reference");
-    return fmi3OK;
-}
-
-FMI3(fmi3Status, GetBoolean)(fmi3Instance c, const fmi3ValueReference at[], size_t count, fmi3Boolean values[],
-                            size_t values_count) {
-    size_t i;
-    int32_t flag;
-    if (values_count != count) return report(c, "no variable is an array");
-    for (i = 0; i < count; ++i) {
-        if (at[i] == STATUS || !find_flag(&((instance_t *)c)->state, at[i], &flag)) return report(c, "no Boolean variable has this value reference");
-        values[i] = flag != 0;
-    }
-    return fmi3OK;
-}
-
 /* No output depends on an input but by the step between them. */
 FMI3(fmi3Status, GetNumberOfVariableDependencies)(fmi3Instance c, fmi3ValueReference at, size_t *count) {
     (void)c, (void)at;

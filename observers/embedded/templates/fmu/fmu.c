@@ -13,6 +13,10 @@
 /* The interface of FMI ${number}.0. ------------------------------------------------------------------------------ */
 
 %% include "fmu/" ~ fmi ~ "_instance.c"
+%% if array
+static const char *const NO_ARRAY = "no variable is an array";
+
+%% endif
 /* Goes from one phase to the next. */
 static ${fmi}Status enter(instance_t *instance, int32_t from, int32_t to) {
     if (instance->state.phase != from) return report(instance, "called out of order");
@@ -21,6 +25,36 @@ static ${fmi}Status enter(instance_t *instance, int32_t from, int32_t to) {
 }
 
 %% include "fmu/" ~ fmi ~ "_steps.c"
+${fmi|upper}(${fmi}Status, Set${real_type})(${instance} c, const ${fmi}ValueReference at[], size_t count, const ${fmi}${real_type} values[]${array}) {
+    const char *fault = ${"values_count != count ? NO_ARRAY : " if array}set_numbers(&((instance_t *)c)->state, at, count, values);
+    return fault == NULL ? ${fmi}OK : report(c, fault);
+}
+
+${fmi|upper}(${fmi}Status, Get${real_type})(${instance} c, const ${fmi}ValueReference at[], size_t count, ${fmi}${real_type} values[]${array}) {
+    size_t i;
+%% if array
+    if (values_count != count) return report(c, NO_ARRAY);
+%% endif
+    for (i = 0; i < count; ++i)
+        if (!find_number(&((instance_t *)c)->state, at[i], &values[i])) return report(c, "no ${real_type} variable has this value reference");
+    return ${fmi}OK;
+}
+
+%% for type in (integer_type, "Boolean")
+${fmi|upper}(${fmi}Status, Get${type})(${instance} c, const ${fmi}ValueReference at[], size_t count, ${fmi}${type} values[]${array}) {
+    size_t i;
+    int32_t value;
+%% if array
+    if (values_count != count) return report(c, NO_ARRAY);
+%% endif
+    for (i = 0; i < count; ++i) {
+        if (!find_flag(&((instance_t *)c)->state, at[i], &value) || (at[i] == STATUS) != ${"0" if type == "Boolean" else "1"}) return report(c, "no ${type} variable has this value reference");
+        values[i] = ${"value != 0" if type == "Boolean" else "value"};
+    }
+    return ${fmi}OK;
+}
+
+%% endfor
 ${fmi|upper}(${fmi}Status, SetDebugLogging)(${instance} c, ${fmi}Boolean on, size_t count, const ${fmi}String categories[]) {
     (void)c, (void)on, (void)count, (void)categories;
     return ${fmi}OK;

@@ -85,6 +85,9 @@ static int find_number(const fmu_state_t *state, uint32_t at, double *value) {
 %% for name in numbers
     case ${name|upper}: *value = (double)estimate.${name}; break;
 %% endfor
+%% if number == 3
+    case TIME: *value = state->end; break;
+%% endif
 %% for p in parameters
     case PARAMETERS + ${loop.index0}: *value = (double)state->parameters.${p.field}; break;
 %% endfor
