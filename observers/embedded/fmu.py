@@ -15,7 +15,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from observers.embedded.codegen import source_texts, template_terms
+from observers.embedded.codegen import INPUTS_OF, TORQUE_MEANING, source_texts, template_terms
 from observers.embedded.constants import Tunable
 from observers.embedded.fmi_versions import VERSIONS, Version, unused
 from observers.embedded.generated_files import require_replaceable
@@ -61,8 +61,7 @@ class Variable:
 INPUTS = (
     Variable("psi", 0, "Real", "rad", "yaw (steering) angle"),
     Variable("psi_dot", 1, "Real", "rad/s", "yaw rate; a missing one is derived from psi"),
-    Variable("M_z", 2, "Real", "N.m", "aligning torque, moment of the ground on the wheel"),
-    Variable("M", 2, "Real", "N.m", "steering torque, of the hand or motor on the wheel"),
+    *(Variable(name, 2, "Real", "N.m", meaning) for name, meaning in TORQUE_MEANING.items()),
     Variable(
         "F_N", 3, "Real", "N", "vertical load; missing below a twentieth of the first, and M_z with it"
     ),
@@ -70,8 +69,6 @@ INPUTS = (
 """All inputs."""
 TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
 """Types of FMI 2.0 and what they are in 3.0."""
-UNUSED = {"M_z": {"M"}, "M": {"M_z", "psi_dot"}}
-"""Inputs that an observer of one torque lacks; from the steering torque it estimates the rate too."""
 OUTPUTS = (
     Variable("mu", 4, "Real", "1", "friction coefficient"),
     Variable("mu_std", 5, "Real", "1", "standard deviation of mu"),
@@ -162,7 +159,7 @@ def _texts(
     terms |= {
         "version": json.loads(parameters)["version"],
         "guid": f"{{{uuid.uuid5(uuid.NAMESPACE_URL, texts[f'{name}.c'] + parameters)}}}",
-        "inputs": [variable for variable in INPUTS if variable.name not in UNUSED[observer.channel]],
+        "inputs": [variable for variable in INPUTS if variable.name in INPUTS_OF[observer.channel]],
         "outputs": OUTPUTS,
         "types": TYPES,
         "first_parameter": FIRST_PARAMETER,

@@ -116,7 +116,7 @@ static void update_rate(${name}_state_t *state, ${real} psi) {
 
 %% if checked
 static int32_t gather_sample(${name}_state_t *state, const ${name}_sample_t *sample) {
-    const ${real} raw[6] = {sample->psi, sample->psi_dot, sample->F_N, sample->dt, ${"sample->M_z, (%s)NAN" % real if torque == "M_z" else "(%s)NAN, sample->M" % real}};
+    const ${real} raw[${torques|length + 4}] = {sample->psi, sample->psi_dot, sample->F_N, sample->dt${raw_torques}};
     ${real} after[${evidence_start|length}], suspect;
     int32_t i;
     gather_evidence(state->evidence, raw, ${half_length}, after, &suspect);
@@ -129,7 +129,7 @@ static int32_t gather_sample(${name}_state_t *state, const ${name}_sample_t *sam
 
 ${stepping}
 int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
-    ${real} passed[4], now[6];
+    ${real} passed[4], now[${torques|length + 4}];
     int32_t implausible, suspect = 0, status;
     if (state == NULL) {
         return ${NAME}_REFUSED;
@@ -144,8 +144,9 @@ int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
     now[1] = is_known(passed[1]) ? passed[1] : state->rate;
     now[2] = passed[3];
     now[3] = sample->dt;
-    now[4] = ${"passed[2]" if torque == "M_z" else "(%s)NAN" % real};
-    now[5] = ${"passed[2]" if torque == "M" else "(%s)NAN" % real};
+%% for name in torques
+    now[${loop.index0 + 4}] = ${"passed[2]" if name == torque else "(%s)NAN" % real};
+%% endfor
     if (state->now < 0) {
         if (!(is_known(now[0]) && is_known(now[2]) && now[2] >= ${least_first_load})) {
             status = ${NAME}_MISSING | implausible;
@@ -162,7 +163,7 @@ int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
 %% endif
 %% if supervised
 %% if scaled
-    now[4] = passed[2] / state->own[OWN_SCALE];
+    now[${torques.index(torque) + 4}] = passed[2] / state->own[OWN_SCALE];
 %% endif
     status = advance(state, now);
     if (status == ${NAME}_REFUSED) {
@@ -170,7 +171,7 @@ int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
         return status;
     }
 %% if scaled
-    now[4] = passed[2];
+    now[${torques.index(torque) + 4}] = passed[2];
 %% endif
     status = supervise(state, now, status) | implausible | suspect;
 %% else
