@@ -7,7 +7,7 @@ from typing import Any
 import casadi as ca
 import pytest
 
-from observers import AligningTorque, Ekf, Mhe
+from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.casadi_observer import CasadiObserver
 from observers.embedded import DOUBLE
 from observers.embedded.compact import compact_patch
@@ -71,11 +71,22 @@ class ScaledAngle(AligningTorque):
         return super().clean({**sample, "psi": 1.1 * sample["psi"]}, last)
 
 
+@dataclass(frozen=True, kw_only=True)
+class GearedTorque(SteeringTorque):
+    """A torque that is measured before a gear, and a sensor that hangs on a spring with the wheel."""
+
+    def motion(self, x: Any, M_z: Any, last: Any, now: Any, rig: Any, tuning: Any) -> Any:
+        geared = {**last, "M": 1.2 * last["M"] - 0.5 * last["psi"]}
+        return super().motion(x, M_z, geared, now, rig, tuning)
+
+
 CASES = {
     "step-ekf": (HalfEkf, {}),
     "step-mhe": (HalfMhe, {"window": 3}),
     "measurement-ekf": (Ekf, {"measurement_model": ViscousTorque()}),
     "measurement-mhe": (Mhe, {"measurement_model": ViscousTorque(), "window": 3}),
+    "motion-ekf": (Ekf, {"measurement_model": GearedTorque()}),
+    "motion-mhe": (Mhe, {"measurement_model": GearedTorque(), "window": 3}),
     "clean-ekf": (Ekf, {"measurement_model": ScaledAngle()}),
     "clean-mhe": (Mhe, {"measurement_model": ScaledAngle(), "window": 3}),
 }
@@ -97,4 +108,6 @@ def test_c_is_the_same(
 
     # A subclass of an observer may compute anything; a measurement model is used by its expressions.
     assert (compact_patch(observer, DOUBLE) is not None) is (type(observer) in (Ekf, Mhe))
-    assert_same(generate_code(observer, DOUBLE, tmp_path), rows_of(recording)[:SAMPLES])
+    # A steering torque that balances the aligning one.
+    rows = rows_of(recording)[:SAMPLES] * [1, 1, 1 if observer.channel == "M_z" else -1, 1, 1]
+    assert_same(generate_code(observer, DOUBLE, tmp_path), rows)
