@@ -105,20 +105,20 @@ class EffectExpressions:
         signals, own = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("own", self.own)
         theta = ca.MX.sym("theta", self.theta.numel())
         memory = ca.vertcat(ca.MX.zeros(1 + model.patch().size), own)
-        seen, memories, factor = at_the_patch(model, model.split(memory)[2], signals, theta)
+        at_patch, memories, factor = at_the_patch(model, model.split(memory)[2], signals, theta)
         after = ca.vertcat(ca.MX.zeros(1 + model.patch().size), *memories)
         torque = ca.MX(0)
         for effect, values in model.values(theta):
-            torque = torque + effect.torque(seen, values)
-        growth, reach, decay, gain = self._of_bristles(seen, factor, theta)
+            torque = torque + effect.torque(at_patch, values)
+        growth, reach, decay, gain = self._of_bristles(at_patch, factor, theta)
         geometry = ca.DM([rig.a, rig.e])
         sliding, load = build_full_slide(_Sliding(model)), signals[SIGNALS.index("F_N")]
         slides = sliding(after, load, theta, geometry, rig.slide_rate)[0]
         zero_mu = theta * ca.DM([0] + [1] * (theta.numel() - 1))
         beside = sliding(after, load, zero_mu, geometry, rig.slide_rate)[0]
         named = {
-            "psi": seen.psi, "F_N": seen.F_N, "speed": ca.fabs(seen.psi_dot) * rig.a,
-            "base": factor * seen.F_N, "growth": growth, "reach": reach,
+            "psi": at_patch.psi, "F_N": at_patch.F_N, "speed": ca.fabs(at_patch.psi_dot) * rig.a,
+            "base": factor * at_patch.F_N, "growth": growth, "reach": reach,
             "decay": decay, "gain": gain, "torque": torque,
             "torque_by_psi": ca.jacobian(torque, signals)[SIGNALS.index("psi")],
             "slide": slides - beside, "beside": beside,
@@ -130,15 +130,15 @@ class EffectExpressions:
         )  # fmt: skip
         return scalar_function("sample_terms", function, {"theta": self._numbers()})
 
-    def _of_bristles(self, seen: Signals, factor: Any, theta: ca.MX) -> tuple[Any, ...]:
+    def _of_bristles(self, at_patch: Signals, factor: Any, theta: ca.MX) -> tuple[Any, ...]:
         """Growth of the patch, slip of a sample at 1 m/s, decay and gain of the Maxwell branches."""
         patch = self.model.patch(theta)
         if not isinstance(patch, BristlePatch):
             return 1, 0, 0, 0
         growth: Any = ca.MX(1)
         if patch.traits.growth is not None:
-            growth = ca.fmin(SPAN, patch.traits.growth(seen.F_N, self.observer.rig.a))
-        inputs = self.inputs(speed=seen.psi_dot, dt=seen.dt, F_N=seen.F_N, factor=factor)
+            growth = ca.fmin(SPAN, patch.traits.growth(at_patch.F_N, self.observer.rig.a))
+        inputs = self.inputs(speed=at_patch.psi_dot, dt=at_patch.dt, F_N=at_patch.F_N, factor=factor)
         n, coefficients = patch.bristles, patch.coefficients(inputs)
         return growth, coefficients[3 * n + 2], coefficients[3 * n], coefficients[3 * n + 1]
 

@@ -57,7 +57,7 @@ void ${name}_init(${name}_state_t *state) {
     state->other_age = 0.0;
     state->waiting = -1.0;
     state->jump = 0.0;
-    state->seen = 0;
+    state->has_psi = 0;
     state->now = -1;
 %% if checked
     for (i = 0; i < ${evidence_start|length}; ++i) {
@@ -106,11 +106,11 @@ ${evidence}
 /* Yaw rate from past angles, through a first-order low-pass filter. */
 static void update_rate(${name}_state_t *state, ${real} psi) {
     if (is_known(psi)) {
-        const ${real} turn = state->seen ? psi - state->psi : 0.0;
+        const ${real} turn = state->has_psi ? psi - state->psi : 0.0;
         state->rate += (turn - state->rate * state->age) / (${rate_time_constant} + state->age);
         state->psi = psi;
         state->age = 0.0;
-        state->seen = 1;
+        state->has_psi = 1;
     }
 }
 

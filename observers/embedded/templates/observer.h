@@ -74,7 +74,7 @@ typedef struct {
     ${real} evidence[${evidence_start|length}];
 %% endif
     ${real} psi, age, rate, offset, other, other_age, waiting, jump;
-    int32_t seen, now;
+    int32_t has_psi, now;
 %% if tunable
     ${real} constants[${constants_size}]; /* made of the parameters */
 %% endif
