@@ -12,6 +12,29 @@ VECTORS = frozenset({"x", "mean", "factor", "P", "costate", "newest", "slopes", 
 """Inputs that are vectors in C even where they have one element, as an estimator of one state has."""
 
 
+ABOUT = {
+    "clean": "The sample with missing values imputed.",
+    "patch_signals": "What reaches the patch: angle, rate, load, time.",
+    "filter": "Prediction, innovation, gate, update; exp(x[log_mu]) before the sample is mu.",
+    "retentions": "Shares of the memory's derivative by mu that a walk of mu and a new ground leave.",
+    "predict": "Prediction to the sample.",
+    "test_innovation": "Innovation and gate.",
+    "accept": "Acceptance of a sample of the window after the gate.",
+    "reset_arrival": "What a new ground before the window adds to the variance of ln mu.",
+    "forward": "Update by a sample of the window, and prediction to the next.",
+    "backward": "Back substitution of a sample of the window.",
+    "limit": "States within their bounds.",
+    "step_output": "Friction, effective friction and status.",
+    "observe_torque": "Aligning torque without a model of it.",
+    "follow_turns": "The branch of the path, and the points at which the wheel turned back.",
+    "hypothesis": "One hypothesis after a torque.",
+    "verdict_of": "What all hypotheses say together.",
+    "conclude": "Output and handover while friction is acquired.",
+    "follow_output": "Output while the estimator tracks.",
+}
+"""What a Function does, for the C."""
+
+
 def scalar_function(
     name: str, function: ca.Function, numbers: Mapping[str, Any], *, last: ca.SX | None = None
 ) -> ca.Function:
@@ -107,11 +130,12 @@ def estimator_c(function: ca.Function, real: Real, names: Mapping[str, Sequence[
     """C of a Function of scalars of an estimator, with the logarithm of math.h.
 
     That of `templates/numbers.c` has no answer for 0 and NAN, which an estimator passes on. A comment
-    names the elements of vectors, as far as `names` has them.
+    says what it does, and names the elements of vectors, as far as `names` has them.
     """
     vectors = dict.fromkeys(v.removesuffix("_next").removeprefix("first_") for v in _vectors(function))
-    legend = [f"{vector}: {', '.join(names[vector])}" for vector in vectors if vector in names]
-    comment = f"/* {'; '.join(legend)}. */\n" if legend else ""
+    legend = "; ".join(f"{vector}: {', '.join(names[vector])}" for vector in vectors if vector in names)
+    about = [ABOUT.get(function.name(), ""), f"Elements of {legend}." if legend else ""]
+    comment = f"/* {' '.join(filter(None, about))} */\n" if any(about) else ""
     text = c_function(function.name(), function, real.c_type, VECTORS)
     return comment + text.replace("natural_log(", "log(")
 
