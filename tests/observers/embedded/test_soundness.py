@@ -250,12 +250,13 @@ def test_misra_findings_are_those_that_the_page_explains(
         assert rules <= explained, rules - explained
 
 
-def test_cppcheck_has_no_finding(generated: Generate) -> None:
+@pytest.mark.parametrize("acquire", [False, pytest.param(True, marks=LONG)])
+def test_cppcheck_has_no_finding(generated: Generate, acquire: bool) -> None:
     if (cppcheck := shutil.which("cppcheck")) is None:
         pytest.skip("no cppcheck installed")
     asked = ["--std=c99", "--enable=warning,performance,portability", "--error-exitcode=1", "--quiet"]
     for kind in ("ekf", "mhe"):
-        code = generated(observer_named(f"{kind} declared aligning"), SINGLE)
+        code = generated(observer_named(f"{kind} declared aligning", acquire=acquire), SINGLE)
         found = subprocess.run(
             [cppcheck, *asked, "brushgrip.c", "main.c", "check.c"],
             cwd=code.folder,
