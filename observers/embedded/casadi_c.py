@@ -41,13 +41,6 @@ DEFINITION = re.compile(
 STATIC_FUNCTION = re.compile(r"^(static int \w+)\(([^)\n]*)\) ?\{\n(.*?)^\}", re.M | re.S)
 TABLE = re.compile(r"^static const casadi_(?:int|real) (\w+)\[\d+\] = \s*\{[^}]*\};\n", re.M)
 SCALARS = re.compile(r"^  casadi_real [^;\n]*\bw\d+[^;\n]*;$", re.M)
-NULL_CHECKS = (
-    (re.compile(r"(arg\[\d+\]) ?\? ?(\1\[\d+\]) : 0;"), r"\2;"),
-    (re.compile(r"(arg\[\d+\]) \? \1 : casadi_zeros;"), r"\1;"),
-    (re.compile(r"if \((res\[\d+\])(?:!=0)?\) (\1\[\d+\])"), r"\2"),
-)
-"""Whether the caller passes an input or output of scalars at all."""
-NULL_CHECK = re.compile(r"\b(?:arg|res)\[\d+\] ?(?:\?|[!=]=)|if \([^;\n]*\b(?:arg|res)\[\d+\]")
 EXTREMES = (
     ("static casadi_real casadi_fmin(", "static inline casadi_real casadi_fmin("),
     ("static casadi_real casadi_fmax(", "static inline casadi_real casadi_fmax("),
@@ -85,16 +78,13 @@ class EmbeddedCode:
     w: int
 
 
-def embedded_code(
-    functions: Sequence[ca.Function], real: Real, prefix: str, *, null_checks: bool = True
-) -> EmbeddedCode:
+def embedded_code(functions: Sequence[ca.Function], real: Real, prefix: str) -> EmbeddedCode:
     """C99 of Functions in one floating-point type.
 
     Args:
         functions: the Functions to call, their names unique.
         real: the type of every real number.
         prefix: begins the names of the helpers, so that two such files can be joined.
-        null_checks: an input or output may be NULL; False for callers that always pass all of them.
 
     Raises:
         InvalidInputError: a constant is beyond the type.
@@ -106,11 +96,11 @@ def embedded_code(
     text = DEFINITION.sub(lambda match: _static(match, names), text)
     for old, new in EXTREMES:
         text = text.replace(old, new)
-    for pattern, replacement in (*COMPARISONS, *(() if null_checks else NULL_CHECKS)):
+    for pattern, replacement in COMPARISONS:
         text = pattern.sub(replacement, text)
     text = STATIC_FUNCTION.sub(_initialised, text)
     text = in_type(_without_unused_tables(text), real)
-    _check(text, names, real, null_checks=null_checks)
+    _check(text, names, real)
     return EmbeddedCode(text=text, arg=arg, res=res, iw=iw, w=w)
 
 
@@ -192,14 +182,12 @@ def _without_unused_tables(text: str) -> str:
     return TABLE.sub(lambda match: match.group() if count[match[1]] > 2 else "", text)
 
 
-def _check(text: str, names: frozenset[str], real: Real, *, null_checks: bool) -> None:
+def _check(text: str, names: frozenset[str], real: Real) -> None:
     """Raise `BrushgripError` unless the code is what the rewriting is for."""
     if (exported := re.search(r"^(?!static )\w.*", text, re.M)) is not None:
         raise _unknown(f"{exported.group()!r}, which is not static")
     if missing := [name for name in sorted(names) if f"static int {name}(" not in text]:
         raise _unknown(f"no function {missing[0]}")
-    if not null_checks and (check := NULL_CHECK.search(text)) is not None:
-        raise _unknown(f"the check {check.group()!r}")
     known = {f"{name}{real.suffix}" for name in MATH_FUNCTIONS - {"fmin", "fmax"}} | _KEYWORDS | names
     called = set(re.findall(r"\b([A-Za-z_]\w*)\(", re.sub(r"/\*.*?\*/", "", text, flags=re.S)))
     if unknown := sorted(name for name in called - known if not name.lower().startswith("casadi_")):

@@ -7,8 +7,7 @@ depend on the observer.
 
 import hashlib
 import json
-import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from inspect import getattr_static
 from math import isfinite
 from pathlib import Path
@@ -19,53 +18,40 @@ import numpy as np
 
 from observers.angle_derivative import MEMORY
 from observers.embedded.casadi_c import embedded_code
-from observers.embedded.compact_bristle_ekf import bristle_filter_body, is_compact_bristle_filter
-from observers.embedded.compact_bristle_mhe import bristle_window_body, is_compact_bristle_window
-from observers.embedded.compact_corner_mhe import corner_window_body, is_compact_corner_window
-from observers.embedded.compact_ekf import compact_body, is_compact
-from observers.embedded.compact_mhe import compact_window_body, is_compact_window
+from observers.embedded.compact import compact_body, compact_patch
 from observers.embedded.constants import Tunable
-from observers.embedded.generated_files import mark, release, require_replaceable, require_usable
+from observers.embedded.generated_files import mark, release, require_usable, write_texts
 from observers.embedded.own_names import with_prefix
 from observers.embedded.reference_samples import reference_table
 from observers.embedded.run_time_parameters import parameter_terms, run_time_parameters
 from observers.embedded.scalar_type import SINGLE, Real, in_type
+from observers.embedded.status import STATUS_FLAGS
 from observers.embedded.templating import Body, render
 from observers.measurement_model import LEAST_FIRST_LOAD, RIG
 from observers.model_observer import RIG_UNITS
 from observers.plausibility import START, build_evidence
-from observers.protocol import ESTIMATE, LONGEST_STEP, OUTPUT, UNINFORMED, FunctionObserver, Status
+from observers.protocol import (
+    ESTIMATE,
+    LONGEST_STEP,
+    OUTPUT,
+    SAMPLE,
+    UNINFORMED,
+    FunctionObserver,
+)
 from observers.screening import SLACK
 from observers.torque_error import SENSIBLE
 from observers.tuning import Tuning
-from symbolic import InvalidInputError
+from symbolic import SIGNALS, InvalidInputError
 from symbolic.scalar_c import c_function
 from symbolic.serialisation import units_of
 
-REFUSED = 128
-"""Status of a sample that generated code ignores; Python raises an error there."""
-
-
-def in_c(remedy: str) -> str:
-    """A remedy without the names of Python."""
-    return re.sub(r"\b(?:Tuning|Mhe)\.", "", remedy).replace(": Loop.suspicions names it", "")
-
-
-STATUS_FLAGS = (
-    *((str(flag.name), int(flag), in_c(flag.remedy)) for flag in Status if flag & ~Status.NO_ROOT),
-    ("REFUSED", REFUSED, "dt out of range, the sample was ignored; or an estimate was not finite"),
-)
-"""Name, number and remedy of every status."""
-COMPACT: tuple[tuple[Callable[[Any], bool], Callable[..., Body]], ...] = (
-    (is_compact, compact_body),
-    (is_compact_window, compact_window_body),
-    (is_compact_bristle_filter, bristle_filter_body),
-    (is_compact_bristle_window, bristle_window_body),
-    (is_compact_corner_window, corner_window_body),
-)
-"""Observers for which smaller and faster code exists, and its builder."""
-WITH_RIG = (compact_body, compact_window_body)
-"""Builders whose code takes the model and the rig too at run time; the others make tables of them."""
+TORQUE_MEANING = {
+    "M_z": "aligning torque, moment of the ground on the wheel",
+    "M": "steering torque, of the hand or motor on the wheel",
+}
+"""Meaning of the torques that an observer may use."""
+INPUTS_OF = {"M_z": ("psi", "psi_dot", "M_z", "F_N"), "M": ("psi", "M", "F_N")}
+"""Inputs of an observer by its torque; from the steering torque it estimates the rate too."""
 MEMBERS = tuple(n for part in FunctionObserver.__mro__ for n in vars(part) if not n.startswith("_"))
 """Names that a `FunctionObserver` has."""
 
@@ -94,13 +80,7 @@ def generate(
             constant is beyond the type, or a file that was not generated is in the way; with `tunable`,
             the observer is neither an `Ekf` nor an `Mhe`.
     """
-    texts = source_texts(observer, real, name, tunable=tunable)
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    require_replaceable(folder / file for file in texts)
-    for file, text in texts.items():
-        (folder / file).write_text(text, encoding="utf-8", newline="\n")
-    return [folder / file for file in texts]
+    return write_texts(folder, source_texts(observer, real, name, tunable=tunable))
 
 
 def source_texts(
@@ -165,6 +145,13 @@ def template_terms(
         "tolerance": "1e-3" if real is SINGLE else "1e-9",
         "title": f"{observer.title}; {real.c_type}.",
         "torque": observer.channel,
+        "torques": SAMPLE[len(SIGNALS) :],
+        "raw_torques": "".join(
+            f", sample->{name}" if name == observer.channel else f", ({real.c_type})NAN"
+            for name in SAMPLE[len(SIGNALS) :]
+        ),
+        "torque_meaning": TORQUE_MEANING[observer.channel],
+        "uses_rate": "psi_dot" in INPUTS_OF[observer.channel],
         "brushgrip": release(),
         "generated": mark(),
         "casadi": ca.CasadiMeta.version(),
@@ -205,9 +192,8 @@ def _start_literal(value: float, real: Real) -> str:
 
 def _body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any]) -> Body:
     """The compact code where there is one for the observer, else CasADi's own."""
-    for applies, build in COMPACT:
-        if applies(observer) and (build in WITH_RIG or terms["tunable"] != "all"):
-            return build(observer, real, terms)
+    if (patch := compact_patch(observer, real, terms["tunable"])) is not None:
+        return compact_body(patch, terms)
     return _casadi_body(observer, real, terms)
 
 

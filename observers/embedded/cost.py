@@ -8,16 +8,11 @@ tracked. Where CasADi writes vectors, no more than the order of magnitude is kno
 
 from dataclasses import dataclass
 
-from observers.embedded.compact_bristle_ekf import is_compact_bristle_filter
-from observers.embedded.compact_bristle_mhe import is_compact_bristle_window
-from observers.embedded.compact_bristles import CompactBristles, has_bristles
-from observers.embedded.compact_corner_mhe import is_compact_corner_window
-from observers.embedded.compact_ekf import is_compact
-from observers.embedded.compact_mhe import is_compact_window
+from observers.embedded.compact import compact_patch
 from observers.embedded.constants import Tunable
+from observers.embedded.patches.interface import PatchCode
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.mhe import Mhe
-from observers.model_observer import ModelObserver
 from observers.protocol import FunctionObserver
 
 ERROR = 0.2
@@ -25,13 +20,13 @@ ERROR = 0.2
 VECTORS = 100_000
 """Instructions that vector code takes at least."""
 STEP, CORNERS, CORNER_EFFECT = 800, 300, 500
-BRISTLE, LIMIT, FURTHER = 35, 26, 10
+BRISTLE, LIMIT, FURTHER = 33, 21, 6
 """For each bristle and evaluation: friction alone; a limit that varies; each effect beyond two."""
-SAMPLE_EXACT, SAMPLE_BRISTLES = 600, 335
+SAMPLE_EXACT, SAMPLE_BRISTLES = 550, 325
 """For each sample of a window."""
-TUNABLE_STEP, TUNABLE_SAMPLE = 250, 260
+TUNABLE_STEP, TUNABLE_SAMPLE = 220, 260
 """What these take more where the tuning is taken at run time."""
-TRACKING, ACQUIRING = 650, 14_500
+TRACKING, ACQUIRING = 650, 13_200
 """What supervision takes more while the estimator tracks, and at most while friction is acquired."""
 STEERING = 1.15
 SOFT_DOUBLE = 40
@@ -74,44 +69,37 @@ def estimated_cost(observer: FunctionObserver, real: Real = SINGLE, tunable: Tun
     """What a step of an observer will take; `tunable` as for `generate`."""
     single = real is SINGLE
     factor = 1 if single else SOFT_DOUBLE
-    if not (isinstance(observer, ModelObserver) and _is_compact(observer)):
+    patch = compact_patch(observer, SINGLE)
+    if patch is None:
         return Cost(instructions=VECTORS * factor, vectors=True, remedy=_remedy(observer))
-    if tunable == "all" and not (is_compact(observer) or is_compact_window(observer)):
+    if tunable == "all" and not patch.takes_rig:
         remedy = "take the tuning alone at run time (--tunable tuning), a tenth of that or less"
         return Cost(instructions=VECTORS * factor, vectors=True, remedy=remedy)
-    steered = "psi" in observer.states
+    steered, effects = "psi" in patch.observer.states, patch.observer.model.effects
+    window = 0
     if isinstance(observer, Mhe):
-        if steered or not (has_bristles(observer) or is_compact_window(observer)):
+        if steered or (effects and not patch.terms["bristles"]):
             return Cost(instructions=None)
-        each = SAMPLE_BRISTLES if has_bristles(observer) else SAMPLE_EXACT
+        each = SAMPLE_BRISTLES if patch.terms["bristles"] else SAMPLE_EXACT
         window = observer.window * (each + TUNABLE_SAMPLE * bool(tunable))
-    else:
-        window = 0
-    patch = CORNERS + CORNER_EFFECT * bool(observer.model.effects)
-    patch = _bristles(observer) if has_bristles(observer) else patch
-    step = STEP + TUNABLE_STEP * bool(tunable) + TRACKING * observer.acquire
-    count = (step + patch + window) * (STEERING if steered else 1) * factor
-    known = single and (has_bristles(observer) or not observer.model.effects)
+    of_patch = CORNERS + CORNER_EFFECT * bool(effects)
+    if patch.terms["bristles"]:
+        of_patch = _bristles(patch)
+    step = STEP + TUNABLE_STEP * bool(tunable) + TRACKING * patch.observer.acquire
+    count = (step + of_patch + window) * (STEERING if steered else 1) * factor
+    known = single and (patch.terms["bristles"] or not effects)
     return Cost(
         instructions=int(round(count, -2)),
-        acquiring=ACQUIRING * factor * observer.acquire,
+        acquiring=ACQUIRING * factor * patch.observer.acquire,
         error=ERROR if known else None,
     )
 
 
-def _is_compact(observer: ModelObserver) -> bool:
-    kinds = (
-        is_compact, is_compact_window, is_compact_bristle_filter, is_compact_bristle_window,
-        is_compact_corner_window,
-    )  # fmt: skip
-    return any(holds(observer) for holds in kinds)
-
-
-def _bristles(observer: ModelObserver) -> int:
+def _bristles(patch: PatchCode) -> int:
     """Instructions of the patch."""
-    terms = CompactBristles(observer, SINGLE).terms
+    terms = patch.terms
     varies = bool(terms["creep"]) or terms["limited"] or terms["grows"]
-    each = BRISTLE + LIMIT * varies + FURTHER * max(len(observer.model.effects) - 2, 0)
+    each = BRISTLE + LIMIT * varies + FURTHER * max(len(patch.observer.model.effects) - 2, 0)
     return int(terms["bristles"] * (2 if terms["compliant"] else 1) * each)
 
 

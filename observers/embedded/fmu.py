@@ -15,8 +15,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from observers.embedded.codegen import source_texts, template_terms
+from observers.embedded.codegen import INPUTS_OF, TORQUE_MEANING, source_texts, template_terms
 from observers.embedded.constants import Tunable
+from observers.embedded.fmi_versions import VERSIONS, Version, unused
 from observers.embedded.generated_files import require_replaceable
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
@@ -44,7 +45,7 @@ class Variable:
 
     Attributes:
         name: its name.
-        reference: its value reference, as in `templates/fmu.c`.
+        reference: its value reference, as in `templates/fmu/state.c`.
         kind: the type in FMI 2.0, see `TYPES`.
         unit: its unit; None for a flag.
         description: its meaning.
@@ -60,8 +61,7 @@ class Variable:
 INPUTS = (
     Variable("psi", 0, "Real", "rad", "yaw (steering) angle"),
     Variable("psi_dot", 1, "Real", "rad/s", "yaw rate; a missing one is derived from psi"),
-    Variable("M_z", 2, "Real", "N.m", "aligning torque, moment of the ground on the wheel"),
-    Variable("M", 2, "Real", "N.m", "steering torque, of the hand or motor on the wheel"),
+    *(Variable(name, 2, "Real", "N.m", meaning) for name, meaning in TORQUE_MEANING.items()),
     Variable(
         "F_N", 3, "Real", "N", "vertical load; missing below a twentieth of the first, and M_z with it"
     ),
@@ -69,8 +69,6 @@ INPUTS = (
 """All inputs."""
 TYPES = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
 """Types of FMI 2.0 and what they are in 3.0."""
-UNUSED = {"M_z": {"M"}, "M": {"M_z", "psi_dot"}}
-"""Inputs that an observer of one torque lacks; from the steering torque it estimates the rate too."""
 OUTPUTS = (
     Variable("mu", 4, "Real", "1", "friction coefficient"),
     Variable("mu_std", 5, "Real", "1", "standard deviation of mu"),
@@ -87,36 +85,6 @@ OUTPUTS = (
 
 FIRST_PARAMETER = 15
 """Value reference of the first parameter."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Version:
-    """What differs between versions of FMI.
-
-    Attributes:
-        templates: of the interface, its header and the model description.
-        header: file of that header.
-        library: folder of the library inside the archive.
-        build: the archive has a buildDescription.xml.
-    """
-
-    templates: tuple[str, str, str]
-    header: str
-    library: str
-    build: bool
-
-
-VERSIONS = {
-    2: Version(
-        templates=("fmu.c", "fmi2.h", "modelDescription.xml"), header="fmi2.h",
-        library="linux64", build=False,
-    ),
-    3: Version(
-        templates=("fmu3.c", "fmi3.h", "modelDescription3.xml"), header="fmi3.h",
-        library="x86_64-linux", build=True,
-    ),
-}  # fmt: skip
-"""By the number of the version."""
 
 
 def generate_fmu(
@@ -191,24 +159,24 @@ def _texts(
     terms |= {
         "version": json.loads(parameters)["version"],
         "guid": f"{{{uuid.uuid5(uuid.NAMESPACE_URL, texts[f'{name}.c'] + parameters)}}}",
-        "inputs": [variable for variable in INPUTS if variable.name not in UNUSED[observer.channel]],
+        "inputs": [variable for variable in INPUTS if variable.name in INPUTS_OF[observer.channel]],
         "outputs": OUTPUTS,
         "types": TYPES,
         "first_parameter": FIRST_PARAMETER,
     }
-    interface, header, description = (render(template, terms) for template in version.templates)
+    of_version = {**terms, **vars(version), "fmi": version.fmi, "unused": unused}
     archive = {
-        "modelDescription.xml": description,
+        "modelDescription.xml": render(f"fmu/{version.description}", terms),
         f"sources/{name}.c": texts[f"{name}.c"],
         f"sources/{name}.h": texts[f"{name}.h"],
-        f"sources/{name}_fmu.c": interface,
-        f"sources/{version.header}": header,
+        f"sources/{name}_fmu.c": render("fmu/fmu.c", of_version),
+        f"sources/{version.fmi}.h": render(f"fmu/{version.fmi}.h", of_version),
         f"resources/{name}.json": parameters,
-        "documentation/index.html": render("fmu_documentation.html", terms),
-        "documentation/licenses/license.txt": render("license.txt", terms),
+        "documentation/index.html": render("fmu/documentation.html", terms),
+        "documentation/licenses/license.txt": render("fmu/license.txt", terms),
     }
     if version.build:
-        archive["sources/buildDescription.xml"] = render("buildDescription.xml", terms)
+        archive["sources/buildDescription.xml"] = render("fmu/buildDescription.xml", terms)
     return archive
 
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from observers.embedded.codegen import source_texts, template_terms
-from observers.embedded.generated_files import require_replaceable
+from observers.embedded.generated_files import write_texts
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
 from observers.protocol import FunctionObserver
@@ -38,9 +38,4 @@ def generate_ros2(
         "CMakeLists.txt": "ros2_CMakeLists.txt",
     }  # fmt: skip
     files = kept | {file: render(template, terms) for file, template in templates.items()}
-    folder = Path(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    require_replaceable(folder / file for file in files)
-    for file, text in files.items():
-        (folder / file).write_text(text, encoding="utf-8", newline="\n")
-    return [folder / file for file in files]
+    return write_texts(folder, files)

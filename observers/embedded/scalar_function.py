@@ -1,9 +1,38 @@
-"""Functions of scalars: parameters as numbers, and exponentials that the state contains already."""
+"""Functions of scalars: parameters as numbers, exponentials that are known, and their C."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import casadi as ca
+
+from observers.embedded.scalar_type import Real
+from symbolic.scalar_c import c_function
+
+VECTORS = frozenset({"x", "mean", "factor", "P", "costate", "newest", "slopes", "own"})
+"""Inputs that are vectors in C even where they have one element, as an estimator of one state has."""
+
+
+ABOUT = {
+    "clean": "The sample with missing values imputed.",
+    "patch_signals": "What reaches the patch: angle, rate, load, time.",
+    "filter": "Prediction, innovation, gate, update; exp(x[log_mu]) before the sample is mu.",
+    "retentions": "Shares of the memory's derivative by mu that a walk of mu and a new ground leave.",
+    "predict": "Prediction to the sample.",
+    "test_innovation": "Innovation and gate.",
+    "accept": "Acceptance of a sample of the window after the gate.",
+    "reset_arrival": "What a new ground before the window adds to the variance of ln mu.",
+    "forward": "Update by a sample of the window, and prediction to the next.",
+    "backward": "Back substitution of a sample of the window.",
+    "limit": "States within their bounds.",
+    "step_output": "Friction, effective friction and status.",
+    "observe_torque": "Aligning torque without a model of it.",
+    "follow_turns": "The branch of the path, and the points at which the wheel turned back.",
+    "hypothesis": "One hypothesis after a torque.",
+    "verdict_of": "What all hypotheses say together.",
+    "conclude": "Output and handover while friction is acquired.",
+    "follow_output": "Output while the estimator tracks.",
+}
+"""What a Function does, for the C."""
 
 
 def scalar_function(
@@ -12,7 +41,7 @@ def scalar_function(
     """A Function with some inputs as numbers, expanded to scalar operations, each done once.
 
     Infinite parameters enter as 1/ε with ε = 0 after simplification, so that terms divided by them
-    vanish.
+    vanish. Outputs are dense columns.
 
     Args:
         name: of the result.
@@ -28,8 +57,9 @@ def scalar_function(
     flat = ca.substitute(outputs, [epsilon], [ca.SX(0)])
     inputs = symbols if last is None else symbols | {"constants": last}
     return ca.Function(
-        name, list(inputs.values()), flat, list(inputs), function.name_out(), {"cse": True}
-    )
+        name, list(inputs.values()), [ca.densify(ca.vec(output)) for output in flat], list(inputs),
+        function.name_out(), {"cse": True},
+    )  # fmt: skip
 
 
 def _with_infinity(values: Iterable[Any], epsilon: ca.SX) -> ca.SX:
@@ -38,35 +68,77 @@ def _with_infinity(values: Iterable[Any], epsilon: ca.SX) -> ca.SX:
     )
 
 
-def with_known_exponentials(function: ca.Function, known: Mapping[int, int]) -> ca.Function:
-    """The same Function of scalars, where exp of some elements of its first input is read from others.
+def with_known_exponential(function: ca.Function, of: tuple[str, int], known: str) -> ca.Function:
+    """The same Function of scalars, where exp of one element of an input is read from another input.
 
     Args:
         function: a Function that is expanded to scalars.
-        known: for an element of the first input, the element that holds exp of it.
+        of: the input, and the element of it.
+        known: name of the input, a scalar, that holds exp of it.
     """
     inputs = [ca.SX.sym(function.name_in(i), *function.size_in(i)) for i in range(function.n_in())]
     outputs = [ca.SX(function.sparsity_out(i)) for i in range(function.n_out())]
+    exponential = inputs[function.index_in(known)]
+    at_exponent = [function.index_in(of[0]), of[1]]
     work: dict[int, ca.SX] = {}
-    element: dict[int, int] = {}
+    exponents: set[int] = set()
     for k in range(function.n_instructions()):
         operation, at = function.instruction_id(k), function.instruction_input(k)
         to = function.instruction_output(k)
         if operation == ca.OP_OUTPUT:
             outputs[to[0]].nz[to[1]] = work[at[0]]
             continue
-        source = element.get(at[0], -1) if operation == ca.OP_EXP else -1
         if operation == ca.OP_CONST:
             value = ca.SX(function.instruction_constant(k))
         elif operation == ca.OP_INPUT:
             value = inputs[at[0]].nz[at[1]]
-        elif source in known:
-            value = inputs[0].nz[known[source]]
+        elif operation == ca.OP_EXP and at[0] in exponents:
+            value = exponential
         else:
             operands = [work[i] for i in at]
             value = (ca.SX.unary if len(at) == 1 else ca.SX.binary)(operation, *operands)
         work[to[0]] = value
-        element[to[0]] = at[1] if operation == ca.OP_INPUT and at[0] == 0 else -1
+        exponents.discard(to[0])
+        if operation == ca.OP_INPUT and list(at) == at_exponent:
+            exponents.add(to[0])
     return ca.Function(
         function.name(), inputs, outputs, function.name_in(), function.name_out(), {"cse": True}
     )
+
+
+def inputs_used(function: ca.Function) -> frozenset[str]:
+    """Names of the inputs that an output of a Function of scalars depends on."""
+    outputs = range(function.n_out())
+    return frozenset(
+        name
+        for at, name in enumerate(function.name_in())
+        if any(function.jac_sparsity(i, at).nnz() > 0 for i in outputs)
+    )
+
+
+def without_inputs(function: ca.Function, names: Collection[str]) -> ca.Function:
+    """The same Function of scalars without inputs that no output depends on."""
+    symbols = {name: ca.SX.sym(name, *function.size_in(name)) for name in function.name_in()}
+    outputs = function.call(list(symbols.values()))
+    inputs = {name: symbol for name, symbol in symbols.items() if name not in names}
+    return ca.Function(
+        function.name(), list(inputs.values()), outputs, list(inputs), function.name_out()
+    )
+
+
+def estimator_c(function: ca.Function, real: Real, names: Mapping[str, Sequence[str]]) -> str:
+    """C of a Function of scalars of an estimator, with the logarithm of math.h.
+
+    That of `templates/numbers.c` has no answer for 0 and NAN, which an estimator passes on. A comment
+    says what it does, and names the elements of vectors, as far as `names` has them.
+    """
+    vectors = dict.fromkeys(v.removesuffix("_next").removeprefix("first_") for v in _vectors(function))
+    legend = "; ".join(f"{vector}: {', '.join(names[vector])}" for vector in vectors if vector in names)
+    about = [ABOUT.get(function.name(), ""), f"Elements of {legend}." if legend else ""]
+    comment = f"/* {' '.join(filter(None, about))} */\n" if any(about) else ""
+    text = c_function(function.name(), function, real.c_type, VECTORS)
+    return comment + text.replace("natural_log(", "log(")
+
+
+def _vectors(function: ca.Function) -> tuple[str, ...]:
+    return (*function.name_in(), *function.name_out())

@@ -26,7 +26,7 @@ class Body:
         private: fields of the state, lines of C.
         bytes: size of these fields.
         types: their types, C of the header.
-        supervised: C acquires friction first, see `observers.embedded.supervision_code`.
+        supervised: C acquires friction first, see `observers.embedded.estimators.supervision`.
         scaled: and divides the aligning torque by the stiffness that was found.
         with_rig: the patch takes the rig at run time, by its `set_geometry`.
     """

@@ -31,6 +31,13 @@ static inline ${real} natural_log(${real} x) { return log(x); }
 %% if creep
 
 %% if single
+/* Wright's function: value, and slope times spacing. */
+static const float omega_of[${omega|length}][2] = {
+%% for knot in omega
+    {${knot}},
+%% endfor
+};
+
 /* The root w of w + ln w = x between two knots, a cubic through values and slopes; right to 1e-5 of w. */
 static inline float wright_omega(float x) {
     const float place = (greater(x, ${omega_from}) - ${omega_from}) * ${omega_knots_per_unit};

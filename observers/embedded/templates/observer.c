@@ -2,6 +2,7 @@
    ${generated} */
 #include "${name}.h"
 
+#include <math.h>
 #include <stdbool.h>
 #include <string.h>
 
@@ -56,7 +57,7 @@ void ${name}_init(${name}_state_t *state) {
     state->other_age = 0.0;
     state->waiting = -1.0;
     state->jump = 0.0;
-    state->seen = 0;
+    state->has_psi = 0;
     state->now = -1;
 %% if checked
     for (i = 0; i < ${evidence_start|length}; ++i) {
@@ -105,17 +106,17 @@ ${evidence}
 /* Yaw rate from past angles, through a first-order low-pass filter. */
 static void update_rate(${name}_state_t *state, ${real} psi) {
     if (is_known(psi)) {
-        const ${real} turn = state->seen ? psi - state->psi : 0.0;
+        const ${real} turn = state->has_psi ? psi - state->psi : 0.0;
         state->rate += (turn - state->rate * state->age) / (${rate_time_constant} + state->age);
         state->psi = psi;
         state->age = 0.0;
-        state->seen = 1;
+        state->has_psi = 1;
     }
 }
 
 %% if checked
 static int32_t gather_sample(${name}_state_t *state, const ${name}_sample_t *sample) {
-    const ${real} raw[6] = {sample->psi, sample->psi_dot, sample->F_N, sample->dt, ${"sample->M_z, (%s)NAN" % real if torque == "M_z" else "(%s)NAN, sample->M" % real}};
+    const ${real} raw[${torques|length + 4}] = {sample->psi, sample->psi_dot, sample->F_N, sample->dt${raw_torques}};
     ${real} after[${evidence_start|length}], suspect;
     int32_t i;
     gather_evidence(state->evidence, raw, ${half_length}, after, &suspect);
@@ -128,7 +129,7 @@ static int32_t gather_sample(${name}_state_t *state, const ${name}_sample_t *sam
 
 ${stepping}
 int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
-    ${real} passed[4], now[6];
+    ${real} passed[4], now[${torques|length + 4}];
     int32_t implausible, suspect = 0, status;
     if (state == NULL) {
         return ${NAME}_REFUSED;
@@ -143,8 +144,9 @@ int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
     now[1] = is_known(passed[1]) ? passed[1] : state->rate;
     now[2] = passed[3];
     now[3] = sample->dt;
-    now[4] = ${"passed[2]" if torque == "M_z" else "(%s)NAN" % real};
-    now[5] = ${"passed[2]" if torque == "M" else "(%s)NAN" % real};
+%% for name in torques
+    now[${loop.index0 + 4}] = ${"passed[2]" if name == torque else "(%s)NAN" % real};
+%% endfor
     if (state->now < 0) {
         if (!(is_known(now[0]) && is_known(now[2]) && now[2] >= ${least_first_load})) {
             status = ${NAME}_MISSING | implausible;
@@ -161,14 +163,17 @@ int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
 %% endif
 %% if supervised
 %% if scaled
-    now[4] = passed[2] / state->own[OWN_SCALE];
+    now[${torques.index(torque) + 4}] = passed[2] / state->own[OWN_SCALE];
 %% endif
     status = advance(state, now);
     if (status == ${NAME}_REFUSED) {
         state->result[OUT_STATUS] = ${NAME}_REFUSED;
         return status;
     }
-    status = supervise(state, now, passed[2], status) | implausible | suspect;
+%% if scaled
+    now[${torques.index(torque) + 4}] = passed[2];
+%% endif
+    status = supervise(state, now, status) | implausible | suspect;
 %% else
     status = advance(state, now) | implausible | suspect;
 %% endif

@@ -25,13 +25,8 @@ extern "C" {
 /* One sample of the sensors; NAN where a sensor gave none. Infinite values and those beyond 1e9 count as NAN. */
 typedef struct {
     ${real} psi;     /* yaw (steering) angle [rad] */
-%% if torque == "M"
-    ${real} psi_dot; /* not used: the rate is estimated */
-    ${real} M;     /* steering torque, of the hand or motor on the wheel [N m] */
-%% else
-    ${real} psi_dot; /* yaw rate [rad/s]; a missing one is derived from psi */
-    ${real} M_z;     /* aligning torque, moment of the ground on the wheel [N m] */
-%% endif
+    ${real} psi_dot; /* ${"yaw rate [rad/s]; a missing one is derived from psi" if uses_rate else "not used: the rate is estimated"} */
+    ${real} ${torque};     /* ${torque_meaning} [N m] */
     ${real} F_N;     /* vertical load [N]; where it is missing, the last one stands; missing is one below
                         a twentieth of the first, and the aligning torque with it */
     ${real} dt;      /* time since the last sample, greater than 0 and at most 3600 [s] */
@@ -79,7 +74,7 @@ typedef struct {
     ${real} evidence[${evidence_start|length}];
 %% endif
     ${real} psi, age, rate, offset, other, other_age, waiting, jump;
-    int32_t seen, now;
+    int32_t has_psi, now;
 %% if tunable
     ${real} constants[${constants_size}]; /* made of the parameters */
 %% endif

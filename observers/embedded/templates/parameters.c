@@ -30,6 +30,6 @@ static void take_parameters(${name}_state_t *state, const volatile ${name}_param
 %% endfor
 %% endfor
 %% if with_rig
-    set_geometry(&state->patch, at->a, at->e);
+    set_geometry(&state->patch, at->k, at->a, at->e);
 %% endif
 }

@@ -4,7 +4,7 @@
        mex ${name}_sfun.c ${name}.c
 
    Input ports, one number each: psi [rad], psi_dot [rad/s], ${torque} [N m], F_N [N], NaN where a sensor gave none;
-   ${"psi_dot is not used: the rate is estimated" if torque == "M" else "a missing psi_dot is derived from psi"}.
+   ${"a missing psi_dot is derived from psi" if uses_rate else "psi_dot is not used: the rate is estimated"}.
    Output ports: ${estimate|join(", ")}, torques in N m. Parameter: the sample time [s].
    Outputs are those of the last sample, without direct feedthrough, so that a controller may close its loop over
    them; the block takes its sample when Simulink updates discrete states. Each block has a state of its own.

@@ -9,17 +9,33 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 
-from observers import ESTIMATE, Ekf, Estimate, Loop, Mhe, ObserverState, Sample, Tuning
+from observers import (
+    ESTIMATE,
+    AligningTorque,
+    Ekf,
+    Estimate,
+    Loop,
+    Mhe,
+    ObserverState,
+    Sample,
+    SteeringTorque,
+    Tuning,
+)
 from observers.compiled_step import CompiledStep
 from observers.embedded import Real, Tunable, generate
+from observers.embedded.compact import compact_patch
+from reference_rig import RigRecording, SteeringRecording
 from symbolic import Model, compiler, effects_named
 from tests.compile_once import OPTIMISATION, compile_once
 from tests.observers.conftest import RIG, K
+from tests.observers.factories import columns_of, samples_of
 
 Array = NDArray[np.float64]
 NO_COMPILER = "no C compiler installed (CC, else cc), or BRUSHGRIP_INTERPRET is set"
+needs_compiler = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 STRICT = (
     "-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Werror",
 )  # fmt: skip
@@ -43,7 +59,32 @@ MEASURED_RUN: dict[str, Any] = {
     },
 }  # fmt: skip
 """The model of docs/evidence/measured.md."""
+FOUND: dict[str, Any] = {
+    "model": MEASURED_RUN["model"],
+    "values": {
+        "k": K,
+        "frictional_creep.c": 0.1,
+        "carcass_torsion.k_t": 300.0,
+        "asymmetric_friction.ratio": 1.1,
+    },
+}
+"""The same effects on the rig's usual tyre."""
 DECLARED: dict[str, Any] = {"model": Model(), "values": {"k": K}}
+TORSION: dict[str, Any] = {
+    "model": Model(effects=effects_named(["carcass_torsion"])),
+    "values": {"k": K, "carcass_torsion.k_t": 300.0},
+}
+KINDS: dict[str, Any] = {"ekf": Ekf, "mhe": Mhe}
+MODELS = {
+    "declared": DECLARED, "effects": EFFECTS, "few": FEW_BRISTLES, "creep": CREEP,
+    "measured": MEASURED_RUN, "torsion": TORSION, "found": FOUND,
+}  # fmt: skip
+TORQUES: dict[str, Any] = {
+    "aligning": AligningTorque(),
+    "steering": SteeringTorque(),
+    "aligning,k": AligningTorque(stiffness=True),
+    "steering,k,M_0": SteeringTorque(zero=True, stiffness=True),
+}
 
 
 def observer_of(
@@ -57,6 +98,22 @@ def observer_of(
     """An observer on the rig's usual tyre."""
     own = {"measurement_model": measurement_model, "acquire": acquire, "tuning": Tuning(**tuning)}
     return kind(**model, rig=RIG, **own)
+
+
+def observer_named(name: str, **settings: Any) -> Any:
+    """An observer by kind, model and torque, as "ekf declared aligning"."""
+    kind, model, torque = name.split()
+    return observer_of(KINDS[kind], MODELS[model], TORQUES[torque], **settings)
+
+
+def cases(quick: str, long: str = "", *more: Any) -> list[Any]:
+    """Parameters of a test: names, separated by semicolons, of the quick tier and of the other.
+
+    Each is followed by `more`.
+    """
+    marked = [(name, ()) for name in quick.split("; ")]
+    marked += [(name, (pytest.mark.long,)) for name in long.split("; ") if name]
+    return [pytest.param(name, *more, id=name.replace(" ", "-"), marks=marks) for name, marks in marked]
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,6 +261,38 @@ def python_estimates(observer: Any, samples: Array) -> Array:
         now = loop(Sample(psi=psi, psi_dot=psi_dot, F_N=F_N, dt=dt, **{observer.channel: torque}))
         rows.append(now.numbers)
     return np.array(rows)
+
+
+def assert_same(code: GeneratedCode, rows: Array, *, atol: float = 1e-10, mu: float = 1e-8) -> None:
+    """C estimates what Python's Functions do without a compiler, and the rows tell it something of mu.
+
+    Compact code takes other operations than Python; what CasADi writes takes the same. `mu` is the
+    largest difference of mu and its standard deviation, `atol` that of all else beside 1e-9 of it.
+    """
+    expected = python_estimates(InterpretedObserver(code.observer), rows)
+    estimates = code.run(rows)
+    if compact_patch(code.observer, code.real) is None:
+        np.testing.assert_array_equal(estimates, expected)
+    else:
+        np.testing.assert_allclose(estimates, expected, rtol=1e-9, atol=atol)
+        np.testing.assert_allclose(estimates[:, :2], expected[:, :2], rtol=0, atol=mu)
+        np.testing.assert_array_equal(estimates[:, [3, 4, -1]], expected[:, [3, 4, -1]])
+    assert np.ptp(estimates[:, 0]) > 0.005, "no measurement corrected mu"
+
+
+def rows_of(recording: RigRecording | SteeringRecording, torque: str = "") -> Array:
+    """Samples (n, 5) psi, psi_dot, torque, F_N, dt of a recording; its own torque if none is named."""
+    torque = torque or ("M_z" if isinstance(recording, RigRecording) else "M")
+    samples = samples_of(columns_of(recording))
+    return np.array([(s.psi, s.psi_dot, getattr(s, torque), s.F_N, s.dt) for s in samples])
+
+
+def swinging(count: int) -> Array:
+    """Samples (n, 5) of a wheel that swings, without a rate, under a torque that is none of its tyre."""
+    t = 0.01 * np.arange(count)
+    return np.column_stack(
+        [0.2 * np.sin(5 * t), t * np.nan, -8 * np.sin(5 * t), 400 + 0 * t, 0.01 + 0 * t]
+    )
 
 
 def _pointer(array: NDArray[Any]) -> ctypes.c_void_p:

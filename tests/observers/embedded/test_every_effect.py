@@ -1,29 +1,29 @@
 """Every effect runs in generated C as it does in Python, also by loops over the bristles."""
 
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 import pytest
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE
-from observers.embedded.codegen import COMPACT
+from observers.embedded.compact import compact_patch
 from reference_rig import RigRecording
-from symbolic import Effect, Model, compiler, parameter_name
+from symbolic import Effect, Model, parameter_name
 from symbolic.compliance import deflection_of
 from symbolic.effects.library import GROUND_SCOPES, KNOWN
 from tests.observers.conftest import K
 from tests.observers.embedded.generated_code import (
-    NO_COMPILER,
-    InterpretedObserver,
+    assert_same,
     generate_code,
+    needs_compiler,
     observer_of,
-    python_estimates,
+    rows_of,
 )
-from tests.observers.factories import columns_of, samples_of
 from tests.symbolic.warmth import Warmth
 
 SAMPLES = 250
+ALIGNING = AligningTorque()
 QUICK = ("carcass_torsion", "sensor_delay", "stribeck", "viscoelastic_relaxation")
 """A compliance, a sensor, a law of friction and a state of every bristle."""
 MARKED = [
@@ -39,53 +39,38 @@ EXACT = [
     and not alone.memory_depends_on("mu")
     and name != "friction_drift"  # off by up to 1.7e-6, why is not known
 ]
-BRISTLES = [8, pytest.param(20, marks=pytest.mark.long)]
-pytestmark = [
-    pytest.mark.skipif(compiler() is None, reason=NO_COMPILER),
-    pytest.mark.usefixtures("interpreted"),
-]
+pytestmark = [needs_compiler, pytest.mark.usefixtures("interpreted")]
 
 
-@pytest.mark.parametrize("bristles", BRISTLES)
+def observer_under(kind: Any, effects: tuple[Effect, ...], sensing: Any = ALIGNING, **model: Any) -> Any:
+    """An observer of a model with effects at their usual values."""
+    whole = Model(effects=effects, **model)
+    usual = {parameter_name(e, p): p.start or 0.3 for e, p in whole.parameters if e is not None}
+    return observer_of(kind, {"model": whole, "values": {"k": K, **usual}}, sensing)
+
+
+@pytest.mark.parametrize("bristles", [8, pytest.param(20, marks=pytest.mark.long)])
 @pytest.mark.parametrize("effect", MARKED)
 def test_every_effect(effect: Effect, bristles: int, recording: RigRecording, tmp_path: Path) -> None:
     compliant = deflection_of(Model(effects=(effect,))) is not None
-    model = Model(effects=(effect,), lengthways=bristles, discretised=compliant)
-    values = {parameter_name(e, p): p.start for e, p in model.parameters if e is not None}
-    observer = observer_of(Ekf, {"model": model, "values": {"k": K, **values}}, AligningTorque())
-    samples = samples_of(columns_of(recording))[:SAMPLES]
-    rows = np.array([(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in samples])
+    observer = observer_under(Ekf, (effect,), lengthways=bristles, discretised=compliant)
 
-    estimates = generate_code(observer, DOUBLE, tmp_path).run(rows)
-    expected = python_estimates(InterpretedObserver(observer), rows)
-
-    if any(applies(observer) for applies, _ in COMPACT):
-        np.testing.assert_allclose(estimates, expected, rtol=1e-9, atol=1e-11)
-    else:
-        np.testing.assert_array_equal(estimates, expected)
-    assert np.ptp(estimates[:, 0]) > 0.005, "no measurement corrected mu"
+    assert_same(generate_code(observer, DOUBLE, tmp_path), rows_of(recording)[:SAMPLES], atol=1e-11)
 
 
 @pytest.mark.long
 @pytest.mark.parametrize("name", EXACT)
 def test_a_window_on_an_exact_patch(name: str, recording: RigRecording, tmp_path: Path) -> None:
-    effect = KNOWN[name]
-    model = Model(effects=(effect,))
-    values = {parameter_name(e, p): p.start or 0.3 for e, p in model.parameters if e is not None}
-    samples = samples_of(columns_of(recording))[:SAMPLES]
     # A steering torque that balances the aligning one.
-    for sensing in (AligningTorque(), *([] if effect.sensor else [SteeringTorque()])):
-        rows = np.array([(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in samples])
-        rows[:, 2] *= 1 if isinstance(sensing, AligningTorque) else -1
-        observer = observer_of(Mhe, {"model": model, "values": {"k": K, **values}}, sensing)
+    for sensing, sign in (
+        (ALIGNING, 1), *(() if KNOWN[name].sensor else ((SteeringTorque(), -1),))
+    ):  # fmt: skip
+        observer = observer_under(Mhe, (KNOWN[name],), sensing)
         folder = tmp_path / type(sensing).__name__
+        rows = rows_of(recording)[:SAMPLES] * [1, 1, sign, 1, 1]
 
-        estimates = generate_code(observer, DOUBLE, folder).run(rows)
-        expected = python_estimates(InterpretedObserver(observer), rows)
-
-        assert any(applies(observer) for applies, _ in COMPACT)
-        np.testing.assert_allclose(estimates, expected, rtol=1e-9, atol=1e-10)
-        assert np.ptp(estimates[:, 0]) > 0.005, "no measurement corrected mu"
+        assert compact_patch(observer, DOUBLE) is not None
+        assert_same(generate_code(observer, DOUBLE, folder), rows)
         assert generate_code(observer, SINGLE, folder).core.exists(), "a warning of the compiler"
 
 
@@ -93,12 +78,6 @@ def test_a_window_on_an_exact_patch(name: str, recording: RigRecording, tmp_path
 def test_an_effect_with_one_number_in_memory(
     beside: tuple[str, ...], recording: RigRecording, tmp_path: Path
 ) -> None:
-    model = Model(effects=(Warmth(), *(KNOWN[name] for name in beside)), lengthways=8)
-    values = {"k": K, "warmth.loss": 0.3, **{f"{name}.c": 0.04 for name in beside}}
-    observer = observer_of(Ekf, {"model": model, "values": values}, AligningTorque())
-    samples = samples_of(columns_of(recording))[:SAMPLES]
-    rows = np.array([(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in samples])
+    observer = observer_under(Ekf, (Warmth(), *(KNOWN[name] for name in beside)), lengthways=8)
 
-    estimates = generate_code(observer, DOUBLE, tmp_path).run(rows)
-    expected = python_estimates(InterpretedObserver(observer), rows)
-    np.testing.assert_allclose(estimates, expected, rtol=1e-9, atol=1e-11)
+    assert_same(generate_code(observer, DOUBLE, tmp_path), rows_of(recording)[:SAMPLES], atol=1e-11)

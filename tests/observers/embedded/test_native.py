@@ -7,15 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from observers import Ekf, Mhe, SteeringTorque, run
+from observers import Ekf, Mhe, run
 from observers.embedded import DOUBLE, SINGLE, native
-from reference_rig import RigRecording, SteeringRecording
-from symbolic import InvalidInputError, compiler
+from reference_rig import RigRecording
+from symbolic import InvalidInputError
 from tests.observers.conftest import RIG
-from tests.observers.embedded.generated_code import DECLARED, NO_COMPILER, observer_of
+from tests.observers.embedded.generated_code import DECLARED, needs_compiler
 
 Native = Callable[[Any, native.Real], native.NativeObserver]
-needs_compiler = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 
 
 @pytest.fixture(scope="module")
@@ -52,16 +51,6 @@ def test_every_recording_starts_from_the_prior(compiled_native: Native, recordin
     channels = recording.t, recording.psi, recording.F_N, recording.M_z
 
     np.testing.assert_array_equal(code.run(*channels).mu, code.run(*channels).mu)
-
-
-@pytest.mark.long
-@needs_compiler
-def test_steering_torque(steered: SteeringRecording) -> None:
-    observer = observer_of(Ekf, DECLARED, SteeringTorque())
-    code = native.compile_native(observer, DOUBLE).run(steered.t, steered.psi, steered.F_N, steered.M)
-    python = run(observer, steered.t, steered.psi, steered.F_N, M=steered.M)
-
-    np.testing.assert_allclose(code.mu, python.mu, rtol=1e-9)
 
 
 @needs_compiler

@@ -16,12 +16,11 @@ import pytest
 
 from observers import ESTIMATE, AligningTorque, Ekf
 from observers.embedded import DOUBLE, SINGLE, generate_ros2
-from symbolic import compiler
 from tests.observers.embedded.conftest import Generate
-from tests.observers.embedded.generated_code import DECLARED, NO_COMPILER, GeneratedCode, observer_of
+from tests.observers.embedded.generated_code import DECLARED, GeneratedCode, needs_compiler, observer_of
 
 pytestmark = [
-    pytest.mark.skipif(compiler() is None, reason=NO_COMPILER),
+    needs_compiler,
     pytest.mark.skipif(shutil.which("g++") is None, reason="no g++ installed"),
 ]
 HERE = Path(__file__).parent

@@ -13,21 +13,20 @@ from numpy.typing import NDArray
 from observers import ESTIMATE, AligningTorque, CasadiObserver, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real, Tunable, generate
 from observers.embedded.run_time_parameters import run_time_parameters
-from symbolic import InvalidInputError, Model, compiler
+from symbolic import InvalidInputError, Model
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.generated_code import (
     CREEP,
     DECLARED,
-    NO_COMPILER,
     GeneratedCode,
     InterpretedObserver,
     generate_code,
+    needs_compiler,
     observer_of,
     python_estimates,
 )
 
 Array = NDArray[np.float64]
-needs_compiler = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
 OTHER_TUNING = {
     "mu": 0.7,
     "mu_std": 0.4,

@@ -1,37 +1,34 @@
 """Generated C leaves out the samples that Python leaves out."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
-from observers import AligningTorque, Ekf, Loop, Mhe, Sample, Status, SteeringTorque
+from observers import Status
 from observers.embedded import DOUBLE
-from symbolic import compiler
 from tests.observers.embedded.conftest import Generate
-from tests.observers.embedded.generated_code import DECLARED, NO_COMPILER, observer_of
+from tests.observers.embedded.generated_code import (
+    cases,
+    needs_compiler,
+    observer_named,
+    python_estimates,
+)
 
-pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
-LONG = pytest.mark.long
+pytestmark = needs_compiler
 
 
 @pytest.mark.parametrize(
-    ("kind", "measurement_model"),
-    [
-        pytest.param(Ekf, SteeringTorque(), id="ekf-steering"),
-        pytest.param(Mhe, AligningTorque(), id="mhe-aligning"),
-        pytest.param(Ekf, AligningTorque(), id="ekf-aligning", marks=LONG),
-        pytest.param(Mhe, SteeringTorque(), id="mhe-steering", marks=LONG),
-    ],
+    "name",
+    cases(
+        "ekf declared steering; mhe declared aligning", "ekf declared aligning; mhe declared steering"
+    ),
 )
-def test_implausible_samples_are_those_of_python(
-    generated: Generate, kind: Any, measurement_model: Any
-) -> None:
+def test_implausible_samples_are_those_of_python(generated: Generate, name: str) -> None:
+    observer = observer_named(name, acquire=False)
     rng, count = np.random.default_rng(5), 400
     t = np.arange(count) / 100
     psi = 0.3 * np.sin(3 * t)
     torque = -8 * np.tanh(20 * np.sin(3 * t)) + 0.1 * rng.standard_normal(count)
-    if "M" in measurement_model.channels:
+    if observer.channel == "M":
         torque = -torque
     rows = np.column_stack(
         [psi, np.full(count, np.nan), torque, np.full(count, 400.0), np.diff(t, prepend=-0.01)]
@@ -44,16 +41,12 @@ def test_implausible_samples_are_those_of_python(
     rows[260:270, 0], rows[300:330:3, 0] = np.nan, rng.uniform(-6, 6, 10)
     rows[280, 0] += 0.13  # The next angle could follow this one, and is nearer to the one before it.
     rows[281, 0] += 0.05
-    observer = observer_of(kind, DECLARED, measurement_model, acquire=False)
-    loop, torque = Loop(observer), observer.channel
-    names = ("psi", "psi_dot", torque, "F_N", "dt")
-    samples = (Sample(**dict(zip(names, row, strict=True))) for row in rows.tolist())
-    expected = np.array([loop(sample).numbers for sample in samples])
+    expected = python_estimates(observer, rows)
     estimates = generated(observer, DOUBLE).run(rows)
 
     np.testing.assert_array_equal(estimates[:, -1], expected[:, -1])
     # On the steering torque a window keeps the corners of a sample as a line in mu, which jumps leave.
-    linear = kind is Mhe and torque == "M"
+    linear = name == "mhe declared steering"
     off = 2e-4 if linear else 1e-10
     np.testing.assert_allclose(estimates[:, :2], expected[:, :2], rtol=0, atol=off)
     seen = np.flatnonzero(estimates[:, -1].astype(int) & Status.IMPLAUSIBLE)

@@ -13,11 +13,16 @@ import pytest
 
 from observers import ESTIMATE, AligningTorque, Ekf, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE
-from symbolic import compiler
 from tests.observers.embedded.conftest import Generate
-from tests.observers.embedded.generated_code import DECLARED, NO_COMPILER, STRICT, observer_of
+from tests.observers.embedded.generated_code import (
+    DECLARED,
+    STRICT,
+    needs_compiler,
+    observer_of,
+    swinging,
+)
 
-pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
+pytestmark = needs_compiler
 STUB = Path(__file__).with_name("simulink")
 MEX = ("-O1", "-ffp-contract=off", "-fPIC", "-DMATLAB_MEX_FILE", f"-I{STUB}")
 
@@ -34,16 +39,15 @@ def test_block_outputs_what_the_c_estimates(
     block = code.compile(*STRICT, *MEX, "-shared", sources=sources, out="block.so")
     simulate = ctypes.CDLL(str(block)).simulate
     simulate.restype = ctypes.c_int64
-    t = 0.01 * np.arange(300)
-    psi = 0.2 * np.sin(5 * t)
-    inputs = np.column_stack([psi, np.gradient(psi, 0.01), -8 * np.sin(5 * t), 400 + 0 * t])
-    inputs[100:110, 2] = np.nan
+    rows = swinging(300)
+    rows[:, 1], rows[100:110, 2] = np.gradient(rows[:, 0], 0.01), np.nan
+    inputs = np.ascontiguousarray(rows[:, :4])
     outputs = np.zeros((300, len(ESTIMATE)))
     arguments = [ctypes.c_void_p(array.ctypes.data) for array in (inputs, outputs)]
 
     assert simulate(ctypes.c_int64(300), ctypes.c_double(0.01), *arguments) == 300
     # Outputs are the C's estimates, one step late.
-    expected = code.run(np.column_stack([inputs, np.full(300, 0.01)]))
+    expected = code.run(rows)
     np.testing.assert_array_equal(outputs[1:], expected[:-1])
     assert np.ptp(outputs[:, 0]) > 0.01
     for refused in (0.0, -1.0, np.nan):

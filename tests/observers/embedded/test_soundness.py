@@ -4,71 +4,48 @@ import re
 import shutil
 import subprocess
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 
-from observers import ESTIMATE, AligningTorque, Ekf, Mhe, SteeringTorque
-from observers.embedded import DOUBLE, SINGLE
-from symbolic import compiler
+from observers import ESTIMATE
+from observers.embedded import DOUBLE, SINGLE, Real
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.generated_code import (
-    CREEP,
-    DECLARED,
-    EFFECTS,
-    FEW_BRISTLES,
-    NO_COMPILER,
     STRICT,
     GeneratedCode,
-    observer_of,
+    cases,
+    needs_compiler,
+    observer_named,
+    swinging,
 )
 
-pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
+pytestmark = needs_compiler
+PLAIN = "ekf declared aligning"
 REFUSED, MISSING = 128, 1
 USUAL = [0.3, 1.0, 8.0, 400.0, 0.01]
 ADDRESSES = ("-O1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 HOUR = 360_000
 """Samples of an hour at 100 Hz."""
 LONG = pytest.mark.long
-SANITISED = [
-    pytest.param(Ekf, DECLARED, AligningTorque(), HOUR, id="ekf-declared-aligning"),
-    pytest.param(Mhe, DECLARED, AligningTorque(), HOUR // 100, id="mhe-declared-aligning-short"),
-    pytest.param(Ekf, CREEP, AligningTorque(), HOUR // 100, id="ekf-creep-short", marks=LONG),
-    pytest.param(Ekf, CREEP, AligningTorque(), HOUR, id="ekf-creep-aligning", marks=LONG),
-    pytest.param(Ekf, CREEP, SteeringTorque(), HOUR, id="ekf-creep-steering", marks=LONG),
-    pytest.param(Mhe, CREEP, AligningTorque(), HOUR // 4, id="mhe-creep-aligning", marks=LONG),
-    pytest.param(Ekf, DECLARED, SteeringTorque(), HOUR, id="ekf-declared-steering", marks=LONG),
-    pytest.param(Mhe, DECLARED, AligningTorque(), HOUR // 4, id="mhe-declared-aligning", marks=LONG),
-    pytest.param(Ekf, EFFECTS, SteeringTorque(), 3000, id="ekf-effects-steering", marks=LONG),
-    pytest.param(Ekf, EFFECTS, AligningTorque(), 1000, id="ekf-effects-aligning", marks=LONG),
-]
-CASES = [
-    pytest.param(Ekf, DECLARED, AligningTorque(), id="ekf-declared-aligning"),
-    pytest.param(Ekf, FEW_BRISTLES, SteeringTorque(), id="ekf-effects-few-steering", marks=LONG),
-    pytest.param(Ekf, EFFECTS, SteeringTorque(), id="ekf-effects-steering", marks=LONG),
-    pytest.param(Ekf, DECLARED, SteeringTorque(zero=True, stiffness=True), id="ekf-steering-5"),
-    pytest.param(Mhe, DECLARED, AligningTorque(stiffness=True), id="mhe-declared-aligning", marks=LONG),
-    pytest.param(Mhe, DECLARED, SteeringTorque(), id="mhe-declared-steering", marks=LONG),
-    pytest.param(Mhe, FEW_BRISTLES, AligningTorque(), id="mhe-effects-few-aligning"),
-    pytest.param(Mhe, EFFECTS, AligningTorque(), id="mhe-effects-aligning", marks=LONG),
-]
-MODELS = [
-    pytest.param(DECLARED, id="declared"),
-    pytest.param(FEW_BRISTLES, id="effects-few"),
-    pytest.param(EFFECTS, id="effects", marks=LONG),
-]
-REALS = [pytest.param(SINGLE, id="float"), pytest.param(DOUBLE, id="double", marks=LONG)]
-each_case = pytest.mark.parametrize(("kind", "model", "measurement_model"), CASES)
+each_case = pytest.mark.parametrize(
+    "name",
+    cases(
+        "ekf declared aligning; ekf declared steering,k,M_0; mhe few aligning",
+        "ekf few steering; ekf effects steering; mhe declared aligning,k; mhe declared steering;"
+        " mhe effects aligning",
+    ),
+)
+each_real = pytest.mark.parametrize(
+    "real", [pytest.param(SINGLE, id="float"), pytest.param(DOUBLE, id="double", marks=LONG)]
+)
 
 
 @each_case
-@pytest.mark.parametrize("real", REALS)
-def test_random_bytes_leave_a_valid_estimate(
-    generated: Generate, kind: Any, model: Any, measurement_model: Any, real: Any
-) -> None:
-    code = generated(observer_of(kind, model, measurement_model), real)
-    count = 20_000 if kind is Ekf else 3_000
+@each_real
+def test_random_bytes_leave_a_valid_estimate(generated: Generate, name: str, real: Real) -> None:
+    code = generated(observer_named(name), real)
+    count = 20_000 if "ekf" in name else 3_000
     invalid, refused = code.fuzz(count, 1, USUAL)
 
     assert invalid == 0
@@ -77,13 +54,9 @@ def test_random_bytes_leave_a_valid_estimate(
 
 
 @each_case
-def test_two_observers_are_independent(
-    generated: Generate, kind: Any, model: Any, measurement_model: Any
-) -> None:
-    code = generated(observer_of(kind, model, measurement_model), SINGLE)
-    t = np.arange(120) / 100
-    psi = 0.2 * np.sin(5 * t)
-    rows = np.column_stack([psi, psi, -8 * np.sin(5 * t), 400 + 0 * t, 0.01 + 0 * t])
+def test_two_observers_are_independent(generated: Generate, name: str) -> None:
+    code = generated(observer_named(name), SINGLE)
+    rows = swinging(120)
     one, two = code.run_two(rows)
 
     np.testing.assert_array_equal(one, code.run(rows))
@@ -92,7 +65,7 @@ def test_two_observers_are_independent(
 
 
 def test_times_out_of_range_are_ignored(generated: Generate) -> None:
-    code = generated(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)
+    code = generated(observer_named(PLAIN), SINGLE)
     good = [0.01, 0.5, -1.0, 400.0, 0.01]
     bad = [[*good[:4], dt] for dt in (0.0, -1.0, np.nan, np.inf, 4000.0)]
     rows = np.array([good, [0.05, *good[1:]], *bad, [0.09, *good[1:]]])
@@ -104,7 +77,7 @@ def test_times_out_of_range_are_ignored(generated: Generate) -> None:
 
 
 def test_a_time_that_is_refused_before_the_first_sample_is_forgotten(generated: Generate) -> None:
-    code = generated(observer_of(Ekf, DECLARED, AligningTorque(), acquire=False), SINGLE)
+    code = generated(observer_named(PLAIN, acquire=False), SINGLE)
     good = [0.01, 0.5, -1.0, 400.0, 0.01]
     rows = np.array([[*good[:4], 0.0], [np.nan, *good[1:]], good])
 
@@ -112,26 +85,30 @@ def test_a_time_that_is_refused_before_the_first_sample_is_forgotten(generated: 
 
 
 def test_what_is_not_there_is_refused(generated: Generate) -> None:
-    code = generated(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)
+    code = generated(observer_named(PLAIN), SINGLE)
 
     assert code.library.brushgrip_step(None, None) == REFUSED
     code.library.brushgrip_estimate(None, None)
 
 
 def test_fast_math_does_not_compile(generated: Generate) -> None:
-    code = generated(observer_of(Ekf, DECLARED, AligningTorque()), SINGLE)
+    code = generated(observer_named(PLAIN), SINGLE)
 
     with pytest.raises(subprocess.CalledProcessError):
         code.compile("-fsyntax-only", "-ffast-math", sources=("brushgrip.c",), out="fast.o")
 
 
-@pytest.mark.parametrize("model", [*MODELS, pytest.param(CREEP, id="creep")])
-@pytest.mark.parametrize("kind", [Ekf, Mhe])
-@pytest.mark.parametrize("real", REALS)
-def test_the_header_says_how_large_a_state_is(
-    generated: Generate, kind: Any, model: Any, real: Any
-) -> None:
-    code = generated(observer_of(kind, model, AligningTorque()), real)
+@pytest.mark.parametrize(
+    "name",
+    cases(
+        "ekf declared aligning; ekf few aligning; ekf creep aligning; mhe declared aligning;"
+        " mhe few aligning; mhe creep aligning; mhe declared steering",
+        "ekf effects aligning; mhe effects aligning",
+    ),
+)
+@each_real
+def test_the_header_says_how_large_a_state_is(generated: Generate, name: str, real: Real) -> None:
+    code = generated(observer_named(name), real)
     (said,) = re.findall(r"One observer, (\d+) bytes", (code.folder / "brushgrip.h").read_text())
     lines = f'_Static_assert(sizeof(brushgrip_state_t) == {said}, "state");\n'
     (code.folder / "size.c").write_text(f'#include "brushgrip.h"\n{lines}')
@@ -142,7 +119,7 @@ def test_the_header_says_how_large_a_state_is(
 @pytest.mark.parametrize("missing", [np.nan, np.inf, -np.inf, 1e20])
 @pytest.mark.parametrize("column", [0, 1, 2, 3])
 def test_missing_sensors_are_flagged(generated: Generate, column: int, missing: float) -> None:
-    code = generated(observer_of(Ekf, DECLARED, AligningTorque(), acquire=False), SINGLE)
+    code = generated(observer_named(PLAIN, acquire=False), SINGLE)
     rows = np.tile([0.05, 0.0, -1.0, 400.0, 0.01], (4, 1))
     rows[2, column] = missing
     estimates = code.run(rows)
@@ -154,7 +131,7 @@ def test_missing_sensors_are_flagged(generated: Generate, column: int, missing: 
 
 
 def test_the_estimate_is_the_prior_before_the_first_usable_sample(generated: Generate) -> None:
-    observer = observer_of(Ekf, DECLARED, AligningTorque(), acquire=False, mu=0.8, mu_std=0.3)
+    observer = observer_named(PLAIN, acquire=False, mu=0.8, mu_std=0.3)
     code = generated(observer, SINGLE)
     estimates = code.run(
         np.array([[np.nan, 0, 1, 400, 0.01], [0.1, 0, 1, -5, 0.01], [0.1, 0, 1, 400, 0.01]])
@@ -165,43 +142,51 @@ def test_the_estimate_is_the_prior_before_the_first_usable_sample(generated: Gen
     assert estimates[:, -1].tolist() == [MISSING, MISSING, 0]
 
 
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=LONG)])
-def test_code_calls_only_the_mathematics_library(generated: Generate, kind: Any, model: Any) -> None:
+@pytest.mark.parametrize(
+    "name",
+    cases(
+        "ekf declared aligning; ekf few aligning",
+        "ekf effects aligning; mhe declared aligning; mhe few aligning; mhe effects aligning",
+    ),
+)
+def test_code_calls_only_the_mathematics_library(generated: Generate, name: str) -> None:
     if (nm := shutil.which("nm")) is None:
         pytest.skip("no nm installed to list symbols")
-    code = generated(observer_of(kind, model, AligningTorque()), SINGLE)
+    code = generated(observer_named(name), SINGLE)
     listed = subprocess.run([nm, code.core], capture_output=True, text=True, check=True)
     symbols = [line.split()[-2:] for line in listed.stdout.splitlines()]
     undefined = {name for mark, name in symbols if mark == "U"}
     defined = {name for mark, name in symbols if mark == "T"}
 
     # The compiler may copy and clear by calls, as a freestanding target must offer too.
-    assert undefined <= {
-        "expf",
-        "logf",
-        "log1pf",
-        "powf",
-        "sqrtf",
-        "fmaxf",
-        "fminf",
-        "memcpy",
-        "memset",
-        "memmove",
-    }
+    functions = "expf logf log1pf powf sqrtf fmaxf fminf memcpy memset memmove"
+    assert undefined <= set(functions.split())
     assert defined == {f"brushgrip_{name}" for name in ("init", "step", "estimate", "reset", "version")}
     assert not {mark for mark, _ in symbols} & set("DdBbC"), "data that can be written to"
 
 
-@pytest.mark.parametrize(("kind", "model", "measurement_model", "count"), SANITISED)
+@pytest.mark.parametrize(
+    ("name", "count"),
+    [
+        *cases("ekf declared aligning", "ekf creep aligning; ekf creep steering", HOUR),
+        *cases("mhe declared aligning", "ekf creep aligning", HOUR // 100),
+        pytest.param("ekf declared steering", HOUR, marks=LONG),
+        *(
+            pytest.param(f"mhe {model} aligning", HOUR // 4, marks=LONG)
+            for model in ("creep", "declared")
+        ),
+        pytest.param("ekf effects steering", 3000, marks=LONG),
+        pytest.param("ekf effects aligning", 1000, marks=LONG),
+    ],
+)
 def test_sanitisers_have_no_finding(
-    generated: Generate, repository_root: Path, kind: Any, model: Any, measurement_model: Any, count: int
+    generated: Generate, repository_root: Path, name: str, count: int
 ) -> None:
-    code = generated(observer_of(kind, model, measurement_model), SINGLE)
+    code = generated(observer_named(name), SINGLE)
     program = instrumented(code, "run.c", "-DALONE", *ADDRESSES)
     fuzzed = subprocess.run([program, str(count), *map(str, USUAL)], capture_output=True, text=True)
     assert fuzzed.returncode == 0, fuzzed.stdout + fuzzed.stderr
-    if "M" not in measurement_model.channels:
+    if code.observer.channel == "M_z":
         example = code.compile(*ADDRESSES, sources=("instrumented.o", "main.c"), out="example")
         for recording in sorted((repository_root / "examples" / "recordings").glob("*.csv")):
             seen = subprocess.run([example, recording], capture_output=True, text=True)
@@ -211,16 +196,11 @@ def test_sanitisers_have_no_finding(
 
 
 @pytest.mark.parametrize(
-    ("kind", "model"),
-    [
-        (Ekf, DECLARED),
-        pytest.param(Mhe, DECLARED, marks=LONG),
-        pytest.param(Ekf, FEW_BRISTLES, marks=LONG),
-        pytest.param(Ekf, EFFECTS, marks=LONG),
-    ],
+    "name",
+    cases("ekf declared aligning", "mhe declared aligning; ekf few aligning; ekf effects aligning"),
 )
-def test_threads_share_nothing(generated: Generate, kind: Any, model: Any) -> None:
-    code = generated(observer_of(kind, model, AligningTorque(), acquire=False), SINGLE)
+def test_threads_share_nothing(generated: Generate, name: str) -> None:
+    code = generated(observer_named(name, acquire=False), SINGLE)
     program = instrumented(code, "threads.c", "-O1", "-g", "-pthread", "-fsanitize=thread")
     seen = subprocess.run([program], capture_output=True, text=True)
     if "unexpected memory mapping" in seen.stderr:
@@ -240,28 +220,26 @@ def instrumented(code: GeneratedCode, driver: str, *flags: str) -> Path:
         pytest.skip("the compiler has no such sanitiser")
 
 
-@pytest.mark.parametrize("real", REALS)
+@each_real
 @each_case
-def test_clang_has_no_warning(
-    generated: Generate, kind: Any, model: Any, measurement_model: Any, real: Any
-) -> None:
+def test_clang_has_no_warning(generated: Generate, name: str, real: Real) -> None:
     if (clang := shutil.which("clang")) is None:
         pytest.skip("no clang installed")
-    code = generated(observer_of(kind, model, measurement_model), real)
+    code = generated(observer_named(name), real)
     code.compile(*STRICT, "-fsyntax-only", sources=("brushgrip.c",), out="none", command=clang)
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("model", [DECLARED, FEW_BRISTLES, CREEP], ids=["declared", "effects", "creep"])
+@pytest.mark.parametrize("model", ["declared", "few", "creep"])
 def test_misra_findings_are_those_that_the_page_explains(
-    generated: Generate, model: dict[str, Any], repository_root: Path
+    generated: Generate, model: str, repository_root: Path
 ) -> None:
     if (cppcheck := shutil.which("cppcheck")) is None:
         pytest.skip("no cppcheck installed")
     page = (repository_root / "docs" / "reference" / "embedded.md").read_text("utf-8")
     explained = set(re.findall(r"^\| (\d+\.\d+) \|", page, re.MULTILINE))
-    for kind in (Ekf, Mhe):
-        code = generated(observer_of(kind, model, AligningTorque()), SINGLE)
+    for kind in ("ekf", "mhe"):
+        code = generated(observer_named(f"{kind} {model} aligning"), SINGLE)
         found = subprocess.run(
             [cppcheck, "--addon=misra", "--std=c99", "--quiet", "--template={id}", "brushgrip.c"],
             cwd=code.folder, capture_output=True, text=True, check=True,
@@ -272,12 +250,13 @@ def test_misra_findings_are_those_that_the_page_explains(
         assert rules <= explained, rules - explained
 
 
-def test_cppcheck_has_no_finding(generated: Generate) -> None:
+@pytest.mark.parametrize("acquire", [False, pytest.param(True, marks=LONG)])
+def test_cppcheck_has_no_finding(generated: Generate, acquire: bool) -> None:
     if (cppcheck := shutil.which("cppcheck")) is None:
         pytest.skip("no cppcheck installed")
     asked = ["--std=c99", "--enable=warning,performance,portability", "--error-exitcode=1", "--quiet"]
-    for kind in (Ekf, Mhe):
-        code = generated(observer_of(kind, DECLARED, AligningTorque()), SINGLE)
+    for kind in ("ekf", "mhe"):
+        code = generated(observer_named(f"{kind} declared aligning", acquire=acquire), SINGLE)
         found = subprocess.run(
             [cppcheck, *asked, "brushgrip.c", "main.c", "check.c"],
             cwd=code.folder,

@@ -3,13 +3,11 @@
 import numpy as np
 import pytest
 
-from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import SINGLE
 from reference_rig import RigRecording, SteeringRecording
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.cortex.target import M4F, M7, TOOLS, Board, Cost, run_on, tools_installed
-from tests.observers.embedded.generated_code import DECLARED, observer_of, python_estimates
-from tests.observers.factories import columns_of, samples_of
+from tests.observers.embedded.generated_code import observer_named, python_estimates, rows_of
 
 pytestmark = pytest.mark.skipif(not tools_installed(), reason=TOOLS)
 
@@ -30,9 +28,8 @@ def test_a_whole_recording(
     acquire: bool,
     budget: tuple[int, int, int, int],
 ) -> None:
-    observer = observer_of(Ekf, DECLARED, AligningTorque(), acquire=acquire)
-    rows = [(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in samples_of(columns_of(recording))]
-    samples = SINGLE.round(np.array(rows))
+    observer = observer_named("ekf declared aligning", acquire=acquire)
+    samples = SINGLE.round(rows_of(recording))
     cost = run_on(board, generated(observer, SINGLE), samples)
     expected = python_estimates(observer, samples)
     off = np.abs(cost.estimates - expected)[:, 0]
@@ -50,9 +47,8 @@ def test_a_whole_recording(
 
 
 def test_from_the_steering_torque(generated: Generate, steered: SteeringRecording) -> None:
-    observer = observer_of(Ekf, DECLARED, SteeringTorque(), acquire=False)
-    rows = [(s.psi, s.psi_dot, s.M, s.F_N, s.dt) for s in samples_of(columns_of(steered))]
-    samples = SINGLE.round(np.array(rows))
+    observer = observer_named("ekf declared steering", acquire=False)
+    samples = SINGLE.round(rows_of(steered))
     cost = run_on(M4F, generated(observer, SINGLE), samples)
     off = np.abs(cost.estimates - python_estimates(observer, samples))[:, 0]
     print(summary("steering", cost, off.max()))
@@ -62,9 +58,8 @@ def test_from_the_steering_torque(generated: Generate, steered: SteeringRecordin
 
 
 def test_moving_horizon(generated: Generate, recording: RigRecording) -> None:
-    observer = observer_of(Mhe, DECLARED, AligningTorque())
-    rows = [(s.psi, s.psi_dot, s.M_z, s.F_N, s.dt) for s in samples_of(columns_of(recording))]
-    samples = SINGLE.round(np.array(rows[:700]))
+    observer = observer_named("mhe declared aligning")
+    samples = SINGLE.round(rows_of(recording)[:700])
     cost = run_on(M4F, generated(observer, SINGLE), samples)
     off = np.abs(cost.estimates - python_estimates(observer, samples))[:, 0]
     print(summary("moving horizon", cost, off.max()))

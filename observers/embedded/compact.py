@@ -1,0 +1,103 @@
+"""An estimator on a patch, each chosen by itself, joined to compact C.
+
+Another kind of sensing is a `MeasurementModel` alone: C takes what it needs from its expressions.
+"""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from observers.acquisition import OWN
+from observers.branches import TRACK
+from observers.ekf import Ekf
+from observers.embedded.constants import Constants, Tunable
+from observers.embedded.estimators.filter import compact_filter
+from observers.embedded.estimators.interface import EstimatorCode
+from observers.embedded.estimators.measurement_traits import advances_once, follows_correction
+from observers.embedded.estimators.sample_functions import sample_functions
+from observers.embedded.estimators.supervision import supervised, supervision_functions
+from observers.embedded.estimators.window import compact_window
+from observers.embedded.patches.bristles import bristles, has_bristles
+from observers.embedded.patches.corners import corners, has_corners
+from observers.embedded.patches.interface import PatchCode
+from observers.embedded.scalar_function import estimator_c
+from observers.embedded.scalar_type import Real
+from observers.embedded.templating import Body, render
+from observers.hypotheses import LIMITS, PER_HYPOTHESIS, VERDICT
+from observers.innovation_gate import COUNTS
+from observers.innovation_monitor import MONITOR
+from observers.linearisation import directions
+from observers.measurement_model import CLEAN
+from observers.mhe import Mhe
+from observers.model_observer import ModelObserver
+from observers.patch_update import memory_depends_on_tyre
+from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
+from symbolic import DECLARED
+from symbolic.scalar_c import ELEMENTARY
+
+ESTIMATORS: Mapping[type, Callable[[PatchCode, Constants], EstimatorCode]] = {
+    Ekf: compact_filter,
+    Mhe: compact_window,
+}
+"""Estimators in compact C; a subclass may compute something else."""
+
+
+def compact_patch(observer: FunctionObserver, real: Real, tunable: Tunable = "") -> PatchCode | None:
+    """The patch of an observer in compact C; None where CasADi writes all of the observer, as vectors.
+
+    There is one for an `Ekf` of one linearisation and an `Mhe` of one iteration over two samples or
+    more, neither a subclass.
+    """
+    if not isinstance(observer, ModelObserver) or ESTIMATORS.get(type(observer)) is None:
+        return None
+    if getattr(observer, "iterations", 1) != 1 or getattr(observer, "window", 2) < 2:
+        return None
+    model = observer.measurement_model
+    if not advances_once(model):
+        return None
+    if has_bristles(observer):
+        patch = bristles(observer, real)
+    elif isinstance(observer, Mhe) and memory_depends_on_tyre(observer.model, model):
+        return None
+    elif has_corners(observer):
+        patch = corners(observer, real, with_rig=tunable == "all")
+    else:
+        return None
+    return patch if patch.takes_rig or tunable != "all" else None
+
+
+def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> Body:
+    """The part of generated code that differs between observers."""
+    observer, real, model = patch.observer, patch.real, patch.observer.measurement_model
+    constants, name = Constants(observer, terms["tunable"], theta=range(len(DECLARED))), terms["name"]
+    estimator = ESTIMATORS[type(observer)](patch, constants)
+    values = {
+        **terms, **patch.terms, "clean": len(CLEAN), "counts": len(COUNTS), "monitor": len(MONITOR),
+        "states": len(model.states), "follows_correction": follows_correction(model),
+        "follows_mu": patch.follows_mu, "slides": patch.torque_model.slides, **estimator.terms,
+    }  # fmt: skip
+    functions = [*sample_functions(observer), *estimator.functions]
+    functions += supervision_functions(observer, constants)
+    names = {**_names(observer), **estimator.names}
+    written = "\n".join(estimator_c(function, real, names) for function in functions)
+    of_patch = "\n".join([patch.functions, *(render(name, values) for name in patch.templates)])
+    used = [name for name in ELEMENTARY if f"{name}(" in written + of_patch]
+    elementary = render("numbers.c", {**values, "used": used})
+    body = Body(
+        core=elementary + render("patches/interface.c", values) + written + of_patch,
+        stepping=render(estimator.template, values),
+        private=estimator.private.replace("NAME", name),
+        bytes=estimator.bytes + patch.bytes,
+        types=render(patch.type_template, values) + estimator.types.replace("NAME", name),
+        with_rig=bool(values["with_rig"]),
+    )
+    return supervised(observer, real, values, body)
+
+
+def _names(observer: ModelObserver) -> dict[str, tuple[str, ...]]:
+    """Names of the elements of vectors, by those of the vectors."""
+    states, slopes = observer.states, directions(observer.measurement_model)
+    return {
+        "sample": SAMPLE, "last": CLEAN, "now": CLEAN, "x": states, "mean": states, "newest": states,
+        "slopes": slopes, "counts": COUNTS, "monitor": MONITOR, "output": OUTPUT, "result": OUTPUT,
+        "own": OWN, "track": TRACK, "part": PER_HYPOTHESIS, "limits": LIMITS, "verdict": VERDICT,
+    }  # fmt: skip

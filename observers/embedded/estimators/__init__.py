@@ -1,0 +1,1 @@
+"""Estimators in compact C, each once for every patch and every measurement model."""

@@ -1,0 +1,97 @@
+"""The filter in compact C, `templates/estimators/filter.c`.
+
+It is the Function of `observers.ekf` on a patch whose torque is an input, expanded to scalars, with the
+parameters as numbers.
+"""
+
+import casadi as ca
+
+from observers.ekf import build_step, layout
+from observers.embedded.constants import Constants
+from observers.embedded.estimators.interface import EstimatorCode
+from observers.embedded.estimators.measurement_traits import follows_correction
+from observers.embedded.estimators.sample_functions import (
+    TORQUE,
+    effective_friction,
+    named_function,
+    retentions,
+    stiffness_of,
+)
+from observers.embedded.patches.interface import PatchCode
+from observers.embedded.scalar_function import inputs_used, with_known_exponential, without_inputs
+from observers.initial_state import build_initial_state
+from observers.layout import Layout
+from observers.linearisation import directions, state_index
+from observers.udu import covariance
+
+PATCH = ("M_z", "slopes")
+"""Parts of the state that the patch of C sets, not the step."""
+
+
+def compact_filter(patch: PatchCode, constants: Constants) -> EstimatorCode:
+    """An `Ekf` of one linearisation on a patch of C."""
+    observer, real = patch.observer, patch.real.c_type
+    model, memory = observer.measurement_model, [name for name, _, _ in patch.torque_model.layout.fields]
+    parts = layout(patch.torque_model, model)
+    step = _step(patch, constants, parts)
+    # C keeps the parts that a step depends on.
+    used = inputs_used(step)
+    kept = Layout(tuple(field for field in parts.fields if field[0] in used - {"memory"}))
+    names = [name for name, _, _ in kept.fields]
+    step = without_inputs(step, {name for name, _, _ in parts.fields} - {*names, "memory"})
+    functions = [_begin(patch, constants, parts, names), step]
+    if patch.follows_mu:
+        factor = ca.MX.sym("factor", *parts.places["factor"][1])
+        functions.append(retentions(observer, constants, factor, covariance(factor), predicted=True))
+    if follows_correction(model) and patch.torque_model.slides:
+        functions.append(effective_friction(patch))
+    before = stiffness_of(model, "before->x")
+    given = {
+        "M_z": "torque[M_Z]", "by_mu": "torque[BY_MU]", "mu": "mu",
+        "by_k": f"torque[BY_STIFFNESS] / {patch.k}", "k": f"{patch.k} * {before}",
+        "slide": "slide[0]", "beside": "slide[1]",
+    }  # fmt: skip
+    by_state = {name: f"torque[{TORQUE[name]}]" for name in directions(model)}
+    by_state["log_mu"] += " * output[OUT_MU]"
+    fields = "".join(f"    {real} {part}[{rows * columns}];\n" for part, rows, columns in kept.fields)
+    return EstimatorCode(
+        template="estimators/filter.c",
+        functions=functions,
+        names={"memory": memory},
+        terms={
+            "first": [f"first->{name}" for name in names],
+            "before": [f"before->{name}{'[0]' * (name == 'M_z')}" for name in names],
+            "after": [f"after->{name}" for name in names if name not in PATCH],
+            "stiffness_before": before, "stiffness_after": stiffness_of(model, "after->x"),
+            "memory": [given[name] for name in memory], "slopes": list(by_state.values()), "window": 0,
+            "newest_x": "state->filter[state->now].x", "x": "filter->x", "P": "filter->factor",
+            "own_state": "filter->",
+        },
+        types=f"/* The filter, see the code. */\ntypedef struct {{\n{fields}}} NAME_filter_t;\n\n",
+        private="    NAME_filter_t filter[2]; /* before and after a sample */\n    NAME_patch_t patch;",
+        bytes=2 * kept.size * patch.real.size,
+    )  # fmt: skip
+
+
+def _begin(patch: PatchCode, constants: Constants, parts: Layout, kept: list[str]) -> ca.Function:
+    """(sample) -> the kept parts before it."""
+    start = build_initial_state(patch.torque_model, patch.observer.measurement_model, parts)
+    sample, vector = (ca.MX.sym(start.name_in(i), start.numel_in(i)) for i in range(2))
+    first = parts.split(start(sample, vector))
+    outputs = {f"first_{name}": first[name] for name in kept}
+    return constants.fill("begin_filter", named_function("begin_filter", [sample, vector], **outputs))
+
+
+def _step(patch: PatchCode, constants: Constants, parts: Layout) -> ca.Function:
+    """(parts, memory, sample, mu) -> (parts after, output); mu is exp of ln mu before the sample."""
+    model = patch.observer.measurement_model
+    step = build_step(patch.torque_model, model)
+    before = {name: ca.MX.sym(name, rows * columns) for name, rows, columns in parts.fields}
+    sample, vector = (ca.MX.sym(step.name_in(i), step.numel_in(i)) for i in (1, 2))
+    state_next, output = step(ca.vertcat(*before.values()), sample, vector)
+    after = parts.split(state_next)
+    outputs = {f"{n}_next": after[n] for n in before if n not in (*PATCH, "memory", "output")}
+    memory = before.pop("memory")
+    inputs = [*before.values(), memory, sample, ca.MX.sym("mu"), vector]
+    flat = constants.fill("filter", named_function("filter", inputs, **outputs, result=output))
+    return with_known_exponential(flat, ("x", state_index(model)), "mu")

@@ -1,0 +1,36 @@
+"""What C needs to know of a measurement model, from its expressions alone."""
+
+from functools import cache
+
+from observers.embedded.scalar_function import inputs_used
+from observers.linearisation import build_motion
+from observers.measurement_model import ROWS, MeasurementModel
+from observers.mhe_terms import build_forward
+
+
+def follows_correction(model: MeasurementModel) -> bool:
+    """True where the patch is advanced at the corrected states, not at the sample."""
+    return model.patch_before(True, lambda: False)
+
+
+def advances_once(model: MeasurementModel) -> bool:
+    """True where the patch is advanced once a sample, before the correction or after it."""
+    return model.patch_after(False, lambda: True) is follows_correction(model)
+
+
+@cache
+def torque_moves_states(model: MeasurementModel) -> bool:
+    """True where the motion of the states depends on the torque of the patch."""
+    return not inputs_used(build_motion(model)).isdisjoint(("M_z", "slopes"))
+
+
+@cache
+def rows_used(model: MeasurementModel) -> tuple[str, ...]:
+    """Those of `ROWS` that the terms of a window depend on: what C stores of a sample."""
+    forward = build_forward(model)
+    used = {ROWS.index(name) for name in ("F_N", "dt", "accepted", "jump")}
+    for name in ("row", "row_next"):
+        at = forward.index_in(name)
+        for i in range(forward.n_out()):
+            used.update(forward.jac_sparsity(i, at).get_triplet()[1])
+    return tuple(name for i, name in enumerate(ROWS) if i in used)

@@ -1,0 +1,97 @@
+"""Functions of a sample that the filter and the window share."""
+
+from collections.abc import Sequence
+
+import casadi as ca
+
+from observers.effective_friction import build_effective_friction
+from observers.embedded.constants import Constants
+from observers.embedded.patches.interface import PatchCode
+from observers.innovation_monitor import change_variance
+from observers.layout import named
+from observers.linearisation import build_clean, build_motion, directions, state_index
+from observers.measurement_model import CLEAN, RIG, MeasurementModel
+from observers.model_observer import ModelObserver
+from observers.patch_update import patch_signals, reset_retention, sensitivity_retention
+from observers.protocol import SAMPLE
+from observers.tuning import TUNING_FIELDS
+from symbolic import DECLARED
+
+TORQUE = {"log_mu": "BY_MU", "stiffness": "BY_STIFFNESS", "psi": "BY_ANGLE"}
+"""Place in a torque of C of its derivative by what a state stands for: mu, k over nominal, the angle."""
+
+
+def named_function(name: str, inputs: Sequence[ca.MX], **outputs: ca.MX) -> ca.Function:
+    """A Function whose inputs have the names of their symbols."""
+    return ca.Function(
+        name, list(inputs), [ca.densify(ca.vec(ca.MX(o))) for o in outputs.values()],
+        [symbol.name() for symbol in inputs], list(outputs),
+    )  # fmt: skip
+
+
+def sample_functions(observer: ModelObserver) -> list[ca.Function]:
+    """`clean` and `patch_signals`."""
+    model = observer.measurement_model
+    sample, last = ca.MX.sym("sample", len(SAMPLE)), ca.MX.sym("last", len(CLEAN))
+    x, now = ca.MX.sym("x", len(model.states)), ca.MX.sym("now", len(CLEAN))
+    cleaned, imputed = build_clean(model)(sample, last)
+    return [
+        named_function("clean", [sample, last], now=cleaned, imputed=imputed),
+        named_function("patch_signals", [x, now], signals=patch_signals(model, x, now)),
+    ]
+
+
+def retentions(
+    observer: ModelObserver, constants: Constants, factor: ca.MX, variances: ca.MX, *, predicted: bool
+) -> ca.Function:
+    """(factor, now) -> shares of the memory's derivative by mu that a walk of mu and a new ground leave.
+
+    Args:
+        observer: its patch follows mu.
+        constants: of the observer.
+        factor: symbol of a covariance in the form that the estimator has.
+        variances: the covariance (n, n).
+        predicted: the variance of ln mu on a new ground adds to that after the walk.
+    """
+    model, n = observer.measurement_model, len(observer.states)
+    now, rig = ca.MX.sym("now", len(CLEAN)), ca.MX.sym("rig", len(RIG))
+    tuning, x = ca.MX.sym("tuning", len(TUNING_FIELDS)), ca.MX.zeros(n)
+    # Neither the states nor the torque matter to the walk of ln mu.
+    slopes = ca.DM.zeros(len(directions(model)))
+    _, _, Q, _ = build_motion(model)(x, 0, slopes, ca.MX.zeros(len(CLEAN)), now, rig, tuning)
+    at = state_index(model)
+    walk = sensitivity_retention(model, variances, Q, x)
+    variance = variances[at, at] + Q[at] if predicted else variances[at, at]
+    change = reset_retention(ca.MX(1), variance, change_variance(named(TUNING_FIELDS, tuning)))
+    function = named_function(
+        "retentions", [factor, now, rig, tuning], retention=ca.vertcat(walk, change)
+    )
+    return constants.fill("retentions", function)
+
+
+def effective_friction(patch: PatchCode) -> ca.Function:
+    """(mu, mu_std, F_N, slide) -> (mu_eff, mu_eff_std, M_slide)."""
+    model, rig = patch.torque_model, patch.observer.rig
+    mu, std, F_N = ca.MX.sym("mu"), ca.MX.sym("mu_std"), ca.MX.sym("F_N")
+    slide = ca.MX.sym("slide", 2)
+    memory = model.layout.join(memory_with(patch, slide))
+    friction = build_effective_friction(model)
+    geometry = ca.DM([rig.a, rig.e])
+    mu_eff, mu_eff_std, M_slide = friction(
+        mu, std, memory, F_N, ca.DM.ones(len(DECLARED)), geometry, 0.0
+    )
+    return named_function(
+        "effective_friction", [mu, std, F_N, slide], mu_eff=mu_eff, mu_eff_std=mu_eff_std,
+        M_slide=M_slide,
+    ).expand()  # fmt: skip
+
+
+def stiffness_of(model: MeasurementModel, x: str) -> str:
+    """C of k over its nominal value at states x."""
+    return f"{x}[{state_index(model, 'stiffness')}]" if "stiffness" in model.states else "1.0"
+
+
+def memory_with(patch: PatchCode, slide: ca.MX) -> dict[str, ca.MX]:
+    """A memory of the linear torque of which only the slide is known."""
+    known = dict(zip(("slide", "beside"), ca.vertsplit(slide), strict=True))
+    return {name: known.get(name, ca.MX(0)) for name, _, _ in patch.torque_model.layout.fields}

@@ -1,0 +1,126 @@
+"""Supervision in C: the Functions of `observers.acquisition` around an estimator.
+
+C loops over the hypotheses and calls one Function for each, see `templates/estimators/supervision.c`.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+
+from observers import acquisition, branches, hypotheses, supervision
+from observers.embedded.constants import Constants
+from observers.embedded.scalar_type import Real
+from observers.embedded.templating import Body, render
+from observers.equivalent_patch import equivalent_patch
+from observers.layout import named
+from observers.measurement_model import LEAST_LOAD, RIG
+from observers.model_observer import ModelObserver
+from observers.protocol import OUTPUT, SAMPLE
+from observers.tuning import TUNING_FIELDS
+
+
+def supervision_functions(observer: ModelObserver, constants: Constants) -> list[ca.Function]:
+    """The Functions that C calls beside those of the estimator; none without supervision."""
+    if not observer.acquire:
+        return []
+    functions = [
+        branches.build_track().expand("follow_turns", {"cse": True}),
+        branches.build_turn(),
+        branches.build_branch(),
+        hypotheses.build_hypothesis(),
+        hypotheses.build_error(),
+        hypotheses.build_verdict().expand("verdict_of", {"cse": True}),
+        supervision.build_tracking(),
+        acquisition.build_conclusion(
+            equivalent_patch(observer.model, observer.values, observer.rig),
+            is_scaled=bool(observer.measurement_model.scaled),
+        ),
+    ]
+    return [*functions, _observe_torque(observer, constants)]
+
+
+def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], body: Body) -> Body:
+    """The code of an estimator with its supervision; as it is where that is switched off.
+
+    Args:
+        observer: the observer.
+        real: the type.
+        terms: values of the placeholders of all templates, those of the estimator among them.
+        body: code of the estimator alone.
+    """
+    if not observer.acquire:
+        return body
+    handed = [
+        {"index": observer.states.index(name), "at": acquisition.HANDOVER.index(name)}
+        for name in ("log_mu", "M_0")
+        if name in observer.states
+    ]
+    values = {**terms, **_terms(observer, terms), "handed": handed}
+    sizes = {
+        "own": len(acquisition.OWN), "verdict": len(hypotheses.VERDICT),
+        "block": len(observer.measurement_model.torque_state),
+        "track": len(branches.TRACK), "points": branches.POINTS, "result": len(OUTPUT),
+    }  # fmt: skip
+    fields = ", ".join(f"{name}[{size}]" for name, size in sizes.items() if size)
+    rows, columns = len(hypotheses.RATIOS), len(hypotheses.PER_HYPOTHESIS)
+    return replace(
+        body,
+        stepping=f"{body.stepping}\n{render('estimators/supervision.c', values)}",
+        private=f"{body.private}\n    {real.c_type} {fields}; /* of the supervision */\n"
+        f"    {real.c_type} hypotheses[{rows}][{columns}];",
+        bytes=body.bytes + (sum(sizes.values()) + rows * columns) * real.size,
+        supervised=True,
+        scaled=bool(observer.measurement_model.scaled),
+    )
+
+
+def _observe_torque(observer: ModelObserver, constants: Constants) -> ca.Function:
+    """(block, sample, again) -> (block_next, psi, M_z, added, limits)."""
+    model = observer.measurement_model
+    block, sample = ca.SX.sym("block", len(model.torque_state)), ca.SX.sym("sample", len(SAMPLE))
+    rig, tuning = ca.SX.sym("rig", len(RIG)), ca.SX.sym("tuning", len(TUNING_FIELDS))
+    after, *rest = model.observed_torque(
+        named(model.torque_state, block), named(SAMPLE, sample), rig, tuning
+    )
+    patch = equivalent_patch(observer.model, observer.values, observer.rig)
+    again = ca.SX.sym("again")
+    limits = hypotheses.limits_of(named(TUNING_FIELDS, tuning), patch.misfit, again)
+    function = ca.Function(
+        "observe_torque", [block, sample, again, rig, tuning],
+        [ca.vertcat(*(after[name] for name in model.torque_state)), *rest, limits],
+        ["block", "sample", "again", "rig", "tuning"], ["block_next", "psi", "M_z", "added", "limits"],
+    )  # fmt: skip
+    return constants.fill("observe_torque", function)
+
+
+def _terms(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str, Any]:
+    """Values of the placeholders of `templates/estimators/supervision.c`."""
+    patch = equivalent_patch(observer.model, observer.values, observer.rig)
+    begin = len(observer.model.coordinates)
+    places = {"k": observer.model.coordinates.index("k")}
+    places |= {name: begin + i for i, name in enumerate(RIG)}
+    places["zero_std"] = begin + len(RIG) + TUNING_FIELDS.index("zero_std")
+    numbers = observer.constants.tolist()
+    literal = {name: repr(float(numbers[at])) for name, at in places.items()}
+    if terms["tunable"]:
+        tuned = places if terms["tunable"] == "all" else ("zero_std",)
+        literal |= {name: f"state->constants[{places[name]}]" for name in tuned}
+    zero_std, states, torque_state = (
+        observer.rig.zero_std,
+        observer.states,
+        observer.measurement_model.torque_state,
+    )
+    return {
+        "own": acquisition.OWN, "track": branches.TRACK, "parts": hypotheses.PER_HYPOTHESIS,
+        "limits": hypotheses.LIMITS, "hypotheses": hypotheses.RATIOS,
+        "ratios": hypotheses.RATIOS, "points": branches.POINTS, "verdict": len(hypotheses.VERDICT),
+        "block": len(torque_state), "handover": len(acquisition.HANDOVER),
+        "vague": repr(hypotheses.VAGUE), "slid": repr(hypotheses.SLID), "least_load": repr(LEAST_LOAD),
+        "restart_std": repr(hypotheses.RESTART_STD), "a": literal["a"],
+        "tyre": [f"{literal['k']} * {patch.stiffness!r}", literal["a"], literal["e"]],
+        # Deviation of the torque's zero before the first sample [N m].
+        "zero_std": f"{literal['zero_std']} * slide" if zero_std is None else repr(zero_std),
+        "zero_state": f"{terms['newest_x']}[{states.index('M_0')}]" if "M_0" in states else "0.0",
+    }  # fmt: skip

@@ -1,0 +1,237 @@
+"""The moving-horizon estimator in compact C, `templates/estimators/window.c`.
+
+What the window keeps of the patch is stored with every sample. C loops over the samples and calls, at
+each, the Functions of `observers.mhe_terms`, adapted here to scalar arguments.
+"""
+
+from dataclasses import dataclass
+
+import casadi as ca
+
+from observers.embedded.constants import Constants
+from observers.embedded.estimators.interface import EstimatorCode
+from observers.embedded.estimators.measurement_traits import (
+    rows_used,
+    torque_moves_states,
+)
+from observers.embedded.estimators.sample_functions import (
+    TORQUE,
+    memory_with,
+    named_function,
+    retentions,
+    stiffness_of,
+)
+from observers.embedded.patches.interface import PatchCode, window_of
+from observers.initial_state import build_initial_state
+from observers.innovation_gate import COUNTS, build_innovation
+from observers.innovation_monitor import MONITOR, change_variance
+from observers.layout import Layout, named, outputs_of
+from observers.linearisation import build_motion, directions, state_index
+from observers.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
+from observers.mhe_terms import (
+    arrival_jump,
+    build_acceptance,
+    build_backward,
+    build_forward,
+    build_prediction,
+    is_unsettled,
+)
+from observers.model_observer import clip_to_bounds, friction_output, step_output
+from observers.patch_update import slopes_by_states
+from observers.protocol import SAMPLE
+from observers.tuning import TUNING_FIELDS
+
+TORQUES = ("M_Z", "BY_MU", "BY_STIFFNESS", "BY_ANGLE")
+"""Order of a torque in C, see `templates/patches/interface.c`."""
+TEST = ("accepted", "reset", "run", "missing", "expected", "nis", "inconsistent")
+"""Result of the test of the newest innovation."""
+STATE = """\
+    {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}];
+    {real} last[{clean}], counts[{counts}], monitor[{monitor}];
+    {real} x[{window}][{n}], row[{window}][{row}], eliminated[{window}][{eliminated}];
+{kept}    NAME_patch_t patch;
+    int32_t newest;
+{integers}"""
+
+
+def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
+    """An `Mhe` of one iteration over two samples or more, on a patch of C."""
+    observer, size, window = patch.observer, patch.real.size, window_of(patch.observer)
+    model = observer.measurement_model
+    built = WindowFunctions(patch, window).all()
+    functions = [constants.fill(function.name(), function) for function in built]
+    if patch.follows_mu:
+        P = ca.MX.sym("P", len(model.states), len(model.states))
+        functions.append(retentions(observer, constants, P, P, predicted=False))
+    row, n, eliminated = rows_used(model), len(model.states), elimination(model).size
+    numbers = n + 2 * n * n + len(CLEAN) + len(COUNTS) + len(MONITOR)
+    a_sample = (n + len(row) + eliminated) * size + patch.kept_bytes
+    states = {name: i for i, name in enumerate(model.states)}
+    return EstimatorCode(
+        template="estimators/window.c",
+        functions=functions,
+        names={"row": row, "torque": TORQUES, "test": TEST},
+        terms={
+            "window": window, "moves_states": torque_moves_states(model), "eliminated": eliminated,
+            "log_mu": states["log_mu"], "psi": states.get("psi"), "row": row, "test": TEST,
+            "measured": [(name, CLEAN.index(name)) for name in row if name in CLEAN],
+            "stiffness": stiffness_of(model, "x"), "stiffness_newest": stiffness_of(model, "newest"),
+            "stiffness_corrected": stiffness_of(model, "state->x[at]"),
+            "newest_x": "state->x[state->newest]", "x": "state->x[newest]", "P": "state->P_newest",
+            "own_state": "state->",
+        },
+        private=STATE.format(
+            real=patch.real.c_type, n=n, window=window, eliminated=eliminated, clean=len(CLEAN),
+            row=len(row), counts=len(COUNTS), monitor=len(MONITOR), kept=patch.kept,
+            integers=patch.kept_integers,
+        ).rstrip(),
+        bytes=numbers * size + 4 + window * a_sample,
+    )  # fmt: skip
+
+
+def elimination(model: MeasurementModel) -> Layout:
+    """The parts that forward elimination leaves for back substitution."""
+    n = len(model.states)
+    parts = (("filtered", n, 1), ("P", n, n), ("K", n, 1), ("score", 1, 1), ("H", n, 1))
+    slopes = ("slopes", len(directions(model)), 1)
+    return Layout((*parts, slopes) if torque_moves_states(model) else parts)
+
+
+@dataclass(frozen=True)
+class WindowFunctions:
+    """The Functions that C calls at each sample of a window.
+
+    Attributes:
+        patch: the patch, and with it the observer.
+        window: how many samples these are.
+    """
+
+    patch: PatchCode
+    window: int
+
+    @property
+    def model(self) -> MeasurementModel:
+        """What is measured."""
+        return self.patch.observer.measurement_model
+
+    def all(self) -> list[ca.Function]:
+        """All of them."""
+        return [
+            self.begin(), self.limit(), self.predict(), self.test_innovation(), self.accept(),
+            self.reset_arrival(), self.forward(), self.backward(), self.output(),
+        ]  # fmt: skip
+
+    def symbols(self, *names: str) -> list[ca.MX]:
+        """Symbols of these names, in their shapes."""
+        n, row = len(self.model.states), len(rows_used(self.model))
+        shapes = {
+            "sample": (len(SAMPLE), 1), "last": (len(CLEAN), 1), "now": (len(CLEAN), 1), "x": (n, 1),
+            "mean": (n, 1), "factor": (n, n), "P": (n, n), "torque": (len(TORQUES), 1),
+            "row": (row, 1), "after": (row, 1), "counts": (len(COUNTS), 1), "monitor": (len(MONITOR), 1),
+            "eliminated": (elimination(self.model).size, 1), "costate": (n, 1), "newest": (n, 1),
+            "test": (len(TEST), 1), "age": (1, 1), "imputed": (1, 1), "slide": (2, 1),
+            "theta": (len(self.patch.torque_model.coordinates), 1), "rig": (len(RIG), 1),
+            "tuning": (len(TUNING_FIELDS), 1),
+        }  # fmt: skip
+        return [ca.MX.sym(name, *shapes[name]) for name in names]
+
+    def full_row(self, row: ca.MX) -> ca.MX:
+        """A row in the order of `ROWS`; its terms do not depend on the rest."""
+        stored = named(rows_used(self.model), row)
+        full: ca.MX = ca.vertcat(*(stored.get(name, 0) for name in ROWS))
+        return full
+
+    def torque(self, torque: ca.MX, x: ca.MX) -> tuple[ca.MX, ca.MX]:
+        """M_z and its slopes by the states."""
+        parts = named(TORQUES, torque)
+        slopes = ca.vertcat(*(parts[TORQUE[name]] for name in directions(self.model)))
+        return parts["M_Z"], slopes_by_states(self.model, slopes, x)
+
+    def begin(self) -> ca.Function:
+        """(sample) -> mean, factor, last."""
+        n = len(self.model.states)
+        parts = Layout((("mean", n, 1), ("factor", n, n), ("last", len(CLEAN), 1)))
+        start = build_initial_state(self.patch.torque_model, self.model, parts)
+        sample, constants = (ca.MX.sym(start.name_in(i), start.numel_in(i)) for i in range(2))
+        return named_function(
+            "begin_window", [sample, constants], **parts.split(start(sample, constants))
+        )
+
+    def limit(self) -> ca.Function:
+        """(x) -> within bounds."""
+        x, tuning = self.symbols("x", "tuning")
+        return named_function("limit", [x, tuning], limited=clip_to_bounds(self.model, x, tuning))
+
+    def predict(self) -> ca.Function:
+        """(x, torque, P, last, now) -> newest, P at it."""
+        names = ("x", "torque", "P", "last", "now", "rig", "tuning")
+        x, torque, P, last, now, rig, tuning = inputs = self.symbols(*names)
+        predict = build_prediction(self.model)
+        newest, P_newest, _ = predict(x, P, *self.torque(torque, x), last, now, rig, tuning)
+        return named_function("predict", inputs, newest=newest, P_newest=P_newest)
+
+    def test_innovation(self) -> ca.Function:
+        """(newest, torque, now, P, counts, monitor) -> test, counts, monitor."""
+        names = ("newest", "torque", "now", "P", "counts", "monitor", "rig", "tuning")
+        newest, torque, now, P, counts, monitor, rig, tuning = inputs = self.symbols(*names)
+        innovation = build_innovation(self.model)
+        results = outputs_of(
+            innovation, newest, P, *self.torque(torque, newest), now, counts, monitor, rig, tuning
+        )
+        test = ca.vertcat(*(results[name] for name in TEST))
+        after = {name: results[name] for name in ("counts_next", "monitor_next")}
+        return named_function("test_innovation", inputs, test=test, **after)
+
+    def accept(self) -> ca.Function:
+        """(row, age, test) -> accepted, jump."""
+        row, age, test, tuning = inputs = self.symbols("row", "age", "test", "tuning")
+        stored, three = named(rows_used(self.model), row), test[: TEST.index("run") + 1]
+        unknown = change_variance(named(TUNING_FIELDS, tuning))
+        accepted, jump = build_acceptance()(stored["accepted"], stored["jump"], age, three, unknown)
+        return named_function("accept", inputs, accepted=accepted, jump=jump)
+
+    def reset_arrival(self) -> ca.Function:
+        """(test) -> increment of the arrival's variance of ln mu."""
+        test, tuning = inputs = self.symbols("test", "tuning")
+        result, unknown = named(TEST, test), change_variance(named(TUNING_FIELDS, tuning))
+        jump = arrival_jump(self.window, result["reset"], result["run"], unknown)
+        return named_function("reset_arrival", inputs, jump=jump)
+
+    def forward(self) -> ca.Function:
+        """(mean, factor, x, torque, row, after) -> mean, factor, eliminated."""
+        names = ("mean", "factor", "x", "torque", "row", "after", "rig", "tuning")
+        mean, factor, x, torque, row, after, rig, tuning = inputs = self.symbols(*names)
+        forward = build_forward(self.model)
+        rows, (M_z, slopes) = (self.full_row(r) for r in (row, after)), self.torque(torque, x)
+        results = outputs_of(forward, mean, factor, x, M_z, slopes, *rows, rig, tuning)
+        results["slopes"] = slopes
+        return named_function(
+            "forward", inputs, mean_next=results["mean_next"], factor_next=results["factor_next"],
+            eliminated=elimination(self.model).join(results),
+        )  # fmt: skip
+
+    def backward(self) -> ca.Function:
+        """(costate, eliminated, row, after) -> costate before, smoothed x within bounds."""
+        names = ("costate", "eliminated", "row", "after", "rig", "tuning")
+        costate, eliminated, row, after, rig, tuning = inputs = self.symbols(*names)
+        parts = elimination(self.model).split(eliminated)
+        # The motion is cheaper to compute again than to store with every sample.
+        now, now_next = (self.full_row(vector)[: len(CLEAN)] for vector in (row, after))
+        motion = build_motion(self.model)
+        slopes = parts.pop("slopes", ca.DM.zeros(len(directions(self.model))))
+        _, A, _, _ = motion(parts["filtered"], 0, slopes, now, now_next, rig, tuning)
+        before, smoothed = build_backward(self.model)(costate, *parts.values(), A, tuning)
+        return named_function("backward", inputs, costate_before=before, smoothed=smoothed)
+
+    def output(self) -> ca.Function:
+        """(x, P, newest, now, test, imputed, slide) -> output."""
+        names = ("x", "P", "newest", "now", "test", "imputed", "slide", "theta", "rig", "tuning")
+        x, P, newest, now, test, imputed, slide, theta, rig, tuning = inputs = self.symbols(*names)
+        model, result, at = self.patch.torque_model, named(TEST, test), state_index(self.model)
+        memory = model.layout.join(memory_with(self.patch, slide))
+        friction = friction_output(model, x, P, memory, now, theta, rig, tuning, at=at)
+        output = step_output(
+            self.model, x, friction, result["expected"], tuning, result, held=imputed,
+            unsettled=is_unsettled(self.model, x, newest, P),
+        )  # fmt: skip
+        return named_function("step_output", inputs, result=output)

@@ -1,0 +1,139 @@
+"""The bristle patch in compact C, `templates/patches/bristles.c`: tables, and the effects.
+
+One loop over the bristles advances them, with their derivatives by mu. What the effects change enters
+as C of their own expressions (`symbolic.Effect`): once a sample what is the same for all bristles, and
+for each bristle its pressure, where the patch grows, and the factors on its limit. An effect of a user's
+own needs nothing else. Where nothing depends on the sample, pressure is a table.
+"""
+
+from dataclasses import replace
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import wrightomega
+
+from observers.embedded.patches.effect_expressions import TERMS, EffectExpressions
+from observers.embedded.patches.interface import PatchCode, angle_is_state, window_of
+from observers.embedded.patches.linear_torque import LinearTorque
+from observers.embedded.scalar_type import SINGLE, Real
+from observers.model_observer import ModelObserver
+from symbolic import Model
+from symbolic.bristles import SPAN
+from symbolic.compliance import BALANCE_STEPS
+from symbolic.deformation import full_slide_arm
+from symbolic.scalar_c import c_function, c_records
+from symbolic.slip import REFERENCE_SPEED, REST_SPEED
+
+OMEGA = (-12, 24)
+"""Arguments between which Wright's function is a table; it is e^x before and x - ln x ... beyond."""
+OMEGA_KNOTS_PER_UNIT = 4
+
+
+def has_bristles(observer: ModelObserver) -> bool:
+    """True for a model that needs bristles, k being known."""
+    model = observer.model
+    return type(model) is Model and not model.exact and "stiffness" not in observer.states
+
+
+def bristles(observer: ModelObserver, real: Real) -> PatchCode:
+    """The patch of an observer for which `has_bristles` holds."""
+    effects, window = EffectExpressions(observer), window_of(observer)
+    terms = bristle_terms(effects, real)
+    functions = {"sample_terms": effects.sample_terms(), "initial_memory": effects.initial()}
+    if terms["grows"]:
+        functions["pressure_at"] = effects.pressure()
+    if terms["limited"]:
+        functions["limit_factor"] = effects.limit_factor()
+    if (deflection := effects.deflection()) is not None:
+        functions["deflection"] = deflection
+    written = [c_function(name, function, real.c_type) for name, function in functions.items()]
+    table = bristle_table(effects, terms)
+    arrays = (4 if terms["relaxation"] else 2) + terms["compliant"]
+    numbers = effects.own + 6 + terms["compliant"] * (2 + terms["relaxation"])
+    kept = ["M_z", "by_mu", "mu", *(("angle", "by_angle") if angle_is_state(observer) else ())]
+    return PatchCode(
+        observer=observer,
+        real=real,
+        torque_model=LinearTorque(by_stiffness=False, slides=True),
+        functions="\n".join([c_records("bristle", table, real.c_type), *written]),
+        templates=("patches/bristles.c", *(("patches/bristles_window.c",) if window else ())),
+        type_template="patches/bristles_type.c",
+        terms=terms | {"stiff": repr(float(-(table["moment"] * table["lever"]).sum()))},
+        k=repr(float(observer.values["k"])),
+        bytes=int(real.size * (arrays * effects.patch.bristles + numbers)),
+        kept=f"    {real.c_type} {', '.join(f'{name}[{window}]' for name in kept)};\n",
+        kept_bytes=len(kept) * real.size,
+        follows_mu=True,
+        takes_rig=False,
+    )
+
+
+def bristle_terms(effects: EffectExpressions, real: Real) -> dict[str, Any]:
+    """Values of the placeholders of the templates."""
+    patch, rig, deflection = effects.patch, effects.observer.rig, effects.deflection()
+    traits, log_reference = patch.traits, float(np.log(REFERENCE_SPEED))
+    branched, compliant = traits.relaxation is not None, deflection is not None
+    creep = 0.0 if traits.creep is None else float(traits.creep)
+    slide = patch.effective_friction(effects.inputs(speed=rig.slide_rate))
+    return {
+        "bristles": patch.bristles, "with_rig": False, "effects": True, "own": effects.own,
+        "angle_is_state": angle_is_state(effects.observer), "a": repr(float(rig.a)), "terms": TERMS,
+        "gained": "(1.0 + terms[TERM_GAIN]) * " if branched else "",
+        "shared": " * limits->share" if branched else "",
+        "branched": " + branch" if branched else "",
+        "branched_by_mu": " + branch_by_mu" if branched else "",
+        "relaxation": branched, "creep": creep, "grows": traits.growth is not None,
+        "limited": bool(traits.limits), "static_limit": traits.growth is None and not traits.limits,
+        "compliant": compliant, "evaluations": (2 if real is SINGLE else 7) if compliant else 1,
+        "balance_steps": 1 if _is_linear(deflection) else BALANCE_STEPS,
+        "rest_factor": 1 + creep * float(np.log(REST_SPEED / REFERENCE_SPEED)),
+        "log_reference": log_reference, "offset": log_reference - (1 / creep if creep else 0.0),
+        "rest_speed": REST_SPEED, "single": real is SINGLE, **_omega(),
+        # Effective friction over mu where the patch has one length, else empty [1].
+        "slide": "" if traits.growth is not None else repr(float(slide)),
+        "slide_rate": repr(float(rig.slide_rate)),
+        # Torque of q / a over the full-slide torque of the declared patch under 1 N.
+        "slide_weight": repr(1.0 / float(full_slide_arm(rig.a, rig.e))),
+    }  # fmt: skip
+
+
+def _omega() -> dict[str, Any]:
+    """The table of Wright's function: its value, and its slope times the spacing."""
+    intervals = (OMEGA[1] - OMEGA[0]) * OMEGA_KNOTS_PER_UNIT
+    w = wrightomega(np.linspace(*OMEGA, intervals + 1))
+    slopes = w / (1 + w) / OMEGA_KNOTS_PER_UNIT
+    return {
+        "omega": [f"{v:.9g}, {s:.9g}" for v, s in zip(w, slopes, strict=True)],
+        "omega_from": float(OMEGA[0]), "omega_intervals": intervals,
+        "omega_knots_per_unit": float(OMEGA_KNOTS_PER_UNIT),
+    }  # fmt: skip
+
+
+def bristle_table(effects: EffectExpressions, terms: dict[str, Any]) -> dict[str, NDArray[np.float64]]:
+    """What of every bristle does not depend on the sample.
+
+    Lever arm over a [1] and moment of q / a [N m]; limit of q / a over mu and load [1/N], or the
+    place over a [1] where the patch grows.
+    """
+    patch = effects.patch
+    geometry = replace(patch, traits=replace(patch.traits, limits=()))
+    numbers = np.asarray(geometry.coefficients(effects.inputs())).ravel()
+    n = patch.bristles
+    tables = {"lever": numbers[:n], "moment": numbers[2 * n : 3 * n]}
+    if terms["compliant"]:
+        tables["moment_lever"] = tables["moment"] * tables["lever"]
+    if terms["grows"]:
+        return tables | {"place": SPAN * np.asarray(patch.nodes()[0]).ravel()}
+    tables["pressure"] = pressure = numbers[n : 2 * n]
+    if terms["creep"] and terms["static_limit"]:
+        tables |= {"inverse_pressure": 1 / pressure, "log_pressure": np.log(pressure)}
+    return tables
+
+
+def _is_linear(deflection: ca.Function | None) -> bool:
+    if deflection is None:
+        return True
+    M_z, F_N = ca.SX.sym("M_z"), ca.SX.sym("F_N")
+    return not ca.depends_on(deflection(M_z, F_N)[1], M_z)

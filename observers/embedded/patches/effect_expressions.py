@@ -1,0 +1,188 @@
+"""Expressions of the effects on a patch, as Functions of scalars for generated C.
+
+Once a sample: what is the same for the whole patch. For each bristle: its pressure, where the patch
+grows, and the factors on its limit. All of it comes from the hooks of `symbolic.Effect`.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from observers.embedded.scalar_function import scalar_function
+from observers.model_observer import ModelObserver
+from symbolic import SIGNALS, Model
+from symbolic.bristles import SPAN, BristlePatch
+from symbolic.compliance import deflection_of
+from symbolic.effects.base import Signals
+from symbolic.full_slide import build_full_slide
+from symbolic.model import at_the_patch
+from symbolic.patch import PatchInputs
+
+TERMS = ("psi", "F_N", "speed", "base", "growth", "reach", "decay", "gain", "torque", "torque_by_psi",
+         "slide", "beside")  # fmt: skip
+"""What a sample does to all bristles alike, in the order of C."""
+
+
+@dataclass(frozen=True)
+class _SlidingPatch:
+    """A patch of which only the effective friction is known, per mu and factor."""
+
+    value: float
+
+    def effective_friction(self, inputs: PatchInputs) -> Any:
+        return inputs.mu * inputs.factor * self.value
+
+
+@dataclass(frozen=True)
+class _Sliding:
+    """The model for `build_full_slide`, on a patch whose effective friction is mu times the factor."""
+
+    model: Model
+
+    @property
+    def memory_size(self) -> int:
+        return self.model.memory_size
+
+    def patch(self, theta: Any = None) -> _SlidingPatch:
+        del theta
+        return _SlidingPatch(1.0)
+
+    def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
+        return self.model.symbols()
+
+    def values(self, theta: Any) -> Any:
+        return self.model.values(theta)
+
+    def split(self, memory: Any) -> Any:
+        return self.model.split(memory)
+
+
+@dataclass(frozen=True, eq=False)
+class EffectExpressions:
+    """The effects of an observer's model on its patch.
+
+    Attributes:
+        observer: the parameters of its model enter as numbers.
+    """
+
+    observer: ModelObserver
+
+    @property
+    def model(self) -> Model:
+        """The observer's model."""
+        return self.observer.model
+
+    @cached_property
+    def theta(self) -> ca.DM:
+        """The parameters with mu = 1."""
+        return self.model.theta({**self.observer.values, "mu": 1.0})
+
+    @cached_property
+    def patch(self) -> BristlePatch:
+        """The patch with its traits as numbers."""
+        patch = self.model.patch(self.theta)
+        assert isinstance(patch, BristlePatch)
+        return patch
+
+    @property
+    def own(self) -> int:
+        """Length of the effects' own memories."""
+        return sum(effect.memory for effect in self.model.effects)
+
+    def inputs(self, **changes: Any) -> PatchInputs:
+        """Inputs of the patch for mu = 1, a load of 1 N and no speed, as numbers."""
+        rig, k = self.observer.rig, self.observer.values["k"]
+        usual = {"speed": 0.0, "dt": 1.0, "F_N": 1.0, "factor": 1.0, "mu": 1.0}
+        return PatchInputs(**{**usual, "k": k, "a": rig.a, "e": rig.e, **changes})
+
+    def sample_terms(self) -> ca.Function:
+        """(signals, own) -> (terms, own_next): what the effects make of a sample."""
+        model, rig = self.model, self.observer.rig
+        signals, own = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("own", self.own)
+        theta = ca.MX.sym("theta", self.theta.numel())
+        memory = ca.vertcat(ca.MX.zeros(1 + model.patch().size), own)
+        at_patch, memories, factor = at_the_patch(model, model.split(memory)[2], signals, theta)
+        after = ca.vertcat(ca.MX.zeros(1 + model.patch().size), *memories)
+        torque = ca.MX(0)
+        for effect, values in model.values(theta):
+            torque = torque + effect.torque(at_patch, values)
+        growth, reach, decay, gain = self._of_bristles(at_patch, factor, theta)
+        geometry = ca.DM([rig.a, rig.e])
+        sliding, load = build_full_slide(_Sliding(model)), signals[SIGNALS.index("F_N")]
+        slides = sliding(after, load, theta, geometry, rig.slide_rate)[0]
+        zero_mu = theta * ca.DM([0] + [1] * (theta.numel() - 1))
+        beside = sliding(after, load, zero_mu, geometry, rig.slide_rate)[0]
+        named = {
+            "psi": at_patch.psi, "F_N": at_patch.F_N, "speed": ca.fabs(at_patch.psi_dot) * rig.a,
+            "base": factor * at_patch.F_N, "growth": growth, "reach": reach,
+            "decay": decay, "gain": gain, "torque": torque,
+            "torque_by_psi": ca.jacobian(torque, signals)[SIGNALS.index("psi")],
+            "slide": slides - beside, "beside": beside,
+        }  # fmt: skip
+        outputs = [ca.densify(ca.vertcat(*(named[name] for name in TERMS))), ca.vertcat(*memories)]
+        function = ca.Function(
+            "sample_terms", [signals, own, theta], outputs, ["signals", "own", "theta"],
+            ["terms", "own_next"],
+        )  # fmt: skip
+        return scalar_function("sample_terms", function, {"theta": self._numbers()})
+
+    def _of_bristles(self, at_patch: Signals, factor: Any, theta: ca.MX) -> tuple[Any, ...]:
+        """Growth of the patch, slip of a sample at 1 m/s, decay and gain of the Maxwell branches."""
+        patch = self.model.patch(theta)
+        if not isinstance(patch, BristlePatch):
+            return 1, 0, 0, 0
+        growth: Any = ca.MX(1)
+        if patch.traits.growth is not None:
+            growth = ca.fmin(SPAN, patch.traits.growth(at_patch.F_N, self.observer.rig.a))
+        inputs = self.inputs(speed=at_patch.psi_dot, dt=at_patch.dt, F_N=at_patch.F_N, factor=factor)
+        n, coefficients = patch.bristles, patch.coefficients(inputs)
+        return growth, coefficients[3 * n + 2], coefficients[3 * n], coefficients[3 * n + 1]
+
+    def initial(self) -> ca.Function:
+        """(signals) -> (angle, own): the memory before the first sample."""
+        initial = self.model.initial
+        signals, theta = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("theta", self.theta.numel())
+        memory = initial(signals, theta, ca.DM([self.observer.rig.a, self.observer.rig.e]))
+        outputs = [memory[0], memory[1 + self.model.patch().size :]]
+        function = ca.Function(
+            "initial_memory", [signals, theta], outputs, ["signals", "theta"], ["angle", "own"]
+        )
+        return scalar_function("initial_memory", function, {"theta": self._numbers()})
+
+    def pressure(self) -> ca.Function:
+        """(place, growth) -> limit over mu and load [1/N], of a patch that grows."""
+        place, growth = ca.MX.sym("place"), ca.MX.sym("growth")
+        scale = self.observer.values["k"] * self.observer.rig.a**2
+        pressure = self.patch.traits.pressure(place, growth) / scale
+        return ca.Function(
+            "pressure_at", [place, growth], [pressure], ["place", "growth"], ["pressure"]
+        ).expand()
+
+    def limit_factor(self) -> ca.Function:
+        """(speed) -> factor on the limit of a bristle that the wheel drives at this speed [m/s]."""
+        speed, factor = ca.MX.sym("speed"), ca.MX(1)
+        for limit in self.patch.traits.limits:
+            factor = factor * limit(speed)
+        return ca.Function("limit_factor", [speed], [factor], ["speed"], ["factor"]).expand()
+
+    def deflection(self) -> ca.Function | None:
+        """(M_z, F_N) -> (turn, by_torque): elements in series with the patch; None for none."""
+        deflection = deflection_of(self.model)
+        if deflection is None:
+            return None
+        M_z, F_N, theta = (
+            ca.MX.sym("M_z"), ca.MX.sym("F_N"), ca.MX.sym("theta", self.theta.numel()),
+        )  # fmt: skip
+        turn = deflection(M_z, ca.vertcat(F_N, theta))
+        outputs = [turn, ca.densify(ca.jacobian(turn, M_z))]
+        function = ca.Function(
+            "deflection", [M_z, F_N, theta], outputs, ["M_z", "F_N", "theta"], ["turn", "by_torque"]
+        )
+        return scalar_function("deflection", function, {"theta": self._numbers()})
+
+    def _numbers(self) -> NDArray[np.float64]:
+        return np.asarray(self.theta).ravel()

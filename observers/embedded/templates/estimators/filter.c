@@ -1,0 +1,61 @@
+/* The state before the first sample. */
+static void begin(${name}_state_t *state, const ${real} *sample) {
+    ${name}_filter_t *first = &state->filter[0];
+    begin_filter(sample${constants_at}, ${first|join(", ")});
+    begin_patch(&state->patch, sample, ${prior_mu});
+    state->now = 0;
+}
+
+/* One sample: from one half of the filter's state to the other. The patch is advanced in place, so that a sample
+   whose numbers fail starts the observer anew. */
+static int32_t advance(${name}_state_t *state, const ${real} *sample) {
+    const ${name}_filter_t *before = &state->filter[state->now];
+    ${name}_filter_t *after = &state->filter[1 - state->now];
+    ${real} output[OUTPUTS], now[${clean}], signals[4], torque[TORQUES] = {0}, slide[2] = {0}, imputed = 0.0;
+    const ${real} mu = state->output[OUT_MU];
+%% if follows_mu
+    ${real} retention[2];
+%% else
+    const ${real} retention[1] = {1.0};
+%% endif
+    int32_t i;
+    clean(sample, before->last, now, &imputed);
+%% if follows_mu
+    retentions(before->factor, now${constants_at}, retention);
+%% endif
+%% if not follows_correction
+    /* The patch at the angle of the sample; the states that its torque depends on only walk until then. */
+    patch_signals(before->x, now, signals);
+    advance_patch(&state->patch, signals, mu, ${stiffness_before}, retention[0], torque, slide);
+%% endif
+    {
+        const ${real} memory[${memory|length}] = {${memory|join(", ")}};
+        filter(${before|join(", ")}, memory, sample, mu${constants_at}, ${after|join(", ")}, output);
+    }
+%% if follows_correction
+    if (is_known(output[OUT_MU])) {
+        /* The patch follows the corrected angle; its torque is for the next sample. */
+        patch_signals(after->x, now, signals);
+        advance_patch(&state->patch, signals, output[OUT_MU], ${stiffness_after}, retention[0], torque, slide);
+        after->M_z[0] = torque[M_Z];
+%% for slope in slopes
+        after->slopes[${loop.index0}] = ${slope};
+%% endfor
+%% if slides
+        effective_friction(output[OUT_MU], output[OUT_MU_STD], signals[2], slide, &output[OUT_MU_EFF], &output[OUT_MU_EFF_STD], &output[OUT_M_SLIDE]);
+%% endif
+        output[OUT_M_Z_PREDICTED] = torque[M_Z];
+    }
+%% endif
+%% include "estimators/refuse.c"
+%% if follows_mu
+    if (((int32_t)output[OUT_STATUS] & ${NAME}_RESET) != 0) {
+        forget_sensitivity(&state->patch, retention[1]);
+    }
+%% endif
+    state->now = 1 - state->now;
+    for (i = 0; i < OUTPUTS; ++i) {
+        state->output[i] = output[i];
+    }
+    return (int32_t)output[OUT_STATUS];
+}

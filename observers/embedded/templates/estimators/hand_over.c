@@ -1,0 +1,57 @@
+/* ln mu and M_0 as acquired replace those of the estimator, not correlated with the rest. */
+static void hand_over(${name}_state_t *state, const ${real} *handed) {
+%% if window
+    /* But the last step, nothing is left in the window. */
+    const int32_t newest = state->newest, last = (newest + ${window} - 1) % ${window};
+    int32_t j;
+%% else
+    ${name}_filter_t *filter = &state->filter[state->now];
+%% endif
+    int32_t i;
+    for (i = 0; i < ${states}; ++i) {
+%% for state in handed
+        ${P}[${state.index} * ${states} + i] = 0.0;
+        ${P}[i * ${states} + ${state.index}] = 0.0;
+%% endfor
+    }
+%% for state in handed
+    ${x}[${state.index}] = handed[${state.at}];
+    ${P}[${state.index * (states + 1)}] = handed[${state.at + 1}];
+%% endfor
+%% if window
+    for (i = 0; i < ${states}; ++i) {
+        state->mean[i] = state->x[last][i];
+    }
+%% for state in handed
+    state->mean[${state.index}] = handed[${state.at}];
+%% endfor
+    for (i = 0; i < ${window}; ++i) {
+        if (i != newest) {
+            for (j = 0; j < ${states}; ++j) {
+                state->x[i][j] = state->mean[j];
+            }
+            state->row[i][ROW_DT] = 0.0;
+        }
+        state->row[i][ROW_ACCEPTED] = 0.0;
+        state->row[i][ROW_JUMP] = 0.0;
+%% if follows_mu
+        state->by_mu[i] = 0.0;
+%% endif
+    }
+    for (i = 0; i < ${states}; ++i) {
+        for (j = 0; j < ${states}; ++j) {
+            state->factor[i * ${states} + j] = i == j ? state->P_newest[i * ${states} + j] : 0.0;
+        }
+    }
+%% endif
+    for (i = 0; i < ${counts}; ++i) {
+        ${own_state}counts[i] = 0.0;
+    }
+    for (i = 0; i < ${monitor}; ++i) {
+        ${own_state}monitor[i] = 0.0;
+    }
+    state->output[OUT_MU] = exp(handed[0]);
+%% if follows_mu
+    forget_sensitivity(&state->patch, 0.0);
+%% endif
+}

@@ -1,0 +1,182 @@
+/* Supervision: friction is acquired among hypotheses before the estimator tracks it. -------------------------- */
+
+enum { HYPOTHESES = ${ratios|length}, POINTS = ${points} };
+/* Own numbers of the supervision, the present branch of the path with what the torques so far were worth, the tuning, and
+   moments of stiffness over the declared one [1] and zero [N m] under a hypothesis. */
+%% for prefix, names in (("OWN", own), ("TRACK", track), ("LIMIT", limits), ("PART", parts))
+enum {
+%% for name in names
+    ${prefix}_${name|upper},
+%% endfor
+    ${prefix}S
+};
+%% endfor
+
+/* mu at the declared k under each hypothesis [1]. */
+static const ${real} RATIOS[HYPOTHESES] = {${ratios|join(", ")}};
+
+/* The hypotheses begin anew: mean and deviation of the stiffness over the declared one [1], of the zero [N m]. */
+static void begin_search(${name}_state_t *state, ${real} gain, ${real} gain_std, ${real} zero, ${real} zero_std) {
+    int32_t i;
+    for (i = 0; i < HYPOTHESES; ++i) {
+        ${real} *part = state->hypotheses[i];
+        part[PART_LOG_LIKELIHOOD] = 0.0;
+        part[PART_GAIN] = gain;
+        part[PART_ZERO] = zero;
+        part[PART_VAR_GAIN] = gain_std * gain_std;
+        part[PART_COV] = 0.0;
+        part[PART_VAR_ZERO] = zero_std * zero_std;
+    }
+    state->track[TRACK_REACH] = 0.0;
+    state->track[TRACK_EXPLAINED] = 0.0;
+    state->track[TRACK_WIDEST] = 0.0;
+}
+
+/* The state before the first sample. The first verdict, before any torque counts, is the prior. */
+static void begin_supervision(${name}_state_t *state, const ${real} *sample) {
+    const ${real} slide = 0.375 * sample[2] * ${a};
+    int32_t i;
+    for (i = 0; i < OWNS; ++i) {
+        state->own[i] = 0.0;
+    }
+    state->own[OWN_ACQUIRING] = 1.0;
+    state->own[OWN_PHASE] = 1.0;
+    state->own[OWN_SCALE] = 1.0;
+    state->own[OWN_F_N] = sample[2];
+    state->own[OWN_F_N_FIRST] = sample[2];
+    for (i = 0; i < ${verdict}; ++i) {
+        state->verdict[i] = 0.0;
+    }
+    for (i = 0; i < TRACKS; ++i) {
+        state->track[i] = 0.0;
+    }
+    state->track[TRACK_COUNT] = 1.0;
+    state->track[TRACK_EXTREME] = sample[0];
+    state->track[TRACK_ORIGIN] = sample[0];
+    for (i = 0; i < POINTS; ++i) {
+        state->points[i] = sample[0];
+    }
+%% if block
+    for (i = 0; i < ${block}; ++i) {
+        state->block[i] = 0.0;
+    }
+%% endif
+    begin_search(state, 1.0, ${vague}, 0.0, ${zero_std});
+}
+
+/* The search for a new ground: what the patch was before its last turn back is forgotten. */
+static void restart_search(${name}_state_t *state, ${real} zero_std) {
+    const ${real} scale = state->own[OWN_SCALE], reach = state->track[TRACK_REACH];
+    int32_t i;
+    begin_search(state, scale, ${restart_std}, scale * ${zero_state}, zero_std);
+    state->track[TRACK_REACH] = reach;
+    state->track[TRACK_COUNT] = state->track[TRACK_DIRECTION] == 0.0 ? 1.0 : 2.0;
+    state->points[0] = state->track[TRACK_ORIGIN] + ${slid} * state->track[TRACK_DIRECTION];
+    for (i = 1; i < POINTS; ++i) {
+        state->points[i] = state->track[TRACK_ORIGIN];
+    }
+    state->own[OWN_PHASE] = 0.0;
+}
+
+/* All hypotheses after a torque [N m] of this variance. */
+static void weigh_torque(${name}_state_t *state, const ${real} *turns, const ${real} *tyre, ${real} M_z, ${real} variance, ${real} share) {
+    const int32_t count = (int32_t)state->track[TRACK_COUNT];
+    int32_t i, j;
+    for (i = 0; i < HYPOTHESES; ++i) {
+        ${real} expected = 0.0, part[PARTS];
+        for (j = 0; j < count; ++j) {
+            ${real} M;
+            branch(turns[j], (${real})j, RATIOS[i], state->own[OWN_F_N], tyre, &M);
+            expected += M;
+        }
+        hypothesis(state->hypotheses[i], expected, M_z, variance, share, part);
+        for (j = 0; j < PARTS; ++j) {
+            state->hypotheses[i][j] = part[j];
+        }
+    }
+}
+
+%% include "estimators/hand_over.c"
+
+static void set_numbers(${real} *numbers, const ${real} *values, int32_t count) {
+    int32_t i;
+    for (i = 0; i < count; ++i) {
+        numbers[i] = values[i];
+    }
+}
+
+/* A sample while friction is acquired: torques are weighed and the verdict is given in turn. */
+static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} added, const ${real} *tyre, const ${real} *limits) {
+    const bool known = is_known(psi) && is_known(M_z);
+    const ${real} torque = known ? M_z : 0.0, at = is_known(psi) ? psi : state->track[TRACK_EXTREME];
+    /* Within the angle's noise of the farthest angle, the wheel may or may not have turned back. */
+    const ${real} turned = (state->track[TRACK_EXTREME] - at) * state->track[TRACK_DIRECTION];
+    const bool is_certain = !((turned > 0.0) && (turned <= limits[LIMIT_PSI_NOISE]));
+    const bool weighs = known && is_certain && (state->own[OWN_PHASE] == 0.0);
+    const ${real} counts = weighs ? 1.0 : 0.0;
+    ${real} track[TRACKS], points[POINTS], turns[POINTS], own[OWNS], handed[${handover}];
+    ${real} share, size, variance, noisy;
+    torque_error(torque, state->own[OWN_F_N], tyre[1], 0.0, 0.0, 1.0, 0.0, &size, &variance, &noisy);
+    follow_turns(state->track, state->points, at, size, limits[LIMIT_PSI_NOISE], counts, track, points, turns, &share);
+    set_numbers(state->track, track, TRACKS);
+    set_numbers(state->points, points, POINTS);
+    if (weighs) {
+        torque_error(torque, state->own[OWN_F_N], tyre[1], added, track[TRACK_REACH], share, limits[LIMIT_ERROR], &size, &variance, &noisy);
+        state->track[TRACK_EXPLAINED] += noisy;
+        weigh_torque(state, turns, tyre, torque, variance, share);
+    } else if (state->own[OWN_PHASE] != 0.0) {
+        verdict_of(&state->hypotheses[0][0], state->track[TRACK_EXPLAINED], limits, state->verdict);
+    } else {
+        /* Without a torque there is nothing to weigh. */
+    }
+    conclude(state->own, state->verdict, state->output, state->track[TRACK_WIDEST], counts, share, tyre, limits, own, handed, state->result);
+    set_numbers(state->own, own, OWNS);
+    hand_over(state, handed);
+}
+
+/* A sample while the estimator tracks. */
+static void follow(${name}_state_t *state, ${real} psi, const ${real} *tyre, const ${real} *limits) {
+    const ${real} at = is_known(psi) ? psi : state->track[TRACK_EXTREME];
+    const ${real} known = is_known(state->output[OUT_NIS]) ? 1.0 : 0.0;
+    ${real} track[TRACKS], own[OWNS], share;
+    turn(state->track, at, limits[LIMIT_PSI_NOISE], known, track, &share);
+    follow_output(state->own, state->output, share, track[TRACK_WIDEST], tyre, limits, own, state->result);
+    set_numbers(state->track, track, TRACKS);
+    set_numbers(state->own, own, OWNS);
+}
+
+/* What follows from a sample, its torque as measured, and from what the estimator made of it. */
+static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t status) {
+    const ${real} tyre[3] = {${tyre|join(", ")}};
+    ${real} psi, M_z, added, limits[LIMITS];
+%% if block
+    ${real} block[${block}];
+%% endif
+    const bool lifted = is_known(sample[2]) && !(sample[2] >= ${least_load} * state->own[OWN_F_N_FIRST]);
+    const bool changed = (status & ${NAME}_RESET) != 0;
+    if (is_known(sample[2]) && !lifted) {
+        state->own[OWN_F_N] = sample[2];
+    }
+    if (changed && state->own[OWN_ACQUIRING] == 0.0) {
+        state->own[OWN_AGAIN] = 1.0;
+    }
+    observe_torque(${"state->block, " if block}sample, state->own[OWN_AGAIN]${constants_at}, ${"block, " if block}&psi, &M_z, &added, limits);
+%% if block
+    set_numbers(state->block, block, ${block});
+%% endif
+    if (lifted) {
+        M_z = (${real})NAN;
+    }
+    if (changed) {
+        if (state->own[OWN_ACQUIRING] == 0.0) {
+            restart_search(state, limits[LIMIT_ZERO_STD] * 0.375 * state->own[OWN_F_N] * ${a});
+        }
+        state->own[OWN_ACQUIRING] = 1.0;
+    }
+    if (state->own[OWN_ACQUIRING] != 0.0) {
+        acquire(state, psi, M_z, added, tyre, limits);
+    } else {
+        follow(state, psi, tyre, limits);
+    }
+    return (int32_t)state->result[OUT_STATUS];
+}

@@ -1,0 +1,205 @@
+/* The window: the last ${window} samples in a ring, the states at each, and the patch after each. */
+
+enum { STATES = ${states}, CLEAN = ${clean}, COUNTS = ${counts}, MONITOR = ${monitor} };
+/* Result of the test of the newest innovation. */
+enum {
+%% for name in test
+    TEST_${name|upper},
+%% endfor
+    TEST
+};
+/* A row of a sample: what was measured, whether it is accepted, and the jump of the variance of ln mu. */
+enum {
+%% for name in row
+    ROW_${name|upper},
+%% endfor
+    ROW
+};
+
+/* M_z [N m] of a sample at states x, with its derivatives. */
+static void torque_at(const ${name}_state_t *state, int32_t at, const ${real} *x, ${real} *torque) {
+    kept_torque(state, at, exp(x[${log_mu}]), ${stiffness}, torque);
+%% if angle_is_state
+    torque[M_Z] += state->by_angle[at] * (x[${psi}] - state->angle[at]);
+    torque[BY_ANGLE] = state->by_angle[at];
+%% else
+    torque[BY_ANGLE] = 0.0;
+%% endif
+}
+
+/* The state before the first sample: an empty window, whose places have no time. */
+static void begin(${name}_state_t *state, const ${real} *sample) {
+    int32_t i, j;
+    begin_window(sample${constants_at}, state->mean, state->factor, state->last);
+    for (i = 0; i < ${window}; ++i) {
+        for (j = 0; j < STATES; ++j) {
+            state->x[i][j] = state->mean[j];
+        }
+        for (j = 0; j < ROW; ++j) {
+            state->row[i][j] = 0.0;
+        }
+        state->row[i][ROW_F_N] = sample[2];
+    }
+    for (j = 0; j < STATES * STATES; ++j) {
+        state->P_newest[j] = state->factor[j];
+    }
+    for (j = 0; j < COUNTS; ++j) {
+        state->counts[j] = 0.0;
+    }
+    for (j = 0; j < MONITOR; ++j) {
+        state->monitor[j] = 0.0;
+    }
+    begin_patch(&state->patch, sample, ${prior_mu});
+    begin_kept(state, state->last); /* at rest */
+    state->newest = ${window} - 1;
+    state->now = 0;
+}
+
+/* One sample of the filter over the window: from mean and factor to those of the next sample. */
+static void filter_sample(const ${name}_state_t *state, int32_t at, int32_t next, ${real} *mean, ${real} *factor, ${real} *eliminated) {
+    ${real} torque[TORQUES], mean_next[STATES], factor_next[STATES * STATES];
+    int32_t i;
+    torque_at(state, at, state->x[at], torque);
+    forward(mean, factor, state->x[at], torque, state->row[at], state->row[next]${constants_at}, mean_next, factor_next, eliminated);
+    for (i = 0; i < STATES; ++i) {
+        mean[i] = mean_next[i];
+    }
+    for (i = 0; i < STATES * STATES; ++i) {
+        factor[i] = factor_next[i];
+    }
+}
+
+/* The oldest sample leaves the window: its measurement enters the arrival cost. */
+static void update_arrival_cost(${name}_state_t *state, int32_t oldest) {
+    ${real} eliminated[${eliminated}], limited[STATES];
+    int32_t i;
+    filter_sample(state, oldest, (oldest + 1) % ${window}, state->mean, state->factor, eliminated);
+    limit(state->mean${constants_at}, limited);
+    for (i = 0; i < STATES; ++i) {
+        state->mean[i] = limited[i];
+    }
+}
+
+/* Which samples of the window count after the test of the newest innovation. Without a reset only the newest changes. */
+static void accept_samples(${name}_state_t *state, const ${real} *test) {
+    const int32_t run = test[TEST_RUN] < ${window} ? (int32_t)test[TEST_RUN] : ${window};
+    const int32_t count = test[TEST_RESET] == 0.0 ? 1 : run;
+    int32_t age;
+    for (age = 0; age < count; ++age) {
+        ${real} *row = state->row[(state->newest + ${window} - age) % ${window}];
+        ${real} accepted, jump;
+        accept(row, (${real})age, test${constants_at}, &accepted, &jump);
+        row[ROW_ACCEPTED] = accepted;
+        row[ROW_JUMP] = jump;
+    }
+    if (test[TEST_RESET] != 0.0) {
+        ${real} jump;
+        reset_arrival(test${constants_at}, &jump);
+        state->factor[${log_mu} * (STATES + 1)] += jump;
+    }
+}
+
+/* The states of the whole window: forward elimination as a filter, and back substitution. */
+static void smooth(${name}_state_t *state) {
+    ${real} mean[STATES], factor[STATES * STATES], costate[STATES], before[STATES];
+    const int32_t oldest = (state->newest + 1) % ${window};
+    int32_t i, j;
+    for (j = 0; j < STATES; ++j) {
+        mean[j] = state->mean[j];
+        costate[j] = 0.0;
+    }
+    for (j = 0; j < STATES * STATES; ++j) {
+        factor[j] = state->factor[j];
+    }
+    for (i = 0; i < ${window}; ++i) {
+        const int32_t at = (oldest + i) % ${window};
+        filter_sample(state, at, i < ${window} - 1 ? (at + 1) % ${window} : at, mean, factor, state->eliminated[at]);
+    }
+    for (j = 0; j < STATES * STATES; ++j) {
+        state->P_newest[j] = state->eliminated[state->newest][STATES + j];
+    }
+    for (i = ${window} - 1; i >= 0; --i) {
+        const int32_t at = (oldest + i) % ${window};
+        backward(costate, state->eliminated[at], state->row[at], state->row[(at + 1) % ${window}]${constants_at}, before, state->x[at]);
+        for (j = 0; j < STATES; ++j) {
+            costate[j] = before[j];
+        }
+    }
+}
+
+/* One sample. */
+static int32_t advance(${name}_state_t *state, const ${real} *sample) {
+    ${real} now[CLEAN], imputed = 0.0, signals[4], newest[STATES], P[STATES * STATES];
+    ${real} torque[TORQUES] = {0}, slide[2] = {0}, test[TEST], counts[COUNTS], monitor[MONITOR], output[OUTPUTS];
+%% if follows_mu
+    ${real} retention[2];
+%% else
+    const ${real} retention[1] = {1.0};
+%% endif
+    const int32_t last = state->newest, at = (last + 1) % ${window};
+    int32_t i;
+    clean(sample, state->last, now, &imputed);
+    update_arrival_cost(state, at);
+    /* Prediction. */
+%% if moves_states
+    torque_at(state, last, state->x[last], torque);
+%% endif
+    predict(state->x[last], torque, state->P_newest, state->last, now${constants_at}, newest, P);
+%% if follows_mu
+    retentions(state->P_newest, now${constants_at}, retention);
+%% endif
+%% if not follows_correction
+    /* The patch at the angle of the sample. */
+    patch_signals(newest, now, signals);
+    follow_sample(state, at, signals, exp(newest[${log_mu}]), ${stiffness_newest}, retention[0], slide);
+%% endif
+    for (i = 0; i < STATES; ++i) {
+        state->x[at][i] = newest[i];
+    }
+%% for name, place in measured
+    state->row[at][ROW_${name|upper}] = now[${place}];
+%% endfor
+    state->row[at][ROW_ACCEPTED] = 1.0;
+    state->row[at][ROW_JUMP] = 0.0;
+    state->newest = at;
+    /* Test of the innovation; where the patch follows the correction, it does not depend on the torque of the sample. */
+%% if not follows_correction
+    torque_at(state, at, newest, torque);
+%% endif
+    test_innovation(newest, torque, now, P, state->counts, state->monitor${constants_at}, test, counts, monitor);
+%% if follows_mu
+    /* Deformation that depends on the old friction does not fit samples of a new ground: they stay rejected. */
+    test[TEST_RUN] = 1.0;
+%% endif
+    accept_samples(state, test);
+    /* Correction of all samples. */
+    smooth(state);
+%% if follows_correction
+    /* The patch follows the corrected angle. */
+    patch_signals(state->x[at], now, signals);
+    follow_sample(state, at, signals, exp(state->x[at][${log_mu}]), ${stiffness_corrected}, retention[0], slide);
+    torque_at(state, at, state->x[at], torque);
+    test[TEST_EXPECTED] = torque[M_Z];
+%% endif
+%% if follows_mu
+    if (test[TEST_RESET] != 0.0) {
+        state->by_mu[at] *= retention[1];
+        forget_sensitivity(&state->patch, retention[1]);
+    }
+%% endif
+    step_output(state->x[at], state->P_newest, newest, now, test, imputed, slide${constants_at}, output);
+    for (i = 0; i < CLEAN; ++i) {
+        state->last[i] = now[i];
+    }
+    for (i = 0; i < COUNTS; ++i) {
+        state->counts[i] = counts[i];
+    }
+    for (i = 0; i < MONITOR; ++i) {
+        state->monitor[i] = monitor[i];
+    }
+%% include "estimators/refuse.c"
+    for (i = 0; i < OUTPUTS; ++i) {
+        state->output[i] = output[i];
+    }
+    return (int32_t)output[OUT_STATUS];
+}

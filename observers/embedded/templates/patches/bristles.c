@@ -1,0 +1,408 @@
+/* The contact patch: ${bristles} bristles. Deformation q and stress are over half-length and stiffness [1]. */
+
+enum { BRISTLES = ${bristles} };
+%% include "patches/terms.c"
+
+/* Limit of a bristle over mu. */
+static inline ${real} limit_over_mu(int32_t i, const ${real} *terms, ${real} speed) {
+%% if grows
+    ${real} pressure = 0.0;
+%% else
+    const ${real} pressure = bristle_of[i].pressure;
+%% endif
+%% if limited
+    ${real} factor = 1.0;
+    limit_factor(fabs(bristle_of[i].lever) * speed, &factor);
+%% else
+    const ${real} factor = 1.0;
+    (void)speed;
+%% endif
+%% if grows
+    pressure_at(bristle_of[i].place, terms[TERM_GROWTH], &pressure);
+%% endif
+    return terms[TERM_BASE] * pressure * factor;
+}
+
+/* Effective friction over mu: every bristle at its limit, against the turn. */
+static ${real} slide_over_mu(const ${real} *terms) {
+%% if slide
+    return terms[TERM_SLIDE] * ${slide};
+%% else
+    const ${real} speed = ${slide_rate} * ${a};
+    ${real} total = 0.0;
+    int32_t i;
+    for (i = 0; i < BRISTLES; ++i) {
+%% if creep
+        const ${real} v = greater(fabs(bristle_of[i].lever) * speed, ${rest_speed});
+        const ${real} creep = 1.0 + ${creep} * (natural_log(v) - ${log_reference});
+%% else
+        const ${real} creep = 1.0;
+%% endif
+        total += fabs(bristle_of[i].moment) * limit_over_mu(i, terms, speed) * creep;
+    }
+    return terms[TERM_SLIDE] * total * ${slide_weight} / terms[TERM_BASE];
+%% endif
+}
+
+/* Slip that brings a bristle back to its limit, and its derivatives by stress and, through the limit, by mu. */
+typedef struct {
+    ${real} slip, by_stress, by_mu;
+} slip_t;
+
+/* Limits of the bristles: those of the sample, or the pressure times a scale. share: of the spring in the stiffness
+   of spring and Maxwell branch. */
+typedef struct {
+    ${real} scale, over_mu${", share" if relaxation else ""};
+%% if creep
+    ${real} rest_scale, offset, least_slip, per_scale, creep_scale;
+%% endif
+%% if not static_limit
+    ${real} of_bristle[BRISTLES];
+%% endif
+} limits_t;
+
+static inline ${real} limit_over_scale(const limits_t *limits, int32_t i) {
+%% if static_limit
+    (void)limits;
+    return bristle_of[i].pressure;
+%% else
+    return limits->of_bristle[i];
+%% endif
+}
+
+%% if creep
+/* Slip of a bristle beyond ${rest_factor} of its limit, where friction is that of rest. It grows with the log of a
+   bristle's own speed: size - slip (1 + gain) = limit (1 + c ln(slip / (reach * reference))).
+   With w = slip (1 + gain) / (limit c) that is w + ln w = size / (limit c) + offset. */
+static inline slip_t slip_of(${real} stress, ${real} pressure, ${real} rest_limit, const limits_t *limits, int32_t i) {
+    const ${real} size = fabs(stress), at_rest = size - rest_limit;
+%% if not static_limit
+    const ${real} limit = limits->scale * pressure;
+%% endif
+    slip_t now;
+    if (at_rest > limits->least_slip${"" if static_limit else " && limit > 1e-12"}) {
+%% if static_limit
+        const ${real} over = size * limits->per_scale * bristle_of[i].inverse_pressure;
+        const ${real} w = wright_omega(over + limits->offset - bristle_of[i].log_pressure);
+%% else
+        const ${real} over = size / (limit * ${creep}), w = wright_omega(over + limits->offset - natural_log(limit));
+        (void)i;
+%% endif
+        const ${real} unit = limits->creep_scale * pressure;
+        now.slip = w * unit;
+        now.by_stress = w / (1.0 + w);
+        now.by_mu = now.by_stress * (w - over) * unit * limits->over_mu;
+    } else {
+        now.slip = at_rest${shared};
+        now.by_stress = 1.0;
+        now.by_mu = -rest_limit * limits->over_mu${shared};
+    }
+    if (stress < 0.0) {
+        now.slip = -now.slip;
+        now.by_mu = -now.by_mu;
+    }
+    return now;
+}
+%% else
+/* Slip of a bristle beyond its limit. */
+static inline slip_t slip_of(${real} stress, ${real} pressure, ${real} rest_limit, const limits_t *limits, int32_t i) {
+    slip_t now;
+    (void)pressure;
+    (void)i;
+    now.slip = (stress > 0.0 ? stress - rest_limit : stress + rest_limit)${shared};
+    now.by_stress = 1.0;
+    now.by_mu = (stress > 0.0 ? -rest_limit : rest_limit) * limits->over_mu${shared};
+    return now;
+}
+%% endif
+
+static void find_limits(const ${real} *terms, ${real} mu, limits_t *limits) {
+%% if creep
+    const ${real} slope = (1.0 + terms[TERM_GAIN]) * terms[TERM_REACH];
+%% endif
+%% if not static_limit
+    int32_t i;
+    for (i = 0; i < BRISTLES; ++i) {
+        limits->of_bristle[i] = limit_over_mu(i, terms, terms[TERM_SPEED]);
+    }
+    limits->scale = mu;
+%% else
+    limits->scale = mu * terms[TERM_BASE];
+%% endif
+    limits->over_mu = 1.0 / mu;
+%% if relaxation
+    limits->share = 1.0 / (1.0 + terms[TERM_GAIN]);
+%% endif
+%% if creep
+    limits->rest_scale = limits->scale * ${rest_factor};
+    limits->per_scale = 1.0 / (limits->scale * ${creep});
+    limits->offset = ${offset} + natural_log(slope * ${"limits->per_scale" if static_limit else 1 / creep});
+    limits->creep_scale = limits->scale * ${creep}${shared};
+    limits->least_slip = slope * ${rest_speed};
+%% endif
+}
+
+/* How the memory follows mu, to first order: share of its derivative that a walk of mu leaves, change of mu.
+%% if compliant
+   What the last sample's turn still lacked, and its derivative by mu: the next sample adds it, in the same loop.
+%% endif
+   */
+typedef struct {
+    ${real} retention, change${", further, further_by_mu" if compliant}${", gain" if compliant and relaxation};
+} follow_t;
+
+/* A bristle at the mu of the sample. */
+static inline void follow_friction(${name}_patch_t *restrict patch, const follow_t *restrict follow, int32_t i) {
+%% if compliant
+    patch->q[i] += patch->follows[i] * follow->further;
+    patch->q_by_mu[i] += patch->follows[i] * follow->further_by_mu;
+%% if relaxation
+    patch->branch[i] += follow->gain * patch->follows[i] * follow->further;
+    patch->branch_by_mu[i] += follow->gain * patch->follows[i] * follow->further_by_mu;
+%% endif
+%% endif
+    patch->q_by_mu[i] *= follow->retention;
+    patch->q[i] += patch->q_by_mu[i] * follow->change;
+%% if relaxation
+    patch->branch_by_mu[i] *= follow->retention;
+    patch->branch[i] += patch->branch_by_mu[i] * follow->change;
+%% endif
+}
+
+%% if compliant
+/* Torque and slope of the patch after a turn; no bristle turns yet. */
+static void try_turn(${name}_patch_t *restrict patch, const follow_t *restrict follow, const ${real} *terms, const limits_t *restrict limits, ${real} turn, ${real} *M_z, ${real} *slope) {
+    ${real} total = 0.0, by_turn = 0.0;
+    int32_t i;
+%% if not relaxation
+    (void)terms;
+%% endif
+    for (i = 0; i < BRISTLES; ++i) {
+        const ${real} stretch = -bristle_of[i].lever * turn;
+        const ${real} pressure = limit_over_scale(limits, i);
+        const ${real} rest_limit = limits->${"rest_scale" if creep else "scale"} * pressure;
+        ${real} stress, follows = 1.0;
+        follow_friction(patch, follow, i);
+%% if relaxation
+        stress = patch->q[i] + patch->branch[i] * terms[TERM_DECAY] + (1.0 + terms[TERM_GAIN]) * stretch;
+%% else
+        stress = patch->q[i] + stretch;
+%% endif
+        if (fabs(stress) > rest_limit) {
+            const slip_t now = slip_of(stress, pressure, rest_limit, limits, i);
+            stress -= ${gained}now.slip;
+            follows -= now.by_stress;
+        }
+        total += bristle_of[i].moment * stress;
+        by_turn -= bristle_of[i].moment_lever * follows;
+    }
+    *M_z = total;
+    *slope = ${gained}by_turn;
+}
+
+/* The torque at which the elements in series balance a patch that is linear: rigid + slope deflection(M_z). */
+static ${real} balanced_torque(${real} rigid, ${real} slope, ${real} F_N) {
+    ${real} low = lesser(0.0, rigid), high = greater(0.0, rigid), M_z = rigid, turn = 0.0, by_torque = 0.0;
+    int32_t i;
+    deflection(rigid, F_N, &turn, &by_torque);
+    M_z = lesser(high, greater(low, rigid + slope * turn));
+    for (i = 0; i < ${balance_steps}; ++i) {
+        ${real} off, step;
+        deflection(M_z, F_N, &turn, &by_torque);
+        off = M_z - rigid - slope * turn;
+        if (off < 0.0) {
+            low = M_z;
+        } else {
+            high = M_z;
+        }
+        step = M_z - off / (1.0 - slope * by_torque);
+        M_z = step >= low && step <= high ? step : 0.5 * (low + high);
+    }
+    return M_z;
+}
+
+%% endif
+static void begin_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu) {
+    int32_t i;
+    for (i = 0; i < BRISTLES; ++i) {
+        patch->q[i] = 0.0;
+        patch->q_by_mu[i] = 0.0;
+%% if relaxation
+        patch->branch[i] = 0.0;
+        patch->branch_by_mu[i] = 0.0;
+%% endif
+%% if compliant
+        patch->follows[i] = 0.0;
+%% endif
+    }
+%% if compliant
+    patch->further = 0.0;
+    patch->further_by_mu = 0.0;
+%% if relaxation
+    patch->gain = 0.0;
+%% endif
+%% endif
+    initial_memory(signals, &patch->angle${", patch->own" if own else ""});
+    patch->angle_by_mu = 0.0;
+    patch->mu = mu;
+    patch->M_z = 0.0;
+    patch->M_z_by_mu = 0.0;
+    patch->slope = ${stiff};
+}
+
+/* Every bristle after a turn, its derivative by mu at that turn${", and by how much it follows the turn" if compliant}.
+   sums: torque, its derivative by the turn and by mu. */
+static void turn_bristles(${name}_patch_t *restrict patch, ${"" if compliant else "const follow_t *follow, "}const ${real} *restrict terms, const limits_t *restrict limits, ${real} turn, ${real} *sums) {
+%% if relaxation
+    const ${real} gain = terms[TERM_GAIN];
+%% endif
+    ${real} total = 0.0, by_turn = 0.0, by_mu = 0.0;
+    int32_t i;
+%% if not relaxation
+    (void)terms;
+%% endif
+    for (i = 0; i < BRISTLES; ++i) {
+        const ${real} stretch = -bristle_of[i].lever * turn;
+%% if compliant
+        const ${real} q = patch->q[i] + stretch;
+%% else
+        const ${real} q = (follow_friction(patch, follow, i), patch->q[i] + stretch);
+%% endif
+%% if relaxation
+        const ${real} branch = patch->branch[i] * terms[TERM_DECAY] + gain * stretch;
+        const ${real} branch_by_mu = patch->branch_by_mu[i] * terms[TERM_DECAY];
+%% endif
+        const ${real} pressure = limit_over_scale(limits, i);
+        const ${real} rest_limit = limits->${"rest_scale" if creep else "scale"} * pressure;
+        ${real} slip = 0.0, slip_by_mu = 0.0, follow_turn = 1.0;
+        if (fabs(q${branched}) > rest_limit) {
+            const slip_t now = slip_of(q${branched}, pressure, rest_limit, limits, i);
+            slip = now.slip;
+            slip_by_mu = now.by_stress${shared} * (patch->q_by_mu[i]${branched_by_mu}) + now.by_mu;
+            follow_turn -= now.by_stress;
+        }
+        patch->q[i] = q - slip;
+        patch->q_by_mu[i] -= slip_by_mu;
+%% if compliant
+        patch->follows[i] = -bristle_of[i].lever * follow_turn;
+%% endif
+%% if relaxation
+        patch->branch[i] = branch - gain * slip;
+        patch->branch_by_mu[i] = branch_by_mu - gain * slip_by_mu;
+        total += bristle_of[i].moment * (patch->q[i] + patch->branch[i]);
+        by_mu += bristle_of[i].moment * (patch->q_by_mu[i] + patch->branch_by_mu[i]);
+%% else
+        total += bristle_of[i].moment * patch->q[i];
+        by_mu += bristle_of[i].moment * patch->q_by_mu[i];
+%% endif
+        by_turn -= bristle_of[i].${"moment_lever" if compliant else "moment * bristle_of[i].lever"} * follow_turn;
+    }
+    sums[0] = total;
+    sums[1] = ${gained}by_turn;
+    sums[2] = by_mu;
+}
+
+/* Advances the patch to the signals of a sample: angle, rate, load, time. torque: M_z [N m] and its derivatives, see
+   TORQUES; slide: effective friction over mu, and what is beside it. */
+static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu, ${real} stiffness, ${real} retention, ${real} *torque, ${real} *slide) {
+    limits_t limits;
+    ${real} terms[TERMS], sums[3], turn;
+%% if compliant
+    ${real} M_z, slope, by_torque = 0.0, deflected = 0.0, further, turn_by_mu, goal;
+%% endif
+%% if own
+    ${real} own_next[${own}];
+%% endif
+    follow_t follow;
+%% if compliant or own
+    int32_t i;
+%% endif
+    (void)stiffness;
+    torque[BY_STIFFNESS] = 0.0;
+    follow.retention = retention;
+    follow.change = mu - patch->mu;
+%% if compliant
+    follow.further = patch->further;
+    follow.further_by_mu = patch->further_by_mu;
+%% if relaxation
+    follow.gain = patch->gain;
+%% endif
+%% endif
+    patch->angle_by_mu *= retention;
+    patch->angle += patch->angle_by_mu * follow.change;
+    patch->M_z += patch->M_z_by_mu * retention * follow.change;
+    patch->mu = mu;
+    sample_terms(signals, ${"patch->own, " if own else ""}terms${", own_next" if own else ""});
+%% if own
+    for (i = 0; i < ${own}; ++i) {
+        patch->own[i] = own_next[i];
+    }
+%% endif
+    find_limits(terms, mu, &limits);
+%% if compliant
+    /* Newton's steps from the slope of the last sample; after the last one the patch is taken as linear. */
+    goal = terms[TERM_PSI] - patch->angle;
+    M_z = patch->M_z;
+    slope = patch->slope;
+    turn = 0.0;
+    for (i = 0; i < ${evaluations}; ++i) {
+        M_z = balanced_torque(M_z + slope * (goal - turn), slope, terms[TERM_F_N]);
+        deflection(M_z, terms[TERM_F_N], &deflected, &by_torque);
+        turn = goal + deflected;
+        if (i == ${evaluations} - 1) {
+            break;
+        }
+        try_turn(patch, &follow, terms, &limits, turn, &M_z, &slope);
+        follow.retention = 1.0;
+        follow.change = 0.0;
+        follow.further = 0.0;
+        follow.further_by_mu = 0.0;
+    }
+    turn_bristles(patch, terms, &limits, turn, sums);
+    slope = sums[1];
+    M_z = balanced_torque(sums[0] + slope * (goal - turn), slope, terms[TERM_F_N]);
+    deflection(M_z, terms[TERM_F_N], &deflected, &by_torque);
+    further = goal + deflected - turn;
+    /* A turn by mu moves the torque, which moves the turn. */
+    torque[BY_MU] = (sums[2] - slope * patch->angle_by_mu) / (1.0 - slope * by_torque);
+    turn_by_mu = by_torque * torque[BY_MU] - patch->angle_by_mu;
+    patch->further = further;
+    patch->further_by_mu = turn_by_mu;
+%% if relaxation
+    patch->gain = terms[TERM_GAIN];
+%% endif
+    patch->M_z = sums[0] + slope * further;
+    patch->slope = slope;
+    patch->angle += turn + further;
+    patch->angle_by_mu += turn_by_mu;
+    torque[BY_ANGLE] = slope / (1.0 - slope * by_torque) + terms[TERM_TORQUE_BY_PSI];
+%% else
+    turn = terms[TERM_PSI] - patch->angle;
+    turn_bristles(patch, &follow, terms, &limits, turn, sums);
+    patch->M_z = sums[0];
+    patch->slope = sums[1];
+    patch->angle += turn;
+    torque[BY_MU] = sums[2];
+    torque[BY_ANGLE] = sums[1] + terms[TERM_TORQUE_BY_PSI];
+%% endif
+    torque[M_Z] = patch->M_z + terms[TERM_TORQUE];
+    patch->M_z_by_mu = torque[BY_MU];
+    slide[0] = slide_over_mu(terms);
+    slide[1] = terms[TERM_BESIDE];
+}
+
+/* A change of the ground: the memory was made on the old one. */
+static void forget_sensitivity(${name}_patch_t *patch, ${real} share) {
+    int32_t i;
+    for (i = 0; i < BRISTLES; ++i) {
+        patch->q_by_mu[i] *= share;
+%% if relaxation
+        patch->branch_by_mu[i] *= share;
+%% endif
+    }
+%% if compliant
+    patch->further_by_mu *= share;
+%% endif
+    patch->angle_by_mu *= share;
+    patch->M_z_by_mu *= share;
+}

@@ -1,0 +1,15 @@
+/* The contact patch: deformation of the bristles over the half-length, see the code. */
+typedef struct {
+    ${real} q[${bristles}], q_by_mu[${bristles}];
+%% if relaxation
+    ${real} branch[${bristles}], branch_by_mu[${bristles}]; /* stress of the Maxwell branches */
+%% endif
+%% if own
+    ${real} own[${own}]; /* of the effects */
+%% endif
+%% if compliant
+    ${real} follows[${bristles}], further, further_by_mu${", gain" if relaxation}; /* what the last turn lacked */
+%% endif
+    ${real} angle, angle_by_mu, mu, M_z, M_z_by_mu, slope;
+} ${name}_patch_t;
+

@@ -1,0 +1,13 @@
+/* The contact patch, see the code. */
+typedef struct {
+    ${real} xi[${depth}], r[${depth}], d[${depth}], angle, rest;
+%% if with_rig
+    ${real} k, geometry[2], level, still_moment;
+%% endif
+    int32_t corners, is_turning;
+    int8_t clipped[${depth}];
+%% if own
+    ${real} own[${own}]; /* of the effects */
+%% endif
+} ${name}_patch_t;
+

@@ -1,0 +1,88 @@
+
+/* Stores the patch with a sample; of more corners than fit, those that contribute least to M_z are dropped, and
+   what is lost is stored as linear in the scale mu / k: the torque at the scale of now and its derivative stay. */
+static void store_patch(${name}_state_t *state, int32_t at, ${real} scale) {
+    ${name}_patch_t patch = state->patch;
+    ${real} whole[3] = {0.0, 0.0, 0.0}, left[3] = {0.0, 0.0, 0.0};
+    int32_t i;
+    if (patch.corners > ${stored}) {
+        patch_moment(&patch, scale, whole);
+        while (patch.corners > ${stored}) {
+            drop_corner(&patch, scale);
+        }
+        patch_moment(&patch, scale, left);
+    }
+    state->lost[at][1] = whole[1] - left[1];
+    state->lost[at][0] = whole[0] - left[0] - scale * state->lost[at][1];
+    state->slope[at] = patch.rest - patch.angle;
+    state->corners[at] = (int8_t)patch.corners;
+    for (i = 0; i < patch.corners; ++i) {
+        state->xi[at][i] = patch.xi[i];
+        state->d[at][i] = patch.d[i];
+    }
+}
+
+/* M_z [N m] of a sample at mu, and its derivatives by mu and by k over its nominal value. */
+static void kept_torque(const ${name}_state_t *state, int32_t at, ${real} mu, ${real} stiffness, ${real} *torque) {
+%% if with_rig
+    const ${name}_patch_t *patch = &state->patch;
+%% endif
+    const ${real} k = ${k} * stiffness, scale = mu / k;
+    ${real} total = state->slope[at] * ${still_moment} + state->lost[at][0] + scale * state->lost[at][1];
+    ${real} by_scale = state->lost[at][1], moment[2];
+    int32_t i;
+    for (i = 0; i < state->corners[at]; ++i) {
+        unit_moment(smaller(scale * state->xi[at][i], FAR_OUT)${geometry}, moment);
+        total += state->d[at][i] * moment[0];
+        by_scale += state->d[at][i] * moment[1] * state->xi[at][i];
+    }
+    torque[M_Z] = k * total;
+    torque[BY_MU] = by_scale;
+    torque[BY_STIFFNESS] = ${k} * (total - scale * by_scale);
+}
+
+/* What is kept of samples before the first one, whose signals are given. */
+static void begin_kept(${name}_state_t *state, const ${real} *signals) {
+    int32_t i;
+%% if effects and angle_is_state
+    /* The torque beside the patch moves the wheel from the first sample on. */
+    ${real} terms[TERMS]${", own_next[%s]" % own if own};
+    sample_terms(signals, ${"state->patch.own, " if own}terms${", own_next" if own});
+%% else
+    (void)signals;
+%% endif
+    for (i = 0; i < ${window}; ++i) {
+        state->slope[i] = 0.0;
+        state->lost[i][0] = ${"terms[TERM_TORQUE] / " ~ k if effects and angle_is_state else "0.0"};
+        state->lost[i][1] = 0.0;
+        state->corners[i] = 0;
+%% if angle_is_state
+        state->angle[i] = 0.0;
+        state->by_angle[i] = 0.0;
+%% endif
+    }
+}
+
+/* Advances the patch to the signals of a sample, and stores what the window keeps of it. */
+static void follow_sample(${name}_state_t *state, int32_t at, const ${real} *signals, ${real} mu, ${real} stiffness, ${real} retention, ${real} *slide) {
+%% if with_rig
+    const ${name}_patch_t *patch = &state->patch;
+%% endif
+    const ${real} k = ${k} * stiffness, scale = mu / k;
+    ${real} beside[2] = {0.0, 0.0};
+    (void)retention;
+    turn_to_sample(&state->patch, signals, scale, beside, slide);
+%% if angle_is_state
+    {
+        ${real} moment[3];
+        patch_moment(&state->patch, scale, moment);
+        state->by_angle[at] = k * moment[2]${" + beside[1]" if effects};
+        state->angle[at] = signals[0];
+    }
+%% endif
+    store_patch(state, at, scale);
+%% if effects
+    /* The torque beside the patch does not depend on mu. */
+    state->lost[at][0] += beside[0] / k;
+%% endif
+}
