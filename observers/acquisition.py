@@ -1,9 +1,8 @@
 """Acquisition: friction found among hypotheses from any prior, before an estimator tracks it.
 
 A filter linearises about its prior, and at mu = 1 the torque says nothing of ice. While nothing is
-known,
-`observers.hypotheses` rule; here is what is concluded from their verdict: when friction is handed over
-to the estimator, with which uncertainty, and what is said until then.
+known, `observers.hypotheses` estimates friction; this module concludes from its verdict when friction is
+handed over to the estimator, with which uncertainty, and what the output is until then.
 """
 
 from collections.abc import Sequence
@@ -13,7 +12,7 @@ from typing import Any
 
 import casadi as ca
 
-from observers.branches import POINTS, TRACK, build_branch, build_sensitivity, build_track, kept
+from observers.branches import POINTS, TRACK, build_branch, build_sensitivity, build_track
 from observers.hypotheses import (
     LIMITS,
     MOST_ERROR,
@@ -24,14 +23,12 @@ from observers.hypotheses import (
     build_hypothesis,
     build_verdict,
 )
-from observers.layout import named
+from observers.layout import Expression, Parts, build_function, named, symbols, vector_of
 from observers.plausibility import GREATEST_FRICTION
 from observers.protocol import OUTPUT, Status
 from observers.screening import has_flag
-from observers.torque_error import is_known
+from observers.torque_error import is_known, retained
 
-Expression = Any
-Parts = dict[str, Expression]
 DECIDED = 0.15
 """Standard deviation of ln mu at which the filter takes over [1]."""
 HANDED = 3.0
@@ -48,22 +45,13 @@ DOUBTED, MOST_DOUBT = 2.0, 10.0
 FORGIVING = 10.0
 """Independent samples over which a doubt is forgotten while the model explains the torque."""
 OWN = (
-    "acquiring",
-    "phase",
-    "scale",
-    "excess",
-    "F_N",
-    "F_N_first",
-    "squares",
-    "weight",
-    "doubt",
-    "again",
+    *("acquiring", "phase", "scale", "excess", "F_N", "F_N_first"),
+    *("squares", "weight", "doubt", "again"),
 )
 """Whether friction is being acquired; 1 where the verdict is due; s that the torque is divided by [1];
-what
-s adds to the relative deviation of mu [1]; last load and the first one [N]; sum of the squares of the
-innovations, and that of their weights; independent samples that were not explained; 1 after a change of
-the ground."""
+what s adds to the relative deviation of mu [1]; last load and the first one [N]; sum of the squares of
+the innovations, and that of their weights; independent samples that were not explained; 1 after a change
+of the ground."""
 HANDOVER = ("log_mu", "log_mu_variance", "M_0", "M_0_variance")
 """What is handed over: moments of ln mu and of the torque's zero [N m], as the estimator counts them."""
 KEPT = (Status.MISSING, Status.HELD, Status.RESET)
@@ -95,10 +83,11 @@ def build_weighing() -> ca.Function:
     (hypotheses, turns, F_N, M_z, variance, share, tyre) -> hypotheses.
     """
     count, rows = len(RATIOS), build_hypothesis().numel_in(0)
-    hypotheses, turns = ca.MX.sym("hypotheses", rows, count), ca.MX.sym("turns", POINTS)
-    names = ("F_N", "M_z", "variance", "share")
-    F_N, M_z, variance, share = scalars = [ca.MX.sym(name) for name in names]
-    tyre, lanes = ca.MX.sym("tyre", 3), count * POINTS
+    inputs = symbols(
+        ca.MX, hypotheses=(rows, count), turns=POINTS, F_N=1, M_z=1, variance=1, share=1, tyre=3
+    )
+    hypotheses, turns, F_N, M_z, variance, share, tyre = inputs.values()
+    lanes = count * POINTS
     branches = build_branch().map(lanes)(
         ca.vec(ca.repmat(turns, 1, count)).T, ca.DM([*range(POINTS)] * count).T,
         ca.DM(RATIOS.repeat(POINTS)).T, ca.repmat(F_N, 1, lanes), ca.repmat(tyre, 1, lanes),
@@ -106,16 +95,19 @@ def build_weighing() -> ca.Function:
     expected = ca.sum1(ca.reshape(branches, POINTS, count))
     given = (ca.repmat(each, 1, count) for each in (M_z, variance, share))
     after = build_hypothesis().map(count)(hypotheses, expected, *given)
-    return ca.Function("weigh", [hypotheses, turns, *scalars, tyre], [after])
+    return build_function("weigh", inputs, {"hypotheses_next": after})
 
 
 def only_if(
-    condition: Expression, function: ca.Function, otherwise: Sequence[int], *inputs: Expression
+    condition: Expression, function: ca.Function, inputs: Sequence[Expression], otherwise: Expression
 ) -> Any:
-    """A Function's outputs where a condition holds; elsewhere some inputs, and nothing is computed."""
-    symbols = [ca.MX.sym(f"i{i}", *function.size_in(i)) for i in range(function.n_in())]
-    idle = ca.Function(f"no_{function.name()}", symbols, [symbols[i] for i in otherwise])
-    return ca.Function.if_else(f"{function.name()}_if", function, idle)(condition, *inputs)
+    """A Function's one output where a condition holds; elsewhere another value, and it is not called."""
+    last = ca.MX.sym("otherwise", *function.size_out(0))
+    given = [ca.MX.sym(f"i{i}", *function.size_in(i)) for i in range(function.n_in())]
+    name = function.name()
+    due = ca.Function(f"{name}_due", [*given, last], function.call(given, False, True))
+    idle = ca.Function(f"no_{name}", [*given, last], [last])
+    return ca.Function.if_else(f"{name}_if", due, idle)(condition, *inputs, otherwise)
 
 
 @cache
@@ -123,14 +115,15 @@ def build_search() -> ca.Function:
     """One torque while friction is acquired.
 
     (search, verdict, phase, psi, F_N, M_z, added, tyre, limits) -> (search, verdict, share). tyre is k,
-    a
-    and e; M_z [N m] is NaN where nothing is measured; added is the variance of the way to it [N^2 m^2].
-    Torques are weighed and the verdict is given in turn, phase 0 and 1: half the work a sample.
+    a and e; M_z [N m] is NaN where nothing is measured; added is the variance of the way to it
+    [N^2 m^2]. Torques are weighed and the verdict is given in turn, phase 0 and 1: half the work a
+    sample.
     """
-    search, verdict = ca.MX.sym("search", SEARCH.size), ca.MX.sym("verdict", len(VERDICT))
-    names = ("phase", "psi", "F_N", "M_z", "added")
-    phase, psi, F_N, M_z, added = scalars = [ca.MX.sym(name) for name in names]
-    tyre, limits = ca.MX.sym("tyre", 3), ca.MX.sym("limits", len(LIMITS))
+    inputs = symbols(
+        ca.MX, search=SEARCH.size, verdict=len(VERDICT), phase=1, psi=1, F_N=1, M_z=1, added=1, tyre=3,
+        limits=len(LIMITS),
+    )  # fmt: skip
+    search, verdict, phase, psi, F_N, M_z, added, tyre, limits = inputs.values()
     parts, numbers = SEARCH.split(search), named(LIMITS, limits)
     known = ca.logic_and(is_known(psi), is_known(M_z))
     torque = ca.if_else(known, M_z, 0)
@@ -144,26 +137,17 @@ def build_search() -> ca.Function:
     _, variance, noisy = build_error()(
         torque, F_N, tyre[1], added, after["reach"], share, numbers["error"]
     )
-    hypotheses = only_if(
-        counts, build_weighing(), [0],
-        parts["hypotheses"], turns, F_N, torque, variance, share, tyre,
-    )  # fmt: skip
-    given = _with_last(build_verdict())
+    weighed = (parts["hypotheses"], turns, F_N, torque, variance, share, tyre)
+    hypotheses = only_if(counts, build_weighing(), weighed, parts["hypotheses"])
     after["explained"] += ca.if_else(counts, noisy, 0)
-    verdict_next = only_if(phase == 1, given, [3], hypotheses, after["explained"], limits, verdict)
-    track = ca.vertcat(*(after[name] for name in TRACK))
-    result = SEARCH.join({"track": track, "points": points, "hypotheses": hypotheses})
-    return ca.Function(
-        "search", [search, verdict, *scalars, tyre, limits], [result, verdict_next, share],
-        ["search", "verdict", *names, "tyre", "limits"], ["search_next", "verdict_next", "share"],
-    )  # fmt: skip
-
-
-def _with_last(function: ca.Function) -> ca.Function:
-    """The verdict's Function with one more input, the last verdict, which it does not use."""
-    inputs = [ca.MX.sym(f"i{i}", *function.size_in(i)) for i in range(function.n_in())]
-    last = ca.MX.sym("last", len(VERDICT))
-    return ca.Function("verdict_due", [*inputs, last], [function(*inputs)])
+    judged = (hypotheses, after["explained"], limits)
+    found = {"track": vector_of(TRACK, after), "points": points, "hypotheses": hypotheses}
+    outputs = {
+        "search_next": SEARCH.join(found),
+        "verdict_next": only_if(phase == 1, build_verdict(), judged, verdict),
+        "share": share,
+    }
+    return build_function("search", inputs, outputs)
 
 
 @cache
@@ -177,18 +161,15 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
         patch: the declared patch that stands for the model.
         is_scaled: the estimator's torque is divided by s.
     """
-    sizes = {
-        "own": len(OWN), "verdict": len(VERDICT), "output": len(OUTPUT), "widest": 1, "counted": 1,
-        "share": 1, "tyre": 3, "limits": len(LIMITS),
-    }  # fmt: skip
-    symbols = {name: ca.SX.sym(name, size) for name, size in sizes.items()}
-    own, limits = named(OWN, symbols["own"]), named(LIMITS, symbols["limits"])
-    verdict, output = named(VERDICT, symbols["verdict"]), named(OUTPUT, symbols["output"])
+    inputs = symbols(
+        ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), widest=1, counted=1, share=1,
+        tyre=3, limits=len(LIMITS),
+    )  # fmt: skip
+    own, limits = named(OWN, inputs["own"]), named(LIMITS, inputs["limits"])
+    verdict, output = named(VERDICT, inputs["verdict"]), named(OUTPUT, inputs["output"])
     error = ca.fmin(limits["error"], MOST_ERROR) ** 2
     # A model's error does not average out: where mu moves the torque little, it moves mu much.
-    sensitivity = build_sensitivity()(
-        symbols["widest"], verdict["log_ratio"], own["F_N"], symbols["tyre"]
-    )
+    sensitivity = build_sensitivity()(inputs["widest"], verdict["log_ratio"], own["F_N"], inputs["tyre"])
     by_error = error / sensitivity**2
     decided = ca.logic_and(verdict["variance"] + by_error < DECIDED**2, verdict["verified"])
     decided = ca.logic_and(decided, own["phase"] == 1)
@@ -198,12 +179,12 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
     after = own | {
         "acquiring": ca.logic_not(decided),
         # Without a torque there is nothing to give a verdict on.
-        "phase": ca.if_else(own["phase"] == 1, 0, symbols["counted"]),
+        "phase": ca.if_else(own["phase"] == 1, 0, inputs["counted"]),
         "scale": ca.if_else(decided, found if is_scaled else 1, 1),
         "excess": GAIN_SHARE * ca.fmax(0, excess),
         "squares": 0,
         "weight": 0,
-        "doubt": doubted(own["doubt"], symbols["counted"] * symbols["share"], verdict["unexplained"]),
+        "doubt": doubted(own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"]),
     }
     variance = verdict["variance"] + ca.fmin(HANDED**2 * by_error, MOST_VARIANCE)
     handover = {
@@ -213,18 +194,18 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
         "M_0_variance": verdict["var_zero"],
     }
     results = _acquired_output(after, own, verdict, output, handover, limits)
-    outputs = ((after, OWN), (handover, HANDOVER), (results, OUTPUT))
-    return ca.Function(
-        "conclude", list(symbols.values()),
-        [ca.vertcat(*(part[name] for name in names)) for part, names in outputs],
-        list(symbols), ["own_next", "handover", "result"], {"cse": True},
-    )  # fmt: skip
+    outputs = {
+        "own_next": vector_of(OWN, after),
+        "handover": vector_of(HANDOVER, handover),
+        "result": vector_of(OUTPUT, results),
+    }
+    return build_function("conclude", inputs, outputs, cse=True)
 
 
 def doubted(doubt: Expression, share: Expression, wrong: Expression) -> Expression:
     """Independent samples that the model did not explain, after one more; explained ones make up."""
     more = ca.fmin(MOST_DOUBT, doubt + share)
-    return ca.if_else(wrong, more, doubt * kept(share, FORGIVING))
+    return ca.if_else(wrong, more, doubt * retained(share, FORGIVING))
 
 
 def _acquired_output(
@@ -258,19 +239,22 @@ def _acquired_output(
     }
 
 
+def supervision_symbols() -> dict[str, ca.MX]:
+    """Inputs of a sample of the supervision, while friction is acquired and afterwards."""
+    return symbols(
+        ca.MX, search=SEARCH.size, verdict=len(VERDICT), own=len(OWN), output=len(OUTPUT), psi=1, M_z=1,
+        added=1, tyre=3, limits=len(LIMITS),
+    )  # fmt: skip
+
+
 @cache
 def build_acquiring(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
     """A sample while friction is acquired, from the torque to what is handed over.
 
-    (search, verdict, own, output, psi, M_z, added, tyre, limits) -> (search, verdict, own, handover,
-    output).
+    Inputs of `supervision_symbols` -> (search, verdict, own, handover, output).
     """
-    sizes = {
-        "search": SEARCH.size, "verdict": len(VERDICT), "own": len(OWN), "output": len(OUTPUT), "psi": 1,
-        "M_z": 1, "added": 1, "tyre": 3, "limits": len(LIMITS),
-    }  # fmt: skip
-    inputs = [ca.MX.sym(name, size) for name, size in sizes.items()]
-    search, verdict, own, output, psi, M_z, added, tyre, limits = inputs
+    inputs = supervision_symbols()
+    search, verdict, own, output, psi, M_z, added, tyre, limits = inputs.values()
     numbers = named(OWN, own)
     search, verdict, share = build_search()(
         search, verdict, numbers["phase"], psi, numbers["F_N"], M_z, added, tyre, limits
@@ -279,4 +263,4 @@ def build_acquiring(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
     conclude = build_conclusion(patch, is_scaled=is_scaled)
     counted = ca.logic_and(is_known(psi), is_known(M_z)) * (numbers["phase"] == 0)
     results = conclude(own, verdict, output, widest, counted, share, tyre, limits)
-    return ca.Function("acquire", inputs, [search, verdict, *results])
+    return ca.Function("acquire", [*inputs.values()], [search, verdict, *results])

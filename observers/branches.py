@@ -1,9 +1,8 @@
 """The path of a wheel as branches between turning points, and the torque of each.
 
 The memory of the patch is its turning points: from one to the next the torque changes by that of a
-branch,
-by Masing's rules, `symbolic.masing` and [Györök 2022], section 2.2. A loop that closes is forgotten. At
-most `POINTS` turning points are kept: friction is acquired within a few turns.
+branch, by Masing's rules, `symbolic.masing` and [Györök 2022], section 2.2. A loop that closes is
+forgotten. At most `POINTS` turning points are kept: friction is acquired within a few turns.
 
 A branch gives information by the logarithm of its travel, `FRACTION` of it one independent sample of a
 model's error: the shape of a loop scales with friction, so that ice, on which all is over within 0.02
@@ -11,15 +10,13 @@ rad, tells as much as asphalt.
 """
 
 from functools import cache
-from typing import Any
 
 import casadi as ca
 
-from observers.layout import named
+from observers.layout import Expression, Parts, build_function, named, symbols, vector_of
+from observers.torque_error import retained
 from symbolic.masing import virgin_torque
 
-Expression = Any
-Parts = dict[str, Expression]
 POINTS = 4
 """Turning points that are remembered, the place of rest included."""
 FRACTION = 0.25
@@ -28,19 +25,16 @@ SHORTEST = 1e-9
 """Least travel that something is divided by [rad]."""
 LEAST_SHARE = 1e-3
 """Share of an independent sample that a sample on the spot is worth [1]."""
+LEAST_SENSITIVITY = 1e-3
+"""Least relative change of a torque by that of mu that is reckoned with [1]."""
 MEMORY = 40.0
 """Independent samples after which older ones are forgotten."""
 ERRORS = 2.0
 """Squares of the model's error, over its variance, that an independent sample may have [1]."""
-TRACK = (*("count", "direction", "extreme", "origin", "progress", "reach", "explained", "widest"),)
+TRACK = ("count", "direction", "extreme", "origin", "progress", "reach", "explained", "widest")
 """Turning points in use; direction of travel, 0 at rest; farthest angle on the branch, and where it
 began [rad]; travel of the branch that has been counted [rad]; greatest torque so far [N m]; squares
 that errors and noise explain [1]; widest turn of a branch so far, that of a virgin one [rad]."""
-
-
-def kept(share: Expression, memory: float = MEMORY) -> Expression:
-    """What is kept of older samples after a share of an independent one [1]."""
-    return 1 - share / memory
 
 
 @cache
@@ -50,14 +44,11 @@ def build_turn() -> ca.Function:
     slack is the turn back that is no noise [rad]; counts is 0 where the sample's torque is not used.
     share is that of an independent sample.
     """
-    track = ca.SX.sym("track", len(TRACK))
-    psi, slack, counts = (ca.SX.sym(name) for name in ("psi", "slack", "counts"))
-    after, _, _ = _turned(named(TRACK, track), psi, slack)
-    after, share = _counted(after, counts)
-    return ca.Function(
-        "turn", [track, psi, slack, counts], [ca.vertcat(*(after[name] for name in TRACK)), share],
-        ["track", "psi", "slack", "counts"], ["track_next", "share"], {"cse": True},
-    )  # fmt: skip
+    inputs = symbols(ca.SX, track=len(TRACK), psi=1, slack=1, counts=1)
+    after, _, _ = _turned(named(TRACK, inputs["track"]), inputs["psi"], inputs["slack"])
+    after, share = _counted(after, inputs["counts"])
+    outputs = {"track_next": vector_of(TRACK, after), "share": share}
+    return build_function("turn", inputs, outputs, cse=True)
 
 
 def _turned(was: Parts, psi: Expression, slack: Expression) -> tuple[Parts, Expression, Expression]:
@@ -95,10 +86,9 @@ def build_track() -> ca.Function:
     turns (POINTS,) [rad] are those of the branches, oldest first, whose torques add up; the first one is
     virgin. size is that of the torque [N m]; the rest as for `build_turn`.
     """
-    track, points = ca.SX.sym("track", len(TRACK)), ca.SX.sym("points", POINTS)
-    names = ("psi", "size", "slack", "counts")
-    psi, size, slack, counts = scalars = [ca.SX.sym(name) for name in names]
-    inputs, was = [track, points, *scalars], named(TRACK, track)
+    inputs = symbols(ca.SX, track=len(TRACK), points=POINTS, psi=1, size=1, slack=1, counts=1)
+    track, points, psi, size, slack, counts = inputs.values()
+    was = named(TRACK, track)
     after, back, farthest = _turned(was, psi, slack)
     count = was["count"]
     # Where all places are taken, the outermost loop is dropped.
@@ -113,27 +103,27 @@ def build_track() -> ca.Function:
         closing = ca.if_else(count == 2, 2 * points[0] - points[1], _at(points, count - 2))
         closed = ca.logic_and(count >= 2, (psi - closing) * after["direction"] > 0)
         count = ca.if_else(closed, ca.fmax(count - 2, 1), count)
-    after["origin"] = _at(points, count - 1)
-    after, share = _counted(after, counts)
+    after, share = _counted({**after, "origin": _at(points, count - 1)}, counts)
     turns = [
         ca.if_else(count > i + 1, points[min(i + 1, POINTS - 1)] - points[i], 0)
         + ca.if_else(count == i + 1, psi - points[i], 0)
         for i in range(POINTS)
     ]
-    travel = ca.fabs(after["extreme"] - after["origin"])
-    after |= {
+    travel, older = ca.fabs(after["extreme"] - after["origin"]), retained(share, MEMORY)
+    after = {
+        **after,
         "count": count,
-        "reach": ca.fmax(ca.if_else(counts, kept(share), 1) * was["reach"], size),
+        "reach": ca.fmax(ca.if_else(counts, older, 1) * was["reach"], size),
         "widest": ca.fmax(was["widest"], travel / ca.if_else(count == 1, 1, 2)),
-        "explained": ca.if_else(
-            counts, kept(share) * was["explained"] + ERRORS * share, was["explained"]
-        ),
+        "explained": ca.if_else(counts, older * was["explained"] + ERRORS * share, was["explained"]),
     }
-    return ca.Function(
-        "track", inputs,
-        [ca.vertcat(*(after[name] for name in TRACK)), points, ca.vertcat(*turns), share],
-        ["track", "points", *names], ["track_next", "points_next", "turns", "share"], {"cse": True},
-    )  # fmt: skip
+    outputs = {
+        "track_next": vector_of(TRACK, after),
+        "points_next": points,
+        "turns": ca.vertcat(*turns),
+        "share": share,
+    }
+    return build_function("track", inputs, outputs, cse=True)
 
 
 def _at(vector: Expression, index: Expression) -> Expression:
@@ -147,17 +137,11 @@ def build_branch() -> ca.Function:
 
     ratio is mu at the declared k; tyre is k, a and e.
     """
-    turn, order, ratio, F_N, tyre = (
-        ca.SX.sym(name, size)
-        for name, size in (("turn", 1), ("order", 1), ("ratio", 1), ("F_N", 1), ("tyre", 3))
-    )
-    k, a, e = ca.vertsplit(tyre)
+    inputs = symbols(ca.SX, turn=1, order=1, ratio=1, F_N=1, tyre=3)
+    turn, order, ratio, F_N, tyre = inputs.values()
     scale = ca.if_else(order == 0, 1, 2)
-    M = scale * virgin_torque(turn / scale, F_N, ratio, k, a, e)
-    return ca.Function(
-        "branch", [turn, order, ratio, F_N, tyre], [M], ["turn", "order", "ratio", "F_N", "tyre"],
-        ["M"], {"cse": True},
-    )  # fmt: skip
+    M = scale * virgin_torque(turn / scale, F_N, ratio, *ca.vertsplit(tyre))
+    return build_function("branch", inputs, {"M": M}, cse=True)
 
 
 @cache
@@ -166,14 +150,9 @@ def build_sensitivity() -> ca.Function:
 
     0 in full stick, 1 in full slide.
     """
-    turn, log_ratio, F_N, tyre = (
-        ca.SX.sym(name, size) for name, size in (("turn", 1), ("log_ratio", 1), ("F_N", 1), ("tyre", 3))
-    )
-    ratio = ca.exp(log_ratio)
-    k, a, e = ca.vertsplit(tyre)
-    M = virgin_torque(ca.fmax(turn, 1e-9), F_N, ratio, k, a, e)
+    inputs = symbols(ca.SX, turn=1, log_ratio=1, F_N=1, tyre=3)
+    turn, log_ratio, F_N, tyre = inputs.values()
+    M = virgin_torque(ca.fmax(turn, SHORTEST), F_N, ca.exp(log_ratio), *ca.vertsplit(tyre))
     share = ca.gradient(M, log_ratio) / M
-    return ca.Function(
-        "sensitivity", [turn, log_ratio, F_N, tyre], [ca.fmin(ca.fmax(share, 1e-3), 1)],
-        ["turn", "log_ratio", "F_N", "tyre"], ["share"], {"cse": True},
-    )  # fmt: skip
+    outputs = {"share": ca.fmin(ca.fmax(share, LEAST_SENSITIVITY), 1)}
+    return build_function("sensitivity", inputs, outputs, cse=True)

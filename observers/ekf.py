@@ -7,15 +7,17 @@ Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), section 8.3
 theorem 8.2; the covariance is kept as a factor, see `observers.udu`.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 
 import casadi as ca
 
-from observers.innovation_gate import COUNTS, build_innovation, huber_weight
+from observers.innovation_gate import COUNTS, InnovationTest, build_innovation, huber_weight
 from observers.innovation_monitor import MONITOR, change_variance
-from observers.layout import Layout, named, outputs_of
+from observers.layout import Expression, Layout, build_function, named, outputs_of
 from observers.linearisation import (
+    angle_is_state,
     build_clean,
     build_measurement,
     build_motion,
@@ -27,7 +29,6 @@ from observers.linearisation import (
 from observers.measurement_model import CLEAN, MeasurementModel
 from observers.model_observer import (
     ModelObserver,
-    build_step_function,
     clip_to_bounds,
     friction_output,
     step_output,
@@ -46,8 +47,10 @@ from observers.patch_update import (
 )
 from observers.protocol import OUTPUT
 from observers.tuning import TUNING_FIELDS
-from observers.udu import covariance
+from observers.udu import add_variance, covariance
 from symbolic import GEOMETRY, InvalidInputError
+
+Parts = Mapping[str, ca.MX]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,15 +84,14 @@ class Ekf(ModelObserver):
         return "Extended Kalman filter"
 
     @property
-    def layout(self) -> Layout:
-        """The parts of a state."""
-        return self.with_supervision(layout(self.model, self.measurement_model))
+    def estimator_layout(self) -> Layout:
+        """The parts of a state, less those of the supervision."""
+        return layout(self.model, self.measurement_model)
 
     @property
-    def step_function(self) -> ca.Function:
-        """One sample; see `CasadiObserver.step_function`."""
-        step = build_step(self.model, self.measurement_model, self.iterations)
-        return self.supervised(step, layout(self.model, self.measurement_model))
+    def estimator_step(self) -> ca.Function:
+        """One sample, without the supervision."""
+        return build_step(self.model, self.measurement_model, self.iterations)
 
 
 @cache
@@ -111,101 +113,139 @@ def layout(model: PatchModel, measurement_model: MeasurementModel) -> Layout:
     )
 
 
+@dataclass(frozen=True, kw_only=True)
+class _FilterSample:
+    """What is given at a sample: both models, the cleaned sample, and the constants."""
+
+    model: PatchModel
+    measurement_model: MeasurementModel
+    now: ca.MX
+    theta: ca.MX
+    rig: ca.MX
+    tuning: ca.MX
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Prediction:
+    """States (n,), the factor of their covariance, and the parts of the memory before the sample."""
+
+    x: ca.MX
+    factor: ca.MX
+    memory: Parts
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Correction:
+    """States (n,) within their bounds, the factor of their covariance, and the patch they rest on."""
+
+    x: ca.MX
+    factor: ca.MX
+    patch: Parts
+
+
 @cache
 def build_step(
     model: PatchModel, measurement_model: MeasurementModel, iterations: int = 1
 ) -> ca.Function:
     """One sample of the filter: (state, sample, constants) -> (state_next, output)."""
     parts = layout(model, measurement_model)
-    state, sample, constants = symbols = step_symbols(model, parts)
-    before = parts.split(state)
-    theta, rig, tuning = split_constants(model, constants)
-    now, imputed = build_clean(measurement_model)(sample, before["last"])
-    x, A, Q, _ = build_motion(measurement_model)(
-        before["x"], before["M_z"], before["slopes"], before["last"], now, rig, tuning
+    inputs = step_symbols(model, parts)
+    before = parts.split(inputs["state"])
+    theta, rig, tuning = split_constants(model, inputs["constants"])
+    now, imputed = build_clean(measurement_model)(inputs["sample"], before["last"])
+    sample = _FilterSample(
+        model=model, measurement_model=measurement_model, now=now, theta=theta, rig=rig, tuning=tuning
     )
-    factor = build_predict_covariance(x.numel())(before["factor"], A, Q)
-    memory = _predicted_memory(model, measurement_model, before, Q)
-    update_patch = partial(_update_patch, model, measurement_model, memory, now, theta, rig)
-    patch = measurement_model.patch_before(before, partial(update_patch, x))
-    test = outputs_of(
-        build_innovation(measurement_model), x, covariance(factor), patch["M_z"], patch["slopes"],
-        now, before["counts"], before["monitor"], rig, tuning,
-    )  # fmt: skip
-    at = state_index(measurement_model)
-    variance = covariance(factor)[at, at]
-    increment = test["reset"] * change_variance(named(TUNING_FIELDS, tuning))
-    factor[at, at] += increment
-    spread = test["H_P_H"] + increment * test["H"][at] ** 2
-    weight = test["weight"] * test["accepted"]
-    weight = weight * huber_weight(test["innovation"], test["huber_scale"], spread)
-    correct = partial(_correct, measurement_model, x, factor, weight, tuning)
-    corrected, after = correct(test["innovation"], test["H"])
-    for _ in range(0 if measurement_model.is_linear else iterations - 1):
-        patch = update_patch(corrected)
-        residual, H, *_ = build_measurement(measurement_model)(
-            corrected, patch["M_z"], patch["slopes"], now, rig, tuning
-        )
-        corrected, after = correct(residual - ca.dot(H, x - corrected), H)
-
-    def updated() -> tuple[dict[str, ca.MX], ca.MX]:
-        followed = update_patch(corrected)
-        return followed, followed["M_z"]
-
-    patch, M_z = measurement_model.patch_after((patch, test["expected"]), updated)
+    predicted = _predict(sample, before)
+    # A measured angle does not depend on the patch at the sample itself; a measured torque does.
+    after_angle = angle_is_state(measurement_model)
+    patch = before if after_angle else _update_patch(sample, predicted.memory, predicted.x)
+    test = _test(sample, before, predicted, patch)
+    corrected = _correct(sample, predicted, test, patch, iterations)
+    patch, M_z = corrected.patch, test.expected
+    if after_angle:
+        patch = _update_patch(sample, predicted.memory, corrected.x)
+        M_z = patch["M_z"]
     if memory_depends_on_tyre(model, measurement_model):
-        retention = reset_retention(test["reset"], variance, increment)
-        patch["memory_sensitivity"] = retention * patch["memory_sensitivity"]
+        at = state_index(measurement_model)
+        variance = covariance(predicted.factor)[at, at]
+        retention = reset_retention(test.reset, variance, _increment(sample, test))
+        patch = {**patch, "memory_sensitivity": retention * patch["memory_sensitivity"]}
     friction = friction_output(
-        model, corrected, covariance(after), patch["memory"], now, theta, rig, tuning, at=at
-    )
-    output = step_output(measurement_model, corrected, friction, M_z, tuning, test, held=imputed)
+        model, corrected.x, covariance(corrected.factor), patch["memory"], now, theta, rig, tuning,
+        at=state_index(measurement_model),
+    )  # fmt: skip
+    output = step_output(measurement_model, corrected.x, friction, M_z, tuning, vars(test), held=imputed)
     state_next = {
-        **patch, "x": corrected, "factor": after, "last": now, "counts": test["counts_next"],
-        "monitor": test["monitor_next"], "output": output,
+        **patch, "x": corrected.x, "factor": corrected.factor, "last": now, "counts": test.counts_next,
+        "monitor": test.monitor_next, "output": output,
     }  # fmt: skip
-    return build_step_function("ekf_step", symbols, parts.join(state_next), output)
+    return build_function("ekf_step", inputs, {"state_next": parts.join(state_next), "output": output})
 
 
-def _predicted_memory(
-    model: PatchModel, measurement_model: MeasurementModel, before: dict[str, ca.MX], Q: ca.MX
-) -> dict[str, ca.MX]:
-    """The parts of the memory, with the sensitivity that a random walk by Q (n,) leaves."""
+def _predict(sample: _FilterSample, before: Parts) -> _Prediction:
+    """States and memory at the sample, before it is measured."""
+    model, measurement_model = sample.model, sample.measurement_model
+    x, A, Q, _ = build_motion(measurement_model)(
+        before["x"], before["M_z"], before["slopes"], before["last"], sample.now, sample.rig,
+        sample.tuning,
+    )  # fmt: skip
+    factor = build_predict_covariance(x.numel())(before["factor"], A, Q)
     memory = {name: before[name] for name, *_ in memory_fields(model, measurement_model)}
     if memory_depends_on_tyre(model, measurement_model):
         P = covariance(before["factor"])
         retention = sensitivity_retention(measurement_model, P, Q, before["x"])
         memory["memory_sensitivity"] = memory["memory_sensitivity"] @ retention
-    return memory
+    return _Prediction(x=x, factor=factor, memory=memory)
 
 
-def _update_patch(
-    model: PatchModel,
-    measurement_model: MeasurementModel,
-    memory: dict[str, ca.MX],
-    now: ca.MX,
-    theta: ca.MX,
-    rig: ca.MX,
-    x: ca.MX,
-) -> dict[str, ca.MX]:
-    """Memory, M_z and slopes by the states after the sample `now`, at the states x."""
-    update = build_patch_update(model, measurement_model)
-    signals = patch_signals(measurement_model, x, now)
+def _update_patch(sample: _FilterSample, memory: Parts, x: ca.MX) -> Parts:
+    """Memory, M_z and slopes by the states after the sample, at the states x."""
+    measurement_model = sample.measurement_model
+    update = build_patch_update(sample.model, measurement_model)
+    signals = patch_signals(measurement_model, x, sample.now)
     tyre = tyre_parameters(measurement_model, x)
-    results = outputs_of(update, *memory.values(), signals, tyre, theta, rig[: len(GEOMETRY)])
+    geometry = sample.rig[: len(GEOMETRY)]
+    results = outputs_of(update, *memory.values(), signals, tyre, sample.theta, geometry)
     patch = {name.removesuffix("_next"): result for name, result in results.items()}
     return {**patch, "slopes": slopes_by_states(measurement_model, patch["slopes"], x)}
 
 
+def _test(sample: _FilterSample, before: Parts, predicted: _Prediction, patch: Parts) -> InnovationTest:
+    """The innovation at the predicted states, and its test."""
+    results = outputs_of(
+        build_innovation(sample.measurement_model), predicted.x, covariance(predicted.factor),
+        patch["M_z"], patch["slopes"], sample.now, before["counts"], before["monitor"], sample.rig,
+        sample.tuning,
+    )  # fmt: skip
+    return InnovationTest(**results)
+
+
+def _increment(sample: _FilterSample, test: InnovationTest) -> Expression:
+    """What a change of the ground adds to the variance of ln mu; 0 without one."""
+    return test.reset * change_variance(named(TUNING_FIELDS, sample.tuning))
+
+
 def _correct(
-    measurement_model: MeasurementModel,
-    x: ca.MX,
-    factor: ca.MX,
-    weight: ca.MX,
-    tuning: ca.MX,
-    innovation: ca.MX,
-    H: ca.MX,
-) -> tuple[ca.MX, ca.MX]:
-    """Corrected states within their bounds, and the factor of their covariance."""
-    after, K, _ = build_update_covariance(x.numel())(factor, H, weight)
-    return clip_to_bounds(measurement_model, x + K * innovation, tuning), after
+    sample: _FilterSample, predicted: _Prediction, test: InnovationTest, patch: Parts, iterations: int
+) -> _Correction:
+    """The states after the measurement, linearised so many times where that changes anything."""
+    measurement_model, tuning = sample.measurement_model, sample.tuning
+    at, x, increment = state_index(measurement_model), predicted.x, _increment(sample, test)
+    factor = add_variance(predicted.factor, at, increment)
+    spread = test.H_P_H + increment * test.H[at] ** 2
+    weight = test.weight * test.accepted
+    weight = weight * huber_weight(test.innovation, test.huber_scale, spread)
+
+    def correct(innovation: ca.MX, H: ca.MX) -> tuple[ca.MX, ca.MX]:
+        factor_next, K, _ = build_update_covariance(x.numel())(factor, H, weight)
+        return clip_to_bounds(measurement_model, x + K * innovation, tuning), factor_next
+
+    corrected, factor_next = correct(test.innovation, test.H)
+    for _ in range(0 if measurement_model.is_linear else iterations - 1):
+        patch = _update_patch(sample, predicted.memory, corrected)
+        residual, H, *_ = build_measurement(measurement_model)(
+            corrected, patch["M_z"], patch["slopes"], sample.now, sample.rig, tuning
+        )
+        corrected, factor_next = correct(residual - ca.dot(H, x - corrected), H)
+    return _Correction(x=corrected, factor=factor_next, patch=patch)

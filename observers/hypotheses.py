@@ -8,23 +8,28 @@ linear in what is left,
 and a Kalman filter of two states, s and M_0, linearises nothing. s is the stiffness over the declared
 one, and s RATIOS[i] is mu. The hypotheses are weighed by the likelihood of their innovations
 [Magill 1965]; their mixture is a Gaussian sum [Alspach 1972]. Without a prior of s the same mixture
-tells
-whether the torque has the scale that k, half-length and load allow: a torque in another unit, or before
-a gear, is s times too large.
+tells whether the torque has the scale that k, half-length and load allow: a torque in another unit, or
+before a gear, is s times too large.
 """
 
 from functools import cache
-from typing import Any
 
 import casadi as ca
 import numpy as np
 
-from observers.branches import POINTS, TRACK, kept
-from observers.layout import Layout, named
-from observers.torque_error import SENSIBLE
+from observers.branches import MEMORY, POINTS, TRACK
+from observers.layout import (
+    Expression,
+    Layout,
+    Parts,
+    build_function,
+    named,
+    symbols,
+    vector_of,
+)
+from observers.torque_error import is_stated, retained
 from symbolic import full_slide_torque
 
-Expression = Any
 RATIOS = np.geomspace(0.012, 6.0, 14)
 """Hypotheses about mu at the declared k [1]."""
 STEP = float(np.log(RATIOS[1] / RATIOS[0]))
@@ -78,23 +83,20 @@ VERDICT = (
     *("verified", "suspect", "unexplained"),
 )
 """Mean and variance of ln mu under the declared stiffness, and ln mu at the declared k; mean and
-variance of
-M_0 [N m]; mean and variance of ln s from the torque alone; whether s is what the tolerances allow,
-whether it is not, and whether no hypothesis explains the torque: 0 or 1."""
+variance of M_0 [N m]; mean and variance of ln s from the torque alone; whether s is what the tolerances
+allow, whether it is not, and whether no hypothesis explains the torque: 0 or 1."""
 
 
-def limits_of(tuning: dict[str, Expression], misfit: float, again: Expression) -> Expression:
+def limits_of(tuning: Parts, misfit: float, again: Expression) -> Expression:
     """The tuning in the order of `LIMITS`; misfit is the least error of the model [1].
 
-    again is 1 where the ground has changed: what the patch was before is then known roughly.
-
-    An error that is stated for no turn is that of the noise, `Tuning.error_travel`.
+    again is 1 where the ground has changed: what the patch was before is then known roughly. An error
+    that is stated for no turn is that of the noise, `Tuning.error_travel`.
     """
-    stated = ca.logic_and(tuning["error_travel"] > 0, tuning["error"] < SENSIBLE)
-    error = ca.if_else(stated, tuning["error"], ca.fmin(tuning["error"], tuning["noise"]))
+    error = tuning["error"]
+    error = ca.if_else(is_stated(tuning), error, ca.fmin(error, tuning["noise"]))
     least = ca.if_else(again, ca.fmax(misfit, PATH_ERROR), misfit)
-    values = tuning | {"error": ca.fmax(least, error)}
-    return ca.vertcat(*(values[name] for name in LIMITS))
+    return vector_of(LIMITS, {**tuning, "error": ca.fmax(least, error)})
 
 
 @cache
@@ -103,19 +105,18 @@ def build_start() -> ca.Function:
 
     psi [rad]; mean and standard deviation of s [1] and of M_0 [N m].
     """
-    names = ("psi", "gain", "gain_std", "zero", "zero_std")
-    psi, gain, gain_std, zero, zero_std = inputs = [ca.MX.sym(name) for name in names]
-    part: dict[str, Expression] = {
-        "log_likelihood": 0, "gain": gain, "zero": zero, "var_gain": gain_std**2, "cov": 0,
-        "var_zero": zero_std**2,
-    }  # fmt: skip
-    column = ca.vertcat(*(part[name] for name in PER_HYPOTHESIS))
-    track: dict[str, Expression] = {"count": 1, "extreme": psi, "origin": psi}
+    inputs = symbols(ca.MX, psi=1, gain=1, gain_std=1, zero=1, zero_std=1)
+    psi, gain, gain_std, zero, zero_std = inputs.values()
+    part: dict[str, Expression] = dict.fromkeys(PER_HYPOTHESIS, 0)
+    part |= {"gain": gain, "zero": zero, "var_gain": gain_std**2, "var_zero": zero_std**2}
+    track: dict[str, Expression] = dict.fromkeys(TRACK, 0)
+    track |= {"count": 1, "extreme": psi, "origin": psi}
     parts = {
-        "track": ca.vertcat(*(track.get(name, 0) for name in TRACK)),
-        "points": ca.repmat(psi, POINTS), "hypotheses": ca.repmat(column, 1, len(RATIOS)),
-    }  # fmt: skip
-    return ca.Function("search_start", inputs, [SEARCH.join(parts)], list(names), ["search"])
+        "track": vector_of(TRACK, track),
+        "points": ca.repmat(psi, POINTS),
+        "hypotheses": ca.repmat(vector_of(PER_HYPOTHESIS, part), 1, len(RATIOS)),
+    }
+    return build_function("search_start", inputs, {"search": SEARCH.join(parts)})
 
 
 @cache
@@ -125,19 +126,15 @@ def build_restart() -> ca.Function:
     What the patch was before its last turn back is forgotten: it slid to the other side. The hypotheses
     begin anew about s and the torque's zero [N m], which are known.
     """
-    search = ca.MX.sym("search", SEARCH.size)
-    gain, zero, zero_std = (ca.MX.sym(name) for name in ("gain", "zero", "zero_std"))
-    parts = SEARCH.split(search)
-    track = named(TRACK, parts["track"])
+    inputs = symbols(ca.MX, search=SEARCH.size, gain=1, zero=1, zero_std=1)
+    search, gain, zero, zero_std = inputs.values()
+    track = named(TRACK, SEARCH.split(search)["track"])
     origin, direction = track["origin"], track["direction"]
     fresh = SEARCH.split(build_start()(origin, gain, RESTART_STD, zero, zero_std))
-    after = track | {"count": ca.if_else(direction == 0, 1, 2), "explained": 0, "widest": 0}
+    track |= {"count": ca.if_else(direction == 0, 1, 2), "explained": 0, "widest": 0}
     points = ca.vertcat(origin + direction * SLID, ca.repmat(origin, POINTS - 1))
-    result = {**fresh, "track": ca.vertcat(*(after[name] for name in TRACK)), "points": points}
-    return ca.Function(
-        "restart", [search, gain, zero, zero_std], [SEARCH.join(result)],
-        ["search", "gain", "zero", "zero_std"], ["search_next"],
-    )  # fmt: skip
+    parts = {**fresh, "track": vector_of(TRACK, track), "points": points}
+    return build_function("restart", inputs, {"search_next": SEARCH.join(parts)})
 
 
 @cache
@@ -148,14 +145,14 @@ def build_error() -> ca.Function:
     length [m]; variance added on the way to the torque [N^2 m^2]; greatest torque so far [N m]; share of
     an independent sample; model's error as a share of the torque [1].
     """
-    names = ("M_z", "F_N", "a", "added", "reach", "share", "error")
-    M_z, F_N, a, added, reach, share, error = inputs = [ca.SX.sym(name) for name in names]
+    inputs = symbols(ca.SX, M_z=1, F_N=1, a=1, added=1, reach=1, share=1, error=1)
+    M_z, F_N, a, added, reach, share, error = inputs.values()
     noise = SENSOR * full_slide_torque(F_N, a)
     white = added + noise**2 + (RELATIVE_SENSOR * reach) ** 2
     variance = white + (ca.fmin(error, 1) * reach) ** 2 / share
     size = ca.fmax(ca.fabs(M_z) - 2 * noise, 0)
-    outputs = [size, variance, NOISIER * white / variance]
-    return ca.Function("torque_error", inputs, outputs, list(names), ["size", "variance", "noisy"])
+    outputs = {"size": size, "variance": variance, "noisy": NOISIER * white / variance}
+    return build_function("torque_error", inputs, outputs)
 
 
 @cache
@@ -165,10 +162,9 @@ def build_hypothesis() -> ca.Function:
     part is in the order of `PER_HYPOTHESIS`, expected the torque at s = 1 [N m], variance that of the
     measurement's error [N^2 m^2], share that of an independent sample.
     """
-    part = ca.SX.sym("part", len(PER_HYPOTHESIS))
-    names = ("expected", "measured", "variance", "share")
-    expected, measured, variance, share = inputs = [ca.SX.sym(name) for name in names]
-    older = kept(share)
+    inputs = symbols(ca.SX, part=len(PER_HYPOTHESIS), expected=1, measured=1, variance=1, share=1)
+    part, expected, measured, variance, share = inputs.values()
+    older = retained(share, MEMORY)
     was = {
         name: (older if name == "log_likelihood" else 1 / older if "var" in name or name == "cov" else 1)
         * value
@@ -192,10 +188,8 @@ def build_hypothesis() -> ca.Function:
         "cov": was["cov"] - gain * by_zero,
         "var_zero": ca.fmax(was["var_zero"] - zero * by_zero, 0),
     }
-    return ca.Function(
-        "hypothesis", [part, *inputs], [ca.vertcat(*(after[name] for name in PER_HYPOTHESIS))],
-        ["part", *names], ["part_next"], {"cse": True},
-    )  # fmt: skip
+    outputs = {"part_next": vector_of(PER_HYPOTHESIS, after)}
+    return build_function("hypothesis", inputs, outputs, cse=True)
 
 
 def _moments(
@@ -235,10 +229,10 @@ def build_verdict() -> ca.Function:
     hypotheses (6, G) has a row for each of `PER_HYPOTHESIS`, limits is in the order of `LIMITS`. `EVEN`
     of the prior of ln mu is even over all hypotheses: the tuning's alone would exclude ice.
     """
-    hypotheses = ca.MX.sym("hypotheses", len(PER_HYPOTHESIS), len(RATIOS))
-    explained, vector = ca.MX.sym("explained"), ca.MX.sym("limits", len(LIMITS))
-    limits, grid = named(LIMITS, vector), ca.DM(np.log(RATIOS))
-    rows = (row.T for row in ca.vertsplit(hypotheses))
+    count = (len(PER_HYPOTHESIS), len(RATIOS))
+    inputs = symbols(ca.MX, hypotheses=count, explained=1, limits=len(LIMITS))
+    limits, grid = named(LIMITS, inputs["limits"]), ca.DM(np.log(RATIOS))
+    rows = (row.T for row in ca.vertsplit(inputs["hypotheses"]))
     parts = dict(zip(PER_HYPOTHESIS, rows, strict=True))
     stiffness, log_std = limits["stiffness_std"] ** 2, limits["mu_std"] / limits["mu"]
     gain, variance = ca.fmax(parts["gain"], LEAST_GAIN), parts["var_gain"]
@@ -269,9 +263,6 @@ def build_verdict() -> ca.Function:
         "log_mu": log_mu, "variance": var_log_mu, "log_ratio": log_ratio, "zero": zero,
         "var_zero": var_zero, "log_gain": log_gain, "var_log_gain": var_gain,
         "verified": inside > SURE[0], "suspect": inside < -SURE[1],
-        "unexplained": squares > explained + UNEXPLAINED,
+        "unexplained": squares > inputs["explained"] + UNEXPLAINED,
     }  # fmt: skip
-    return ca.Function(
-        "verdict", [hypotheses, explained, vector], [ca.vertcat(*(outputs[name] for name in VERDICT))],
-        ["hypotheses", "explained", "limits"], ["verdict"], {"cse": True},
-    )  # fmt: skip
+    return build_function("verdict", inputs, {"verdict": vector_of(VERDICT, outputs)}, cse=True)

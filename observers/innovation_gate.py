@@ -8,13 +8,14 @@ Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking an
 section 5.4 for the test of the innovation; Huber, Robust Statistics (1981), for the loss.
 """
 
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
 import casadi as ca
 
 from observers.innovation_monitor import MONITOR, build_monitor
-from observers.layout import named
+from observers.layout import build_function, named, outputs_of, symbols, symbols_like
 from observers.linearisation import build_measurement, state_index
 from observers.measurement_model import MeasurementModel
 from observers.tuning import TUNING_FIELDS
@@ -32,9 +33,11 @@ def build_gate() -> ca.Function:
     is missing; huber_scale as in `Measurement`. accepted and reset are 0 or 1; run is how many samples
     in a row, this one included, lie beyond the gate.
     """
-    names = ["innovation", "H_P_H", "weight", "huber_scale"]
-    innovation, H_P_H, weight, huber_scale = symbols = [ca.SX.sym(name) for name in names]
-    counts, tuning = ca.SX.sym("counts", len(COUNTS)), ca.SX.sym("tuning", len(TUNING_FIELDS))
+    inputs = symbols(
+        ca.SX, innovation=1, H_P_H=1, weight=1, huber_scale=1, counts=len(COUNTS),
+        tuning=len(TUNING_FIELDS),
+    )  # fmt: skip
+    innovation, H_P_H, weight, huber_scale, counts, tuning = inputs.values()
     streak, resets = ca.vertsplit(counts)
     limits = named(TUNING_FIELDS, tuning)
     measured = weight > 0
@@ -45,62 +48,84 @@ def build_gate() -> ca.Function:
     reset = run >= limits["reset_after"]
     accepted = ca.logic_or(ca.logic_not(beyond), reset)
     streak = ca.if_else(measured, ca.if_else(reset, 0, run * side), streak)
-    return ca.Function(
-        "gate",
-        [*symbols, counts, tuning],
-        [accepted, reset, run, ca.vertcat(streak, resets + reset)],
-        [*names, "counts", "tuning"],
-        ["accepted", "reset", "run", "counts_next"],
-    )
+    counts_next = ca.vertcat(streak, resets + reset)
+    outputs = {"accepted": accepted, "reset": reset, "run": run, "counts_next": counts_next}
+    return build_function("gate", inputs, outputs)
+
+
+@dataclass(frozen=True, kw_only=True)
+class InnovationTest:
+    """The innovation of a sample and what its test says, as casadi expressions.
+
+    Attributes:
+        innovation, H, weight, expected, huber_scale, independent: as of `build_measurement`.
+        H_P_H: part of the innovation's variance that the states cause.
+        nis: innovation^2 over `innovation_variance`, NaN where it is missing.
+        missing: 1 where nothing was measured; this and the next two are 0 or 1.
+        accepted: within the gate, or a reset.
+        reset: the ground has changed.
+        run: samples in a row beyond the gate, this one included; 1 at an alarm of the monitor, which
+            is a reset too.
+        counts_next: as `COUNTS`.
+        inconsistent: the model does not explain the torque: 0 or 1.
+        monitor_next: as `MONITOR`.
+    """
+
+    innovation: ca.MX
+    H: ca.MX
+    weight: ca.MX
+    expected: ca.MX
+    huber_scale: ca.MX
+    independent: ca.MX
+    H_P_H: ca.MX
+    nis: ca.MX
+    missing: ca.MX
+    accepted: ca.MX
+    reset: ca.MX
+    run: ca.MX
+    counts_next: ca.MX
+    inconsistent: ca.MX
+    monitor_next: ca.MX
 
 
 @cache
 def build_innovation(measurement_model: MeasurementModel) -> ca.Function:
-    """The innovation of a sample and its test, by name.
+    """The fields of an `InnovationTest`.
 
-    (x, P, M_z, slopes, now, counts, monitor, rig, tuning) -> (innovation, H, weight, expected,
-    huber_scale, independent, H_P_H, nis, missing, accepted, reset, run, counts_next, inconsistent,
-    monitor_next), as of `build_measurement`, `build_gate` and `build_monitor`; x (n,) and P (n, n) are
-    predicted. nis is innovation^2 over `innovation_variance`, NaN where it is missing. An alarm of the
-    monitor is a reset with a run of this one sample.
+    (x, P, M_z, slopes, now, counts, monitor, rig, tuning) -> fields; x (n,) and P (n, n) are predicted.
     """
     measurement = build_measurement(measurement_model)
-    symbols = {name: ca.MX.sym(name, *measurement.size_in(name)) for name in measurement.name_in()}
-    P, counts = (
-        ca.MX.sym("P", symbols["x"].numel(), symbols["x"].numel()),
-        ca.MX.sym("counts", len(COUNTS)),
-    )
-    monitor = ca.MX.sym("monitor", len(MONITOR))
-    innovation, H, weight, expected, huber_scale, independent = measurement(*symbols.values())
-    H_P_H, missing = ca.dot(H, P @ H), weight <= 0
+    n = len(measurement_model.states)
+    given = symbols_like(measurement)
+    x, M_z, slopes, now, rig, tuning = given.values()
+    inputs = {"x": x, **symbols(ca.MX, P=(n, n)), "M_z": M_z, "slopes": slopes, "now": now}
+    inputs |= symbols(ca.MX, counts=len(COUNTS), monitor=len(MONITOR)) | {"rig": rig, "tuning": tuning}
+    results = outputs_of(measurement, *given.values())
+    innovation, H, weight = (results[name] for name in ("innovation", "H", "weight"))
+    huber_scale, independent = results["huber_scale"], results["independent"]
+    H_P_H, missing = ca.dot(H, inputs["P"] @ H), weight <= 0
     accepted, reset, run, counts_next = build_gate()(
-        innovation, H_P_H, weight, huber_scale, counts, symbols["tuning"]
+        innovation, H_P_H, weight, huber_scale, inputs["counts"], tuning
     )
     variance = innovation_variance(H_P_H, weight, huber_scale)
-    nis = ca.if_else(missing, float("nan"), innovation**2 / variance)
     alarm, inconsistent, monitor_next = build_monitor()(
         innovation, H[state_index(measurement_model)], variance, independent * ca.logic_not(missing),
-        accepted * ca.logic_not(reset), monitor, symbols["tuning"],
+        accepted * ca.logic_not(reset), inputs["monitor"], tuning,
     )  # fmt: skip
     counts_next[COUNTS.index("resets")] += alarm
-    test = (accepted, reset + alarm, ca.fmax(run, alarm), counts_next, inconsistent, monitor_next)
-    inputs = {"x": symbols.pop("x"), "P": P, **symbols, "counts": counts, "monitor": monitor}
-    order = ["x", "P", "M_z", "slopes", "now", "counts", "monitor", "rig", "tuning"]
-    return ca.Function(
-        "innovation",
-        [inputs[name] for name in order],
-        [innovation, H, weight, expected, huber_scale, independent, H_P_H, nis, missing, *test],
-        order,
-        [
-            *measurement.name_out(),
-            "H_P_H",
-            "nis",
-            "missing",
-            *build_gate().name_out(),
-            "inconsistent",
-            "monitor_next",
-        ],
+    test = InnovationTest(
+        **results,
+        H_P_H=H_P_H,
+        nis=ca.if_else(missing, float("nan"), innovation**2 / variance),
+        missing=missing,
+        accepted=accepted,
+        reset=reset + alarm,
+        run=ca.fmax(run, alarm),
+        counts_next=counts_next,
+        inconsistent=inconsistent,
+        monitor_next=monitor_next,
     )
+    return build_function("innovation", inputs, vars(test))
 
 
 def innovation_variance(H_P_H: Expression, weight: Expression, huber_scale: Expression) -> Expression:

@@ -18,7 +18,7 @@ from functools import cache
 
 import casadi as ca
 
-from observers.layout import named
+from observers.layout import build_function, named, symbols
 from observers.measurement_model import Expression, Parts, log_mu_variance
 from observers.torque_error import SENSIBLE
 from observers.tuning import TUNING_FIELDS
@@ -44,9 +44,11 @@ def build_monitor() -> ca.Function:
     independent as in `Measurement`, 0 where the measurement is missing; accepted, alarm and
     inconsistent are 0 or 1.
     """
-    names = ["innovation", "slope", "variance", "independent", "accepted"]
-    innovation, slope, variance, independent, accepted = symbols = [ca.SX.sym(name) for name in names]
-    monitor, tuning = ca.SX.sym("monitor", len(MONITOR)), ca.SX.sym("tuning", len(TUNING_FIELDS))
+    inputs = symbols(
+        ca.SX, innovation=1, slope=1, variance=1, independent=1, accepted=1, monitor=len(MONITOR),
+        tuning=len(TUNING_FIELDS),
+    )  # fmt: skip
+    innovation, slope, variance, independent, accepted, monitor, tuning = inputs.values()
     past, limits = named(MONITOR, monitor), named(TUNING_FIELDS, tuning)
     share, shift = accepted * independent, CHANGE * slope
     scale = share / (variance * (1 + ca.fmax(0, past["squares"] - past["samples"]) / WINDOW))
@@ -63,13 +65,12 @@ def build_monitor() -> ca.Function:
     squares, samples = kept * past["squares"] + share * square, kept * past["samples"] + share
     inconsistent = ca.logic_and(samples >= LEAST_SAMPLES, squares > limits["explained"] * samples)
     quiet = ca.logic_not(alarm)
-    return ca.Function(
-        "monitor",
-        [*symbols, monitor, tuning],
-        [alarm, inconsistent, ca.vertcat(*(quiet * each for each in sums), squares, samples)],
-        [*names, "monitor", "tuning"],
-        ["alarm", "inconsistent", "monitor_next"],
-    )
+    outputs = {
+        "alarm": alarm,
+        "inconsistent": inconsistent,
+        "monitor_next": ca.vertcat(*(quiet * each for each in sums), squares, samples),
+    }
+    return build_function("monitor", inputs, outputs)
 
 
 def change_variance(tuning: Parts) -> Expression:

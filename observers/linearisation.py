@@ -8,7 +8,7 @@ from functools import cache
 
 import casadi as ca
 
-from observers.layout import named
+from observers.layout import build_function, named, symbols, vector_of
 from observers.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.protocol import SAMPLE
 from observers.torque_error import is_known
@@ -38,7 +38,12 @@ def _selection(measurement_model: MeasurementModel) -> ca.SX:
     return selection
 
 
-def _symbols(measurement_model: MeasurementModel, *names: str) -> list[ca.SX]:
+def angle_is_state(measurement_model: MeasurementModel) -> bool:
+    """True where the patch follows the estimated angle: it is then updated after the correction."""
+    return "psi" in measurement_model.states
+
+
+def _symbols(measurement_model: MeasurementModel, *names: str) -> dict[str, ca.SX]:
     sizes = {
         "x": len(measurement_model.states),
         "M_z": 1,
@@ -48,16 +53,15 @@ def _symbols(measurement_model: MeasurementModel, *names: str) -> list[ca.SX]:
         "rig": len(RIG),
         "tuning": len(TUNING_FIELDS),
     }
-    return [ca.SX.sym(name, sizes[name]) for name in names]
+    return symbols(ca.SX, **{name: sizes[name] for name in names})
 
 
 @cache
 def build_clean(measurement_model: MeasurementModel) -> ca.Function:
     """(sample, last) -> (now, imputed): the sample as `CLEAN`, and whether a value of it is imputed."""
-    sample, last = ca.SX.sym("sample", len(SAMPLE)), ca.SX.sym("last", len(CLEAN))
-    now, imputed = measurement_model.clean(named(SAMPLE, sample), named(CLEAN, last))
-    clean = ca.vertcat(*(now[name] for name in CLEAN))
-    return ca.Function("clean", [sample, last], [clean, imputed], ["sample", "last"], ["now", "imputed"])
+    inputs = symbols(ca.SX, sample=len(SAMPLE), last=len(CLEAN))
+    now, imputed = measurement_model.clean(named(SAMPLE, inputs["sample"]), named(CLEAN, inputs["last"]))
+    return build_function("clean", inputs, {"now": vector_of(CLEAN, now), "imputed": imputed})
 
 
 @cache
@@ -66,17 +70,17 @@ def build_motion(measurement_model: MeasurementModel) -> ca.Function:
 
     A (n, n) is the derivative of x_next by x, Q (n,) the variances on the way, b = x_next - A x.
     """
-    names = ("x", "M_z", "slopes", "last", "now", "rig", "tuning")
-    x, M_z, slopes, last, now, rig, tuning = inputs = _symbols(measurement_model, *names)
+    states = measurement_model.states
+    inputs = _symbols(measurement_model, "x", "M_z", "slopes", "last", "now", "rig", "tuning")
+    x, M_z, slopes, last, now, rig, tuning = inputs.values()
     after, variance = measurement_model.motion(
-        named(measurement_model.states, x), M_z, named(CLEAN, last), named(CLEAN, now), named(RIG, rig),
+        named(states, x), M_z, named(CLEAN, last), named(CLEAN, now), named(RIG, rig),
         named(TUNING_FIELDS, tuning),
     )  # fmt: skip
-    x_next = ca.vertcat(*(after[name] for name in measurement_model.states))
+    x_next = vector_of(states, after)
     A = ca.jacobian(x_next, x) + ca.jacobian(x_next, M_z) @ (_selection(measurement_model) @ slopes).T
-    Q = ca.vertcat(*(variance[name] for name in measurement_model.states))
-    outputs = [ca.densify(part) for part in (x_next, A, Q, x_next - A @ x)]
-    return ca.Function("motion", inputs, outputs, list(names), ["x_next", "A", "Q", "b"])
+    outputs = {"x_next": x_next, "A": A, "Q": vector_of(states, variance), "b": x_next - A @ x}
+    return build_function("motion", inputs, {name: ca.densify(part) for name, part in outputs.items()})
 
 
 @cache
@@ -87,62 +91,38 @@ def build_measurement(measurement_model: MeasurementModel) -> ca.Function:
     The last three as in `Measurement`, H (n,) the derivative of expected by x; innovation is measured -
     expected and weight the inverse variance of its error, both 0 where it is missing.
     """
-    names = ("x", "M_z", "slopes", "now", "rig", "tuning")
-    x, M_z, slopes, now, rig, tuning = inputs = _symbols(measurement_model, *names)
+    inputs = _symbols(measurement_model, "x", "M_z", "slopes", "now", "rig", "tuning")
+    x, M_z, slopes, now, rig, tuning = inputs.values()
     measurement = measurement_model.measurement(
-        named(measurement_model.states, x),
-        M_z,
-        named(CLEAN, now),
-        named(RIG, rig),
+        named(measurement_model.states, x), M_z, named(CLEAN, now), named(RIG, rig),
         named(TUNING_FIELDS, tuning),
-    )
+    )  # fmt: skip
     known = is_known(measurement.measured)
     H = ca.jacobian(measurement.expected, x).T
     H = H + _selection(measurement_model) @ slopes * ca.jacobian(measurement.expected, M_z)
-    innovation = ca.if_else(known, measurement.measured - measurement.expected, 0)
-    weight = ca.if_else(known, measurement.precision, 0)
-    return ca.Function(
-        "measurement",
-        inputs,
-        [
-            innovation,
-            ca.densify(H),
-            weight,
-            measurement.expected,
-            measurement.huber_scale,
-            ca.SX(measurement.independent),
-        ],
-        list(names),
-        ["innovation", "H", "weight", "expected", "huber_scale", "independent"],
-    )
+    outputs = {
+        "innovation": ca.if_else(known, measurement.measured - measurement.expected, 0),
+        "H": ca.densify(H),
+        "weight": ca.if_else(known, measurement.precision, 0),
+        "expected": measurement.expected,
+        "huber_scale": measurement.huber_scale,
+        "independent": measurement.independent,
+    }
+    return build_function("measurement", inputs, outputs)
 
 
 @cache
 def build_predict_covariance(states: int) -> ca.Function:
     """(factor, A, Q) -> factor of A P A' + diag(Q)."""
-    factor, A, Q = (
-        ca.SX.sym("factor", states, states),
-        ca.SX.sym("A", states, states),
-        ca.SX.sym("Q", states),
-    )
-    return ca.Function(
-        "predict_covariance",
-        [factor, A, Q],
-        [predict_covariance(factor, A, Q)],
-        ["factor", "A", "Q"],
-        ["factor_next"],
-    )
+    inputs = symbols(ca.SX, factor=(states, states), A=(states, states), Q=states)
+    outputs = {"factor_next": predict_covariance(*inputs.values())}
+    return build_function("predict_covariance", inputs, outputs)
 
 
 @cache
 def build_update_covariance(states: int) -> ca.Function:
     """(factor, H, weight) -> (factor_next, K, share), share = 1 / (R + H P H'), 0 if missing."""
-    factor, H = ca.SX.sym("factor", states, states), ca.SX.sym("H", states)
-    weight = ca.SX.sym("weight")
-    return ca.Function(
-        "update_covariance",
-        [factor, H, weight],
-        list(update_covariance(factor, H, weight)),
-        ["factor", "H", "weight"],
-        ["factor_next", "K", "share"],
-    )
+    inputs = symbols(ca.SX, factor=(states, states), H=states, weight=1)
+    results = update_covariance(*inputs.values())
+    outputs = dict(zip(("factor_next", "K", "share"), results, strict=True))
+    return build_function("update_covariance", inputs, outputs)

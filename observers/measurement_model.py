@@ -10,9 +10,9 @@ and the states are random walks.
 angle is measured.
 """
 
-from collections.abc import Callable, Hashable, Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol, TypeVar
+from typing import Any, Protocol
 
 import casadi as ca
 
@@ -46,7 +46,6 @@ load of the first sample [N]; turn since the last sample without its sign [rad].
 ROWS = (*CLEAN, "accepted", "jump")
 """Rows of a window's samples: a cleaned sample, whether it is accepted, and what a change of the
 ground adds to the variance of ln mu before it."""
-Update = TypeVar("Update")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,12 +118,6 @@ class MeasurementModel(Hashable, Protocol):
         self, x: Parts, M_z: Expression, now: Parts, rig: Parts, tuning: Parts
     ) -> Measurement:
         """The measurement of the sample `now`."""
-
-    def patch_before(self, stored: Update, update: Callable[[], Update]) -> Update:
-        """The patch at the predicted measurement: `update()` by the sample, or as it is `stored`."""
-
-    def patch_after(self, before: Update, update: Callable[[], Update]) -> Update:
-        """The patch when the states are corrected: `update()` at them, or as it was `before` that."""
 
 
 def impute_load(sample: Parts, last: Parts) -> tuple[Expression, Expression, Expression]:
@@ -273,13 +266,3 @@ class AligningTorque:
             huber_scale=huber_scale(x, tuning, noise) * slide**2,
             independent=independent,
         )
-
-    def patch_before(self, stored: Update, update: Callable[[], Update]) -> Update:
-        """The torque that is measured is that of the patch at the sample's angle."""
-        del stored
-        return update()
-
-    def patch_after(self, before: Update, update: Callable[[], Update]) -> Update:
-        """The angle is known and the correction does not move the patch."""
-        del update
-        return before

@@ -5,8 +5,8 @@ once: every sample is linearised again at the states that later samples lead to,
 rejected are accepted when the ground turns out to have changed. Samples older than the window are summed
 up in the arrival, mean and covariance, which a filter takes along behind the window, linearised at what
 the window made of them. On a linear problem with Gaussian noise every window gives the Kalman filter.
-Huber's loss
-differs: here the residual is that of the fitted states, there the innovation less its prior variance.
+Huber's loss differs: here the residual is that of the fitted states, there the innovation less its prior
+variance.
 `observers.mhe_step` has the cost and its references.
 """
 
@@ -51,12 +51,11 @@ class Mhe(ModelObserver):
         return f"Moving-horizon estimator over {self.window} samples"
 
     @property
-    def layout(self) -> Layout:
-        """The parts of a state."""
-        return self.with_supervision(layout(self.model, self.measurement_model, self.window))
+    def estimator_layout(self) -> Layout:
+        """The parts of a state, less those of the supervision."""
+        return layout(self.model, self.measurement_model, self.window)
 
     @property
-    def step_function(self) -> ca.Function:
-        """One sample; see `CasadiObserver.step_function`."""
-        step = build_window_step(self.model, self.measurement_model, self.window, self.iterations)
-        return self.supervised(step, layout(self.model, self.measurement_model, self.window))
+    def estimator_step(self) -> ca.Function:
+        """One sample, without the supervision."""
+        return build_window_step(self.model, self.measurement_model, self.window, self.iterations)

@@ -21,15 +21,17 @@ Trans. Automatic Control 48 (2003) 246, with the arrival cost of a filter; Huber
 (1981), for the weights.
 """
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import cache, partial
 
 import casadi as ca
 
-from observers.innovation_gate import COUNTS, build_innovation
+from observers.innovation_gate import COUNTS, InnovationTest, build_innovation
 from observers.innovation_monitor import MONITOR, change_variance
-from observers.layout import Layout, named, outputs_of
-from observers.linearisation import build_clean, state_index
-from observers.measurement_model import CLEAN, ROWS, MeasurementModel
+from observers.layout import Expression, Layout, build_function, named, outputs_of, symbols
+from observers.linearisation import angle_is_state, build_clean, directions, state_index
+from observers.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.mhe_terms import (
     arrival_jump,
     build_acceptance,
@@ -38,18 +40,16 @@ from observers.mhe_terms import (
     build_prediction,
     is_unsettled,
 )
-from observers.model_observer import (
-    build_step_function,
-    clip_to_bounds,
-    friction_output,
-    step_output,
-    step_symbols,
-)
+from observers.model_observer import clip_to_bounds, friction_output, step_output, step_symbols
 from observers.patch_history import PatchHistory
 from observers.patch_model import PatchModel, split_constants
 from observers.patch_update import memory_depends_on_tyre, reset_retention, sensitivity_retention
 from observers.protocol import OUTPUT
 from observers.tuning import TUNING_FIELDS
+from observers.udu import add_variance
+
+Parts = Mapping[str, ca.MX]
+Torques = Callable[[Parts, ca.MX], tuple[ca.MX, ca.MX]]
 
 
 @cache
@@ -79,29 +79,75 @@ def build_smoother(measurement_model: MeasurementModel, window: int) -> ca.Funct
     columns, x (n, N).
     """
     forward, backward = build_forward(measurement_model), build_backward(measurement_model)
-    mean, factor, x, M_z, slopes, samples, _, rig, tuning = (
-        ca.MX.sym(name, forward.size1_in(name), forward.size2_in(name) * columns)
-        for name, columns in zip(forward.name_in(), [1, 1, *[window] * 5, 1, 1], strict=True)
-    )
+    n = len(measurement_model.states)
+    inputs = symbols(
+        ca.MX, mean=n, factor=(n, n), x=(n, window), M_z=(1, window),
+        slopes=(len(directions(measurement_model)), window), samples=(len(ROWS), window),
+        rig=len(RIG), tuning=len(TUNING_FIELDS),
+    )  # fmt: skip
+    mean, factor, x, M_z, slopes, samples, rig, tuning = inputs.values()
     constants = [ca.repmat(vector, 1, window) for vector in (rig, tuning)]
     onward = ca.horzcat(samples[:, 1:], samples[:, -1])
     _, _, filtered, P, K, score, H, A = forward.mapaccum("forward_window", window, 2, {})(
         mean, factor, x, M_z, slopes, samples, onward, *constants
     )
-    n = len(measurement_model.states)
     reverse = list(range(window - 1, -1, -1))
     blocks = [n * i + j for i in reverse for j in range(n)]
     _, smoothed = backward.mapaccum("backward_window", window, 1, {})(
         ca.DM.zeros(n), filtered[:, reverse], P[:, blocks], K[:, reverse], score[:, reverse],
         H[:, reverse], A[:, blocks], constants[1],
     )  # fmt: skip
-    return ca.Function(
-        "smoother",
-        [mean, factor, x, M_z, slopes, samples, rig, tuning],
-        [smoothed[:, reverse], P[:, -n:]],
-        ["mean", "factor", "x", "M_z", "slopes", "samples", "rig", "tuning"],
-        ["x_next", "P_newest"],
-    )
+    return build_function("smoother", inputs, {"x_next": smoothed[:, reverse], "P_newest": P[:, -n:]})
+
+
+@dataclass(frozen=True, kw_only=True)
+class _WindowSample:
+    """What is given at a sample: both models, the cleaned sample, and the constants.
+
+    torques(parts, x) is `PatchHistory.torques` with these constants.
+    """
+
+    patch: PatchHistory
+    now: ca.MX
+    theta: ca.MX
+    rig: ca.MX
+    tuning: ca.MX
+    torques: Torques
+
+    @property
+    def change(self) -> Expression:
+        """What a change of the ground adds to the variance of ln mu."""
+        return change_variance(named(TUNING_FIELDS, self.tuning))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _NewestPrediction:
+    """States (n,) of the newest sample, their covariance, and the retention of the sensitivity."""
+
+    x: ca.MX
+    P: ca.MX
+    retention: ca.MX
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Window:
+    """The problem of a window: arrival, states (n, N), samples, and the torques linearised at x."""
+
+    mean: ca.MX
+    factor: ca.MX
+    x: ca.MX
+    samples: ca.MX
+    M_z: ca.MX
+    slopes: ca.MX
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Fit:
+    """States (n, N) of a window, the covariance of the newest, and whether they still move."""
+
+    x: ca.MX
+    P: ca.MX
+    unsettled: ca.MX
 
 
 @cache
@@ -110,78 +156,95 @@ def build_window_step(
 ) -> ca.Function:
     """One sample of the estimator: (state, sample, constants) -> (state_next, output)."""
     parts = layout(model, measurement_model, window)
-    state, sample, constants = symbols = step_symbols(model, parts)
-    before = parts.split(state)
-    theta, rig, tuning = split_constants(model, constants)
+    inputs = step_symbols(model, parts)
+    before = parts.split(inputs["state"])
+    theta, rig, tuning = split_constants(model, inputs["constants"])
     patch = PatchHistory(model=model, measurement_model=measurement_model, window=window)
-    torques = partial(patch.torques, theta=theta, rig=rig)
     last = before["samples"][: len(CLEAN), -1]
-    now, imputed = build_clean(measurement_model)(sample, last)
+    now, imputed = build_clean(measurement_model)(inputs["sample"], last)
+    torques = partial(patch.torques, theta=theta, rig=rig)
+    sample = _WindowSample(patch=patch, now=now, theta=theta, rig=rig, tuning=tuning, torques=torques)
     samples = ca.horzcat(before["samples"], ca.vertcat(now, 1, 0))
-    mean, factor = _arrival(measurement_model, before, samples, torques, rig, tuning)
-    x_last, P = before["x"][:, -1], before["P_newest"]
-    x_newest, P, Q = build_prediction(measurement_model)(
-        x_last, P, *torques(patch.newest(before), x_last), last, now, rig, tuning
-    )
-    retention = sensitivity_retention(measurement_model, before["P_newest"], Q, x_last)
-    append = partial(patch.append, before, retention, now, theta=theta, rig=rig)
-    history = measurement_model.patch_before(patch.without_oldest(before), partial(append, x=x_newest))
-    x, samples = ca.horzcat(before["x"][:, 1:], x_newest), samples[:, 1:]
+    mean, factor = _arrival(sample, before, samples)
+    predicted = _predict(sample, before, last)
+    append = partial(patch.append, before, predicted.retention, now, theta=theta, rig=rig)
+    # A measured angle does not depend on the patch at the sample itself; a measured torque does.
+    after_angle = angle_is_state(measurement_model)
+    history = patch.without_oldest(before) if after_angle else append(x=predicted.x)
+    x = ca.horzcat(before["x"][:, 1:], predicted.x)
     M_z, slopes = torques(history, x)
-    test = outputs_of(
-        build_innovation(measurement_model), x_newest, P, M_z[-1], slopes[:, -1], now,
-        before["counts"], before["monitor"], rig, tuning,
-    )  # fmt: skip
+    test = _test(sample, before, predicted, M_z[-1], slopes[:, -1])
     # A memory that depends on the old friction does not fit samples of the new ground: they stay
     # rejected.
-    run = 1 if memory_depends_on_tyre(model, measurement_model) else test["run"]
-    unknown = change_variance(named(TUNING_FIELDS, tuning))
-    samples = _accept(samples, ca.MX(ca.vertcat(test["accepted"], test["reset"], run)), unknown)
+    run = 1 if memory_depends_on_tyre(model, measurement_model) else test.run
+    samples = _accept(samples[:, 1:], ca.MX(ca.vertcat(test.accepted, test.reset, run)), sample.change)
     at = state_index(measurement_model)
-    factor[at, at] += arrival_jump(window, test["reset"], run, unknown)
-    previous = x
-    for i in range(iterations):
-        previous = x
-        M_z, slopes = torques(history, x) if i > 0 else (M_z, slopes)
-        x, P = build_smoother(measurement_model, window)(
-            mean, factor, x, M_z, slopes, samples, rig, tuning
-        )
-    x_newest = x[:, -1]
-
-    def updated() -> tuple[dict[str, ca.MX], ca.MX]:
-        added = append(x=x_newest)
-        return added, torques(patch.newest(added), x_newest)[0]
-
-    history, M_z = measurement_model.patch_after((history, test["expected"]), updated)
-    old = reset_retention(test["reset"], before["P_newest"][at, at], unknown)
+    factor = add_variance(factor, at, arrival_jump(window, test.reset, run, sample.change))
+    problem = _Window(mean=mean, factor=factor, x=x, samples=samples, M_z=M_z, slopes=slopes)
+    fit = _correct(sample, problem, history, iterations)
+    x_newest, M_z = fit.x[:, -1], test.expected
+    if after_angle:
+        history = append(x=x_newest)
+        M_z, _ = torques(patch.newest(history), x_newest)
+    old = reset_retention(test.reset, before["P_newest"][at, at], sample.change)
     memory = patch.newest(history)["memory"]
-    friction = friction_output(model, x_newest, P, memory, now, theta, rig, tuning, at=at)
-    unsettled = is_unsettled(measurement_model, x_newest, previous[:, -1], P)
-    conditions = {"held": imputed, "unsettled": unsettled}
-    output = step_output(measurement_model, x_newest, friction, M_z, tuning, test, **conditions)
-    state_next = {
-        **patch.scale_newest_sensitivity(history, old), "samples": samples, "x": x, "mean": mean,
-        "factor": factor, "P_newest": P, "counts": test["counts_next"],
-        "monitor": test["monitor_next"], "output": output,
-    }  # fmt: skip
-    return build_step_function("mhe_step", symbols, parts.join(state_next), output)
-
-
-def _arrival(
-    measurement_model: MeasurementModel,
-    before: dict[str, ca.MX],
-    samples: ca.MX,
-    torques: partial[tuple[ca.MX, ca.MX]],
-    rig: ca.MX,
-    tuning: ca.MX,
-) -> tuple[ca.MX, ca.MX]:
-    """Mean and factor of the arrival after the oldest sample, linearised at its smoothed states."""
-    oldest = before["x"][:, 0]
-    mean, factor, *_ = build_forward(measurement_model)(
-        before["mean"], before["factor"], oldest, *torques(before, oldest), samples[:, 0],
-        samples[:, 1], rig, tuning,
+    friction = friction_output(model, x_newest, fit.P, memory, now, theta, rig, tuning, at=at)
+    output = step_output(
+        measurement_model, x_newest, friction, M_z, tuning, vars(test), held=imputed,
+        unsettled=fit.unsettled,
     )  # fmt: skip
-    return clip_to_bounds(measurement_model, mean, tuning), factor
+    state_next = {
+        **patch.scale_newest_sensitivity(history, old), "samples": samples, "x": fit.x, "mean": mean,
+        "factor": factor, "P_newest": fit.P, "counts": test.counts_next,
+        "monitor": test.monitor_next, "output": output,
+    }  # fmt: skip
+    return build_function("mhe_step", inputs, {"state_next": parts.join(state_next), "output": output})
+
+
+def _predict(sample: _WindowSample, before: Parts, last: ca.MX) -> _NewestPrediction:
+    """The newest states, before the sample is measured."""
+    measurement_model, x_last = sample.patch.measurement_model, before["x"][:, -1]
+    x, P, Q = build_prediction(measurement_model)(
+        x_last, before["P_newest"], *sample.torques(sample.patch.newest(before), x_last), last,
+        sample.now, sample.rig, sample.tuning,
+    )  # fmt: skip
+    retention = sensitivity_retention(measurement_model, before["P_newest"], Q, x_last)
+    return _NewestPrediction(x=x, P=P, retention=retention)
+
+
+def _test(
+    sample: _WindowSample, before: Parts, predicted: _NewestPrediction, M_z: ca.MX, slopes: ca.MX
+) -> InnovationTest:
+    """The innovation at the predicted states, and its test."""
+    results = outputs_of(
+        build_innovation(sample.patch.measurement_model), predicted.x, predicted.P, M_z, slopes,
+        sample.now, before["counts"], before["monitor"], sample.rig, sample.tuning,
+    )  # fmt: skip
+    return InnovationTest(**results)
+
+
+def _correct(sample: _WindowSample, problem: _Window, history: Parts, iterations: int) -> _Fit:
+    """Gauss-Newton steps over the window."""
+    measurement_model = sample.patch.measurement_model
+    smoother = build_smoother(measurement_model, problem.x.shape[1])
+    x, M_z, slopes = problem.x, problem.M_z, problem.slopes
+    for i in range(iterations):
+        M_z, slopes = sample.torques(history, x) if i > 0 else (M_z, slopes)
+        previous = x[:, -1]
+        x, P = smoother(
+            problem.mean, problem.factor, x, M_z, slopes, problem.samples, sample.rig, sample.tuning
+        )
+    return _Fit(x=x, P=P, unsettled=is_unsettled(measurement_model, x[:, -1], previous, P))
+
+
+def _arrival(sample: _WindowSample, before: Parts, samples: ca.MX) -> tuple[ca.MX, ca.MX]:
+    """Mean and factor of the arrival after the oldest sample, linearised at its smoothed states."""
+    measurement_model, oldest = sample.patch.measurement_model, before["x"][:, 0]
+    mean, factor, *_ = build_forward(measurement_model)(
+        before["mean"], before["factor"], oldest, *sample.torques(before, oldest), samples[:, 0],
+        samples[:, 1], sample.rig, sample.tuning,
+    )  # fmt: skip
+    return clip_to_bounds(measurement_model, mean, sample.tuning), factor
 
 
 def _accept(samples: ca.MX, test: ca.MX, variance: ca.MX) -> ca.MX:

@@ -10,8 +10,9 @@ from typing import Any
 import casadi as ca
 
 from observers.innovation_gate import huber_weight
-from observers.linearisation import build_measurement, build_motion, state_index
-from observers.measurement_model import CLEAN, ROWS, MeasurementModel
+from observers.layout import build_function, named, symbols, symbols_like
+from observers.linearisation import build_measurement, build_motion, directions, state_index
+from observers.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.model_observer import clip_to_bounds
 from observers.tuning import TUNING_FIELDS
 from observers.window_least_squares import build_back_substitution, build_window_update
@@ -23,18 +24,11 @@ Expression = Any
 def build_prediction(measurement_model: MeasurementModel) -> ca.Function:
     """(x, P, M_z, slopes, last, now, rig, tuning) -> (x_next, P_next, Q): prediction to now."""
     motion = build_motion(measurement_model)
-    x, M_z, slopes, last, now, rig, tuning = (
-        ca.MX.sym(name, *motion.size_in(name)) for name in motion.name_in()
-    )
-    P = ca.MX.sym("P", x.numel(), x.numel())
-    x_next, A, Q, _ = motion(x, M_z, slopes, last, now, rig, tuning)
-    return ca.Function(
-        "prediction",
-        [x, P, M_z, slopes, last, now, rig, tuning],
-        [x_next, A @ P @ A.T + ca.diag(Q), Q],
-        ["x", "P", "M_z", "slopes", "last", "now", "rig", "tuning"],
-        ["x_next", "P_next", "Q"],
-    )
+    n, given = len(measurement_model.states), symbols_like(motion)
+    x_next, A, Q, _ = motion(*given.values())
+    P = ca.MX.sym("P", n, n)
+    outputs = {"x_next": x_next, "P_next": A @ P @ A.T + ca.diag(Q), "Q": Q}
+    return build_function("prediction", {"x": given.pop("x"), "P": P, **given}, outputs)
 
 
 @cache
@@ -45,28 +39,23 @@ def build_forward(measurement_model: MeasurementModel) -> ca.Function:
     K, score, H, A), as of `build_window_update`; rows in the order of `ROWS`. The motion out of the
     newest sample does not matter: any row does for row_next.
     """
-    measurement, motion = build_measurement(measurement_model), build_motion(measurement_model)
-    update = build_window_update(len(measurement_model.states))
-    x, M_z, slopes, _, rig, tuning = (
-        ca.MX.sym(name, *measurement.size_in(name)) for name in measurement.name_in()
-    )
-    mean, factor = (ca.MX.sym(name, *update.size_in(name)) for name in ("mean", "factor"))
-    row, row_next = ca.MX.sym("row", len(ROWS)), ca.MX.sym("row_next", len(ROWS))
+    n = len(measurement_model.states)
+    inputs = symbols(
+        ca.MX, mean=n, factor=(n, n), x=n, M_z=1, slopes=len(directions(measurement_model)),
+        row=len(ROWS), row_next=len(ROWS), rig=len(RIG), tuning=len(TUNING_FIELDS),
+    )  # fmt: skip
+    mean, factor, x, M_z, slopes, row, row_next, rig, tuning = inputs.values()
     now, now_next = (vector[: len(CLEAN)] for vector in (row, row_next))
-    innovation, H, weight, _, huber_scale, _ = measurement(x, M_z, slopes, now, rig, tuning)
-    weight = weight * huber_weight(innovation, huber_scale) * row[ROWS.index("accepted")]
-    _, A, Q, b = motion(x, M_z, slopes, now, now_next, rig, tuning)
-    Q[state_index(measurement_model)] += row_next[ROWS.index("jump")]
-    mean_next, factor_next, filtered, P, K, score = update(
-        mean, factor, innovation + ca.dot(H, x), H, weight, A, b, Q
+    innovation, H, weight, _, huber_scale, _ = build_measurement(measurement_model)(
+        x, M_z, slopes, now, rig, tuning
     )
-    return ca.Function(
-        "forward",
-        [mean, factor, x, M_z, slopes, row, row_next, rig, tuning],
-        [mean_next, factor_next, filtered, P, K, score, H, A],
-        ["mean", "factor", "x", "M_z", "slopes", "row", "row_next", "rig", "tuning"],
-        ["mean_next", "factor_next", "filtered", "P", "K", "score", "H", "A"],
-    ).expand("forward", {"cse": True})
+    weight = weight * huber_weight(innovation, huber_scale) * row[ROWS.index("accepted")]
+    _, A, Q, b = build_motion(measurement_model)(x, M_z, slopes, now, now_next, rig, tuning)
+    Q[state_index(measurement_model)] += row_next[ROWS.index("jump")]
+    results = build_window_update(n)(mean, factor, innovation + ca.dot(H, x), H, weight, A, b, Q)
+    names = ("mean_next", "factor_next", "filtered", "P", "K", "score", "H", "A")
+    outputs = dict(zip(names, (*results, H, A), strict=True))
+    return build_function("forward", inputs, outputs).expand("forward", {"cse": True})
 
 
 @cache
@@ -78,19 +67,15 @@ def build_backward(measurement_model: MeasurementModel) -> ca.Function:
     costate is that of the next sample, 0 at the newest; the others come from `build_forward`. x is
     within its bounds.
     """
-    back = build_back_substitution(len(measurement_model.states))
-    costate, filtered, P, H, K, score, A = (
-        ca.MX.sym(name, *back.size_in(name)) for name in back.name_in()
+    n = len(measurement_model.states)
+    inputs = symbols(
+        ca.MX, costate=n, filtered=n, P=(n, n), K=n, score=1, H=n, A=(n, n), tuning=len(TUNING_FIELDS)
     )
-    tuning = ca.MX.sym("tuning", len(TUNING_FIELDS))
-    before, smoothed = back(costate, filtered, P, H, K, score, A)
-    return ca.Function(
-        "backward",
-        [costate, filtered, P, K, score, H, A, tuning],
-        [before, clip_to_bounds(measurement_model, smoothed, tuning)],
-        ["costate", "filtered", "P", "K", "score", "H", "A", "tuning"],
-        ["costate_before", "x"],
-    ).expand("backward", {"cse": True})
+    costate, filtered, P, K, score, H, A, tuning = inputs.values()
+    before, smoothed = build_back_substitution(n)(costate, filtered, P, H, K, score, A)
+    x = clip_to_bounds(measurement_model, smoothed, tuning)
+    outputs = {"costate_before": before, "x": x}
+    return build_function("backward", inputs, outputs).expand("backward", {"cse": True})
 
 
 @cache
@@ -102,16 +87,14 @@ def build_acceptance() -> ca.Function:
     ground the whole run is accepted, and ln mu jumps before its first sample; where that is not behind
     the window's oldest sample see `arrival_jump`.
     """
-    names = ["accepted", "jump", "age", "test", "variance"]
-    accepted, jump, age, test, variance = inputs = [
-        ca.SX.sym(name, 3 if name == "test" else 1) for name in names
-    ]
-    newest, reset, run = ca.vertsplit(test)
+    inputs = symbols(ca.SX, accepted=1, jump=1, age=1, test=3, variance=1)
+    accepted, jump, age, test, variance = inputs.values()
+    newest, reset, run = named(("accepted", "reset", "run"), test).values()
     in_run = ca.logic_and(reset, age < run)
     first = ca.logic_and(reset, age == run - 1)
     accepted = ca.if_else(in_run, 1, ca.if_else(age == 0, newest, accepted))
     jump = ca.if_else(first, variance, jump)
-    return ca.Function("acceptance", inputs, [accepted, jump], names, ["accepted_next", "jump_next"])
+    return build_function("acceptance", inputs, {"accepted_next": accepted, "jump_next": jump})
 
 
 def arrival_jump(window: int, reset: Expression, run: Expression, variance: Expression) -> Expression:

@@ -14,7 +14,7 @@ from observers.casadi_observer import CasadiObserver
 from observers.effective_friction import build_effective_friction, output_vector
 from observers.equivalent_patch import equivalent_patch
 from observers.initial_state import build_initial_state
-from observers.layout import Layout, named, outputs_of
+from observers.layout import Expression, Layout, named, outputs_of, symbols
 from observers.linearisation import state_index
 from observers.measurement_model import CLEAN, RIG, AligningTorque, MeasurementModel
 from observers.patch_model import PatchModel, constants_size
@@ -75,22 +75,32 @@ class ModelObserver(CasadiObserver):
         """Whether samples are checked for other units and signs: not where the estimator is alone."""
         return self.acquire
 
-    def with_supervision(self, parts: Layout) -> Layout:
-        """The parts of an estimator's state, and those of its supervision where there is one."""
+    @property
+    def estimator_layout(self) -> Layout:
+        """The parts of a state, less those of the supervision."""
+        raise NotImplementedError
+
+    @property
+    def estimator_step(self) -> ca.Function:
+        """One sample, (state, sample, constants) -> (state_next, output), without the supervision."""
+        raise NotImplementedError
+
+    @property
+    def layout(self) -> Layout:
+        """The parts of a state; those of the supervision follow the estimator's."""
+        parts = self.estimator_layout
         if not self.acquire:
             return parts
         return Layout((*parts.fields, *supervision.layout(self.measurement_model).fields))
 
-    def supervised(self, step: ca.Function, parts: Layout) -> ca.Function:
-        """The step of an estimator with these parts, supervised unless that is switched off."""
+    @property
+    def step_function(self) -> ca.Function:
+        """One sample; see `CasadiObserver.step_function`."""
         if not self.acquire:
-            return step
+            return self.estimator_step
+        patch = equivalent_patch(self.model, self.values, self.rig)
         return supervision.build_supervised_step(
-            step,
-            self.model,
-            self.measurement_model,
-            parts,
-            equivalent_patch(self.model, self.values, self.rig),
+            self.estimator_step, self.model, self.measurement_model, self.estimator_layout, patch
         )
 
     @property
@@ -154,15 +164,7 @@ STIFFNESS_BOUNDS = (0.1, 10.0)
 """Bounds of k over its nominal value, where it is a state [1]."""
 
 
-def status_flags(**conditions: Any) -> ca.MX:
-    """The status of a sample, `Status` as a number, from a condition a flag."""
-    total = ca.MX(0)
-    for name, condition in conditions.items():
-        total = total + ca.if_else(condition, int(Status[name.upper()]), 0)
-    return total
-
-
-def clip_to_bounds(measurement_model: MeasurementModel, x: ca.MX, tuning: ca.MX) -> ca.MX:
+def clip_to_bounds(measurement_model: MeasurementModel, x: Expression, tuning: Expression) -> Expression:
     """The states (n,) or (n, N) with mu and k within their bounds."""
     limits = named(TUNING_FIELDS, tuning)
     bounds: dict[str, tuple[Any, Any]] = {
@@ -232,29 +234,21 @@ def step_output(
         friction: as of `friction_output`.
         M_z: predicted aligning torque [N m].
         tuning: as in `TUNING_FIELDS`.
-        test: missing, accepted, reset, nis and inconsistent of the innovation, see
-            `observers.innovation_gate`.
+        test: missing, accepted, reset, nis and inconsistent of an `InnovationTest`, by name.
         conditions: further flags of `Status` in small letters.
     """
     log_mu, limits = x[state_index(measurement_model)], named(TUNING_FIELDS, tuning)
     bound = ca.logic_or(log_mu <= ca.log(limits["least"]), log_mu >= ca.log(limits["greatest"]))
-    status = status_flags(
-        missing=test["missing"], rejected=ca.logic_not(test["accepted"]), reset=test["reset"],
-        bound=bound, inconsistent=test["inconsistent"], **conditions,
-    )  # fmt: skip
+    flags = {
+        "missing": test["missing"], "rejected": ca.logic_not(test["accepted"]), "reset": test["reset"],
+        "bound": bound, "inconsistent": test["inconsistent"], **conditions,
+    }  # fmt: skip
+    status = sum(
+        (ca.if_else(holds, int(Status[name.upper()]), 0) for name, holds in flags.items()), ca.MX(0)
+    )
     return output_vector(**friction, M_z_predicted=M_z, nis=test["nis"], status=status)
 
 
-def step_symbols(model: PatchModel, parts: Layout) -> list[ca.MX]:
+def step_symbols(model: PatchModel, parts: Layout) -> dict[str, ca.MX]:
     """Symbols for state, sample and constants of a step."""
-    sizes = {"state": parts.size, "sample": len(SAMPLE), "constants": constants_size(model)}
-    return [ca.MX.sym(name, size) for name, size in sizes.items()]
-
-
-def build_step_function(
-    name: str, symbols: list[ca.MX], state_next: ca.MX, output: ca.MX
-) -> ca.Function:
-    """(state, sample, constants) -> (state_next, output)."""
-    return ca.Function(
-        name, symbols, [state_next, output], ["state", "sample", "constants"], ["state_next", "output"]
-    )
+    return symbols(ca.MX, state=parts.size, sample=len(SAMPLE), constants=constants_size(model))

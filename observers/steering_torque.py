@@ -9,7 +9,6 @@ the rate halfway between two samples, so that M_z is needed at samples only.
 Source of the leapfrog: Verlet, Phys. Rev. 159 (1967) 98.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import casadi as ca
@@ -21,7 +20,6 @@ from observers.measurement_model import (
     Measurement,
     Moments,
     Parts,
-    Update,
     impute_load,
     random_walk,
     random_walk_prior,
@@ -219,13 +217,3 @@ class SteeringTorque:
             huber_scale=ca.inf,
             independent=independent_share(travel, tuning["error_travel"]),
         )
-
-    def patch_before(self, stored: Update, update: Callable[[], Update]) -> Update:
-        """The measured angle does not depend on the patch at the sample itself."""
-        del update
-        return stored
-
-    def patch_after(self, before: Update, update: Callable[[], Update]) -> Update:
-        """The patch follows the corrected angle."""
-        del before
-        return update()

@@ -15,7 +15,6 @@
 """
 
 from functools import cache
-from typing import Any
 
 import casadi as ca
 
@@ -27,8 +26,9 @@ from observers.acquisition import (
     build_acquiring,
     doubted,
     only_if,
+    supervision_symbols,
 )
-from observers.branches import TRACK, build_turn, kept
+from observers.branches import TRACK, build_turn
 from observers.hypotheses import (
     LIMITS,
     SEARCH,
@@ -39,18 +39,25 @@ from observers.hypotheses import (
     limits_of,
 )
 from observers.innovation_monitor import LARGEST, LEAST_SAMPLES, WINDOW
-from observers.layout import Layout, named
+from observers.layout import (
+    Expression,
+    Layout,
+    Parts,
+    build_function,
+    named,
+    symbols,
+    symbols_like,
+    vector_of,
+)
 from observers.measurement_model import LEAST_LOAD, ROWS, MeasurementModel
 from observers.patch_model import PatchModel, split_constants
 from observers.plausibility import GREATEST_FRICTION
 from observers.protocol import OUTPUT, SAMPLE, Status
 from observers.screening import has_flag, with_flag
-from observers.torque_error import SENSIBLE, is_known
+from observers.torque_error import SENSIBLE, is_known, retained
 from observers.tuning import TUNING_FIELDS
 from symbolic import full_slide_torque
 
-Expression = Any
-Parts = dict[str, Expression]
 EXCESS = 1.5
 """Mean square of the innovations by branches, over `Tuning.explained`, that is too much [1]."""
 SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
@@ -68,8 +75,9 @@ def initial(psi: Expression, F_N: Expression, zero_std: Expression) -> dict[str,
     """The parts of the state at the first sample; zero_std is that of the torque's zero [N m]."""
     search = SEARCH.split(ca.MX(build_start()(psi, 1, VAGUE, 0, zero_std)))
     # The first verdict, before any torque counts, is the prior.
-    own = {"acquiring": 1, "phase": 1, "scale": 1, "F_N": F_N, "F_N_first": F_N}
-    return {"own": ca.vertcat(*(own.get(name, 0) for name in OWN)), **search}
+    own: dict[str, Expression] = dict.fromkeys(OWN, 0)
+    own |= {"acquiring": 1, "phase": 1, "scale": 1, "F_N": F_N, "F_N_first": F_N}
+    return {"own": vector_of(OWN, own), **search}
 
 
 @cache
@@ -78,13 +86,12 @@ def build_tracking() -> ca.Function:
 
     The output in torques as they were measured, and the consistency of the innovations by branches.
     """
-    sizes = {"own": len(OWN), "output": len(OUTPUT), "share": 1, "limits": len(LIMITS)}
-    symbols = {name: ca.SX.sym(name, size) for name, size in sizes.items()}
-    own, output = named(OWN, symbols["own"]), named(OUTPUT, symbols["output"])
-    limits = named(LIMITS, symbols["limits"])
+    inputs = symbols(ca.SX, own=len(OWN), output=len(OUTPUT), share=1, limits=len(LIMITS))
+    own, output = named(OWN, inputs["own"]), named(OUTPUT, inputs["output"])
+    limits = named(LIMITS, inputs["limits"])
     known = output["nis"] < SENSIBLE
-    share = ca.if_else(known, symbols["share"], 0)
-    older = kept(share, WINDOW)
+    share = ca.if_else(known, inputs["share"], 0)
+    older = retained(share, WINDOW)
     squares = older * own["squares"] + share * ca.if_else(known, ca.fmin(output["nis"], LARGEST), 0)
     weight = older * own["weight"] + share
     too_much = ca.logic_and(weight >= LEAST_SAMPLES, squares > EXCESS * limits["explained"] * weight)
@@ -104,31 +111,23 @@ def build_tracking() -> ca.Function:
         "status": with_flag(status, Status.SUSPECT, mu - 2 * std > GREATEST_FRICTION),
     }
     after = own | {"squares": squares, "weight": weight, "doubt": doubt}
-    return ca.Function(
-        "follow_output", list(symbols.values()),
-        [ca.vertcat(*(after[n] for n in OWN)), ca.vertcat(*(results[n] for n in OUTPUT))],
-        list(symbols), ["own_next", "result"], {"cse": True},
-    )  # fmt: skip
+    outputs = {"own_next": vector_of(OWN, after), "result": vector_of(OUTPUT, results)}
+    return build_function("follow_output", inputs, outputs, cse=True)
 
 
 @cache
 def build_following() -> ca.Function:
     """A sample while the estimator tracks, with inputs and outputs as of `build_acquiring`."""
-    sizes = {
-        "search": SEARCH.size, "verdict": len(VERDICT), "own": len(OWN), "output": len(OUTPUT), "psi": 1,
-        "M_z": 1, "added": 1, "tyre": 3, "limits": len(LIMITS),
-    }  # fmt: skip
-    inputs = [ca.MX.sym(name, size) for name, size in sizes.items()]
-    search, verdict, own, output, psi, _, _, _, limits = inputs
+    inputs = supervision_symbols()
+    search, verdict, own, output, psi, _, _, _, limits = inputs.values()
     parts = SEARCH.split(search)
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
     known = is_known(named(OUTPUT, output)["nis"])
     track, share = build_turn()(parts["track"], at, named(LIMITS, limits)["psi_noise"], known)
     own, result = build_tracking()(own, output, share, limits)
     search = SEARCH.join({**parts, "track": track})
-    return ca.Function(
-        "follow", inputs, [search, verdict, own, ca.MX(ca.DM.zeros(len(HANDOVER))), result]
-    )
+    nothing = ca.MX(ca.DM.zeros(len(HANDOVER)))
+    return ca.Function("follow", [*inputs.values()], [search, verdict, own, nothing, result])
 
 
 @cache
@@ -149,9 +148,10 @@ def build_supervised_step(
         patch: the declared patch that stands for the model.
     """
     added_parts = layout(measurement_model)
-    state = ca.MX.sym("state", parts.size + added_parts.size)
-    sample, constants = (ca.MX.sym(step.name_in(i), step.numel_in(i)) for i in (1, 2))
-    before, now = added_parts.split(state[parts.size :]), named(SAMPLE, sample)
+    inputs = symbols_like(step)
+    inputs["state"] = state = ca.MX.sym("state", parts.size + added_parts.size)
+    before, now = added_parts.split(state[parts.size :]), named(SAMPLE, inputs["sample"])
+    constants = inputs["constants"]
     own = named(OWN, before["own"])
     theta, rig, tuning = split_constants(model, constants)
     fields = named(TUNING_FIELDS, tuning)
@@ -172,25 +172,25 @@ def build_supervised_step(
     limits = limits_of(fields, patch.misfit, own["again"])
     zero = own["scale"] * _newest(parts, measurement_model, after, "M_0")
     std = fields["zero_std"] * full_slide_torque(own["F_N"], rig[0])
-    search = only_if(anew, build_restart(), [0], SEARCH.join(before), own["scale"], zero, std)
+    searched = SEARCH.join(before)
+    search = only_if(anew, build_restart(), (searched, own["scale"], zero, std), searched)
     own["phase"] = ca.if_else(anew, 0, own["phase"])
     own["acquiring"] = ca.logic_or(own["acquiring"], changed)
     acquire = build_acquiring(patch, is_scaled=bool(scaled))
     either = ca.Function.if_else("supervise", acquire, build_following())
     search, verdict, own_next, handover, output = either(
-        own["acquiring"], search, before["verdict"], ca.vertcat(*(own[name] for name in OWN)), output,
-        psi, M_z, added, tyre, limits,
+        own["acquiring"], search, before["verdict"], vector_of(OWN, own), output, psi, M_z, added, tyre,
+        limits,
     )  # fmt: skip
     handed = hand_over(parts, measurement_model.states, after, named(HANDOVER, handover))
     after = ca.if_else(own["acquiring"], handed, after)
     after[parts.places["output"][0]] = output
-    state_next: Parts = {"own": own_next, "verdict": verdict, **SEARCH.split(search)}
-    state_next["block"] = ca.vertcat(*(block[n] for n in names)) if names else ca.MX(0)
-    return ca.Function(
-        step.name(), [state, sample, constants],
-        [ca.vertcat(after, added_parts.join(state_next)), output],
-        ["state", "sample", "constants"], ["state_next", "output"],
-    )  # fmt: skip
+    state_next = {
+        "own": own_next, "verdict": verdict, **SEARCH.split(search),
+        "block": vector_of(names, block) if names else ca.MX(0),
+    }  # fmt: skip
+    outputs = {"state_next": ca.vertcat(after, added_parts.join(state_next)), "output": output}
+    return build_function(step.name(), inputs, outputs)
 
 
 def _newest(

@@ -5,13 +5,10 @@ the torque that there is, full slide at the present mu: in shares of the signal,
 wrong on ice than on asphalt.
 """
 
-from collections.abc import Mapping
-from typing import Any
-
 import casadi as ca
 
-Expression = Any
-Parts = Mapping[str, Expression]
+from observers.layout import Expression, Parts
+
 SENSIBLE = 1e9
 """Sensor values of this magnitude and above are invalid, in SI units; 1e20 squared overflows a float."""
 SHORTEST_TRAVEL = 1e-9
@@ -26,6 +23,11 @@ def is_known(value: Expression) -> Expression:
 def independent_share(travel: Expression, error_travel: Expression) -> Expression:
     """Share of an independent sample of the model's error that a turn [rad] is worth, at most 1."""
     return ca.fmin(1, (travel + SHORTEST_TRAVEL) / (error_travel + SHORTEST_TRAVEL))
+
+
+def retained(share: Expression, memory: float) -> Expression:
+    """Share that is retained of older samples after a share of an independent one [1]."""
+    return 1 - share / memory
 
 
 def white_variance(rig: Parts, tuning: Parts, slide: Expression) -> Expression:
@@ -44,8 +46,12 @@ def model_error_variance(x: Parts, tuning: Parts) -> Expression:
 
     The error is a share of the torque that there is, full slide at the present mu.
     """
-    stated = ca.logic_and(tuning["error_travel"] > 0, tuning["error"] < SENSIBLE)
-    return ca.if_else(stated, present_error(x, tuning) ** 2, 0)
+    return ca.if_else(is_stated(tuning), present_error(x, tuning) ** 2, 0)
+
+
+def is_stated(tuning: Parts) -> Expression:
+    """Whether the tuning states an error of the model beside the noise."""
+    return ca.logic_and(tuning["error_travel"] > 0, tuning["error"] < SENSIBLE)
 
 
 def present_error(x: Parts, tuning: Parts) -> Expression:

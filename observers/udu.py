@@ -61,6 +61,27 @@ def update_covariance(factor: ca.SX, H: ca.SX, weight: ca.SX) -> tuple[ca.SX, ca
     return after, gain * weight / share, weight / share
 
 
+def add_variance(factor: Expression, at: int, variance: Expression) -> Expression:
+    """The factor of P + variance e e', with e the unit vector of index `at`; variance >= 0.
+
+    [Bierman 1977], section III.4, the rank-one update of Agee and Turner. At index 0 it adds to one
+    element of D, as there is no column of U before it; elsewhere U changes too.
+    """
+    after, rest = type(factor)(factor), variance
+    # What is left of e, after the columns from `at` down to j.
+    vector: list[Expression] = [0] * at + [1]
+    for j in range(at, -1, -1):
+        D = factor[j, j] + rest * vector[j] ** 2
+        after[j, j] = D
+        # A state that is known exactly has D = 0 and no correlation.
+        share = ca.if_else(D > 0, rest / ca.if_else(D > 0, D, 1), 0)
+        for i in range(j):
+            vector[i] = vector[i] - vector[j] * factor[i, j]
+            after[i, j] = factor[i, j] + share * vector[j] * vector[i]
+        rest = ca.if_else(D > 0, share * factor[j, j], rest)
+    return after
+
+
 def predict_covariance(factor: ca.SX, A: ca.SX, Q: ca.SX) -> ca.SX:
     """The factor of A P A' + diag(Q), by weighted Gram-Schmidt from the last row up; Q >= 0, (n,).
 

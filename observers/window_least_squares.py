@@ -17,6 +17,7 @@ from functools import cache
 
 import casadi as ca
 
+from observers.layout import build_function, symbols
 from observers.udu import covariance, predict_covariance, update_covariance
 
 
@@ -28,20 +29,21 @@ def build_window_update(states: int) -> ca.Function:
     the next sample; filtered mean x (n,) and covariance P (n, n) at this one; the gain, and the
     innovation over its variance. weight is the inverse variance of z, 0 where z is missing.
     """
-    mean, factor = ca.SX.sym("mean", states), ca.SX.sym("factor", states, states)
-    z, weight, H = ca.SX.sym("z"), ca.SX.sym("weight"), ca.SX.sym("H", states)
-    A, b, Q = ca.SX.sym("A", states, states), ca.SX.sym("b", states), ca.SX.sym("Q", states)
+    n = states
+    inputs = symbols(ca.SX, mean=n, factor=(n, n), z=1, H=n, weight=1, A=(n, n), b=n, Q=n)
+    mean, factor, z, H, weight, A, b, Q = inputs.values()
     after, K, share = update_covariance(factor, H, weight)
     innovation = z - ca.dot(H, mean)
     x = mean + K * innovation
-    return ca.Function(
-        "kalman_update",
-        [mean, factor, z, H, weight, A, b, Q],
-        [A @ x + b, predict_covariance(after, A, Q), x, covariance(after), K, share * innovation],
-        ["mean", "factor", "z", "H", "weight", "A", "b", "Q"],
-        ["mean_next", "factor_next", "x", "P", "K", "score"],
-        {"cse": True},
-    )
+    outputs = {
+        "mean_next": A @ x + b,
+        "factor_next": predict_covariance(after, A, Q),
+        "x": x,
+        "P": covariance(after),
+        "K": K,
+        "score": share * innovation,
+    }
+    return build_function("kalman_update", inputs, outputs, cse=True)
 
 
 @cache
@@ -51,14 +53,10 @@ def build_back_substitution(states: int) -> ca.Function:
     costate (n,) is that of the next sample, 0 at the newest; x to A as of `build_window_update` at this
     sample.
     """
-    costate, x, P = ca.SX.sym("costate", states), ca.SX.sym("x", states), ca.SX.sym("P", states, states)
-    H, K, score = ca.SX.sym("H", states), ca.SX.sym("K", states), ca.SX.sym("score")
-    A = ca.SX.sym("A", states, states)
+    n = states
+    inputs = symbols(ca.SX, costate=n, x=n, P=(n, n), H=n, K=n, score=1, A=(n, n))
+    costate, x, P, H, K, score, A = inputs.values()
     after = A.T @ costate
-    return ca.Function(
-        "back_substitution",
-        [costate, x, P, H, K, score, A],
-        [after - H * (ca.dot(K, after) + score), x - P @ after],
-        ["costate", "x", "P", "H", "K", "score", "A"],
-        ["costate_before", "smoothed"],
-    )
+    before = after - H * (ca.dot(K, after) + score)
+    outputs = {"costate_before": before, "smoothed": x - P @ after}
+    return build_function("back_substitution", inputs, outputs)

@@ -23,7 +23,13 @@ from observers.embedded.templating import Body, render
 from observers.initial_state import build_initial_state
 from observers.innovation_monitor import change_variance
 from observers.layout import Layout, named
-from observers.linearisation import build_clean, build_motion, directions, state_index
+from observers.linearisation import (
+    angle_is_state,
+    build_clean,
+    build_motion,
+    directions,
+    state_index,
+)
 from observers.measurement_model import CLEAN, RIG
 from observers.model_observer import ModelObserver
 from observers.patch_update import reset_retention, sensitivity_retention
@@ -167,7 +173,7 @@ def _build_filter(observer: Ekf, constants: Constants) -> ca.Function:
     step = build_step(GivenTorque(), observer.measurement_model, observer.iterations)
     flat = constants.fill("filter", step)
     at = _indices(observer)
-    mu = observer.measurement_model.patch_before(at["output.mu"], lambda: at["memory.mu"])
+    mu = at["output.mu" if angle_is_state(observer.measurement_model) else "memory.mu"]
     return with_known_exponentials(flat, {at["log_mu"]: mu})
 
 

@@ -26,7 +26,7 @@ from observers.embedded.supervision_code import supervised, supervision_function
 from observers.embedded.templating import Body, render
 from observers.initial_state import build_initial_state
 from observers.layout import Layout
-from observers.linearisation import directions
+from observers.linearisation import angle_is_state, directions
 from observers.measurement_model import LEAST_LOAD
 from observers.protocol import OUTPUT, FunctionObserver
 from symbolic import DECLARED, GEOMETRY, SIGNALS, Model
@@ -154,11 +154,9 @@ def _patch(observer: Ekf) -> LinearisedPatch:
 
 def _patch_calls(observer: Ekf, k: str) -> dict[str, str]:
     """C that advances the patch and passes its torque on, before the filter's step and after it."""
-    order = observer.measurement_model
-    return {
-        "patch_before": order.patch_before("", lambda: _lines(_patch_before(observer, k))),
-        "patch_after": order.patch_after("", lambda: _lines(_patch_after(observer))),
-    }
+    if angle_is_state(observer.measurement_model):
+        return {"patch_before": "", "patch_after": _lines(_patch_after(observer))}
+    return {"patch_before": _lines(_patch_before(observer, k)), "patch_after": ""}
 
 
 def _patch_before(observer: Ekf, k: str) -> list[str]:
@@ -212,5 +210,5 @@ def _build_filter(observer: Ekf, constants: Constants) -> ca.Function:
     flat = constants.fill("filter", step)
     at = _indices(observer)
     # mu in the memory, and mu in the last output, are exp of the state ln mu.
-    mu = observer.measurement_model.patch_before(at["output.mu"], lambda: at["memory.mu"])
+    mu = at["output.mu" if angle_is_state(observer.measurement_model) else "memory.mu"]
     return with_known_exponentials(flat, {at["log_mu"]: mu})

@@ -53,6 +53,9 @@ def is_steered(observer: ModelObserver) -> bool:
 def window_values(observer: Mhe) -> dict[str, Any]:
     """Values of the placeholders of `templates/window.c` that all windows share."""
     states = {name: str(i) for i, name in enumerate(observer.states)}
+    if observer.states[0] != "log_mu":
+        # C adds to one element of a factor U D U', which is right for the first state only.
+        raise ValueError(f"log_mu must be the first state, got {', '.join(observer.states)}")
     row = row_names(observer)
     return {
         "window": str(observer.window), "states": str(len(observer.states)), "clean": str(len(CLEAN)),

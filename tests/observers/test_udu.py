@@ -1,13 +1,16 @@
 """Factored covariances against the dense formulas, and where those fail."""
 
+from types import SimpleNamespace
+
 import casadi as ca
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from observers import covariance_of
+from observers.embedded.compact_window import window_values
 from observers.linearisation import build_predict_covariance, build_update_covariance
-from observers.udu import covariance
+from observers.udu import add_variance, covariance
 
 Array = NDArray[np.float64]
 SIZES = range(1, 6)
@@ -113,3 +116,26 @@ def test_covariance_in_numpy_and_in_casadi(n: int) -> None:
     close(covariance_of(dirty), multiplied(factor))
     close(as_casadi, multiplied(factor))
     close(covariance_of(dirty), covariance_of(dirty).T)
+
+
+@pytest.mark.parametrize("n", SIZES)
+@pytest.mark.parametrize("known", [0, 1])
+@pytest.mark.parametrize("variance", [0.0, 1e-6, 2.0, 1e6])
+def test_added_variance_is_that_of_the_dense_matrix(n: int, known: int, variance: float) -> None:
+    rng = np.random.default_rng([n, known])
+    symbol, added = ca.SX.sym("factor", n, n), ca.SX.sym("added")
+    for at in range(n):
+        build = ca.Function("add", [symbol, added], [add_variance(symbol, at, added)])
+        factor, expected = random_factor(rng, n, known), np.zeros((n, n))
+        expected[at, at] = variance
+        after = np.asarray(build(factor, variance))
+
+        close(multiplied(after), multiplied(factor) + expected)
+        assert (np.diagonal(after) >= 0).all()
+        assert at > 0 or after[0, 0] == factor[0, 0] + variance
+        np.testing.assert_array_equal(after[:, at + 1 :], factor[:, at + 1 :])
+
+
+def test_c_that_adds_to_the_first_variance_asks_for_ln_mu_first() -> None:
+    with pytest.raises(ValueError, match="log_mu must be the first state, got M_0, log_mu"):
+        window_values(SimpleNamespace(states=("M_0", "log_mu")))  # type: ignore[arg-type]

@@ -189,7 +189,8 @@ static void accept_samples(${name}_state_t *state, const ${real} *test) {
         const ${real} *arg[] = {test${constants_at}};
         ${real} jump = 0.0, *res[1] = {&jump};
         (void)reset_arrival(arg, res, 0, 0, 0);
-        state->factor[${log_mu} * (STATES + 1)] += jump;
+        /* U D U' with another variance of the first state, ln mu: one element of D. */
+        state->factor[0] += jump;
     }
 }
 
