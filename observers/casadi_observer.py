@@ -99,16 +99,11 @@ class CasadiObserver:
         """Whether samples are checked for other units and signs, see `observers.plausibility`."""
         return True
 
-    @property
+    @cached_property
     def screened_step(self) -> ca.Function:
         """`step_function` of plausible samples alone, see `observers.screening`."""
-        return build_screened_step(
-            self.step_function,
-            self.layout,
-            self.sample_limits,
-            self.channel,
-            self.rig.a if self.is_checked else None,
-        )
+        a = self.rig.a if self.is_checked else None
+        return build_screened_step(self.step_function, self.layout, self.sample_limits, self.channel, a)
 
     @property
     def layout(self) -> Layout:
@@ -140,17 +135,14 @@ class CasadiObserver:
         """
         if memory is None:
             return output_vector(**known)
-        theta = self.model.theta({**self.values, "mu": DECLARED[0].start})
-        geometry = ca.DM([getattr(self.rig, name) for name in GEOMETRY])
-        slide = build_effective_friction(self.model)
-        given = (known["mu"], known["mu_std"], memory, F_N, theta, geometry, self.rig.slide_rate)
+        slide, tyre = build_effective_friction(self.model), (self._theta, self._geometry)
+        given = (known["mu"], known["mu_std"], memory, F_N, *tyre, self.rig.slide_rate)
         return output_vector(**outputs_of(slide, *given), **known)
 
     @cached_property
     def constants(self) -> Array:
         """Theta at the start value of mu, and the geometry."""
-        theta = self.model.theta({**self.values, "mu": DECLARED[0].start})
-        return np.array([*theta.full().ravel(), *(getattr(self.rig, name) for name in GEOMETRY)])
+        return np.concatenate([self._theta.full().ravel(), self._geometry])
 
     @property
     def constant_labels(self) -> tuple[str, ...]:
@@ -192,9 +184,10 @@ class CasadiObserver:
 
     def step(self, state: ObserverState, sample: Sample) -> ObserverState:
         """The state after one more sample; the state given is not changed."""
-        if state.values.size != self._size:
+        size = self._parts.size
+        if state.values.size != size:
             raise InvalidInputError(
-                f"the state has {state.values.size} numbers, this observer's has {self._size};"
+                f"the state has {state.values.size} numbers, this observer's has {size};"
                 " it belongs to another observer"
             )
         return ObserverState(self._step(state.values, sample), state.layout)
@@ -204,20 +197,28 @@ class CasadiObserver:
         mu, std, predicted, mu_eff, mu_eff_std, M_slide, nis, status = state["output"].tolist()
         return Estimate(
             mu=mu, mu_std=std, M_z_predicted=predicted,
-            informed=std < self._informed_below * mu and not int(status) & UNINFORMED,
+            informed=std < self.informed_below * mu and not int(status) & UNINFORMED,
             mu_eff=mu_eff, mu_eff_std=mu_eff_std, M_slide=M_slide, nis=nis, status=Status(int(status)),
         )  # fmt: skip
 
     def run_samples(self, samples: Array) -> Array:
         """A whole recording; see `BatchObserver.run_samples`."""
         start = self.init(first_sample(samples)).values
-        stretch = compiled_stretch(self._function)
-        output = dict(zip(OUTPUT, run_stretches(stretch, start, samples, self.constants), strict=True))
-        output["informed"] = output["mu_std"] < self.informed_below * output["mu"]
+        rows = run_stretches(compiled_stretch(self.screened_step), start, samples, self.constants)
+        output = dict(zip(OUTPUT, rows, strict=True))
         flags = np.nan_to_num(output["status"]).astype(int)
-        output["informed"] &= flags & UNINFORMED == 0
+        known = output["mu_std"] < self.informed_below * output["mu"]
+        output["informed"] = known & (flags & UNINFORMED == 0)
         output["usable"] = output["informed"] & (output["status"] == 0)
         return np.vstack([output[name] for name in ESTIMATE])
+
+    @property
+    def _theta(self) -> ca.DM:
+        return self.model.theta({**self.values, "mu": DECLARED[0].start})
+
+    @property
+    def _geometry(self) -> Array:
+        return np.array([getattr(self.rig, name) for name in GEOMETRY])
 
     @property
     def _theta_labels(self) -> tuple[str, ...]:
@@ -226,25 +227,13 @@ class CasadiObserver:
         return tuple(f"{name} [{unit}]" for name, unit in zip(names, units.values(), strict=True))
 
     @cached_property
-    def _informed_below(self) -> float:
-        return self.informed_below
-
-    @cached_property
-    def _size(self) -> int:
-        return self._parts.size
-
-    @cached_property
     def _parts(self) -> Layout:
         evidence = (("evidence", EVIDENCE.size, 1),) if self.is_checked else ()
         return Layout((*self.layout.fields, ("screen", SCREEN.size, 1), *evidence))
 
     @cached_property
-    def _function(self) -> ca.Function:
-        return self.screened_step
-
-    @cached_property
     def _step(self) -> CompiledStep:
-        return CompiledStep(compiled_step(self._function), self.constants)
+        return CompiledStep(compiled_step(self.screened_step), self.constants)
 
     def __getstate__(self) -> dict[str, Any]:
         """The fields; cached properties are computed again."""

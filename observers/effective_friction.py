@@ -9,6 +9,7 @@ from typing import Any
 
 import casadi as ca
 
+from observers.layout import build_function, named, symbols, vector_of
 from observers.patch_model import PatchModel
 from observers.protocol import OUTPUT
 from symbolic import GEOMETRY
@@ -21,27 +22,19 @@ def build_effective_friction(model: PatchModel) -> ca.Function:
     memory (m,) after the sample, load [N] and parameters as of the model, theta at any mu; rate [rad/s]
     is that of the full slide. See `symbolic.full_slide`.
     """
-    names = ("mu", "mu_std", "memory", "F_N", "theta", "geometry", "rate")
-    sizes = {"memory": model.memory_size, "theta": len(model.coordinates), "geometry": len(GEOMETRY)}
-    mu, mu_std, memory, F_N, theta, geometry, rate = inputs = [
-        ca.MX.sym(name, sizes.get(name, 1)) for name in names
-    ]
-    rows = dict(zip(model.coordinates, ca.vertsplit(theta), strict=True)) | {"mu": mu}
-    slide = [memory, F_N, ca.vertcat(*rows.values()), geometry, rate]
-    mu_eff, M_slide = model.full_slide.call(slide, True, False)
+    inputs = symbols(
+        ca.MX, mu=1, mu_std=1, memory=model.memory_size, F_N=1, theta=len(model.coordinates),
+        geometry=len(GEOMETRY), rate=1,
+    )  # fmt: skip
+    mu, mu_std, memory, F_N, theta, geometry, rate = inputs.values()
+    at = vector_of(model.coordinates, {**named(model.coordinates, theta), "mu": mu})
+    mu_eff, M_slide = model.full_slide.call([memory, F_N, at, geometry, rate], True, False)
     deviation = ca.fabs(ca.jtimes(mu_eff, mu, ca.MX(1))) * mu_std
-    return ca.Function(
-        "effective_friction",
-        inputs,
-        [mu_eff, deviation, M_slide],
-        list(names),
-        ["mu_eff", "mu_eff_std", "M_slide"],
-        {"cse": True},
-    )
+    outputs = {"mu_eff": mu_eff, "mu_eff_std": deviation, "M_slide": M_slide}
+    return build_function("effective_friction", inputs, outputs, cse=True)
 
 
 def output_vector(**known: Any) -> ca.MX:
     """An output in the order of `OUTPUT`; a status that is not given is 0, all else that is not NaN."""
-    missing = {"status": 0}
-    vector: ca.MX = ca.vertcat(*(known.get(name, missing.get(name, float("nan"))) for name in OUTPUT))
+    vector: ca.MX = vector_of(OUTPUT, dict.fromkeys(OUTPUT, float("nan")) | {"status": 0} | known)
     return vector

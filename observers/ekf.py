@@ -7,7 +7,6 @@ Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), section 8.3
 theorem 8.2; the covariance is kept as a factor, see `observers.udu`.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
@@ -15,7 +14,7 @@ import casadi as ca
 
 from observers.innovation_gate import COUNTS, InnovationTest, build_innovation, huber_weight
 from observers.innovation_monitor import MONITOR, change_variance
-from observers.layout import Expression, Layout, build_function, named, outputs_of
+from observers.layout import Expression, Layout, Parts, build_function, named, outputs_of
 from observers.linearisation import (
     angle_is_state,
     build_clean,
@@ -49,8 +48,6 @@ from observers.protocol import OUTPUT
 from observers.tuning import TUNING_FIELDS
 from observers.udu import add_variance, covariance
 from symbolic import GEOMETRY, InvalidInputError
-
-Parts = Mapping[str, ca.MX]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,7 +6,7 @@ import casadi as ca
 
 from observers import supervision
 from observers.effective_friction import output_vector
-from observers.layout import Layout, named
+from observers.layout import Layout, build_function, named, symbols, vector_of
 from observers.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.patch_model import PatchModel, constants_size, split_constants
 from observers.patch_update import tyre_states
@@ -30,12 +30,11 @@ def build_initial_state(
         measurement_model: gives the prior of the states.
         layout: parts of the state; in a window one column stands for all, other parts begin as zeros.
     """
-    sample = ca.MX.sym("sample", len(SAMPLE))
-    constants = ca.MX.sym("constants", constants_size(model))
-    theta, rig, vector = split_constants(model, constants)
-    tuning, first = named(TUNING_FIELDS, vector), named(SAMPLE, sample)
+    inputs = symbols(ca.MX, sample=len(SAMPLE), constants=constants_size(model))
+    theta, rig, vector = split_constants(model, inputs["constants"])
+    tuning, first = named(TUNING_FIELDS, vector), named(SAMPLE, inputs["sample"])
     first["psi_dot"] = ca.if_else(is_known(first["psi_dot"]), first["psi_dot"], 0)
-    signals = ca.vertcat(*(first[name] for name in SIGNALS))
+    signals = vector_of(SIGNALS, first)
     numbers = named(RIG, rig)
     slide, known = full_slide_torque(first["F_N"], numbers["a"]), is_known(numbers["zero_std"])
     declared = ca.if_else(known, numbers["zero_std"], 0) / slide
@@ -65,9 +64,7 @@ def build_initial_state(
         # The rows of a window's samples continue those of a cleaned sample.
         rows = layout.places["samples"][1][0]
         parts["samples"] = ca.vertcat(last, ca.DM.zeros(rows - len(CLEAN)))
-    return ca.Function(
-        "start", [sample, constants], [layout.fill(parts)], ["sample", "constants"], ["state"]
-    )
+    return build_function("start", inputs, {"state": layout.fill(parts)})
 
 
 def _at_rest(names: tuple[str, ...], first: dict[str, ca.MX]) -> ca.MX:

@@ -10,17 +10,15 @@ section 5.4 for the test of the innovation; Huber, Robust Statistics (1981), for
 
 from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import casadi as ca
 
 from observers.innovation_monitor import MONITOR, build_monitor
-from observers.layout import build_function, named, outputs_of, symbols, symbols_like
+from observers.layout import Expression, build_function, named, outputs_of, symbols, symbols_like
 from observers.linearisation import build_measurement, state_index
 from observers.measurement_model import MeasurementModel
 from observers.tuning import TUNING_FIELDS
 
-Expression = Any
 COUNTS = ("streak", "resets")
 """Innovations beyond the gate in a row, with the sign of their side; changes of the ground so far."""
 

@@ -18,9 +18,9 @@ from functools import cache
 
 import casadi as ca
 
-from observers.layout import build_function, named, symbols
-from observers.measurement_model import Expression, Parts, log_mu_variance
-from observers.torque_error import SENSIBLE
+from observers.layout import Expression, Parts, build_function, named, symbols
+from observers.measurement_model import log_mu_variance
+from observers.torque_error import SENSIBLE, retained
 from observers.tuning import TUNING_FIELDS
 
 MONITOR = ("rise", "fall", "squares", "samples")
@@ -61,8 +61,9 @@ def build_monitor() -> ca.Function:
     watched = ca.logic_and(limits["gate"] < SENSIBLE, limits["alarm"] < SENSIBLE)
     alarm = ca.logic_and(watched, ca.fmax(*sums) > limits["alarm"])
     square = ca.fmin(LARGEST, innovation**2 / variance)
-    kept = 1 - share / WINDOW
-    squares, samples = kept * past["squares"] + share * square, kept * past["samples"] + share
+    older = retained(share, WINDOW)
+    squares = older * past["squares"] + share * square
+    samples = older * past["samples"] + share
     inconsistent = ca.logic_and(samples >= LEAST_SAMPLES, squares > limits["explained"] * samples)
     quiet = ca.logic_not(alarm)
     outputs = {

@@ -10,13 +10,13 @@ and the states are random walks.
 angle is measured.
 """
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import casadi as ca
 
-from observers.layout import named
+from observers.layout import Expression, Parts, named
 from observers.protocol import SAMPLE
 from observers.torque_error import (
     huber_scale,
@@ -29,8 +29,6 @@ from observers.torque_error import (
 from observers.tuning import REFERENCE_STEP, STATES
 from symbolic import Model, Rig, full_slide_torque
 
-Expression = Any
-Parts = Mapping[str, Expression]
 Moments = tuple[Expression, Expression]
 RIG = ("a", "e", "J_A", "b_t", "slide_rate", "noise", "dry_friction", "zero_std")
 """Order of the rig's numbers; one that is unknown is NaN."""
@@ -177,31 +175,17 @@ class AligningTorque:
 
     zero: bool = True
     stiffness: bool = False
+    channels: ClassVar[tuple[str, ...]] = ("psi", "psi_dot", "F_N", "M_z")
+    # M_z is no linear function of mu.
+    is_linear: ClassVar[bool] = False
+    scaled: ClassVar[str] = "M_z"
+    # The torque is measured: nothing is kept.
+    torque_state: ClassVar[tuple[str, ...]] = ()
 
     @property
     def states(self) -> tuple[str, ...]:
         """Names of the states."""
         return select_states(log_mu=True, M_0=self.zero, stiffness=self.stiffness)
-
-    @property
-    def channels(self) -> tuple[str, ...]:
-        """Fields of `Sample` that are used."""
-        return ("psi", "psi_dot", "F_N", "M_z")
-
-    @property
-    def is_linear(self) -> bool:
-        """M_z is no linear function of mu."""
-        return False
-
-    @property
-    def scaled(self) -> str:
-        """The aligning torque."""
-        return "M_z"
-
-    @property
-    def torque_state(self) -> tuple[str, ...]:
-        """The torque is measured: nothing is kept."""
-        return ()
 
     def observed_torque(
         self, before: Parts, sample: Parts, rig: Expression, tuning: Expression

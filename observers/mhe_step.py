@@ -21,7 +21,7 @@ Trans. Automatic Control 48 (2003) 246, with the arrival cost of a filter; Huber
 (1981), for the weights.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache, partial
 
@@ -29,7 +29,7 @@ import casadi as ca
 
 from observers.innovation_gate import COUNTS, InnovationTest, build_innovation
 from observers.innovation_monitor import MONITOR, change_variance
-from observers.layout import Expression, Layout, build_function, named, outputs_of, symbols
+from observers.layout import Expression, Layout, Parts, build_function, named, outputs_of, symbols
 from observers.linearisation import angle_is_state, build_clean, directions, state_index
 from observers.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.mhe_terms import (
@@ -48,7 +48,6 @@ from observers.protocol import OUTPUT
 from observers.tuning import TUNING_FIELDS
 from observers.udu import add_variance
 
-Parts = Mapping[str, ca.MX]
 Torques = Callable[[Parts, ca.MX], tuple[ca.MX, ca.MX]]
 
 

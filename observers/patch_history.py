@@ -6,12 +6,12 @@ of a sample is linear in its own angle; the angles before it stay as they were e
 came in, to within the resolution of an encoder.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
 import casadi as ca
 
+from observers.layout import Parts
 from observers.linearisation import directions, state_index
 from observers.measurement_model import MeasurementModel
 from observers.patch_model import PatchModel
@@ -25,8 +25,6 @@ from observers.patch_update import (
     tyre_parameters,
 )
 from symbolic import GEOMETRY, SIGNALS
-
-Parts = Mapping[str, ca.MX]
 
 
 @dataclass(frozen=True, kw_only=True)

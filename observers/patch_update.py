@@ -12,10 +12,12 @@ with the present one only in part, so the sensitivity is multiplied by the regre
 one on the other. So bristles, `Model(discretised=True)`, suit a ground that changes within seconds.
 """
 
+from collections.abc import Mapping
 from functools import cache
 
 import casadi as ca
 
+from observers.layout import Expression, build_function, named, symbols, vector_of
 from observers.linearisation import TYRE, directions, state_index
 from observers.measurement_model import CLEAN, MeasurementModel
 from observers.patch_model import PatchModel
@@ -76,20 +78,27 @@ def build_patch_update(model: PatchModel, measurement_model: MeasurementModel) -
         [after, *(slopes[:size, len(angles) :] for _ in sensitivity), seen, M_z, slopes[size, :].T],
         {"cse": True},
     )
-    fields = [ca.MX.sym(*field) for field in memory_fields(model, measurement_model)]
-    signals, tyre = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("tyre", count)
+    inputs = _symbols(model, measurement_model, signals=len(SIGNALS))
+    fields = {name: inputs[name] for name, *_ in memory_fields(model, measurement_model)}
+    tyre = inputs["tyre"]
     after, *sensitivity, seen, M_z, slopes = flat.call(
-        [ca.vertcat(memory_at(fields, tyre), signals, tyre), *fields[1:2], theta, geometry], True, False
-    )
+        [
+            ca.vertcat(memory_at(fields, tyre), inputs["signals"], tyre), *list(fields.values())[1:2],
+            inputs["theta"], inputs["geometry"],
+        ], True, False,
+    )  # fmt: skip
     points = [tyre for _ in sensitivity]
-    names = [name for name, *_ in memory_fields(model, measurement_model)]
-    return ca.Function(
-        "patch_update",
-        [*fields, signals, tyre, theta, geometry],
-        [after, *map(ca.densify, sensitivity), *points, seen, M_z, ca.densify(slopes)],
-        [*names, "signals", "tyre", "theta", "geometry"],
-        [*(f"{name}_next" for name in names), "seen", "M_z", "slopes"],
-    )
+    results = [after, *map(ca.densify, sensitivity), *points]
+    outputs = dict(zip((f"{name}_next" for name in fields), results, strict=True))
+    outputs |= {"seen": seen, "M_z": M_z, "slopes": ca.densify(slopes)}
+    return build_function("patch_update", inputs, outputs)
+
+
+def _symbols(model: PatchModel, measurement_model: MeasurementModel, **own: int) -> dict[str, ca.MX]:
+    """Symbols for the fields of the memory, others of a size, the tyre, theta and the geometry."""
+    fields = {name: (rows, cols) for name, rows, cols in memory_fields(model, measurement_model)}
+    sizes = {"tyre": len(tyre_states(measurement_model)), "theta": len(model.coordinates)}
+    return symbols(ca.MX, **fields, **own, **sizes, geometry=len(GEOMETRY))
 
 
 @cache
@@ -98,30 +107,22 @@ def build_torque(model: PatchModel, measurement_model: MeasurementModel) -> ca.F
 
     slopes (t,) are by the tyre alone.
     """
-    fields = [ca.MX.sym(*field) for field in memory_fields(model, measurement_model)]
-    names = [field.name() for field in fields]
-    seen = ca.MX.sym("seen", len(SIGNALS))
-    tyre = ca.MX.sym("tyre", len(tyre_states(measurement_model)))
-    theta = ca.MX.sym("theta", len(model.coordinates))
-    geometry = ca.MX.sym("geometry", len(GEOMETRY))
-    at = theta_at(model, measurement_model, theta, tyre)
-    M_z = model.torque.call([memory_at(fields, tyre), seen, at, geometry], True, False)[0]
-    return ca.Function(
-        "torque_with_slopes",
-        [*fields, seen, tyre, theta, geometry],
-        [M_z, ca.densify(ca.jacobian(M_z, tyre).T)],
-        [*names, "seen", "tyre", "theta", "geometry"],
-        ["M_z", "slopes"],
-        {"cse": True},
-    )
+    inputs = _symbols(model, measurement_model, seen=len(SIGNALS))
+    fields = {name: inputs[name] for name, *_ in memory_fields(model, measurement_model)}
+    tyre = inputs["tyre"]
+    at = theta_at(model, measurement_model, inputs["theta"], tyre)
+    given = [memory_at(fields, tyre), inputs["seen"], at, inputs["geometry"]]
+    M_z = model.torque.call(given, True, False)[0]
+    outputs = {"M_z": M_z, "slopes": ca.densify(ca.jacobian(M_z, tyre).T)}
+    return build_function("torque_with_slopes", inputs, outputs, cse=True)
 
 
-def memory_at(fields: list[ca.MX], tyre: ca.MX) -> ca.MX:
+def memory_at(fields: Mapping[str, ca.MX], tyre: ca.MX) -> ca.MX:
     """The memory at the parameters `tyre` (t,), to first order where it depends on them."""
-    if len(fields) == 1:
-        return fields[0]
-    memory, sensitivity, linearisation_point = fields
-    return memory + sensitivity @ (tyre - linearisation_point)
+    memory = fields["memory"]
+    if "memory_sensitivity" not in fields:
+        return memory
+    return memory + fields["memory_sensitivity"] @ (tyre - fields["linearisation_point"])
 
 
 def sensitivity_retention(measurement_model: MeasurementModel, P: ca.MX, Q: ca.MX, x: ca.MX) -> ca.MX:
@@ -153,14 +154,15 @@ def reset_retention(reset: ca.MX, variance: ca.MX, increment: ca.MX) -> ca.MX:
     return retention
 
 
-def theta_at(model: PatchModel, measurement_model: MeasurementModel, theta: ca.MX, tyre: ca.MX) -> ca.MX:
+def theta_at(
+    model: PatchModel, measurement_model: MeasurementModel, theta: ca.MX, tyre: ca.MX
+) -> Expression:
     """The parameters theta with mu, and k where it is a state, replaced by those of `tyre` (t,)."""
-    rows = dict(zip(model.coordinates, ca.vertsplit(theta), strict=True))
-    values = dict(zip(tyre_states(measurement_model), ca.vertsplit(tyre), strict=True))
+    rows, values = named(model.coordinates, theta), named(tyre_states(measurement_model), tyre)
     rows["mu"] = values["log_mu"]
     if "stiffness" in values:
         rows["k"] = rows["k"] * values["stiffness"]
-    return ca.vertcat(*rows.values())
+    return vector_of(model.coordinates, rows)
 
 
 def tyre_parameters(measurement_model: MeasurementModel, x: ca.MX) -> ca.MX:

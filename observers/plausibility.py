@@ -14,8 +14,8 @@ check is part of the step of every observer, in Python and in C; the status has 
 """
 
 import math
-from collections.abc import Iterable, Mapping
-from functools import cache
+from collections.abc import Iterable
+from functools import cache, reduce
 from typing import Any
 
 import casadi as ca
@@ -23,14 +23,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observers.hypotheses import VERDICT
-from observers.layout import Layout, named
+from observers.layout import Expression, Layout, Parts, build_function, named, symbols, vector_of
 from observers.protocol import OUTPUT, SAMPLE, Sample, Status
 from observers.torque_error import SENSIBLE, is_known
 from symbolic import Rig, full_slide_torque
 
 Array = NDArray[np.float64]
-Expression = Any
-Parts = Mapping[str, Expression]
 LARGEST_ANGLE = 1.6
 """Steering angle that is not reached [rad]."""
 LONGEST_PERIOD = 0.5
@@ -75,14 +73,13 @@ START = np.array([0.0, 0, 0, -1, -1, np.nan, 0, 0, 0, np.nan, 0, 0, 0, 0])
 @cache
 def build_evidence(channel: str) -> ca.Function:
     """(evidence, sample, a) -> (evidence_next, suspect), on the torque `channel`; suspect is 0 or 1."""
-    evidence, sample = ca.SX.sym("evidence", EVIDENCE.size), ca.SX.sym("sample", len(SAMPLE))
-    a = ca.SX.sym("a")
-    was, now = named(EVIDENCE.places, evidence), named(SAMPLE, sample)
+    inputs = symbols(ca.SX, evidence=EVIDENCE.size, sample=len(SAMPLE), a=1)
+    was, now = named(EVIDENCE.places, inputs["evidence"]), named(SAMPLE, inputs["sample"])
     torque = now["M_z"] if channel == "M_z" else -now["M"]
     given, measured = ca.logic_and(is_known(now["F_N"]), now["F_N"] > 0), is_known(torque)
     load = ca.if_else(given, now["F_N"], was["load"])
     first = ca.if_else(was["first_load"] > 0, was["first_load"], load)
-    most = LARGEST_FRICTION * full_slide_torque(load, a)
+    most = LARGEST_FRICTION * full_slide_torque(load, inputs["a"])
     beyond = ca.logic_and(measured, ca.logic_and(load > 0, ca.fabs(torque) > most))
     known = is_known(now["psi"])
     turn = ca.if_else(ca.logic_and(known, is_known(was["psi"])), now["psi"] - was["psi"], 0)
@@ -112,13 +109,9 @@ def build_evidence(channel: str) -> ca.Function:
         "frozen_travel": turned,
         "clipped": ca.logic_or(was["clipped"], clipped),
     }
-    suspect = ca.SX(0)
-    for holds in causes(after).values():
-        suspect = ca.logic_or(suspect, holds)
-    return ca.Function(
-        "evidence", [evidence, sample, a], [ca.vertcat(*(after[n] for n in EVIDENCE.places)), suspect],
-        ["evidence", "sample", "a"], ["evidence_next", "suspect"], {"cse": True},
-    )  # fmt: skip
+    suspect = reduce(ca.logic_or, causes(after).values(), ca.SX(0))
+    outputs = {"evidence_next": vector_of(EVIDENCE.places, after), "suspect": suspect}
+    return build_function("evidence", inputs, outputs, cse=True)
 
 
 def causes(evidence: Parts) -> dict[str, Expression]:

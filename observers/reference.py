@@ -17,7 +17,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.layout import ObserverState
+from observers.layout import ObserverState, build_function, symbols
 from observers.linearisation import build_measurement, build_motion, state_index
 from observers.measurement_model import CLEAN, ROWS, MeasurementModel
 from observers.mhe import Mhe
@@ -103,8 +103,12 @@ def _build_costs(model: PatchModel, measurement_model: MeasurementModel, window:
     """(x, state, constants) -> (innovations, weights, variances, defects, huber_scale), by sample."""
     parts = layout(model, measurement_model, window)
     patch = PatchHistory(model=model, measurement_model=measurement_model, window=window)
-    state, constants = ca.MX.sym("state", parts.size), ca.MX.sym("constants", constants_size(model))
-    x, kept = ca.MX.sym("x", len(measurement_model.states), window), parts.split(state)
+    inputs = symbols(
+        ca.MX, x=(len(measurement_model.states), window), state=parts.size,
+        constants=constants_size(model),
+    )  # fmt: skip
+    x, state, constants = inputs.values()
+    kept = parts.split(state)
     theta, rig, tuning = split_constants(model, constants)
     M_z, slopes = patch.torques(kept, x, theta, rig)
     samples = kept["samples"]
@@ -123,13 +127,14 @@ def _build_costs(model: PatchModel, measurement_model: MeasurementModel, window:
     variances = variances[:, :-1]
     variances[state_index(measurement_model), :] += samples[ROWS.index("jump"), 1:]
     weights = weights * samples[ROWS.index("accepted"), :]
-    return ca.Function(
-        "costs",
-        [x, state, constants],
-        [innovations, weights, variances, x[:, 1:] - predicted[:, :-1], huber_scale],
-        ["x", "state", "constants"],
-        ["innovations", "weights", "variances", "defects", "huber_scale"],
-    )
+    outputs = {
+        "innovations": innovations,
+        "weights": weights,
+        "variances": variances,
+        "defects": x[:, 1:] - predicted[:, :-1],
+        "huber_scale": huber_scale,
+    }
+    return build_function("costs", inputs, outputs)
 
 
 @cache

@@ -15,22 +15,29 @@ angles, so that the patch keeps its history. After a time without an angle the w
 far as the rate allows.
 """
 
-from collections.abc import Mapping
 from functools import cache
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.compiled_step import states_of
-from observers.layout import Expression, Layout, named
+from observers.compiled_step import run_stretches
+from observers.layout import (
+    Expression,
+    Layout,
+    Parts,
+    build_function,
+    named,
+    symbols,
+    symbols_like,
+    vector_of,
+)
 from observers.measurement_model import LEAST_FIRST_LOAD
 from observers.plausibility import EVIDENCE, build_evidence
 from observers.protocol import OUTPUT, SAMPLE, Status
 from observers.tuning import NO_LIMIT, PLAUSIBLE
 
 Array = NDArray[np.float64]
-Parts = dict[str, Expression]
 SLACK = 0.01
 """Change of the angle that any time allows: noise, steps of a sensor, an uneven clock [rad]."""
 SCREEN = Layout.of(psi=1, age=1, offset=1, other=1, other_age=1, waiting=1, jump=1, implausible=1)
@@ -44,11 +51,10 @@ STRETCH = 1000
 @cache
 def build_screen() -> ca.Function:
     """(screen, sample, limits) -> (screen_next, sample_next), as in `SCREEN`, `SAMPLE`, `PLAUSIBLE`."""
-    screen, sample = ca.SX.sym("screen", SCREEN.size), ca.SX.sym("sample", len(SAMPLE))
-    limits = ca.SX.sym("limits", len(PLAUSIBLE))
-    now, limit = named(SAMPLE, sample), named(PLAUSIBLE, limits)
-    after, psi = _screen_angle(named(SCREEN.places, screen), now, limit)
-    passed = {**now, "psi": psi}
+    inputs = symbols(ca.SX, screen=SCREEN.size, sample=len(SAMPLE), limits=len(PLAUSIBLE))
+    now, limit = named(SAMPLE, inputs["sample"]), named(PLAUSIBLE, inputs["limits"])
+    after, psi = _screen_angle(named(SCREEN.places, inputs["screen"]), now, limit)
+    passed, implausible = {**now, "psi": psi}, after["implausible"]
     bounds = {
         "psi_dot": "psi_rate_limit",
         "F_N": "F_N_limit",
@@ -57,15 +63,16 @@ def build_screen() -> ca.Function:
     }
     for name, bound in bounds.items():
         beyond = ca.logic_and(ca.fabs(now[name]) >= limit[bound], ca.fabs(now[name]) < NO_LIMIT)
-        after["implausible"] = ca.logic_or(after["implausible"], beyond)
+        implausible = ca.logic_or(implausible, beyond)
         passed[name] = ca.if_else(beyond, float("nan"), now[name])
-    results = [ca.vertcat(*(after[n] for n in SCREEN.places)), ca.vertcat(*(passed[n] for n in SAMPLE))]
-    return ca.Function("screen", [screen, sample, limits], results, {"cse": True})
+    outputs = {
+        "screen_next": vector_of(SCREEN.places, {**after, "implausible": implausible}),
+        "sample_next": vector_of(SAMPLE, passed),
+    }
+    return build_function("screen", inputs, outputs, cse=True)
 
 
-def _screen_angle(
-    before: Mapping[str, Expression], now: Mapping[str, Expression], limit: Mapping[str, Expression]
-) -> tuple[Parts, Expression]:
+def _screen_angle(before: Parts, now: Parts, limit: Parts) -> tuple[Parts, Expression]:
     """The state of the check after an angle, and that angle less the offset, NaN if it is left out."""
     psi, none = now["psi"] - before["offset"], ca.SX(float("nan"))
     age, other_age = before["age"] + now["dt"], before["other_age"] + now["dt"]
@@ -119,25 +126,23 @@ def build_screened_step(
         a: half-length of the patch [m]; None where units and signs are not checked.
     """
     checked = EVIDENCE.size if a is not None else 0
-    state = ca.MX.sym("state", parts.size + SCREEN.size + checked)
-    sample, constants = (ca.MX.sym(step.name_in(i), step.numel_in(i)) for i in (1, 2))
+    inputs = symbols_like(step)
+    inputs["state"] = state = ca.MX.sym("state", parts.size + SCREEN.size + checked)
     own, screen, evidence = ca.vertsplit(
         state, [0, parts.size, parts.size + SCREEN.size, state.shape[0]]
     )
-    suspect = ca.MX(0)
+    sample, suspect = inputs["sample"], ca.MX(0)
     if a is not None:
         evidence, suspect = build_evidence(channel)(evidence, sample, a)
     screen, passed = build_screen()(screen, sample, ca.DM(limits))
-    after, output = step(own, passed, constants)
+    after, output = step(own, passed, inputs["constants"])
     at = OUTPUT.index("status")
     status = with_flag(output[at], Status.SUSPECT, suspect)
     status = status + int(Status.IMPLAUSIBLE) * screen[SCREEN.places["implausible"][0]]
     output[at] = status
     after[parts.places["output"][0].start + at] = status
-    return ca.Function(
-        step.name(), [state, sample, constants], [ca.vertcat(after, screen, evidence), output],
-        ["state", "sample", "constants"], ["state_next", "output"],
-    )  # fmt: skip
+    outputs = {"state_next": ca.vertcat(after, screen, evidence), "output": output}
+    return build_function(step.name(), inputs, outputs)
 
 
 def has_flag(status: Expression, flag: Status) -> Expression:
@@ -156,7 +161,8 @@ def with_flag(status: Expression, flag: Status, holds: Expression) -> Expression
 def screened_angles(samples: Array, limits: tuple[float, ...]) -> Array:
     """The angles that pass, (n,) [rad], NaN for others, of samples (6, n) from a usable one on."""
     stretch = build_screen().mapaccum("screens", STRETCH, 1, {})
-    states = states_of(stretch, initial_screen(samples[0, 0]), samples, np.array(limits), STRETCH)
+    start = initial_screen(samples[0, 0])
+    states = run_stretches(stretch, start, samples, np.array(limits), result=0)
     psi, age = (states[SCREEN.places[name][0]].ravel() for name in ("psi", "age"))
     return np.where(age == 0, psi, np.nan)
 

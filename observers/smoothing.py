@@ -15,7 +15,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.compiled_step import compiled_stretch, first_sample, states_of
+from observers.compiled_step import compiled_stretch, first_sample, run_stretches
 from observers.effective_friction import build_effective_friction
 from observers.ekf import Ekf
 from observers.estimates import Estimates
@@ -71,7 +71,8 @@ def smooth(
     samples, begins = arrange(observer, t, psi, F_N, M_z, psi_dot, M)
     used = samples[:, begins:]
     start = observer.init(first_sample(used)).values
-    states = states_of(compiled_stretch(observer.screened_step), start, used, observer.constants)
+    stretch = compiled_stretch(observer.screened_step)
+    states = run_stretches(stretch, start, used, observer.constants, result=0)
     mean, variance = smoothed_friction(observer, states)
     time = np.asarray(t, dtype=float)
     rows = np.full((len(ESTIMATE), time.size), np.nan)

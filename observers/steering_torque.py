@@ -10,16 +10,15 @@ Source of the leapfrog: Verlet, Phys. Rev. 159 (1967) 98.
 """
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import casadi as ca
 
-from observers.layout import named
+from observers.layout import Expression, Parts, named
 from observers.measurement_model import (
     RIG,
-    Expression,
     Measurement,
     Moments,
-    Parts,
     impute_load,
     random_walk,
     random_walk_prior,
@@ -41,10 +40,9 @@ SLOW = 0.1
 """Yaw rate below which the model's error lasts no longer [rad/s]."""
 USUAL_STEP = 0.02
 """The part of a step beyond this counts as age of the steering torque [s]; a wheel swings in 0.2 s."""
-
-
 BLOCK = ("time", "psi_sum", "M_sum", "psi_a", "time_a", "psi_b", "M_b", "time_b", "blocks")
-"""State of `SteeringTorque.observed_torque`."""
+"""State of `SteeringTorque.observed_torque`: sums over the present block of samples, then means of the
+last two, their times and number."""
 BLOCK_TIME = 0.0399
 """A block of samples is at least so long [s]: the angle's second difference needs the time."""
 SHORTEST = 1e-9
@@ -67,6 +65,13 @@ class SteeringTorque:
 
     zero: bool = False
     stiffness: bool = False
+    # The rate is estimated.
+    channels: ClassVar[tuple[str, ...]] = ("psi", "F_N", "M")
+    # The measured angle is a state.
+    is_linear: ClassVar[bool] = True
+    # The wheel's inertia takes part of the torque.
+    scaled: ClassVar[str] = ""
+    torque_state: ClassVar[tuple[str, ...]] = BLOCK
 
     @property
     def states(self) -> tuple[str, ...]:
@@ -74,26 +79,6 @@ class SteeringTorque:
         return select_states(
             log_mu=True, psi=True, psi_dot=True, M_0=self.zero, stiffness=self.stiffness
         )
-
-    @property
-    def channels(self) -> tuple[str, ...]:
-        """Fields of `Sample` that are used; the rate is estimated."""
-        return ("psi", "F_N", "M")
-
-    @property
-    def is_linear(self) -> bool:
-        """The measured angle is a state."""
-        return True
-
-    @property
-    def scaled(self) -> str:
-        """Nothing: the wheel's inertia takes part of the torque."""
-        return ""
-
-    @property
-    def torque_state(self) -> tuple[str, ...]:
-        """Sums over the present block of samples, then means of the last two, their times and number."""
-        return BLOCK
 
     def observed_torque(
         self, before: Parts, sample: Parts, rig: Expression, tuning: Expression
@@ -127,13 +112,8 @@ class SteeringTorque:
             name: ca.if_else(known, ca.if_else(closes, new, before[name]), 0)
             for name, new in moved.items()
         }
-        nothing = float("nan")
-        return (
-            after,
-            ca.if_else(ready, before["psi_b"], nothing),
-            ca.if_else(ready, M_z, nothing),
-            ca.if_else(ready, variance, 0),
-        )
+        psi, M_z = (ca.if_else(ready, part, float("nan")) for part in (before["psi_b"], M_z))
+        return after, psi, M_z, ca.if_else(ready, variance, 0)
 
     def check(self, rig: Rig, model: Model) -> None:
         """The equation of motion needs J_A and b_t; no effect may sit in the sensor of M_z."""
@@ -200,8 +180,7 @@ class SteeringTorque:
         # samples that are far apart, where the leapfrog is inaccurate too.
         age = last["M_age"] + ca.fmax(0, dt - USUAL_STEP)
         stale = (ca.fmin(1, age / STALE) * slide) ** 2 * STALE * kick
-        # Disturbances hit the rate after the drift, so that the next step carries them to
-        # the angle.
+        # Disturbances hit the rate after the drift, so that the next step carries them to the angle.
         return after, variance | {"psi": 0, "psi_dot": (white + stale) / rig["J_A"] ** 2}
 
     def measurement(
