@@ -7,33 +7,24 @@ Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), section 8.3
 theorem 8.2; the covariance is kept as a factor, see `observers.udu`.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 
 import casadi as ca
 
-from observers.innovation_gate import COUNTS, InnovationTest, build_innovation, huber_weight
-from observers.innovation_monitor import MONITOR, change_variance
-from observers.layout import Expression, Layout, Parts, build_function, named, outputs_of
+from observers.innovation_gate import COUNTS, InnovationTest, huber_weight
+from observers.innovation_monitor import MONITOR
+from observers.layout import Layout, Parts, build_function, outputs_of
 from observers.linearisation import (
     angle_is_state,
-    build_clean,
     build_measurement,
     build_motion,
-    build_predict_covariance,
-    build_update_covariance,
     directions,
-    state_index,
 )
 from observers.measurement_model import CLEAN, MeasurementModel
-from observers.model_observer import (
-    ModelObserver,
-    clip_to_bounds,
-    friction_output,
-    step_output,
-    step_symbols,
-)
-from observers.patch_model import PatchModel, split_constants
+from observers.model_observer import ModelObserver
+from observers.patch_model import PatchModel
 from observers.patch_update import (
     build_patch_update,
     memory_depends_on_tyre,
@@ -45,8 +36,13 @@ from observers.patch_update import (
     tyre_parameters,
 )
 from observers.protocol import OUTPUT
-from observers.tuning import TUNING_FIELDS
-from observers.udu import add_variance, covariance
+from observers.step_terms import StepSample, clip_to_bounds, step_symbols
+from observers.udu import (
+    add_variance,
+    build_predict_covariance,
+    build_update_covariance,
+    covariance,
+)
 from symbolic import GEOMETRY, InvalidInputError
 
 
@@ -110,36 +106,6 @@ def layout(model: PatchModel, measurement_model: MeasurementModel) -> Layout:
     )
 
 
-@dataclass(frozen=True, kw_only=True)
-class _FilterSample:
-    """What is given at a sample: both models, the cleaned sample, and the constants."""
-
-    model: PatchModel
-    measurement_model: MeasurementModel
-    now: ca.MX
-    theta: ca.MX
-    rig: ca.MX
-    tuning: ca.MX
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Prediction:
-    """States (n,), the factor of their covariance, and the parts of the memory before the sample."""
-
-    x: ca.MX
-    factor: ca.MX
-    memory: Parts
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Correction:
-    """States (n,) within their bounds, the factor of their covariance, and the patch they rest on."""
-
-    x: ca.MX
-    factor: ca.MX
-    patch: Parts
-
-
 @cache
 def build_step(
     model: PatchModel, measurement_model: MeasurementModel, iterations: int = 1
@@ -148,40 +114,36 @@ def build_step(
     parts = layout(model, measurement_model)
     inputs = step_symbols(model, parts)
     before = parts.split(inputs["state"])
-    theta, rig, tuning = split_constants(model, inputs["constants"])
-    now, imputed = build_clean(measurement_model)(inputs["sample"], before["last"])
-    sample = _FilterSample(
-        model=model, measurement_model=measurement_model, now=now, theta=theta, rig=rig, tuning=tuning
-    )
-    predicted = _predict(sample, before)
+    sample = StepSample.of(model, measurement_model, inputs, before["last"])
+    predicted, factor, memory = _predict(sample, before)
     # A measured angle does not depend on the patch at the sample itself; a measured torque does.
     after_angle = angle_is_state(measurement_model)
-    patch = before if after_angle else _update_patch(sample, predicted.memory, predicted.x)
-    test = _test(sample, before, predicted, patch)
-    corrected = _correct(sample, predicted, test, patch, iterations)
-    patch, M_z = corrected.patch, test.expected
+    patch = before if after_angle else _update_patch(sample, memory, predicted)
+    P = covariance(factor)
+    test = sample.test(before, predicted, P, patch["M_z"], patch["slopes"])
+    correct = _correction(sample, predicted, factor, test)
+    x, factor = correct(test.innovation, test.H)
+    for _ in range(0 if measurement_model.is_linear else iterations - 1):
+        patch = _update_patch(sample, memory, x)
+        x, factor = correct(*_linearised_again(sample, predicted, x, patch))
+    M_z = test.expected
     if after_angle:
-        patch = _update_patch(sample, predicted.memory, corrected.x)
+        patch = _update_patch(sample, memory, x)
         M_z = patch["M_z"]
     if memory_depends_on_tyre(model, measurement_model):
-        at = state_index(measurement_model)
-        variance = covariance(predicted.factor)[at, at]
-        retention = reset_retention(test.reset, variance, _increment(sample, test))
+        variance = P[sample.at, sample.at]
+        retention = reset_retention(test.reset, variance, test.reset * sample.change)
         patch = {**patch, "memory_sensitivity": retention * patch["memory_sensitivity"]}
-    friction = friction_output(
-        model, corrected.x, covariance(corrected.factor), patch["memory"], now, theta, rig, tuning,
-        at=state_index(measurement_model),
-    )  # fmt: skip
-    output = step_output(measurement_model, corrected.x, friction, M_z, tuning, vars(test), held=imputed)
+    output = sample.output(x, covariance(factor), patch["memory"], M_z, vars(test))
     state_next = {
-        **patch, "x": corrected.x, "factor": corrected.factor, "last": now, "counts": test.counts_next,
+        **patch, "x": x, "factor": factor, "last": sample.now, "counts": test.counts_next,
         "monitor": test.monitor_next, "output": output,
     }  # fmt: skip
     return build_function("ekf_step", inputs, {"state_next": parts.join(state_next), "output": output})
 
 
-def _predict(sample: _FilterSample, before: Parts) -> _Prediction:
-    """States and memory at the sample, before it is measured."""
+def _predict(sample: StepSample, before: Parts) -> tuple[ca.MX, ca.MX, Parts]:
+    """States at the sample before it is measured, the factor of their covariance, and the memory."""
     model, measurement_model = sample.model, sample.measurement_model
     x, A, Q, _ = build_motion(measurement_model)(
         before["x"], before["M_z"], before["slopes"], before["last"], sample.now, sample.rig,
@@ -193,10 +155,10 @@ def _predict(sample: _FilterSample, before: Parts) -> _Prediction:
         P = covariance(before["factor"])
         retention = sensitivity_retention(measurement_model, P, Q, before["x"])
         memory["memory_sensitivity"] = memory["memory_sensitivity"] @ retention
-    return _Prediction(x=x, factor=factor, memory=memory)
+    return x, factor, memory
 
 
-def _update_patch(sample: _FilterSample, memory: Parts, x: ca.MX) -> Parts:
+def _update_patch(sample: StepSample, memory: Parts, x: ca.MX) -> Parts:
     """Memory, M_z and slopes by the states after the sample, at the states x."""
     measurement_model = sample.measurement_model
     update = build_patch_update(sample.model, measurement_model)
@@ -208,41 +170,28 @@ def _update_patch(sample: _FilterSample, memory: Parts, x: ca.MX) -> Parts:
     return {**patch, "slopes": slopes_by_states(measurement_model, patch["slopes"], x)}
 
 
-def _test(sample: _FilterSample, before: Parts, predicted: _Prediction, patch: Parts) -> InnovationTest:
-    """The innovation at the predicted states, and its test."""
-    results = outputs_of(
-        build_innovation(sample.measurement_model), predicted.x, covariance(predicted.factor),
-        patch["M_z"], patch["slopes"], sample.now, before["counts"], before["monitor"], sample.rig,
-        sample.tuning,
-    )  # fmt: skip
-    return InnovationTest(**results)
-
-
-def _increment(sample: _FilterSample, test: InnovationTest) -> Expression:
-    """What a change of the ground adds to the variance of ln mu; 0 without one."""
-    return test.reset * change_variance(named(TUNING_FIELDS, sample.tuning))
-
-
-def _correct(
-    sample: _FilterSample, predicted: _Prediction, test: InnovationTest, patch: Parts, iterations: int
-) -> _Correction:
-    """The states after the measurement, linearised so many times where that changes anything."""
-    measurement_model, tuning = sample.measurement_model, sample.tuning
-    at, x, increment = state_index(measurement_model), predicted.x, _increment(sample, test)
-    factor = add_variance(predicted.factor, at, increment)
-    spread = test.H_P_H + increment * test.H[at] ** 2
+def _correction(
+    sample: StepSample, x: ca.MX, factor: ca.MX, test: InnovationTest
+) -> Callable[[ca.MX, ca.MX], tuple[ca.MX, ca.MX]]:
+    """(innovation, H) -> states within their bounds and their factor, from predicted x and factor."""
+    increment = test.reset * sample.change
+    factor = add_variance(factor, sample.at, increment)
+    spread = test.H_P_H + increment * test.H[sample.at] ** 2
     weight = test.weight * test.accepted
     weight = weight * huber_weight(test.innovation, test.huber_scale, spread)
 
     def correct(innovation: ca.MX, H: ca.MX) -> tuple[ca.MX, ca.MX]:
         factor_next, K, _ = build_update_covariance(x.numel())(factor, H, weight)
-        return clip_to_bounds(measurement_model, x + K * innovation, tuning), factor_next
+        return clip_to_bounds(sample.measurement_model, x + K * innovation, sample.tuning), factor_next
 
-    corrected, factor_next = correct(test.innovation, test.H)
-    for _ in range(0 if measurement_model.is_linear else iterations - 1):
-        patch = _update_patch(sample, predicted.memory, corrected)
-        residual, H, *_ = build_measurement(measurement_model)(
-            corrected, patch["M_z"], patch["slopes"], sample.now, sample.rig, tuning
-        )
-        corrected, factor_next = correct(residual - ca.dot(H, x - corrected), H)
-    return _Correction(x=corrected, factor=factor_next, patch=patch)
+    return correct
+
+
+def _linearised_again(
+    sample: StepSample, predicted: ca.MX, x: ca.MX, patch: Parts
+) -> tuple[ca.MX, ca.MX]:
+    """Innovation and H of the predicted states, linearised at the corrected ones, x."""
+    residual, H, *_ = build_measurement(sample.measurement_model)(
+        x, patch["M_z"], patch["slopes"], sample.now, sample.rig, sample.tuning
+    )
+    return residual - ca.dot(H, predicted - x), H

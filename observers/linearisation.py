@@ -1,4 +1,4 @@
-"""Linear algebra of one sample for any measurement model: motion, measurement and correction.
+"""Motion and measurement of one sample for any measurement model, linearised.
 
 Each Function is built from the expressions of a measurement model with casadi's Jacobians. M_z enters
 linearised, M_z + slopes (x - x_0), with slopes by the states in `directions`.
@@ -13,7 +13,6 @@ from observers.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.protocol import SAMPLE
 from observers.torque_error import is_known
 from observers.tuning import TUNING_FIELDS
-from observers.udu import predict_covariance, update_covariance
 
 TYRE = ("log_mu", "stiffness")
 """States that are parameters of the tyre."""
@@ -109,20 +108,3 @@ def build_measurement(measurement_model: MeasurementModel) -> ca.Function:
         "independent": measurement.independent,
     }
     return build_function("measurement", inputs, outputs)
-
-
-@cache
-def build_predict_covariance(states: int) -> ca.Function:
-    """(factor, A, Q) -> factor of A P A' + diag(Q)."""
-    inputs = symbols(ca.SX, factor=(states, states), A=(states, states), Q=states)
-    outputs = {"factor_next": predict_covariance(*inputs.values())}
-    return build_function("predict_covariance", inputs, outputs)
-
-
-@cache
-def build_update_covariance(states: int) -> ca.Function:
-    """(factor, H, weight) -> (factor_next, K, share), share = 1 / (R + H P H'), 0 if missing."""
-    inputs = symbols(ca.SX, factor=(states, states), H=states, weight=1)
-    results = update_covariance(*inputs.values())
-    outputs = dict(zip(("factor_next", "K", "share"), results, strict=True))
-    return build_function("update_covariance", inputs, outputs)

@@ -21,16 +21,14 @@ Trans. Automatic Control 48 (2003) 246, with the arrival cost of a filter; Huber
 (1981), for the weights.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache, partial
 
 import casadi as ca
 
-from observers.innovation_gate import COUNTS, InnovationTest, build_innovation
-from observers.innovation_monitor import MONITOR, change_variance
-from observers.layout import Expression, Layout, Parts, build_function, named, outputs_of, symbols
-from observers.linearisation import angle_is_state, build_clean, directions, state_index
+from observers.innovation_gate import COUNTS
+from observers.innovation_monitor import MONITOR
+from observers.layout import Layout, Parts, build_function, symbols
+from observers.linearisation import angle_is_state, directions
 from observers.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.mhe_terms import (
     arrival_jump,
@@ -40,15 +38,13 @@ from observers.mhe_terms import (
     build_prediction,
     is_unsettled,
 )
-from observers.model_observer import clip_to_bounds, friction_output, step_output, step_symbols
 from observers.patch_history import PatchHistory
-from observers.patch_model import PatchModel, split_constants
+from observers.patch_model import PatchModel
 from observers.patch_update import memory_depends_on_tyre, reset_retention, sensitivity_retention
 from observers.protocol import OUTPUT
+from observers.step_terms import StepSample, clip_to_bounds, step_symbols
 from observers.tuning import TUNING_FIELDS
 from observers.udu import add_variance
-
-Torques = Callable[[Parts, ca.MX], tuple[ca.MX, ca.MX]]
 
 
 @cache
@@ -99,56 +95,6 @@ def build_smoother(measurement_model: MeasurementModel, window: int) -> ca.Funct
     return build_function("smoother", inputs, {"x_next": smoothed[:, reverse], "P_newest": P[:, -n:]})
 
 
-@dataclass(frozen=True, kw_only=True)
-class _WindowSample:
-    """What is given at a sample: both models, the cleaned sample, and the constants.
-
-    torques(parts, x) is `PatchHistory.torques` with these constants.
-    """
-
-    patch: PatchHistory
-    now: ca.MX
-    theta: ca.MX
-    rig: ca.MX
-    tuning: ca.MX
-    torques: Torques
-
-    @property
-    def change(self) -> Expression:
-        """What a change of the ground adds to the variance of ln mu."""
-        return change_variance(named(TUNING_FIELDS, self.tuning))
-
-
-@dataclass(frozen=True, kw_only=True)
-class _NewestPrediction:
-    """States (n,) of the newest sample, their covariance, and the retention of the sensitivity."""
-
-    x: ca.MX
-    P: ca.MX
-    retention: ca.MX
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Window:
-    """The problem of a window: arrival, states (n, N), samples, and the torques linearised at x."""
-
-    mean: ca.MX
-    factor: ca.MX
-    x: ca.MX
-    samples: ca.MX
-    M_z: ca.MX
-    slopes: ca.MX
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Fit:
-    """States (n, N) of a window, the covariance of the newest, and whether they still move."""
-
-    x: ca.MX
-    P: ca.MX
-    unsettled: ca.MX
-
-
 @cache
 def build_window_step(
     model: PatchModel, measurement_model: MeasurementModel, window: int, iterations: int
@@ -157,93 +103,72 @@ def build_window_step(
     parts = layout(model, measurement_model, window)
     inputs = step_symbols(model, parts)
     before = parts.split(inputs["state"])
-    theta, rig, tuning = split_constants(model, inputs["constants"])
-    patch = PatchHistory(model=model, measurement_model=measurement_model, window=window)
     last = before["samples"][: len(CLEAN), -1]
-    now, imputed = build_clean(measurement_model)(inputs["sample"], last)
-    torques = partial(patch.torques, theta=theta, rig=rig)
-    sample = _WindowSample(patch=patch, now=now, theta=theta, rig=rig, tuning=tuning, torques=torques)
-    samples = ca.horzcat(before["samples"], ca.vertcat(now, 1, 0))
-    mean, factor = _arrival(sample, before, samples)
-    predicted = _predict(sample, before, last)
-    append = partial(patch.append, before, predicted.retention, now, theta=theta, rig=rig)
+    sample = StepSample.of(model, measurement_model, inputs, last)
+    patch = PatchHistory(model=model, measurement_model=measurement_model, window=window)
+    torques = partial(patch.torques, theta=sample.theta, rig=sample.rig)
+    samples = ca.horzcat(before["samples"], ca.vertcat(sample.now, 1, 0))
+    mean, factor = _arrival(sample, before, samples, torques(before, before["x"][:, 0]))
+    torque = torques(patch.newest(before), before["x"][:, -1])
+    predicted, P, retention = _predict(sample, before, last, torque)
+    append = partial(patch.append, before, retention, sample.now, theta=sample.theta, rig=sample.rig)
     # A measured angle does not depend on the patch at the sample itself; a measured torque does.
     after_angle = angle_is_state(measurement_model)
-    history = patch.without_oldest(before) if after_angle else append(x=predicted.x)
-    x = ca.horzcat(before["x"][:, 1:], predicted.x)
+    history = patch.without_oldest(before) if after_angle else append(x=predicted)
+    x = ca.horzcat(before["x"][:, 1:], predicted)
     M_z, slopes = torques(history, x)
-    test = _test(sample, before, predicted, M_z[-1], slopes[:, -1])
+    test = sample.test(before, predicted, P, M_z[-1], slopes[:, -1])
     # A memory that depends on the old friction does not fit samples of the new ground: they stay
     # rejected.
     run = 1 if memory_depends_on_tyre(model, measurement_model) else test.run
     samples = _accept(samples[:, 1:], ca.MX(ca.vertcat(test.accepted, test.reset, run)), sample.change)
-    at = state_index(measurement_model)
+    at = sample.at
     factor = add_variance(factor, at, arrival_jump(window, test.reset, run, sample.change))
-    problem = _Window(mean=mean, factor=factor, x=x, samples=samples, M_z=M_z, slopes=slopes)
-    fit = _correct(sample, problem, history, iterations)
-    x_newest, M_z = fit.x[:, -1], test.expected
+    smoother, given = build_smoother(measurement_model, window), (samples, sample.rig, sample.tuning)
+    for i in range(iterations):
+        M_z, slopes = torques(history, x) if i > 0 else (M_z, slopes)
+        previous = x[:, -1]
+        x, P = smoother(mean, factor, x, M_z, slopes, *given)
+    x_newest, M_z = x[:, -1], test.expected
+    unsettled = is_unsettled(measurement_model, x_newest, previous, P)
     if after_angle:
         history = append(x=x_newest)
         M_z, _ = torques(patch.newest(history), x_newest)
     old = reset_retention(test.reset, before["P_newest"][at, at], sample.change)
     memory = patch.newest(history)["memory"]
-    friction = friction_output(model, x_newest, fit.P, memory, now, theta, rig, tuning, at=at)
-    output = step_output(
-        measurement_model, x_newest, friction, M_z, tuning, vars(test), held=imputed,
-        unsettled=fit.unsettled,
-    )  # fmt: skip
+    output = sample.output(x_newest, P, memory, M_z, vars(test), unsettled=unsettled)
     state_next = {
-        **patch.scale_newest_sensitivity(history, old), "samples": samples, "x": fit.x, "mean": mean,
-        "factor": factor, "P_newest": fit.P, "counts": test.counts_next,
+        **patch.scale_newest_sensitivity(history, old), "samples": samples, "x": x, "mean": mean,
+        "factor": factor, "P_newest": P, "counts": test.counts_next,
         "monitor": test.monitor_next, "output": output,
     }  # fmt: skip
     return build_function("mhe_step", inputs, {"state_next": parts.join(state_next), "output": output})
 
 
-def _predict(sample: _WindowSample, before: Parts, last: ca.MX) -> _NewestPrediction:
-    """The newest states, before the sample is measured."""
-    measurement_model, x_last = sample.patch.measurement_model, before["x"][:, -1]
-    x, P, Q = build_prediction(measurement_model)(
-        x_last, before["P_newest"], *sample.torques(sample.patch.newest(before), x_last), last,
-        sample.now, sample.rig, sample.tuning,
-    )  # fmt: skip
-    retention = sensitivity_retention(measurement_model, before["P_newest"], Q, x_last)
-    return _NewestPrediction(x=x, P=P, retention=retention)
+def _predict(
+    sample: StepSample, before: Parts, last: ca.MX, torque: tuple[ca.MX, ca.MX]
+) -> tuple[ca.MX, ca.MX, ca.MX]:
+    """The newest states before the sample is measured, their P, and the sensitivity's retention.
+
+    torque is M_z and its slopes at the last sample.
+    """
+    x_last, P_last = before["x"][:, -1], before["P_newest"]
+    x, P, Q = build_prediction(sample.measurement_model)(
+        x_last, P_last, *torque, last, sample.now, sample.rig, sample.tuning
+    )
+    retention = sensitivity_retention(sample.measurement_model, P_last, Q, x_last)
+    return x, P, retention
 
 
-def _test(
-    sample: _WindowSample, before: Parts, predicted: _NewestPrediction, M_z: ca.MX, slopes: ca.MX
-) -> InnovationTest:
-    """The innovation at the predicted states, and its test."""
-    results = outputs_of(
-        build_innovation(sample.patch.measurement_model), predicted.x, predicted.P, M_z, slopes,
-        sample.now, before["counts"], before["monitor"], sample.rig, sample.tuning,
-    )  # fmt: skip
-    return InnovationTest(**results)
-
-
-def _correct(sample: _WindowSample, problem: _Window, history: Parts, iterations: int) -> _Fit:
-    """Gauss-Newton steps over the window."""
-    measurement_model = sample.patch.measurement_model
-    smoother = build_smoother(measurement_model, problem.x.shape[1])
-    x, M_z, slopes = problem.x, problem.M_z, problem.slopes
-    for i in range(iterations):
-        M_z, slopes = sample.torques(history, x) if i > 0 else (M_z, slopes)
-        previous = x[:, -1]
-        x, P = smoother(
-            problem.mean, problem.factor, x, M_z, slopes, problem.samples, sample.rig, sample.tuning
-        )
-    return _Fit(x=x, P=P, unsettled=is_unsettled(measurement_model, x[:, -1], previous, P))
-
-
-def _arrival(sample: _WindowSample, before: Parts, samples: ca.MX) -> tuple[ca.MX, ca.MX]:
+def _arrival(
+    sample: StepSample, before: Parts, samples: ca.MX, torque: tuple[ca.MX, ca.MX]
+) -> tuple[ca.MX, ca.MX]:
     """Mean and factor of the arrival after the oldest sample, linearised at its smoothed states."""
-    measurement_model, oldest = sample.patch.measurement_model, before["x"][:, 0]
-    mean, factor, *_ = build_forward(measurement_model)(
-        before["mean"], before["factor"], oldest, *sample.torques(before, oldest), samples[:, 0],
-        samples[:, 1], sample.rig, sample.tuning,
+    mean, factor, *_ = build_forward(sample.measurement_model)(
+        before["mean"], before["factor"], before["x"][:, 0], *torque, samples[:, 0], samples[:, 1],
+        sample.rig, sample.tuning,
     )  # fmt: skip
-    return clip_to_bounds(measurement_model, mean, sample.tuning), factor
+    return clip_to_bounds(sample.measurement_model, mean, sample.tuning), factor
 
 
 def _accept(samples: ca.MX, test: ca.MX, variance: ca.MX) -> ca.MX:

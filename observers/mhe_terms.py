@@ -12,7 +12,7 @@ from observers.innovation_gate import huber_weight
 from observers.layout import Expression, build_function, named, symbols, symbols_like
 from observers.linearisation import build_measurement, build_motion, directions, state_index
 from observers.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
-from observers.model_observer import clip_to_bounds
+from observers.step_terms import clip_to_bounds
 from observers.tuning import TUNING_FIELDS
 from observers.window_least_squares import build_back_substitution, build_window_update
 

@@ -11,18 +11,13 @@ from numpy.typing import NDArray
 
 from observers import supervision
 from observers.casadi_observer import CasadiObserver
-from observers.effective_friction import build_effective_friction, output_vector
 from observers.equivalent_patch import equivalent_patch
 from observers.initial_state import build_initial_state
-from observers.layout import Expression, Layout, named, outputs_of, symbols
-from observers.linearisation import state_index
-from observers.measurement_model import CLEAN, RIG, AligningTorque, MeasurementModel
-from observers.patch_model import PatchModel, constants_size
-from observers.protocol import SAMPLE, Status
+from observers.layout import Layout
+from observers.measurement_model import RIG, AligningTorque, MeasurementModel
 from observers.tolerances import with_tolerances
-from observers.torque_error import is_known
 from observers.tuning import TUNING_FIELDS, Tuning
-from symbolic import GEOMETRY, InvalidInputError, Model, Rig, full_slide_torque
+from symbolic import InvalidInputError, Model, Rig
 from symbolic.compliance import deflection_of
 
 Array = NDArray[np.float64]
@@ -156,99 +151,3 @@ class ModelObserver(CasadiObserver):
             "beliefs": asdict(self.tuning),
             "settings": {n: getattr(self, n) for n in self.__dataclass_fields__ if n not in own},
         }
-
-
-DRY_FRICTION = 0.001
-"""Dry friction of bearings of which nothing is declared, as a share of 3/8 F_N a [1]."""
-STIFFNESS_BOUNDS = (0.1, 10.0)
-"""Bounds of k over its nominal value, where it is a state [1]."""
-
-
-def clip_to_bounds(measurement_model: MeasurementModel, x: Expression, tuning: Expression) -> Expression:
-    """The states (n,) or (n, N) with mu and k within their bounds."""
-    limits = named(TUNING_FIELDS, tuning)
-    bounds: dict[str, tuple[Any, Any]] = {
-        "log_mu": (ca.log(limits["least"]), ca.log(limits["greatest"])),
-        "stiffness": STIFFNESS_BOUNDS,
-    }
-    rows = [
-        ca.fmax(bounds[name][0], ca.fmin(bounds[name][1], x[i, :])) if name in bounds else x[i, :]
-        for i, name in enumerate(measurement_model.states)
-    ]
-    return ca.vertcat(*rows)
-
-
-def friction_output(
-    model: PatchModel,
-    x: ca.MX,
-    P: ca.MX,
-    memory: ca.MX,
-    now: ca.MX,
-    theta: ca.MX,
-    rig: ca.MX,
-    tuning: ca.MX,
-    *,
-    at: int,
-) -> dict[str, ca.MX]:
-    """Friction and effective friction with their standard deviations, M_slide: parts of the output.
-
-    Args:
-        model: the model.
-        x: corrected states (n,).
-        P: their covariance (n, n).
-        memory: of the model after the sample (m,).
-        now: the sample, cleaned.
-        theta: parameters of the model.
-        rig: as in `RIG`.
-        tuning: as in `TUNING_FIELDS`, for what no measurement lowers.
-        at: index of ln mu in the states.
-    """
-    mu, numbers = ca.exp(x[at]), named(RIG, rig)
-    # Dry friction in the bearings cannot be told from that of the ground.
-    known, slide = (
-        is_known(numbers["dry_friction"]),
-        full_slide_torque(now[CLEAN.index("F_N")], numbers["a"]),
-    )
-    dry = ca.if_else(known, ca.if_else(known, numbers["dry_friction"], 0) / slide, DRY_FRICTION)
-    floor = named(TUNING_FIELDS, tuning)["mu_floor"] ** 2
-    std = ca.sqrt(mu**2 * (P[at, at] + floor) + dry**2)
-    given = (mu, std, memory, now[CLEAN.index("F_N")], theta, rig[: len(GEOMETRY)])
-    slide = outputs_of(build_effective_friction(model), *given, named(RIG, rig)["slide_rate"])
-    return {"mu": mu, "mu_std": std, **slide}
-
-
-def step_output(
-    measurement_model: MeasurementModel,
-    x: ca.MX,
-    friction: Mapping[str, ca.MX],
-    M_z: ca.MX,
-    tuning: ca.MX,
-    test: Mapping[str, ca.MX],
-    **conditions: ca.MX,
-) -> ca.MX:
-    """The output of a step in the order of `observers.protocol.OUTPUT`.
-
-    Args:
-        measurement_model: gives the order of the states.
-        x: corrected states (n,).
-        friction: as of `friction_output`.
-        M_z: predicted aligning torque [N m].
-        tuning: as in `TUNING_FIELDS`.
-        test: missing, accepted, reset, nis and inconsistent of an `InnovationTest`, by name.
-        conditions: further flags of `Status` in small letters.
-    """
-    log_mu, limits = x[state_index(measurement_model)], named(TUNING_FIELDS, tuning)
-    bound = ca.logic_or(log_mu <= ca.log(limits["least"]), log_mu >= ca.log(limits["greatest"]))
-    flags = {
-        "missing": test["missing"], "rejected": ca.logic_not(test["accepted"]), "reset": test["reset"],
-        "bound": bound, "inconsistent": test["inconsistent"], **conditions,
-    }  # fmt: skip
-    status = sum(
-        (ca.if_else(holds, int(Status[name.upper()]), 0) for name, holds in flags.items()), ca.MX(0)
-    )
-    return output_vector(**friction, M_z_predicted=M_z, nis=test["nis"], status=status)
-
-
-def step_symbols(model: PatchModel, parts: Layout) -> dict[str, ca.MX]:
-    """Symbols for state, sample and constants of a step."""
-    return symbols(ca.MX, state=parts.size, sample=len(SAMPLE), constants=constants_size(model))

@@ -22,9 +22,9 @@ from observers.linearisation import build_measurement, build_motion, state_index
 from observers.measurement_model import CLEAN, ROWS, MeasurementModel
 from observers.mhe import Mhe
 from observers.mhe_step import layout
-from observers.model_observer import STIFFNESS_BOUNDS
 from observers.patch_history import PatchHistory
 from observers.patch_model import PatchModel, constants_size, split_constants
+from observers.step_terms import STIFFNESS_BOUNDS
 from observers.udu import covariance_of
 
 Array = NDArray[np.float64]

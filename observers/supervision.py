@@ -209,41 +209,36 @@ def hand_over(parts: Layout, states: tuple[str, ...], state: Expression, handed:
     A window is emptied: its samples led to states that do not count. The memory of bristles stays as it
     is, whatever mu was.
     """
-    after, n = ca.MX(state), len(states)
-    places = {name: at.start for name, (at, _) in parts.places.items()}
-    covariance = places.get("P_newest", places["factor"])
-    newest = places["x"] + parts.places["x"][0].stop - parts.places["x"][0].start - n
-    for i, name in ((states.index(name), name) for name in ("log_mu", "M_0") if name in states):
-        for j in range(n):
-            after[covariance + i + n * j] = after[covariance + j + n * i] = 0
-        after[covariance + i * (n + 1)] = handed[f"{name}_variance"]
-        for column in range(parts.places["x"][1][1]):
-            after[places["x"] + i + n * column] = handed[name]
-    if "samples" in places:
-        _empty_window(parts, after, newest, covariance)
-    for part in ("counts", "monitor", "memory_sensitivity"):
-        if part in parts.places:
-            after[parts.places[part][0]] = 0
-    return after
+    after = parts.split(state)
+    covariance = "P_newest" if "P_newest" in after else "factor"
+    for at, name in enumerate(states):
+        if name not in ("log_mu", "M_0"):
+            continue
+        after[covariance][at, :] = 0
+        after[covariance][:, at] = 0
+        after[covariance][at, at] = handed[f"{name}_variance"]
+        after["x"][at, :] = handed[name]
+    if "samples" in after:
+        after |= _empty_window(after)
+    for name in ("counts", "monitor", "memory_sensitivity"):
+        if name in after:
+            after[name] = ca.MX(ca.DM.zeros(*after[name].shape))
+    return parts.join(after)
 
 
-def _empty_window(parts: Layout, state: Expression, newest: int, covariance: int) -> None:
+def _empty_window(window: Parts) -> dict[str, ca.MX]:
     """A window that holds but the last step: nothing is measured in it, nothing moves before.
 
-    Args:
-        parts: of the state.
-        state: the state with the newest one handed over, changed in place.
-        newest: where the newest states begin in it.
-        covariance: where their covariance does, of which the variances are kept.
+    window has the newest states, and their covariance, of which the variances are kept.
     """
-    places = {name: at.start for name, (at, _) in parts.places.items()}
-    n, columns = parts.places["x"][1]
-    before = state[newest - n : newest] if columns > 1 else state[newest : newest + n]
-    state[places["x"] : newest] = ca.repmat(before, columns - 1, 1)
-    state[places["mean"] : places["mean"] + n] = before
-    variances = ca.vertcat(*(state[covariance + i * (n + 1)] for i in range(n)))
-    state[places["factor"] : places["factor"] + n * n] = ca.vec(ca.diag(variances))
-    for column in range(columns):
-        empty = ("accepted", "jump") if column == columns - 1 else ("dt", "accepted", "jump")
-        for row in map(ROWS.index, empty):
-            state[places["samples"] + row + len(ROWS) * column] = 0
+    columns = window["x"].shape[1]
+    before = window["x"][:, max(columns - 2, 0)]
+    samples = ca.MX(window["samples"])
+    samples[[ROWS.index("accepted"), ROWS.index("jump")], :] = 0
+    samples[ROWS.index("dt"), : columns - 1] = 0
+    return {
+        "x": ca.horzcat(ca.repmat(before, 1, columns - 1), window["x"][:, -1]),
+        "mean": before,
+        "factor": ca.diag(ca.diag(window["P_newest"])),
+        "samples": samples,
+    }

@@ -7,14 +7,15 @@ Sources: Bierman, Factorization Methods for Discrete Sequential Estimation (1977
 Thornton, Triangular covariance factorizations for Kalman filtering, thesis UCLA (1976), for the motion.
 """
 
-from typing import Any
+from functools import cache
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from observers.layout import Expression, build_function, symbols
+
 Array = NDArray[np.float64]
-Expression = Any
 GREATEST_VARIANCE = 1e12
 """Upper limit of D after a prediction, against overflow where a sensor fails for long."""
 
@@ -102,3 +103,20 @@ def predict_covariance(factor: ca.SX, A: ca.SX, Q: ca.SX) -> ca.SX:
             after[i, j] = share
             work[i] = work[i] - share * work[j]
     return after
+
+
+@cache
+def build_predict_covariance(states: int) -> ca.Function:
+    """(factor, A, Q) -> factor of A P A' + diag(Q)."""
+    inputs = symbols(ca.SX, factor=(states, states), A=(states, states), Q=states)
+    outputs = {"factor_next": predict_covariance(*inputs.values())}
+    return build_function("predict_covariance", inputs, outputs)
+
+
+@cache
+def build_update_covariance(states: int) -> ca.Function:
+    """(factor, H, weight) -> (factor_next, K, share), share = 1 / (R + H P H'), 0 if missing."""
+    inputs = symbols(ca.SX, factor=(states, states), H=states, weight=1)
+    results = update_covariance(*inputs.values())
+    outputs = dict(zip(("factor_next", "K", "share"), results, strict=True))
+    return build_function("update_covariance", inputs, outputs)

@@ -29,9 +29,10 @@ from observers.linearisation import build_motion, state_index
 from observers.measurement_model import CLEAN
 from observers.mhe import Mhe
 from observers.mhe_terms import is_unsettled
-from observers.model_observer import ModelObserver, friction_output, step_output
+from observers.model_observer import ModelObserver
 from observers.patch_update import reset_retention, sensitivity_retention
 from observers.protocol import FunctionObserver
+from observers.step_terms import StepSample
 from observers.tuning import TUNING_FIELDS
 from symbolic import DECLARED
 from symbolic.scalar_c import c_function
@@ -87,14 +88,14 @@ def output_with_slide(observer: Mhe) -> ca.Function:
     names = ("x", "P", "newest", "now", "test", "imputed", "rig", "tuning")
     x, P, newest, now, test, imputed, rig, tuning = given = symbols(observer, *names)
     slide = ca.MX.sym("slide", 2)
-    result, at = named(TEST, test), state_index(observer.measurement_model)
-    memory = ca.vertcat(0, 0, 0, slide)
+    result, memory = named(TEST, test), ca.vertcat(0, 0, 0, slide)
     theta = ca.MX(ca.DM(observer.constants[: len(DECLARED)]))
-    friction = friction_output(GivenTorque(), x, P, memory, now, theta, rig, tuning, at=at)
-    output = step_output(
-        observer.measurement_model, x, friction, result["expected"], tuning, result, held=imputed,
-        unsettled=is_unsettled(observer.measurement_model, x, newest, P),
+    sample = StepSample(
+        model=GivenTorque(), measurement_model=observer.measurement_model, now=now, imputed=imputed,
+        theta=theta, rig=rig, tuning=tuning,
     )  # fmt: skip
+    unsettled = is_unsettled(observer.measurement_model, x, newest, P)
+    output = sample.output(x, P, memory, result["expected"], result, unsettled=unsettled)
     inputs = [*given[:6], slide, rig, tuning]
     return ca.Function(
         "step_output", inputs, [ca.densify(output)], [s.name() for s in inputs], ["output"]

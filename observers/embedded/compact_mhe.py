@@ -34,7 +34,7 @@ from observers.initial_state import build_initial_state
 from observers.innovation_gate import COUNTS, build_innovation
 from observers.innovation_monitor import MONITOR, change_variance
 from observers.layout import Layout, named, outputs_of
-from observers.linearisation import build_clean, build_motion, directions, state_index
+from observers.linearisation import build_clean, build_motion, directions
 from observers.measurement_model import CLEAN, RIG, ROWS, AligningTorque
 from observers.mhe import Mhe
 from observers.mhe_terms import (
@@ -45,9 +45,10 @@ from observers.mhe_terms import (
     build_prediction,
     is_unsettled,
 )
-from observers.model_observer import ModelObserver, clip_to_bounds, friction_output, step_output
+from observers.model_observer import ModelObserver
 from observers.patch_update import slopes_by_states
 from observers.protocol import SAMPLE, FunctionObserver
+from observers.step_terms import StepSample, clip_to_bounds
 from observers.tuning import TUNING_FIELDS
 
 TORQUE = ("M_z", "log_mu", "stiffness", "psi")
@@ -209,14 +210,15 @@ def _output(observer: Mhe) -> ca.Function:
     """(x, P, newest, now, test, imputed) -> output."""
     names = ("x", "P", "newest", "now", "test", "imputed", "theta", "rig", "tuning")
     x, P, newest, now, test, imputed, theta, rig, tuning = inputs = symbols(observer, *names)
-    result, at = named(TEST, test), state_index(observer.measurement_model)
+    result = named(TEST, test)
     # The full slide of the declared patch does not depend on its memory.
     memory = ca.MX(observer.model.memory_size, 1)
-    friction = friction_output(observer.model, x, P, memory, now, theta, rig, tuning, at=at)
-    output = step_output(
-        observer.measurement_model, x, friction, result["expected"], tuning, result, held=imputed,
-        unsettled=is_unsettled(observer.measurement_model, x, newest, P),
+    sample = StepSample(
+        model=observer.model, measurement_model=observer.measurement_model, now=now, imputed=imputed,
+        theta=theta, rig=rig, tuning=tuning,
     )  # fmt: skip
+    unsettled = is_unsettled(observer.measurement_model, x, newest, P)
+    output = sample.output(x, P, memory, result["expected"], result, unsettled=unsettled)
     return _function("step_output", inputs, [output])
 
 

@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,12 +12,8 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import (
-    Ekf,
-    Estimates,
-    Mhe,
     Sample,
     Status,
-    SteeringTorque,
     ZoneRootSolver,
     causal_rate,
     run,
@@ -27,20 +22,14 @@ from observers.control_system import as_system
 from observers.model_observer import ModelObserver
 from observers.protocol import ESTIMATE
 from reference_rig import RigRecording
-from symbolic import InvalidInputError, Model
+from symbolic import InvalidInputError
 from tests.observers.conftest import RIG, K
+from tests.observers.factories import MODEL_OBSERVERS
 
 Array = NDArray[np.float64]
 pytestmark = pytest.mark.usefixtures("interpreted")
 COUNT = 200
-WHEEL = replace(RIG, J_A=0.15, b_t=1.0)
-OBSERVERS: dict[str, Callable[[], ModelObserver]] = {
-    "ekf": lambda: Ekf(model=Model(), values={"k": K}, rig=RIG, acquire=False),
-    "mhe": lambda: Mhe(model=Model(), values={"k": K}, rig=RIG, window=10, acquire=False),
-    "steering": lambda: Ekf(
-        model=Model(), values={"k": K}, rig=WHEEL, measurement_model=SteeringTorque()
-    ),
-}
+OBSERVERS = MODEL_OBSERVERS
 
 
 @pytest.fixture(params=OBSERVERS)
@@ -73,14 +62,10 @@ def response(system: control.NonlinearIOSystem, columns: dict[str, Array], *star
     return np.asarray(made.outputs)
 
 
-def run_of(observer: ModelObserver, columns: dict[str, Array]) -> Estimates:
-    return run(observer, **columns)
-
-
 def test_says_what_a_run_says(observer: ModelObserver, recording: RigRecording) -> None:
     columns = columns_of(recording)
     said = response(as_system(observer, first_of(columns)), columns)
-    made = run_of(observer, columns)
+    made = run(observer, **columns)
 
     for row, name in zip(said, ESTIMATE, strict=True):
         expected = np.nan_to_num(getattr(made, name))
@@ -90,7 +75,7 @@ def test_says_what_a_run_says(observer: ModelObserver, recording: RigRecording) 
 def test_predictor_form_is_one_sample_behind(observer: ModelObserver, recording: RigRecording) -> None:
     columns = columns_of(recording)
     said = response(as_system(observer, first_of(columns), direct=False), columns)
-    made, tuning = run_of(observer, columns), observer.tuning
+    made, tuning = run(observer, **columns), observer.tuning
 
     np.testing.assert_array_equal(said[:, 0], [tuning.mu, tuning.mu_std, *[0] * 8])
     for row, name in zip(said, ESTIMATE, strict=True):

@@ -12,8 +12,8 @@ from scipy.optimize import minimize
 
 from observers import AligningTorque, Ekf, Sample, SteeringTorque, covariance_of
 from reference_rig import RigRecording, SteeringRecording
-from symbolic import Model, effects_named, simulate
-from tests.observers.conftest import RIG, K
+from symbolic import Model, effects_named
+from tests.observers.conftest import K
 from tests.observers.factories import CLEAN_RIG, columns_of, samples_of, slide, sparse, states_of
 from tests.observers.textbook import Filter, StateSpace
 
@@ -21,7 +21,6 @@ pytestmark = pytest.mark.usefixtures("interpreted")
 
 Array = NDArray[np.float64]
 Make = Callable[..., Ekf]
-GEOMETRY = np.array([RIG.a, RIG.e])
 AT_REST: dict[str, float] = {"psi": 0.0, "psi_dot": 0.0, "F_N": 400.0, "dt": 0.01}
 
 
@@ -144,19 +143,6 @@ def test_iterations_find_the_minimum_of_the_cost_of_one_sample(
 def _one_step(observer: Ekf, samples: list[Sample]) -> Array:
     *_, last = states_of(observer, [*(replace(s, M_z=nan) for s in samples[:-1]), samples[-1]])
     return np.asarray(last["x"])
-
-
-def test_prediction_is_the_whole_history_at_the_present_mu(recording: RigRecording, ekf: Make) -> None:
-    observer = ekf(**CLEAN_RIG)
-    samples = samples_of(columns_of(recording))
-    signals = np.array([[s.psi, s.psi_dot, s.F_N, s.dt] for s in samples]).T
-    mu, zero = observer.tuning.mu, 0.0
-    for number, state in enumerate(states_of(observer, samples), start=1):
-        if number % 100 == 0:
-            again = simulate(observer.model, signals[:, :number], np.array([mu, K]), GEOMETRY).M_z[-1]
-            said = observer.estimate(state)
-            assert said.M_z_predicted == pytest.approx(again + zero, abs=1e-9)
-        mu, zero = exp(state["x"][0]), state["x"][1]
 
 
 def test_wheel_at_rest_leaves_the_textbook_filter_of_the_torque_zero(ekf: Make) -> None:

@@ -135,13 +135,14 @@ def test_bristles_forget_the_first_guess_of_mu(recording: RigRecording, kind: An
     )
 
 
-def test_effects_of_a_found_model_are_used() -> None:
+@pytest.mark.parametrize(("kind", "settings"), [(Ekf, {}), (Mhe, {"window": 20})])
+def test_effects_of_a_found_model_are_used(kind: Any, settings: Any) -> None:
     planted = {"carcass_torsion": {"k_t": 400.0}, "rate_friction": {"c": 0.04}}
-    made = make_recording(32, planted, mu=1.3, k=K, bristles=1000)
+    made = make_recording(32, planted, mu=1.3, k=K, bristles=1000, duration=8.0)
     values = {"k": K, "carcass_torsion.k_t": 400.0, "rate_friction.c": 0.04}
-    tuning = {"noise": 0.02, "error": inf, "gate": inf}
+    tuning = {"noise": 0.02, "error": inf, "gate": inf, **settings}
     found = {"model": Model(effects=effects_named(planted)), "values": values}
-    with_effects, without = (run(make(Ekf, **tuning, **own), **columns_of(made)) for own in (found, {}))
+    with_effects, without = (run(make(kind, **tuning, **own), **columns_of(made)) for own in (found, {}))
 
     late = slice(400, None)
     assert np.abs(with_effects.mu[late] - 1.3).max() < 0.08
@@ -150,3 +151,21 @@ def test_effects_of_a_found_model_are_used() -> None:
         np.sqrt(np.mean((e.M_z_predicted - made.M_z_true)[late] ** 2)) for e in (with_effects, without)
     ]
     assert errors[0] < 0.5 * errors[1]
+
+
+@pytest.mark.parametrize(("kind", "settings"), [(Ekf, {}), (Mhe, {"window": 20})])
+def test_prediction_is_the_whole_history_at_the_present_mu(
+    recording: RigRecording, kind: Any, settings: Any
+) -> None:
+    observer = make(kind, **CLEAN_RIG, **settings)
+    samples = samples_of(columns_of(recording, slice(0, 700)))
+    signals = np.array([[s.psi, s.psi_dot, s.F_N, s.dt] for s in samples]).T
+    mu, zero = observer.tuning.mu, 0.0
+    for number, state in enumerate(states_of(observer, samples), start=1):
+        if number % 100 == 0:
+            theta, geometry = np.array([mu, K]), np.array([RIG.a, RIG.e])
+            again = simulate(observer.model, signals[:, :number], theta, geometry).M_z[-1]
+            said = observer.estimate(state)
+            assert said.M_z_predicted == pytest.approx(again + zero, abs=1e-9)
+        ln_mu, zero = state["x"].reshape(2, -1)[:, -1]
+        mu = np.exp(ln_mu)

@@ -20,33 +20,32 @@ def track(mu_eff, std, informed=None):
     )  # fmt: skip
 
 
-def test_it_settles_after_the_last_sample_that_is_further_off_than_a_tenth():
-    assert friction_quality(track([2.0, 1.05, 1.2, 0.95, 1.0], 0.1)).settling == pytest.approx(1.5)
+@pytest.mark.parametrize(
+    ("mu_eff", "std", "informed", "expected"),
+    [
+        # Settled after the last sample that is further off than a tenth.
+        ([2.0, 1.05, 1.2, 0.95, 1.0], 0.1, None, {"settling": 1.5}),
+        ([1.05, 0.95, 1.0], 0.1, None, {"settling": 0}),
+        # Only informed samples count for the band, which reaches two standard deviations.
+        ([2.0, 1.1, 0.7, 1.0], 0.1, [0, 1, 1, 1], {"coverage": 2 / 3, "relative_band": 0.1}),
+        ([1.19, 1.0], 0.1, None, {"coverage": 1, "reference_coverage": None}),
+        ([1.21, 1.0], 0.1, None, {"coverage": 0.5}),
+        ([1.0, 1.0], 0.5, [0, 0], {"coverage": None, "relative_band": None}),
+        # The drift is that of the second half.
+        ([5.0, 0.9, 1.1, 1.2, 1.0], 0.1, None, {"drift": 0.2}),
+    ],
+)
+def test_quality_of_a_track(mu_eff, std, informed, expected):
+    quality = friction_quality(track(mu_eff, std, informed))
+
+    assert {name: getattr(quality, name) for name in expected} == pytest.approx(expected)
 
 
-def test_an_estimate_that_is_near_from_the_start_settles_at_once():
-    assert friction_quality(track([1.05, 0.95, 1.0], 0.1)).settling == 0
+def test_a_reference_from_elsewhere_has_its_own_coverage():
+    quality = friction_quality(track([1.5, 1.1, 0.7, 1.0], 0.1, [False, True, True, True]), 1.25)
 
-
-def test_only_informed_samples_count_for_the_band():
-    quality = friction_quality(track([2.0, 1.1, 0.7, 1.0], 0.1, [False, True, True, True]))
-    assert quality.coverage == pytest.approx(2 / 3)
-    assert quality.relative_band == pytest.approx(0.1)
-
-
-def test_a_band_reaches_two_standard_deviations():
-    assert friction_quality(track([1.19, 1.0], 0.1)).coverage == 1
-    assert friction_quality(track([1.21, 1.0], 0.1)).coverage == pytest.approx(0.5)
-
-
-def test_without_an_informed_sample_there_is_no_coverage():
-    quality = friction_quality(track([1.0, 1.0], 0.5, [False, False]))
-    assert quality.coverage is None
-    assert quality.relative_band is None
-
-
-def test_the_drift_is_that_of_the_second_half():
-    assert friction_quality(track([5.0, 0.9, 1.1, 1.2, 1.0], 0.1)).drift == pytest.approx(0.2)
+    assert (quality.coverage, quality.reference_coverage) == pytest.approx((2 / 3, 1 / 3))
+    assert friction_quality(track([1.0], 0.5, [False]), 1.0).reference_coverage is None
 
 
 def test_estimates_without_a_deviation_are_refused():
@@ -59,11 +58,3 @@ def test_the_spread_of_one_ground_is_a_coefficient_of_variation():
     qualities = [friction_quality(track([mu, mu], 0.1)) for mu in (0.9, 1.0, 1.1)]
     assert friction_spread(qualities) == pytest.approx(0.1)
     assert friction_spread(qualities[:1]) is None
-
-
-def test_a_reference_from_elsewhere_has_its_own_coverage():
-    quality = friction_quality(track([1.5, 1.1, 0.7, 1.0], 0.1, [False, True, True, True]), 1.25)
-    assert quality.coverage == pytest.approx(2 / 3)
-    assert quality.reference_coverage == pytest.approx(1 / 3)
-    assert friction_quality(track([1.0, 1.0], 0.1)).reference_coverage is None
-    assert friction_quality(track([1.0], 0.5, [False]), 1.0).reference_coverage is None

@@ -11,11 +11,9 @@ from observers import (
     Ekf,
     Estimate,
     Loop,
-    Mhe,
     Observer,
     Sample,
     Status,
-    SteeringTorque,
     ZoneRootSolver,
     causal_rate,
     run,
@@ -23,18 +21,14 @@ from observers import (
 from reference_rig import RigRecording
 from symbolic import InvalidInputError, Model
 from tests.observers.conftest import RIG, K
+from tests.observers.factories import MODEL_OBSERVERS
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
 COUNT = 120
-WHEEL = replace(RIG, J_A=0.15, b_t=1.0)
 OBSERVERS: dict[str, Callable[[], Observer]] = {
-    "ekf": lambda: Ekf(model=Model(), values={"k": K}, rig=RIG, acquire=False),
-    "mhe": lambda: Mhe(model=Model(), values={"k": K}, rig=RIG, window=10, acquire=False),
+    **MODEL_OBSERVERS,
     "root": lambda: ZoneRootSolver(rig=RIG, k=K),
-    "steering": lambda: Ekf(
-        model=Model(), values={"k": K}, rig=WHEEL, measurement_model=SteeringTorque()
-    ),
 }
 
 
@@ -189,13 +183,6 @@ def test_history_is_a_whole_number(history: Any) -> None:
         Loop(OBSERVERS["ekf"](), history=history)
 
 
-def test_no_state_is_shared_with_the_observer(recording: RigRecording) -> None:
-    observer, samples = OBSERVERS["ekf"](), samples_of(recording)
-    one, other = fed(observer, samples[:50]), fed(observer, samples)
-
-    assert not np.array_equal(one.state.values, other.state.values)
-
-
 @pytest.mark.parametrize("nonsense", [float("nan"), float("inf"), 1e30])
 def test_nonsense_is_no_angle(observer: Observer, nonsense: float) -> None:
     if isinstance(observer, ZoneRootSolver):
@@ -246,9 +233,3 @@ def test_an_absent_rate_is_the_causal_one_also_through_gaps_of_the_angle(absent:
     # While the angle is missing the last rate stands.
     np.testing.assert_array_equal(rates[20:23], rates[19])
     assert rates[0] == 0.0
-
-
-def test_a_measured_rate_stays() -> None:
-    samples = [Sample(psi=0.1 * i, psi_dot=0.3 + i, F_N=400.0, dt=0.01) for i in range(5)]
-
-    assert [sample.psi_dot for sample in fed(Listener(), samples).state] == [0.3, 1.3, 2.3, 3.3, 4.3]

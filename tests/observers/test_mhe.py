@@ -12,7 +12,7 @@ from scipy.optimize import least_squares
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque, run
 from reference_rig import RigRecording, SteeringRecording, make_recording
-from symbolic import Model, effects_named, simulate
+from symbolic import Model, effects_named
 from tests.observers.conftest import RIG, K, make
 from tests.observers.factories import (
     CLEAN_RIG,
@@ -142,20 +142,6 @@ def test_a_clean_rig_leaves_little_between_window_and_filter(
     np.testing.assert_allclose(estimated.mu_std[late], filtered.mu_std[late], rtol=0.05)
 
 
-def test_prediction_is_the_whole_history_at_the_present_mu(recording: RigRecording) -> None:
-    observer = make(Mhe, window=20, **CLEAN_RIG)
-    samples = samples_of(columns_of(recording, slice(0, 700)))
-    signals = np.array([[s.psi, s.psi_dot, s.F_N, s.dt] for s in samples]).T
-    geometry = np.array([RIG.a, RIG.e])
-    mu, zero = observer.tuning.mu, 0.0
-    for number, state in enumerate(states_of(observer, samples), start=1):
-        if number % 100 == 0:
-            again = simulate(observer.model, signals[:, :number], np.array([mu, K]), geometry).M_z[-1]
-            said = observer.estimate(state)
-            assert said.M_z_predicted == pytest.approx(again + zero, abs=1e-9)
-        mu, zero = np.exp(state["x"][0, -1]), state["x"][1, -1]
-
-
 @pytest.mark.parametrize("kind", [Ekf, Mhe])
 def test_follows_a_change_of_ground(kind: Any) -> None:
     estimates = run(make(kind, noise=0.3, error_travel=0.0, mu_walk=0.02), *change_of_ground())
@@ -174,20 +160,6 @@ def test_huber_bears_bouts_of_model_error(recording: RigRecording, error: float)
     worst = np.abs(run(observer, **{**columns, "M_z": M_z}).mu[late] - 1.4).max()
 
     assert worst < 0.1 if error < 1 else worst > 0.15
-
-
-def test_effects_of_a_found_model_are_used() -> None:
-    planted = {"carcass_torsion": {"k_t": 400.0}, "rate_friction": {"c": 0.04}}
-    made = make_recording(32, planted, mu=1.3, k=K, bristles=1000, duration=8.0)
-    values = {"k": K, "carcass_torsion.k_t": 400.0, "rate_friction.c": 0.04}
-    observer = make(
-        Mhe, model=Model(effects=effects_named(planted)), values=values, window=20,
-        **{**CLEAN_RIG, "noise": 0.02},
-    )  # fmt: skip
-    estimates = run(observer, **columns_of(made))
-
-    assert np.abs(estimates.mu[400:] - 1.3).max() < 0.08
-    assert estimates.mu[-1] == pytest.approx(1.3, abs=0.03)
 
 
 @pytest.mark.parametrize("name", ["carcass_torsion", pytest.param("backlash", marks=LONG)])

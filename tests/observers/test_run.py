@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from observers import AligningTorque, Ekf, Mhe, Status, SteeringTorque, Tuning, ZoneRootSolver, run
+from observers import AligningTorque, Ekf, Mhe, Status, SteeringTorque, ZoneRootSolver, run
 from reference_rig import RigRecording, SteeringRecording
 from symbolic import InvalidInputError, Model
 from tests.interpreted import without_machine_code
@@ -18,7 +18,6 @@ from tests.observers.factories import (
     assert_steps_are_the_run,
     columns_of,
     samples_of,
-    states_of,
 )
 
 Array = NDArray[np.float64]
@@ -64,15 +63,6 @@ def torque_of(columns: dict[str, Array]) -> str:
 
 def test_sample_by_sample_is_the_same(observer: Any, columns: dict[str, Array]) -> None:
     assert_steps_are_the_run(observer, columns)
-
-
-def test_one_by_one_is_the_same(observer: Any, columns: dict[str, Array]) -> None:
-    at_once, one_by_one = run(observer, **columns), run(observer, **columns, one_by_one=True)
-
-    for name in FIELDS:
-        np.testing.assert_allclose(
-            getattr(one_by_one, name), getattr(at_once, name), rtol=1e-9, atol=1e-15
-        )
 
 
 def test_machine_code_says_what_the_interpreter_says(
@@ -227,14 +217,3 @@ def test_faults_of_a_recording(recording: RigRecording, change: Any, word: str) 
     with pytest.raises(InvalidInputError, match=word) as caught:
         run(make(Ekf), **{**columns, **change(columns)})
     assert "\n" not in str(caught.value)
-
-
-def test_what_a_state_says_is_what_a_run_says_last(recording: RigRecording) -> None:
-    observer, columns = make(Ekf), columns_of(recording, slice(0, 300))
-    *_, state = states_of(observer, samples_of(columns))
-    said, estimates = observer.estimate(state), run(observer, **columns)
-
-    assert (said.mu, said.mu_std) == pytest.approx((estimates.mu[-1], estimates.mu_std[-1]), abs=1e-13)
-    assert said.informed is bool(estimates.informed[-1])
-    assert isinstance(said.status, Status)
-    assert observer.tuning == Tuning(mu_floor=0.0, stiffness_std=0.2)

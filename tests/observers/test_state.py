@@ -10,36 +10,14 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from observers import AligningTorque, Ekf, Mhe, ObserverState, Sample, SteeringTorque, run
+from observers import AligningTorque, Ekf, ObserverState, Sample, SteeringTorque, run
 from observers.layout import Layout
 from observers.screening import SCREEN
 from reference_rig import RigRecording, SteeringRecording
 from tests.observers.conftest import make
-from tests.observers.factories import columns_of, samples_of, states_of
+from tests.observers.factories import LONG, columns_of, kinds, samples_of, states_of
 
-KINDS = [
-    pytest.param(Ekf, {}, id="ekf"),
-    pytest.param(Mhe, {"window": 20}, id="mhe"),
-    pytest.param(Ekf, {"measurement_model": SteeringTorque()}, id="ekf steering"),
-    pytest.param(
-        Mhe,
-        {"measurement_model": SteeringTorque(), "window": 20},
-        id="mhe steering",
-        marks=pytest.mark.long,
-    ),
-    pytest.param(
-        Ekf,
-        {"measurement_model": AligningTorque(stiffness=True)},
-        id="ekf stiffness",
-        marks=pytest.mark.long,
-    ),
-    pytest.param(
-        Mhe,
-        {"measurement_model": AligningTorque(stiffness=True), "window": 20},
-        id="mhe stiffness",
-        marks=pytest.mark.long,
-    ),
-]
+KINDS = kinds(marks=LONG)
 
 
 @pytest.fixture

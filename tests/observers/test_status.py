@@ -11,20 +11,19 @@ import pytest
 from observers import AligningTorque, Ekf, Mhe, Sample, Status, SteeringTorque
 from reference_rig import RigRecording, SteeringRecording
 from tests.observers.conftest import make
-from tests.observers.factories import CLEAN_RIG, columns_of, full_slide, samples_of, states_of
+from tests.observers.factories import (
+    CLEAN_RIG,
+    columns_of,
+    estimates_of,
+    full_slide,
+    kinds,
+    samples_of,
+    states_of,
+)
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
-KINDS = [
-    pytest.param(Ekf, {}, id="ekf"),
-    pytest.param(Mhe, {"window": 20}, id="mhe"),
-    pytest.param(Ekf, {"measurement_model": SteeringTorque()}, id="ekf steering"),
-    pytest.param(Mhe, {"measurement_model": SteeringTorque(), "window": 20}, id="mhe steering"),
-    pytest.param(Ekf, {"measurement_model": AligningTorque(stiffness=True)}, id="ekf stiffness"),
-    pytest.param(
-        Mhe, {"measurement_model": AligningTorque(stiffness=True), "window": 20}, id="mhe stiffness"
-    ),
-]
+KINDS = kinds()
 FLAGS = [flag for flag in Status if flag]
 
 
@@ -51,10 +50,6 @@ def samples(recording: RigRecording, steered: SteeringRecording) -> dict[type, l
         AligningTorque: samples_of(columns_of(recording, slice(0, 300))),
         SteeringTorque: samples_of(columns_of(steered, slice(0, 900))),
     }
-
-
-def said_of(observer: Any, samples: list[Sample]) -> list[Any]:
-    return [observer.estimate(state) for state in states_of(observer, samples)]
 
 
 @pytest.mark.parametrize(("kind", "settings"), KINDS)
@@ -123,7 +118,7 @@ def test_the_angle_alone_may_be_lost_for_a_while(kind: Any, samples: Any) -> Non
     observer = make(kind, **CLEAN_RIG)
     mine = samples[AligningTorque]
     blind = [replace(s, psi=nan) if 200 <= i < 204 else s for i, s in enumerate(mine)]
-    said, whole = said_of(observer, blind), said_of(observer, mine)
+    said, whole = estimates_of(observer, blind), estimates_of(observer, mine)
 
     held = Status.MISSING | Status.HELD
     assert [e.status for e in said[200:204]] == [held] * 4
@@ -137,7 +132,7 @@ def test_a_lost_steering_torque_makes_mu_less_sure(kind: Any, samples: Any) -> N
     observer = make(kind, measurement_model=SteeringTorque(), **CLEAN_RIG)
     mine = samples[SteeringTorque]
     lost = [replace(s, M=nan) if 600 <= i < 640 else s for i, s in enumerate(mine)]
-    said, whole = said_of(observer, lost), said_of(observer, mine)
+    said, whole = estimates_of(observer, lost), estimates_of(observer, mine)
 
     assert [e.status for e in said[600:640]] == [Status.HELD] * 40
     assert said[640].mu_std > whole[640].mu_std
@@ -149,7 +144,7 @@ def test_a_lost_steering_torque_makes_mu_less_sure(kind: Any, samples: Any) -> N
 def test_on_a_bound(kind: Any, factor: float, bound: float, samples: Any) -> None:
     observer = make(kind, **{**CLEAN_RIG, "zero_std": 1e-3})
     faulty = [replace(s, M_z=factor * s.M_z) for s in samples[AligningTorque]]
-    said = said_of(observer, faulty)
+    said = estimates_of(observer, faulty)
     mu = np.array([e.mu for e in said])
 
     assert 0.02 - 1e-12 <= mu.min() <= mu.max() <= 4.0 + 1e-12
@@ -164,7 +159,7 @@ def test_on_a_bound(kind: Any, factor: float, bound: float, samples: Any) -> Non
 def test_unsettled_where_one_step_does_not_do() -> None:
     settings = {**CLEAN_RIG, "window": 20}
     samples = full_slide(np.full(40, 2.0), every=10_000)
-    once, often = (said_of(make(Mhe, **settings, iterations=n), samples) for n in (1, 8))
+    once, often = (estimates_of(make(Mhe, **settings, iterations=n), samples) for n in (1, 8))
 
     assert any(Status.UNSETTLED in e.status for e in once)
     assert not any(Status.UNSETTLED in e.status for e in often)

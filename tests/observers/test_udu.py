@@ -9,8 +9,12 @@ from numpy.typing import NDArray
 
 from observers import covariance_of
 from observers.embedded.compact_window import window_values
-from observers.linearisation import build_predict_covariance, build_update_covariance
-from observers.udu import add_variance, covariance
+from observers.udu import (
+    add_variance,
+    build_predict_covariance,
+    build_update_covariance,
+    covariance,
+)
 
 Array = NDArray[np.float64]
 SIZES = range(1, 6)
