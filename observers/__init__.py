@@ -1,6 +1,5 @@
 """Observers of the friction coefficient for controllers."""
 
-from observers.angle_derivative import causal_rate, next_rate
 from observers.casadi_observer import CasadiObserver
 from observers.ekf import Ekf
 from observers.estimates import Estimates
@@ -8,9 +7,11 @@ from observers.factory import from_files
 from observers.friction_quality import FrictionQuality, friction_quality, friction_spread
 from observers.innovations import Innovations, innovations
 from observers.layout import Layout, ObserverState
-from observers.linearisation import build_clean
 from observers.loop import Loop
-from observers.measurement_model import CLEAN, AligningTorque, MeasurementModel
+from observers.measurement.angle_derivative import causal_rate, next_rate
+from observers.measurement.linearisation import build_clean
+from observers.measurement.measurement_model import CLEAN, AligningTorque, MeasurementModel
+from observers.measurement.steering_torque import SteeringTorque
 from observers.mhe import Mhe
 from observers.plausibility import suspicions_of
 from observers.profiles import PROFILES, profile, tuning_for
@@ -27,7 +28,6 @@ from observers.protocol import (
 )
 from observers.run import run
 from observers.smoothing import smooth
-from observers.steering_torque import SteeringTorque
 from observers.thesis import ZoneHistory, ZoneRootSolver, ZoneRootState, zone_history
 from observers.tuning import Tuning
 from observers.udu import covariance_of

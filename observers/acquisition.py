@@ -24,10 +24,10 @@ from observers.hypotheses import (
     build_verdict,
 )
 from observers.layout import Expression, Parts, build_function, named, symbols, vector_of
+from observers.measurement.torque_error import is_known, retained
 from observers.plausibility import GREATEST_FRICTION
 from observers.protocol import OUTPUT, Status
 from observers.screening import has_flag
-from observers.torque_error import is_known, retained
 
 DECIDED = 0.15
 """Standard deviation of ln mu at which the filter takes over [1]."""

@@ -14,7 +14,7 @@ from functools import cache
 import casadi as ca
 
 from observers.layout import Expression, Parts, build_function, named, symbols, vector_of
-from observers.torque_error import retained
+from observers.measurement.torque_error import retained
 from symbolic.masing import virgin_torque
 
 POINTS = 4

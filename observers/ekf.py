@@ -16,13 +16,13 @@ import casadi as ca
 from observers.innovation_gate import COUNTS, InnovationTest, huber_weight
 from observers.innovation_monitor import MONITOR
 from observers.layout import Layout, Parts, build_function, outputs_of
-from observers.linearisation import (
+from observers.measurement.linearisation import (
     angle_is_state,
     build_measurement,
     build_motion,
     directions,
 )
-from observers.measurement_model import CLEAN, MeasurementModel
+from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.model_observer import ModelObserver
 from observers.patch_model import PatchModel
 from observers.patch_update import (

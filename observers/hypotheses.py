@@ -27,7 +27,7 @@ from observers.layout import (
     symbols,
     vector_of,
 )
-from observers.torque_error import is_stated, retained
+from observers.measurement.torque_error import is_stated, retained
 from symbolic import full_slide_torque
 
 RATIOS = np.geomspace(0.012, 6.0, 14)

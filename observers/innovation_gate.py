@@ -15,8 +15,8 @@ import casadi as ca
 
 from observers.innovation_monitor import MONITOR, build_monitor
 from observers.layout import Expression, build_function, named, outputs_of, symbols, symbols_like
-from observers.linearisation import build_measurement, state_index
-from observers.measurement_model import MeasurementModel
+from observers.measurement.linearisation import build_measurement, state_index
+from observers.measurement.measurement_model import MeasurementModel
 from observers.tuning import TUNING_FIELDS
 
 COUNTS = ("streak", "resets")

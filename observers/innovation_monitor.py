@@ -19,8 +19,8 @@ from functools import cache
 import casadi as ca
 
 from observers.layout import Expression, Parts, build_function, named, symbols
-from observers.measurement_model import log_mu_variance
-from observers.torque_error import SENSIBLE, retained
+from observers.measurement.measurement_model import log_mu_variance
+from observers.measurement.torque_error import SENSIBLE, retained
 from observers.tuning import TUNING_FIELDS
 
 MONITOR = ("rise", "fall", "squares", "samples")

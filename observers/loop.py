@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from observers.angle_derivative import next_rate
 from observers.compiled_step import CompiledStep
+from observers.measurement.angle_derivative import next_rate
 from observers.plausibility import suspicions
 from observers.protocol import Estimate, Observer, Sample, Status, prior_estimate
 from observers.screening import SCREEN, beyond_limits, build_screen, initial_screen, is_first, limits_of

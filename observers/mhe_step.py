@@ -28,8 +28,8 @@ import casadi as ca
 from observers.innovation_gate import COUNTS
 from observers.innovation_monitor import MONITOR
 from observers.layout import Layout, Parts, build_function, symbols
-from observers.linearisation import angle_is_state, directions
-from observers.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
+from observers.measurement.linearisation import angle_is_state, directions
+from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.mhe_terms import (
     arrival_jump,
     build_acceptance,

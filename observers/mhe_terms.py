@@ -10,8 +10,8 @@ import casadi as ca
 
 from observers.innovation_gate import huber_weight
 from observers.layout import Expression, build_function, named, symbols, symbols_like
-from observers.linearisation import build_measurement, build_motion, directions, state_index
-from observers.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
+from observers.measurement.linearisation import build_measurement, build_motion, directions, state_index
+from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.step_terms import clip_to_bounds
 from observers.tuning import TUNING_FIELDS
 from observers.window_least_squares import build_back_substitution, build_window_update

@@ -14,7 +14,7 @@ from observers.casadi_observer import CasadiObserver
 from observers.equivalent_patch import equivalent_patch
 from observers.initial_state import build_initial_state
 from observers.layout import Layout
-from observers.measurement_model import RIG, AligningTorque, MeasurementModel
+from observers.measurement.measurement_model import RIG, AligningTorque, MeasurementModel
 from observers.tolerances import with_tolerances
 from observers.tuning import TUNING_FIELDS, Tuning
 from symbolic import InvalidInputError, Model, Rig

@@ -12,8 +12,8 @@ from functools import cache
 import casadi as ca
 
 from observers.layout import Parts
-from observers.linearisation import directions, state_index
-from observers.measurement_model import MeasurementModel
+from observers.measurement.linearisation import directions, state_index
+from observers.measurement.measurement_model import MeasurementModel
 from observers.patch_model import PatchModel
 from observers.patch_update import (
     build_patch_update,

@@ -5,7 +5,7 @@ from typing import Protocol
 
 import casadi as ca
 
-from observers.measurement_model import RIG
+from observers.measurement.measurement_model import RIG
 from observers.tuning import TUNING_FIELDS
 
 

@@ -18,8 +18,8 @@ from functools import cache
 import casadi as ca
 
 from observers.layout import Expression, build_function, named, symbols, vector_of
-from observers.linearisation import TYRE, directions, state_index
-from observers.measurement_model import CLEAN, MeasurementModel
+from observers.measurement.linearisation import TYRE, directions, state_index
+from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.patch_model import PatchModel
 from symbolic import GEOMETRY, SIGNALS
 

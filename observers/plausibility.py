@@ -24,8 +24,8 @@ from numpy.typing import NDArray
 
 from observers.hypotheses import VERDICT
 from observers.layout import Expression, Layout, Parts, build_function, named, symbols, vector_of
+from observers.measurement.torque_error import SENSIBLE, is_known
 from observers.protocol import OUTPUT, SAMPLE, Sample, Status
-from observers.torque_error import SENSIBLE, is_known
 from symbolic import Rig, full_slide_torque
 
 Array = NDArray[np.float64]

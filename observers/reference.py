@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observers.layout import ObserverState, build_function, symbols
-from observers.linearisation import build_measurement, build_motion, state_index
-from observers.measurement_model import CLEAN, ROWS, MeasurementModel
+from observers.measurement.linearisation import build_measurement, build_motion, state_index
+from observers.measurement.measurement_model import CLEAN, ROWS, MeasurementModel
 from observers.mhe import Mhe
 from observers.mhe_step import layout
 from observers.patch_history import PatchHistory

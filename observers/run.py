@@ -5,10 +5,10 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.angle_derivative import causal_rate
 from observers.compiled_step import first_sample
 from observers.estimates import Estimates
-from observers.measurement_model import LEAST_FIRST_LOAD
+from observers.measurement.angle_derivative import causal_rate
+from observers.measurement.measurement_model import LEAST_FIRST_LOAD
 from observers.protocol import (
     ESTIMATE,
     BatchObserver,

@@ -32,7 +32,7 @@ from observers.layout import (
     symbols_like,
     vector_of,
 )
-from observers.measurement_model import LEAST_FIRST_LOAD
+from observers.measurement.measurement_model import LEAST_FIRST_LOAD
 from observers.plausibility import EVIDENCE, build_evidence
 from observers.protocol import OUTPUT, SAMPLE, Status
 from observers.tuning import NO_LIMIT, PLAUSIBLE

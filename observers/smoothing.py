@@ -22,8 +22,8 @@ from observers.estimates import Estimates
 from observers.innovation_gate import COUNTS
 from observers.innovation_monitor import change_variance
 from observers.layout import Layout
-from observers.linearisation import build_motion, state_index
-from observers.measurement_model import CLEAN, RIG
+from observers.measurement.linearisation import build_motion, state_index
+from observers.measurement.measurement_model import CLEAN, RIG
 from observers.protocol import ESTIMATE, OUTPUT
 from observers.run import arrange, as_estimates, run
 from observers.udu import covariance_of

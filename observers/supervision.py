@@ -49,12 +49,12 @@ from observers.layout import (
     symbols_like,
     vector_of,
 )
-from observers.measurement_model import LEAST_LOAD, ROWS, MeasurementModel
+from observers.measurement.measurement_model import LEAST_LOAD, ROWS, MeasurementModel
+from observers.measurement.torque_error import SENSIBLE, is_known, retained
 from observers.patch_model import PatchModel, split_constants
 from observers.plausibility import GREATEST_FRICTION
 from observers.protocol import OUTPUT, SAMPLE, Status
 from observers.screening import has_flag, with_flag
-from observers.torque_error import SENSIBLE, is_known, retained
 from observers.tuning import TUNING_FIELDS
 from symbolic import full_slide_torque
 

@@ -17,7 +17,6 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from observers.angle_derivative import MEMORY
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_bristle_ekf import bristle_filter_body, is_compact_bristle_filter
 from observers.embedded.compact_bristle_mhe import bristle_window_body, is_compact_bristle_window
@@ -31,12 +30,13 @@ from observers.embedded.reference_samples import reference_table
 from observers.embedded.run_time_parameters import parameter_terms, run_time_parameters
 from observers.embedded.scalar_type import SINGLE, Real, in_type
 from observers.embedded.templating import Body, render
-from observers.measurement_model import LEAST_FIRST_LOAD, RIG
+from observers.measurement.angle_derivative import MEMORY
+from observers.measurement.measurement_model import LEAST_FIRST_LOAD, RIG
+from observers.measurement.torque_error import SENSIBLE
 from observers.model_observer import RIG_UNITS
 from observers.plausibility import START, build_evidence
 from observers.protocol import ESTIMATE, LONGEST_STEP, OUTPUT, UNINFORMED, FunctionObserver, Status
 from observers.screening import SLACK
-from observers.torque_error import SENSIBLE
 from observers.tuning import Tuning
 from symbolic import InvalidInputError
 from symbolic.scalar_c import c_function

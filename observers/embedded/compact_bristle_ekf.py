@@ -23,14 +23,14 @@ from observers.embedded.templating import Body, render
 from observers.initial_state import build_initial_state
 from observers.innovation_monitor import change_variance
 from observers.layout import Layout, named
-from observers.linearisation import (
+from observers.measurement.linearisation import (
     angle_is_state,
     build_clean,
     build_motion,
     directions,
     state_index,
 )
-from observers.measurement_model import CLEAN, RIG
+from observers.measurement.measurement_model import CLEAN, RIG
 from observers.model_observer import ModelObserver
 from observers.patch_update import reset_retention, sensitivity_retention
 from observers.protocol import OUTPUT, SAMPLE, FunctionObserver

@@ -25,8 +25,8 @@ from observers.embedded.supervision_code import supervised, supervision_function
 from observers.embedded.templating import Body, render
 from observers.innovation_monitor import change_variance
 from observers.layout import named
-from observers.linearisation import build_motion, state_index
-from observers.measurement_model import CLEAN
+from observers.measurement.linearisation import build_motion, state_index
+from observers.measurement.measurement_model import CLEAN
 from observers.mhe import Mhe
 from observers.mhe_terms import is_unsettled
 from observers.model_observer import ModelObserver

@@ -26,8 +26,8 @@ from observers.embedded.supervision_code import supervised, supervision_function
 from observers.embedded.templating import Body, render
 from observers.initial_state import build_initial_state
 from observers.layout import Layout
-from observers.linearisation import angle_is_state, directions
-from observers.measurement_model import LEAST_LOAD
+from observers.measurement.linearisation import angle_is_state, directions
+from observers.measurement.measurement_model import LEAST_LOAD
 from observers.protocol import OUTPUT, FunctionObserver
 from symbolic import DECLARED, GEOMETRY, SIGNALS, Model
 

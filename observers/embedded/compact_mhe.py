@@ -34,8 +34,8 @@ from observers.initial_state import build_initial_state
 from observers.innovation_gate import COUNTS, build_innovation
 from observers.innovation_monitor import MONITOR, change_variance
 from observers.layout import Layout, named, outputs_of
-from observers.linearisation import build_clean, build_motion, directions
-from observers.measurement_model import CLEAN, RIG, ROWS, AligningTorque
+from observers.measurement.linearisation import build_clean, build_motion, directions
+from observers.measurement.measurement_model import CLEAN, RIG, ROWS, AligningTorque
 from observers.mhe import Mhe
 from observers.mhe_terms import (
     arrival_jump,

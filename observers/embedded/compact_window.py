@@ -6,11 +6,11 @@ from observers.embedded.scalar_type import Real
 from observers.innovation_gate import COUNTS
 from observers.innovation_monitor import MONITOR
 from observers.layout import Layout
-from observers.linearisation import directions
-from observers.measurement_model import CLEAN, AligningTorque
+from observers.measurement.linearisation import directions
+from observers.measurement.measurement_model import CLEAN, AligningTorque
+from observers.measurement.steering_torque import SteeringTorque
 from observers.mhe import Mhe
 from observers.model_observer import ModelObserver
-from observers.steering_torque import SteeringTorque
 
 ROWS_STORED = {
     AligningTorque: ("F_N", "dt", "M_z", "travel", "accepted", "jump"),

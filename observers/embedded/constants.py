@@ -11,7 +11,7 @@ from typing import Any, Literal
 import casadi as ca
 
 from observers.embedded.scalar_function import scalar_function
-from observers.measurement_model import RIG
+from observers.measurement.measurement_model import RIG
 from observers.model_observer import ModelObserver
 from observers.tuning import TUNING_FIELDS
 

@@ -17,7 +17,7 @@ from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
 from observers.equivalent_patch import equivalent_patch
 from observers.layout import Layout, named
-from observers.measurement_model import LEAST_LOAD, RIG
+from observers.measurement.measurement_model import LEAST_LOAD, RIG
 from observers.model_observer import ModelObserver
 from observers.protocol import OUTPUT, SAMPLE
 from observers.tuning import TUNING_FIELDS

@@ -15,7 +15,7 @@ from typing import ClassVar
 import casadi as ca
 
 from observers.layout import Expression, Parts, named
-from observers.measurement_model import (
+from observers.measurement.measurement_model import (
     RIG,
     Measurement,
     Moments,
@@ -24,7 +24,7 @@ from observers.measurement_model import (
     random_walk_prior,
     select_states,
 )
-from observers.torque_error import (
+from observers.measurement.torque_error import (
     independent_share,
     is_known,
     model_error_variance,

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from observers import AligningTorque, MeasurementModel, SteeringTorque, Tuning
-from observers.linearisation import build_measurement, build_motion, directions
-from observers.measurement_model import CLEAN
+from observers.measurement.linearisation import build_measurement, build_motion, directions
+from observers.measurement.measurement_model import CLEAN
 from tests.observers.conftest import RIG
 from tests.observers.factories import slide
 

@@ -9,9 +9,9 @@ from functools import cache
 import casadi as ca
 
 from observers.layout import build_function, named, symbols, vector_of
-from observers.measurement_model import CLEAN, RIG, MeasurementModel
+from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
+from observers.measurement.torque_error import is_known
 from observers.protocol import SAMPLE
-from observers.torque_error import is_known
 from observers.tuning import TUNING_FIELDS
 
 TYRE = ("log_mu", "stiffness")

@@ -6,8 +6,8 @@ ln mu is far less skewed than that of mu, and mu stays positive.
 `AligningTorque`, as on the rig: the angle is known, M_z = h(history of the angle, mu) + M_0 is measured,
 and the states are random walks.
 
-`observers.steering_torque.SteeringTorque`, as in electric power steering: M drives the wheel and the
-angle is measured.
+`SteeringTorque` of `observers.measurement.steering_torque`, as in electric power steering: M drives the
+wheel and the angle is measured.
 """
 
 from collections.abc import Hashable
@@ -17,8 +17,7 @@ from typing import Any, ClassVar, Protocol
 import casadi as ca
 
 from observers.layout import Expression, Parts, named
-from observers.protocol import SAMPLE
-from observers.torque_error import (
+from observers.measurement.torque_error import (
     huber_scale,
     independent_share,
     is_known,
@@ -26,6 +25,7 @@ from observers.torque_error import (
     sensor_variance,
     white_variance,
 )
+from observers.protocol import SAMPLE
 from observers.tuning import REFERENCE_STEP, STATES
 from symbolic import Model, Rig, full_slide_torque
 
