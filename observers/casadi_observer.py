@@ -16,9 +16,9 @@ from observers.compiled_step import (
     first_sample,
     run_stretches,
 )
-from observers.effective_friction import build_effective_friction, output_vector
 from observers.layout import Expression, Layout, ObserverState, outputs_of
 from observers.measurement.measurement_model import LEAST_FIRST_LOAD
+from observers.patch.effective_friction import build_effective_friction, output_vector
 from observers.plausibility import EVIDENCE, START
 from observers.protocol import ESTIMATE, OUTPUT, UNINFORMED, Estimate, Sample, Status, prior_estimate
 from observers.screening import SCREEN, build_screened_step, initial_screen, is_first

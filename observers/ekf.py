@@ -1,6 +1,6 @@
 """Extended Kalman filter for ln mu and, as measured, torque zero, stiffness, angle and rate.
 
-The memory of the patch is not filtered: `observers.patch_update` propagates it. M_z and its derivatives
+The memory of the patch is not filtered: `observers.patch.update` propagates it. M_z and its derivatives
 are the model's; the filter contains no tyre model.
 
 Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), section 8.3, iterated filter
@@ -24,8 +24,8 @@ from observers.measurement.linearisation import (
 )
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.model_observer import ModelObserver
-from observers.patch_model import PatchModel
-from observers.patch_update import (
+from observers.patch.model import PatchModel
+from observers.patch.update import (
     build_patch_update,
     memory_depends_on_tyre,
     memory_fields,

@@ -12,7 +12,7 @@ missing or rejected; mu is clipped to its bounds after each step. rho is Huber's
 ground has changed, Q_i of ln mu includes the variance between two grounds, and samples that were
 rejected before are accepted again.
 
-The memory of the patch is stored with every sample, see `observers.patch_history`.
+The memory of the patch is stored with every sample, see `observers.patch.history`.
 
 An empty place, before the window is full, has dt = 0: no motion, no measurement, no turn.
 
@@ -38,9 +38,9 @@ from observers.mhe_terms import (
     build_prediction,
     is_unsettled,
 )
-from observers.patch_history import PatchHistory
-from observers.patch_model import PatchModel
-from observers.patch_update import memory_depends_on_tyre, reset_retention, sensitivity_retention
+from observers.patch.history import PatchHistory
+from observers.patch.model import PatchModel
+from observers.patch.update import memory_depends_on_tyre, reset_retention, sensitivity_retention
 from observers.protocol import OUTPUT
 from observers.step_terms import StepSample, clip_to_bounds, step_symbols
 from observers.tuning import TUNING_FIELDS

@@ -22,8 +22,8 @@ from observers.measurement.linearisation import build_measurement, build_motion,
 from observers.measurement.measurement_model import CLEAN, ROWS, MeasurementModel
 from observers.mhe import Mhe
 from observers.mhe_step import layout
-from observers.patch_history import PatchHistory
-from observers.patch_model import PatchModel, constants_size, split_constants
+from observers.patch.history import PatchHistory
+from observers.patch.model import PatchModel, constants_size, split_constants
 from observers.step_terms import STIFFNESS_BOUNDS
 from observers.udu import covariance_of
 

@@ -51,7 +51,7 @@ from observers.layout import (
 )
 from observers.measurement.measurement_model import LEAST_LOAD, ROWS, MeasurementModel
 from observers.measurement.torque_error import SENSIBLE, is_known, retained
-from observers.patch_model import PatchModel, split_constants
+from observers.patch.model import PatchModel, split_constants
 from observers.plausibility import GREATEST_FRICTION
 from observers.protocol import OUTPUT, SAMPLE, Status
 from observers.screening import has_flag, with_flag

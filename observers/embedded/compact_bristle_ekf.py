@@ -10,7 +10,6 @@ from typing import Any
 
 import casadi as ca
 
-from observers.effective_friction import build_effective_friction
 from observers.ekf import Ekf, build_step, layout
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_bristles import CompactBristles, has_bristles
@@ -32,7 +31,8 @@ from observers.measurement.linearisation import (
 )
 from observers.measurement.measurement_model import CLEAN, RIG
 from observers.model_observer import ModelObserver
-from observers.patch_update import reset_retention, sensitivity_retention
+from observers.patch.effective_friction import build_effective_friction
+from observers.patch.update import reset_retention, sensitivity_retention
 from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
 from observers.tuning import TUNING_FIELDS
 from observers.udu import covariance

@@ -30,7 +30,7 @@ from observers.measurement.measurement_model import CLEAN
 from observers.mhe import Mhe
 from observers.mhe_terms import is_unsettled
 from observers.model_observer import ModelObserver
-from observers.patch_update import reset_retention, sensitivity_retention
+from observers.patch.update import reset_retention, sensitivity_retention
 from observers.protocol import FunctionObserver
 from observers.step_terms import StepSample
 from observers.tuning import TUNING_FIELDS

@@ -46,7 +46,7 @@ from observers.mhe_terms import (
     is_unsettled,
 )
 from observers.model_observer import ModelObserver
-from observers.patch_update import slopes_by_states
+from observers.patch.update import slopes_by_states
 from observers.protocol import SAMPLE, FunctionObserver
 from observers.step_terms import StepSample, clip_to_bounds
 from observers.tuning import TUNING_FIELDS

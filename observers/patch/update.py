@@ -20,7 +20,7 @@ import casadi as ca
 from observers.layout import Expression, build_function, named, symbols, vector_of
 from observers.measurement.linearisation import TYRE, directions, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
-from observers.patch_model import PatchModel
+from observers.patch.model import PatchModel
 from symbolic import GEOMETRY, SIGNALS
 
 Fields = tuple[tuple[str, int, int], ...]

@@ -14,8 +14,8 @@ import casadi as ca
 from observers.layout import Parts
 from observers.measurement.linearisation import directions, state_index
 from observers.measurement.measurement_model import MeasurementModel
-from observers.patch_model import PatchModel
-from observers.patch_update import (
+from observers.patch.model import PatchModel
+from observers.patch.update import (
     build_patch_update,
     build_torque,
     memory_depends_on_tyre,

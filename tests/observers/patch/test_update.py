@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Mhe, Sample, Status, Tuning
-from observers.patch_update import sensitivity_retention
+from observers.patch.update import sensitivity_retention
 from symbolic import Model
 from tests.observers.conftest import make
 

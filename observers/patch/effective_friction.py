@@ -10,7 +10,7 @@ from typing import Any
 import casadi as ca
 
 from observers.layout import build_function, named, symbols, vector_of
-from observers.patch_model import PatchModel
+from observers.patch.model import PatchModel
 from observers.protocol import OUTPUT
 from symbolic import GEOMETRY
 
