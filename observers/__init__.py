@@ -4,8 +4,6 @@ from observers.casadi_observer import CasadiObserver
 from observers.ekf import Ekf
 from observers.estimates import Estimates
 from observers.factory import from_files
-from observers.friction_quality import FrictionQuality, friction_quality, friction_spread
-from observers.innovations import Innovations, innovations
 from observers.layout import Layout, ObserverState
 from observers.loop import Loop
 from observers.measurement.angle_derivative import causal_rate, next_rate
@@ -13,7 +11,6 @@ from observers.measurement.linearisation import build_clean
 from observers.measurement.measurement_model import CLEAN, AligningTorque, MeasurementModel
 from observers.measurement.steering_torque import SteeringTorque
 from observers.mhe import Mhe
-from observers.plausibility import suspicions_of
 from observers.profiles import PROFILES, profile, tuning_for
 from observers.protocol import (
     ESTIMATE,
@@ -26,6 +23,9 @@ from observers.protocol import (
     Sample,
     Status,
 )
+from observers.quality.friction_quality import FrictionQuality, friction_quality, friction_spread
+from observers.quality.innovations import Innovations, innovations
+from observers.quality.plausibility import suspicions_of
 from observers.run import run
 from observers.smoothing import smooth
 from observers.thesis import ZoneHistory, ZoneRootSolver, ZoneRootState, zone_history

@@ -19,9 +19,9 @@ from observers.compiled_step import (
 from observers.layout import Expression, Layout, ObserverState, outputs_of
 from observers.measurement.measurement_model import LEAST_FIRST_LOAD
 from observers.patch.effective_friction import build_effective_friction, output_vector
-from observers.plausibility import EVIDENCE, START
 from observers.protocol import ESTIMATE, OUTPUT, UNINFORMED, Estimate, Sample, Status, prior_estimate
-from observers.screening import SCREEN, build_screened_step, initial_screen, is_first
+from observers.quality.plausibility import EVIDENCE, START
+from observers.quality.screening import SCREEN, build_screened_step, initial_screen, is_first
 from observers.tuning import INFORMED, Tuning
 from symbolic import DECLARED, GEOMETRY, InvalidInputError, Model, Rig
 from symbolic.serialisation import units_of
@@ -96,12 +96,12 @@ class CasadiObserver:
 
     @property
     def is_checked(self) -> bool:
-        """Whether samples are checked for other units and signs, see `observers.plausibility`."""
+        """Whether units and signs of samples are checked, see `observers.quality.plausibility`."""
         return True
 
     @cached_property
     def screened_step(self) -> ca.Function:
-        """`step_function` of plausible samples alone, see `observers.screening`."""
+        """`step_function` of plausible samples alone, see `observers.quality.screening`."""
         a = self.rig.a if self.is_checked else None
         return build_screened_step(self.step_function, self.layout, self.sample_limits, self.channel, a)
 

@@ -13,8 +13,6 @@ from functools import cache
 
 import casadi as ca
 
-from observers.innovation_gate import COUNTS, InnovationTest, huber_weight
-from observers.innovation_monitor import MONITOR
 from observers.layout import Layout, Parts, build_function, outputs_of
 from observers.measurement.linearisation import (
     angle_is_state,
@@ -36,6 +34,8 @@ from observers.patch.update import (
     tyre_parameters,
 )
 from observers.protocol import OUTPUT
+from observers.quality.innovation_gate import COUNTS, InnovationTest, huber_weight
+from observers.quality.innovation_monitor import MONITOR
 from observers.step_terms import StepSample, clip_to_bounds, step_symbols
 from observers.udu import (
     add_variance,
@@ -58,7 +58,7 @@ class Ekf(ModelObserver):
     `memory_sensitivity` (m, t) and the tyre's parameters `linearisation_point` (t,) that it holds for;
     `x` (n,) in the order of `states` and `factor` (n, n) of its covariance, see `covariance_of`; `last`,
     the last sample; `M_z` and `slopes`; `counts`, streak and changes of the ground; `monitor`, see
-    `observers.innovation_monitor`; `output`.
+    `observers.quality.innovation_monitor`; `output`.
     """
 
     iterations: int = 1

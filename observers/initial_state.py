@@ -4,7 +4,6 @@ from functools import cache
 
 import casadi as ca
 
-from observers import supervision
 from observers.layout import Layout, build_function, named, symbols, vector_of
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.measurement.torque_error import is_known
@@ -12,6 +11,7 @@ from observers.patch.effective_friction import output_vector
 from observers.patch.model import PatchModel, constants_size, split_constants
 from observers.patch.update import tyre_states
 from observers.protocol import SAMPLE
+from observers.quality import supervision
 from observers.tuning import TUNING_FIELDS
 from symbolic import GEOMETRY, SIGNALS, full_slide_torque
 

@@ -11,9 +11,16 @@ import numpy as np
 
 from observers.compiled_step import CompiledStep
 from observers.measurement.angle_derivative import next_rate
-from observers.plausibility import suspicions
 from observers.protocol import Estimate, Observer, Sample, Status, prior_estimate
-from observers.screening import SCREEN, beyond_limits, build_screen, initial_screen, is_first, limits_of
+from observers.quality.plausibility import suspicions
+from observers.quality.screening import (
+    SCREEN,
+    beyond_limits,
+    build_screen,
+    initial_screen,
+    is_first,
+    limits_of,
+)
 from observers.tuning import NO_LIMIT
 from symbolic import InvalidInputError
 
@@ -48,7 +55,7 @@ class Loop:
     It starts at the first sample with a sensible psi and F_N >= 0.001 N, which says where the patch
     stands at rest. A yaw rate that a sample lacks, NaN, is taken from the past of the angle as in
     `observers.run`.
-    Implausible values are left out, see `observers.screening`.
+    Implausible values are left out, see `observers.quality.screening`.
 
     Attributes:
         observer: the observer.

@@ -8,10 +8,10 @@ from functools import cache
 
 import casadi as ca
 
-from observers.innovation_gate import huber_weight
 from observers.layout import Expression, build_function, named, symbols, symbols_like
 from observers.measurement.linearisation import build_measurement, build_motion, directions, state_index
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
+from observers.quality.innovation_gate import huber_weight
 from observers.step_terms import clip_to_bounds
 from observers.tuning import TUNING_FIELDS
 from observers.window_least_squares import build_back_substitution, build_window_update
@@ -80,9 +80,9 @@ def build_acceptance() -> ca.Function:
     """(accepted, jump, age, test, variance) -> (accepted_next, jump_next) of a sample in the window.
 
     age is 0 for the newest sample; test is accepted, reset and run of the newest one, see
-    `observers.innovation_gate`; variance is that of ln mu on an unknown ground. After a change of the
-    ground the whole run is accepted, and ln mu jumps before its first sample; where that is not behind
-    the window's oldest sample see `arrival_jump`.
+    `observers.quality.innovation_gate`; variance is that of ln mu on an unknown ground. After a change
+    of the ground the whole run is accepted, and ln mu jumps before its first sample; where that is not
+    behind the window's oldest sample see `arrival_jump`.
     """
     inputs = symbols(ca.SX, accepted=1, jump=1, age=1, test=3, variance=1)
     accepted, jump, age, test, variance = inputs.values()

@@ -9,13 +9,13 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from observers import supervision
 from observers.casadi_observer import CasadiObserver
-from observers.equivalent_patch import equivalent_patch
 from observers.initial_state import build_initial_state
 from observers.layout import Layout
 from observers.measurement.measurement_model import RIG, AligningTorque, MeasurementModel
-from observers.tolerances import with_tolerances
+from observers.quality import supervision
+from observers.quality.equivalent_patch import equivalent_patch
+from observers.quality.tolerances import with_tolerances
 from observers.tuning import TUNING_FIELDS, Tuning
 from symbolic import InvalidInputError, Model, Rig
 from symbolic.compliance import deflection_of
@@ -37,7 +37,7 @@ class ModelObserver(CasadiObserver):
         tuning: prior and noises.
         measurement_model: which torque is measured, and which states there are beside mu.
         acquire: friction is acquired among hypotheses before the estimator tracks it, and inputs are
-            checked for other units, signs and scales, see `observers.supervision`. False is the
+            checked for other units, signs and scales, see `observers.quality.supervision`. False is the
             estimator alone, from its prior: where another part of a system does all that.
 
     Raises:
@@ -125,7 +125,7 @@ class ModelObserver(CasadiObserver):
 
     @property
     def effective_tuning(self) -> Tuning:
-        """The tuning with what the rig's tolerances add to it, see `observers.tolerances`."""
+        """The tuning with what the rig's tolerances add to it, see `observers.quality.tolerances`."""
         return with_tolerances(self.tuning, self.rig, self.values["k"])
 
     @cached_property

@@ -16,7 +16,7 @@ from observers.protocol import (
     Sample,
     Status,
 )
-from observers.screening import beyond_limits, limits_of, screened_angles
+from observers.quality.screening import beyond_limits, limits_of, screened_angles
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]

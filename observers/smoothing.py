@@ -18,13 +18,13 @@ from numpy.typing import NDArray
 from observers.compiled_step import compiled_stretch, first_sample, run_stretches
 from observers.ekf import Ekf
 from observers.estimates import Estimates
-from observers.innovation_gate import COUNTS
-from observers.innovation_monitor import change_variance
 from observers.layout import Layout
 from observers.measurement.linearisation import build_motion, state_index
 from observers.measurement.measurement_model import CLEAN, RIG
 from observers.patch.effective_friction import build_effective_friction
 from observers.protocol import ESTIMATE, OUTPUT
+from observers.quality.innovation_gate import COUNTS
+from observers.quality.innovation_monitor import change_variance
 from observers.run import arrange, as_estimates, run
 from observers.udu import covariance_of
 from symbolic import GEOMETRY, InvalidInputError

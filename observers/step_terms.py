@@ -5,8 +5,6 @@ from typing import Any
 
 import casadi as ca
 
-from observers.innovation_gate import InnovationTest, build_innovation
-from observers.innovation_monitor import change_variance
 from observers.layout import Expression, Layout, Parts, named, outputs_of, symbols
 from observers.measurement.linearisation import build_clean, state_index
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
@@ -14,6 +12,8 @@ from observers.measurement.torque_error import is_known
 from observers.patch.effective_friction import build_effective_friction, output_vector
 from observers.patch.model import PatchModel, constants_size, split_constants
 from observers.protocol import SAMPLE, Status
+from observers.quality.innovation_gate import InnovationTest, build_innovation
+from observers.quality.innovation_monitor import change_variance
 from observers.tuning import TUNING_FIELDS
 from symbolic import GEOMETRY, full_slide_torque
 

@@ -22,7 +22,7 @@ INFORMED = 0.5
 """Share of the prior's relative standard deviation below which an estimate is its own [1]."""
 
 PLAUSIBLE = ("psi_limit", "psi_rate_limit", "F_N_limit", "torque_limit", "rezero_time")
-"""Limits of what a sensor may give, see `observers.screening`."""
+"""Limits of what a sensor may give, see `observers.quality.screening`."""
 LIMITS = (
     *("mu", "least", "greatest", "zero_time", "error", "gate", "reset_after", "alarm", "explained"),
     *PLAUSIBLE,
@@ -88,7 +88,7 @@ class Tuning:
         reset_after: after so many innovations in a row beyond the gate, all to one side, the ground has
             changed: twice the variance of the prior is added to that of ln mu.
         alarm: log-likelihood ratio at which innovations within the gate say that the ground has changed
-            [1]; see `observers.innovation_monitor`, inf for never.
+            [1]; see `observers.quality.innovation_monitor`, inf for never.
         explained: mean square of the innovations over their variance beyond which the model and its
             stated error do not explain the torque [1]; `Status.INCONSISTENT`, inf for never.
         psi_limit: an angle of this size is implausible and left out [rad]; `Status.IMPLAUSIBLE`, inf for

@@ -34,9 +34,9 @@ from observers.measurement.angle_derivative import MEMORY
 from observers.measurement.measurement_model import LEAST_FIRST_LOAD, RIG
 from observers.measurement.torque_error import SENSIBLE
 from observers.model_observer import RIG_UNITS
-from observers.plausibility import START, build_evidence
 from observers.protocol import ESTIMATE, LONGEST_STEP, OUTPUT, UNINFORMED, FunctionObserver, Status
-from observers.screening import SLACK
+from observers.quality.plausibility import START, build_evidence
+from observers.quality.screening import SLACK
 from observers.tuning import Tuning
 from symbolic import InvalidInputError
 from symbolic.scalar_c import c_function

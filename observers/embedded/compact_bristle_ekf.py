@@ -20,7 +20,6 @@ from observers.embedded.scalar_type import Real
 from observers.embedded.supervision_code import supervised, supervision_functions
 from observers.embedded.templating import Body, render
 from observers.initial_state import build_initial_state
-from observers.innovation_monitor import change_variance
 from observers.layout import Layout, named
 from observers.measurement.linearisation import (
     angle_is_state,
@@ -34,6 +33,7 @@ from observers.model_observer import ModelObserver
 from observers.patch.effective_friction import build_effective_friction
 from observers.patch.update import reset_retention, sensitivity_retention
 from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
+from observers.quality.innovation_monitor import change_variance
 from observers.tuning import TUNING_FIELDS
 from observers.udu import covariance
 from symbolic import DECLARED, GEOMETRY, SIGNALS

@@ -31,8 +31,6 @@ from observers.embedded.scalar_type import Real
 from observers.embedded.supervision_code import supervised, supervision_functions
 from observers.embedded.templating import Body, render
 from observers.initial_state import build_initial_state
-from observers.innovation_gate import COUNTS, build_innovation
-from observers.innovation_monitor import MONITOR, change_variance
 from observers.layout import Layout, named, outputs_of
 from observers.measurement.linearisation import build_clean, build_motion, directions
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, AligningTorque
@@ -48,6 +46,8 @@ from observers.mhe_terms import (
 from observers.model_observer import ModelObserver
 from observers.patch.update import slopes_by_states
 from observers.protocol import SAMPLE, FunctionObserver
+from observers.quality.innovation_gate import COUNTS, build_innovation
+from observers.quality.innovation_monitor import MONITOR, change_variance
 from observers.step_terms import StepSample, clip_to_bounds
 from observers.tuning import TUNING_FIELDS
 

@@ -3,14 +3,14 @@
 from typing import Any
 
 from observers.embedded.scalar_type import Real
-from observers.innovation_gate import COUNTS
-from observers.innovation_monitor import MONITOR
 from observers.layout import Layout
 from observers.measurement.linearisation import directions
 from observers.measurement.measurement_model import CLEAN, AligningTorque
 from observers.measurement.steering_torque import SteeringTorque
 from observers.mhe import Mhe
 from observers.model_observer import ModelObserver
+from observers.quality.innovation_gate import COUNTS
+from observers.quality.innovation_monitor import MONITOR
 
 ROWS_STORED = {
     AligningTorque: ("F_N", "dt", "M_z", "travel", "accepted", "jump"),

@@ -33,8 +33,8 @@ from observers.layout import (
     vector_of,
 )
 from observers.measurement.measurement_model import LEAST_FIRST_LOAD
-from observers.plausibility import EVIDENCE, build_evidence
 from observers.protocol import OUTPUT, SAMPLE, Status
+from observers.quality.plausibility import EVIDENCE, build_evidence
 from observers.tuning import NO_LIMIT, PLAUSIBLE
 
 Array = NDArray[np.float64]

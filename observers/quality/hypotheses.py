@@ -17,7 +17,6 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
-from observers.branches import MEMORY, POINTS, TRACK
 from observers.layout import (
     Expression,
     Layout,
@@ -28,6 +27,7 @@ from observers.layout import (
     vector_of,
 )
 from observers.measurement.torque_error import is_stated, retained
+from observers.quality.branches import MEMORY, POINTS, TRACK
 from symbolic import full_slide_torque
 
 RATIOS = np.geomspace(0.012, 6.0, 14)

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import Ekf, Mhe, Sample, Status, Tuning, covariance_of
-from observers.innovation_gate import build_gate
+from observers.quality.innovation_gate import build_gate
 from symbolic import Model
 from tests.observers.conftest import make
 from tests.observers.factories import UNLIMITED, full_slide, slide, states_of

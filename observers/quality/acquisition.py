@@ -1,8 +1,8 @@
 """Acquisition: friction found among hypotheses from any prior, before an estimator tracks it.
 
 A filter linearises about its prior, and at mu = 1 the torque says nothing of ice. While nothing is
-known, `observers.hypotheses` estimates friction; this module concludes from its verdict when friction is
-handed over to the estimator, with which uncertainty, and what the output is until then.
+known, `observers.quality.hypotheses` estimates friction; this module concludes from its verdict when
+friction is handed over to the estimator, with which uncertainty, and what the output is until then.
 """
 
 from collections.abc import Sequence
@@ -12,8 +12,11 @@ from typing import Any
 
 import casadi as ca
 
-from observers.branches import POINTS, TRACK, build_branch, build_sensitivity, build_track
-from observers.hypotheses import (
+from observers.layout import Expression, Parts, build_function, named, symbols, vector_of
+from observers.measurement.torque_error import is_known, retained
+from observers.protocol import OUTPUT, Status
+from observers.quality.branches import POINTS, TRACK, build_branch, build_sensitivity, build_track
+from observers.quality.hypotheses import (
     LIMITS,
     MOST_ERROR,
     RATIOS,
@@ -23,11 +26,8 @@ from observers.hypotheses import (
     build_hypothesis,
     build_verdict,
 )
-from observers.layout import Expression, Parts, build_function, named, symbols, vector_of
-from observers.measurement.torque_error import is_known, retained
-from observers.plausibility import GREATEST_FRICTION
-from observers.protocol import OUTPUT, Status
-from observers.screening import has_flag
+from observers.quality.plausibility import GREATEST_FRICTION
+from observers.quality.screening import has_flag
 
 DECIDED = 0.15
 """Standard deviation of ln mu at which the filter takes over [1]."""

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.integrate import quad
 
 from observers import Ekf, Loop, Mhe, Sample, Status, SteeringTorque, run
-from observers.branches import POINTS, TRACK, build_branch, build_track
-from observers.hypotheses import PER_HYPOTHESIS, build_hypothesis
-from observers.tolerances import with_tolerances
+from observers.quality.branches import POINTS, TRACK, build_branch, build_track
+from observers.quality.hypotheses import PER_HYPOTHESIS, build_hypothesis
+from observers.quality.tolerances import with_tolerances
 from observers.tuning import Tuning
 from reference_rig import RigTyre, constant_friction, make_recording, make_steering_recording
 from symbolic import Model, Rig, Tolerances

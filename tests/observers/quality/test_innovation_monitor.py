@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 
 from observers import Ekf, Status, Tuning, run
-from observers.innovation_monitor import CHANGE, LEAST_SAMPLES, WINDOW, build_monitor
+from observers.quality.innovation_monitor import CHANGE, LEAST_SAMPLES, WINDOW, build_monitor
 from tests.observers.conftest import make
 from tests.observers.factories import columns_of
 from tests.observers.surface_changes import HIGH, LOW, Crossing, crossing

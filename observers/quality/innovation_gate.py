@@ -2,7 +2,7 @@
 
 An innovation beyond the gate is rejected. After `Tuning.reset_after` in a row, all to one side, the
 ground has changed: the variance that two grounds differ by is added to that of ln mu, and the samples
-are accepted. What stays within the gate is watched by `observers.innovation_monitor`.
+are accepted. What stays within the gate is watched by `observers.quality.innovation_monitor`.
 
 Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001),
 section 5.4 for the test of the innovation; Huber, Robust Statistics (1981), for the loss.
@@ -13,10 +13,10 @@ from functools import cache
 
 import casadi as ca
 
-from observers.innovation_monitor import MONITOR, build_monitor
 from observers.layout import Expression, build_function, named, outputs_of, symbols, symbols_like
 from observers.measurement.linearisation import build_measurement, state_index
 from observers.measurement.measurement_model import MeasurementModel
+from observers.quality.innovation_monitor import MONITOR, build_monitor
 from observers.tuning import TUNING_FIELDS
 
 COUNTS = ("streak", "resets")

@@ -2,43 +2,22 @@
 
 `build_supervised_step` puts both around the step of any `ModelObserver`, which knows nothing of them.
 
-- While friction is acquired, `observers.acquisition` rules: its ln mu and M_0 replace those of the
-  estimator after every sample, and the status has `Status.ACQUIRING`. A torque that grows with the angle
-  otherwise than the tolerances of k, half-length and load allow gives `Status.SUSPECT`, and friction is
-  not handed over. A change of the ground (`Status.RESET`) begins another acquisition.
+- While friction is acquired, `observers.quality.acquisition` rules: its ln mu and M_0 replace those of
+  the estimator after every sample, and the status has `Status.ACQUIRING`. A torque that grows with the
+  angle otherwise than the tolerances of k, half-length and load allow gives `Status.SUSPECT`, and
+  friction is not handed over. A change of the ground (`Status.RESET`) begins another acquisition.
 - After the handover the aligning torque is divided by s, the stiffness over the declared one, and the
   results are multiplied by it: the torque of the patch is homogeneous in (mu, k).
 - What s is off by is k's error or the torque's, which nothing tells apart: it widens the band.
 - The consistency of the innovations is judged by branches, which takes less travel than
-  `observers.innovation_monitor` does. Until it can be judged, friction stays `Status.ACQUIRING`; a model
-  that was found wrong stays doubted until it has explained as much as it had not.
+  `observers.quality.innovation_monitor` does. Until it can be judged, friction stays `Status.ACQUIRING`;
+  a model that was found wrong stays doubted until it has explained as much as it had not.
 """
 
 from functools import cache
 
 import casadi as ca
 
-from observers.acquisition import (
-    DOUBTED,
-    HANDOVER,
-    OWN,
-    EquivalentPatch,
-    build_acquiring,
-    doubted,
-    only_if,
-    supervision_symbols,
-)
-from observers.branches import TRACK, build_turn
-from observers.hypotheses import (
-    LIMITS,
-    SEARCH,
-    VAGUE,
-    VERDICT,
-    build_restart,
-    build_start,
-    limits_of,
-)
-from observers.innovation_monitor import LARGEST, LEAST_SAMPLES, WINDOW
 from observers.layout import (
     Expression,
     Layout,
@@ -52,9 +31,30 @@ from observers.layout import (
 from observers.measurement.measurement_model import LEAST_LOAD, ROWS, MeasurementModel
 from observers.measurement.torque_error import SENSIBLE, is_known, retained
 from observers.patch.model import PatchModel, split_constants
-from observers.plausibility import GREATEST_FRICTION
 from observers.protocol import OUTPUT, SAMPLE, Status
-from observers.screening import has_flag, with_flag
+from observers.quality.acquisition import (
+    DOUBTED,
+    HANDOVER,
+    OWN,
+    EquivalentPatch,
+    build_acquiring,
+    doubted,
+    only_if,
+    supervision_symbols,
+)
+from observers.quality.branches import TRACK, build_turn
+from observers.quality.hypotheses import (
+    LIMITS,
+    SEARCH,
+    VAGUE,
+    VERDICT,
+    build_restart,
+    build_start,
+    limits_of,
+)
+from observers.quality.innovation_monitor import LARGEST, LEAST_SAMPLES, WINDOW
+from observers.quality.plausibility import GREATEST_FRICTION
+from observers.quality.screening import has_flag, with_flag
 from observers.tuning import TUNING_FIELDS
 from symbolic import full_slide_torque
 

@@ -22,10 +22,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.hypotheses import VERDICT
 from observers.layout import Expression, Layout, Parts, build_function, named, symbols, vector_of
 from observers.measurement.torque_error import SENSIBLE, is_known
 from observers.protocol import OUTPUT, SAMPLE, Sample, Status
+from observers.quality.hypotheses import VERDICT
 from symbolic import Rig, full_slide_torque
 
 Array = NDArray[np.float64]
