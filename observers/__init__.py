@@ -1,8 +1,10 @@
 """Observers of the friction coefficient for controllers."""
 
-from observers.casadi_observer import CasadiObserver
-from observers.ekf import Ekf
 from observers.estimates import Estimates
+from observers.estimators.casadi_observer import CasadiObserver
+from observers.estimators.ekf import Ekf
+from observers.estimators.mhe import Mhe
+from observers.estimators.udu import covariance_of
 from observers.factory import from_files
 from observers.layout import Layout, ObserverState
 from observers.loop import Loop
@@ -10,7 +12,6 @@ from observers.measurement.angle_derivative import causal_rate, next_rate
 from observers.measurement.linearisation import build_clean
 from observers.measurement.measurement_model import CLEAN, AligningTorque, MeasurementModel
 from observers.measurement.steering_torque import SteeringTorque
-from observers.mhe import Mhe
 from observers.profiles import PROFILES, profile, tuning_for
 from observers.protocol import (
     ESTIMATE,
@@ -30,7 +31,6 @@ from observers.run import run
 from observers.smoothing import smooth
 from observers.thesis import ZoneHistory, ZoneRootSolver, ZoneRootState, zone_history
 from observers.tuning import Tuning
-from observers.udu import covariance_of
 
 __all__ = [
     "CLEAN",

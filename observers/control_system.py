@@ -9,7 +9,7 @@ import control
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.casadi_observer import CasadiObserver
+from observers.estimators.casadi_observer import CasadiObserver
 from observers.layout import ObserverState
 from observers.protocol import ESTIMATE, Sample
 from symbolic import InvalidInputError

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
-from observers.casadi_observer import CasadiObserver
+from observers.estimators.casadi_observer import CasadiObserver
 from observers.profiles import tuning_for
 from observers.tuning import Tuning
 from symbolic import (

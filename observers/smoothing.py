@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observers.compiled_step import compiled_stretch, first_sample, run_stretches
-from observers.ekf import Ekf
 from observers.estimates import Estimates
+from observers.estimators.ekf import Ekf
+from observers.estimators.udu import covariance_of
 from observers.layout import Layout
 from observers.measurement.linearisation import build_motion, state_index
 from observers.measurement.measurement_model import CLEAN, RIG
@@ -26,7 +27,6 @@ from observers.protocol import ESTIMATE, OUTPUT
 from observers.quality.innovation_gate import COUNTS
 from observers.quality.innovation_monitor import change_variance
 from observers.run import arrange, as_estimates, run
-from observers.udu import covariance_of
 from symbolic import GEOMETRY, InvalidInputError
 
 Array = NDArray[np.float64]

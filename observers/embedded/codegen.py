@@ -30,10 +30,10 @@ from observers.embedded.reference_samples import reference_table
 from observers.embedded.run_time_parameters import parameter_terms, run_time_parameters
 from observers.embedded.scalar_type import SINGLE, Real, in_type
 from observers.embedded.templating import Body, render
+from observers.estimators.model_observer import RIG_UNITS
 from observers.measurement.angle_derivative import MEMORY
 from observers.measurement.measurement_model import LEAST_FIRST_LOAD, RIG
 from observers.measurement.torque_error import SENSIBLE
-from observers.model_observer import RIG_UNITS
 from observers.protocol import ESTIMATE, LONGEST_STEP, OUTPUT, UNINFORMED, FunctionObserver, Status
 from observers.quality.plausibility import START, build_evidence
 from observers.quality.screening import SLACK

@@ -1,7 +1,8 @@
 """The filter on a model with bristles in compact C.
 
-The patch is that of `observers.embedded.compact_bristles`. The filter is the Function of `observers.ekf`
-on a patch whose torque and effective friction are inputs, with the parameters as numbers.
+The patch is that of `observers.embedded.compact_bristles`. The filter is the Function of
+`observers.estimators.ekf` on a patch whose torque and effective friction are inputs, with the parameters
+as numbers.
 """
 
 from collections.abc import Mapping
@@ -10,7 +11,6 @@ from typing import Any
 
 import casadi as ca
 
-from observers.ekf import Ekf, build_step, layout
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_bristles import CompactBristles, has_bristles
 from observers.embedded.compact_corners import CompactCorners, has_corners
@@ -19,7 +19,10 @@ from observers.embedded.scalar_function import with_known_exponentials
 from observers.embedded.scalar_type import Real
 from observers.embedded.supervision_code import supervised, supervision_functions
 from observers.embedded.templating import Body, render
-from observers.initial_state import build_initial_state
+from observers.estimators.ekf import Ekf, build_step, layout
+from observers.estimators.initial_state import build_initial_state
+from observers.estimators.model_observer import ModelObserver
+from observers.estimators.udu import covariance
 from observers.layout import Layout, named
 from observers.measurement.linearisation import (
     angle_is_state,
@@ -29,13 +32,11 @@ from observers.measurement.linearisation import (
     state_index,
 )
 from observers.measurement.measurement_model import CLEAN, RIG
-from observers.model_observer import ModelObserver
 from observers.patch.effective_friction import build_effective_friction
 from observers.patch.update import reset_retention, sensitivity_retention
 from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
 from observers.quality.innovation_monitor import change_variance
 from observers.tuning import TUNING_FIELDS
-from observers.udu import covariance
 from symbolic import DECLARED, GEOMETRY, SIGNALS
 from symbolic.deformation import full_slide_arm
 from symbolic.scalar_c import c_function

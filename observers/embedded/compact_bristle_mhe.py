@@ -23,16 +23,16 @@ from observers.embedded.constants import Constants, Tunable
 from observers.embedded.scalar_type import Real
 from observers.embedded.supervision_code import supervised, supervision_functions
 from observers.embedded.templating import Body, render
+from observers.estimators.mhe import Mhe
+from observers.estimators.mhe_terms import is_unsettled
+from observers.estimators.model_observer import ModelObserver
+from observers.estimators.step_terms import StepSample
 from observers.layout import named
 from observers.measurement.linearisation import build_motion, state_index
 from observers.measurement.measurement_model import CLEAN
-from observers.mhe import Mhe
-from observers.mhe_terms import is_unsettled
-from observers.model_observer import ModelObserver
 from observers.patch.update import reset_retention, sensitivity_retention
 from observers.protocol import FunctionObserver
 from observers.quality.innovation_monitor import change_variance
-from observers.step_terms import StepSample
 from observers.tuning import TUNING_FIELDS
 from symbolic import DECLARED
 from symbolic.scalar_c import c_function

@@ -19,9 +19,9 @@ from scipy.special import wrightomega
 from observers.embedded.bristle_expressions import TERMS, BristleExpressions
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
+from observers.estimators.model_observer import ModelObserver
 from observers.measurement.measurement_model import AligningTorque
 from observers.measurement.steering_torque import SteeringTorque
-from observers.model_observer import ModelObserver
 from symbolic import Model
 from symbolic.bristles import SPAN
 from symbolic.compliance import BALANCE_STEPS

@@ -16,7 +16,7 @@ from observers.embedded.compact_window import STORED_CORNERS, corner_state, wind
 from observers.embedded.scalar_type import Real
 from observers.embedded.supervision_code import supervised, supervision_functions
 from observers.embedded.templating import Body, render
-from observers.mhe import Mhe
+from observers.estimators.mhe import Mhe
 from observers.patch.update import memory_depends_on_tyre
 from observers.protocol import FunctionObserver
 

@@ -13,10 +13,10 @@ from observers.embedded.bristle_expressions import TERMS, BristleExpressions
 from observers.embedded.compact_patch import build_corner, patch_bytes, patch_numbers, patch_types
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import render
+from observers.estimators.mhe import Mhe
+from observers.estimators.model_observer import ModelObserver
 from observers.measurement.measurement_model import AligningTorque
 from observers.measurement.steering_torque import SteeringTorque
-from observers.mhe import Mhe
-from observers.model_observer import ModelObserver
 from symbolic import Model
 from symbolic.compliance import deflection_of
 from symbolic.scalar_c import ELEMENTARY, c_function

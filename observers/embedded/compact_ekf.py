@@ -1,7 +1,8 @@
 """The filter on the declared model in compact C.
 
-The patch is that of `observers.embedded.compact_patch`. The filter is the Function of `observers.ekf` on
-a patch whose torque is an input, with the parameters as numbers and expanded to scalars.
+The patch is that of `observers.embedded.compact_patch`. The filter is the Function of
+`observers.estimators.ekf` on a patch whose torque is an input, with the parameters as numbers and
+expanded to scalars.
 """
 
 from collections.abc import Mapping
@@ -10,7 +11,6 @@ from typing import Any
 
 import casadi as ca
 
-from observers.ekf import Ekf, build_step, layout
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact_patch import (
     build_corner,
@@ -24,7 +24,8 @@ from observers.embedded.scalar_function import with_known_exponentials
 from observers.embedded.scalar_type import Real
 from observers.embedded.supervision_code import supervised, supervision_functions
 from observers.embedded.templating import Body, render
-from observers.initial_state import build_initial_state
+from observers.estimators.ekf import Ekf, build_step, layout
+from observers.estimators.initial_state import build_initial_state
 from observers.layout import Layout
 from observers.measurement.linearisation import angle_is_state, directions
 from observers.measurement.measurement_model import LEAST_LOAD

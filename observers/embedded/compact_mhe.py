@@ -1,7 +1,8 @@
 """The moving-horizon estimator on the declared model in compact C.
 
 The patch of `observers.embedded.compact_patch` is stored with every sample of the window. C loops over
-the samples and calls, at each, the Functions of `observers.mhe_terms`, adapted here to scalar arguments.
+the samples and calls, at each, the Functions of `observers.estimators.mhe_terms`, adapted here to scalar
+arguments.
 """
 
 from collections.abc import Callable, Mapping
@@ -30,12 +31,9 @@ from observers.embedded.constants import Constants, Tunable
 from observers.embedded.scalar_type import Real
 from observers.embedded.supervision_code import supervised, supervision_functions
 from observers.embedded.templating import Body, render
-from observers.initial_state import build_initial_state
-from observers.layout import Layout, named, outputs_of
-from observers.measurement.linearisation import build_clean, build_motion, directions
-from observers.measurement.measurement_model import CLEAN, RIG, ROWS, AligningTorque
-from observers.mhe import Mhe
-from observers.mhe_terms import (
+from observers.estimators.initial_state import build_initial_state
+from observers.estimators.mhe import Mhe
+from observers.estimators.mhe_terms import (
     arrival_jump,
     build_acceptance,
     build_backward,
@@ -43,12 +41,15 @@ from observers.mhe_terms import (
     build_prediction,
     is_unsettled,
 )
-from observers.model_observer import ModelObserver
+from observers.estimators.model_observer import ModelObserver
+from observers.estimators.step_terms import StepSample, clip_to_bounds
+from observers.layout import Layout, named, outputs_of
+from observers.measurement.linearisation import build_clean, build_motion, directions
+from observers.measurement.measurement_model import CLEAN, RIG, ROWS, AligningTorque
 from observers.patch.update import slopes_by_states
 from observers.protocol import SAMPLE, FunctionObserver
 from observers.quality.innovation_gate import COUNTS, build_innovation
 from observers.quality.innovation_monitor import MONITOR, change_variance
-from observers.step_terms import StepSample, clip_to_bounds
 from observers.tuning import TUNING_FIELDS
 
 TORQUE = ("M_z", "log_mu", "stiffness", "psi")

@@ -9,9 +9,9 @@ from typing import Any
 import casadi as ca
 
 from observers.embedded.scalar_type import Real
+from observers.estimators.model_observer import ModelObserver
 from observers.measurement.measurement_model import AligningTorque
 from observers.measurement.steering_torque import SteeringTorque
-from observers.model_observer import ModelObserver
 from symbolic import Model, full_slide_level
 from symbolic.deformation import edge_distance, edge_moment, unit_moment
 

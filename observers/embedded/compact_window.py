@@ -3,12 +3,12 @@
 from typing import Any
 
 from observers.embedded.scalar_type import Real
+from observers.estimators.mhe import Mhe
+from observers.estimators.model_observer import ModelObserver
 from observers.layout import Layout
 from observers.measurement.linearisation import directions
 from observers.measurement.measurement_model import CLEAN, AligningTorque
 from observers.measurement.steering_torque import SteeringTorque
-from observers.mhe import Mhe
-from observers.model_observer import ModelObserver
 from observers.quality.innovation_gate import COUNTS
 from observers.quality.innovation_monitor import MONITOR
 

@@ -16,8 +16,8 @@ from observers.embedded.compact_ekf import is_compact
 from observers.embedded.compact_mhe import is_compact_window
 from observers.embedded.constants import Tunable
 from observers.embedded.scalar_type import SINGLE, Real
-from observers.mhe import Mhe
-from observers.model_observer import ModelObserver
+from observers.estimators.mhe import Mhe
+from observers.estimators.model_observer import ModelObserver
 from observers.protocol import FunctionObserver
 
 ERROR = 0.2

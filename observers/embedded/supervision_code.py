@@ -14,9 +14,9 @@ from observers.embedded.compact_bristles import has_bristles
 from observers.embedded.constants import Constants, Tunable
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
+from observers.estimators.model_observer import ModelObserver
 from observers.layout import Layout, named
 from observers.measurement.measurement_model import LEAST_LOAD, RIG
-from observers.model_observer import ModelObserver
 from observers.protocol import OUTPUT, SAMPLE
 from observers.quality import acquisition, branches, hypotheses, supervision
 from observers.quality.equivalent_patch import equivalent_patch

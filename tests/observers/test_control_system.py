@@ -19,7 +19,7 @@ from observers import (
     run,
 )
 from observers.control_system import as_system
-from observers.model_observer import ModelObserver
+from observers.estimators.model_observer import ModelObserver
 from observers.protocol import ESTIMATE
 from reference_rig import RigRecording
 from symbolic import InvalidInputError

@@ -5,8 +5,8 @@ from importlib import import_module
 
 import pytest
 
-import observers.casadi_observer
 import observers.compiled_step
+import observers.estimators.casadi_observer
 from observers import Ekf, Mhe, Sample, SteeringTorque
 from symbolic import Model, Rig, compiled, compiler
 
@@ -19,7 +19,7 @@ RIG = Rig(a=0.045, e=0.009, J_A=0.14, b_t=1.5)
 def test_the_first_sample_compiles_nothing(
     monkeypatch: pytest.MonkeyPatch, kind: type[Ekf] | type[Mhe], steering: bool
 ) -> None:
-    observers.casadi_observer.compiled_step.cache_clear()
+    observers.estimators.casadi_observer.compiled_step.cache_clear()
     begun = []
     monkeypatch.setattr(observers.compiled_step, "compiled", lambda f, **_: begun.append(f) or f)
     model = SteeringTorque() if steering else None

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
-from observers.casadi_observer import CasadiObserver
 from observers.embedded import DOUBLE
 from observers.embedded.compact_ekf import is_compact
 from observers.embedded.compact_mhe import is_compact_window
+from observers.estimators.casadi_observer import CasadiObserver
 from reference_rig import RigRecording
 from symbolic import Model, compiler
 from tests.observers.conftest import make

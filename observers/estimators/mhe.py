@@ -7,16 +7,16 @@ up in the arrival, mean and covariance, which a filter takes along behind the wi
 the window made of them. On a linear problem with Gaussian noise every window gives the Kalman filter.
 Huber's loss differs: here the residual is that of the fitted states, there the innovation less its prior
 variance.
-`observers.mhe_step` has the cost and its references.
+`observers.estimators.mhe_step` has the cost and its references.
 """
 
 from dataclasses import dataclass
 
 import casadi as ca
 
+from observers.estimators.mhe_step import build_window_step, layout
+from observers.estimators.model_observer import ModelObserver
 from observers.layout import Layout
-from observers.mhe_step import build_window_step, layout
-from observers.model_observer import ModelObserver
 from symbolic import InvalidInputError
 
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from observers import covariance_of
 from observers.embedded.compact_window import window_values
-from observers.udu import (
+from observers.estimators.udu import (
     add_variance,
     build_predict_covariance,
     build_update_covariance,

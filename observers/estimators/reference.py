@@ -2,8 +2,8 @@
 
 Multiple shooting: the states at every sample are unknowns of their own; the motion between two of them
 costs what its disturbances cost, and a constant state is an equality constraint. IPOPT minimises the
-cost of `observers.mhe_step` with exact gradients: the same arrival, the same patch history, the same
-loss. It takes tenths of a second, and is meant for tests, not for a control loop.
+cost of `observers.estimators.mhe_step` with exact gradients: the same arrival, the same patch history,
+the same loss. It takes tenths of a second, and is meant for tests, not for a control loop.
 
 Sources: Bock and Plitt, A multiple shooting algorithm for direct solution of optimal control problems,
 IFAC World Congress (1984); Waechter and Biegler, Math. Programming 106 (2006) 25.
@@ -17,15 +17,15 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from observers.estimators.mhe import Mhe
+from observers.estimators.mhe_step import layout
+from observers.estimators.step_terms import STIFFNESS_BOUNDS
+from observers.estimators.udu import covariance_of
 from observers.layout import ObserverState, build_function, symbols
 from observers.measurement.linearisation import build_measurement, build_motion, state_index
 from observers.measurement.measurement_model import CLEAN, ROWS, MeasurementModel
-from observers.mhe import Mhe
-from observers.mhe_step import layout
 from observers.patch.history import PatchHistory
 from observers.patch.model import PatchModel, constants_size, split_constants
-from observers.step_terms import STIFFNESS_BOUNDS
-from observers.udu import covariance_of
 
 Array = NDArray[np.float64]
 # The tolerance asks for more than double precision gives, so steps that vanish are the usual end.

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from observers import AligningTorque, Mhe, SteeringTorque
-from observers.reference import solve_window
+from observers.estimators.reference import solve_window
 from reference_rig import RigRecording, SteeringRecording
 from symbolic import Model
 from tests.observers.factories import CLEAN_RIG, columns_of, samples_of, sparse, states_of

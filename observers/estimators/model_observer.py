@@ -9,8 +9,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.casadi_observer import CasadiObserver
-from observers.initial_state import build_initial_state
+from observers.estimators.casadi_observer import CasadiObserver
+from observers.estimators.initial_state import build_initial_state
 from observers.layout import Layout
 from observers.measurement.measurement_model import RIG, AligningTorque, MeasurementModel
 from observers.quality import supervision

@@ -1,20 +1,20 @@
 """One sample of a window as casadi Functions: prediction, elimination, substitution, acceptance.
 
-`observers.mhe_step` maps them over the window in Python; generated C loops over the same Functions, see
-`observers.embedded.compact_mhe`.
+`observers.estimators.mhe_step` maps them over the window in Python; generated C loops over the same
+Functions, see `observers.embedded.compact_mhe`.
 """
 
 from functools import cache
 
 import casadi as ca
 
+from observers.estimators.step_terms import clip_to_bounds
+from observers.estimators.window_least_squares import build_back_substitution, build_window_update
 from observers.layout import Expression, build_function, named, symbols, symbols_like
 from observers.measurement.linearisation import build_measurement, build_motion, directions, state_index
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.quality.innovation_gate import huber_weight
-from observers.step_terms import clip_to_bounds
 from observers.tuning import TUNING_FIELDS
-from observers.window_least_squares import build_back_substitution, build_window_update
 
 
 @cache

@@ -4,7 +4,7 @@ The memory of the patch is not filtered: `observers.patch.update` propagates it.
 are the model's; the filter contains no tyre model.
 
 Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), section 8.3, iterated filter
-theorem 8.2; the covariance is kept as a factor, see `observers.udu`.
+theorem 8.2; the covariance is kept as a factor, see `observers.estimators.udu`.
 """
 
 from collections.abc import Callable
@@ -13,6 +13,14 @@ from functools import cache
 
 import casadi as ca
 
+from observers.estimators.model_observer import ModelObserver
+from observers.estimators.step_terms import StepSample, clip_to_bounds, step_symbols
+from observers.estimators.udu import (
+    add_variance,
+    build_predict_covariance,
+    build_update_covariance,
+    covariance,
+)
 from observers.layout import Layout, Parts, build_function, outputs_of
 from observers.measurement.linearisation import (
     angle_is_state,
@@ -21,7 +29,6 @@ from observers.measurement.linearisation import (
     directions,
 )
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
-from observers.model_observer import ModelObserver
 from observers.patch.model import PatchModel
 from observers.patch.update import (
     build_patch_update,
@@ -36,13 +43,6 @@ from observers.patch.update import (
 from observers.protocol import OUTPUT
 from observers.quality.innovation_gate import COUNTS, InnovationTest, huber_weight
 from observers.quality.innovation_monitor import MONITOR
-from observers.step_terms import StepSample, clip_to_bounds, step_symbols
-from observers.udu import (
-    add_variance,
-    build_predict_covariance,
-    build_update_covariance,
-    covariance,
-)
 from symbolic import GEOMETRY, InvalidInputError
 
 

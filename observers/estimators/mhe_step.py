@@ -25,10 +25,7 @@ from functools import cache, partial
 
 import casadi as ca
 
-from observers.layout import Layout, Parts, build_function, symbols
-from observers.measurement.linearisation import angle_is_state, directions
-from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
-from observers.mhe_terms import (
+from observers.estimators.mhe_terms import (
     arrival_jump,
     build_acceptance,
     build_backward,
@@ -36,15 +33,18 @@ from observers.mhe_terms import (
     build_prediction,
     is_unsettled,
 )
+from observers.estimators.step_terms import StepSample, clip_to_bounds, step_symbols
+from observers.estimators.udu import add_variance
+from observers.layout import Layout, Parts, build_function, symbols
+from observers.measurement.linearisation import angle_is_state, directions
+from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.patch.history import PatchHistory
 from observers.patch.model import PatchModel
 from observers.patch.update import memory_depends_on_tyre, reset_retention, sensitivity_retention
 from observers.protocol import OUTPUT
 from observers.quality.innovation_gate import COUNTS
 from observers.quality.innovation_monitor import MONITOR
-from observers.step_terms import StepSample, clip_to_bounds, step_symbols
 from observers.tuning import TUNING_FIELDS
-from observers.udu import add_variance
 
 
 @cache
