@@ -5,14 +5,16 @@ from observers.estimators.casadi_observer import CasadiObserver
 from observers.estimators.ekf import Ekf
 from observers.estimators.mhe import Mhe
 from observers.estimators.udu import covariance_of
-from observers.factory import from_files
+from observers.interfaces.factory import from_files
+from observers.interfaces.loop import Loop
+from observers.interfaces.profiles import PROFILES, profile, tuning_for
+from observers.interfaces.run import run
+from observers.interfaces.smoothing import smooth
 from observers.layout import Layout, ObserverState
-from observers.loop import Loop
 from observers.measurement.angle_derivative import causal_rate, next_rate
 from observers.measurement.linearisation import build_clean
 from observers.measurement.measurement_model import CLEAN, AligningTorque, MeasurementModel
 from observers.measurement.steering_torque import SteeringTorque
-from observers.profiles import PROFILES, profile, tuning_for
 from observers.protocol import (
     ESTIMATE,
     OUTPUT,
@@ -27,8 +29,6 @@ from observers.protocol import (
 from observers.quality.friction_quality import FrictionQuality, friction_quality, friction_spread
 from observers.quality.innovations import Innovations, innovations
 from observers.quality.plausibility import suspicions_of
-from observers.run import run
-from observers.smoothing import smooth
 from observers.thesis import ZoneHistory, ZoneRootSolver, ZoneRootState, zone_history
 from observers.tuning import Tuning
 

@@ -2,7 +2,7 @@
 
 It stands outside `import observers`, as filterpy loads SciPy's statistics:
 
-    from observers.filterpy_filter import FilterpyEkf
+    from observers.interfaces.filterpy_filter import FilterpyEkf
 """
 
 import math

@@ -18,8 +18,8 @@ from observers import (
     causal_rate,
     run,
 )
-from observers.control_system import as_system
 from observers.estimators.model_observer import ModelObserver
+from observers.interfaces.control_system import as_system
 from observers.protocol import ESTIMATE
 from reference_rig import RigRecording
 from symbolic import InvalidInputError

@@ -2,7 +2,7 @@
 
 It stands outside `import observers`, as control loads matplotlib and takes a second to import:
 
-    from observers.control_system import as_system
+    from observers.interfaces.control_system import as_system
 """
 
 import control

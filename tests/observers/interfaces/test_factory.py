@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque, Tuning, from_files, run
-from observers.factory import read_model_file, read_rig_file
+from observers.interfaces.factory import read_model_file, read_rig_file
 from reference_rig import RigRecording
 from symbolic import Effect, InvalidInputError, Model, Rig, Tyre, effects_named
 

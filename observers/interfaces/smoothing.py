@@ -19,6 +19,7 @@ from observers.compiled_step import compiled_stretch, first_sample, run_stretche
 from observers.estimates import Estimates
 from observers.estimators.ekf import Ekf
 from observers.estimators.udu import covariance_of
+from observers.interfaces.run import arrange, as_estimates, run
 from observers.layout import Layout
 from observers.measurement.linearisation import build_motion, state_index
 from observers.measurement.measurement_model import CLEAN, RIG
@@ -26,7 +27,6 @@ from observers.patch.effective_friction import build_effective_friction
 from observers.protocol import ESTIMATE, OUTPUT
 from observers.quality.innovation_gate import COUNTS
 from observers.quality.innovation_monitor import change_variance
-from observers.run import arrange, as_estimates, run
 from symbolic import GEOMETRY, InvalidInputError
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ import pytest
 from filterpy.kalman import ExtendedKalmanFilter
 
 from observers import Sample, Tuning
-from observers.filterpy_filter import FilterpyEkf
+from observers.interfaces.filterpy_filter import FilterpyEkf
 from symbolic import InvalidInputError, Model, Rig, effects_named, simulate
 
 RIG, K, MU = Rig(a=0.045, e=0.009), 2.4e6, 0.8
