@@ -111,20 +111,11 @@ def symbols_like(function: ca.Function) -> dict[str, ca.MX]:
     return {name: ca.MX.sym(name, *function.size_in(name)) for name in function.name_in()}
 
 
-def build_function(
-    name: str, inputs: Mapping[str, Expression], outputs: Mapping[str, Expression], *, cse: bool = False
+def named_function(
+    name: str, inputs: Mapping[str, Any], outputs: Mapping[str, Any], **options: Any
 ) -> ca.Function:
-    """A casadi Function from symbols to expressions, all of them named.
-
-    Args:
-        name: of the Function.
-        inputs: symbols.
-        outputs: expressions of them.
-        cse: eliminate common subexpressions.
-    """
-    return ca.Function(
-        name, [*inputs.values()], [*outputs.values()], [*inputs], [*outputs], {"cse": cse}
-    )
+    """A Function from symbols to expressions, each under its name; options are CasADi's."""
+    return ca.Function(name, [*inputs.values()], [*outputs.values()], [*inputs], [*outputs], options)
 
 
 def outputs_of(function: ca.Function, *arguments: Expression) -> dict[str, Expression]:

@@ -21,7 +21,7 @@ from observers.estimators.udu import (
     build_update_covariance,
     covariance,
 )
-from observers.layout import Layout, Parts, build_function, outputs_of
+from observers.layout import Layout, Parts, named_function, outputs_of
 from observers.measurement.linearisation import (
     angle_is_state,
     build_measurement,
@@ -34,11 +34,11 @@ from observers.patch.update import (
     build_patch_update,
     memory_depends_on_tyre,
     memory_fields,
-    patch_signals,
     reset_retention,
     sensitivity_retention,
     slopes_by_states,
     tyre_parameters,
+    update_signals,
 )
 from observers.protocol import OUTPUT
 from observers.quality.innovation_gate import COUNTS, InnovationTest, huber_weight
@@ -117,8 +117,8 @@ def build_step(
     sample = StepSample.of(model, measurement_model, inputs, before["last"])
     predicted, factor, memory = _predict(sample, before)
     # A measured angle does not depend on the patch at the sample itself; a measured torque does.
-    after_angle = angle_is_state(measurement_model)
-    patch = before if after_angle else _update_patch(sample, memory, predicted)
+    follows_angle = angle_is_state(measurement_model)
+    patch = before if follows_angle else _update_patch(sample, memory, predicted)
     P = covariance(factor)
     test = sample.test(before, predicted, P, patch["M_z"], patch["slopes"])
     correct = _correction(sample, predicted, factor, test)
@@ -127,7 +127,7 @@ def build_step(
         patch = _update_patch(sample, memory, x)
         x, factor = correct(*_linearised_again(sample, predicted, x, patch))
     M_z = test.expected
-    if after_angle:
+    if follows_angle:
         patch = _update_patch(sample, memory, x)
         M_z = patch["M_z"]
     if memory_depends_on_tyre(model, measurement_model):
@@ -139,7 +139,7 @@ def build_step(
         **patch, "x": x, "factor": factor, "last": sample.now, "counts": test.counts_next,
         "monitor": test.monitor_next, "output": output,
     }  # fmt: skip
-    return build_function("ekf_step", inputs, {"state_next": parts.join(state_next), "output": output})
+    return named_function("ekf_step", inputs, {"state_next": parts.join(state_next), "output": output})
 
 
 def _predict(sample: StepSample, before: Parts) -> tuple[ca.MX, ca.MX, Parts]:
@@ -162,7 +162,7 @@ def _update_patch(sample: StepSample, memory: Parts, x: ca.MX) -> Parts:
     """Memory, M_z and slopes by the states after the sample, at the states x."""
     measurement_model = sample.measurement_model
     update = build_patch_update(sample.model, measurement_model)
-    signals = patch_signals(measurement_model, x, sample.now)
+    signals = update_signals(measurement_model, x, sample.now)
     tyre = tyre_parameters(measurement_model, x)
     geometry = sample.rig[: len(GEOMETRY)]
     results = outputs_of(update, *memory.values(), signals, tyre, sample.theta, geometry)

@@ -4,7 +4,7 @@ from functools import cache
 
 import casadi as ca
 
-from observers.layout import Layout, build_function, named, symbols, vector_of
+from observers.layout import Layout, named, named_function, symbols, vector_of
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.measurement.torque_error import is_known
 from observers.patch.effective_friction import output_vector
@@ -52,7 +52,7 @@ def build_initial_state(
         "factor": ca.diag(variance),
         "last": last,
         "output": output_vector(mu=tuning["mu"], mu_std=tuning["mu_std"]),
-        "seen": _at_rest(SIGNALS, first),
+        "patch_signals": _at_rest(SIGNALS, first),
         "angle_slope": ca.vertcat(first["psi"], 0),
         "mean": mean,
         "P_newest": ca.diag(variance),
@@ -64,7 +64,7 @@ def build_initial_state(
         # The rows of a window's samples continue those of a cleaned sample.
         rows = layout.places["samples"][1][0]
         parts["samples"] = ca.vertcat(last, ca.DM.zeros(rows - len(CLEAN)))
-    return build_function("start", inputs, {"state": layout.fill(parts)})
+    return named_function("start", inputs, {"state": layout.fill(parts)})
 
 
 def _at_rest(names: tuple[str, ...], first: dict[str, ca.MX]) -> ca.MX:

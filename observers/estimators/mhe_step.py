@@ -35,7 +35,7 @@ from observers.estimators.mhe_terms import (
 )
 from observers.estimators.step_terms import StepSample, clip_to_bounds, step_symbols
 from observers.estimators.udu import add_variance
-from observers.layout import Layout, Parts, build_function, symbols
+from observers.layout import Layout, Parts, named_function, symbols
 from observers.measurement.linearisation import angle_is_state, directions
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.patch.history import PatchHistory
@@ -92,7 +92,7 @@ def build_smoother(measurement_model: MeasurementModel, window: int) -> ca.Funct
         ca.DM.zeros(n), filtered[:, reverse], P[:, blocks], K[:, reverse], score[:, reverse],
         H[:, reverse], A[:, blocks], constants[1],
     )  # fmt: skip
-    return build_function("smoother", inputs, {"x_next": smoothed[:, reverse], "P_newest": P[:, -n:]})
+    return named_function("smoother", inputs, {"x_next": smoothed[:, reverse], "P_newest": P[:, -n:]})
 
 
 @cache
@@ -113,8 +113,8 @@ def build_window_step(
     predicted, P, retention = _predict(sample, before, last, torque)
     append = partial(patch.append, before, retention, sample.now, theta=sample.theta, rig=sample.rig)
     # A measured angle does not depend on the patch at the sample itself; a measured torque does.
-    after_angle = angle_is_state(measurement_model)
-    history = patch.without_oldest(before) if after_angle else append(x=predicted)
+    follows_angle = angle_is_state(measurement_model)
+    history = patch.without_oldest(before) if follows_angle else append(x=predicted)
     x = ca.horzcat(before["x"][:, 1:], predicted)
     M_z, slopes = torques(history, x)
     test = sample.test(before, predicted, P, M_z[-1], slopes[:, -1])
@@ -131,7 +131,7 @@ def build_window_step(
         x, P = smoother(mean, factor, x, M_z, slopes, *given)
     x_newest, M_z = x[:, -1], test.expected
     unsettled = is_unsettled(measurement_model, x_newest, previous, P)
-    if after_angle:
+    if follows_angle:
         history = append(x=x_newest)
         M_z, _ = torques(patch.newest(history), x_newest)
     old = reset_retention(test.reset, before["P_newest"][at, at], sample.change)
@@ -142,7 +142,7 @@ def build_window_step(
         "factor": factor, "P_newest": P, "counts": test.counts_next,
         "monitor": test.monitor_next, "output": output,
     }  # fmt: skip
-    return build_function("mhe_step", inputs, {"state_next": parts.join(state_next), "output": output})
+    return named_function("mhe_step", inputs, {"state_next": parts.join(state_next), "output": output})
 
 
 def _predict(

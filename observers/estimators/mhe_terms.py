@@ -10,7 +10,7 @@ import casadi as ca
 
 from observers.estimators.step_terms import clip_to_bounds
 from observers.estimators.window_least_squares import build_back_substitution, build_window_update
-from observers.layout import Expression, build_function, named, symbols, symbols_like
+from observers.layout import Expression, named, named_function, symbols, symbols_like
 from observers.measurement.linearisation import build_measurement, build_motion, directions, state_index
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.quality.innovation_gate import huber_weight
@@ -25,7 +25,7 @@ def build_prediction(measurement_model: MeasurementModel) -> ca.Function:
     x_next, A, Q, _ = motion(*given.values())
     P = ca.MX.sym("P", n, n)
     outputs = {"x_next": x_next, "P_next": A @ P @ A.T + ca.diag(Q), "Q": Q}
-    return build_function("prediction", {"x": given.pop("x"), "P": P, **given}, outputs)
+    return named_function("prediction", {"x": given.pop("x"), "P": P, **given}, outputs)
 
 
 @cache
@@ -52,7 +52,7 @@ def build_forward(measurement_model: MeasurementModel) -> ca.Function:
     results = build_window_update(n)(mean, factor, innovation + ca.dot(H, x), H, weight, A, b, Q)
     names = ("mean_next", "factor_next", "filtered", "P", "K", "score", "H", "A")
     outputs = dict(zip(names, (*results, H, A), strict=True))
-    return build_function("forward", inputs, outputs).expand("forward", {"cse": True})
+    return named_function("forward", inputs, outputs).expand("forward", {"cse": True})
 
 
 @cache
@@ -72,7 +72,7 @@ def build_backward(measurement_model: MeasurementModel) -> ca.Function:
     before, smoothed = build_back_substitution(n)(costate, filtered, P, H, K, score, A)
     x = clip_to_bounds(measurement_model, smoothed, tuning)
     outputs = {"costate_before": before, "x": x}
-    return build_function("backward", inputs, outputs).expand("backward", {"cse": True})
+    return named_function("backward", inputs, outputs).expand("backward", {"cse": True})
 
 
 @cache
@@ -91,7 +91,7 @@ def build_acceptance() -> ca.Function:
     first = ca.logic_and(reset, age == run - 1)
     accepted = ca.if_else(in_run, 1, ca.if_else(age == 0, newest, accepted))
     jump = ca.if_else(first, variance, jump)
-    return build_function("acceptance", inputs, {"accepted_next": accepted, "jump_next": jump})
+    return named_function("acceptance", inputs, {"accepted_next": accepted, "jump_next": jump})
 
 
 def arrival_jump(window: int, reset: Expression, run: Expression, variance: Expression) -> Expression:

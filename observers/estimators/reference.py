@@ -21,7 +21,7 @@ from observers.estimators.mhe import Mhe
 from observers.estimators.mhe_step import layout
 from observers.estimators.step_terms import STIFFNESS_BOUNDS
 from observers.estimators.udu import covariance_of
-from observers.layout import ObserverState, build_function, symbols
+from observers.layout import ObserverState, named_function, symbols
 from observers.measurement.linearisation import build_measurement, build_motion, state_index
 from observers.measurement.measurement_model import CLEAN, ROWS, MeasurementModel
 from observers.patch.history import PatchHistory
@@ -134,7 +134,7 @@ def _build_costs(model: PatchModel, measurement_model: MeasurementModel, window:
         "defects": x[:, 1:] - predicted[:, :-1],
         "huber_scale": huber_scale,
     }
-    return build_function("costs", inputs, outputs)
+    return named_function("costs", inputs, outputs)
 
 
 @cache

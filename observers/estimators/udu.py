@@ -13,7 +13,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.layout import Expression, build_function, symbols
+from observers.layout import Expression, named_function, symbols
 
 Array = NDArray[np.float64]
 GREATEST_VARIANCE = 1e12
@@ -41,25 +41,25 @@ def update_covariance(factor: ca.SX, H: ca.SX, weight: ca.SX) -> tuple[ca.SX, ca
         weight: inverse variance of the measurement, 0 where there is none.
 
     Returns:
-        The factor after, the gain K, and 1 / (R + H P H'), 0 where there is no measurement.
+        The factor, the gain K, and 1 / (R + H P H'), 0 where there is no measurement.
     """
     n = H.numel()
     U = ca.triu(factor, False) + ca.SX.eye(n)
     f = U.T @ H
     v = ca.diag(factor) * f
-    after = ca.SX(factor)
+    factor_next = ca.SX(factor)
     # Bierman's recursion times weight, so that a weight of 0 needs no infinite variance.
     share = ca.SX(1)
     gain = ca.SX.zeros(n)
     for j in range(n):
         grown = share + weight * f[j] * v[j]
-        after[j, j] = factor[j, j] * share / grown
+        factor_next[j, j] = factor[j, j] * share / grown
         for i in range(j):
-            after[i, j] = factor[i, j] - gain[i] * weight * f[j] / share
+            factor_next[i, j] = factor[i, j] - gain[i] * weight * f[j] / share
             gain[i] += factor[i, j] * v[j]
         gain[j] = v[j]
         share = grown
-    return after, gain * weight / share, weight / share
+    return factor_next, gain * weight / share, weight / share
 
 
 def add_variance(factor: Expression, at: int, variance: Expression) -> Expression:
@@ -68,19 +68,19 @@ def add_variance(factor: Expression, at: int, variance: Expression) -> Expressio
     [Bierman 1977], section III.4, the rank-one update of Agee and Turner. At index 0 it adds to one
     element of D, as there is no column of U before it; elsewhere U changes too.
     """
-    after, rest = type(factor)(factor), variance
+    factor_next, rest = type(factor)(factor), variance
     # What is left of e, after the columns from `at` down to j.
     vector: list[Expression] = [0] * at + [1]
     for j in range(at, -1, -1):
         D = factor[j, j] + rest * vector[j] ** 2
-        after[j, j] = D
+        factor_next[j, j] = D
         # A state that is known exactly has D = 0 and no correlation.
         share = ca.if_else(D > 0, rest / ca.if_else(D > 0, D, 1), 0)
         for i in range(j):
             vector[i] = vector[i] - vector[j] * factor[i, j]
-            after[i, j] = factor[i, j] + share * vector[j] * vector[i]
+            factor_next[i, j] = factor[i, j] + share * vector[j] * vector[i]
         rest = ca.if_else(D > 0, share * factor[j, j], rest)
-    return after
+    return factor_next
 
 
 def predict_covariance(factor: ca.SX, A: ca.SX, Q: ca.SX) -> ca.SX:
@@ -92,17 +92,17 @@ def predict_covariance(factor: ca.SX, A: ca.SX, Q: ca.SX) -> ca.SX:
     rows = ca.horzcat(A @ (ca.triu(factor, False) + ca.SX.eye(n)), ca.SX.eye(n))
     weights = ca.vertcat(ca.diag(factor), Q)
     work = [rows[i, :].T for i in range(n)]
-    after = ca.SX.zeros(n, n)
+    factor_next = ca.SX.zeros(n, n)
     for j in range(n - 1, -1, -1):
         weighted = work[j] * weights
         D = ca.dot(work[j], weighted)
-        after[j, j] = ca.fmin(D, GREATEST_VARIANCE)
+        factor_next[j, j] = ca.fmin(D, GREATEST_VARIANCE)
         for i in range(j):
             # A state that is known exactly has D = 0 and no correlation.
             share = ca.if_else(D > 0, ca.dot(work[i], weighted) / ca.if_else(D > 0, D, 1), 0)
-            after[i, j] = share
+            factor_next[i, j] = share
             work[i] = work[i] - share * work[j]
-    return after
+    return factor_next
 
 
 @cache
@@ -110,7 +110,7 @@ def build_predict_covariance(states: int) -> ca.Function:
     """(factor, A, Q) -> factor of A P A' + diag(Q)."""
     inputs = symbols(ca.SX, factor=(states, states), A=(states, states), Q=states)
     outputs = {"factor_next": predict_covariance(*inputs.values())}
-    return build_function("predict_covariance", inputs, outputs)
+    return named_function("predict_covariance", inputs, outputs)
 
 
 @cache
@@ -119,4 +119,4 @@ def build_update_covariance(states: int) -> ca.Function:
     inputs = symbols(ca.SX, factor=(states, states), H=states, weight=1)
     results = update_covariance(*inputs.values())
     outputs = dict(zip(("factor_next", "K", "share"), results, strict=True))
-    return build_function("update_covariance", inputs, outputs)
+    return named_function("update_covariance", inputs, outputs)

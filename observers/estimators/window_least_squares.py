@@ -18,7 +18,7 @@ from functools import cache
 import casadi as ca
 
 from observers.estimators.udu import covariance, predict_covariance, update_covariance
-from observers.layout import build_function, symbols
+from observers.layout import named_function, symbols
 
 
 @cache
@@ -32,18 +32,18 @@ def build_window_update(states: int) -> ca.Function:
     n = states
     inputs = symbols(ca.SX, mean=n, factor=(n, n), z=1, H=n, weight=1, A=(n, n), b=n, Q=n)
     mean, factor, z, H, weight, A, b, Q = inputs.values()
-    after, K, share = update_covariance(factor, H, weight)
+    updated, K, share = update_covariance(factor, H, weight)
     innovation = z - ca.dot(H, mean)
     x = mean + K * innovation
     outputs = {
         "mean_next": A @ x + b,
-        "factor_next": predict_covariance(after, A, Q),
+        "factor_next": predict_covariance(updated, A, Q),
         "x": x,
-        "P": covariance(after),
+        "P": covariance(updated),
         "K": K,
         "score": share * innovation,
     }
-    return build_function("kalman_update", inputs, outputs, cse=True)
+    return named_function("kalman_update", inputs, outputs, cse=True)
 
 
 @cache
@@ -56,7 +56,7 @@ def build_back_substitution(states: int) -> ca.Function:
     n = states
     inputs = symbols(ca.SX, costate=n, x=n, P=(n, n), H=n, K=n, score=1, A=(n, n))
     costate, x, P, H, K, score, A = inputs.values()
-    after = A.T @ costate
-    before = after - H * (ca.dot(K, after) + score)
-    outputs = {"costate_before": before, "smoothed": x - P @ after}
-    return build_function("back_substitution", inputs, outputs)
+    propagated = A.T @ costate
+    before = propagated - H * (ca.dot(K, propagated) + score)
+    outputs = {"costate_before": before, "smoothed": x - P @ propagated}
+    return named_function("back_substitution", inputs, outputs)

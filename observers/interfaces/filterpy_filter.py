@@ -81,13 +81,15 @@ class FilterpyEkf(ExtendedKalmanFilter):  # type: ignore[misc]
             )
         if self._memory is None:
             self._memory = self._initial(signals)
-        self._memory, seen = self._advance(self._memory, signals)
+        self._memory, patch_signals = self._advance(self._memory, signals)
         self.Q = np.array([[self.tuning.mu_walk**2 * sample.dt]])
         self.predict()
         if math.isfinite(sample.M_z):
             spread = self.tuning.noise * SHARE * sample.F_N * self._rig.a
             self.R = np.array([[spread**2]])
-            torque, slope = (out.full() for out in self._torque(self._memory, seen, self.x[0, 0]))
+            torque, slope = (
+                out.full() for out in self._torque(self._memory, patch_signals, self.x[0, 0])
+            )
             self.update(np.array([[sample.M_z]]), lambda _: slope, lambda _: torque)
         return self.mu
 
@@ -98,14 +100,17 @@ def _functions(
     """Memory before the first signals, after a sample, and torque with its derivative by ln mu."""
     nominal = model.theta({**values, "mu": DECLARED[0].start})
     geometry = ca.DM([getattr(rig, name) for name in GEOMETRY])
-    memory, seen = ca.MX.sym("memory", model.memory_size), ca.MX.sym("seen", len(SIGNALS))
+    memory, patch_signals = (
+        ca.MX.sym("memory", model.memory_size),
+        ca.MX.sym("patch_signals", len(SIGNALS)),
+    )
     signals, log_mu = ca.MX.sym("signals", len(SIGNALS)), ca.MX.sym("log_mu")
     theta = ca.vertcat(ca.exp(log_mu), nominal[1:])
-    torque = model.torque(memory, seen, theta, geometry)
+    torque = model.torque(memory, patch_signals, theta, geometry)
     slope = ca.densify(ca.jacobian(torque, log_mu))
     advance = ca.Function(
         "filterpy_advance", [memory, signals], model.advance.call([memory, signals, nominal, geometry])
     )
-    predicted = ca.Function("filterpy_torque", [memory, seen, log_mu], [torque, slope])
+    predicted = ca.Function("filterpy_torque", [memory, patch_signals, log_mu], [torque, slope])
     initial = ca.Function("filterpy_initial", [signals], [model.initial(signals, nominal, geometry)])
     return initial, compiled(advance), compiled(predicted)

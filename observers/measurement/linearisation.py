@@ -8,7 +8,7 @@ from functools import cache
 
 import casadi as ca
 
-from observers.layout import build_function, named, symbols, vector_of
+from observers.layout import named, named_function, symbols, vector_of
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.measurement.torque_error import is_known
 from observers.protocol import SAMPLE
@@ -60,7 +60,7 @@ def build_clean(measurement_model: MeasurementModel) -> ca.Function:
     """(sample, last) -> (now, imputed): the sample as `CLEAN`, and whether a value of it is imputed."""
     inputs = symbols(ca.SX, sample=len(SAMPLE), last=len(CLEAN))
     now, imputed = measurement_model.clean(named(SAMPLE, inputs["sample"]), named(CLEAN, inputs["last"]))
-    return build_function("clean", inputs, {"now": vector_of(CLEAN, now), "imputed": imputed})
+    return named_function("clean", inputs, {"now": vector_of(CLEAN, now), "imputed": imputed})
 
 
 @cache
@@ -79,7 +79,7 @@ def build_motion(measurement_model: MeasurementModel) -> ca.Function:
     x_next = vector_of(states, after)
     A = ca.jacobian(x_next, x) + ca.jacobian(x_next, M_z) @ (_selection(measurement_model) @ slopes).T
     outputs = {"x_next": x_next, "A": A, "Q": vector_of(states, variance), "b": x_next - A @ x}
-    return build_function("motion", inputs, {name: ca.densify(part) for name, part in outputs.items()})
+    return named_function("motion", inputs, {name: ca.densify(part) for name, part in outputs.items()})
 
 
 @cache
@@ -107,4 +107,4 @@ def build_measurement(measurement_model: MeasurementModel) -> ca.Function:
         "huber_scale": measurement.huber_scale,
         "independent": measurement.independent,
     }
-    return build_function("measurement", inputs, outputs)
+    return named_function("measurement", inputs, outputs)

@@ -9,7 +9,7 @@ from typing import Any
 
 import casadi as ca
 
-from observers.layout import build_function, named, symbols, vector_of
+from observers.layout import named, named_function, symbols, vector_of
 from observers.patch.model import PatchModel
 from observers.protocol import OUTPUT
 from symbolic import GEOMETRY
@@ -31,7 +31,7 @@ def build_effective_friction(model: PatchModel) -> ca.Function:
     mu_eff, M_slide = model.full_slide.call([memory, F_N, at, geometry, rate], True, False)
     deviation = ca.fabs(ca.jtimes(mu_eff, mu, ca.MX(1))) * mu_std
     outputs = {"mu_eff": mu_eff, "mu_eff_std": deviation, "M_slide": M_slide}
-    return build_function("effective_friction", inputs, outputs, cse=True)
+    return named_function("effective_friction", inputs, outputs, cse=True)
 
 
 def output_vector(**known: Any) -> ca.MX:

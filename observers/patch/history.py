@@ -20,9 +20,9 @@ from observers.patch.update import (
     build_torque,
     memory_depends_on_tyre,
     memory_fields,
-    patch_signals,
     slopes_by_states,
     tyre_parameters,
+    update_signals,
 )
 from symbolic import GEOMETRY, SIGNALS
 
@@ -45,7 +45,11 @@ class PatchHistory:
     def blocks(self) -> tuple[tuple[str, int, int], ...]:
         """Names, rows and columns of the parts of one sample; `angle_slope` is psi and dM_z/dpsi."""
         angle = [("angle_slope", 2, 1) for name in directions(self.measurement_model) if name == "psi"]
-        return (*memory_fields(self.model, self.measurement_model), ("seen", len(SIGNALS), 1), *angle)
+        return (
+            *memory_fields(self.model, self.measurement_model),
+            ("patch_signals", len(SIGNALS), 1),
+            *angle,
+        )
 
     @property
     def fields(self) -> tuple[tuple[str, int, int], ...]:
@@ -77,7 +81,7 @@ class PatchHistory:
         memory = {name: latest[name] for name, *_ in memory_fields(self.model, self.measurement_model)}
         if memory_depends_on_tyre(self.model, self.measurement_model):
             memory["memory_sensitivity"] = memory["memory_sensitivity"] @ retention
-        signals = patch_signals(self.measurement_model, x, now)
+        signals = update_signals(self.measurement_model, x, now)
         update = build_patch_update(self.model, self.measurement_model)
         tyre = tyre_parameters(self.measurement_model, x)
         *added, _, slopes = update(*memory.values(), signals, tyre, theta, rig[: len(GEOMETRY)])

@@ -30,11 +30,11 @@ class PatchModel(Hashable, Protocol):
 
     @property
     def advance(self) -> ca.Function:
-        """(memory, signals, theta, geometry) -> (memory_next, seen); seen reach the patch."""
+        """(memory, signals, theta, geometry) -> (memory_next, patch_signals), those that reach it."""
 
     @property
     def torque(self) -> ca.Function:
-        """(memory_next, seen, theta, geometry) -> M_z [N m]."""
+        """(memory_next, patch_signals, theta, geometry) -> M_z [N m]."""
 
     @property
     def full_slide(self) -> ca.Function:

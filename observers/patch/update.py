@@ -17,7 +17,7 @@ from functools import cache
 
 import casadi as ca
 
-from observers.layout import Expression, build_function, named, symbols, vector_of
+from observers.layout import Expression, named, named_function, symbols, vector_of
 from observers.measurement.linearisation import TYRE, directions, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.patch.model import PatchModel
@@ -49,11 +49,11 @@ def memory_depends_on_tyre(model: PatchModel, measurement_model: MeasurementMode
 
 @cache
 def build_patch_update(model: PatchModel, measurement_model: MeasurementModel) -> ca.Function:
-    """(*fields, signals, tyre, theta, geometry) -> (*fields_next, seen, M_z, slopes).
+    """(*fields, signals, tyre, theta, geometry) -> (*fields_next, patch_signals, M_z, slopes).
 
-    fields as in `memory_fields`; signals as in `symbolic.SIGNALS`, seen those that reach the patch;
-    tyre (t,) is mu and, where it is a state, k over its nominal value; theta the nominal parameters;
-    slopes (d,) of M_z by the angle, where that is a state, and by the tyre.
+    fields as in `memory_fields`; signals as in `symbolic.SIGNALS`, patch_signals those that reach the
+    patch; tyre (t,) is mu and, where it is a state, k over its nominal value; theta the nominal
+    parameters; slopes (d,) of M_z by the angle, where that is a state, and by the tyre.
     """
     size, count = model.memory_size, len(tyre_states(measurement_model))
     depends = memory_depends_on_tyre(model, measurement_model)
@@ -62,36 +62,42 @@ def build_patch_update(model: PatchModel, measurement_model: MeasurementModel) -
     arguments = ca.MX.sym("arguments", size + len(SIGNALS) + count)
     memory, signals, tyre = ca.vertsplit(arguments, [0, size, size + len(SIGNALS), arguments.numel()])
     at = theta_at(model, measurement_model, theta, tyre)
-    after, seen = model.advance.call([memory, signals, at, geometry], True, False)
-    M_z = model.torque.call([after, seen, at, geometry], True, False)[0]
+    memory_next, patch_signals = model.advance.call([memory, signals, at, geometry], True, False)
+    M_z = model.torque.call([memory_next, patch_signals, at, geometry], True, False)[0]
     seeds = ca.MX.sym("seeds", size, count) if depends else ca.MX(size, count)
     by_tyre = ca.vertcat(seeds, ca.MX(len(SIGNALS), count), ca.MX(ca.DM.eye(count)))
     by_angle = ca.vertcat(
         ca.MX(size, 1), ca.DM.eye(len(SIGNALS))[:, SIGNALS.index("psi")], ca.MX(count, 1)
     )
     angles = [by_angle for name in directions(measurement_model) if name == "psi"]
-    slopes = ca.jtimes(ca.vertcat(after, M_z), arguments, ca.horzcat(*angles, by_tyre))
+    slopes = ca.jtimes(ca.vertcat(memory_next, M_z), arguments, ca.horzcat(*angles, by_tyre))
     sensitivity = [seeds] if depends else []
     flat = ca.Function(
         "flat",
         [arguments, *sensitivity, theta, geometry],
-        [after, *(slopes[:size, len(angles) :] for _ in sensitivity), seen, M_z, slopes[size, :].T],
+        [
+            memory_next,
+            *(slopes[:size, len(angles) :] for _ in sensitivity),
+            patch_signals,
+            M_z,
+            slopes[size, :].T,
+        ],
         {"cse": True},
     )
     inputs = _symbols(model, measurement_model, signals=len(SIGNALS))
     fields = {name: inputs[name] for name, *_ in memory_fields(model, measurement_model)}
     tyre = inputs["tyre"]
-    after, *sensitivity, seen, M_z, slopes = flat.call(
+    memory_next, *sensitivity, patch_signals, M_z, slopes = flat.call(
         [
             ca.vertcat(memory_at(fields, tyre), inputs["signals"], tyre), *list(fields.values())[1:2],
             inputs["theta"], inputs["geometry"],
         ], True, False,
     )  # fmt: skip
     points = [tyre for _ in sensitivity]
-    results = [after, *map(ca.densify, sensitivity), *points]
+    results = [memory_next, *map(ca.densify, sensitivity), *points]
     outputs = dict(zip((f"{name}_next" for name in fields), results, strict=True))
-    outputs |= {"seen": seen, "M_z": M_z, "slopes": ca.densify(slopes)}
-    return build_function("patch_update", inputs, outputs)
+    outputs |= {"patch_signals": patch_signals, "M_z": M_z, "slopes": ca.densify(slopes)}
+    return named_function("patch_update", inputs, outputs)
 
 
 def _symbols(model: PatchModel, measurement_model: MeasurementModel, **own: int) -> dict[str, ca.MX]:
@@ -103,18 +109,18 @@ def _symbols(model: PatchModel, measurement_model: MeasurementModel, **own: int)
 
 @cache
 def build_torque(model: PatchModel, measurement_model: MeasurementModel) -> ca.Function:
-    """(*fields, seen, tyre, theta, geometry) -> (M_z, slopes), of a memory that is already advanced.
+    """(*fields, patch_signals, tyre, theta, geometry) -> (M_z, slopes), of a memory already advanced.
 
     slopes (t,) are by the tyre alone.
     """
-    inputs = _symbols(model, measurement_model, seen=len(SIGNALS))
+    inputs = _symbols(model, measurement_model, patch_signals=len(SIGNALS))
     fields = {name: inputs[name] for name, *_ in memory_fields(model, measurement_model)}
     tyre = inputs["tyre"]
     at = theta_at(model, measurement_model, inputs["theta"], tyre)
-    given = [memory_at(fields, tyre), inputs["seen"], at, inputs["geometry"]]
+    given = [memory_at(fields, tyre), inputs["patch_signals"], at, inputs["geometry"]]
     M_z = model.torque.call(given, True, False)[0]
     outputs = {"M_z": M_z, "slopes": ca.densify(ca.jacobian(M_z, tyre).T)}
-    return build_function("torque_with_slopes", inputs, outputs, cse=True)
+    return named_function("torque_with_slopes", inputs, outputs, cse=True)
 
 
 def memory_at(fields: Mapping[str, ca.MX], tyre: ca.MX) -> ca.MX:
@@ -185,7 +191,7 @@ def slopes_by_states(measurement_model: MeasurementModel, slopes: ca.MX, x: ca.M
     return slopes * ca.vertcat(ca.MX.ones(angles, x.shape[1]), scale)
 
 
-def patch_signals(measurement_model: MeasurementModel, x: ca.MX, now: ca.MX) -> ca.MX:
+def update_signals(measurement_model: MeasurementModel, x: ca.MX, now: ca.MX) -> ca.MX:
     """The signals of a cleaned sample `now`, with those that are states taken from x."""
     states = measurement_model.states
     return ca.vertcat(*(

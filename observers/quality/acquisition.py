@@ -12,7 +12,7 @@ from typing import Any
 
 import casadi as ca
 
-from observers.layout import Expression, Parts, build_function, named, symbols, vector_of
+from observers.layout import Expression, Parts, named, named_function, symbols, vector_of
 from observers.measurement.torque_error import is_known, retained
 from observers.protocol import OUTPUT, Status
 from observers.quality.branches import POINTS, TRACK, build_branch, build_sensitivity, build_track
@@ -95,7 +95,7 @@ def build_weighing() -> ca.Function:
     expected = ca.sum1(ca.reshape(branches, POINTS, count))
     given = (ca.repmat(each, 1, count) for each in (M_z, variance, share))
     after = build_hypothesis().map(count)(hypotheses, expected, *given)
-    return build_function("weigh", inputs, {"hypotheses_next": after})
+    return named_function("weigh", inputs, {"hypotheses_next": after})
 
 
 def only_if(
@@ -147,7 +147,7 @@ def build_search() -> ca.Function:
         "verdict_next": only_if(phase == 1, build_verdict(), judged, verdict),
         "share": share,
     }
-    return build_function("search", inputs, outputs)
+    return named_function("search", inputs, outputs)
 
 
 @cache
@@ -199,7 +199,7 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
         "handover": vector_of(HANDOVER, handover),
         "result": vector_of(OUTPUT, results),
     }
-    return build_function("conclude", inputs, outputs, cse=True)
+    return named_function("conclude", inputs, outputs, cse=True)
 
 
 def doubted(doubt: Expression, share: Expression, wrong: Expression) -> Expression:

@@ -13,7 +13,7 @@ from functools import cache
 
 import casadi as ca
 
-from observers.layout import Expression, Parts, build_function, named, symbols, vector_of
+from observers.layout import Expression, Parts, named, named_function, symbols, vector_of
 from observers.measurement.torque_error import retained
 from symbolic.masing import virgin_torque
 
@@ -48,7 +48,7 @@ def build_turn() -> ca.Function:
     after, _, _ = _turned(named(TRACK, inputs["track"]), inputs["psi"], inputs["slack"])
     after, share = _counted(after, inputs["counts"])
     outputs = {"track_next": vector_of(TRACK, after), "share": share}
-    return build_function("turn", inputs, outputs, cse=True)
+    return named_function("turn", inputs, outputs, cse=True)
 
 
 def _turned(was: Parts, psi: Expression, slack: Expression) -> tuple[Parts, Expression, Expression]:
@@ -123,7 +123,7 @@ def build_track() -> ca.Function:
         "turns": ca.vertcat(*turns),
         "share": share,
     }
-    return build_function("track", inputs, outputs, cse=True)
+    return named_function("track", inputs, outputs, cse=True)
 
 
 def _at(vector: Expression, index: Expression) -> Expression:
@@ -141,7 +141,7 @@ def build_branch() -> ca.Function:
     turn, order, ratio, F_N, tyre = inputs.values()
     scale = ca.if_else(order == 0, 1, 2)
     M = scale * virgin_torque(turn / scale, F_N, ratio, *ca.vertsplit(tyre))
-    return build_function("branch", inputs, {"M": M}, cse=True)
+    return named_function("branch", inputs, {"M": M}, cse=True)
 
 
 @cache
@@ -155,4 +155,4 @@ def build_sensitivity() -> ca.Function:
     M = virgin_torque(ca.fmax(turn, SHORTEST), F_N, ca.exp(log_ratio), *ca.vertsplit(tyre))
     share = ca.gradient(M, log_ratio) / M
     outputs = {"share": ca.fmin(ca.fmax(share, LEAST_SENSITIVITY), 1)}
-    return build_function("sensitivity", inputs, outputs, cse=True)
+    return named_function("sensitivity", inputs, outputs, cse=True)

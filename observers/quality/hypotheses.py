@@ -21,8 +21,8 @@ from observers.layout import (
     Expression,
     Layout,
     Parts,
-    build_function,
     named,
+    named_function,
     symbols,
     vector_of,
 )
@@ -116,7 +116,7 @@ def build_start() -> ca.Function:
         "points": ca.repmat(psi, POINTS),
         "hypotheses": ca.repmat(vector_of(PER_HYPOTHESIS, part), 1, len(RATIOS)),
     }
-    return build_function("search_start", inputs, {"search": SEARCH.join(parts)})
+    return named_function("search_start", inputs, {"search": SEARCH.join(parts)})
 
 
 @cache
@@ -134,7 +134,7 @@ def build_restart() -> ca.Function:
     track |= {"count": ca.if_else(direction == 0, 1, 2), "explained": 0, "widest": 0}
     points = ca.vertcat(origin + direction * SLID, ca.repmat(origin, POINTS - 1))
     parts = {**fresh, "track": vector_of(TRACK, track), "points": points}
-    return build_function("restart", inputs, {"search_next": SEARCH.join(parts)})
+    return named_function("restart", inputs, {"search_next": SEARCH.join(parts)})
 
 
 @cache
@@ -152,7 +152,7 @@ def build_error() -> ca.Function:
     variance = white + (ca.fmin(error, 1) * reach) ** 2 / share
     size = ca.fmax(ca.fabs(M_z) - 2 * noise, 0)
     outputs = {"size": size, "variance": variance, "noisy": NOISIER * white / variance}
-    return build_function("torque_error", inputs, outputs)
+    return named_function("torque_error", inputs, outputs)
 
 
 @cache
@@ -189,7 +189,7 @@ def build_hypothesis() -> ca.Function:
         "var_zero": ca.fmax(was["var_zero"] - zero * by_zero, 0),
     }
     outputs = {"part_next": vector_of(PER_HYPOTHESIS, after)}
-    return build_function("hypothesis", inputs, outputs, cse=True)
+    return named_function("hypothesis", inputs, outputs, cse=True)
 
 
 def _moments(
@@ -265,4 +265,4 @@ def build_verdict() -> ca.Function:
         "verified": inside > SURE[0], "suspect": inside < -SURE[1],
         "unexplained": squares > inputs["explained"] + UNEXPLAINED,
     }  # fmt: skip
-    return build_function("verdict", inputs, {"verdict": vector_of(VERDICT, outputs)}, cse=True)
+    return named_function("verdict", inputs, {"verdict": vector_of(VERDICT, outputs)}, cse=True)

@@ -13,7 +13,7 @@ from functools import cache
 
 import casadi as ca
 
-from observers.layout import Expression, build_function, named, outputs_of, symbols, symbols_like
+from observers.layout import Expression, named, named_function, outputs_of, symbols, symbols_like
 from observers.measurement.linearisation import build_measurement, state_index
 from observers.measurement.measurement_model import MeasurementModel
 from observers.quality.innovation_monitor import MONITOR, build_monitor
@@ -48,7 +48,7 @@ def build_gate() -> ca.Function:
     streak = ca.if_else(measured, ca.if_else(reset, 0, run * side), streak)
     counts_next = ca.vertcat(streak, resets + reset)
     outputs = {"accepted": accepted, "reset": reset, "run": run, "counts_next": counts_next}
-    return build_function("gate", inputs, outputs)
+    return named_function("gate", inputs, outputs)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,7 +123,7 @@ def build_innovation(measurement_model: MeasurementModel) -> ca.Function:
         inconsistent=inconsistent,
         monitor_next=monitor_next,
     )
-    return build_function("innovation", inputs, vars(test))
+    return named_function("innovation", inputs, vars(test))
 
 
 def innovation_variance(H_P_H: Expression, weight: Expression, huber_scale: Expression) -> Expression:

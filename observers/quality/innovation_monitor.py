@@ -18,7 +18,7 @@ from functools import cache
 
 import casadi as ca
 
-from observers.layout import Expression, Parts, build_function, named, symbols
+from observers.layout import Expression, Parts, named, named_function, symbols
 from observers.measurement.measurement_model import log_mu_variance
 from observers.measurement.torque_error import SENSIBLE, retained
 from observers.tuning import TUNING_FIELDS
@@ -71,7 +71,7 @@ def build_monitor() -> ca.Function:
         "inconsistent": inconsistent,
         "monitor_next": ca.vertcat(*(quiet * each for each in sums), squares, samples),
     }
-    return build_function("monitor", inputs, outputs)
+    return named_function("monitor", inputs, outputs)
 
 
 def change_variance(tuning: Parts) -> Expression:

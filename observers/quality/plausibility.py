@@ -22,7 +22,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.layout import Expression, Layout, Parts, build_function, named, symbols, vector_of
+from observers.layout import Expression, Layout, Parts, named, named_function, symbols, vector_of
 from observers.measurement.torque_error import SENSIBLE, is_known
 from observers.protocol import OUTPUT, SAMPLE, Sample, Status
 from observers.quality.hypotheses import VERDICT
@@ -111,7 +111,7 @@ def build_evidence(channel: str) -> ca.Function:
     }
     suspect = reduce(ca.logic_or, causes(after).values(), ca.SX(0))
     outputs = {"evidence_next": vector_of(EVIDENCE.places, after), "suspect": suspect}
-    return build_function("evidence", inputs, outputs, cse=True)
+    return named_function("evidence", inputs, outputs, cse=True)
 
 
 def causes(evidence: Parts) -> dict[str, Expression]:

@@ -26,8 +26,8 @@ from observers.layout import (
     Expression,
     Layout,
     Parts,
-    build_function,
     named,
+    named_function,
     symbols,
     symbols_like,
     vector_of,
@@ -69,7 +69,7 @@ def build_screen() -> ca.Function:
         "screen_next": vector_of(SCREEN.places, {**after, "implausible": implausible}),
         "sample_next": vector_of(SAMPLE, passed),
     }
-    return build_function("screen", inputs, outputs, cse=True)
+    return named_function("screen", inputs, outputs, cse=True)
 
 
 def _screen_angle(before: Parts, now: Parts, limit: Parts) -> tuple[Parts, Expression]:
@@ -142,7 +142,7 @@ def build_screened_step(
     output[at] = status
     after[parts.places["output"][0].start + at] = status
     outputs = {"state_next": ca.vertcat(after, screen, evidence), "output": output}
-    return build_function(step.name(), inputs, outputs)
+    return named_function(step.name(), inputs, outputs)
 
 
 def has_flag(status: Expression, flag: Status) -> Expression:

@@ -22,8 +22,8 @@ from observers.layout import (
     Expression,
     Layout,
     Parts,
-    build_function,
     named,
+    named_function,
     symbols,
     symbols_like,
     vector_of,
@@ -112,7 +112,7 @@ def build_tracking() -> ca.Function:
     }
     after = own | {"squares": squares, "weight": weight, "doubt": doubt}
     outputs = {"own_next": vector_of(OWN, after), "result": vector_of(OUTPUT, results)}
-    return build_function("follow_output", inputs, outputs, cse=True)
+    return named_function("follow_output", inputs, outputs, cse=True)
 
 
 @cache
@@ -190,7 +190,7 @@ def build_supervised_step(
         "block": vector_of(names, block) if names else ca.MX(0),
     }  # fmt: skip
     outputs = {"state_next": ca.vertcat(after, added_parts.join(state_next)), "output": output}
-    return build_function(step.name(), inputs, outputs)
+    return named_function(step.name(), inputs, outputs)
 
 
 def _newest(
