@@ -29,7 +29,6 @@ from observers.layout import (
     named,
     named_function,
     symbols,
-    symbols_like,
     vector_of,
 )
 from observers.measurement.measurement_model import LEAST_FIRST_LOAD
@@ -126,16 +125,19 @@ def build_screened_step(
         a: half-length of the patch [m]; None where units and signs are not checked.
     """
     checked = EVIDENCE.size if a is not None else 0
-    inputs = symbols_like(step)
-    inputs["state"] = state = ca.MX.sym("state", parts.size + SCREEN.size + checked)
+    # A user's own step need not name its inputs.
+    inputs = symbols(
+        ca.MX, state=parts.size + SCREEN.size + checked, sample=len(SAMPLE), constants=step.numel_in(2)
+    )
+    state, sample, constants = inputs.values()
     own, screen, evidence = ca.vertsplit(
         state, [0, parts.size, parts.size + SCREEN.size, state.shape[0]]
     )
-    sample, suspect = inputs["sample"], ca.MX(0)
+    suspect = ca.MX(0)
     if a is not None:
         evidence, suspect = build_evidence(channel)(evidence, sample, a)
     screen, passed = build_screen()(screen, sample, ca.DM(limits))
-    after, output = step(own, passed, inputs["constants"])
+    after, output = step(own, passed, constants)
     at = OUTPUT.index("status")
     status = with_flag(output[at], Status.SUSPECT, suspect)
     status = status + int(Status.IMPLAUSIBLE) * screen[SCREEN.places["implausible"][0]]
