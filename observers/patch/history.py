@@ -71,7 +71,7 @@ class PatchHistory:
 
         Args:
             parts: the parts before it.
-            retention: factor on the memory's sensitivity, see `sensitivity_retention`.
+            retention: share of the memory's sensitivity that stays, see `sensitivity_retention`.
             now: the sample, cleaned.
             x: the states at which the patch is updated, (n,).
             theta: parameters of the model.

@@ -132,13 +132,14 @@ def memory_at(fields: Mapping[str, ca.MX], tyre: ca.MX) -> ca.MX:
 
 
 def sensitivity_retention(measurement_model: MeasurementModel, P: ca.MX, Q: ca.MX, x: ca.MX) -> ca.MX:
-    """Factor (t, t) on the right of the memory's sensitivity when the tyre's states walk by Q (n,).
+    """Share (t, t) of the memory's sensitivity that a walk of the tyre's states by Q (n,) leaves.
 
-    P (n, n) is their covariance and x (n,) the states, before the walk.
+    The sensitivity is multiplied by it from the right. P (n, n) is the covariance of the states and x
+    (n,) the states, before the walk.
     """
     at = [state_index(measurement_model, name) for name in tyre_states(measurement_model)]
     before, walk = P[at, at], ca.diag(Q[at])
-    # Without a walk the factor is exactly the identity, also where P is singular.
+    # Without a walk it is exactly the identity, also where P is singular.
     total = before + walk
     if len(at) == 1:
         retention = ca.if_else(walk > 0, before / ca.if_else(walk > 0, total, 1), 1)
@@ -152,7 +153,7 @@ def sensitivity_retention(measurement_model: MeasurementModel, P: ca.MX, Q: ca.M
 
 
 def reset_retention(reset: ca.MX, variance: ca.MX, increment: ca.MX) -> ca.MX:
-    """Factor on the memory's sensitivity when a reset adds an increment to the variance of ln mu.
+    """Share of the memory's sensitivity that stays when a reset adds to the variance of ln mu.
 
     The memory was made on the old ground; it is not to follow corrections towards the new one.
     """

@@ -134,7 +134,7 @@ def innovation_variance(H_P_H: Expression, weight: Expression, huber_scale: Expr
 def huber_weight(
     residual: Expression, huber_scale: Expression, prior_innovation_variance: Expression = 0
 ) -> Expression:
-    """Factor on the weight of a residual, 1 or less, that makes its cost linear beyond Huber's scale.
+    """Share of the weight of a residual, at most 1, that makes its cost linear beyond Huber's scale.
 
     The variance H P H' of a residual at a predicted state widens the quadratic part.
     """
