@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observers import Ekf, Sample, SteeringTorque, Tuning
-from observers.control_system import as_system
+from observers.interfaces.control_system import as_system
 from symbolic import Model, Rig, compiled, simulate
 
 Array = NDArray[np.float64]

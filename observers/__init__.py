@@ -1,19 +1,20 @@
 """Observers of the friction coefficient for controllers."""
 
-from observers.angle_derivative import causal_rate, next_rate
-from observers.casadi_observer import CasadiObserver
-from observers.ekf import Ekf
 from observers.estimates import Estimates
-from observers.factory import from_files
-from observers.friction_quality import FrictionQuality, friction_quality, friction_spread
-from observers.innovations import Innovations, innovations
+from observers.estimators.casadi_observer import CasadiObserver
+from observers.estimators.ekf import Ekf
+from observers.estimators.mhe import Mhe
+from observers.estimators.udu import covariance_of
+from observers.interfaces.factory import from_files
+from observers.interfaces.loop import Loop
+from observers.interfaces.profiles import PROFILES, profile, tuning_for
+from observers.interfaces.run import run
+from observers.interfaces.smoothing import smooth
 from observers.layout import Layout, ObserverState
-from observers.linearisation import build_clean
-from observers.loop import Loop
-from observers.measurement_model import CLEAN, AligningTorque, MeasurementModel
-from observers.mhe import Mhe
-from observers.plausibility import suspicions_of
-from observers.profiles import PROFILES, profile, tuning_for
+from observers.measurement.angle_derivative import causal_rate, next_rate
+from observers.measurement.linearisation import build_clean
+from observers.measurement.measurement_model import CLEAN, AligningTorque, MeasurementModel
+from observers.measurement.steering_torque import SteeringTorque
 from observers.protocol import (
     ESTIMATE,
     OUTPUT,
@@ -25,12 +26,11 @@ from observers.protocol import (
     Sample,
     Status,
 )
-from observers.run import run
-from observers.smoothing import smooth
-from observers.steering_torque import SteeringTorque
+from observers.quality.friction_quality import FrictionQuality, friction_quality, friction_spread
+from observers.quality.innovations import Innovations, innovations
+from observers.quality.plausibility import suspicions_of
 from observers.thesis import ZoneHistory, ZoneRootSolver, ZoneRootState, zone_history
 from observers.tuning import Tuning
-from observers.udu import covariance_of
 
 __all__ = [
     "CLEAN",

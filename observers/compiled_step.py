@@ -58,33 +58,24 @@ def compiled_stretch(step: ca.Function) -> ca.Function:
     return compiled(step.mapaccum(f"{step.name()}_stretch", STRETCH, 1, {}))
 
 
-def run_stretches(stretch: ca.Function, state: Array, samples: Array, constants: Array) -> Array:
-    """The output of every sample, one column each; see `compiled_stretch`."""
-    return _stretches(stretch, state, samples, constants, 1)
-
-
-def states_of(
-    stretch: ca.Function, state: Array, samples: Array, constants: Array, length: int = STRETCH
+def run_stretches(
+    stretch: ca.Function, state: Array, samples: Array, constants: Array, result: int = 1
 ) -> Array:
-    """The state after every sample, one column each; `length` is that of the stretch."""
-    return _stretches(stretch, state, samples, constants, 0, length)
+    """Outputs of all samples, one column each; the states, which take far more memory, for result 0.
 
-
-def _stretches(
-    stretch: ca.Function,
-    state: Array,
-    samples: Array,
-    constants: Array,
-    wanted: int,
-    length: int = STRETCH,
-) -> Array:
-    """States (0) or outputs (1) along samples."""
-    present, count = ca.DM(state), samples.shape[1]
+    Args:
+        stretch: a step mapped over some samples, as of `compiled_stretch`.
+        state: before the first sample.
+        samples: one a column.
+        constants: of the step.
+        result: index of the step's result.
+    """
+    length, count = stretch.size2_in(1), samples.shape[1]
     padded = np.pad(samples, ((0, 0), (0, -count % length)), mode="edge")
     tiled = ca.DM(np.tile(constants.reshape(-1, 1), length))
-    outputs = []
+    present, parts = ca.DM(state), []
     for at in range(0, count, length):
         results = stretch.call([present, ca.DM(padded[:, at : at + length]), tiled])
         present = results[0][:, -1]
-        outputs.append(results[wanted].full())
-    return np.hstack(outputs)[:, :count]
+        parts.append(results[result].full())
+    return np.hstack(parts)[:, :count]

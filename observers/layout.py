@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import casadi as ca
 import numpy as np
@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 Expression = Any
 """A casadi expression, SX or MX."""
+Parts = Mapping[str, Expression]
+Symbol = TypeVar("Symbol", ca.SX, ca.MX)
 
 
 @dataclass(frozen=True)
@@ -89,6 +91,31 @@ class ObserverState:
 def named(names: Iterable[str], vector: Expression) -> dict[str, Expression]:
     """The elements of a casadi vector by name."""
     return dict(zip(names, ca.vertsplit(vector), strict=True))
+
+
+def vector_of(names: Iterable[str], parts: Mapping[str, Expression]) -> Expression:
+    """The casadi vector of named elements in this order; the inverse of `named`."""
+    return ca.vertcat(*(parts[name] for name in names))
+
+
+def symbols(kind: type[Symbol], **shapes: int | tuple[int, int]) -> dict[str, Symbol]:
+    """Symbols by name, in order; kind is casadi.SX or casadi.MX."""
+    return {
+        name: kind.sym(name, *shape) if isinstance(shape, tuple) else kind.sym(name, shape)
+        for name, shape in shapes.items()
+    }
+
+
+def symbols_like(function: ca.Function) -> dict[str, ca.MX]:
+    """Symbols for the inputs of a casadi Function, by name."""
+    return {name: ca.MX.sym(name, *function.size_in(name)) for name in function.name_in()}
+
+
+def named_function(
+    name: str, inputs: Mapping[str, Any], outputs: Mapping[str, Any], **options: Any
+) -> ca.Function:
+    """A Function from symbols to expressions, each under its name; options are CasADi's."""
+    return ca.Function(name, [*inputs.values()], [*outputs.values()], [*inputs], [*outputs], options)
 
 
 def outputs_of(function: ca.Function, *arguments: Expression) -> dict[str, Expression]:

@@ -4,7 +4,6 @@ import re
 from dataclasses import dataclass, fields
 from inspect import cleandoc
 from math import isfinite
-from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +11,6 @@ from numpy.typing import NDArray
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
-Number = TypeVar("Number", NDArray[np.float64], float)
 STATES = ("log_mu", "M_0", "stiffness", "psi", "psi_dot")
 """Order of the states, of which an observer takes those it needs: natural logarithm of mu, zero of the
 torque channel [N m], k over its nominal value [1], yaw angle [rad], yaw rate [rad/s]."""
@@ -24,7 +22,7 @@ INFORMED = 0.5
 """Share of the prior's relative standard deviation below which an estimate is its own [1]."""
 
 PLAUSIBLE = ("psi_limit", "psi_rate_limit", "F_N_limit", "torque_limit", "rezero_time")
-"""Limits of what a sensor may give, see `observers.screening`."""
+"""Limits of what a sensor may give, see `observers.quality.screening`."""
 LIMITS = (
     *("mu", "least", "greatest", "zero_time", "error", "gate", "reset_after", "alarm", "explained"),
     *PLAUSIBLE,
@@ -37,13 +35,7 @@ POSITIVE = (
 )
 """Fields that must be greater than 0."""
 AT_LEAST_ZERO = (
-    "stiffness_std",
-    "mu_walk",
-    "mu_floor",
-    "error_travel",
-    "zero_std",
-    "zero_walk",
-    "stiffness_walk",
+    *("stiffness_std", "mu_walk", "mu_floor", "error_travel", "zero_std", "zero_walk", "stiffness_walk"),
 )
 """Fields that may be 0."""
 _DESCRIBED = re.compile(r"^    ([A-Za-z_, ]+): (.+?)(?=^    \w|\Z)", re.MULTILINE | re.DOTALL)
@@ -92,12 +84,11 @@ class Tuning:
         psi_dot_std: prior standard deviation of the yaw rate, where the angle is what is measured
             [rad/s].
         gate: an innovation beyond so many times its usual size is rejected [1]; the usual size is that
-        of
-            `error` (of `noise` if that is less) and of the prior covariance; inf accepts everything.
+            of `error` (of `noise` if that is less) and of the prior covariance; inf accepts everything.
         reset_after: after so many innovations in a row beyond the gate, all to one side, the ground has
             changed: twice the variance of the prior is added to that of ln mu.
         alarm: log-likelihood ratio at which innovations within the gate say that the ground has changed
-            [1]; see `observers.innovation_monitor`, inf for never.
+            [1]; see `observers.quality.innovation_monitor`, inf for never.
         explained: mean square of the innovations over their variance beyond which the model and its
             stated error do not explain the torque [1]; `Status.INCONSISTENT`, inf for never.
         psi_limit: an angle of this size is implausible and left out [rad]; `Status.IMPLAUSIBLE`, inf for
@@ -167,10 +158,6 @@ class Tuning:
     def informed_below(self) -> float:
         """Relative standard deviation of mu below which an estimate is informed [1]."""
         return INFORMED * self.log_std
-
-    def informed(self, mu: Number, std: Number) -> NDArray[np.bool_] | bool:
-        """False while an estimate of mu with this standard deviation [1] rests on the prior."""
-        return std < self.informed_below * mu
 
     @property
     def limits(self) -> tuple[float, ...]:

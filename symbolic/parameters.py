@@ -48,7 +48,7 @@ class Tolerances:
         k: of the distributed lateral stiffness [N/m^2].
 
     None stands for nothing declared: a diagnosis takes the value as exact, an observer as usual, see
-    `observers.tolerances`.
+    `observers.quality.tolerances`.
 
     Raises:
         InvalidInputError: one is below 0, or not a finite number.

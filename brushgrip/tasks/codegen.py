@@ -34,7 +34,7 @@ from observers.embedded import (
     require_replaceable,
 )
 from observers.embedded.cost import estimated_cost
-from observers.factory import read_rig_file
+from observers.interfaces.factory import read_rig_file
 from symbolic import InvalidInputError
 
 KINDS = {GeneratedObserver.EKF: Ekf, GeneratedObserver.MHE: Mhe}

@@ -16,7 +16,6 @@ from typing import Any
 import casadi as ca
 import numpy as np
 
-from observers.angle_derivative import MEMORY
 from observers.embedded.casadi_c import embedded_code
 from observers.embedded.compact import compact_body, compact_patch
 from observers.embedded.constants import Tunable
@@ -27,9 +26,10 @@ from observers.embedded.run_time_parameters import parameter_terms, run_time_par
 from observers.embedded.scalar_type import SINGLE, Real, in_type
 from observers.embedded.status import STATUS_FLAGS
 from observers.embedded.templating import Body, render
-from observers.measurement_model import LEAST_FIRST_LOAD, RIG
-from observers.model_observer import RIG_UNITS
-from observers.plausibility import START, build_evidence
+from observers.estimators.model_observer import RIG_UNITS
+from observers.measurement.angle_derivative import MEMORY
+from observers.measurement.measurement_model import LEAST_FIRST_LOAD, RIG
+from observers.measurement.torque_error import SENSIBLE
 from observers.protocol import (
     ESTIMATE,
     LONGEST_STEP,
@@ -38,8 +38,8 @@ from observers.protocol import (
     UNINFORMED,
     FunctionObserver,
 )
-from observers.screening import SLACK
-from observers.torque_error import SENSIBLE
+from observers.quality.plausibility import START, build_evidence
+from observers.quality.screening import SLACK
 from observers.tuning import Tuning
 from symbolic import SIGNALS, InvalidInputError
 from symbolic.scalar_c import c_function

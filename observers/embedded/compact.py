@@ -6,13 +6,10 @@ Another kind of sensing is a `MeasurementModel` alone: C takes what it needs fro
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from observers.acquisition import OWN
-from observers.branches import TRACK
-from observers.ekf import Ekf
 from observers.embedded.constants import Constants, Tunable
 from observers.embedded.estimators.filter import compact_filter
 from observers.embedded.estimators.interface import EstimatorCode
-from observers.embedded.estimators.measurement_traits import advances_once, follows_correction
+from observers.embedded.estimators.measurement_traits import follows_correction
 from observers.embedded.estimators.sample_functions import sample_functions
 from observers.embedded.estimators.supervision import supervised, supervision_functions
 from observers.embedded.estimators.window import compact_window
@@ -22,15 +19,18 @@ from observers.embedded.patches.interface import PatchCode
 from observers.embedded.scalar_function import estimator_c
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
-from observers.hypotheses import LIMITS, PER_HYPOTHESIS, VERDICT
-from observers.innovation_gate import COUNTS
-from observers.innovation_monitor import MONITOR
-from observers.linearisation import directions
-from observers.measurement_model import CLEAN
-from observers.mhe import Mhe
-from observers.model_observer import ModelObserver
-from observers.patch_update import memory_depends_on_tyre
+from observers.estimators.ekf import Ekf
+from observers.estimators.mhe import Mhe
+from observers.estimators.model_observer import ModelObserver
+from observers.measurement.linearisation import directions
+from observers.measurement.measurement_model import CLEAN
+from observers.patch.update import memory_depends_on_tyre
 from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
+from observers.quality.acquisition import OWN
+from observers.quality.branches import TRACK
+from observers.quality.hypotheses import LIMITS, PER_HYPOTHESIS, VERDICT
+from observers.quality.innovation_gate import COUNTS
+from observers.quality.innovation_monitor import MONITOR
 from symbolic import DECLARED
 from symbolic.scalar_c import ELEMENTARY
 
@@ -52,7 +52,8 @@ def compact_patch(observer: FunctionObserver, real: Real, tunable: Tunable = "")
     if getattr(observer, "iterations", 1) != 1 or getattr(observer, "window", 2) < 2:
         return None
     model = observer.measurement_model
-    if not advances_once(model):
+    # C adds a variance of ln mu to one element of a factor U D U', which is right for the first state.
+    if model.states[0] != "log_mu":
         return None
     if has_bristles(observer):
         patch = bristles(observer, real)

@@ -11,8 +11,8 @@ from typing import Any, Literal
 import casadi as ca
 
 from observers.embedded.scalar_function import scalar_function
-from observers.measurement_model import RIG
-from observers.model_observer import ModelObserver
+from observers.estimators.model_observer import ModelObserver
+from observers.measurement.measurement_model import RIG
 from observers.tuning import TUNING_FIELDS
 
 Tunable = Literal["", "tuning", "all"]

@@ -12,7 +12,7 @@ from observers.embedded.compact import compact_patch
 from observers.embedded.constants import Tunable
 from observers.embedded.patches.interface import PatchCode
 from observers.embedded.scalar_type import SINGLE, Real
-from observers.mhe import Mhe
+from observers.estimators.mhe import Mhe
 from observers.protocol import FunctionObserver
 
 ERROR = 0.2

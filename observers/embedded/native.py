@@ -13,8 +13,8 @@ from observers.embedded.codegen import generate
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
 from observers.estimates import Estimates
+from observers.interfaces.run import as_estimates
 from observers.protocol import ESTIMATE, FunctionObserver
-from observers.run import as_estimates
 from symbolic import InvalidInputError, compiler
 
 Array = NDArray[np.float64]

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from observers.embedded.generated_files import mark
 from observers.embedded.scalar_type import Real
-from observers.loop import Loop
+from observers.interfaces.loop import Loop
 from observers.protocol import ESTIMATE, FunctionObserver, Sample
 from symbolic import simulate
 

@@ -13,8 +13,8 @@ import numpy as np
 
 from observers.embedded.constants import Tunable
 from observers.embedded.scalar_type import DOUBLE, SINGLE, Real
-from observers.measurement_model import RIG
-from observers.model_observer import RIG_UNITS, ModelObserver
+from observers.estimators.model_observer import RIG_UNITS, ModelObserver
+from observers.measurement.measurement_model import RIG
 from observers.protocol import OUTPUT, FunctionObserver
 from observers.tuning import (
     AT_LEAST_ZERO,

@@ -19,9 +19,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import fsolve, minimize_scalar
 
+from observers.measurement.torque_error import SENSIBLE
 from observers.protocol import Estimate, Sample, Status
 from observers.thesis.zone_state_machine import TorqueCurve, ZoneState, advance_zones, branch, curve
-from observers.torque_error import SENSIBLE
 from symbolic import InvalidInputError, Rig, Tyre, full_slide_arm, full_slide_torque
 
 Array = NDArray[np.float64]

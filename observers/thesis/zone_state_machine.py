@@ -27,7 +27,6 @@ from numpy.typing import NDArray
 from symbolic import Rig, virgin_torque
 
 Array = NDArray[np.float64]
-Expression = Any
 POINT = ("mu", "turn", "turn_back", "F_N", "k", "a", "e")
 """Inputs of the torque of the zones: [1], [rad], [rad], [N], [N/m^2], [m], [m]."""
 

@@ -1,11 +1,9 @@
-"""Linear chains of states and their least squares by three other ways: dense, sparse, textbook."""
+"""Linear chains of states and their least squares by two other ways: dense and textbook."""
 
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.linalg import spsolve
 
 Array = NDArray[np.float64]
 
@@ -80,34 +78,6 @@ def dense(chain: Chain) -> tuple[Array, Array]:
     x = np.array([centres[i] + spreads[i] @ drive for i in range(N)])
     half = np.linalg.solve(np.linalg.cholesky(stacked.T @ stacked), spreads[-1].T)
     return x, half.T @ half
-
-
-def normal_equations(chain: Chain) -> Array:
-    """States (N, n) from the sparse normal equations; every Q > 0."""
-    N, n = chain.size
-    rows: list[list[sp.spmatrix | None]] = []
-    right = []
-    precision = []
-    for i in range(N):
-        row: list[sp.spmatrix | None] = [None] * N
-        row[i] = sp.csr_matrix(chain.H[i].reshape(1, n))
-        rows.append(row)
-        right.append(chain.z[i : i + 1])
-        precision.append(chain.weight[i : i + 1])
-        row = [None] * N
-        row[i] = sp.identity(n, format="csr")
-        if i == 0:
-            whiten = np.linalg.inv(chain.root)
-            row[0] = sp.csr_matrix(whiten)
-            right.append(whiten @ chain.mean)
-            precision.append(np.ones(n))
-        else:
-            row[i - 1] = sp.csr_matrix(-chain.A[i - 1])
-            right.append(chain.b[i - 1])
-            precision.append(1 / chain.Q[i - 1])
-        rows.append(row)
-    J, W = sp.bmat(rows, format="csc"), sp.diags(np.concatenate(precision))
-    return np.asarray(spsolve((J.T @ W @ J).tocsc(), J.T @ W @ np.concatenate(right))).reshape(N, n)
 
 
 def textbook(chain: Chain) -> tuple[Array, Array, Array, Array]:

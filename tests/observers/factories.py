@@ -1,6 +1,6 @@
 """Recordings and samples made for observers, and where in them friction shows."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from math import inf, nan
 from typing import Any
@@ -9,7 +9,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from observers import ESTIMATE, Observer, Sample, causal_rate, run
+from observers import (
+    ESTIMATE,
+    AligningTorque,
+    Ekf,
+    Estimate,
+    Mhe,
+    Observer,
+    Sample,
+    SteeringTorque,
+    causal_rate,
+    run,
+)
 from reference_rig import RigRecording, RigTyre, SteeringRecording, hand_path, simulate_bristles
 from symbolic import Model, simulate
 from tests.observers.conftest import RIG, K
@@ -21,6 +32,38 @@ UNLIMITED: dict[str, Any] = {"psi_limit": inf, "psi_rate_limit": inf}
 """Tuning for samples that turn as no wheel does."""
 CLEAN_RIG: dict[str, Any] = {"noise": 0.01, "error": inf, "gate": inf, **UNLIMITED}
 """Tuning for white torque noise of 0.4 % of range, about 1 % of the full-slide torque at mu = 1."""
+
+
+LONG = pytest.mark.long
+STIFF, STEERED = AligningTorque(stiffness=True), SteeringTorque()
+
+
+def kinds(window: int = 20, *, marks: Any = ()) -> list[Any]:
+    """Parameters kind and settings: both estimators by what they measure; marks for all but three."""
+    return [
+        pytest.param(Ekf, {}, id="ekf"),
+        pytest.param(Mhe, {"window": window}, id="mhe"),
+        pytest.param(Ekf, {"measurement_model": STEERED}, id="ekf steering"),
+        *(
+            pytest.param(kind, settings, id=name, marks=marks)
+            for kind, settings, name in (
+                (Mhe, {"measurement_model": STEERED, "window": window}, "mhe steering"),
+                (Ekf, {"measurement_model": STIFF}, "ekf stiffness"),
+                (Mhe, {"measurement_model": STIFF, "window": window}, "mhe stiffness"),
+            )
+        ),
+    ]
+
+
+DECLARED: dict[str, Any] = {"model": Model(), "values": {"k": K}}
+MODEL_OBSERVERS: dict[str, Callable[[], Ekf | Mhe]] = {
+    "ekf": lambda: Ekf(**DECLARED, rig=RIG, acquire=False),
+    "mhe": lambda: Mhe(**DECLARED, rig=RIG, window=10, acquire=False),
+    "steering": lambda: Ekf(
+        **DECLARED, rig=replace(RIG, J_A=0.15, b_t=1.0), measurement_model=SteeringTorque()
+    ),
+}
+"""Observers of the declared model, made when they are asked for."""
 
 
 def slide(F_N: float = 400.0) -> float:
@@ -55,6 +98,11 @@ def states_of(observer: Any, samples: list[Sample]) -> Iterator[Any]:
     for sample in samples:
         state = observer.step(state, sample)
         yield state
+
+
+def estimates_of(observer: Any, samples: list[Sample]) -> list[Estimate]:
+    """The estimate after each sample."""
+    return [observer.estimate(state) for state in states_of(observer, samples)]
 
 
 def full_slide(mu: Array, *, turn: float = 1e3, every: int = 6, F_N: float = 400.0) -> list[Sample]:

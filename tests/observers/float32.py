@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Sample, SteeringTorque, Tuning
-from observers.ekf import build_step
 from observers.embedded.scalar_type import SINGLE, in_type
+from observers.estimators.ekf import build_step
 from observers.protocol import OUTPUT
 from symbolic import Model, Rig, compiler, effects_named
 from tests.compile_once import compile_once

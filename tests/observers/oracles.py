@@ -20,7 +20,7 @@ class PatchAtSample:
 
     sample: Sample
     history: History
-    seen: Array
+    patch_signals: Array
     psi: float
     by_psi: float
 
@@ -68,10 +68,14 @@ class WindowOracle:
         after, _, by_x = space.update_patch(history, x, now)
         memory = history.memory + history.sensitivity @ (space.tyre(x) - history.linearisation_point)
         signals = space.signals(x, now)
-        seen = space.model.advance(memory, signals, space.parameters(x), space.geometry)[1]
+        patch_signals = space.model.advance(memory, signals, space.parameters(x), space.geometry)[1]
         at = space.at.get("psi", 0)
         return PatchAtSample(
-            sample=now, history=after, seen=np.asarray(seen).ravel(), psi=x[at], by_psi=by_x[at]
+            sample=now,
+            history=after,
+            patch_signals=np.asarray(patch_signals).ravel(),
+            psi=x[at],
+            by_psi=by_x[at],
         )
 
     def torque(self, patch: PatchAtSample | Sample, x: Array) -> tuple[float, Array]:
@@ -83,7 +87,7 @@ class WindowOracle:
         memory = patch.history.memory + patch.history.sensitivity @ (
             tyre - patch.history.linearisation_point
         )
-        inputs = (memory, patch.seen, theta, space.geometry)
+        inputs = (memory, patch.patch_signals, theta, space.geometry)
         M_z = space.model.torque(*inputs)
         by_memory, _, by_theta, _ = (np.asarray(b) for b in self.torque_jacobian(*inputs, M_z))
         by_tyre = (by_memory @ patch.history.sensitivity)[0]

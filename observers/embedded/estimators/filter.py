@@ -1,12 +1,11 @@
 """The filter in compact C, `templates/estimators/filter.c`.
 
-It is the Function of `observers.ekf` on a patch whose torque is an input, expanded to scalars, with the
-parameters as numbers.
+It is the Function of `observers.estimators.ekf` on a patch whose torque is an input, expanded to scalars,
+with the parameters as numbers.
 """
 
 import casadi as ca
 
-from observers.ekf import build_step, layout
 from observers.embedded.constants import Constants
 from observers.embedded.estimators.interface import EstimatorCode
 from observers.embedded.estimators.measurement_traits import follows_correction
@@ -19,10 +18,11 @@ from observers.embedded.estimators.sample_functions import (
 )
 from observers.embedded.patches.interface import PatchCode
 from observers.embedded.scalar_function import inputs_used, with_known_exponential, without_inputs
-from observers.initial_state import build_initial_state
+from observers.estimators.ekf import build_step, layout
+from observers.estimators.initial_state import build_initial_state
+from observers.estimators.udu import covariance
 from observers.layout import Layout
-from observers.linearisation import directions, state_index
-from observers.udu import covariance
+from observers.measurement.linearisation import directions, state_index
 
 PATCH = ("M_z", "slopes")
 """Parts of the state that the patch of C sets, not the step."""

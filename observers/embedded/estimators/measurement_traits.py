@@ -3,19 +3,14 @@
 from functools import cache
 
 from observers.embedded.scalar_function import inputs_used
-from observers.linearisation import build_motion
-from observers.measurement_model import ROWS, MeasurementModel
-from observers.mhe_terms import build_forward
+from observers.estimators.mhe_terms import build_forward
+from observers.measurement.linearisation import angle_is_state, build_motion
+from observers.measurement.measurement_model import ROWS, MeasurementModel
 
 
 def follows_correction(model: MeasurementModel) -> bool:
     """True where the patch is advanced at the corrected states, not at the sample."""
-    return model.patch_before(True, lambda: False)
-
-
-def advances_once(model: MeasurementModel) -> bool:
-    """True where the patch is advanced once a sample, before the correction or after it."""
-    return model.patch_after(False, lambda: True) is follows_correction(model)
+    return angle_is_state(model)
 
 
 @cache

@@ -4,16 +4,16 @@ from collections.abc import Sequence
 
 import casadi as ca
 
-from observers.effective_friction import build_effective_friction
 from observers.embedded.constants import Constants
 from observers.embedded.patches.interface import PatchCode
-from observers.innovation_monitor import change_variance
+from observers.estimators.model_observer import ModelObserver
 from observers.layout import named
-from observers.linearisation import build_clean, build_motion, directions, state_index
-from observers.measurement_model import CLEAN, RIG, MeasurementModel
-from observers.model_observer import ModelObserver
-from observers.patch_update import patch_signals, reset_retention, sensitivity_retention
+from observers.measurement.linearisation import build_clean, build_motion, directions, state_index
+from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
+from observers.patch.effective_friction import build_effective_friction
+from observers.patch.update import reset_retention, sensitivity_retention, update_signals
 from observers.protocol import SAMPLE
+from observers.quality.innovation_monitor import change_variance
 from observers.tuning import TUNING_FIELDS
 from symbolic import DECLARED
 
@@ -37,7 +37,7 @@ def sample_functions(observer: ModelObserver) -> list[ca.Function]:
     cleaned, imputed = build_clean(model)(sample, last)
     return [
         named_function("clean", [sample, last], now=cleaned, imputed=imputed),
-        named_function("patch_signals", [x, now], signals=patch_signals(model, x, now)),
+        named_function("patch_signals", [x, now], signals=update_signals(model, x, now)),
     ]
 
 

@@ -1,4 +1,4 @@
-"""Supervision in C: the Functions of `observers.acquisition` around an estimator.
+"""Supervision in C: the Functions of `observers.quality.acquisition` around an estimator.
 
 C loops over the hypotheses and calls one Function for each, see `templates/estimators/supervision.c`.
 """
@@ -9,15 +9,15 @@ from typing import Any
 
 import casadi as ca
 
-from observers import acquisition, branches, hypotheses, supervision
 from observers.embedded.constants import Constants
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
-from observers.equivalent_patch import equivalent_patch
+from observers.estimators.model_observer import ModelObserver
 from observers.layout import named
-from observers.measurement_model import LEAST_LOAD, RIG
-from observers.model_observer import ModelObserver
+from observers.measurement.measurement_model import LEAST_LOAD, RIG
 from observers.protocol import OUTPUT, SAMPLE
+from observers.quality import acquisition, branches, hypotheses, supervision
+from observers.quality.equivalent_patch import equivalent_patch
 from observers.tuning import TUNING_FIELDS
 
 

@@ -1,7 +1,7 @@
 """The moving-horizon estimator in compact C, `templates/estimators/window.c`.
 
 What the window keeps of the patch is stored with every sample. C loops over the samples and calls, at
-each, the Functions of `observers.mhe_terms`, adapted here to scalar arguments.
+each, the Functions of `observers.estimators.mhe_terms`, adapted here to scalar arguments.
 """
 
 from dataclasses import dataclass
@@ -22,13 +22,8 @@ from observers.embedded.estimators.sample_functions import (
     stiffness_of,
 )
 from observers.embedded.patches.interface import PatchCode, window_of
-from observers.initial_state import build_initial_state
-from observers.innovation_gate import COUNTS, build_innovation
-from observers.innovation_monitor import MONITOR, change_variance
-from observers.layout import Layout, named, outputs_of
-from observers.linearisation import build_motion, directions, state_index
-from observers.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
-from observers.mhe_terms import (
+from observers.estimators.initial_state import build_initial_state
+from observers.estimators.mhe_terms import (
     arrival_jump,
     build_acceptance,
     build_backward,
@@ -36,9 +31,14 @@ from observers.mhe_terms import (
     build_prediction,
     is_unsettled,
 )
-from observers.model_observer import clip_to_bounds, friction_output, step_output
-from observers.patch_update import slopes_by_states
+from observers.estimators.step_terms import StepSample, clip_to_bounds
+from observers.layout import Layout, named, outputs_of
+from observers.measurement.linearisation import build_motion, directions
+from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
+from observers.patch.update import slopes_by_states
 from observers.protocol import SAMPLE
+from observers.quality.innovation_gate import COUNTS, build_innovation
+from observers.quality.innovation_monitor import MONITOR, change_variance
 from observers.tuning import TUNING_FIELDS
 
 TORQUES = ("M_Z", "BY_MU", "BY_STIFFNESS", "BY_ANGLE")
@@ -227,11 +227,12 @@ class WindowFunctions:
         """(x, P, newest, now, test, imputed, slide) -> output."""
         names = ("x", "P", "newest", "now", "test", "imputed", "slide", "theta", "rig", "tuning")
         x, P, newest, now, test, imputed, slide, theta, rig, tuning = inputs = self.symbols(*names)
-        model, result, at = self.patch.torque_model, named(TEST, test), state_index(self.model)
+        model, result = self.patch.torque_model, named(TEST, test)
         memory = model.layout.join(memory_with(self.patch, slide))
-        friction = friction_output(model, x, P, memory, now, theta, rig, tuning, at=at)
-        output = step_output(
-            self.model, x, friction, result["expected"], tuning, result, held=imputed,
-            unsettled=is_unsettled(self.model, x, newest, P),
+        sample = StepSample(
+            model=model, measurement_model=self.model, now=now, imputed=imputed, theta=theta, rig=rig,
+            tuning=tuning,
         )  # fmt: skip
+        unsettled = is_unsettled(self.model, x, newest, P)
+        output = sample.output(x, P, memory, result["expected"], result, unsettled=unsettled)
         return named_function("step_output", inputs, result=output)

@@ -18,7 +18,7 @@ from observers.embedded.patches.effect_expressions import TERMS, EffectExpressio
 from observers.embedded.patches.interface import PatchCode, angle_is_state, window_of
 from observers.embedded.patches.linear_torque import LinearTorque
 from observers.embedded.scalar_type import SINGLE, Real
-from observers.model_observer import ModelObserver
+from observers.estimators.model_observer import ModelObserver
 from symbolic import Model
 from symbolic.bristles import SPAN
 from symbolic.compliance import BALANCE_STEPS

@@ -12,7 +12,7 @@ from observers.embedded.patches.effect_expressions import TERMS, EffectExpressio
 from observers.embedded.patches.interface import PatchCode, angle_is_state, window_of
 from observers.embedded.patches.linear_torque import LinearTorque
 from observers.embedded.scalar_type import Real
-from observers.model_observer import ModelObserver
+from observers.estimators.model_observer import ModelObserver
 from symbolic import Model, full_slide_level
 from symbolic.compliance import deflection_of
 from symbolic.deformation import edge_distance, edge_moment, unit_moment

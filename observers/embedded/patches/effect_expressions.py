@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observers.embedded.scalar_function import scalar_function
-from observers.model_observer import ModelObserver
+from observers.estimators.model_observer import ModelObserver
 from symbolic import SIGNALS, Model
 from symbolic.bristles import SPAN, BristlePatch
 from symbolic.compliance import deflection_of

@@ -6,7 +6,7 @@ from typing import Any
 
 from observers.embedded.patches.linear_torque import LinearTorque
 from observers.embedded.scalar_type import Real
-from observers.model_observer import ModelObserver
+from observers.estimators.model_observer import ModelObserver
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,9 +8,9 @@ import casadi as ca
 import pytest
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
-from observers.casadi_observer import CasadiObserver
 from observers.embedded import DOUBLE
 from observers.embedded.compact import compact_patch
+from observers.estimators.casadi_observer import CasadiObserver
 from reference_rig import RigRecording
 from symbolic import Model
 from tests.observers.conftest import make

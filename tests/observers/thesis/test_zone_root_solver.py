@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from identification import read_recording
 from observers.protocol import Sample, Status
 from observers.thesis.zone_root_solver import ZoneRootSolver, ZoneRootState, nearest
 from observers.thesis.zone_state_machine import curve
 from symbolic import InvalidInputError, Model, Rig
+from tests.observers.published import DECLARED, FIVE_ZONES, MU, SETTLED, STEEL, TIME, published, rms
 from tests.symbolic.oracles import Path, Tyre, grid_torque, run, straight, worst
 
 Array = NDArray[np.float64]
@@ -22,10 +22,6 @@ RIG = Rig(a=TYRE.a, e=TYRE.e)
 LOAD = 400.0
 REACH = 4 * TYRE.slope(LOAD) * TYRE.a
 """A turn after which nearly all of the patch slides [rad]."""
-DECLARED = 1.674
-"""Friction on steel by the source, from towing a block [1]."""
-SETTLED = 1.89
-"""Time from which [Györök 2022] scores its estimate on recordings [s]."""
 
 
 def root(rig: Rig = RIG, k: float = TYRE.k, **settings: float) -> ZoneRootSolver:
@@ -50,10 +46,6 @@ def mu_of(states: list[ZoneRootState]) -> Array:
 
 def exact(psi: Array, tyre: Tyre = TYRE) -> Array:
     return run(Model(), Path(psi=psi, F_N=np.full(psi.shape, LOAD), tyre=tyre)).M_z
-
-
-def rms(error: Array) -> float:
-    return float(np.sqrt(np.mean(error**2)))
 
 
 def test_torque_follows_the_exact_patch_through_three_and_five_zones() -> None:
@@ -233,32 +225,25 @@ def test_published_simulations(mu: float, late_bound: float, simulation_dir: Fil
 
 
 @pytest.mark.measured
-@pytest.mark.parametrize(
-    ("name", "shift"), [("fem1", 190), ("fem3", 142), ("fem4_ident", 174), ("fem5", 92)]
-)
+@pytest.mark.parametrize(("name", "shift"), STEEL)
 def test_measured_on_steel_it_is_as_good_as_published(
     measured_dir: FilePath, name: str, shift: int
 ) -> None:
-    file = measured_dir / f"author_estimate_{name.removesuffix('_ident')}.csv"
-    if not file.exists():
-        pytest.skip(f"no {file.name} beside the recordings")
-    columns = np.genfromtxt(file, delimiter=",")[1:].T
-    recording = read_recording(measured_dir / f"{name}.mat")
+    recording, columns, same = published(measured_dir, name, shift)
     observer = ZoneRootSolver(rig=recording.rig, k=recording.tyre.k)
     begin = perf_counter()
     states = states_of(observer, recording.psi, recording.M_z, recording.F_N)
     spent = (perf_counter() - begin) / len(states)
-    published, settled = columns[10], columns[0] >= SETTLED
-    found = mu_of(states)[shift : shift + published.size]
+    author, settled, found = columns[MU], columns[TIME] >= SETTLED, mu_of(states)[same]
     ours, theirs, bounded = (
-        rms(mu[settled] - DECLARED) for mu in (found, published, np.clip(published, *observer.bounds))
+        rms(mu[settled] - DECLARED) for mu in (found, author, np.clip(author, *observer.bounds))
     )
     rootless = np.mean([not state.solved for state in states[shift:]])
     print(
         f"{name}: rmse {ours:.3f}, published {theirs:.3f} ({bounded:.3f} within our bounds); no root in"
         f" {rootless:.0%} of the samples; {spent * 1e6:.0f} us a step"
     )
-    three = columns[9] == 0
-    assert np.median(np.abs(found - published)[three]) < 0.01
+    three = columns[FIVE_ZONES] == 0
+    assert np.median(np.abs(found - author)[three]) < 0.01
     assert ours < 1.05 * theirs
     assert ours == pytest.approx(bounded, rel=0.05)

@@ -9,9 +9,16 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from identification import read_recording
 from observers.thesis.zone_state_machine import ZoneState, advance_zones, branch, curve
 from symbolic import Rig
+from tests.observers.published import (
+    ASPHALT,
+    DIRECTION,
+    FIVE_ZONES,
+    PSI_MAX,
+    STEEL,
+    published,
+)
 from tests.symbolic.oracles import Tyre
 
 TYRE = Tyre(mu=1.3)
@@ -58,23 +65,14 @@ def test_swing_between_two_samples_may_pass_five_zones_by() -> None:
 
 
 @pytest.mark.measured
-@pytest.mark.parametrize(
-    ("name", "shift"),
-    [
-        ("fem1", 190), ("fem3", 142), ("fem4_ident", 174), ("fem5", 92), ("piros1", 80),
-        ("piros2_ident", 135), ("piros4", 101), ("piros7", 77),
-    ],
-)  # fmt: skip
+@pytest.mark.parametrize(("name", "shift"), STEEL + ASPHALT)
 def test_zones_are_the_published_ones(measured_dir: Path, name: str, shift: int) -> None:
-    published = measured_dir / f"author_estimate_{name.removesuffix('_ident')}.csv"
-    if not published.exists():
-        pytest.skip(f"no {published.name} beside the recordings")
-    columns = np.genfromtxt(published, delimiter=",")[1:].T
-    psi_seen, psi_max, direction, five = columns[1], columns[2], columns[8], columns[9] == 1
-    psi = read_recording(measured_dir / f"{name}.mat").psi
-    np.testing.assert_allclose(psi[shift : shift + five.size], psi_seen, atol=1e-9)
+    recording, columns, same_samples = published(measured_dir, name, shift)
+    psi, psi_max, direction, five = (
+        recording.psi, columns[PSI_MAX], columns[DIRECTION], columns[FIVE_ZONES] == 1
+    )  # fmt: skip
 
-    states = machine(psi - psi[0], least_turn=0.0)[shift : shift + five.size]
+    states = machine(psi - psi[0], least_turn=0.0)[same_samples]
     ours = np.array([state.zones == 5 for state in states])
 
     # The patch is at rest at the first angle here, at angle zero there: that shifts an end by a sample.

@@ -95,7 +95,7 @@ static void accept_samples(${name}_state_t *state, const ${real} *test) {
     if (test[TEST_RESET] != 0.0) {
         ${real} jump;
         reset_arrival(test${constants_at}, &jump);
-        state->factor[${log_mu} * (STATES + 1)] += jump;
+        state->factor[0] += jump;
     }
 }
 

@@ -1,0 +1,197 @@
+"""Extended Kalman filter for ln mu and, as measured, torque zero, stiffness, angle and rate.
+
+The memory of the patch is not filtered: `observers.patch.update` propagates it. M_z and its derivatives
+are the model's; the filter contains no tyre model.
+
+Source: Jazwinski, Stochastic Processes and Filtering Theory (1970), section 8.3, iterated filter
+theorem 8.2; the covariance is kept as a factor, see `observers.estimators.udu`.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+
+import casadi as ca
+
+from observers.estimators.model_observer import ModelObserver
+from observers.estimators.step_terms import StepSample, clip_to_bounds, step_symbols
+from observers.estimators.udu import (
+    add_variance,
+    build_predict_covariance,
+    build_update_covariance,
+    covariance,
+)
+from observers.layout import Layout, Parts, named_function, outputs_of
+from observers.measurement.linearisation import (
+    angle_is_state,
+    build_measurement,
+    build_motion,
+    directions,
+)
+from observers.measurement.measurement_model import CLEAN, MeasurementModel
+from observers.patch.model import PatchModel
+from observers.patch.update import (
+    build_patch_update,
+    memory_depends_on_tyre,
+    memory_fields,
+    reset_retention,
+    sensitivity_retention,
+    slopes_by_states,
+    tyre_parameters,
+    update_signals,
+)
+from observers.protocol import OUTPUT
+from observers.quality.innovation_gate import COUNTS, InnovationTest, huber_weight
+from observers.quality.innovation_monitor import MONITOR
+from symbolic import GEOMETRY, InvalidInputError
+
+
+@dataclass(frozen=True, kw_only=True)
+class Ekf(ModelObserver):
+    """The filter: settings as of `ModelObserver`, and how often it linearises.
+
+    Attributes:
+        iterations: linearisations of a measurement; 1 is the plain filter. More pay where one sample
+            is very informative: under a clean torque, while little is known of mu.
+
+    Parts of its state: `memory` (m,) of the patch and, where it depends on the tyre,
+    `memory_sensitivity` (m, t) and the tyre's parameters `linearisation_point` (t,) that it holds for;
+    `x` (n,) in the order of `states` and `factor` (n, n) of its covariance, see `covariance_of`; `last`,
+    the last sample; `M_z` and `slopes`; `counts`, streak and changes of the ground; `monitor`, see
+    `observers.quality.innovation_monitor`; `output`.
+    """
+
+    iterations: int = 1
+
+    def __post_init__(self) -> None:
+        """Check the settings."""
+        super().__post_init__()
+        if not (isinstance(self.iterations, int) and self.iterations >= 1):
+            raise InvalidInputError(
+                f"iterations must be a whole number of at least 1, got {self.iterations}"
+            )
+
+    @property
+    def kind(self) -> str:
+        """What sort of estimator it is."""
+        return "Extended Kalman filter"
+
+    @property
+    def estimator_layout(self) -> Layout:
+        """The parts of a state, less those of the supervision."""
+        return layout(self.model, self.measurement_model)
+
+    @property
+    def estimator_step(self) -> ca.Function:
+        """One sample, without the supervision."""
+        return build_step(self.model, self.measurement_model, self.iterations)
+
+
+@cache
+def layout(model: PatchModel, measurement_model: MeasurementModel) -> Layout:
+    """The parts of the filter's state."""
+    n = len(measurement_model.states)
+    return Layout(
+        (
+            *memory_fields(model, measurement_model),
+            ("x", n, 1),
+            ("factor", n, n),
+            ("last", len(CLEAN), 1),
+            ("M_z", 1, 1),
+            ("slopes", len(directions(measurement_model)), 1),
+            ("counts", len(COUNTS), 1),
+            ("monitor", len(MONITOR), 1),
+            ("output", len(OUTPUT), 1),
+        )
+    )
+
+
+@cache
+def build_step(
+    model: PatchModel, measurement_model: MeasurementModel, iterations: int = 1
+) -> ca.Function:
+    """One sample of the filter: (state, sample, constants) -> (state_next, output)."""
+    parts = layout(model, measurement_model)
+    inputs = step_symbols(model, parts)
+    before = parts.split(inputs["state"])
+    sample = StepSample.of(model, measurement_model, inputs, before["last"])
+    predicted, factor, memory = _predict(sample, before)
+    # A measured angle does not depend on the patch at the sample itself; a measured torque does.
+    follows_angle = angle_is_state(measurement_model)
+    patch = before if follows_angle else _update_patch(sample, memory, predicted)
+    P = covariance(factor)
+    test = sample.test(before, predicted, P, patch["M_z"], patch["slopes"])
+    correct = _correction(sample, predicted, factor, test)
+    x, factor = correct(test.innovation, test.H)
+    for _ in range(0 if measurement_model.is_linear else iterations - 1):
+        patch = _update_patch(sample, memory, x)
+        x, factor = correct(*_linearised_again(sample, predicted, x, patch))
+    M_z = test.expected
+    if follows_angle:
+        patch = _update_patch(sample, memory, x)
+        M_z = patch["M_z"]
+    if memory_depends_on_tyre(model, measurement_model):
+        variance = P[sample.at, sample.at]
+        retention = reset_retention(test.reset, variance, test.reset * sample.change)
+        patch = {**patch, "memory_sensitivity": retention * patch["memory_sensitivity"]}
+    output = sample.output(x, covariance(factor), patch["memory"], M_z, vars(test))
+    state_next = {
+        **patch, "x": x, "factor": factor, "last": sample.now, "counts": test.counts_next,
+        "monitor": test.monitor_next, "output": output,
+    }  # fmt: skip
+    return named_function("ekf_step", inputs, {"state_next": parts.join(state_next), "output": output})
+
+
+def _predict(sample: StepSample, before: Parts) -> tuple[ca.MX, ca.MX, Parts]:
+    """States at the sample before it is measured, the factor of their covariance, and the memory."""
+    model, measurement_model = sample.model, sample.measurement_model
+    x, A, Q, _ = build_motion(measurement_model)(
+        before["x"], before["M_z"], before["slopes"], before["last"], sample.now, sample.rig,
+        sample.tuning,
+    )  # fmt: skip
+    factor = build_predict_covariance(x.numel())(before["factor"], A, Q)
+    memory = {name: before[name] for name, *_ in memory_fields(model, measurement_model)}
+    if memory_depends_on_tyre(model, measurement_model):
+        P = covariance(before["factor"])
+        retention = sensitivity_retention(measurement_model, P, Q, before["x"])
+        memory["memory_sensitivity"] = memory["memory_sensitivity"] @ retention
+    return x, factor, memory
+
+
+def _update_patch(sample: StepSample, memory: Parts, x: ca.MX) -> Parts:
+    """Memory, M_z and slopes by the states after the sample, at the states x."""
+    measurement_model = sample.measurement_model
+    update = build_patch_update(sample.model, measurement_model)
+    signals = update_signals(measurement_model, x, sample.now)
+    tyre = tyre_parameters(measurement_model, x)
+    geometry = sample.rig[: len(GEOMETRY)]
+    results = outputs_of(update, *memory.values(), signals, tyre, sample.theta, geometry)
+    patch = {name.removesuffix("_next"): result for name, result in results.items()}
+    return {**patch, "slopes": slopes_by_states(measurement_model, patch["slopes"], x)}
+
+
+def _correction(
+    sample: StepSample, x: ca.MX, factor: ca.MX, test: InnovationTest
+) -> Callable[[ca.MX, ca.MX], tuple[ca.MX, ca.MX]]:
+    """(innovation, H) -> states within their bounds and their factor, from predicted x and factor."""
+    increment = test.reset * sample.change
+    factor = add_variance(factor, sample.at, increment)
+    spread = test.H_P_H + increment * test.H[sample.at] ** 2
+    weight = test.weight * test.accepted
+    weight = weight * huber_weight(test.innovation, test.huber_scale, spread)
+
+    def correct(innovation: ca.MX, H: ca.MX) -> tuple[ca.MX, ca.MX]:
+        factor_next, K, _ = build_update_covariance(x.numel())(factor, H, weight)
+        return clip_to_bounds(sample.measurement_model, x + K * innovation, sample.tuning), factor_next
+
+    return correct
+
+
+def _linearised_again(
+    sample: StepSample, predicted: ca.MX, x: ca.MX, patch: Parts
+) -> tuple[ca.MX, ca.MX]:
+    """Innovation and H of the predicted states, linearised at the corrected ones, x."""
+    residual, H, *_ = build_measurement(sample.measurement_model)(
+        x, patch["M_z"], patch["slopes"], sample.now, sample.rig, sample.tuning
+    )
+    return residual - ca.dot(H, predicted - x), H

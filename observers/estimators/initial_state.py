@@ -1,0 +1,73 @@
+"""The state before the first sample, as a Function of that sample, for Python and for generated C."""
+
+from functools import cache
+
+import casadi as ca
+
+from observers.layout import Layout, named, named_function, symbols, vector_of
+from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
+from observers.measurement.torque_error import is_known
+from observers.patch.effective_friction import output_vector
+from observers.patch.model import PatchModel, constants_size, split_constants
+from observers.patch.update import tyre_states
+from observers.protocol import SAMPLE
+from observers.quality import supervision
+from observers.tuning import TUNING_FIELDS
+from symbolic import GEOMETRY, SIGNALS, full_slide_torque
+
+POINT = {"log_mu": "mu"}
+"""Field of the tuning that a state of the tyre is linearised at; 1 for k over its nominal value."""
+
+
+@cache
+def build_initial_state(
+    model: PatchModel, measurement_model: MeasurementModel, layout: Layout
+) -> ca.Function:
+    """(sample, constants) -> state: the prior, the patch at rest, an empty window.
+
+    Args:
+        model: the model.
+        measurement_model: gives the prior of the states.
+        layout: parts of the state; in a window one column stands for all, other parts begin as zeros.
+    """
+    inputs = symbols(ca.MX, sample=len(SAMPLE), constants=constants_size(model))
+    theta, rig, vector = split_constants(model, inputs["constants"])
+    tuning, first = named(TUNING_FIELDS, vector), named(SAMPLE, inputs["sample"])
+    first["psi_dot"] = ca.if_else(is_known(first["psi_dot"]), first["psi_dot"], 0)
+    signals = vector_of(SIGNALS, first)
+    numbers = named(RIG, rig)
+    slide, known = full_slide_torque(first["F_N"], numbers["a"]), is_known(numbers["zero_std"])
+    declared = ca.if_else(known, numbers["zero_std"], 0) / slide
+    tuning["zero_std"] = ca.if_else(known, declared, tuning["zero_std"])
+    prior = measurement_model.prior(tuning, first, slide)
+    mean, variance = (
+        ca.vertcat(*(prior[name][i] for name in measurement_model.states)) for i in range(2)
+    )
+    point = [tuning[POINT[name]] if name in POINT else 1 for name in tyre_states(measurement_model)]
+    last = _at_rest(CLEAN, first)
+    parts = {
+        "memory": model.initial(signals, theta, rig[: len(GEOMETRY)]),
+        "linearisation_point": ca.vertcat(*point),
+        "x": mean,
+        "factor": ca.diag(variance),
+        "last": last,
+        "output": output_vector(mu=tuning["mu"], mu_std=tuning["mu_std"]),
+        "patch_signals": _at_rest(SIGNALS, first),
+        "angle_slope": ca.vertcat(first["psi"], 0),
+        "mean": mean,
+        "P_newest": ca.diag(variance),
+    }
+    if "own" in layout.places:
+        std = tuning["zero_std"] * slide
+        parts |= supervision.initial(first["psi"], first["F_N"], std)
+    if "samples" in layout.places:
+        # The rows of a window's samples continue those of a cleaned sample.
+        rows = layout.places["samples"][1][0]
+        parts["samples"] = ca.vertcat(last, ca.DM.zeros(rows - len(CLEAN)))
+    return named_function("start", inputs, {"state": layout.fill(parts)})
+
+
+def _at_rest(names: tuple[str, ...], first: dict[str, ca.MX]) -> ca.MX:
+    """The angle and the load of the first sample, 0 for everything else."""
+    given = {"psi": first["psi"], "F_N": first["F_N"], "F_N_first": first["F_N"]}
+    return ca.vertcat(*(given.get(name, 0) for name in names))

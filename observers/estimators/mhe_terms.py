@@ -1,0 +1,107 @@
+"""One sample of a window as casadi Functions: prediction, elimination, substitution, acceptance.
+
+`observers.estimators.mhe_step` maps them over the window in Python; generated C loops over the same
+Functions, see `observers.embedded.compact_mhe`.
+"""
+
+from functools import cache
+
+import casadi as ca
+
+from observers.estimators.step_terms import clip_to_bounds
+from observers.estimators.window_least_squares import build_back_substitution, build_window_update
+from observers.layout import Expression, named, named_function, symbols, symbols_like
+from observers.measurement.linearisation import build_measurement, build_motion, directions, state_index
+from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
+from observers.quality.innovation_gate import huber_weight
+from observers.tuning import TUNING_FIELDS
+
+
+@cache
+def build_prediction(measurement_model: MeasurementModel) -> ca.Function:
+    """(x, P, M_z, slopes, last, now, rig, tuning) -> (x_next, P_next, Q): prediction to now."""
+    motion = build_motion(measurement_model)
+    n, given = len(measurement_model.states), symbols_like(motion)
+    x_next, A, Q, _ = motion(*given.values())
+    P = ca.MX.sym("P", n, n)
+    outputs = {"x_next": x_next, "P_next": A @ P @ A.T + ca.diag(Q), "Q": Q}
+    return named_function("prediction", {"x": given.pop("x"), "P": P, **given}, outputs)
+
+
+@cache
+def build_forward(measurement_model: MeasurementModel) -> ca.Function:
+    """Forward elimination of one sample, linearised about x.
+
+    (mean, factor, x, M_z, slopes, row, row_next, rig, tuning) -> (mean_next, factor_next, filtered, P,
+    K, score, H, A), as of `build_window_update`; rows in the order of `ROWS`. The motion out of the
+    newest sample does not matter: any row does for row_next.
+    """
+    n = len(measurement_model.states)
+    inputs = symbols(
+        ca.MX, mean=n, factor=(n, n), x=n, M_z=1, slopes=len(directions(measurement_model)),
+        row=len(ROWS), row_next=len(ROWS), rig=len(RIG), tuning=len(TUNING_FIELDS),
+    )  # fmt: skip
+    mean, factor, x, M_z, slopes, row, row_next, rig, tuning = inputs.values()
+    now, now_next = (vector[: len(CLEAN)] for vector in (row, row_next))
+    innovation, H, weight, _, huber_scale, _ = build_measurement(measurement_model)(
+        x, M_z, slopes, now, rig, tuning
+    )
+    weight = weight * huber_weight(innovation, huber_scale) * row[ROWS.index("accepted")]
+    _, A, Q, b = build_motion(measurement_model)(x, M_z, slopes, now, now_next, rig, tuning)
+    Q[state_index(measurement_model)] += row_next[ROWS.index("jump")]
+    results = build_window_update(n)(mean, factor, innovation + ca.dot(H, x), H, weight, A, b, Q)
+    names = ("mean_next", "factor_next", "filtered", "P", "K", "score", "H", "A")
+    outputs = dict(zip(names, (*results, H, A), strict=True))
+    return named_function("forward", inputs, outputs).expand("forward", {"cse": True})
+
+
+@cache
+def build_backward(measurement_model: MeasurementModel) -> ca.Function:
+    """Back substitution of one sample.
+
+    (costate, filtered, P, K, score, H, A, tuning) -> (costate_before, x).
+
+    costate is that of the next sample, 0 at the newest; the others come from `build_forward`. x is
+    within its bounds.
+    """
+    n = len(measurement_model.states)
+    inputs = symbols(
+        ca.MX, costate=n, filtered=n, P=(n, n), K=n, score=1, H=n, A=(n, n), tuning=len(TUNING_FIELDS)
+    )
+    costate, filtered, P, K, score, H, A, tuning = inputs.values()
+    before, smoothed = build_back_substitution(n)(costate, filtered, P, H, K, score, A)
+    x = clip_to_bounds(measurement_model, smoothed, tuning)
+    outputs = {"costate_before": before, "x": x}
+    return named_function("backward", inputs, outputs).expand("backward", {"cse": True})
+
+
+@cache
+def build_acceptance() -> ca.Function:
+    """(accepted, jump, age, test, variance) -> (accepted_next, jump_next) of a sample in the window.
+
+    age is 0 for the newest sample; test is accepted, reset and run of the newest one, see
+    `observers.quality.innovation_gate`; variance is that of ln mu on an unknown ground. After a change
+    of the ground the whole run is accepted, and ln mu jumps before its first sample; where that is not
+    behind the window's oldest sample see `arrival_jump`.
+    """
+    inputs = symbols(ca.SX, accepted=1, jump=1, age=1, test=3, variance=1)
+    accepted, jump, age, test, variance = inputs.values()
+    newest, reset, run = named(("accepted", "reset", "run"), test).values()
+    in_run = ca.logic_and(reset, age < run)
+    first = ca.logic_and(reset, age == run - 1)
+    accepted = ca.if_else(in_run, 1, ca.if_else(age == 0, newest, accepted))
+    jump = ca.if_else(first, variance, jump)
+    return named_function("acceptance", inputs, {"accepted_next": accepted, "jump_next": jump})
+
+
+def arrival_jump(window: int, reset: Expression, run: Expression, variance: Expression) -> Expression:
+    """Increment of the variance of ln mu in the arrival: a change before the window's oldest sample."""
+    return ca.if_else(run >= window, reset * variance, 0)
+
+
+def is_unsettled(
+    measurement_model: MeasurementModel, x: Expression, before: Expression, P: Expression
+) -> Expression:
+    """True where the last Gauss-Newton step moved ln mu by more than its standard deviation."""
+    at = state_index(measurement_model)
+    return (x[at] - before[at]) ** 2 > P[at, at]

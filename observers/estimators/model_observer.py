@@ -1,0 +1,153 @@
+"""Settings and expressions that the extended Kalman filter and the moving-horizon estimator share."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from observers.estimators.casadi_observer import CasadiObserver
+from observers.estimators.initial_state import build_initial_state
+from observers.layout import Layout
+from observers.measurement.measurement_model import RIG, AligningTorque, MeasurementModel
+from observers.quality import supervision
+from observers.quality.equivalent_patch import equivalent_patch
+from observers.quality.tolerances import with_tolerances
+from observers.tuning import TUNING_FIELDS, Tuning
+from symbolic import InvalidInputError, Model, Rig
+from symbolic.compliance import deflection_of
+
+Array = NDArray[np.float64]
+RIG_UNITS = ("m", "m", "kg m^2", "N m s/rad", "rad/s", "N m", "N m", "N m")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelObserver(CasadiObserver):
+    """A model, its fixed parameters, the rig, what is measured, and the tuning.
+
+    Attributes:
+        model: the model, with the effects that a diagnosis found if there are any. It is taken on
+            bristles where something stands in series with the patch: the corners of the exact patch then
+            depend on mu, and their derivative by mu is useless after a reversal.
+        values: every parameter of the model but mu, by name (`k`, `effect.parameter`).
+        rig: geometry; J_A and b_t too where the steering torque is measured.
+        tuning: prior and noises.
+        measurement_model: which torque is measured, and which states there are beside mu.
+        acquire: friction is acquired among hypotheses before the estimator tracks it, and inputs are
+            checked for other units, signs and scales, see `observers.quality.supervision`. False is the
+            estimator alone, from its prior: where another part of a system does all that.
+
+    Raises:
+        InvalidInputError: a parameter is missing or out of bounds, or the rig lacks one.
+    """
+
+    tuning: Tuning = field(default_factory=Tuning)
+    measurement_model: MeasurementModel = field(default_factory=AligningTorque)
+    acquire: bool = True
+
+    def __post_init__(self) -> None:
+        """Check the parameters, the rig, and that they go together."""
+        for name, kind in (("model", Model), ("rig", Rig), ("tuning", Tuning)):
+            if not isinstance(getattr(self, name), kind):
+                raise InvalidInputError(
+                    f"{name} must be a {kind.__name__}, got {type(getattr(self, name)).__name__}"
+                )
+        if self.model.exact and deflection_of(self.model) is not None:
+            object.__setattr__(self, "model", replace(self.model, discretised=True))
+        if isinstance(self.measurement_model, type) or not hasattr(self.measurement_model, "motion"):
+            raise InvalidInputError(
+                "measurement_model must be AligningTorque(...), SteeringTorque(...) or another"
+                f" observers.MeasurementModel, with brackets, got {self.measurement_model!r}"
+            )
+        self.model.theta({**self.values, "mu": self.tuning.mu})
+        self.measurement_model.check(self.rig, self.model)
+
+    @property
+    def is_checked(self) -> bool:
+        """Whether samples are checked for other units and signs: not where the estimator is alone."""
+        return self.acquire
+
+    @property
+    def estimator_layout(self) -> Layout:
+        """The parts of a state, less those of the supervision."""
+        raise NotImplementedError
+
+    @property
+    def estimator_step(self) -> ca.Function:
+        """One sample, (state, sample, constants) -> (state_next, output), without the supervision."""
+        raise NotImplementedError
+
+    @property
+    def layout(self) -> Layout:
+        """The parts of a state; those of the supervision follow the estimator's."""
+        parts = self.estimator_layout
+        if not self.acquire:
+            return parts
+        return Layout((*parts.fields, *supervision.layout(self.measurement_model).fields))
+
+    @property
+    def step_function(self) -> ca.Function:
+        """One sample; see `CasadiObserver.step_function`."""
+        if not self.acquire:
+            return self.estimator_step
+        patch = equivalent_patch(self.model, self.values, self.rig)
+        return supervision.build_supervised_step(
+            self.estimator_step, self.model, self.measurement_model, self.estimator_layout, patch
+        )
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states, in the order of `state["x"]`."""
+        return self.measurement_model.states
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Fields of `Sample` that are used."""
+        return self.measurement_model.channels
+
+    @property
+    def informed_below(self) -> float:
+        """Relative standard deviation of mu below which an estimate is informed [1]."""
+        return self.tuning.informed_below
+
+    @property
+    def sample_limits(self) -> tuple[float, ...]:
+        """Limits of what a sensor may give, in the order of `observers.tuning.PLAUSIBLE`."""
+        return self.tuning.limits
+
+    @property
+    def initial_function(self) -> ca.Function:
+        """The state before the first sample; see `CasadiObserver.initial_function`."""
+        return build_initial_state(self.model, self.measurement_model, self.layout)
+
+    @property
+    def effective_tuning(self) -> Tuning:
+        """The tuning with what the rig's tolerances add to it, see `observers.quality.tolerances`."""
+        return with_tolerances(self.tuning, self.rig, self.values["k"])
+
+    @cached_property
+    def constants(self) -> Array:
+        """Parameters of the model at the prior's mu, those of the rig, and the tuning."""
+        theta = self.model.theta({**self.values, "mu": self.tuning.mu})
+        rig = [float("nan") if (v := getattr(self.rig, name)) is None else v for name in RIG]
+        return np.concatenate([theta.full().ravel(), rig, self.effective_tuning.vector])
+
+    @property
+    def constant_labels(self) -> tuple[str, ...]:
+        """Name and unit of every constant."""
+        rig = (f"{name} [{unit}]" for name, unit in zip(RIG, RIG_UNITS, strict=True))
+        return (*self._theta_labels, *rig, *(f"tuning: {name}" for name in TUNING_FIELDS))
+
+    @property
+    def settings(self) -> Mapping[str, Any]:
+        """Measurement model, states, tuning and, as `settings`, what the observer adds."""
+        own = set(ModelObserver.__dataclass_fields__)
+        return {
+            "sensing": type(self.measurement_model).__name__,
+            "states": list(self.states),
+            "beliefs": asdict(self.tuning),
+            "settings": {n: getattr(self, n) for n in self.__dataclass_fields__ if n not in own},
+        }

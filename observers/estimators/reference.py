@@ -1,0 +1,183 @@
+"""The window of the moving horizon solved to convergence, as a reference for the real-time step.
+
+Multiple shooting: the states at every sample are unknowns of their own; the motion between two of them
+costs what its disturbances cost, and a constant state is an equality constraint. IPOPT minimises the
+cost of `observers.estimators.mhe_step` with exact gradients: the same arrival, the same patch history,
+the same loss. It takes tenths of a second, and is meant for tests, not for a control loop.
+
+Sources: Bock and Plitt, A multiple shooting algorithm for direct solution of optimal control problems,
+IFAC World Congress (1984); Waechter and Biegler, Math. Programming 106 (2006) 25.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from observers.estimators.mhe import Mhe
+from observers.estimators.mhe_step import layout
+from observers.estimators.step_terms import STIFFNESS_BOUNDS
+from observers.estimators.udu import covariance_of
+from observers.layout import ObserverState, named_function, symbols
+from observers.measurement.linearisation import build_measurement, build_motion, state_index
+from observers.measurement.measurement_model import CLEAN, ROWS, MeasurementModel
+from observers.patch.history import PatchHistory
+from observers.patch.model import PatchModel, constants_size, split_constants
+
+Array = NDArray[np.float64]
+# The tolerance asks for more than double precision gives, so steps that vanish are the usual end.
+_REMEDIES = {
+    "Solve_Succeeded": "",
+    "Solved_To_Acceptable_Level": "",
+    "Search_Direction_Becomes_Too_Small": "",
+    "Maximum_Iterations_Exceeded": "not converged: raise max_iter, or start from a better state",
+    "Infeasible_Problem_Detected": "a state that nothing disturbs cannot follow: check"
+    " mu_walk, the bounds and the arrival",
+}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Converged:
+    """A window's minimum.
+
+    Attributes:
+        x: states at every sample of the window, oldest first, shape (n, N).
+        cost: at the minimum [1].
+        converged: False where the solver gave up; x is then where it did.
+        status: the solver's own word.
+        remedy: what to do where it is not converged, else empty.
+        iterations: of the solver.
+    """
+
+    x: Array
+    cost: float
+    converged: bool
+    status: str
+    remedy: str
+    iterations: int
+
+
+def solve_window(observer: Mhe, state: ObserverState, max_iter: int = 200) -> Converged:
+    """Minimise the cost of the window that a state holds, as IPOPT finds it from where the state is.
+
+    Args:
+        observer: the estimator that the state belongs to.
+        state: after some sample.
+        max_iter: iterations allowed.
+    """
+    n, window = len(observer.states), observer.window
+    weigh = _build_costs(observer.model, observer.measurement_model, window)
+    own = layout(observer.model, observer.measurement_model, window).size
+    given = [ca.DM(state.values[:own]), ca.DM(observer.constants)]
+    start = ca.DM(state["x"].reshape(n, window, order="F"))
+    variances = weigh(start, *given)[2].full()
+    arrival = covariance_of(state["factor"].reshape(n, n, order="F"))
+    fixed = tuple(
+        np.flatnonzero(np.concatenate([np.diag(arrival), variances.ravel(order="F")]) <= 0).tolist()
+    )
+    solver = _build_solver(observer.model, observer.measurement_model, window, fixed, max_iter)
+    tuning = observer.tuning
+    limits = {"log_mu": np.log([tuning.least, tuning.greatest]), "stiffness": np.array(STIFFNESS_BOUNDS)}
+    bounds = np.array([limits.get(name, np.array([-np.inf, np.inf])) for name in observer.states])
+    solution = solver(
+        x0=ca.vec(start), p=ca.vertcat(*given), lbg=0, ubg=0,
+        lbx=np.tile(bounds[:, 0], window), ubx=np.tile(bounds[:, 1], window),
+    )  # fmt: skip
+    stats = solver.stats()
+    status = str(stats["return_status"])
+    return Converged(
+        x=solution["x"].full().reshape(n, window, order="F"),
+        cost=float(solution["f"]),
+        converged=_REMEDIES.get(status) == "",
+        status=status,
+        remedy=_REMEDIES.get(status, "not converged: look up the status in IPOPT's documentation"),
+        iterations=int(stats["iter_count"]),
+    )
+
+
+@cache
+def _build_costs(model: PatchModel, measurement_model: MeasurementModel, window: int) -> ca.Function:
+    """(x, state, constants) -> (innovations, weights, variances, defects, huber_scale), by sample."""
+    parts = layout(model, measurement_model, window)
+    patch = PatchHistory(model=model, measurement_model=measurement_model, window=window)
+    inputs = symbols(
+        ca.MX, x=(len(measurement_model.states), window), state=parts.size,
+        constants=constants_size(model),
+    )  # fmt: skip
+    x, state, constants = inputs.values()
+    kept = parts.split(state)
+    theta, rig, tuning = split_constants(model, constants)
+    M_z, slopes = patch.torques(kept, x, theta, rig)
+    samples = kept["samples"]
+    clean = samples[: len(CLEAN), :]
+    constant = [ca.repmat(vector, 1, window) for vector in (rig, tuning)]
+    measure = build_measurement(measurement_model).map(window)
+    move = build_motion(measurement_model).map(window)
+    innovations = measure(x, M_z, slopes, clean, *constant)[0]
+    # The model's error is a share of the torque: its variance is that at the states of the estimator.
+    at = ca.reshape(kept["x"], *x.shape)
+    _, _, weights, _, huber_scale, _ = measure(
+        at, *patch.torques(kept, at, theta, rig), clean, *constant
+    )
+    onward = ca.horzcat(clean[:, 1:], clean[:, -1])
+    predicted, _, variances, _ = move(x, M_z, slopes, clean, onward, *constant)
+    variances = variances[:, :-1]
+    variances[state_index(measurement_model), :] += samples[ROWS.index("jump"), 1:]
+    weights = weights * samples[ROWS.index("accepted"), :]
+    outputs = {
+        "innovations": innovations,
+        "weights": weights,
+        "variances": variances,
+        "defects": x[:, 1:] - predicted[:, :-1],
+        "huber_scale": huber_scale,
+    }
+    return named_function("costs", inputs, outputs)
+
+
+@cache
+def _build_solver(
+    model: PatchModel,
+    measurement_model: MeasurementModel,
+    window: int,
+    fixed: tuple[int, ...],
+    max_iter: int,
+) -> ca.Function:
+    """The nonlinear programme; `fixed` are the defects, arrival first, that must vanish."""
+    n, parts = len(measurement_model.states), layout(model, measurement_model, window)
+    x = ca.MX.sym("x", n, window)
+    given = ca.MX.sym("given", parts.size + constants_size(model))
+    state, constants = given[: parts.size], given[parts.size :]
+    kept = parts.split(state)
+    innovations, weights, variances, defects, huber_scale = _build_costs(
+        model, measurement_model, window
+    )(x, state, constants)
+    U = ca.triu(kept["factor"], False) + ca.DM.eye(n)
+    arrival = ca.solve(U, x[:, 0] - kept["mean"])
+    off = ca.vertcat(arrival, ca.vec(defects))
+    variance = ca.vertcat(ca.diag(kept["factor"]), ca.vec(variances))
+    free = [i for i in range(off.numel()) if i not in fixed]
+    squares = innovations**2
+    beyond = squares > huber_scale
+    # Huber's function: quadratic up to its scale, linear beyond.
+    linear = 2 * ca.sqrt(ca.if_else(beyond, huber_scale * squares, 1)) - ca.if_else(
+        beyond, huber_scale, 0
+    )
+    loss = ca.if_else(beyond, linear, squares)
+    cost = ca.sum1(off[free] ** 2 / variance[free]) + ca.sum2(weights * loss)
+    nlp: dict[str, Any] = {"x": ca.vec(x), "p": given, "f": cost, "g": off[list(fixed)]}
+    options: dict[str, Any] = {
+        "print_time": False,
+        # Nobody asks for the sensitivity to what is given, missing samples (NaN) among it.
+        "calc_lam_p": False,
+        "ipopt": {
+            "print_level": 0,
+            "sb": "yes",
+            "tol": 1e-12,
+            "max_iter": max_iter,
+            "mu_strategy": "adaptive",
+        },
+    }
+    return ca.nlpsol("window", "ipopt", nlp, options)

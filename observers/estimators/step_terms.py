@@ -1,0 +1,129 @@
+"""What the steps of the filter and of the window share: a sample, its test, bounds, and the output."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import casadi as ca
+
+from observers.layout import Expression, Layout, Parts, named, outputs_of, symbols
+from observers.measurement.linearisation import build_clean, state_index
+from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
+from observers.measurement.torque_error import is_known
+from observers.patch.effective_friction import build_effective_friction, output_vector
+from observers.patch.model import PatchModel, constants_size, split_constants
+from observers.protocol import SAMPLE, Status
+from observers.quality.innovation_gate import InnovationTest, build_innovation
+from observers.quality.innovation_monitor import change_variance
+from observers.tuning import TUNING_FIELDS
+from symbolic import GEOMETRY, full_slide_torque
+
+DRY_FRICTION = 0.001
+"""Dry friction of bearings of which nothing is declared, as a share of 3/8 F_N a [1]."""
+STIFFNESS_BOUNDS = (0.1, 10.0)
+"""Bounds of k over its nominal value, where it is a state [1]."""
+
+
+def step_symbols(model: PatchModel, parts: Layout) -> dict[str, ca.MX]:
+    """Symbols for state, sample and constants of a step."""
+    return symbols(ca.MX, state=parts.size, sample=len(SAMPLE), constants=constants_size(model))
+
+
+def clip_to_bounds(measurement_model: MeasurementModel, x: Expression, tuning: Expression) -> Expression:
+    """The states (n,) or (n, N) with mu and k within their bounds."""
+    limits = named(TUNING_FIELDS, tuning)
+    bounds: dict[str, tuple[Any, Any]] = {
+        "log_mu": (ca.log(limits["least"]), ca.log(limits["greatest"])),
+        "stiffness": STIFFNESS_BOUNDS,
+    }
+    rows = [
+        ca.fmax(bounds[name][0], ca.fmin(bounds[name][1], x[i, :])) if name in bounds else x[i, :]
+        for i, name in enumerate(measurement_model.states)
+    ]
+    return ca.vertcat(*rows)
+
+
+@dataclass(frozen=True, kw_only=True)
+class StepSample:
+    """What a step is given at a sample.
+
+    Attributes:
+        model: the model.
+        measurement_model: states and measurement.
+        now: the sample, cleaned.
+        imputed: whether a value of it is imputed.
+        theta: parameters of the model.
+        rig: as in `RIG`.
+        tuning: as in `TUNING_FIELDS`.
+    """
+
+    model: PatchModel
+    measurement_model: MeasurementModel
+    now: ca.MX
+    imputed: ca.MX
+    theta: ca.MX
+    rig: ca.MX
+    tuning: ca.MX
+
+    @classmethod
+    def of(
+        cls, model: PatchModel, measurement_model: MeasurementModel, inputs: Parts, last: ca.MX
+    ) -> "StepSample":
+        """The sample among the inputs of a step, cleaned with the last one."""
+        now, imputed = build_clean(measurement_model)(inputs["sample"], last)
+        theta, rig, tuning = split_constants(model, inputs["constants"])
+        return cls(
+            model=model, measurement_model=measurement_model, now=now, imputed=imputed, theta=theta,
+            rig=rig, tuning=tuning,
+        )  # fmt: skip
+
+    @property
+    def at(self) -> int:
+        """Index of ln mu in the states."""
+        return state_index(self.measurement_model)
+
+    @property
+    def change(self) -> Expression:
+        """What a change of the ground adds to the variance of ln mu."""
+        return change_variance(named(TUNING_FIELDS, self.tuning))
+
+    def test(self, before: Parts, x: ca.MX, P: ca.MX, M_z: ca.MX, slopes: ca.MX) -> InnovationTest:
+        """The innovation at predicted states x (n,) of covariance P, and its test."""
+        results = outputs_of(
+            build_innovation(self.measurement_model), x, P, M_z, slopes, self.now, before["counts"],
+            before["monitor"], self.rig, self.tuning,
+        )  # fmt: skip
+        return InnovationTest(**results)
+
+    def output(
+        self, x: ca.MX, P: ca.MX, memory: ca.MX, M_z: ca.MX, test: Parts, **conditions: ca.MX
+    ) -> ca.MX:
+        """The output of a step in the order of `observers.protocol.OUTPUT`.
+
+        Args:
+            x: corrected states (n,).
+            P: their covariance (n, n).
+            memory: of the model after the sample (m,).
+            M_z: predicted aligning torque [N m].
+            test: missing, accepted, reset, nis and inconsistent of an `InnovationTest`, by name.
+            conditions: further flags of `Status` in small letters.
+        """
+        log_mu, tuning, rig = x[self.at], named(TUNING_FIELDS, self.tuning), named(RIG, self.rig)
+        mu, F_N = ca.exp(log_mu), self.now[CLEAN.index("F_N")]
+        # Dry friction in the bearings cannot be told from that of the ground.
+        known, slide = is_known(rig["dry_friction"]), full_slide_torque(F_N, rig["a"])
+        dry = ca.if_else(known, ca.if_else(known, rig["dry_friction"], 0) / slide, DRY_FRICTION)
+        std = ca.sqrt(mu**2 * (P[self.at, self.at] + tuning["mu_floor"] ** 2) + dry**2)
+        given = (mu, std, memory, F_N, self.theta, self.rig[: len(GEOMETRY)], rig["slide_rate"])
+        effective = outputs_of(build_effective_friction(self.model), *given)
+        bound = ca.logic_or(log_mu <= ca.log(tuning["least"]), log_mu >= ca.log(tuning["greatest"]))
+        flags = {
+            "missing": test["missing"], "rejected": ca.logic_not(test["accepted"]),
+            "reset": test["reset"], "bound": bound, "inconsistent": test["inconsistent"],
+            "held": self.imputed, **conditions,
+        }  # fmt: skip
+        status = sum(
+            (ca.if_else(holds, int(Status[name.upper()]), 0) for name, holds in flags.items()), ca.MX(0)
+        )
+        return output_vector(
+            mu=mu, mu_std=std, M_z_predicted=M_z, **effective, nis=test["nis"], status=status
+        )

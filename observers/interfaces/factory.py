@@ -1,0 +1,114 @@
+"""An observer from the files that describe rig and model."""
+
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+from observers.estimators.casadi_observer import CasadiObserver
+from observers.interfaces.profiles import tuning_for
+from observers.tuning import Tuning
+from symbolic import (
+    Effect,
+    FoundModel,
+    InvalidInputError,
+    Model,
+    Rig,
+    Tyre,
+    model_from_tables,
+    rig_from_tables,
+)
+from symbolic.parsing import LARGEST_MODEL, json_of, naming, toml_of
+
+Kind = TypeVar("Kind", bound=CasadiObserver)
+
+
+def from_files(
+    kind: Callable[..., Kind],
+    rig: str | Path,
+    model: str | Path | None = None,
+    *,
+    effects: Iterable[Effect] = (),
+    tuning: Tuning | None = None,
+    by_hand: Mapping[str, float] | None = None,
+    ground: str | None = None,
+    **settings: Any,
+) -> Kind:
+    """An observer from a rig file and, optionally, the file of a model that a diagnosis found.
+
+    Args:
+        kind: `Ekf`, `Mhe` or another `CasadiObserver`.
+        rig: the rig file, TOML with ``[rig] a, e, J_A, b_t`` and ``[tyre] k, mu`` in SI units; J_A and
+            b_t are needed where the steering torque is measured, mu is not used.
+        model: the model file that `brushgrip diagnose` writes, whose k goes before that of the rig; None
+            for the declared model. What belongs to one recording alone, as a torque zero, stays neutral.
+        effects: effects beside the library's that the model file may name.
+        tuning: of an `Ekf` or `Mhe`, None for the usual one; the error of the model that the model file
+            states goes before its own, see `observers.tuning_for`.
+        by_hand: fields of the tuning that go before the model's error too, such as `error`.
+        ground: the ground whose values are taken from the model file; the mean over its grounds for
+            None or another one.
+        settings: further fields of the observer, such as `measurement_model`.
+
+    Raises:
+        InvalidInputError: a file cannot be read, or holds what it must not, such as a value out of range
+            or in another unit; or a setting is out of range. One line says which.
+    """
+    geometry, tyre = read_rig_file(rig)
+    if "measurement_model" in settings:
+        with naming(rig):
+            settings["measurement_model"].check(geometry, Model())
+    found = FoundModel(model=Model(), tyre={"k": tyre.k}, own={})
+    if model is not None:
+        found = read_model_file(model, effects)
+    if tuning is not None or by_hand or (found.error is not None and _has_tuning(kind)):
+        settings["tuning"] = tuning_for(found, tuning, by_hand)
+    return kind(
+        model=found.model,
+        values=found.values_for_estimation(ground),
+        rig=geometry,
+        **settings,
+    )
+
+
+def _has_tuning(kind: Callable[..., Any]) -> bool:
+    return "tuning" in getattr(kind, "__dataclass_fields__", {})
+
+
+def read_rig_file(path: str | Path) -> tuple[Rig, Tyre]:
+    """Rig and tyre of a rig file, see `symbolic.serialisation.rig_from_tables`.
+
+    Raises:
+        InvalidInputError: the file cannot be read or is no rig file; one line says what is wrong.
+    """
+    with naming(path):
+        return rig_from_tables(toml_of(_content(path)))
+
+
+def read_model_file(path: str | Path, effects: Iterable[Effect] = ()) -> FoundModel:
+    """Model and values of a model file, see `symbolic.serialisation.model_from_tables`.
+
+    Args:
+        path: the model file.
+        effects: effects beside the library's that it may name.
+
+    Raises:
+        InvalidInputError: the file cannot be read or is no model file; one line says what is wrong.
+    """
+    with naming(path):
+        return model_from_tables(json_of(_content(path)), effects)
+
+
+def _content(path: str | Path) -> bytes:
+    path = Path(path)
+    try:
+        if path.exists() and not path.is_file():
+            raise InvalidInputError("is a folder, a pipe or a device; allowed: a regular file")
+        with path.open("rb") as file:
+            content = file.read(LARGEST_MODEL + 1)
+        if len(content) > LARGEST_MODEL:
+            raise InvalidInputError(
+                f"holds more than {LARGEST_MODEL} bytes; that is no rig and no model"
+            )
+        return content
+    except OSError as error:
+        raise InvalidInputError(f"cannot be read: {error.strerror or error}") from None

@@ -1,0 +1,1 @@
+"""What is measured: measurement models, their motion and derivatives, and the error of a torque."""

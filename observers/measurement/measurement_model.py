@@ -1,0 +1,252 @@
+"""Measurement models: states, motion, and measurement, where M_z or the steering torque is measured.
+
+The friction state is ln mu. Before full slide the torque bounds mu from below alone; the distribution of
+ln mu is far less skewed than that of mu, and mu stays positive.
+
+`AligningTorque`, as on the rig: the angle is known, M_z = h(history of the angle, mu) + M_0 is measured,
+and the states are random walks.
+
+`SteeringTorque` of `observers.measurement.steering_torque`, as in electric power steering: M drives the
+wheel and the angle is measured.
+"""
+
+from collections.abc import Hashable
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol
+
+import casadi as ca
+
+from observers.layout import Expression, Parts, named
+from observers.measurement.torque_error import (
+    huber_scale,
+    independent_share,
+    is_known,
+    model_error_variance,
+    sensor_variance,
+    white_variance,
+)
+from observers.protocol import SAMPLE
+from observers.tuning import REFERENCE_STEP, STATES
+from symbolic import Model, Rig, full_slide_torque
+
+Moments = tuple[Expression, Expression]
+RIG = ("a", "e", "J_A", "b_t", "slide_rate", "noise", "dry_friction", "zero_std")
+"""Order of the rig's numbers; one that is unknown is NaN."""
+LONGEST = 0.05
+"""The weight of a sample grows with its time step up to this step [s]."""
+LEAST_FIRST_LOAD = 1e-3
+"""Least load of a first sample [N]."""
+LEAST_LOAD = 0.05
+"""Share of the first load below which a load is missing [1]: a torque weighs with 1 / F_N^2."""
+CLEAN = (*SAMPLE, "M_age", "F_N_first", "travel")
+"""Order of a cleaned sample: last valid values in place of missing ones; time since M was valid [s];
+load of the first sample [N]; turn since the last sample without its sign [rad]."""
+ROWS = (*CLEAN, "accepted", "jump")
+"""Rows of a window's samples: a cleaned sample, whether it is accepted, and what a change of the
+ground adds to the variance of ln mu before it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measurement:
+    """The measurement of one sample.
+
+    Attributes:
+        expected: value that the states predict.
+        measured: value of the sensor, NaN where it is missing.
+        precision: inverse variance of the white measurement error; 0 in an empty place of a window.
+        huber_scale: square of the error up to which Huber's loss is quadratic.
+        independent: share of an independent sample that this one is worth [1], less than 1 where the
+            error of the model lasts.
+    """
+
+    expected: Expression
+    measured: Expression
+    precision: Expression
+    huber_scale: Expression
+    independent: Expression = 1
+
+
+class MeasurementModel(Hashable, Protocol):
+    """States, motion and measurement of an observer; all methods but `check` take casadi expressions."""
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states in the order of `STATES`; the patch follows the angle where it is one."""
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Fields of `Sample` that are used; the torque among them is M_z or M."""
+
+    @property
+    def is_linear(self) -> bool:
+        """True where the measurement is linear in the states, so that iterating it changes nothing."""
+
+    @property
+    def scaled(self) -> str:
+        """Field of `Sample` that the stiffness scales; empty where inertia takes part of the torque."""
+
+    @property
+    def torque_state(self) -> tuple[str, ...]:
+        """Names of the numbers that `observed_torque` keeps."""
+
+    def observed_torque(
+        self, before: Parts, sample: Parts, rig: Expression, tuning: Expression
+    ) -> tuple[Parts, Expression, Expression, Expression]:
+        """The aligning torque without a model of it: state after, its angle, M_z and its variance.
+
+        rig is in the order of `RIG`, tuning in that of `TUNING_FIELDS`; M_z [N m] is NaN where the
+        sample brings none, the variance [N^2 m^2] is what the way to it adds.
+        """
+
+    def check(self, rig: Rig, model: Model) -> None:
+        """Raise InvalidInputError where the rig lacks a value or the model an effect too many."""
+
+    def prior(self, tuning: Parts, first: Parts, slide: Expression) -> dict[str, Moments]:
+        """Mean and variance of every state before the sample `first`; `slide` is 3/8 F_N a [N m]."""
+
+    def clean(self, sample: Parts, last: Parts) -> tuple[Parts, Expression]:
+        """The sample with missing values imputed from the `last` one, and whether one was."""
+
+    def motion(
+        self, x: Parts, M_z: Expression, last: Parts, now: Parts, rig: Parts, tuning: Parts
+    ) -> tuple[Parts, Parts]:
+        """The states at the sample `now`, and the variances of their disturbances since `last`."""
+
+    def measurement(
+        self, x: Parts, M_z: Expression, now: Parts, rig: Parts, tuning: Parts
+    ) -> Measurement:
+        """The measurement of the sample `now`."""
+
+
+def impute_load(sample: Parts, last: Parts) -> tuple[Expression, Expression, Expression]:
+    """The load [N], whether it is missing, so that the last one stands, and whether it is too small.
+
+    A load below `LEAST_LOAD` of the first one, zero or negative too, is missing as NaN is.
+    """
+    given = is_known(sample["F_N"])
+    too_small = ca.logic_and(given, sample["F_N"] < LEAST_LOAD * last["F_N_first"])
+    missing = ca.logic_or(ca.logic_not(given), too_small)
+    return ca.if_else(missing, last["F_N"], sample["F_N"]), missing, too_small
+
+
+def random_walk(
+    x: Parts, slide: Expression, dt: Expression, tuning: Parts
+) -> tuple[dict[str, Any], Any]:
+    """The states that are random walks, after dt, and the variances of their increments."""
+    fade = ca.exp(-dt / tuning["zero_time"])
+    after, variance = {"log_mu": x["log_mu"]}, {"log_mu": dt * tuning["mu_walk"] ** 2}
+    if "M_0" in x:
+        after["M_0"] = fade * x["M_0"]
+        variance["M_0"] = dt * fade * (tuning["zero_walk"] * slide) ** 2
+    if "stiffness" in x:
+        after["stiffness"] = x["stiffness"]
+        variance["stiffness"] = dt * tuning["stiffness_walk"] ** 2
+    return after, variance
+
+
+def random_walk_prior(tuning: Parts, states: tuple[str, ...], slide: Expression) -> dict[str, Moments]:
+    """Mean and variance of the states that are random walks."""
+    prior = {
+        "log_mu": (ca.log(tuning["mu"]), log_mu_variance(tuning)),
+        "M_0": (0, (tuning["zero_std"] * slide) ** 2),
+        "stiffness": (1, tuning["stiffness_std"] ** 2),
+    }
+    return {name: prior[name] for name in states if name in prior}
+
+
+def log_mu_variance(tuning: Parts) -> Expression:
+    """Variance of ln mu on an unknown ground [1]."""
+    return (tuning["mu_std"] / tuning["mu"]) ** 2
+
+
+def select_states(**selected: bool) -> tuple[str, ...]:
+    """Names of the selected states in the order of `STATES`."""
+    return tuple(name for name in STATES if selected.get(name, False))
+
+
+@dataclass(frozen=True, kw_only=True)
+class AligningTorque:
+    """The aligning torque is measured, the angle known; states mu and as chosen.
+
+    Attributes:
+        zero: the zero M_0 of the torque channel is a state [N m].
+        stiffness: k over its nominal value is a state [1].
+    """
+
+    zero: bool = True
+    stiffness: bool = False
+    channels: ClassVar[tuple[str, ...]] = ("psi", "psi_dot", "F_N", "M_z")
+    # M_z is no linear function of mu.
+    is_linear: ClassVar[bool] = False
+    scaled: ClassVar[str] = "M_z"
+    # The torque is measured: nothing is kept.
+    torque_state: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Names of the states."""
+        return select_states(log_mu=True, M_0=self.zero, stiffness=self.stiffness)
+
+    def observed_torque(
+        self, before: Parts, sample: Parts, rig: Expression, tuning: Expression
+    ) -> tuple[Parts, Expression, Expression, Expression]:
+        """The measured torque at the measured angle."""
+        del tuning
+        return before, sample["psi"], sample["M_z"], sensor_variance(named(RIG, rig))
+
+    def check(self, rig: Rig, model: Model) -> None:
+        """Any rig and any model will do."""
+
+    def prior(self, tuning: Parts, first: Parts, slide: Expression) -> dict[str, Moments]:
+        """Mean and variance of every state."""
+        del first
+        return random_walk_prior(tuning, self.states, slide)
+
+    def clean(self, sample: Parts, last: Parts) -> tuple[Parts, Expression]:
+        """Where the angle is missing, the patch does not turn; there the torque is ignored.
+
+        It is also ignored where the load is given, but too small: a wheel that is lifted says nothing.
+        """
+        known = is_known(sample["psi"])
+        F_N, load_imputed, too_small = impute_load(sample, last)
+        usable = ca.logic_and(known, ca.logic_not(too_small))
+        turning = ca.logic_and(known, is_known(sample["psi_dot"]))
+        psi = ca.if_else(known, sample["psi"], last["psi"])
+        psi_dot = ca.if_else(turning, sample["psi_dot"], 0)
+        # The rate tells noise of the angle from a turn; a rate of 0 may stand for no sensor at all.
+        travel = ca.fabs(ca.if_else(psi_dot == 0, psi - last["psi"], psi_dot * sample["dt"]))
+        now = {
+            "psi": psi,
+            "psi_dot": psi_dot,
+            "F_N": F_N,
+            "dt": sample["dt"],
+            "M_z": ca.if_else(usable, sample["M_z"], float("nan")),
+            "M": 0,
+            "M_age": 0,
+            "travel": travel,
+            "F_N_first": last["F_N_first"],
+        }
+        return now, ca.logic_or(load_imputed, ca.logic_not(known))
+
+    def motion(
+        self, x: Parts, M_z: Expression, last: Parts, now: Parts, rig: Parts, tuning: Parts
+    ) -> tuple[Parts, Parts]:
+        """All states are random walks."""
+        del M_z, last
+        return random_walk(x, full_slide_torque(now["F_N"], rig["a"]), now["dt"], tuning)
+
+    def measurement(
+        self, x: Parts, M_z: Expression, now: Parts, rig: Parts, tuning: Parts
+    ) -> Measurement:
+        """The aligning torque with the zero of its channel [N m]."""
+        slide, dt = full_slide_torque(now["F_N"], rig["a"]), ca.fmin(now["dt"], LONGEST)
+        independent = independent_share(now["travel"], tuning["error_travel"])
+        noise, error = white_variance(rig, tuning, slide), model_error_variance(x, tuning)
+        variance = error * dt + REFERENCE_STEP * noise * independent
+        return Measurement(
+            expected=M_z + x.get("M_0", 0),
+            measured=now["M_z"],
+            precision=dt * independent / (variance * slide**2),
+            huber_scale=huber_scale(x, tuning, noise) * slide**2,
+            independent=independent,
+        )

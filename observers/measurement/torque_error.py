@@ -1,0 +1,66 @@
+"""Error of a measured torque, in shares of full slide at mu = 1: the sensor's and the model's.
+
+The sensor's error is absolute: it sets the least friction that a rig can tell. The model's is a share of
+the torque that there is, full slide at the present mu: in shares of the signal, the model is no more
+wrong on ice than on asphalt.
+"""
+
+import casadi as ca
+
+from observers.layout import Expression, Parts
+
+SENSIBLE = 1e9
+"""Sensor values of this magnitude and above are invalid, in SI units; 1e20 squared overflows a float."""
+SHORTEST_TRAVEL = 1e-9
+"""Turn that counts as none [rad]."""
+
+
+def is_known(value: Expression) -> Expression:
+    """False for NaN, infinity and `SENSIBLE`; casadi simplifies x == x to true, no other comparison."""
+    return ca.fabs(value) < SENSIBLE
+
+
+def independent_share(travel: Expression, error_travel: Expression) -> Expression:
+    """Share of an independent sample of the model's error that a turn [rad] is worth, at most 1."""
+    return ca.fmin(1, (travel + SHORTEST_TRAVEL) / (error_travel + SHORTEST_TRAVEL))
+
+
+def retained(share: Expression, memory: float) -> Expression:
+    """Share that is retained of older samples after a share of an independent one [1]."""
+    return 1 - share / memory
+
+
+def white_variance(rig: Parts, tuning: Parts, slide: Expression) -> Expression:
+    """Variance of the sensor's white error over that of full slide at mu = 1 [1], in 10 ms."""
+    known = is_known(rig["noise"])
+    return ca.if_else(known, (ca.if_else(known, rig["noise"], 0) / slide) ** 2, tuning["noise"] ** 2)
+
+
+def sensor_variance(rig: Parts) -> Expression:
+    """Variance of the sensor's noise that the rig declares, 0 where it declares none [N^2 m^2]."""
+    return ca.if_else(is_known(rig["noise"]), rig["noise"] ** 2, 0)
+
+
+def model_error_variance(x: Parts, tuning: Parts) -> Expression:
+    """Variance of the model's error over that of full slide at mu = 1 [1]; 0 if `noise` is all there is.
+
+    The error is a share of the torque that there is, full slide at the present mu.
+    """
+    return ca.if_else(is_stated(tuning), present_error(x, tuning) ** 2, 0)
+
+
+def is_stated(tuning: Parts) -> Expression:
+    """Whether the tuning states an error of the model beside the noise."""
+    return ca.logic_and(tuning["error_travel"] > 0, tuning["error"] < SENSIBLE)
+
+
+def present_error(x: Parts, tuning: Parts) -> Expression:
+    """The model's error over full slide at mu = 1 [1]; 0 where it is infinite, so that slopes exist."""
+    finite = ca.if_else(tuning["error"] < SENSIBLE, tuning["error"], 0)
+    return finite * ca.exp(x["log_mu"])
+
+
+def huber_scale(x: Parts, tuning: Parts, noise: Expression) -> Expression:
+    """Square of the error up to which Huber's loss is quadratic, in full slides at mu = 1 [1]."""
+    stated = tuning["error"] < SENSIBLE
+    return ca.if_else(stated, present_error(x, tuning) ** 2 + noise, ca.inf)

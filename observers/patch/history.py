@@ -1,0 +1,136 @@
+"""Patch memory per sample of a window, so that M_z can be evaluated again at new states.
+
+The memory after each sample is stored with its sensitivity to the tyre where it has one; at other states
+of the tyre it is taken to first order, and the torque is evaluated anew. Where the angle is a state, M_z
+of a sample is linear in its own angle; the angles before it stay as they were estimated when the sample
+came in, to within the resolution of an encoder.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import casadi as ca
+
+from observers.layout import Parts
+from observers.measurement.linearisation import directions, state_index
+from observers.measurement.measurement_model import MeasurementModel
+from observers.patch.model import PatchModel
+from observers.patch.update import (
+    build_patch_update,
+    build_torque,
+    memory_depends_on_tyre,
+    memory_fields,
+    slopes_by_states,
+    tyre_parameters,
+    update_signals,
+)
+from symbolic import GEOMETRY, SIGNALS
+
+
+@dataclass(frozen=True, kw_only=True)
+class PatchHistory:
+    """The patch over a window; parts hold one block of columns per sample, oldest first.
+
+    Attributes:
+        model: the model.
+        measurement_model: states and measurement.
+        window: samples stored, N.
+    """
+
+    model: PatchModel
+    measurement_model: MeasurementModel
+    window: int
+
+    @property
+    def blocks(self) -> tuple[tuple[str, int, int], ...]:
+        """Names, rows and columns of the parts of one sample; `angle_slope` is psi and dM_z/dpsi."""
+        angle = [("angle_slope", 2, 1) for name in directions(self.measurement_model) if name == "psi"]
+        return (
+            *memory_fields(self.model, self.measurement_model),
+            ("patch_signals", len(SIGNALS), 1),
+            *angle,
+        )
+
+    @property
+    def fields(self) -> tuple[tuple[str, int, int], ...]:
+        """Names and shapes of the parts of all samples."""
+        return tuple((name, rows, columns * self.window) for name, rows, columns in self.blocks)
+
+    def newest(self, parts: Parts) -> dict[str, ca.MX]:
+        """The parts of the newest sample."""
+        return {name: parts[name][:, -columns:] for name, _, columns in self.blocks}
+
+    def without_oldest(self, parts: Parts) -> dict[str, ca.MX]:
+        """The parts of all samples but the oldest."""
+        return {name: parts[name][:, columns:] for name, _, columns in self.blocks}
+
+    def append(
+        self, parts: Parts, retention: ca.MX, now: ca.MX, x: ca.MX, theta: ca.MX, rig: ca.MX
+    ) -> dict[str, ca.MX]:
+        """The parts with one more sample, the oldest dropped.
+
+        Args:
+            parts: the parts before it.
+            retention: share of the memory's sensitivity that stays, see `sensitivity_retention`.
+            now: the sample, cleaned.
+            x: the states at which the patch is updated, (n,).
+            theta: parameters of the model.
+            rig: numbers of the rig, a and e first.
+        """
+        latest = self.newest(parts)
+        memory = {name: latest[name] for name, *_ in memory_fields(self.model, self.measurement_model)}
+        if memory_depends_on_tyre(self.model, self.measurement_model):
+            memory["memory_sensitivity"] = memory["memory_sensitivity"] @ retention
+        signals = update_signals(self.measurement_model, x, now)
+        update = build_patch_update(self.model, self.measurement_model)
+        tyre = tyre_parameters(self.measurement_model, x)
+        *added, _, slopes = update(*memory.values(), signals, tyre, theta, rig[: len(GEOMETRY)])
+        if "psi" in directions(self.measurement_model):
+            slope = slopes[directions(self.measurement_model).index("psi")]
+            added.append(ca.vertcat(x[state_index(self.measurement_model, "psi")], slope))
+        older = self.without_oldest(parts)
+        return {
+            name: ca.horzcat(older[name], new)
+            for (name, *_), new in zip(self.blocks, added, strict=True)
+        }
+
+    def scale_newest_sensitivity(self, parts: Parts, retention: ca.MX) -> dict[str, ca.MX]:
+        """The parts with the newest memory's sensitivity, if there is one, multiplied by a scalar."""
+        name = "memory_sensitivity"
+        if name not in parts:
+            return dict(parts)
+        columns = self.newest(parts)[name].shape[1]
+        older, newest = parts[name][:, :-columns], parts[name][:, -columns:]
+        return {**parts, name: ca.horzcat(older, retention * newest)}
+
+    def torques(self, parts: Parts, x: ca.MX, theta: ca.MX, rig: ca.MX) -> tuple[ca.MX, ca.MX]:
+        """M_z (1, N) and its slopes (d, N) by the states at x (n, N), of the first N samples stored.
+
+        Both are 0 where x has more columns than samples are stored.
+        """
+        count = min(x.shape[1], parts["memory"].shape[1])
+        missing = x.shape[1] - count
+        slopes_missing = ca.MX.zeros(len(directions(self.measurement_model)), missing)
+        if count == 0:
+            return ca.MX.zeros(1, missing), slopes_missing
+        x = x[:, :count]
+        stored = {name: parts[name][:, : columns * count] for name, _, columns in self.blocks}
+        angle_slope = stored.pop("angle_slope", None)
+        constant = (ca.repmat(vector, 1, count) for vector in (theta, rig[: len(GEOMETRY)]))
+        torques = _build_torques(self.model, self.measurement_model, count)
+        M_z, slopes = torques(*stored.values(), tyre_parameters(self.measurement_model, x), *constant)
+        if angle_slope is not None:
+            psi, slope = x[state_index(self.measurement_model, "psi"), :], angle_slope[1, :]
+            M_z = M_z + slope * (psi - angle_slope[0, :])
+            slopes = ca.vertcat(slope, slopes)
+        slopes = slopes_by_states(self.measurement_model, slopes, x)
+        if missing == 0:
+            return M_z, slopes
+        return ca.horzcat(M_z, ca.MX.zeros(1, missing)), ca.horzcat(slopes, slopes_missing)
+
+
+@cache
+def _build_torques(model: PatchModel, measurement_model: MeasurementModel, count: int) -> ca.Function:
+    """The torques of several samples; one Function for all windows of that length."""
+    torque = build_torque(model, measurement_model)
+    return torque.map(count) if count > 1 else torque

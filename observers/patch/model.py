@@ -1,0 +1,56 @@
+"""What an observer asks of a model of the contact patch."""
+
+from collections.abc import Hashable
+from typing import Protocol
+
+import casadi as ca
+
+from observers.measurement.measurement_model import RIG
+from observers.tuning import TUNING_FIELDS
+
+
+class PatchModel(Hashable, Protocol):
+    """A contact patch whose torque depends on its memory; `symbolic.Model` is one.
+
+    signals (4,) are in the order of `symbolic.SIGNALS`, theta (p,) in that of `coordinates`, and
+    geometry (2,) in that of `symbolic.GEOMETRY`.
+    """
+
+    @property
+    def memory_size(self) -> int:
+        """Length of the memory, m."""
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Names of the parameters theta, `mu` and `k` among them."""
+
+    @property
+    def initial(self) -> ca.Function:
+        """(signals of the first sample, theta, geometry) -> memory (m,) before it."""
+
+    @property
+    def advance(self) -> ca.Function:
+        """(memory, signals, theta, geometry) -> (memory_next, patch_signals), those that reach it."""
+
+    @property
+    def torque(self) -> ca.Function:
+        """(memory_next, patch_signals, theta, geometry) -> M_z [N m]."""
+
+    @property
+    def full_slide(self) -> ca.Function:
+        """(memory, F_N, theta, geometry, rate) -> (mu_eff, M_slide), see `symbolic.full_slide`."""
+
+    def memory_depends_on(self, coordinate: str) -> bool:
+        """True where the memory depends on a parameter."""
+
+
+def constants_size(model: PatchModel) -> int:
+    """Length of the constants of an observer: parameters of the model, the rig, the tuning."""
+    return len(model.coordinates) + len(RIG) + len(TUNING_FIELDS)
+
+
+def split_constants(model: PatchModel, constants: ca.MX) -> tuple[ca.MX, ca.MX, ca.MX]:
+    """theta, rig and tuning of an observer's constants."""
+    at = len(model.coordinates)
+    theta, rig, tuning = ca.vertsplit(constants, [0, at, at + len(RIG), constants.numel()])
+    return theta, rig, tuning

@@ -1,0 +1,1 @@
+"""Which samples and estimates count: screening, acquisition, tests of the innovation, supervision."""

@@ -1,0 +1,279 @@
+"""Acquisition: friction found among hypotheses from any prior, before an estimator tracks it.
+
+A filter linearises about its prior, and at mu = 1 the torque says nothing of ice. While nothing is
+known, `observers.quality.hypotheses` estimates friction; this module concludes from its verdict when
+friction is handed over to the estimator, with which uncertainty, and what the output is until then.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import casadi as ca
+
+from observers.layout import Expression, Parts, named, named_function, symbols, vector_of
+from observers.measurement.torque_error import is_known, retained
+from observers.protocol import OUTPUT, Status
+from observers.quality.branches import POINTS, TRACK, build_branch, build_sensitivity, build_track
+from observers.quality.hypotheses import (
+    LIMITS,
+    MOST_ERROR,
+    RATIOS,
+    SEARCH,
+    VERDICT,
+    build_error,
+    build_hypothesis,
+    build_verdict,
+)
+from observers.quality.plausibility import GREATEST_FRICTION
+from observers.quality.screening import has_flag
+
+DECIDED = 0.15
+"""Standard deviation of ln mu at which the filter takes over [1]."""
+HANDED = 3.0
+"""Model errors that ln mu is uncertain by at the handover [1]: a real tyre's do not average out."""
+MOST_VARIANCE = 1.0
+"""Variance of ln mu that the model's error makes at most [1]."""
+SHRINK = 4.0
+"""Model errors that ln s is uncertain by [1]."""
+GAIN_FREE, GAIN_SHARE = (0.5, 1.5), (0.45, 0.4)
+"""Deviations of the stiffness that are k's own, and those that a tolerance reaches; what is beyond each
+counts with its share as an error of the torque's scale, as a standard deviation [1]."""
+DOUBTED, MOST_DOUBT = 2.0, 10.0
+"""Independent samples that the model has not explained before it is doubted, and the most that count."""
+FORGIVING = 10.0
+"""Independent samples over which a doubt is forgotten while the model explains the torque."""
+OWN = (
+    *("acquiring", "phase", "scale", "scale_std", "excess", "F_N", "F_N_first"),
+    *("squares", "weight", "doubt", "again"),
+)
+"""Whether friction is being acquired; 1 where the verdict is due; s that the torque is divided by, and
+the standard deviation of ln s [1]; what s adds to the relative deviation of mu [1]; last load and the
+first one [N]; sum of the squares of the innovations, and that of their weights; independent samples that
+were not explained; 1 after a change of the ground."""
+HANDOVER = ("log_mu", "log_mu_variance", "M_0", "M_0_variance")
+"""What is handed over: moments of ln mu and of the torque's zero [N m], as the estimator counts them."""
+KEPT = (Status.MISSING, Status.HELD, Status.RESET)
+"""Flags of the estimator that count while friction is acquired."""
+
+
+@dataclass(frozen=True)
+class EquivalentPatch:
+    """The declared patch that a model comes closest to, for acquisition.
+
+    Attributes:
+        stiffness: its k over that of the model's parameters [1].
+        friction: its mu over the model's [1].
+        misfit: least share of the torque by which both differ [1].
+    """
+
+    stiffness: float = 1.0
+    friction: float = 1.0
+    misfit: float = 0.0
+
+
+DECLARED_PATCH = EquivalentPatch()
+
+
+@cache
+def build_weighing() -> ca.Function:
+    """All hypotheses after a torque.
+
+    (hypotheses, turns, F_N, M_z, variance, share, tyre) -> hypotheses.
+    """
+    count, rows = len(RATIOS), build_hypothesis().numel_in(0)
+    inputs = symbols(
+        ca.MX, hypotheses=(rows, count), turns=POINTS, F_N=1, M_z=1, variance=1, share=1, tyre=3
+    )
+    hypotheses, turns, F_N, M_z, variance, share, tyre = inputs.values()
+    lanes = count * POINTS
+    branches = build_branch().map(lanes)(
+        ca.vec(ca.repmat(turns, 1, count)).T, ca.DM([*range(POINTS)] * count).T,
+        ca.DM(RATIOS.repeat(POINTS)).T, ca.repmat(F_N, 1, lanes), ca.repmat(tyre, 1, lanes),
+    )  # fmt: skip
+    expected = ca.sum1(ca.reshape(branches, POINTS, count))
+    given = (ca.repmat(each, 1, count) for each in (M_z, variance, share))
+    after = build_hypothesis().map(count)(hypotheses, expected, *given)
+    return named_function("weigh", inputs, {"hypotheses_next": after})
+
+
+def only_if(
+    condition: Expression, function: ca.Function, inputs: Sequence[Expression], otherwise: Expression
+) -> Any:
+    """A Function's one output where a condition holds; elsewhere another value, and it is not called."""
+    last = ca.MX.sym("otherwise", *function.size_out(0))
+    given = [ca.MX.sym(f"i{i}", *function.size_in(i)) for i in range(function.n_in())]
+    name = function.name()
+    due = ca.Function(f"{name}_due", [*given, last], function.call(given, False, True))
+    idle = ca.Function(f"no_{name}", [*given, last], [last])
+    return ca.Function.if_else(f"{name}_if", due, idle)(condition, *inputs, otherwise)
+
+
+@cache
+def build_search() -> ca.Function:
+    """One torque while friction is acquired.
+
+    (search, verdict, phase, psi, F_N, M_z, added, tyre, limits) -> (search, verdict, share, counted).
+    tyre is k, a and e; M_z [N m] is NaN where nothing is measured; added is the variance of the way to
+    it [N^2 m^2]; counted is 1 where the torque was weighed. Torques are weighed and the verdict is given
+    in turn, phase 0 and 1: half the work a sample.
+    """
+    inputs = symbols(
+        ca.MX, search=SEARCH.size, verdict=len(VERDICT), phase=1, psi=1, F_N=1, M_z=1, added=1, tyre=3,
+        limits=len(LIMITS),
+    )  # fmt: skip
+    search, verdict, phase, psi, F_N, M_z, added, tyre, limits = inputs.values()
+    parts, numbers = SEARCH.split(search), named(LIMITS, limits)
+    known = ca.logic_and(is_known(psi), is_known(M_z))
+    torque = ca.if_else(known, M_z, 0)
+    at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
+    size, _, _ = build_error()(torque, F_N, tyre[1], 0, 0, 1, 0)
+    was = named(TRACK, parts["track"])
+    turned = (was["extreme"] - at) * was["direction"]
+    # Within the angle's noise of the farthest angle, the wheel may or may not have turned back.
+    uncertain = ca.logic_and(turned > 0, turned <= numbers["psi_noise"])
+    counts = ca.logic_and(ca.logic_and(known, phase == 0), ca.logic_not(uncertain))
+    track, points, turns, share = build_track()(
+        parts["track"], parts["points"], at, size, numbers["psi_noise"], counts
+    )
+    after = named(TRACK, track)
+    _, variance, noisy = build_error()(
+        torque, F_N, tyre[1], added, after["reach"], share, numbers["error"]
+    )
+    weighed = (parts["hypotheses"], turns, F_N, torque, variance, share, tyre)
+    hypotheses = only_if(counts, build_weighing(), weighed, parts["hypotheses"])
+    after["explained"] += ca.if_else(counts, noisy, 0)
+    judged = (hypotheses, after["explained"], limits)
+    found = {"track": vector_of(TRACK, after), "points": points, "hypotheses": hypotheses}
+    outputs = {
+        "search_next": SEARCH.join(found),
+        "verdict_next": only_if(phase == 1, build_verdict(), judged, verdict),
+        "share": share,
+        "counted": counts,
+    }
+    return named_function("search", inputs, outputs)
+
+
+@cache
+def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
+    """A sample while friction is acquired.
+
+    (own, verdict, output, widest, counted, share, tyre, limits) -> (own, handover, output), the second
+    in the order of `HANDOVER`; counted is 1 where a torque was weighed, share what it is worth.
+
+    Args:
+        patch: the declared patch that stands for the model.
+        is_scaled: the estimator's torque is divided by s.
+    """
+    inputs = symbols(
+        ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), widest=1, counted=1, share=1,
+        tyre=3, limits=len(LIMITS),
+    )  # fmt: skip
+    own, limits = named(OWN, inputs["own"]), named(LIMITS, inputs["limits"])
+    verdict, output = named(VERDICT, inputs["verdict"]), named(OUTPUT, inputs["output"])
+    error = ca.fmin(limits["error"], MOST_ERROR) ** 2
+    # A model's error does not average out: where mu moves the torque little, it moves mu much.
+    sensitivity = build_sensitivity()(inputs["widest"], verdict["log_ratio"], own["F_N"], inputs["tyre"])
+    by_error = error / sensitivity**2
+    decided = ca.logic_and(verdict["variance"] + by_error < DECIDED**2, verdict["verified"])
+    decided = ca.logic_and(decided, own["phase"] == 1)
+    spread = limits["stiffness_std"] ** 2
+    doubtful = verdict["var_log_gain"] + SHRINK**2 * error
+    log_scale = verdict["log_gain"] * spread / (spread + doubtful)
+    scale_variance = doubtful * spread / (spread + doubtful)
+    if not is_scaled:
+        log_scale, scale_variance = 0, scale_variance + log_scale**2
+    gain_error = ca.exp(ca.fabs(verdict["log_gain"])) - 1
+    excess = sum(
+        share * ca.fmax(0, gain_error - free * limits["stiffness_std"])
+        for free, share in zip(GAIN_FREE, GAIN_SHARE, strict=True)
+    )
+    after = own | {
+        "acquiring": ca.logic_not(decided),
+        # Without a torque there is nothing to give a verdict on.
+        "phase": ca.if_else(own["phase"] == 1, 0, inputs["counted"]),
+        "scale": ca.if_else(decided, ca.exp(log_scale), 1),
+        "scale_std": ca.sqrt(scale_variance),
+        "excess": excess,
+        "squares": 0,
+        "weight": 0,
+        "doubt": doubted(own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"]),
+    }
+    variance = verdict["variance"] + ca.fmin(HANDED**2 * by_error, MOST_VARIANCE)
+    handover = {
+        "log_mu": verdict["log_mu"] - ca.log(after["scale"] * patch.friction),
+        "log_mu_variance": variance,
+        "M_0": verdict["zero"] / after["scale"],
+        "M_0_variance": verdict["var_zero"],
+    }
+    results = _acquired_output(after, own, verdict, output, handover, limits)
+    outputs = {
+        "own_next": vector_of(OWN, after),
+        "handover": vector_of(HANDOVER, handover),
+        "result": vector_of(OUTPUT, results),
+    }
+    return named_function("conclude", inputs, outputs, cse=True)
+
+
+def doubted(doubt: Expression, share: Expression, wrong: Expression) -> Expression:
+    """Independent samples that the model did not explain, after one more; explained ones make up."""
+    more = ca.fmin(MOST_DOUBT, doubt + share)
+    return ca.if_else(wrong, more, doubt * retained(share, FORGIVING))
+
+
+def _acquired_output(
+    after: Parts, own: Parts, verdict: Parts, output: Parts, handover: Parts, limits: Parts
+) -> Parts:
+    """The output while friction is acquired, in torques as they were measured."""
+    mu = ca.exp(handover["log_mu"]) * after["scale"]
+    mu = ca.fmax(limits["least"], ca.fmin(limits["greatest"], mu))
+    relative = ca.sqrt(handover["log_mu_variance"] + limits["mu_floor"] ** 2 + after["excess"] ** 2)
+    grown = mu / output["mu"]
+    stays = after["acquiring"]
+    flags = {flag: has_flag(output["status"], flag) for flag in KEPT}
+    flags |= {
+        Status.BOUND: ca.logic_or(mu <= limits["least"], mu >= limits["greatest"]),
+        Status.INCONSISTENT: ca.logic_and(stays, verdict["unexplained"]),
+        # What is handed over is yet to be confirmed.
+        Status.ACQUIRING: ca.SX(1),
+        Status.SUSPECT: ca.logic_or(
+            ca.logic_and(stays, verdict["suspect"]), mu * (1 - 2 * relative) > GREATEST_FRICTION
+        ),
+    }
+    return {
+        "mu": mu,
+        "mu_std": relative * mu,
+        "M_z_predicted": output["M_z_predicted"] * own["scale"],
+        "mu_eff": output["mu_eff"] * grown,
+        "mu_eff_std": relative * output["mu_eff"] * grown,
+        "M_slide": output["M_slide"] * grown,
+        "nis": output["nis"],
+        "status": sum(ca.if_else(holds, int(flag), 0) for flag, holds in flags.items()),
+    }
+
+
+def supervision_symbols() -> dict[str, ca.MX]:
+    """Inputs of a sample of the supervision, while friction is acquired and afterwards."""
+    return symbols(
+        ca.MX, search=SEARCH.size, verdict=len(VERDICT), own=len(OWN), output=len(OUTPUT), psi=1, M_z=1,
+        added=1, tyre=3, limits=len(LIMITS),
+    )  # fmt: skip
+
+
+@cache
+def build_acquiring(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
+    """A sample while friction is acquired, from the torque to what is handed over.
+
+    Inputs of `supervision_symbols` -> (search, verdict, own, handover, output).
+    """
+    inputs = supervision_symbols()
+    search, verdict, own, output, psi, M_z, added, tyre, limits = inputs.values()
+    numbers = named(OWN, own)
+    search, verdict, share, counted = build_search()(
+        search, verdict, numbers["phase"], psi, numbers["F_N"], M_z, added, tyre, limits
+    )
+    widest = named(TRACK, SEARCH.split(search)["track"])["widest"]
+    conclude = build_conclusion(patch, is_scaled=is_scaled)
+    results = conclude(own, verdict, output, widest, counted, share, tyre, limits)
+    return ca.Function("acquire", [*inputs.values()], [search, verdict, *results])

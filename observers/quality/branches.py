@@ -1,0 +1,185 @@
+"""The path of a wheel as branches between turning points, and the torque of each.
+
+The memory of the patch is its turning points: from one to the next the torque changes by that of a
+branch, by Masing's rules, `symbolic.masing` and [Györök 2022], section 2.2. A loop that closes is
+forgotten. At most `POINTS` turning points are kept: friction is acquired within a few turns.
+
+A branch gives information by the logarithm of its travel, `FRACTION` of it one independent sample of a
+model's error: the shape of a loop scales with friction, so that ice, on which all is over within 0.02
+rad, tells as much as asphalt.
+"""
+
+from functools import cache
+
+import casadi as ca
+
+from observers.layout import Expression, Parts, named, named_function, symbols, vector_of
+from observers.measurement.torque_error import retained
+from symbolic.masing import virgin_torque
+
+POINTS = 4
+"""Turning points that are remembered, the place of rest included."""
+FRACTION = 0.25
+"""Share of a branch's travel that is worth one independent sample of the model's error [1]."""
+SHORTEST = 1e-9
+"""Least travel that something is divided by [rad]."""
+LEAST_SHARE = 1e-3
+"""Share of an independent sample that a sample on the spot is worth [1]."""
+LEAST_SENSITIVITY = 1e-3
+"""Least relative change of a torque by that of mu that is reckoned with [1]."""
+MEMORY = 40.0
+"""Independent samples after which older ones are forgotten."""
+ERRORS = 2.0
+"""Squares of the model's error, over its variance, that an independent sample may have [1]."""
+TRACK = ("count", "direction", "extreme", "origin", "progress", "reach", "explained", "widest")
+"""Turning points in use; direction of travel, 0 at rest; farthest angle on the branch, and where it
+began [rad]; travel of the branch that has been counted [rad]; greatest torque so far [N m]; squares
+that errors and noise explain [1]; widest turn of a branch so far, that of a virgin one [rad]."""
+
+
+@cache
+def build_turn() -> ca.Function:
+    """The present branch alone after a sample: (track, psi, slack, counts) -> (track, share).
+
+    slack is the turn back that is no noise [rad]; counts is 0 where the sample's torque is not used.
+    share is that of an independent sample.
+    """
+    inputs = symbols(ca.SX, track=len(TRACK), psi=1, slack=1, counts=1)
+    after, back, _ = _turned(named(TRACK, inputs["track"]), inputs["psi"], inputs["slack"])
+    after, share = _counted(after, inputs["counts"])
+    after = {**after, "count": ca.if_else(back, ca.fmax(2, after["count"]), after["count"])}
+    after["widest"] = _widest(after)
+    outputs = {"track_next": vector_of(TRACK, after), "share": share}
+    return named_function("turn", inputs, outputs, cse=True)
+
+
+def _turned(was: Parts, psi: Expression, slack: Expression) -> tuple[Parts, Expression, Expression]:
+    """The branch after a sample, whether the wheel has turned back, and the farthest angle before."""
+    direction, extreme = was["direction"], was["extreme"]
+    starts = ca.logic_and(direction == 0, ca.fabs(psi - was["origin"]) > slack)
+    onward = (psi - extreme) * direction >= 0
+    back = (extreme - psi) * direction > slack
+    heading = ca.if_else(psi > was["origin"], 1, -1)
+    moves = ca.logic_and(direction != 0, ca.logic_or(onward, back))
+    after = {
+        **was,
+        "direction": ca.if_else(starts, heading, ca.if_else(back, -direction, direction)),
+        "extreme": ca.if_else(ca.logic_or(moves, starts), psi, extreme),
+        "origin": ca.if_else(back, extreme, was["origin"]),
+        "progress": ca.if_else(ca.logic_or(starts, back), 0, was["progress"]),
+    }
+    return after, back, extreme
+
+
+def _counted(after: Parts, counts: Expression) -> tuple[Parts, Expression]:
+    """The track with its progress, and the share of an independent sample that it is worth."""
+    travel = ca.fabs(after["extreme"] - after["origin"])
+    gained = ca.fmax(travel - after["progress"], 0)
+    share = ca.fmax(LEAST_SHARE, ca.fmin(1, gained / ca.fmax(FRACTION * travel, SHORTEST)))
+    progress = ca.if_else(counts, travel, after["progress"])
+    return {**after, "progress": progress}, share
+
+
+def _widest(after: Parts) -> Expression:
+    """The widest turn of a branch, that of a virgin one [rad]."""
+    travel = ca.fabs(after["extreme"] - after["origin"])
+    return ca.fmax(after["widest"], travel / ca.if_else(after["count"] == 1, 1, 2))
+
+
+@cache
+def build_track() -> ca.Function:
+    """All branches after a sample: their turns add up.
+
+    (track, points, psi, size, slack, counts) -> (track, points, turns, share).
+    turns (POINTS,) [rad] are those of the branches, oldest first, whose torques add up; the first one is
+    virgin. size is that of the torque [N m]; the rest as for `build_turn`.
+    """
+    inputs = symbols(ca.SX, track=len(TRACK), points=POINTS, psi=1, size=1, slack=1, counts=1)
+    track, points, psi, size, slack, counts = inputs.values()
+    was = named(TRACK, track)
+    after, back, farthest = _turned(was, psi, slack)
+    count = was["count"]
+    # Where all places are taken, the outermost loop is dropped.
+    full = ca.logic_and(back, count == POINTS)
+    shifted = ca.vertcat(points[0], points[3:], points[-2:])
+    points, count = ca.if_else(full, shifted, points), ca.if_else(full, count - 2, count)
+    points = ca.vertcat(
+        *(ca.if_else(ca.logic_and(back, count == i), farthest, points[i]) for i in range(POINTS))
+    )
+    count = count + back
+    for _ in range(POINTS // 2):
+        closing = ca.if_else(count == 2, 2 * points[0] - points[1], _at(points, count - 2))
+        closed = ca.logic_and(count >= 2, (psi - closing) * after["direction"] > 0)
+        count = ca.if_else(closed, ca.fmax(count - 2, 1), count)
+    after, share = _counted({**after, "origin": _at(points, count - 1)}, counts)
+    turns = [
+        ca.if_else(count > i + 1, points[min(i + 1, POINTS - 1)] - points[i], 0)
+        + ca.if_else(count == i + 1, psi - points[i], 0)
+        for i in range(POINTS)
+    ]
+    older = retained(share, MEMORY)
+    after = {**after, "count": count}
+    after |= {
+        "reach": ca.fmax(ca.if_else(counts, older, 1) * was["reach"], size),
+        "widest": _widest(after),
+        "explained": ca.if_else(counts, older * was["explained"] + ERRORS * share, was["explained"]),
+    }
+    outputs = {
+        "track_next": vector_of(TRACK, after),
+        "points_next": points,
+        "turns": ca.vertcat(*turns),
+        "share": share,
+    }
+    return named_function("track", inputs, outputs, cse=True)
+
+
+def _at(vector: Expression, index: Expression) -> Expression:
+    """The element of a vector at an index that is an expression."""
+    return sum(ca.if_else(index == i, vector[i], 0) for i in range(vector.shape[0]))
+
+
+@cache
+def build_branch() -> ca.Function:
+    """Torque of one branch [N m]: (turn, order, ratio, F_N, tyre) -> M; order 0 is the virgin branch.
+
+    ratio is mu at the declared k; tyre is k, a and e.
+    """
+    inputs = symbols(ca.SX, turn=1, order=1, ratio=1, F_N=1, tyre=3)
+    turn, order, ratio, F_N, tyre = inputs.values()
+    scale = ca.if_else(order == 0, 1, 2)
+    M = scale * virgin_torque(turn / scale, F_N, ratio, *ca.vertsplit(tyre))
+    return named_function("branch", inputs, {"M": M}, cse=True)
+
+
+@cache
+def build_sensitivity() -> ca.Function:
+    """Relative change of a virgin turn's torque by that of mu: (turn, log_ratio, F_N, tyre) -> share.
+
+    0 in full stick, 1 in full slide.
+    """
+    inputs = symbols(ca.SX, turn=1, log_ratio=1, F_N=1, tyre=3)
+    turn, log_ratio, F_N, tyre = inputs.values()
+    M = virgin_torque(ca.fmax(turn, SHORTEST), F_N, ca.exp(log_ratio), *ca.vertsplit(tyre))
+    share = ca.gradient(M, log_ratio) / M
+    outputs = {"share": ca.fmin(ca.fmax(share, LEAST_SENSITIVITY), 1)}
+    return named_function("sensitivity", inputs, outputs, cse=True)
+
+
+def stiffness_leverage(
+    widest: Expression, mu: Expression, F_N: Expression, tyre: Expression
+) -> Expression:
+    """Relative error of mu by one of k, -d ln mu / d ln k at the torque of a turn [1].
+
+    The torque is homogeneous of degree 1 in (mu, k): the leverage is 1 / S - 1, S as of
+    `build_sensitivity`. Of the turn over that at which the patch begins to slide at its ends, v, it is
+    nearly 1.6 / (v + v^2), for e = 0 within -3 and +23 % from v = 0.05 on.
+
+    Args:
+        widest: turn of a virgin branch [rad].
+        mu: friction [1].
+        F_N: load [N].
+        tyre: k, a and e.
+    """
+    k, a, _ = named(("k", "a", "e"), tyre).values()
+    turn = widest * 4 * a**2 * k / (3 * F_N * mu)
+    return 1.6 / ca.fmax(turn + turn**2, 1e-3)

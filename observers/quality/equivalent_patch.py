@@ -1,0 +1,65 @@
+"""The declared patch that stands for a model with effects while friction is acquired.
+
+Acquisition weighs hypotheses on the declared patch, which costs little and forgets nothing wrongly. A
+model with effects is softer, or slides at another level: it is driven once through a turn and back, and
+the acquisition itself says which declared patch it looks like.
+"""
+
+from collections.abc import Mapping
+from functools import cache
+
+import numpy as np
+
+from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch, build_search
+from observers.quality.hypotheses import LIMITS, VAGUE, VERDICT, build_start
+from observers.tuning import Tuning
+from symbolic import GEOMETRY, SIGNALS, InvalidInputError, Model, Rig, full_slide_torque, simulate
+
+TURN, RATE, PERIOD = 0.3, 0.2, 0.01
+"""The path: so far to one side and to the other [rad], so fast [rad/s], a sample so often [s]."""
+SLIDES_AT = 0.08
+"""Turn at which the patch begins to slide as a whole under the load of the path, mu = 1 [rad]."""
+MISFIT = 0.05
+"""Least share of the torque by which a model differs from the patch that stands for it [1]."""
+
+
+def equivalent_patch(model: Model, values: Mapping[str, float], rig: Rig) -> EquivalentPatch:
+    """The declared patch that comes closest to a model; the declared model is its own."""
+    if not model.effects:
+        return DECLARED_PATCH
+    return _equivalent(model, tuple(sorted(values.items())), rig.a, rig.e)
+
+
+@cache
+def _equivalent(
+    model: Model, values: tuple[tuple[str, float], ...], a: float, e: float
+) -> EquivalentPatch:
+    """The same of values that can be looked up."""
+    theta, k = model.theta({**dict(values), "mu": 1.0}), dict(values)["k"]
+    ahead = np.arange(0, TURN, RATE * PERIOD)
+    psi = np.concatenate([ahead, np.arange(TURN, -TURN, -RATE * PERIOD), -TURN + ahead])
+    load = SLIDES_AT * 4 * a**2 * k / 3
+    rows = {
+        "psi": psi, "psi_dot": np.gradient(psi, PERIOD), "F_N": np.full(psi.size, load),
+        "dt": np.full(psi.size, PERIOD),
+    }  # fmt: skip
+    geometry = dict(zip(GEOMETRY, (a, e), strict=True))
+    signals = np.vstack([rows[name] for name in SIGNALS])
+    M_z = simulate(model, signals, np.array(theta).ravel(), np.array(list(geometry.values()))).M_z
+    tuning = Tuning(mu_std=1.0, error=MISFIT, psi_noise=1e-5, stiffness_std=1.0)
+    start = build_start()(psi[0], 1, VAGUE, 0, tuning.zero_std * full_slide_torque(load, a))
+    count = psi.size
+    search = build_search().mapaccum("searches", count, 2, {})
+    constant = (np.array([[k], [a], [e]]), np.array([[getattr(tuning, name)] for name in LIMITS]))
+    phases = np.arange(count).reshape(1, -1) % 2
+    _, verdicts, _, _ = search(
+        start, np.zeros(len(VERDICT)), phases, psi.reshape(1, -1), rows["F_N"].reshape(1, -1),
+        M_z.reshape(1, -1), np.zeros((1, count)), *(np.tile(vector, count) for vector in constant),
+    )  # fmt: skip
+    last = dict(zip(VERDICT, np.asarray(verdicts)[:, -1].tolist(), strict=True))
+    found = np.exp([last["log_gain"], last["log_mu"]])
+    if not np.isfinite(found).all():
+        raise InvalidInputError(
+            "the model's torque is not finite over a turn and back; check the parameters of its effects"
+        )
+    return EquivalentPatch(stiffness=float(found[0]), friction=float(found[1]), misfit=MISFIT)

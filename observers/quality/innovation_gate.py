@@ -1,0 +1,141 @@
+"""Test of the innovation: outliers, and changes of the ground.
+
+An innovation beyond the gate is rejected. After `Tuning.reset_after` in a row, all to one side, the
+ground has changed: the variance that two grounds differ by is added to that of ln mu, and the samples
+are accepted. What stays within the gate is watched by `observers.quality.innovation_monitor`.
+
+Source: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation (2001),
+section 5.4 for the test of the innovation; Huber, Robust Statistics (1981), for the loss.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+import casadi as ca
+
+from observers.layout import Expression, named, named_function, outputs_of, symbols, symbols_like
+from observers.measurement.linearisation import build_measurement, state_index
+from observers.measurement.measurement_model import MeasurementModel
+from observers.quality.innovation_monitor import MONITOR, build_monitor
+from observers.tuning import TUNING_FIELDS
+
+COUNTS = ("streak", "resets")
+"""Innovations beyond the gate in a row, with the sign of their side; changes of the ground so far."""
+
+
+@cache
+def build_gate() -> ca.Function:
+    """(innovation, H_P_H, weight, huber_scale, counts, tuning) -> (accepted, reset, run, counts_next).
+
+    H_P_H is the part of the innovation's variance that the states cause; weight 0 where the measurement
+    is missing; huber_scale as in `Measurement`. accepted and reset are 0 or 1; run is how many samples
+    in a row, this one included, lie beyond the gate.
+    """
+    inputs = symbols(
+        ca.SX, innovation=1, H_P_H=1, weight=1, huber_scale=1, counts=len(COUNTS),
+        tuning=len(TUNING_FIELDS),
+    )  # fmt: skip
+    innovation, H_P_H, weight, huber_scale, counts, tuning = inputs.values()
+    streak, resets = ca.vertsplit(counts)
+    limits = named(TUNING_FIELDS, tuning)
+    measured = weight > 0
+    deviation = ca.sqrt(innovation_variance(H_P_H, weight, huber_scale))
+    beyond = ca.logic_and(measured, ca.fabs(innovation) > limits["gate"] * deviation)
+    side = ca.if_else(innovation > 0, 1, -1)
+    run = ca.if_else(beyond, ca.fmax(streak * side, 0) + 1, 0)
+    reset = run >= limits["reset_after"]
+    accepted = ca.logic_or(ca.logic_not(beyond), reset)
+    streak = ca.if_else(measured, ca.if_else(reset, 0, run * side), streak)
+    counts_next = ca.vertcat(streak, resets + reset)
+    outputs = {"accepted": accepted, "reset": reset, "run": run, "counts_next": counts_next}
+    return named_function("gate", inputs, outputs)
+
+
+@dataclass(frozen=True, kw_only=True)
+class InnovationTest:
+    """The innovation of a sample and what its test says, as casadi expressions.
+
+    Attributes:
+        innovation, H, weight, expected, huber_scale, independent: as of `build_measurement`.
+        H_P_H: part of the innovation's variance that the states cause.
+        nis: innovation^2 over `innovation_variance`, NaN where it is missing.
+        missing: 1 where nothing was measured; this and the next two are 0 or 1.
+        accepted: within the gate, or a reset.
+        reset: the ground has changed.
+        run: samples in a row beyond the gate, this one included; 1 at an alarm of the monitor, which
+            is a reset too.
+        counts_next: as `COUNTS`.
+        inconsistent: the model does not explain the torque: 0 or 1.
+        monitor_next: as `MONITOR`.
+    """
+
+    innovation: ca.MX
+    H: ca.MX
+    weight: ca.MX
+    expected: ca.MX
+    huber_scale: ca.MX
+    independent: ca.MX
+    H_P_H: ca.MX
+    nis: ca.MX
+    missing: ca.MX
+    accepted: ca.MX
+    reset: ca.MX
+    run: ca.MX
+    counts_next: ca.MX
+    inconsistent: ca.MX
+    monitor_next: ca.MX
+
+
+@cache
+def build_innovation(measurement_model: MeasurementModel) -> ca.Function:
+    """The fields of an `InnovationTest`.
+
+    (x, P, M_z, slopes, now, counts, monitor, rig, tuning) -> fields; x (n,) and P (n, n) are predicted.
+    """
+    measurement = build_measurement(measurement_model)
+    n = len(measurement_model.states)
+    given = symbols_like(measurement)
+    x, M_z, slopes, now, rig, tuning = given.values()
+    inputs = {"x": x, **symbols(ca.MX, P=(n, n)), "M_z": M_z, "slopes": slopes, "now": now}
+    inputs |= symbols(ca.MX, counts=len(COUNTS), monitor=len(MONITOR)) | {"rig": rig, "tuning": tuning}
+    results = outputs_of(measurement, *given.values())
+    innovation, H, weight = (results[name] for name in ("innovation", "H", "weight"))
+    huber_scale, independent = results["huber_scale"], results["independent"]
+    H_P_H, missing = ca.dot(H, inputs["P"] @ H), weight <= 0
+    accepted, reset, run, counts_next = build_gate()(
+        innovation, H_P_H, weight, huber_scale, inputs["counts"], tuning
+    )
+    variance = innovation_variance(H_P_H, weight, huber_scale)
+    alarm, inconsistent, monitor_next = build_monitor()(
+        innovation, H[state_index(measurement_model)], variance, independent * ca.logic_not(missing),
+        accepted * ca.logic_not(reset), inputs["monitor"], tuning,
+    )  # fmt: skip
+    counts_next[COUNTS.index("resets")] += alarm
+    test = InnovationTest(
+        **results,
+        H_P_H=H_P_H,
+        nis=ca.if_else(missing, float("nan"), innovation**2 / variance),
+        missing=missing,
+        accepted=accepted,
+        reset=reset + alarm,
+        run=ca.fmax(run, alarm),
+        counts_next=counts_next,
+        inconsistent=inconsistent,
+        monitor_next=monitor_next,
+    )
+    return named_function("innovation", inputs, vars(test))
+
+
+def innovation_variance(H_P_H: Expression, weight: Expression, huber_scale: Expression) -> Expression:
+    """Variance of one innovation; a model error that lasts counts with its size, not with its weight."""
+    return H_P_H + ca.fmin(huber_scale, 1 / ca.if_else(weight > 0, weight, 1))
+
+
+def huber_weight(
+    residual: Expression, huber_scale: Expression, prior_innovation_variance: Expression = 0
+) -> Expression:
+    """Share of the weight of a residual, at most 1, that makes its cost linear beyond Huber's scale.
+
+    The variance H P H' of a residual at a predicted state widens the quadratic part.
+    """
+    return ca.fmin(1, ca.sqrt((huber_scale + prior_innovation_variance) / residual**2))

@@ -1,0 +1,79 @@
+"""Monitor of the innovations: slow changes of the ground, and whether the model explains the torque.
+
+A change of ln mu by d shifts the innovation nu, of variance S, by d h, with h the slope of the
+measurement by ln mu. Two cumulative sums of the log-likelihood ratio of such a change, one a side,
+
+    g <- max(0, g + n (+-d h nu - d^2 h^2 / 2) / (S max(1, 1 + (q - w) / W))),
+
+detect it where a sum exceeds `Tuning.alarm` [Page 1954], [Basseville 1993], section 2.2. n is the share
+of an independent sample that a sample is worth. Samples in stick, h = 0, count for nothing.
+
+The consistency is q / w, with q the sum of n nu^2 / S and w that of n, both forgetting over W = `WINDOW`
+independent samples: 1 on average where the model and its stated error are right, [Bar-Shalom 2001],
+section 5.4. Where it is more than that, alarms become rarer. Innovations beyond the gate count for
+neither.
+"""
+
+from functools import cache
+
+import casadi as ca
+
+from observers.layout import Expression, Parts, named, named_function, symbols
+from observers.measurement.measurement_model import log_mu_variance
+from observers.measurement.torque_error import SENSIBLE, retained
+from observers.tuning import TUNING_FIELDS
+
+MONITOR = ("rise", "fall", "squares", "samples")
+"""Cumulative sums for a rise and a fall of mu, then q and w of the consistency; 0 at the start."""
+CHANGE = 0.5
+"""Change of ln mu that is looked for [1]."""
+WINDOW = 20.0
+"""Independent samples over which the consistency forgets."""
+LEAST_SAMPLES = 5.0
+"""Independent samples before the consistency is judged: the first ones share the prior's error."""
+LARGEST = 25.0
+"""A larger square of an innovation over its variance counts as this in the consistency [1]."""
+
+
+@cache
+def build_monitor() -> ca.Function:
+    """One sample of the monitor.
+
+    (innovation, slope, variance, independent, accepted, monitor, tuning) -> (alarm, inconsistent,
+    monitor_next). slope is that of the measurement by ln mu, variance the one of the innovation,
+    independent as in `Measurement`, 0 where the measurement is missing; accepted, alarm and
+    inconsistent are 0 or 1.
+    """
+    inputs = symbols(
+        ca.SX, innovation=1, slope=1, variance=1, independent=1, accepted=1, monitor=len(MONITOR),
+        tuning=len(TUNING_FIELDS),
+    )  # fmt: skip
+    innovation, slope, variance, independent, accepted, monitor, tuning = inputs.values()
+    past, limits = named(MONITOR, monitor), named(TUNING_FIELDS, tuning)
+    share, shift = accepted * independent, CHANGE * slope
+    scale = share / (variance * (1 + ca.fmax(0, past["squares"] - past["samples"]) / WINDOW))
+    # No single sample raises an alarm, as none makes a reset.
+    most = limits["alarm"] / limits["reset_after"]
+    sums = [
+        ca.fmax(0, past[name] + ca.fmin(most, scale * (side * shift * innovation - shift**2 / 2)))
+        for name, side in (("rise", 1), ("fall", -1))
+    ]
+    watched = ca.logic_and(limits["gate"] < SENSIBLE, limits["alarm"] < SENSIBLE)
+    alarm = ca.logic_and(watched, ca.fmax(*sums) > limits["alarm"])
+    square = ca.fmin(LARGEST, innovation**2 / variance)
+    older = retained(share, WINDOW)
+    squares = older * past["squares"] + share * square
+    samples = older * past["samples"] + share
+    inconsistent = ca.logic_and(samples >= LEAST_SAMPLES, squares > limits["explained"] * samples)
+    quiet = ca.logic_not(alarm)
+    outputs = {
+        "alarm": alarm,
+        "inconsistent": inconsistent,
+        "monitor_next": ca.vertcat(*(quiet * each for each in sums), squares, samples),
+    }
+    return named_function("monitor", inputs, outputs)
+
+
+def change_variance(tuning: Parts) -> Expression:
+    """Variance of the difference of ln mu between two unknown grounds [1]."""
+    return 2 * log_mu_variance(tuning)

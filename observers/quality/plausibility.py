@@ -1,0 +1,188 @@
+"""Which input looks wrong by its unit, its sign or its sensor: evidence gathered sample by sample.
+
+| suspect | because |
+|---|---|
+| psi in degrees | no wheel is steered beyond a right angle |
+| dt in milliseconds | samples half a second apart and more cannot follow the wheel |
+| F_N in kN, torque in N mm | the torque would need a friction of more than `LARGEST_FRICTION` |
+| F_N in lbf or kgf | friction is found to be more than `GREATEST_FRICTION` |
+| psi or torque of the other sign | the ground takes work from a wheel that turns; this one gives it |
+| torque clipped or frozen | it stays the same to the last digit while the wheel turns |
+
+A few odd samples, as a faulty sensor has them, are no evidence. What is suspected stays suspected. The
+check is part of the step of every observer, in Python and in C; the status has `Status.SUSPECT`.
+"""
+
+import math
+from collections.abc import Iterable
+from functools import cache, reduce
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from observers.layout import Expression, Layout, Parts, named, named_function, symbols, vector_of
+from observers.measurement.torque_error import SENSIBLE, is_known
+from observers.protocol import OUTPUT, SAMPLE, Sample, Status
+from observers.quality.hypotheses import VERDICT
+from symbolic import Rig, full_slide_torque
+
+Array = NDArray[np.float64]
+LARGEST_ANGLE = 1.6
+"""Steering angle that is not reached [rad]."""
+LONGEST_PERIOD = 0.5
+"""Time between samples that is too long to follow a wheel [s]."""
+LARGEST_FRICTION = 15.0
+"""Friction coefficient that no torque of the ground stands for [1]."""
+GREATEST_FRICTION = 2.75
+"""Friction coefficient of a tyre that no ground has [1]."""
+LEAST_LOAD = 20.0
+"""A load below this is suspected before the torque is [N]."""
+LIFTED = 0.05
+"""Share of the first load below which the wheel is lifted, and a torque beside it no evidence [1]."""
+IN_A_ROW = 10
+"""Samples in a row that make a suspicion."""
+LEAST_TRAVEL = 0.2
+"""Turn after which the sign is judged [rad]."""
+WORK_TRAVEL = 2.0
+"""Turn in which work is forgotten [rad]."""
+GIVEN_BACK = 0.25
+"""Share of the work, without regard to its sign, that no ground gives back [1]."""
+FROZEN = 6
+"""Samples in a row with the same torque that may be a frozen one."""
+FROZEN_TRAVEL = 0.015
+"""Turn for which a sliding patch does not give the same torque to the last digit [rad]."""
+LEAST_JUMP = 3e-3
+"""Change before a frozen torque, as a share of it, that no patch near full slide shows [1]."""
+KNOWN_SCALE = 0.1
+"""Standard deviation of ln s below which a scale that is not verified is named [1]."""
+EVIDENCE = Layout.of(
+    angle=1, period=1, friction=1, load=1, first_load=1, psi=1, travel=1, work=1, exchanged=1, torque=1,
+    jump=1, frozen=1, frozen_travel=1, clipped=1,
+)  # fmt: skip
+"""State of the check. Samples in a row, up to now, beyond what is possible, `IN_A_ROW` stays: angle,
+period, friction. The last load and the first one [N], the last angle [rad], NaN before; the turn so far
+without its sign, while the torque was measured [rad]; work of the ground on the wheel, and the same with
+each sample without its sign [N m]. The last torque and its last change [N m]; samples for which it has
+been the same, and their turn [rad]; 1 once it was clipped."""
+START = np.array([0.0, 0, 0, -1, -1, np.nan, 0, 0, 0, np.nan, 0, 0, 0, 0])
+"""The state before the first sample; a load of -1 is none."""
+
+
+@cache
+def build_evidence(channel: str) -> ca.Function:
+    """(evidence, sample, a) -> (evidence_next, suspect), on the torque `channel`; suspect is 0 or 1."""
+    inputs = symbols(ca.SX, evidence=EVIDENCE.size, sample=len(SAMPLE), a=1)
+    was, now = named(EVIDENCE.places, inputs["evidence"]), named(SAMPLE, inputs["sample"])
+    torque = now["M_z"] if channel == "M_z" else -now["M"]
+    given, measured = ca.logic_and(is_known(now["F_N"]), now["F_N"] > 0), is_known(torque)
+    load = ca.if_else(given, now["F_N"], was["load"])
+    first = ca.if_else(was["first_load"] > 0, was["first_load"], load)
+    most = LARGEST_FRICTION * full_slide_torque(load, inputs["a"])
+    beyond = ca.logic_and(measured, ca.logic_and(load > 0, ca.fabs(torque) > most))
+    known = is_known(now["psi"])
+    turn = ca.if_else(ca.logic_and(known, is_known(was["psi"])), now["psi"] - was["psi"], 0)
+    work = ca.if_else(measured, torque * turn, 0)
+    older = ca.if_else(ca.fabs(turn) < WORK_TRAVEL, 1 - ca.fabs(turn) / WORK_TRAVEL, 0)
+    change = ca.if_else(ca.logic_and(measured, is_known(was["torque"])), torque - was["torque"], 0)
+    same = ca.logic_and(measured, change == 0)
+    turned = ca.if_else(same, was["frozen_travel"] + ca.fabs(turn), 0)
+    frozen = ca.if_else(same, was["frozen"] + 1, ca.if_else(measured, 0, was["frozen"]))
+    jump = ca.if_else(change == 0, was["jump"], ca.fabs(change))
+    clipped = ca.logic_and(
+        ca.logic_and(frozen >= FROZEN, turned > FROZEN_TRAVEL), jump > LEAST_JUMP * ca.fabs(torque)
+    )
+    after = {
+        "angle": _in_a_row(was["angle"], ca.logic_and(known, ca.fabs(now["psi"]) > LARGEST_ANGLE)),
+        "period": _in_a_row(was["period"], now["dt"] >= LONGEST_PERIOD),
+        "friction": _in_a_row(was["friction"], ca.logic_and(beyond, load >= LIFTED * first)),
+        "load": load,
+        "first_load": first,
+        "psi": ca.if_else(known, now["psi"], was["psi"]),
+        "travel": was["travel"] + ca.if_else(measured, ca.fabs(turn), 0),
+        "work": older * was["work"] + work,
+        "exchanged": older * was["exchanged"] + ca.fabs(work),
+        "torque": ca.if_else(measured, torque, was["torque"]),
+        "jump": jump,
+        "frozen": frozen,
+        "frozen_travel": turned,
+        "clipped": ca.logic_or(was["clipped"], clipped),
+    }
+    suspect = reduce(ca.logic_or, causes(after).values(), ca.SX(0))
+    outputs = {"evidence_next": vector_of(EVIDENCE.places, after), "suspect": suspect}
+    return named_function("evidence", inputs, outputs, cse=True)
+
+
+def causes(evidence: Parts) -> dict[str, Expression]:
+    """Each cause in a sentence that says what to do, and whether it is suspected."""
+    light = evidence["load"] < LEAST_LOAD
+    beyond = evidence["friction"] >= IN_A_ROW
+    given_back = evidence["work"] > GIVEN_BACK * evidence["exchanged"]
+    return {
+        "psi looks like degrees, or like a steering wheel's angle: it goes beyond a right angle;"
+        " convert it to rad, or divide it by the steering ratio": evidence["angle"] >= IN_A_ROW,
+        f"time looks like milliseconds: samples are {LONGEST_PERIOD:g} s apart; convert it to s": (
+            evidence["period"] >= IN_A_ROW
+        ),
+        "F_N looks like kN: the torque is more than any ground holds at it; convert it to N": beyond
+        * light,
+        "the torque looks like N mm, or like another shaft's: it is more than any ground holds;"
+        " convert it to N m at the kingpin": beyond * (1 - light),
+        "psi or the torque has the other sign: the ground would turn the wheel; flip one of them": (
+            (evidence["travel"] >= LEAST_TRAVEL) * given_back
+        ),
+        "the torque is clipped or frozen: it stays the same to the last digit while the wheel turns;"
+        " check the sensor and its range": evidence["clipped"],
+    }
+
+
+def suspicions(state: Any) -> tuple[str, ...]:
+    """Each suspected cause of an observer's state in a sentence; empty where all is plausible.
+
+    A state without the check, or None, has none.
+    """
+    places = getattr(getattr(state, "layout", None), "places", {})
+    if "evidence" not in places:
+        return ()
+    found = _named_causes(state["evidence"])
+    if found or "verdict" not in places:
+        return found
+    status = int(np.nan_to_num(state["output"][OUTPUT.index("status")]))
+    verdict = dict(zip(VERDICT, np.ravel(state["verdict"]).tolist(), strict=True))
+    known = 0 < verdict["var_log_gain"] < KNOWN_SCALE**2
+    if verdict["suspect"] or (status & Status.ACQUIRING and known and not verdict["verified"]):
+        return (
+            f"the torque grows with the angle {math.exp(verdict['log_gain']):.2g} times as k, a and F_N"
+            " say: check the torque's unit and gear, the angle's unit, k, a and F_N, or declare their"
+            " tolerances",
+        )
+    if status & Status.SUSPECT:
+        return ("F_N looks like lbf or kgf: friction is more than any ground has; convert it to N",)
+    return ()
+
+
+def _named_causes(evidence: Array) -> tuple[str, ...]:
+    values = {name: float(evidence[at][0]) for name, (at, _) in EVIDENCE.places.items()}
+    return tuple(text for text, holds in causes(values).items() if holds)
+
+
+def suspicions_of(samples: Iterable[Sample], rig: Rig, channel: str) -> tuple[str, ...]:
+    """The suspicions after all samples of a recording.
+
+    Args:
+        samples: the samples; what is missing in one is no evidence.
+        rig: gives the half-length.
+        channel: the torque that is measured, `M_z` or `M`.
+    """
+    rows = np.array([sample.numbers for sample in samples]).T
+    if rows.size == 0:
+        return ()
+    rows[4:] = np.where(np.abs(rows[4:]) < SENSIBLE, rows[4:], np.nan)
+    gather = build_evidence(channel).mapaccum("evidences", rows.shape[1], 1, {})
+    states, _ = gather(START, rows, np.full((1, rows.shape[1]), rig.a))
+    return _named_causes(states[:, -1].full().ravel())
+
+
+def _in_a_row(before: Expression, holds: Expression) -> Expression:
+    return ca.if_else(before >= IN_A_ROW, before, ca.if_else(holds, before + 1, 0))

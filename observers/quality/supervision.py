@@ -1,0 +1,251 @@
+"""Supervision of an estimator: acquisition before it tracks, and the scale of the torque while it does.
+
+`build_supervised_step` puts both around the step of any `ModelObserver`, which knows nothing of them.
+
+- While friction is acquired, `observers.quality.acquisition` rules: its ln mu and M_0 replace those of
+  the estimator after every sample, and the status has `Status.ACQUIRING`. A torque that grows with the
+  angle otherwise than the tolerances of k, half-length and load allow gives `Status.SUSPECT`, and
+  friction is not handed over. A change of the ground (`Status.RESET`) begins another acquisition.
+- After the handover the aligning torque is divided by s, the stiffness over the declared one, and the
+  results are multiplied by it: the torque of the patch is homogeneous in (mu, k).
+- What s is off by is k's error or the torque's, which nothing tells apart: it widens the band.
+- The consistency of the innovations is judged by branches, which takes less travel than
+  `observers.quality.innovation_monitor` does. Until it can be judged, friction stays `Status.ACQUIRING`;
+  a model that was found wrong stays doubted until it has explained as much as it had not.
+"""
+
+from functools import cache
+
+import casadi as ca
+
+from observers.layout import (
+    Expression,
+    Layout,
+    Parts,
+    named,
+    named_function,
+    symbols,
+    symbols_like,
+    vector_of,
+)
+from observers.measurement.measurement_model import LEAST_LOAD, ROWS, MeasurementModel
+from observers.measurement.torque_error import SENSIBLE, is_known, retained
+from observers.patch.model import PatchModel, split_constants
+from observers.protocol import OUTPUT, SAMPLE, Status
+from observers.quality.acquisition import (
+    DOUBTED,
+    HANDOVER,
+    OWN,
+    EquivalentPatch,
+    build_acquiring,
+    doubted,
+    only_if,
+    supervision_symbols,
+)
+from observers.quality.branches import TRACK, build_turn, stiffness_leverage
+from observers.quality.hypotheses import (
+    LIMITS,
+    SEARCH,
+    VAGUE,
+    VERDICT,
+    build_restart,
+    build_start,
+    limits_of,
+)
+from observers.quality.innovation_monitor import LARGEST, LEAST_SAMPLES, WINDOW
+from observers.quality.plausibility import GREATEST_FRICTION
+from observers.quality.screening import has_flag, with_flag
+from observers.tuning import TUNING_FIELDS
+from symbolic import full_slide_torque
+
+EXCESS = 1.5
+"""Mean square of the innovations by branches, over `Tuning.explained`, that is too much [1]."""
+SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
+"""Outputs that are proportional to the torque."""
+
+
+@cache
+def layout(measurement_model: MeasurementModel) -> Layout:
+    """State of the supervision."""
+    block = max(len(measurement_model.torque_state), 1)
+    return Layout((*Layout.of(own=len(OWN), block=block, verdict=len(VERDICT)).fields, *SEARCH.fields))
+
+
+def initial(psi: Expression, F_N: Expression, zero_std: Expression) -> dict[str, Expression]:
+    """The parts of the state at the first sample; zero_std is that of the torque's zero [N m]."""
+    search = SEARCH.split(ca.MX(build_start()(psi, 1, VAGUE, 0, zero_std)))
+    # The first verdict, before any torque counts, is the prior.
+    own: dict[str, Expression] = dict.fromkeys(OWN, 0)
+    own |= {"acquiring": 1, "phase": 1, "scale": 1, "F_N": F_N, "F_N_first": F_N}
+    return {"own": vector_of(OWN, own), **search}
+
+
+@cache
+def build_tracking() -> ca.Function:
+    """A sample while the estimator tracks: (own, output, share, widest, tyre, limits) -> (own, output).
+
+    The output in torques as they were measured, and the consistency of the innovations by branches. What
+    is left of k's error moves mu as long as the patch slides in part.
+    """
+    inputs = symbols(
+        ca.SX, own=len(OWN), output=len(OUTPUT), share=1, widest=1, tyre=3, limits=len(LIMITS)
+    )
+    own, output = named(OWN, inputs["own"]), named(OUTPUT, inputs["output"])
+    limits = named(LIMITS, inputs["limits"])
+    known = output["nis"] < SENSIBLE
+    share = ca.if_else(known, inputs["share"], 0)
+    older = retained(share, WINDOW)
+    squares = older * own["squares"] + share * ca.if_else(known, ca.fmin(output["nis"], LARGEST), 0)
+    weight = older * own["weight"] + share
+    too_much = ca.logic_and(weight >= LEAST_SAMPLES, squares > EXCESS * limits["explained"] * weight)
+    wrong = ca.logic_or(too_much, has_flag(output["status"], Status.INCONSISTENT))
+    doubt = doubted(own["doubt"], share, wrong)
+    results = {name: output[name] * own["scale"] for name in SCALED}
+    mu = ca.fmax(limits["least"], ca.fmin(limits["greatest"], results["mu"]))
+    leverage = stiffness_leverage(inputs["widest"], output["mu"], own["F_N"], inputs["tyre"])
+    # The estimator's variance has k's error in it where it was acquired, and then averages it out.
+    relative = ca.fmax((output["mu_std"] / output["mu"]) ** 2, (leverage * own["scale_std"]) ** 2)
+    grown = ca.sqrt(relative + own["excess"] ** 2) * output["mu"] / output["mu_std"]
+    std = results["mu_std"] * grown
+    status = with_flag(output["status"], Status.INCONSISTENT, ca.logic_or(too_much, doubt > DOUBTED))
+    status = with_flag(status, Status.ACQUIRING, weight < LEAST_SAMPLES)
+    results |= {
+        "mu": mu,
+        "mu_std": std,
+        "mu_eff_std": results["mu_eff_std"] * grown,
+        "nis": output["nis"],
+        "status": with_flag(status, Status.SUSPECT, mu - 2 * std > GREATEST_FRICTION),
+    }
+    after = own | {"squares": squares, "weight": weight, "doubt": doubt}
+    outputs = {"own_next": vector_of(OWN, after), "result": vector_of(OUTPUT, results)}
+    return named_function("follow_output", inputs, outputs, cse=True)
+
+
+@cache
+def build_following() -> ca.Function:
+    """A sample while the estimator tracks, with inputs and outputs as of `build_acquiring`."""
+    inputs = supervision_symbols()
+    search, verdict, own, output, psi, _, _, tyre, limits = inputs.values()
+    parts = SEARCH.split(search)
+    at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
+    known = is_known(named(OUTPUT, output)["nis"])
+    track, share = build_turn()(parts["track"], at, named(LIMITS, limits)["psi_noise"], known)
+    widest = named(TRACK, track)["widest"]
+    own, result = build_tracking()(own, output, share, widest, tyre, limits)
+    search = SEARCH.join({**parts, "track": track})
+    nothing = ca.MX(ca.DM.zeros(len(HANDOVER)))
+    return ca.Function("follow", [*inputs.values()], [search, verdict, own, nothing, result])
+
+
+@cache
+def build_supervised_step(
+    step: ca.Function,
+    model: PatchModel,
+    measurement_model: MeasurementModel,
+    parts: Layout,
+    patch: EquivalentPatch,
+) -> ca.Function:
+    """The step of an estimator, (state, sample, constants) -> (state_next, output), supervised.
+
+    Args:
+        step: of the estimator alone, on the first part of the state.
+        model: its model.
+        measurement_model: what is measured.
+        parts: of the estimator's state; those of `layout` follow.
+        patch: the declared patch that stands for the model.
+    """
+    added_parts = layout(measurement_model)
+    inputs = symbols_like(step)
+    inputs["state"] = state = ca.MX.sym("state", parts.size + added_parts.size)
+    before, now = added_parts.split(state[parts.size :]), named(SAMPLE, inputs["sample"])
+    constants = inputs["constants"]
+    own = named(OWN, before["own"])
+    theta, rig, tuning = split_constants(model, constants)
+    fields = named(TUNING_FIELDS, tuning)
+    tyre = ca.vertcat(theta[model.coordinates.index("k")] * patch.stiffness, rig[0], rig[1])
+    scaled = measurement_model.scaled
+    given = ca.vertcat(*(now[n] / own["scale"] if n == scaled else now[n] for n in SAMPLE))
+    after, output = step(state[: parts.size], given, constants)
+    loaded = ca.logic_and(is_known(now["F_N"]), now["F_N"] >= LEAST_LOAD * own["F_N_first"])
+    own["F_N"] = ca.if_else(loaded, now["F_N"], own["F_N"])
+    names = measurement_model.torque_state
+    last = named(names, before["block"]) if names else {}
+    block, psi, M_z, added = measurement_model.observed_torque(last, now, rig, tuning)
+    # A wheel that is lifted says nothing.
+    M_z = ca.if_else(ca.logic_and(is_known(now["F_N"]), ca.logic_not(loaded)), float("nan"), M_z)
+    changed = has_flag(named(OUTPUT, output)["status"], Status.RESET)
+    anew = ca.logic_and(changed, own["acquiring"] == 0)
+    own["again"] = ca.logic_or(own["again"], anew)
+    limits = limits_of(fields, patch.misfit, own["again"])
+    zero = own["scale"] * _newest(parts, measurement_model, after, "M_0")
+    std = fields["zero_std"] * full_slide_torque(own["F_N"], rig[0])
+    searched = SEARCH.join(before)
+    search = only_if(anew, build_restart(), (searched, own["scale"], zero, std), searched)
+    own["phase"] = ca.if_else(anew, 0, own["phase"])
+    own["acquiring"] = ca.logic_or(own["acquiring"], changed)
+    acquire = build_acquiring(patch, is_scaled=bool(scaled))
+    either = ca.Function.if_else("supervise", acquire, build_following())
+    search, verdict, own_next, handover, output = either(
+        own["acquiring"], search, before["verdict"], vector_of(OWN, own), output, psi, M_z, added, tyre,
+        limits,
+    )  # fmt: skip
+    handed = hand_over(parts, measurement_model.states, after, named(HANDOVER, handover))
+    after = ca.if_else(own["acquiring"], handed, after)
+    after[parts.places["output"][0]] = output
+    state_next = {
+        "own": own_next, "verdict": verdict, **SEARCH.split(search),
+        "block": vector_of(names, block) if names else ca.MX(0),
+    }  # fmt: skip
+    outputs = {"state_next": ca.vertcat(after, added_parts.join(state_next)), "output": output}
+    return named_function(step.name(), inputs, outputs)
+
+
+def _newest(
+    parts: Layout, measurement_model: MeasurementModel, state: Expression, name: str
+) -> Expression:
+    """A state of the newest sample by its name, 0 where there is none."""
+    if name not in measurement_model.states:
+        return ca.MX(0)
+    at, (rows, columns) = parts.places["x"]
+    return state[at.start + rows * (columns - 1) + measurement_model.states.index(name)]
+
+
+def hand_over(parts: Layout, states: tuple[str, ...], state: Expression, handed: Parts) -> Expression:
+    """A state of an estimator with ln mu and M_0 as acquired, not correlated with the rest.
+
+    A window is emptied: its samples led to states that do not count. The memory of bristles stays as it
+    is, whatever mu was.
+    """
+    after = parts.split(state)
+    covariance = "P_newest" if "P_newest" in after else "factor"
+    for at, name in enumerate(states):
+        if name not in ("log_mu", "M_0"):
+            continue
+        after[covariance][at, :] = 0
+        after[covariance][:, at] = 0
+        after[covariance][at, at] = handed[f"{name}_variance"]
+        after["x"][at, :] = handed[name]
+    if "samples" in after:
+        after |= _empty_window(after)
+    for name in ("counts", "monitor", "memory_sensitivity"):
+        if name in after:
+            after[name] = ca.MX(ca.DM.zeros(*after[name].shape))
+    return parts.join(after)
+
+
+def _empty_window(window: Parts) -> dict[str, ca.MX]:
+    """A window that holds but the last step: nothing is measured in it, nothing moves before.
+
+    window has the newest states, and their covariance, of which the variances are kept.
+    """
+    columns = window["x"].shape[1]
+    before = window["x"][:, max(columns - 2, 0)]
+    samples = ca.MX(window["samples"])
+    samples[[ROWS.index("accepted"), ROWS.index("jump")], :] = 0
+    samples[ROWS.index("dt"), : columns - 1] = 0
+    return {
+        "x": ca.horzcat(ca.repmat(before, 1, columns - 1), window["x"][:, -1]),
+        "mean": before,
+        "factor": ca.diag(ca.diag(window["P_newest"])),
+        "samples": samples,
+    }

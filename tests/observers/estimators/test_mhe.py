@@ -1,0 +1,179 @@
+"""The estimator against the filter, dense least squares and a general optimiser, and on the rig."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import inf, nan
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.optimize import least_squares
+
+from observers import AligningTorque, Ekf, Mhe, SteeringTorque, run
+from reference_rig import RigRecording, SteeringRecording, make_recording
+from symbolic import Model, effects_named
+from tests.observers.conftest import RIG, K, make
+from tests.observers.factories import (
+    CLEAN_RIG,
+    FIELDS,
+    change_of_ground,
+    columns_of,
+    first_full_slide,
+    samples_of,
+    sparse,
+    states_of,
+)
+from tests.observers.oracles import WindowOracle
+
+pytestmark = pytest.mark.usefixtures("interpreted")
+
+Array = NDArray[np.float64]
+Make = Callable[..., Mhe]
+LONG = pytest.mark.long
+WINDOWS = [(1, 1), pytest.param(2, 1, marks=LONG), pytest.param(20, 1, marks=LONG), (7, 3)]
+
+
+@pytest.mark.parametrize(("window", "iterations"), WINDOWS)
+def test_wheel_at_rest_leaves_the_kalman_filter(window: int, iterations: int) -> None:
+    # Nothing but the torque zero is seen: a linear problem, in which every window is the filter.
+    t, rng = np.arange(150) / 100, np.random.default_rng(3)
+    M_z = 0.3 + 0.1 * rng.standard_normal(t.size)
+    M_z[rng.random(t.size) < 0.2] = nan
+    columns = {"t": t, "psi": np.zeros(t.size), "F_N": np.full(t.size, 400.0), "M_z": M_z}
+    believed = {"noise": 0.02, "zero_walk": 0.05, "error": inf, "gate": inf, "zero_time": 3.0}
+    filtered = run(make(Ekf, **believed), **columns)
+    estimated = run(make(Mhe, window=window, iterations=iterations, **believed), **columns)
+
+    for name in FIELDS:
+        np.testing.assert_allclose(getattr(estimated, name), getattr(filtered, name), rtol=0, atol=1e-9)
+    assert filtered.M_z_predicted[-1] == pytest.approx(0.3, abs=0.1)
+
+
+@pytest.mark.parametrize(("window", "iterations"), WINDOWS)
+def test_sticking_wheel_leaves_the_kalman_filter(window: int, iterations: int) -> None:
+    # So weak a push that the patch is a spring: angle and rate are a linear problem.
+    t, rng = np.arange(200) / 200, np.random.default_rng(5)
+    M = 3e-5 * np.sin(20 * t) + 1e-6 * rng.standard_normal(t.size)
+    psi = 1e-8 * rng.standard_normal(t.size)
+    psi[rng.random(t.size) < 0.2] = nan
+    psi[0] = 0.0
+    columns = {"t": t, "psi": psi, "F_N": np.full(t.size, 400.0), "M": M}
+    believed = {"noise": 1e-6, "psi_noise": 1e-8, "psi_dot_std": 1e-6, "error": inf, "gate": inf}
+    settings = {"measurement_model": SteeringTorque(), **believed}
+    filter_, estimator = (
+        make(Ekf, **settings), make(Mhe, window=window, iterations=iterations, **settings)
+    )  # fmt: skip
+    samples = samples_of({**columns, "psi": np.nan_to_num(psi)})
+    samples = [s if np.isfinite(p) else replace(s, psi=nan) for s, p in zip(samples, psi, strict=True)]
+    for ours, theirs in zip(states_of(estimator, samples), states_of(filter_, samples), strict=True):
+        x = ours["x"].reshape(3, -1)[:, -1]
+        np.testing.assert_allclose(x[1], theirs["x"][1], rtol=0, atol=1e-12)
+        np.testing.assert_allclose(x[2], theirs["x"][2], rtol=0, atol=1e-10)
+        one, other = (o.estimate(s) for o, s in ((estimator, ours), (filter_, theirs)))
+        assert one.mu_std == pytest.approx(other.mu_std, rel=1e-6)
+
+
+ORACLES = [
+    pytest.param({}, id="aligning"),
+    pytest.param(
+        {"measurement_model": AligningTorque(stiffness=True), "stiffness_walk": 0.02, "mu_walk": 0.1},
+        id="stiffness",
+    ),
+    pytest.param({"measurement_model": SteeringTorque()}, id="steering"),
+    pytest.param({"greatest": 1.25}, id="on its bound"),
+    pytest.param({"model": Model(discretised=True, lengthways=20)}, id="bristles"),
+]
+
+
+@pytest.mark.parametrize("settings", ORACLES)
+@pytest.mark.parametrize(("window", "iterations"), [(1, 1), (7, 1), pytest.param(20, 2, marks=LONG)])
+def test_moving_window_equals_dense_equations_by_the_book(
+    recording: RigRecording, steered: SteeringRecording, settings: Any, window: int, iterations: int
+) -> None:
+    observer = make(Mhe, window=window, iterations=iterations, **{**CLEAN_RIG, **settings})
+    made, part = (
+        (steered, slice(0, 1200, 10)) if "psi" in observer.states else (recording, slice(40, 160, 2))
+    )
+    samples = sparse(samples_of(columns_of(made, part)))
+    oracle = WindowOracle(observer).run(samples)
+    moved = 0.0
+    for state, (x, P) in zip(states_of(observer, samples), oracle, strict=True):
+        ours = state["x"].reshape(len(observer.states), window)[:, window - len(x) :]
+        np.testing.assert_allclose(ours, x.T, rtol=0, atol=1e-9)
+        scale = np.sqrt(np.diag(P))
+        np.testing.assert_allclose(
+            state["P_newest"] / np.outer(scale, scale), P / np.outer(scale, scale), rtol=0, atol=1e-8
+        )
+        moved = max(moved, np.abs(x[:, 0]).max())
+    assert moved > 0.1, "the comparison saw no correction"
+
+
+@pytest.mark.long
+def test_converged_window_is_the_minimum_that_a_general_optimiser_finds(
+    recording: RigRecording,
+) -> None:
+    observer = make(Mhe, window=10, iterations=12, mu_walk=0.3, **CLEAN_RIG)
+    samples = sparse(samples_of(columns_of(recording, slice(40, 120, 2))))
+    oracle = WindowOracle(observer)
+    *_, (x, _) = oracle.run(samples)
+    *_, state = states_of(observer, samples)
+    start = x + 1e-3 * np.random.default_rng(2).standard_normal(x.shape)
+    found = least_squares(
+        lambda flat: oracle.residuals(flat.reshape(x.shape)), start.ravel(), xtol=1e-15, ftol=1e-15
+    )
+
+    np.testing.assert_allclose(state["x"].T, found.x.reshape(x.shape), rtol=0, atol=1e-7)
+    assert np.abs(np.diff(state["x"][0])).max() > 1e-4, "nothing walked"
+
+
+@pytest.mark.parametrize("window", [1, 20])
+def test_a_clean_rig_leaves_little_between_window_and_filter(
+    recording: RigRecording, window: int
+) -> None:
+    columns = columns_of(recording)
+    filtered = run(make(Ekf, **CLEAN_RIG), **columns)
+    estimated = run(make(Mhe, window=window, **CLEAN_RIG), **columns)
+    late = slice(first_full_slide(recording), None)
+
+    apart = np.abs(estimated.mu - filtered.mu)[late] / filtered.mu_std[late]
+    assert apart.max() < 0.5
+    assert np.median(apart) < 0.05
+    np.testing.assert_allclose(estimated.mu_std[late], filtered.mu_std[late], rtol=0.05)
+
+
+@pytest.mark.parametrize("kind", [Ekf, Mhe])
+def test_follows_a_change_of_ground(kind: Any) -> None:
+    estimates = run(make(kind, noise=0.3, error_travel=0.0, mu_walk=0.02), *change_of_ground())
+
+    assert estimates.mu[690] == pytest.approx(1.5, abs=0.03)
+    assert estimates.mu[-1] == pytest.approx(1.1, abs=0.03)
+
+
+@pytest.mark.parametrize("error", [0.02, inf])
+def test_huber_bears_bouts_of_model_error(recording: RigRecording, error: float) -> None:
+    rng = np.random.default_rng(8)
+    columns = columns_of(recording)
+    M_z = columns["M_z"] + 5.0 * (rng.random(recording.t.size) < 0.05)
+    late = slice(first_full_slide(recording), None)
+    observer = make(Mhe, **{**CLEAN_RIG, "error": error})
+    worst = np.abs(run(observer, **{**columns, "M_z": M_z}).mu[late] - 1.4).max()
+
+    assert worst < 0.1 if error < 1 else worst > 0.15
+
+
+@pytest.mark.parametrize("name", ["carcass_torsion", pytest.param("backlash", marks=LONG)])
+def test_behind_a_compliance_an_observer_takes_bristles(name: str) -> None:
+    # The corners of the exact patch depend on mu there: after a reversal mu ran to its bound.
+    (effect,) = effects_named([name])
+    model, planted = Model(effects=(effect,)), {p.name: p.start for p in effect.parameters}
+    recording = make_recording(4, {name: planted}, duration=6.0, k=K, mu=1.0, bristles=400)
+    values = {"k": K, **{f"{name}.{p}": value for p, value in planted.items()}}
+    estimates = run(
+        Mhe(model=model, values=values, rig=RIG, window=20, acquire=False), **columns_of(recording)
+    )
+
+    assert model.exact
+    assert make(Mhe).model.exact
+    assert estimates.mu.min() > 0.5
+    assert estimates.mu.max() < 1.6

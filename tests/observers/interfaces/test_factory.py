@@ -1,0 +1,123 @@
+"""Observers from files say what those built by hand say, and faults name their file."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from observers import AligningTorque, Ekf, Mhe, SteeringTorque, Tuning, from_files, run
+from observers.interfaces.factory import read_model_file, read_rig_file
+from reference_rig import RigRecording
+from symbolic import Effect, InvalidInputError, Model, Rig, Tyre, effects_named
+
+TOML = "[rig]\na = 0.045\ne = 0.009\nJ_A = 0.15\nb_t = 1.0\n\n[tyre]\nk = 2.8e6\nmu = 1.1\n"
+FOUND = {
+    "version": 1,
+    "effects": ["carcass_torsion", "torque_offset"],
+    "shared": {"k": 2.4e6, "carcass_torsion.k_t": 390.0},
+    "recordings": {"rig": {"mu": 0.4, "torque_offset.M_0": 3.0}},
+    "units": {"k": "N/m^2", "carcass_torsion.k_t": "N m/rad"},
+}
+WHOLE = Rig(a=0.045, e=0.009, J_A=0.15, b_t=1.0)
+
+
+@pytest.fixture
+def rig(tmp_path: Path) -> Path:
+    path = tmp_path / "rig.toml"
+    path.write_text(TOML, encoding="utf-8")
+    return path
+
+
+def write_model(folder: Path, **changes: Any) -> Path:
+    path = folder / "model.json"
+    path.write_text(json.dumps({**FOUND, **changes}), encoding="utf-8")
+    return path
+
+
+def message_of(*args: Any, **settings: Any) -> str:
+    with pytest.raises(InvalidInputError) as caught:
+        from_files(*args, **settings)
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize("kind", [Ekf, Mhe])
+def test_the_declared_model_has_the_k_of_the_rig(kind: Any, rig: Path) -> None:
+    tuning = Tuning(noise=0.1)
+
+    assert from_files(kind, rig, tuning=tuning) == kind(
+        model=Model(), values={"k": 2.8e6}, rig=WHOLE, tuning=tuning
+    )
+
+
+def test_a_model_that_was_found(rig: Path, tmp_path: Path) -> None:
+    observer = from_files(Mhe, str(rig), str(write_model(tmp_path)), window=7)
+    effects = effects_named(["carcass_torsion", "torque_offset"])
+
+    assert observer.model == Model(effects=effects, discretised=True)
+    # The k of the model goes before that of the rig; nothing fitted to one recording is believed.
+    assert observer.values == {"k": 2.4e6, "carcass_torsion.k_t": 390.0, "torque_offset.M_0": 0.0}
+    assert (observer.window, observer.measurement_model) == (7, AligningTorque())
+
+
+def test_it_runs(rig: Path, tmp_path: Path, recording: RigRecording) -> None:
+    columns = [a[:300] for a in (recording.t, recording.psi, recording.F_N, recording.M_z)]
+    made = run(from_files(Ekf, rig, write_model(tmp_path)), *columns)
+    by_hand = Ekf(
+        model=Model(effects=effects_named(FOUND["effects"]), discretised=True),
+        values={"k": 2.4e6, "carcass_torsion.k_t": 390.0, "torque_offset.M_0": 0.0},
+        rig=WHOLE,
+    )
+
+    np.testing.assert_array_equal(made.mu, run(by_hand, *columns).mu)
+
+
+def test_what_the_files_hold(rig: Path, tmp_path: Path) -> None:
+    assert read_rig_file(rig) == (WHOLE, Tyre(k=2.8e6, mu=1.1))
+    assert read_model_file(write_model(tmp_path)).own == FOUND["recordings"]
+
+
+def test_faults_name_their_file(rig: Path, tmp_path: Path) -> None:
+    model = write_model(tmp_path, shared={"k": 2.4e6})
+    assert message_of(Ekf, rig, model).startswith(
+        f"{model}: 'shared' lacks carcass_torsion.k_t [N m/rad]"
+    )
+    for text, fault in (
+        (TOML.replace("a = 0.045", "a = 45"), "a must be given in metres, at most 1 m in size, got 45"),
+        (TOML.replace("e = 0.009", "e = "), "is not valid TOML: "),
+        ("", "is empty"),
+    ):
+        rig.write_text(text, encoding="utf-8")
+        assert message_of(Ekf, rig).startswith(f"{rig}: {fault}")
+
+
+def test_files_that_are_not_there(rig: Path, tmp_path: Path) -> None:
+    none = tmp_path / "none"
+
+    assert message_of(Ekf, none) == f"{none}: cannot be read: No such file or directory"
+    assert message_of(Ekf, rig, none) == f"{none}: cannot be read: No such file or directory"
+    assert message_of(Ekf, tmp_path).startswith(f"{tmp_path}: is a folder, a pipe or a device")
+
+
+def test_the_steering_torque_needs_the_wheel(rig: Path) -> None:
+    assert from_files(Ekf, rig, measurement_model=SteeringTorque()).rig.J_A == 0.15
+    rig.write_text(TOML.replace("J_A = 0.15\n", ""), encoding="utf-8")
+
+    assert from_files(Ekf, rig).rig.J_A is None
+    assert message_of(Ekf, rig, measurement_model=SteeringTorque()).startswith(
+        f"{rig}: the rig lacks J_A"
+    )
+
+
+def test_faults_of_settings_name_no_file(rig: Path) -> None:
+    assert message_of(Mhe, rig, window=0).startswith("window must be a whole number of at least 1")
+
+
+def test_a_model_with_an_effect_of_the_users_own(rig: Path, tmp_path: Path) -> None:
+    own = Effect(name="own", summary="the user's own", parameters=())
+    path = write_model(tmp_path, effects=[*FOUND["effects"], "own"])
+
+    assert own in from_files(Ekf, rig, path, effects=[own]).model.effects
+    assert "--effects MODULE" in message_of(Ekf, rig, path)

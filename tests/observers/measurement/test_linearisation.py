@@ -1,0 +1,264 @@
+"""Motion and measurement of both measurement models: derivatives, noises, and the wheel's path."""
+
+from math import inf
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
+
+from observers import AligningTorque, MeasurementModel, SteeringTorque, Tuning
+from observers.measurement.linearisation import build_measurement, build_motion, directions
+from observers.measurement.measurement_model import CLEAN
+from tests.observers.conftest import RIG
+from tests.observers.factories import slide
+
+Array = NDArray[np.float64]
+NUMBERS = np.array([RIG.a, RIG.e, RIG.J_A, RIG.b_t, RIG.slide_rate, np.nan, np.nan, np.nan])
+TUNING = Tuning(zero_time=3.0, stiffness_walk=0.01, noise=0.5, error=inf)
+CHOICES = [(zero, stiffness) for zero in (False, True) for stiffness in (False, True)]
+MEASUREMENT_MODELS = [
+    kind(zero=z, stiffness=s) for kind in (AligningTorque, SteeringTorque) for z, s in CHOICES
+]
+MEANINGS = {"log_mu": 0.1, "M_0": 0.2, "stiffness": 0.9, "psi": 0.03, "psi_dot": -0.4}
+
+
+def clean(**values: float) -> Array:
+    usual = {"psi": 0.03, "psi_dot": 0.1, "F_N": 410.0, "dt": 0.008, "M_z": -3.0, "M": 2.5, "M_age": 0.0,
+             "F_N_first": 400.0, "travel": 0.001}  # fmt: skip
+    return np.array([(usual | values)[name] for name in CLEAN])
+
+
+def motion_of(
+    measurement_model: MeasurementModel, x: Array, M_z: float, slopes: Array, **settings: Any
+) -> tuple[Array, ...]:
+    last, now = settings.get("last", clean(dt=0.012)), settings.get("now", clean())
+    tuning = settings.get("tuning", TUNING)
+    made = build_motion(measurement_model)(x, M_z, slopes, last, now, NUMBERS, tuning.vector)
+    x_next, A, Q, b = (np.asarray(part) for part in made)
+    np.testing.assert_allclose(b.ravel(), x_next.ravel() - A @ x, rtol=0, atol=1e-12)
+    return x_next.ravel(), A, Q.ravel()
+
+
+def usual_x(measurement_model: MeasurementModel) -> Array:
+    return np.array([MEANINGS[name] for name in measurement_model.states])
+
+
+def by_differences(f: Any, x: Array, step: float = 1e-3) -> Array:
+    """Central differences, exact but for rounding where f is linear."""
+    steps = step * np.eye(x.size)
+    return np.array([(f(x + d) - f(x - d)) / (2 * step) for d in steps]).T
+
+
+def along_slopes(measurement_model: MeasurementModel, x: Array, M_z: float, slopes: Array) -> Any:
+    """M_z as a function of the states, linear with these slopes."""
+    places = [measurement_model.states.index(name) for name in directions(measurement_model)]
+    return lambda moved_x: M_z + slopes @ (moved_x - x)[places]
+
+
+@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS, ids=repr)
+def test_states_stand_in_their_one_order(measurement_model: MeasurementModel) -> None:
+    order = [
+        name
+        for name in ("log_mu", "M_0", "stiffness", "psi", "psi_dot")
+        if name in measurement_model.states
+    ]
+
+    assert list(measurement_model.states) == order
+    assert measurement_model.states[0] == "log_mu"
+    assert ("M" in measurement_model.channels) is ("psi" in measurement_model.states)
+    tyre = [name for name in ("log_mu", "stiffness") if name in measurement_model.states]
+    assert list(directions(measurement_model)) == ["psi"] * ("M" in measurement_model.channels) + tyre
+
+
+@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS, ids=repr)
+def test_derivative_of_the_motion(measurement_model: MeasurementModel) -> None:
+    x, slopes = (
+        usual_x(measurement_model),
+        np.array([-60.0, -5.0, 2.0][: len(directions(measurement_model))]),
+    )
+    M_z = along_slopes(measurement_model, x, -3.0, slopes)
+    _, A, _ = motion_of(measurement_model, x, -3.0, slopes)
+
+    expected = by_differences(lambda y: motion_of(measurement_model, y, M_z(y), slopes)[0], x)
+    np.testing.assert_allclose(A, expected, rtol=0, atol=1e-9)
+    if "psi" in measurement_model.states:
+        assert (
+            abs(A[measurement_model.states.index("psi_dot"), measurement_model.states.index("log_mu")])
+            > 0.1
+        )
+
+
+@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS, ids=repr)
+def test_derivative_of_the_measurement(measurement_model: MeasurementModel) -> None:
+    x, slopes = (
+        usual_x(measurement_model),
+        np.array([-60.0, -5.0, 2.0][: len(directions(measurement_model))]),
+    )
+    M_z = along_slopes(measurement_model, x, -3.0, slopes)
+
+    def read(y: Array, now: Array) -> list[Array]:
+        made = build_measurement(measurement_model)(y, M_z(y), slopes, now, NUMBERS, TUNING.vector)
+        return [np.asarray(part).ravel() for part in made]
+
+    innovation, H, weight, expected, *_ = read(x, clean())
+    np.testing.assert_allclose(H, by_differences(lambda y: read(y, clean())[3][0], x), rtol=0, atol=1e-9)
+    measured = 0.03 if "psi" in measurement_model.states else -3.0
+    assert innovation[0] == pytest.approx(measured - expected[0], abs=1e-15)
+    assert weight[0] > 0
+    for nothing in (np.nan, np.inf, -np.inf):
+        gone, _, no_weight, *_ = read(x, clean(M_z=nothing, psi=nothing))
+        assert (gone[0], no_weight[0]) == (0.0, 0.0)
+
+
+@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS, ids=repr)
+@pytest.mark.parametrize("last_dt", [0.0, 0.01])
+def test_into_an_empty_place_nothing_moves(measurement_model: MeasurementModel, last_dt: float) -> None:
+    x, slopes = usual_x(measurement_model), np.ones(len(directions(measurement_model)))
+    empty = clean(dt=0.0, M=0.0, M_z=0.0)
+    x_next, A, Q = motion_of(measurement_model, x, 3.0, slopes, last=clean(dt=last_dt), now=empty)
+    weight = build_measurement(measurement_model)(x, 3.0, slopes, empty, NUMBERS, TUNING.vector)[2]
+
+    np.testing.assert_array_equal(x_next, x)
+    np.testing.assert_array_equal(A, np.eye(x.size))
+    np.testing.assert_array_equal(Q, 0.0)
+    assert float(weight) == 0
+
+
+@pytest.mark.parametrize("measurement_model", MEASUREMENT_MODELS[3::4], ids=repr)
+def test_walks_grow_with_time_and_not_with_samples(measurement_model: MeasurementModel) -> None:
+    tuning = Tuning(mu_walk=0.1, zero_walk=0.02, stiffness_walk=0.3, noise=0.2, error=inf)
+    x, slopes = usual_x(measurement_model), np.zeros(len(directions(measurement_model)))
+    of_a_second = []
+    for steps in (np.full(100, 0.01), np.full(1000, 0.001), np.random.default_rng(1).random(300)):
+        steps, total = steps / steps.sum(), 0.0
+        for before, dt in zip([steps[0], *steps[:-1]], steps, strict=True):
+            clocks = {"last": clean(dt=before), "now": clean(dt=dt)}
+            total = total + motion_of(measurement_model, x, 0.0, slopes, tuning=tuning, **clocks)[2]
+        of_a_second.append(dict(zip(measurement_model.states, total, strict=True)))
+
+    level = slide(410.0)
+    expected = {"log_mu": 0.01, "M_0": (0.02 * level) ** 2, "stiffness": 0.09, "psi": 0.0}
+    expected["psi_dot"] = 0.01 * (0.2 * level / NUMBERS[2]) ** 2
+    for found in of_a_second:
+        for name, variance in found.items():
+            assert variance == pytest.approx(expected[name], rel=0.01), name
+
+
+def test_zero_fades_with_its_time() -> None:
+    measurement_model, x = AligningTorque(), np.array([1.0, 0.4])
+    for _ in range(100):
+        x, *_ = motion_of(measurement_model, x, 0.0, np.zeros(1), now=clean(dt=0.03))
+
+    np.testing.assert_allclose(x, [1.0, 0.4 * np.exp(-1)], rtol=1e-12)
+
+
+def test_noise_of_a_torque_counts_by_time() -> None:
+    weights = [
+        float(build_measurement(AligningTorque())(
+            usual_x(AligningTorque()), 0.0, np.zeros(1), clean(dt=dt), NUMBERS, TUNING.vector
+        )[2])
+        for dt in (0.01, 0.02)
+    ]  # fmt: skip
+
+    assert weights == pytest.approx([(0.5 * slide(410.0)) ** -2, 2 * (0.5 * slide(410.0)) ** -2])
+
+
+def test_angle_has_its_own_noise() -> None:
+    read = build_measurement(SteeringTorque())
+    _, _, weight, _, huber_scale, _ = read(
+        np.zeros(3), 0.0, np.zeros(2), clean(), NUMBERS, TUNING.vector
+    )
+
+    assert float(weight) == pytest.approx(TUNING.psi_noise**-2)
+    assert float(huber_scale) == np.inf
+
+
+def test_a_held_steering_torque_is_worth_less_the_longer_it_is_held() -> None:
+    x, slopes = np.zeros(3), np.zeros(2)
+    doubt = {
+        time: motion_of(SteeringTorque(), x, 0.0, slopes, last=clean(M_age=time))[2][2]
+        for time in (0.0, 0.05, 0.1, 5.0)
+    }
+    kick, slide = 0.008, 0.375 * 410.0 * RIG.a
+
+    # Half of full slide after half the time, all of it from then on, each time for a tenth of a second.
+    for time, share in ((0.05, 0.5), (0.1, 1.0), (5.0, 1.0)):
+        assert doubt[time] - doubt[0.0] == pytest.approx((share * slide / RIG.J_A) ** 2 * 0.1 * kick)
+
+
+SPRING = 65.0
+"""A patch that sticks [N m/rad]; with the rig's inertia it swings at 3.3 Hz."""
+
+
+def push(t: Any) -> Any:
+    return 3.0 * np.sin(2.0 * t) * np.exp(-0.3 * t)
+
+
+def leapfrogged(steps: Array) -> tuple[Array, Array]:
+    """Angle at the samples and rate in the middle before each, the wheel driven by `push`."""
+    measurement_model = SteeringTorque()
+    times = np.concatenate([[0.0], np.cumsum(steps)])
+    x, made = np.array([1.0, 0.0, 0.0]), []
+    last = clean(psi=0.0, M=push(0.0), dt=0.0)
+    for t, dt in zip(times[1:], steps, strict=True):
+        now = clean(dt=dt, M=push(t))
+        x, *_ = motion_of(
+            measurement_model, x, -SPRING * x[1], np.array([-SPRING, 0.0]), last=last, now=now
+        )
+        made.append(x[1:])
+        last = now
+    angle, rate = np.array(made).T
+    return angle, rate
+
+
+def exactly(times: Array) -> Array:
+    def motion(t: float, y: Array) -> list[float]:
+        return [y[1], (push(t) - SPRING * y[0] - RIG.b_t * y[1]) / RIG.J_A]
+
+    solution = solve_ivp(motion, (0.0, times[-1]), [0.0, 0.0], "DOP853", times, rtol=1e-11, atol=1e-13)
+    return np.asarray(solution.y)
+
+
+@pytest.mark.parametrize("jitter", [pytest.param(0.0, marks=pytest.mark.long), 0.6])
+def test_wheel_on_a_spring_follows_its_equation_of_motion_to_second_order(jitter: float) -> None:
+    pattern = 1 + jitter * np.random.default_rng(2).uniform(-1, 1, 500)
+    errors = []
+    for fine in (1, 2, 4):
+        steps = np.repeat(0.004 * pattern, fine) / fine
+        angle, rate = leapfrogged(steps)
+        times = np.cumsum(steps)
+        psi = exactly(times)[0]
+        middle = exactly(times - steps / 2)[1]
+        errors.append([np.abs(angle - psi).max(), np.abs(rate - middle).max()])
+    errors_of_angle, errors_of_rate = np.array(errors).T
+
+    assert errors_of_angle[-1] < 1e-4 * np.ptp(psi)
+    assert (errors_of_angle[:-1] / errors_of_angle[1:] > 3.0).all(), errors_of_angle
+    assert (errors_of_rate[:-1] / errors_of_rate[1:] > 3.0).all(), errors_of_rate
+
+
+def test_undamped_wheel_keeps_its_energy_and_damping_takes_it() -> None:
+    motion = build_motion(SteeringTorque())
+    for b_t, keeps in ((0.0, True), (RIG.b_t, False), (1e4, False)):
+        x, energy = ca.DM([1.0, 0.01, 0.0]), []
+        for _ in range(2000):
+            numbers = [RIG.a, RIG.e, RIG.J_A, b_t, *NUMBERS[4:]]
+            at = clean(M=0.0, dt=0.01)
+            x = motion(x, -SPRING * x[1], [-SPRING, 0.0], at, at, numbers, TUNING.vector)[0]
+            energy.append(0.5 * RIG.J_A * float(x[2]) ** 2 + 0.5 * SPRING * float(x[1]) ** 2)
+        late, early = max(energy[-200:]), max(energy[:200])
+        assert late == pytest.approx(early, rel=0.01) if keeps else late < early
+
+
+def test_zero_of_the_channel_pushes_the_wheel() -> None:
+    x = np.array([1.0, 0.5, 0.0, 0.0])
+    pushed, *_ = motion_of(SteeringTorque(zero=True), x, 0.0, np.zeros(2), last=clean(M=0.0))
+    steered, *_ = motion_of(SteeringTorque(), x[[0, 2, 3]], 0.0, np.zeros(2), last=clean(M=0.5))
+    held, *_ = motion_of(SteeringTorque(), x[[0, 2, 3]], -0.5, np.zeros(2), last=clean(M=0.5))
+
+    np.testing.assert_allclose(pushed[2:], steered[1:], rtol=1e-14)
+    assert pushed[3] > 0
+    np.testing.assert_array_equal(held[1:], 0.0)

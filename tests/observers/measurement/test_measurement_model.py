@@ -1,0 +1,154 @@
+"""Each way of hearing friction without one of its sensors, before the first sample, without a rig."""
+
+from dataclasses import replace
+from math import inf, isnan, nan
+from typing import Any
+
+import numpy as np
+import pytest
+
+from observers import SAMPLE, AligningTorque, Ekf, MeasurementModel, Mhe, Sample, SteeringTorque, Tuning
+from observers.measurement.linearisation import build_clean
+from observers.measurement.measurement_model import CLEAN
+from symbolic import InvalidInputError, Rig
+from tests.observers.conftest import RIG, make
+from tests.observers.factories import slide
+
+GOOD = {"psi": 0.1, "psi_dot": 0.2, "F_N": 410.0, "dt": 0.01, "M_z": -2.0, "M": 3.0}
+LAST = {"psi": 0.05, "psi_dot": 0.3, "F_N": 390.0, "dt": 0.02, "M_z": -1.0, "M": 1.5, "M_age": 0.0,
+        "F_N_first": 400.0, "travel": 0.5}  # fmt: skip
+NOTHING = (nan, inf, -inf)
+
+
+def cleaned(measurement_model: MeasurementModel, **fault: float) -> tuple[dict[str, float], bool]:
+    sample = [(GOOD | fault)[name] for name in SAMPLE]
+    now, held = build_clean(measurement_model)(sample, [LAST[name] for name in CLEAN])
+    return dict(zip(CLEAN, np.asarray(now).ravel().tolist(), strict=True)), bool(held)
+
+
+def test_a_good_sample_passes() -> None:
+    aligning, held = cleaned(AligningTorque())
+    assert aligning == {**GOOD, "M": 0.0, "M_age": 0.0, "F_N_first": 400.0, "travel": 0.2 * 0.01}
+    assert not held
+    steering, held = cleaned(SteeringTorque())
+    assert steering == {
+        **GOOD, "psi_dot": 0.0, "M_z": 0.0, "M_age": 0.0, "F_N_first": 400.0, "travel": 0.0
+    }  # fmt: skip
+    assert not held
+
+
+@pytest.mark.parametrize("nothing", NOTHING)
+def test_aligning_torque_without_a_sensor(nothing: float) -> None:
+    now, held = cleaned(AligningTorque(), psi=nothing)
+    assert (now["psi"], now["psi_dot"], held) == (LAST["psi"], 0.0, True)
+    assert isnan(now["M_z"]), "a torque at an unknown angle says nothing"
+    now, held = cleaned(AligningTorque(), psi_dot=nothing)
+    assert (now["psi"], now["psi_dot"], now["M_z"], held) == (GOOD["psi"], 0.0, GOOD["M_z"], False)
+    now, held = cleaned(AligningTorque(), M_z=nothing)
+    assert (now["psi"], now["psi_dot"], held) == (GOOD["psi"], GOOD["psi_dot"], False)
+    assert not np.isfinite(now["M_z"])
+    now, held = cleaned(AligningTorque(), M=nothing)
+    assert (now["M"], now["M_age"], held) == (0.0, 0.0, False)
+
+
+@pytest.mark.parametrize("nothing", NOTHING)
+def test_steering_torque_without_a_sensor(nothing: float) -> None:
+    now, held = cleaned(SteeringTorque(), M=nothing)
+    assert (now["M"], now["M_age"], held) == (LAST["M"], GOOD["dt"], True)
+    now, held = cleaned(SteeringTorque(), psi=nothing)
+    assert (now["M"], now["M_age"], held) == (GOOD["M"], 0.0, False)
+    assert not np.isfinite(now["psi"])
+    for name in ("psi_dot", "M_z"):
+        now, held = cleaned(SteeringTorque(), **{name: nothing})
+        assert (now[name], held) == (0.0, False)
+
+
+@pytest.mark.parametrize("measurement_model", [AligningTorque(), SteeringTorque()], ids=repr)
+@pytest.mark.parametrize("nothing", [*NOTHING, 0.0, -400.0, 1e-300, 0.03, 19.99])
+def test_without_a_load_the_last_one_is_held(
+    measurement_model: MeasurementModel, nothing: float
+) -> None:
+    now, held = cleaned(measurement_model, F_N=nothing)
+    assert (now["F_N"], held) == (LAST["F_N"], True)
+
+
+def test_the_torque_of_a_wheel_that_is_lifted_says_nothing() -> None:
+    for F_N in (0.0, -1.0, 0.03, 19.99):
+        assert isnan(cleaned(AligningTorque(), F_N=F_N)[0]["M_z"])
+    for F_N in (nan, inf, 20.01):
+        assert cleaned(AligningTorque(), F_N=F_N)[0]["M_z"] == GOOD["M_z"]
+    assert cleaned(AligningTorque(), F_N=20.01)[0]["F_N"] == 20.01
+
+
+@pytest.mark.parametrize("measurement_model", [AligningTorque(), SteeringTorque()], ids=repr)
+def test_without_any_sensor_time_goes_on(measurement_model: MeasurementModel) -> None:
+    now, held = cleaned(measurement_model, **dict.fromkeys(("psi", "psi_dot", "F_N", "M_z", "M"), nan))
+    assert (now["dt"], now["F_N"], held) == (GOOD["dt"], LAST["F_N"], True)
+
+
+@pytest.mark.parametrize("kind", [Ekf, Mhe])
+@pytest.mark.parametrize(
+    "measurement_model", [AligningTorque(stiffness=True), SteeringTorque(zero=True)], ids=repr
+)
+def test_prior(kind: Any, measurement_model: MeasurementModel) -> None:
+    observer = make(kind, measurement_model=measurement_model, mu=1.2, mu_std=0.3, psi_dot_std=0.7)
+    tuning = observer.tuning
+    state = observer.init(Sample(psi=0.4, psi_dot=nan, F_N=300.0, dt=0.01))
+    said = observer.estimate(state)
+    x = state["x"] if kind is Ekf else state["x"][:, -1]
+    found = dict(zip(observer.states, x, strict=True))
+    spread = dict(zip(observer.states, np.sqrt(np.diag(state["factor"])), strict=True))
+
+    assert (said.mu, said.mu_std, said.informed) == (1.2, 0.3, False)
+    assert isnan(said.M_z_predicted)
+    expected = {
+        "M_0": (0.0, tuning.zero_std * slide(300.0)),
+        "stiffness": (1.0, tuning.stiffness_std),
+        "psi": (0.4, tuning.psi_noise),
+        "psi_dot": (0.0, 0.7),
+    }
+    for name in observer.states[1:]:
+        assert (found[name], spread[name]) == pytest.approx(expected[name], rel=1e-14), name
+
+
+@pytest.mark.parametrize("kind", [Ekf, Mhe])
+@pytest.mark.parametrize("fault", [{"psi": nan}, {"psi": inf}, {"F_N": nan}, {"F_N": 0.0}, {"F_N": inf}])
+def test_first_sample_says_where_the_patch_stands(kind: Any, fault: dict[str, float]) -> None:
+    first = Sample(**{"psi": 0.0, "psi_dot": nan, "F_N": 400.0, "dt": 0.01, **fault})
+    with pytest.raises(
+        InvalidInputError, match=r"first sample must have a finite psi and F_N >= 0\.001 N"
+    ) as caught:
+        make(kind).init(first)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("dt", [0.0, -0.01, nan, inf])
+def test_a_sample_needs_its_time(dt: float) -> None:
+    with pytest.raises(InvalidInputError, match="dt > 0 s and at most 3600 s"):
+        Sample(psi=0.0, psi_dot=0.0, F_N=400.0, dt=dt)
+
+
+def test_a_sample_may_lack_all_else() -> None:
+    sample = Sample(psi=nan, psi_dot=inf, F_N=-1.0, dt=0.01)
+
+    assert isnan(sample.M_z)
+    assert isnan(sample.M)
+
+
+@pytest.mark.parametrize("kind", [Ekf, Mhe])
+def test_steering_torque_needs_the_inertia_and_the_damping(kind: Any) -> None:
+    for rig, missing in ((Rig(a=0.045, e=0.009), "J_A and b_t"), (replace(RIG, b_t=None), "lacks b_t")):
+        with pytest.raises(InvalidInputError, match=missing):
+            make(kind, rig=rig, measurement_model=SteeringTorque())
+        make(kind, rig=rig, measurement_model=AligningTorque())
+
+
+def test_tuning_is_of_the_observer() -> None:
+    assert make(Ekf).tuning == Tuning(mu_floor=0.0, stiffness_std=0.2)
+
+
+@pytest.mark.parametrize("kind", [Ekf, Mhe])
+@pytest.mark.parametrize("wrong", [AligningTorque, "M_z"])
+def test_anything_but_a_measurement_model_is_refused(kind: Any, wrong: Any) -> None:
+    with pytest.raises(InvalidInputError, match=r"another observers\.MeasurementModel, with brackets"):
+        make(kind, measurement_model=wrong)

@@ -1,0 +1,225 @@
+"""Acquisition of friction, against least squares, fine bristles and integrals by hand."""
+
+import re
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import casadi as ca
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.integrate import quad
+
+from observers import PROFILES, Ekf, Loop, Mhe, Sample, Status, SteeringTorque, run
+from observers.quality.acquisition import build_search
+from observers.quality.branches import (
+    POINTS,
+    TRACK,
+    build_branch,
+    build_sensitivity,
+    build_track,
+    stiffness_leverage,
+)
+from observers.quality.hypotheses import LIMITS, PER_HYPOTHESIS, VERDICT, build_hypothesis, build_start
+from observers.quality.tolerances import with_tolerances
+from observers.tuning import Tuning
+from reference_rig import (
+    Hand,
+    RigTyre,
+    constant_friction,
+    make_recording,
+    make_steering_recording,
+)
+from symbolic import Model, Rig, Tolerances
+from tests.observers.conftest import RIG, K
+
+Array = NDArray[np.float64]
+
+
+def test_a_hypothesis_is_linear_least_squares() -> None:
+    rng = np.random.default_rng(1)
+    expected, variance = rng.normal(0, 3, 40), 0.02**2
+    measured = 1.1 * expected + 0.2 + 0.02 * rng.standard_normal(40)
+    prior = {
+        "log_likelihood": 0.0,
+        "gain": 1.0,
+        "zero": 0.0,
+        "var_gain": 100.0,
+        "cov": 0.0,
+        "var_zero": 0.04,
+    }
+    part: Any = [prior[name] for name in PER_HYPOTHESIS]
+    for g, y in zip(expected, measured, strict=True):
+        part = build_hypothesis()(part, g, y, variance, 0.0)
+    found = dict(zip(PER_HYPOTHESIS, np.array(part).ravel(), strict=True))
+
+    H = np.column_stack([expected, np.ones(40)])
+    information = H.T @ H / variance + np.diag([1 / 100.0, 1 / 0.04])
+    covariance = np.linalg.inv(information)
+    mean = covariance @ (H.T @ measured / variance + np.array([1 / 100.0, 0.0]))
+    np.testing.assert_allclose([found["gain"], found["zero"]], mean, rtol=1e-8)
+    np.testing.assert_allclose([found["var_gain"], found["cov"]], covariance[0], rtol=1e-6)
+    np.testing.assert_allclose(found["var_zero"], covariance[1, 1], rtol=1e-6)
+
+
+def path() -> Array:
+    """Angles with reversals inside reversals, no more turning points than are remembered [rad]."""
+    ends = [0.0, 0.3, -0.25, 0.1, 0.35, -0.1]
+    legs = [np.linspace(a, b, 40)[1:] for a, b in pairwise(ends)]
+    return np.concatenate([[0.0], *legs])
+
+
+def test_branches_add_up_to_fine_bristles() -> None:
+    mu, load, count = 0.7, 400.0, 8000
+    psi, xi = path(), (np.arange(count) + 0.5) / count * 2 - 1
+    x, limit = 0.045 * xi, mu * 0.75 * load / 0.045 * (1 - xi**2) / K
+    bristle, torques = np.zeros(count), []
+    for turn in np.diff(psi, prepend=0.0):
+        bristle = np.clip(bristle - turn * (x + 0.009), -limit, limit)
+        torques.append(np.sum(K * bristle * (x + 0.009)) * 0.09 / count)
+
+    track: Any = np.zeros(len(TRACK))
+    track[TRACK.index("count")] = 1
+    points: Any = np.zeros(POINTS)
+    order, found = np.arange(POINTS), []
+    for angle in psi:
+        track, points, turns, _ = build_track()(track, points, angle, 1.0, 1e-9, 1)
+        branches = build_branch().map(POINTS)(
+            turns.T, order[None], mu, load, np.tile([[K], [0.045], [0.009]], POINTS)
+        )
+        found.append(float(np.sum(branches.full())))
+    np.testing.assert_allclose(found, torques, atol=2e-3 * np.ptp(torques))
+
+
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
+@pytest.mark.parametrize("mu", [0.03, 0.08, 0.3, 1.5])
+@pytest.mark.parametrize("prior", [0.05, pytest.param(2.0, marks=pytest.mark.long)])
+def test_any_friction_is_found_from_any_prior(kind: Any, mu: float, prior: float) -> None:
+    made = make_recording(31, mu=mu, k=K, bristles=500, duration=8.0)
+    observer = kind(model=Model(), values={"k": K}, rig=RIG, tuning=Tuning(mu=prior, mu_std=prior / 2))
+    estimates = run(observer, made.t, made.psi, made.F_N, made.M_z)
+
+    normal = np.abs(estimates.mu - mu) / estimates.mu_std
+    assert estimates.usable[-200:].all()
+    assert normal[estimates.usable].max() < 3
+    assert estimates.mu_std[-1] < 0.15 * mu
+    assert not (estimates.usable & (estimates.status != 0)).any()
+
+
+@pytest.mark.parametrize(
+    ("factor", "said"), [(14.8, "1[45] times"), (1 / 9.81, r"0\.1 times"), (0.6, r"0\.6.? times")]
+)
+def test_a_torque_of_another_scale_is_never_usable(factor: float, said: str) -> None:
+    made = make_recording(32, mu=0.7, k=K, bristles=500, duration=5.0)
+    loop, usable = Loop(Ekf(model=Model(), values={"k": K}, rig=RIG)), []
+    for psi, F_N, M_z in zip(made.psi, made.F_N, factor * made.M_z, strict=True):
+        usable.append(loop(Sample(psi=psi, psi_dot=np.nan, F_N=F_N, M_z=M_z, dt=0.01)).usable)
+
+    (suspicion,) = loop.suspicions
+    assert not any(usable)
+    assert re.search(said, suspicion), suspicion
+
+
+def test_a_tolerance_of_k_admits_another_scale() -> None:
+    made = make_recording(33, mu=0.7, k=1.7 * K, bristles=500, duration=8.0)
+    tolerant = replace(RIG, tolerances=Tolerances(k=0.8 * K))
+    estimates = [
+        run(Ekf(model=Model(), values={"k": K}, rig=rig), made.t, made.psi, made.F_N, made.M_z)
+        for rig in (RIG, tolerant)
+    ]
+    assert not estimates[0].usable.any()
+    assert estimates[1].usable[-1]
+    assert abs(estimates[1].mu[-1] - 0.7) < 2 * estimates[1].mu_std[-1]
+
+
+@pytest.mark.parametrize("kind", [Ekf, Mhe])
+def test_friction_stays_usable_on_the_steering_torque(kind: Any) -> None:
+    made = make_steering_recording(5, constant_friction(0.3), tyre=RigTyre(k=K, mu=0.3), rate=500.0)
+    observer = kind(model=Model(), values={"k": K}, rig=RIG, measurement_model=SteeringTorque())
+    estimates = run(observer, made.t, made.psi, made.F_N, M=made.M)
+
+    at = int(np.argmax(estimates.usable))
+    assert 0 < made.t[at] < 2.5
+    assert np.mean(estimates.usable[at:]) > 0.95
+    assert abs(estimates.mu[-1] - 0.3) < 2 * estimates.mu_std[-1]
+
+
+def test_declared_noise_keeps_ice_from_being_told() -> None:
+    made = make_recording(34, mu=0.03, k=K, bristles=500, duration=6.0, noise=0.0)
+    M_z = made.M_z + np.random.default_rng(1).normal(0, 1.0, made.M_z.size)
+    ekf = Ekf(model=Model(), values={"k": K}, rig=replace(RIG, noise=1.0))
+    assert not run(ekf, made.t, made.psi, made.F_N, M_z).usable.any()
+
+
+def test_no_flagged_sample_is_usable_whatever_the_sensors_give() -> None:
+    rng, n = np.random.default_rng(7), 3000
+    torque = np.where(rng.random(n) < 0.05, np.nan, rng.normal(0, 10.0, n).cumsum() / 30)
+    psi, F_N = 0.2 * np.sin(np.arange(n) / 80) + rng.normal(0, 0.001, n), rng.uniform(200, 600, n)
+    estimates = run(Ekf(model=Model(), values={"k": K}, rig=RIG), np.arange(n) * 0.01, psi, F_N, torque)
+
+    assert not (estimates.usable & (estimates.status != Status.USED)).any()
+    assert not (estimates.usable & ~estimates.informed).any()
+
+
+def test_a_model_that_is_wrong_is_doubted_after_a_new_ground() -> None:
+    """A wheel that rolls: its torque relaxes within 0.3 s, which no patch explains."""
+    made = make_recording(9001, mu=0.8, k=K, bristles=500, duration=14.0)
+    kept, M_z = float(np.exp(-0.01 / 0.3)), np.zeros(made.M_z.size)
+    for i in range(1, M_z.size):
+        M_z[i] = kept * M_z[i - 1] + made.M_z[i] - made.M_z[i - 1]
+    estimates = run(Ekf(model=Model(), values={"k": K}, rig=RIG), made.t, made.psi, made.F_N, M_z)
+
+    assert np.mean(estimates.usable) < 0.02
+    assert np.mean(estimates.status & Status.INCONSISTENT != 0) > 0.3
+
+
+def slide(a: float, e: float) -> float:
+    """Torque of full slide of a parabolic pressure over mu F_N [m]."""
+    return quad(lambda x: 0.75 / a * (1 - (x / a) ** 2) * abs(x + e), -a, a, points=[-e])[0]
+
+
+def test_tolerances_enter_the_band_as_they_move_full_slide() -> None:
+    rig = Rig(a=0.045, e=0.009, tolerances=Tolerances(a=0.001, e=0.0, load=0.01, k=0.05 * K))
+    tuning = with_tolerances(Tuning(mu_floor=0.0), rig, K)
+    by_a = (slide(0.0451, 0.009) - slide(0.0449, 0.009)) / 2e-4 / slide(0.045, 0.009)
+
+    # Even within its tolerance: the standard deviation is that over the root of 3.
+    assert tuning.mu_floor == pytest.approx(np.hypot(by_a * 0.001, 0.01) / np.sqrt(3), rel=1e-3)
+    assert with_tolerances(Tuning(mu_floor=0.0), Rig(a=0.045, e=0.009), K).mu_floor > tuning.mu_floor
+
+
+def test_no_torque_is_weighed_while_a_turn_back_may_be_noise() -> None:
+    """On ice a turn of the angle's noise is part of the stick phase, of either branch."""
+    tuning = Tuning(psi_noise=2e-4)
+    limits: Any = [getattr(tuning, name) for name in LIMITS]
+    search, verdict = build_start()(0.0, 1, 10.0, 0, 0.2), np.zeros(len(VERDICT))
+    counted = []
+    for psi in (0.0, 0.005, 0.01, 0.0099, 0.0101, 0.00995, 0.0095, 0.009):
+        search, verdict, _, weighed = build_search()(
+            search, verdict, 0, psi, 400.0, -0.3, 0.0, [K, 0.045, 0.009], limits
+        )
+        counted.append(bool(weighed))
+    assert counted == [True, True, True, False, True, False, True, True]
+
+
+@pytest.mark.parametrize(("off", "seed"), [(0.8, 41), (1.2, 49), (1.2, 54)])
+def test_a_band_knows_k_where_the_patch_slides_in_part(off: float, seed: int) -> None:
+    hand = Hand(pace=0.25, amplitude=0.2)
+    made = make_recording(seed, mu=1.9, k=off * K, hand=hand, bristles=500, duration=8.0)
+    ekf = Ekf(model=Model(), values={"k": K}, rig=RIG, tuning=PROFILES["clean"])
+    estimates = run(ekf, made.t, made.psi, made.F_N, made.M_z)
+
+    normal = np.abs(estimates.mu - 1.9) / estimates.mu_std
+    assert estimates.usable.any()
+    assert np.mean(estimates.usable & (normal > 3)) < 0.01
+
+
+@pytest.mark.parametrize("e", [0.0, 0.009])
+def test_the_leverage_of_k_is_that_of_the_exact_patch(e: float) -> None:
+    tyre, mu, load = np.array([K, 0.045, e]), 0.7, 400.0
+    ends = 3 * load * mu / (4 * 0.045**2 * K)
+    for turn in np.geomspace(0.05, 20, 30) * ends:
+        share = float(build_sensitivity()(turn, np.log(mu), load, tyre))
+        found = float(stiffness_leverage(turn, mu, load, ca.DM(tyre)))
+        assert 0.9 < found / (1 / share - 1) < 1.6

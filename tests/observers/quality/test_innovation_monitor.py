@@ -1,0 +1,95 @@
+"""Page's cumulative sums and the consistency, written out once more in NumPy."""
+
+from math import inf
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from observers import Ekf, Status, Tuning, run
+from observers.quality.innovation_monitor import CHANGE, LEAST_SAMPLES, WINDOW, build_monitor
+from tests.observers.conftest import make
+from tests.observers.factories import columns_of
+from tests.observers.surface_changes import HIGH, LOW, Crossing, crossing
+
+Array = NDArray[np.float64]
+
+
+def watched(nu: Array, slope: float = 1.0, variance: float = 0.01, share: float = 1.0,
+            **tuning: Any) -> tuple[Array, Array, Array]:  # fmt: skip
+    """Alarms, inconsistency and the state after each innovation."""
+    vector = Tuning(**tuning).vector
+    state, rows = np.zeros(4), []
+    for each in nu:
+        made = build_monitor()(each, slope, variance, share, 1.0, state, vector)
+        alarm, inconsistent, after = (np.asarray(part).ravel() for part in made)
+        state = after
+        rows.append([alarm[0], inconsistent[0], *state])
+    table = np.array(rows)
+    return table[:, 0], table[:, 1], table[:, 2:]
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_sums_are_those_of_the_log_likelihood_ratio(side: int) -> None:
+    rng = np.random.default_rng(3)
+    nu, variance = 0.3 * side + 0.2 * rng.standard_normal(40), 0.04
+    _, _, states = watched(nu, 0.8, variance, 0.1, alarm=1e3)
+    shift, rise, squares, samples = 0.8 * CHANGE, 0.0, 0.0, 0.0
+    for each, state in zip(side * nu, states, strict=True):
+        ratio = (each**2 - (each - shift) ** 2) / (2 * variance)
+        rise = max(0.0, rise + 0.1 * ratio / (1 + max(0.0, squares - samples) / WINDOW))
+        squares, samples = ((1 - 0.1 / WINDOW) * s for s in (squares, samples))
+        squares, samples = squares + 0.1 * min(25.0, each**2 / variance), samples + 0.1
+        assert state[0 if side > 0 else 1] == pytest.approx(rise, abs=1e-12)
+        assert state[2:] == pytest.approx([squares, samples])
+    assert rise > 1
+
+
+def test_an_alarm_takes_several_samples_and_starts_anew() -> None:
+    alarms, _, states = watched(np.full(12, 5.0), share=1e-2, alarm=7.0, reset_after=5)
+
+    first = int(np.argmax(alarms))
+    assert first >= 5
+    np.testing.assert_array_equal(states[first, :2], 0.0)
+
+
+@pytest.mark.parametrize("limits", [{"alarm": inf}, {"gate": inf}])
+def test_no_alarm_where_none_is_wanted(limits: dict[str, float]) -> None:
+    assert not watched(np.full(200, 5.0), **limits)[0].any()
+
+
+def test_in_stick_nothing_counts() -> None:
+    alarms, _, states = watched(np.full(200, 5.0), slope=0.0)
+
+    assert not alarms.any()
+    np.testing.assert_array_equal(states[:, :2], 0.0)
+
+
+def test_inconsistent_beyond_the_mean_square_that_is_explained() -> None:
+    # Samples of a tenth, of which those long ago are forgotten.
+    few = int(np.ceil(np.log(1 - LEAST_SAMPLES / WINDOW) / np.log(1 - 0.1 / WINDOW)))
+    for size, expected in ((1.05, True), (0.95, False)):
+        _, inconsistent, _ = watched(np.full(200, size * 0.1), slope=0.0, share=0.1, explained=1.0)
+        assert not inconsistent[: few - 1].any()
+        assert inconsistent[few:].all() == expected
+
+
+def turn_until_known(case: Crossing) -> float:
+    """Turn beyond 0.1 rad after a reversal until mu is within 10 % for good [rad]."""
+    made = case.made
+    estimates = run(make(Ekf, mu_floor=0.04), **columns_of(made))
+    assert np.count_nonzero(estimates.status & Status.RESET) == 1
+    steps, since, side = np.diff(made.psi_true, prepend=made.psi_true[0]), 0.0, 0.0
+    off = np.flatnonzero((made.t >= case.when) & (np.abs(estimates.mu / case.after - 1) > 0.1))[-1]
+    turned = 0.0
+    for step, t in zip(steps[: off + 1], made.t, strict=False):
+        since = since + abs(step) if step * side >= 0 else abs(step)
+        side = np.sign(step) or side
+        turned += abs(step) * (since > 0.1 and t >= case.when)
+    return turned
+
+
+@pytest.mark.parametrize(("before", "after"), [(HIGH, LOW), (LOW, HIGH)])
+def test_the_usual_tuning_knows_a_new_ground_soon(before: float, after: float) -> None:
+    assert turn_until_known(crossing(0, 0.2, before, after)) <= 0.2
