@@ -37,9 +37,9 @@ MOST_VARIANCE = 1.0
 """Variance of ln mu that the model's error makes at most [1]."""
 SHRINK = 4.0
 """Model errors that ln s is uncertain by [1]."""
-GAIN_FREE, GAIN_SHARE = (0.5, 1.5), (0.45, 0.4)
-"""Deviations of the stiffness that are k's own, and those that a tolerance reaches; what is beyond each
-counts with its share as an error of the torque's scale, as a standard deviation [1]."""
+GAIN_FREE, GAIN_SHARE = 0.5, 0.5
+"""Deviations of the stiffness that are k's own; what is beyond counts with this share as an error of the
+torque's scale, as a standard deviation [1]."""
 DOUBTED, MOST_DOUBT = 2.0, 10.0
 """Independent samples that the model has not explained before it is doubted, and the most that count."""
 FORGIVING = 10.0
@@ -184,18 +184,14 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
     scale_variance = doubtful * spread / (spread + doubtful)
     if not is_scaled:
         log_scale, scale_variance = 0, scale_variance + log_scale**2
-    gain_error = ca.exp(ca.fabs(verdict["log_gain"])) - 1
-    excess = sum(
-        share * ca.fmax(0, gain_error - free * limits["stiffness_std"])
-        for free, share in zip(GAIN_FREE, GAIN_SHARE, strict=True)
-    )
+    excess = ca.exp(ca.fabs(verdict["log_gain"])) - 1 - GAIN_FREE * limits["stiffness_std"]
     after = own | {
         "acquiring": ca.logic_not(decided),
         # Without a torque there is nothing to give a verdict on.
         "phase": ca.if_else(own["phase"] == 1, 0, inputs["counted"]),
         "scale": ca.if_else(decided, ca.exp(log_scale), 1),
         "scale_std": ca.sqrt(scale_variance),
-        "excess": excess,
+        "excess": GAIN_SHARE * ca.fmax(0, excess),
         "squares": 0,
         "weight": 0,
         "doubt": doubted(own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"]),

@@ -1,7 +1,7 @@
 """The filter in compact C, `templates/estimators/filter.c`.
 
-It is the Function of `observers.estimators.ekf` on a patch whose torque is an input, expanded to scalars,
-with the parameters as numbers.
+It is the Function of `observers.estimators.ekf` on a patch whose torque is an input, expanded to
+scalars, with the parameters as numbers.
 """
 
 import casadi as ca

@@ -1,14 +1,11 @@
 """Factored covariances against the dense formulas, and where those fail."""
 
-from types import SimpleNamespace
-
 import casadi as ca
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from observers import covariance_of
-from observers.embedded.compact_window import window_values
 from observers.estimators.udu import (
     add_variance,
     build_predict_covariance,
@@ -138,8 +135,3 @@ def test_added_variance_is_that_of_the_dense_matrix(n: int, known: int, variance
         assert (np.diagonal(after) >= 0).all()
         assert at > 0 or after[0, 0] == factor[0, 0] + variance
         np.testing.assert_array_equal(after[:, at + 1 :], factor[:, at + 1 :])
-
-
-def test_c_that_adds_to_the_first_variance_asks_for_ln_mu_first() -> None:
-    with pytest.raises(ValueError, match="log_mu must be the first state, got M_0, log_mu"):
-        window_values(SimpleNamespace(states=("M_0", "log_mu")))  # type: ignore[arg-type]
