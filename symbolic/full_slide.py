@@ -18,6 +18,7 @@ import casadi as ca
 
 from symbolic.deformation import full_slide_arm
 from symbolic.effects.base import Effect, Signals, Values
+from symbolic.functions import named_function
 from symbolic.patch import Expression, Patch, PatchInputs
 
 
@@ -67,14 +68,9 @@ def build_full_slide(model: Composition) -> ca.Function:
     declared = F_N * full_slide_arm(inputs.a, inputs.e)
     beside = (torques[1] - torques[0]) / (2 * declared)
     mu_eff = model.patch(theta).effective_friction(inputs) + beside
-    return ca.Function(
-        "full_slide",
-        [memory, F_N, theta, geometry, rate],
-        [mu_eff, mu_eff * declared],
-        ["memory", "F_N", "theta", "geometry", "rate"],
-        ["mu_eff", "M_slide"],
-        {"cse": True},
-    )
+    given = {"memory": memory, "F_N": F_N, "theta": theta, "geometry": geometry, "rate": rate}
+    outputs = {"mu_eff": mu_eff, "M_slide": mu_eff * declared}
+    return named_function("full_slide", given, outputs, cse=True)
 
 
 def _by_effects(

@@ -12,9 +12,10 @@ import casadi as ca
 
 from symbolic.bristles import BristlePatch, BristleTraits
 from symbolic.compliance import SEARCH_STEPS, advance_in_series, deflection_of
-from symbolic.effects.base import Effect, Parameter, Signals, with_scope
+from symbolic.effects.base import Effect, Parameter, Signals, parameter_name, with_scope
 from symbolic.errors import InvalidInputError
 from symbolic.full_slide import build_full_slide
+from symbolic.functions import named_function
 from symbolic.parameters import FRICTION, STIFFNESS
 from symbolic.patch import Expression, Patch, PatchInputs
 from symbolic.zones import ZonePatch
@@ -45,14 +46,14 @@ class Model:
     Attributes:
         effects: the effects, in order.
         corners: capacity of the exact patch, see `ZonePatch`.
-        lengthways: bristles of the discretised patch, see `BristlePatch`.
+        bristles: over the length of the discretised patch, see `BristlePatch.columns`.
         discretised: True asks for bristles even where the exact patch would do.
         search_steps: Newton steps towards the balance with what is in series with the patch.
     """
 
     effects: tuple[Effect, ...] = ()
     corners: int = 32
-    lengthways: int = 80
+    bristles: int = 80
     discretised: bool = False
     search_steps: int = SEARCH_STEPS
 
@@ -76,7 +77,7 @@ class Model:
         Raises:
             InvalidInputError: a parameter is missing, unknown or out of bounds.
         """
-        names = [f"{e.name}.{p.name}" if e else p.name for e, p in self.parameters]
+        names = [parameter_name(effect, parameter) for effect, parameter in self.parameters]
         if unknown := sorted(set(values) - set(names)):
             raise InvalidInputError(
                 f"unknown parameter {unknown[0]!r}; the model has {', '.join(names)}"
@@ -85,18 +86,14 @@ class Model:
         for name, (_, parameter) in zip(names, self.parameters, strict=True):
             if name not in values:
                 raise InvalidInputError(f"parameter {name!r} is missing")
-            if not parameter.lower <= values[name] <= parameter.upper:
-                raise InvalidInputError(
-                    f"parameter {name} must lie in [{parameter.lower}, {parameter.upper}]"
-                    f" {parameter.unit}, got {values[name]}"
-                )
+            parameter.require_within(values[name], f"parameter {name}")
             vector.append(parameter.to_coordinate(values[name]))
         return ca.DM(vector)
 
     @property
     def exact(self) -> bool:
         """Whether the patch is the exact one: no effect breaks the parabola."""
-        return not (self.discretised or any(effect.discrete for effect in self.effects))
+        return not (self.discretised or any(effect.needs_bristles for effect in self.effects))
 
     def patch(self, theta: Expression | None = None) -> Patch:
         """The exact patch, or bristles with the traits that the effects give them.
@@ -109,7 +106,7 @@ class Model:
         traits = BristleTraits()
         for effect, values in self.values(self.symbols()[1] if theta is None else theta):
             traits = effect.traits(traits, values)
-        return BristlePatch(traits=traits, lengthways=self.lengthways)
+        return BristlePatch(traits=traits, columns=self.bristles)
 
     @property
     def memory_size(self) -> int:
@@ -137,12 +134,12 @@ class Model:
         seen are the signals at the patch: another angle, rate or load where an effect sits in a sensor,
         and dt at least `SHORTEST_PERIOD`.
         """
-        return _build_halves(self)[0]
+        return _build_advance(self)
 
     @property
     def torque(self) -> ca.Function:
         """The second half of `step`: (memory_next, seen, theta, geometry) -> M_z."""
-        return _build_halves(self)[1]
+        return _build_torque(self)
 
     @property
     def full_slide(self) -> ca.Function:
@@ -185,6 +182,13 @@ class Model:
         return memory[0], memory[1 : 1 + self.patch().size], own
 
 
+def _symbols(model: Model) -> dict[str, ca.MX]:
+    """Fresh symbols for what a step takes."""
+    signals, theta, geometry = model.symbols()
+    memory = ca.MX.sym("memory", model.memory_size)
+    return {"memory": memory, "signals": signals, "theta": theta, "geometry": geometry}
+
+
 @cache
 def _build_initial(model: Model) -> ca.Function:
     signals, theta, geometry = model.symbols()
@@ -194,55 +198,35 @@ def _build_initial(model: Model) -> ca.Function:
         angle = angle - effect.initial_angle(values)
     memory = [angle, ca.MX(ca.DM(model.patch().initial()))]
     memory += [effect.initial(first) for effect in model.effects if effect.memory]
-    return ca.Function(
-        "initial",
-        [signals, theta, geometry],
-        [ca.vertcat(*memory)],
-        ["signals", "theta", "geometry"],
-        ["memory"],
-    )
+    inputs = {"signals": signals, "theta": theta, "geometry": geometry}
+    return named_function("initial", inputs, {"memory": ca.vertcat(*memory)})
 
 
 @cache
 def _build_step(model: Model) -> ca.Function:
-    signals, theta, geometry = model.symbols()
-    memory = ca.MX.sym("memory", model.memory_size)
-    after, seen, coefficients = _advance(model, memory, signals, theta, geometry)
-    M_z = _torque(model, after, seen, coefficients, theta)
-    return ca.Function(
-        "step",
-        [memory, signals, theta, geometry],
-        [after, M_z],
-        ["memory", "signals", "theta", "geometry"],
-        ["memory_next", "M_z"],
-        {"cse": True},
-    )
+    inputs = _symbols(model)
+    after, seen, coefficients = _advance(model, **inputs)
+    M_z = _torque(model, after, seen, coefficients, inputs["theta"])
+    return named_function("step", inputs, {"memory_next": after, "M_z": M_z}, cse=True)
 
 
 @cache
-def _build_halves(model: Model) -> tuple[ca.Function, ca.Function]:
-    signals, theta, geometry = model.symbols()
-    memory = ca.MX.sym("memory", model.memory_size)
-    after, seen, _ = _advance(model, memory, signals, theta, geometry)
-    advance = ca.Function(
-        "advance",
-        [memory, signals, theta, geometry],
-        [after, ca.vertcat(*(getattr(seen, name) for name in SIGNALS))],
-        ["memory", "signals", "theta", "geometry"],
-        ["memory_next", "seen"],
-        {"cse": True},
-    )
-    seen = _signals(signals)
+def _build_advance(model: Model) -> ca.Function:
+    inputs = _symbols(model)
+    after, at_patch, _ = _advance(model, **inputs)
+    seen = ca.vertcat(*(getattr(at_patch, name) for name in SIGNALS))
+    return named_function("advance", inputs, {"memory_next": after, "seen": seen}, cse=True)
+
+
+@cache
+def _build_torque(model: Model) -> ca.Function:
+    symbols = _symbols(model)
+    memory, theta, geometry = symbols["memory"], symbols["theta"], symbols["geometry"]
+    seen = _signals(symbols["signals"])
     coefficients = model.patch(theta).coefficients(_inputs(seen, ca.MX(1), theta, geometry))
-    torque = ca.Function(
-        "torque",
-        [memory, signals, theta, geometry],
-        [_torque(model, memory, seen, coefficients, theta)],
-        ["memory", "seen", "theta", "geometry"],
-        ["M_z"],
-        {"cse": True},
-    )
-    return advance, torque
+    M_z = _torque(model, memory, seen, coefficients, theta)
+    inputs = {"memory": memory, "seen": symbols["signals"], "theta": theta, "geometry": geometry}
+    return named_function("torque", inputs, {"M_z": M_z}, cse=True)
 
 
 def _signals(vector: Expression) -> Signals:

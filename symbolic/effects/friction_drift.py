@@ -35,11 +35,9 @@ class FrictionDrift(Effect):
         self, signals: Signals, memory: Expression, values: Values
     ) -> tuple[Signals, Expression]:
         """Add up the travel."""
-        del values
         travel = memory[1] + ca.fabs(signals.psi - memory[0])
         return signals, ca.vertcat(signals.psi, travel)
 
     def friction(self, signals: Signals, memory: Expression, values: Values) -> Expression:
         """Factor on the friction limit [1]."""
-        del signals
         return 1 + values["gain"] * (1 - ca.exp(-memory[1] / values["scale"]))

@@ -46,7 +46,6 @@ class ParallelStops(Effect):
         ResidualSignature("the angle", rank=2),
         ResidualSignature("the rate of the torque", rank=3),
     )
-    discrete: bool = True
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
         """Replace the parabola by the limits of the stops, over the pressure of one unit of load."""

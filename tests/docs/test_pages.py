@@ -59,7 +59,7 @@ def test_the_effects_of_the_page_work() -> None:
     names: dict[str, Any] = {}
     exec(BLOCK.findall(page)[0][1], names)
     for effect in names["EFFECTS"]:
-        model = Model(effects=(effect,), lengthways=8)
+        model = Model(effects=(effect,), bristles=8)
         values = {f"{effect.name}.{p.name}": p.start for p in effect.parameters}
         psi = 0.2 * np.sin(0.1 * np.arange(200))
         signals = np.stack([psi, np.gradient(psi, 0.01), np.full(200, 400.0), np.full(200, 0.01)])

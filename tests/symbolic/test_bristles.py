@@ -18,7 +18,7 @@ TYRE = Tyre()
 
 def last_torque(traits: BristleTraits, *turns: float, speed: float = 0.1, tyre: Tyre = TYRE) -> float:
     """M_z after turns of a patch of 400 bristles, one a sample of 10 ms."""
-    patch = BristlePatch(traits=traits, lengthways=400, rows=12)
+    patch = BristlePatch(traits=traits, columns=400, rows=12)
     inputs = PatchInputs(
         speed=speed, dt=0.01, F_N=LOAD, factor=1.0, mu=tyre.mu, k=tyre.k, a=tyre.a, e=tyre.e
     )
@@ -45,12 +45,12 @@ def test_eighty_bristles_follow_the_zones() -> None:
     assert max(errors) <= 1.5e-3
 
 
-@pytest.mark.parametrize(("lengthways", "allowed"), [(40, 5e-3), (200, 4e-4)])
-def test_error_falls_with_the_bristles(lengthways: int, allowed: float) -> None:
+@pytest.mark.parametrize(("columns", "allowed"), [(40, 5e-3), (200, 4e-4)])
+def test_error_falls_with_the_bristles(columns: int, allowed: float) -> None:
     path = random_path(9)
     (reference,) = grid_torque(path)
 
-    assert worst(run(Model(discretised=True, lengthways=lengthways), path).M_z, reference) <= allowed
+    assert worst(run(Model(discretised=True, bristles=columns), path).M_z, reference) <= allowed
 
 
 def test_neutral_traits_change_nothing() -> None:
@@ -150,9 +150,9 @@ def test_memory_and_drive_have_their_declared_sizes() -> None:
         assert ca.MX(patch.coefficients(inputs)).shape == (patch.coefficient_size, 1)
 
 
-@pytest.mark.parametrize("counts", [{"lengthways": 3}, {"rows": 0}])
+@pytest.mark.parametrize("counts", [{"columns": 3}, {"rows": 0}])
 def test_too_few_bristles_are_refused(counts: dict[str, int]) -> None:
-    with pytest.raises(InvalidInputError, match="needs lengthways >= 4 and rows >= 1"):
+    with pytest.raises(InvalidInputError, match="needs columns >= 4 and rows >= 1"):
         BristlePatch(traits=BristleTraits(), **counts)
 
 

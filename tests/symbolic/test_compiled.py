@@ -54,14 +54,14 @@ def libraries(folder: Path) -> list[Path]:
     ("model", "own"),
     [
         (Model(corners=8), ()),
-        (Model(discretised=True, lengthways=20), ()),
-        (Model(effects=(EFFECTS["viscoelastic_relaxation"],), lengthways=20), (0.5, 0.6)),
+        (Model(discretised=True, bristles=20), ()),
+        (Model(effects=(EFFECTS["viscoelastic_relaxation"],), bristles=20), (0.5, 0.6)),
         (
-            Model(effects=effects_named(["frictional_creep", "carcass_torsion"]), lengthways=20),
+            Model(effects=effects_named(["frictional_creep", "carcass_torsion"]), bristles=20),
             (0.15, 1 / 350),
         ),
         pytest.param(
-            Model(effects=effects_named(OTHERS), lengthways=8), OTHER_VALUES, marks=pytest.mark.long
+            Model(effects=effects_named(OTHERS), bristles=8), OTHER_VALUES, marks=pytest.mark.long
         ),
     ],
     ids=["zones", "bristles", "relaxing bristles", "creep behind a carcass", "every other effect"],

@@ -101,7 +101,7 @@ def declared_torque(effect: Effect) -> Array:
     wide = patch.traits.half_width is not None
     columns = patch.bristles // (patch.rows if wide else 1)
     added = (Room(),) if patch.traits.growth else ()
-    return torque_of(Model(effects=added, discretised=True, lengthways=columns), {})
+    return torque_of(Model(effects=added, discretised=True, bristles=columns), {})
 
 
 def rig_torque(planted: Mapping[str, Mapping[str, float]]) -> Array:
@@ -158,7 +158,7 @@ def test_effect_is_the_one_of_the_rig(effect: Effect) -> None:
     # The exact patch meets the rig to the rig's own grid. Between samples the rig interpolates the late
     # torque, the effect the angle that makes it. The rig's flanks are hard, those of the effect rounded.
     apart = {"sensor_delay": 1e-3, "backlash": 5e-3}
-    assert error <= (3e-3 if effect.discrete else apart.get(effect.name, 1e-5))
+    assert error <= (3e-3 if effect.needs_bristles else apart.get(effect.name, 1e-5))
     assert seen > 10 * error, "the path shows what the effect does"
 
 

@@ -158,7 +158,9 @@ def test_effects_are_found_by_name() -> None:
 
 
 def test_parameter_refuses_a_start_outside_its_bounds() -> None:
-    with pytest.raises(InvalidInputError, match=r"parameter c: start must lie in \[0.0, 1.0\], got 2.0"):
+    with pytest.raises(
+        InvalidInputError, match=r"parameter c: start must lie in \[0.0, 1.0\] 1, got 2.0"
+    ):
         Parameter(name="c", unit="1", neutral=0.0, start=2.0, lower=0.0, upper=1.0, scale=1.0)
 
 

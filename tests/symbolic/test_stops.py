@@ -25,10 +25,10 @@ SHAPES = pytest.mark.parametrize(
 Shape = tuple[float, float, float]
 
 
-def torque(psi: Array, shape: Shape, lengthways: int = 80) -> Array:
+def torque(psi: Array, shape: Shape, bristles: int = 80) -> Array:
     """M_z of the model against the turn, positive as the turn."""
     path = Path(psi=psi, F_N=np.full(len(psi), LOAD), tyre=TYRE)
-    model = Model(effects=effects_named(["stops"]), lengthways=lengthways)
+    model = Model(effects=effects_named(["stops"]), bristles=bristles)
     early, late, plateau = shape
     values = {"stops__early": early, "stops__late": late, "stops__plateau": plateau}
     return -run(model, path, **values).M_z
@@ -53,10 +53,10 @@ def sum_of_stops(psi: Array, limits: Array) -> Array:
     return np.array(total)
 
 
-def loss_of_cycle(amplitude: float, shape: Shape, lengthways: int) -> float:
+def loss_of_cycle(amplitude: float, shape: Shape, bristles: int) -> float:
     """Work of one closed cycle between -amplitude and amplitude [J]."""
     psi = amplitude * straight(0.0, 1.0, -1.0, 1.0, steps=400)
-    M = torque(psi, shape, lengthways)[400:]
+    M = torque(psi, shape, bristles)[400:]
     return float(np.trapezoid(M, psi[400:]))
 
 

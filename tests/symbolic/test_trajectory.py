@@ -239,7 +239,7 @@ def test_wrong_shapes_are_refused(field: str, shape: tuple[int, ...]) -> None:
 
 @pytest.mark.parametrize("name", [None, "pretwist", "contact_length", "carcass_torsion", "sensor_delay"])
 def test_derivatives_by_the_rig(name: str | None) -> None:
-    model = Model(effects=() if name is None else (EFFECTS[name],), corners=8, lengthways=20)
+    model = Model(effects=() if name is None else (EFFECTS[name],), corners=8, bristles=20)
     values = {} if name is None else {f"{name}.{n}": v for n, v in VALUES[name].items()}
     theta = theta_of(model, values)
     samples, p = kinked_signals(), theta.size

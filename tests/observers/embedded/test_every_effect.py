@@ -50,7 +50,7 @@ pytestmark = [
 @pytest.mark.parametrize("effect", MARKED)
 def test_every_effect(effect: Effect, bristles: int, recording: RigRecording, tmp_path: Path) -> None:
     compliant = deflection_of(Model(effects=(effect,))) is not None
-    model = Model(effects=(effect,), lengthways=bristles, discretised=compliant)
+    model = Model(effects=(effect,), bristles=bristles, discretised=compliant)
     values = {parameter_name(e, p): p.start for e, p in model.parameters if e is not None}
     observer = observer_of(Ekf, {"model": model, "values": {"k": K, **values}}, AligningTorque())
     samples = samples_of(columns_of(recording))[:SAMPLES]
@@ -93,7 +93,7 @@ def test_a_window_on_an_exact_patch(name: str, recording: RigRecording, tmp_path
 def test_an_effect_with_one_number_in_memory(
     beside: tuple[str, ...], recording: RigRecording, tmp_path: Path
 ) -> None:
-    model = Model(effects=(Warmth(), *(KNOWN[name] for name in beside)), lengthways=8)
+    model = Model(effects=(Warmth(), *(KNOWN[name] for name in beside)), bristles=8)
     values = {"k": K, "warmth.loss": 0.3, **{f"{name}.c": 0.04 for name in beside}}
     observer = observer_of(Ekf, {"model": model, "values": values}, AligningTorque())
     samples = samples_of(columns_of(recording))[:SAMPLES]
