@@ -18,6 +18,7 @@ from symbolic.effects.base import (
     Scope,
     Signals,
     Values,
+    parameter_name,
     with_limit,
     with_shape,
 )
@@ -36,12 +37,7 @@ from symbolic.motion import TorqueProfile, WheelMotion, simulate_motion
 from symbolic.parameters import RIG_RANGES, TOLERATED, Rig, Tolerances, Tyre
 from symbolic.patch import Expression
 from symbolic.rig_tables import rig_from_tables
-from symbolic.serialisation import (
-    FoundModel,
-    model_from_tables,
-    parameter_name,
-    units_of,
-)
+from symbolic.serialisation import FoundModel, model_from_tables, units_of
 from symbolic.trajectory import RIG_DIRECTIONS, TorqueTrajectory, sensitivity_step, simulate
 
 __all__ = [

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from symbolic.effects.base import Effect, Parameter
+from symbolic.effects.base import Effect, parameter_name
 from symbolic.effects.library import effects_named
 from symbolic.errors import InvalidInputError
 from symbolic.ground import mean_over_grounds
@@ -90,11 +90,6 @@ class FoundModel:
         return neutral | {name: value for name, value in values.items() if name != "mu"}
 
 
-def parameter_name(effect: Effect | None, parameter: Parameter) -> str:
-    """The name of a parameter in files: `mu`, `k`, or `effect.parameter`."""
-    return f"{effect.name}.{parameter.name}" if effect else parameter.name
-
-
 def units_of(model: Model) -> dict[str, str]:
     """The unit of every parameter of a model, by name."""
     return {parameter_name(effect, parameter): parameter.unit for effect, parameter in model.parameters}
@@ -120,55 +115,28 @@ def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> Found
             f"not a model file of version {MODEL_VERSION}, the model.json that diagnose writes"
         )
     model = Model(effects=_effects_from_tables(document, effects))
+    parameters = {parameter_name(effect, parameter): parameter for effect, parameter in model.parameters}
     _check_units(document.get("units", {}), units_of(model))
     key = "shared" if "shared" in document and "tyre" not in document else "tyre"
     tyre = _numbers(key, document.get(key))
     grounds, own, rig = (_tables(document, name) for name in ("grounds", "recordings", "rig"))
-    allowed = {parameter_name(effect, parameter): parameter for effect, parameter in model.parameters}
     for place, table in {key: tyre, **grounds, **own}.items():
-        _check_range(place, table, allowed)
+        _check_names(place, table, parameters, "the model has")
+        for name, value in table.items():
+            parameters[name].require_within(value, f"{place}.{name}")
     for place, table in rig.items():
-        if unknown := sorted(set(table) - set(TOLERATED)):
-            allowed_names = ", ".join(TOLERATED)
-            raise InvalidInputError(f"{place} holds an unknown {unknown[0]!r}; allowed: {allowed_names}")
+        _check_names(place, table, TOLERATED, "allowed:")
     scopes = {"tyre": {key: tyre}, "ground": grounds or {"grounds": {}}, "recording": {}}
-    for name, parameter in allowed.items():
+    for name, parameter in parameters.items():
         for place, table in scopes[parameter.scope].items():
             if name not in table:
                 raise InvalidInputError(f"{place!r} lacks {name} [{parameter.unit}]")
-    return FoundModel(
-        model=model,
-        tyre=tyre,
-        own=_without_prefix(own),
-        grounds=_without_prefix(grounds),
-        rig=_without_prefix(rig),
-        error=_model_error(document),
+    grounds, own, rig = (
+        {place.split(".", 1)[1]: table for place, table in tables.items()}
+        for tables in (grounds, own, rig)
     )
-
-
-def _tables(document: Mapping[str, Any], name: str) -> dict[str, dict[str, float]]:
-    """The tables of a section, each under the name of the section and its own."""
-    tables = document.get(name, {})
-    if not isinstance(tables, dict):
-        owner = "ground" if name == "grounds" else "recording"
-        raise InvalidInputError(f"{name!r} must hold one table per {owner}")
-    return {f"{name}.{each}": _numbers(f"{name}.{each}", table) for each, table in tables.items()}
-
-
-def _without_prefix(tables: Mapping[str, dict[str, float]]) -> dict[str, dict[str, float]]:
-    return {place.split(".", 1)[1]: table for place, table in tables.items()}
-
-
-def _model_error(document: Mapping[str, Any]) -> ModelError | None:
-    if document.get("model_error") is None:
-        return None
-    values = _numbers("model_error", document["model_error"])
-    if not {"correlation_time", "spread"} <= set(values) <= {"correlation_time", "spread", "relative"}:
-        raise InvalidInputError(
-            "'model_error' must hold spread and correlation_time, and may hold relative, nothing else"
-        )
-    with naming("model_error"):
-        return ModelError(**values)
+    error = _model_error(document)
+    return FoundModel(model=model, tyre=tyre, own=own, grounds=grounds, rig=rig, error=error)
 
 
 def _effects_from_tables(document: Mapping[str, Any], own: Iterable[Effect]) -> tuple[Effect, ...]:
@@ -181,35 +149,46 @@ def _effects_from_tables(document: Mapping[str, Any], own: Iterable[Effect]) -> 
 def _check_units(table: object, units: Mapping[str, str]) -> None:
     if not isinstance(table, dict):
         raise InvalidInputError("'units' must be a table of units, by parameter")
+    _check_names("units", table, units, "the model has")
     for name, unit in table.items():
-        if name not in units:
-            raise InvalidInputError(
-                f"units holds an unknown {excerpt(name)}; the model has {', '.join(units)}"
-            )
         if unit != units[name]:
             raise InvalidInputError(
                 f"{name} has the unit {shown(unit)}, expected {units[name]!r}; convert the value"
             )
 
 
-def _check_range(place: str, table: Mapping[str, float], allowed: Mapping[str, Parameter]) -> None:
-    for name, value in table.items():
-        if name not in allowed:
+def _check_names(place: str, names: Iterable[str], allowed: Iterable[str], these_are: str) -> None:
+    """Check that these names are allowed; the message goes on with those that are."""
+    known = list(allowed)
+    for name in names:
+        if name not in known:
             raise InvalidInputError(
-                f"{place} holds an unknown {excerpt(name)}; the model has {', '.join(allowed)}"
+                f"{place} holds an unknown {excerpt(name)}; {these_are} {', '.join(known)}"
             )
-        parameter = allowed[name]
-        if not parameter.lower <= value <= parameter.upper:
-            raise InvalidInputError(
-                f"{place}.{name} must lie in [{parameter.lower}, {parameter.upper}]"
-                f" {parameter.unit}, got {value}"
-            )
+
+
+def _tables(document: Mapping[str, Any], name: str) -> dict[str, dict[str, float]]:
+    """The tables of a section, each under the name of the section and its own."""
+    tables = document.get(name, {})
+    if not isinstance(tables, dict):
+        owner = "ground" if name == "grounds" else "recording"
+        raise InvalidInputError(f"{name!r} must hold one table per {owner}")
+    return {f"{name}.{each}": _numbers(f"{name}.{each}", table) for each, table in tables.items()}
 
 
 def _numbers(place: str, table: object) -> dict[str, float]:
     if not isinstance(table, dict):
         raise InvalidInputError(f"{place!r} must be a table of numbers")
-    for name, value in table.items():
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise InvalidInputError(f"{place}.{name} must be a number, got {shown(value)}")
     return floats(place, table)
+
+
+def _model_error(document: Mapping[str, Any]) -> ModelError | None:
+    if document.get("model_error") is None:
+        return None
+    values = _numbers("model_error", document["model_error"])
+    if not {"correlation_time", "spread"} <= set(values) <= {"correlation_time", "spread", "relative"}:
+        raise InvalidInputError(
+            "'model_error' must hold spread and correlation_time, and may hold relative, nothing else"
+        )
+    with naming("model_error"):
+        return ModelError(**values)
