@@ -17,9 +17,9 @@ from typing import Protocol
 import casadi as ca
 
 from symbolic.deformation import full_slide_arm
-from symbolic.effects.base import Effect, Signals, Values
+from symbolic.effects.base import Effect, Values
 from symbolic.functions import named_function
-from symbolic.patch import Expression, Patch, PatchInputs
+from symbolic.patch import Expression, Patch, Signals, patch_inputs
 
 
 class Composition(Hashable, Protocol):
@@ -61,10 +61,7 @@ def build_full_slide(model: Composition) -> ca.Function:
     sides = (forth, replace(forth, psi_dot=-rate))
     factors, torques = zip(*(_by_effects(effects, own, side) for side in sides), strict=True)
     # The patch itself slides alike to both sides, and in proportion to the factor on its limit.
-    inputs = PatchInputs(
-        speed=rate, dt=forth.dt, F_N=F_N, factor=_mean(factors),
-        mu=theta[0], k=theta[1], a=geometry[0], e=geometry[1],
-    )  # fmt: skip
+    inputs = patch_inputs(forth, _mean(factors), theta, geometry)
     declared = F_N * full_slide_arm(inputs.a, inputs.e)
     beside = (torques[1] - torques[0]) / (2 * declared)
     mu_eff = model.patch(theta).effective_friction(inputs) + beside

@@ -12,12 +12,12 @@ import casadi as ca
 
 from symbolic.bristles import BristlePatch, BristleTraits
 from symbolic.compliance import SEARCH_STEPS, advance_in_series, deflection_of
-from symbolic.effects.base import Effect, Parameter, Signals, parameter_name, with_scope
+from symbolic.effects.base import Effect, Parameter, parameter_name, with_scope
 from symbolic.errors import InvalidInputError
 from symbolic.full_slide import build_full_slide
 from symbolic.functions import named_function
 from symbolic.parameters import FRICTION, STIFFNESS
-from symbolic.patch import Expression, Patch, PatchInputs
+from symbolic.patch import Expression, Patch, Signals, patch_inputs
 from symbolic.zones import ZonePatch
 
 SIGNALS = ("psi", "psi_dot", "F_N", "dt")
@@ -174,12 +174,16 @@ class Model:
 
     def split(self, memory: Expression) -> tuple[Expression, Expression, list[Expression]]:
         """Patch angle, patch memory, and each effect's own memory."""
-        at = 1 + self.patch().size
-        own = []
+        own = 1 + self.patch().size
+        return memory[0], memory[1:own], self.split_own(memory, own)
+
+    def split_own(self, memory: Expression, at: int = 0) -> list[Expression]:
+        """Each effect's own memory, the first one's from an index on."""
+        parts = []
         for effect in self.effects:
-            own.append(memory[at : at + effect.memory])
+            parts.append(memory[at : at + effect.memory])
             at += effect.memory
-        return memory[0], memory[1 : 1 + self.patch().size], own
+        return parts
 
 
 def _symbols(model: Model) -> dict[str, ca.MX]:
@@ -223,7 +227,7 @@ def _build_torque(model: Model) -> ca.Function:
     symbols = _symbols(model)
     memory, theta, geometry = symbols["memory"], symbols["theta"], symbols["geometry"]
     seen = _signals(symbols["signals"])
-    coefficients = model.patch(theta).coefficients(_inputs(seen, ca.MX(1), theta, geometry))
+    coefficients = model.patch(theta).coefficients(patch_inputs(seen, ca.MX(1), theta, geometry))
     M_z = _torque(model, memory, seen, coefficients, theta)
     inputs = {"memory": memory, "seen": symbols["signals"], "theta": theta, "geometry": geometry}
     return named_function("torque", inputs, {"M_z": M_z}, cse=True)
@@ -234,13 +238,6 @@ def _signals(vector: Expression) -> Signals:
     return replace(signals, dt=ca.fmax(signals.dt, SHORTEST_PERIOD))
 
 
-def _inputs(seen: Signals, factor: Expression, theta: Expression, geometry: Expression) -> PatchInputs:
-    return PatchInputs(
-        speed=seen.psi_dot, dt=seen.dt, F_N=seen.F_N, factor=factor,
-        mu=theta[0], k=theta[1], a=geometry[0], e=geometry[1],
-    )  # fmt: skip
-
-
 def _advance(
     model: Model, memory: ca.MX, signals: ca.MX, theta: ca.MX, geometry: ca.MX
 ) -> tuple[ca.MX, Signals, Expression]:
@@ -248,7 +245,7 @@ def _advance(
     angle, before, own = model.split(memory)
     seen, memories, factor = at_the_patch(model, own, signals, theta)
     patch, turn = model.patch(theta), seen.psi - angle
-    coefficients = patch.coefficients(_inputs(seen, factor, theta, geometry))
+    coefficients = patch.coefficients(patch_inputs(seen, factor, theta, geometry))
     elements = ca.vertcat(seen.F_N, theta)
     turn, after = advance_in_series(
         patch, before, turn, coefficients, deflection_of(model), elements, model.search_steps
@@ -276,7 +273,11 @@ def _torque(
 ) -> Expression:
     """M_z of the memory after a sample [N m]."""
     _, patch, _ = model.split(memory)
-    M_z = model.patch(theta).torque(patch, coefficients)
+    return add_torques(model.patch(theta).torque(patch, coefficients), model, seen, theta)
+
+
+def add_torques(M_z: Expression, model: Model, seen: Signals, theta: Expression) -> Expression:
+    """The torque with those of the effects beside the patch [N m]."""
     for effect, values in model.values(theta):
         M_z = M_z + effect.torque(seen, values)
     return M_z

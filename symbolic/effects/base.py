@@ -8,7 +8,10 @@ from typing import Any, Literal
 from symbolic.bristles import BristleTraits
 from symbolic.errors import InvalidInputError
 
-Expression = Any
+# Whatever a hook speaks of comes from here.
+from symbolic.patch import Expression as Expression
+from symbolic.patch import Signals as Signals
+
 Scope = Literal["tyre", "ground", "recording"]
 
 
@@ -88,23 +91,6 @@ class ResidualSignature:
     signal: str
     sign: Literal[-1, 0, 1] = 0
     rank: int = 0
-
-
-@dataclass(frozen=True, kw_only=True)
-class Signals:
-    """Signals of one sample at the patch, after effects on the sensors; CasADi expressions.
-
-    Attributes:
-        psi: yaw angle [rad].
-        psi_dot: yaw rate [rad/s].
-        F_N: vertical load [N].
-        dt: time since the last sample, greater than 0: `Model` sees to that [s].
-    """
-
-    psi: Expression
-    psi_dot: Expression
-    F_N: Expression
-    dt: Expression
 
 
 Values = Mapping[str, Expression]
