@@ -13,7 +13,7 @@ from reference_rig.path import SAMPLE_RATE, SUBSTEPS, Hand, hand_path
 from reference_rig.sensors import ENCODER_STEP, LOAD_NOISE, quantise
 from reference_rig.unmodelled import UNMODELLED_EFFECTS
 
-RIG_EFFECTS: dict[str, type[PlantedEffect]] = LIBRARY_EFFECTS | UNMODELLED_EFFECTS
+RIG_EFFECTS = LIBRARY_EFFECTS | UNMODELLED_EFFECTS
 """Everything that can be planted, by name."""
 EffectValues = Mapping[str, Mapping[str, float]]
 """Name of the effect -> its parameters."""
