@@ -84,8 +84,9 @@ def test_own_reader(tmp_path: Path) -> None:
     assert found["run"] == pytest.approx(found["holdout_c"], abs=1e-6)
 
 
-def test_estimate_in_a_loop(tmp_path: Path) -> None:
-    *track, end = printed_by("estimate_in_a_loop.py", tmp_path).splitlines()
+@pytest.mark.parametrize("kind", [None, pytest.param("mhe", marks=pytest.mark.long)])
+def test_estimate_in_a_loop(kind: str | None, tmp_path: Path) -> None:
+    *track, end = printed_by("estimate_in_a_loop.py", tmp_path, *filter(None, [kind])).splitlines()
     matched = re.fullmatch(rf"friction at the end: mu = {NUMBER} ± {NUMBER}", end)
 
     assert matched, end
@@ -200,37 +201,6 @@ def test_free_decay(tmp_path: Path) -> None:
     assert min(b_t_sticking, b_t_source) > 4
     assert float(mu) == pytest.approx(1.674, rel=0.03)
     assert (tmp_path / "decay.png").read_bytes().startswith(b"\x89PNG")
-
-
-def ends(text: str) -> list[tuple[float, float]]:
-    """Friction at the end of every recording, and its standard deviation."""
-    found = re.findall(
-        rf"^at the end: mu = {NUMBER} ± {NUMBER}, \d+ µs per sample$", text, flags=re.MULTILINE
-    )
-    return [(float(mu), float(spread)) for mu, spread in found]
-
-
-@pytest.mark.long
-def test_moving_horizon(tmp_path: Path) -> None:
-    text = printed_by("moving_horizon.py", tmp_path)
-    ((mu, spread),) = ends(text)
-
-    assert abs(mu - truth_of("holdout_c")) < 3 * spread
-    assert spread < 0.12
-    assert text.count("not usable") == 2
-
-
-@pytest.mark.long
-@pytest.mark.measured
-def test_moving_horizon_measured(tmp_path: Path, measured_dir: Path) -> None:
-    text = printed_by("moving_horizon.py", tmp_path, data=measured_dir)
-    named = printed_by("moving_horizon.py", tmp_path, str(measured_dir / "fem4_ident.mat"))
-    _, (mu, spread) = ends(text)
-
-    assert "fem4_ident, 2201 samples" in text
-    assert ends(named) == [(mu, spread)]
-    assert 1.2 < mu < 2.0
-    assert spread < 0.15
 
 
 @pytest.mark.long
