@@ -75,6 +75,11 @@ def theta_of(model: Model, values: Mapping[str, float], tyre: Any = TYRE) -> Arr
     return np.asarray(model.theta({"mu": tyre.mu, "k": tyre.k} | dict(values))).ravel()
 
 
+def flat(planted: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
+    """Values of effects by `effect.parameter`."""
+    return {f"{name}.{p}": value for name, values in planted.items() for p, value in values.items()}
+
+
 def grid_torque(*paths: Path, bristles: int = 5000, turned: float = 0.0) -> Array:
     """M_z of a uniform grid of elastoplastic stops (midpoint rule), shape (paths, n).
 

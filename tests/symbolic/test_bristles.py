@@ -9,11 +9,19 @@ import pytest
 from symbolic import BristleTraits, Expression, InvalidInputError, Model, Relaxation
 from symbolic.bristles import SPAN, BristlePatch
 from symbolic.patch import PatchInputs
-from tests.symbolic.oracles import Array, Path, Tyre, grid_torque, random_path, run, worst
+from tests.symbolic.oracles import (
+    LOAD,
+    TYRE,
+    Array,
+    Tyre,
+    constant,
+    grid_torque,
+    random_path,
+    run,
+    worst,
+)
 
 pytestmark = pytest.mark.usefixtures("interpreted")
-LOAD = 400.0
-TYRE = Tyre()
 
 
 def last_torque(traits: BristleTraits, *turns: float, speed: float = 0.1, tyre: Tyre = TYRE) -> float:
@@ -166,7 +174,7 @@ def test_rows_fill_the_width_and_a_line_has_none() -> None:
 
 def test_patch_at_rest_keeps_its_torque() -> None:
     psi = np.concatenate([np.linspace(0, 0.2, 30), np.full(30, 0.2)])
-    path = Path(psi=psi, F_N=np.full(60, LOAD), tyre=replace(TYRE, e=0.0))
+    path = constant(psi, replace(TYRE, e=0.0))
 
     M_z = run(Model(discretised=True), path).M_z
 

@@ -23,7 +23,7 @@ from symbolic import (
     simulate,
 )
 from symbolic.bristles import BristlePatch
-from tests.symbolic.oracles import Array, worst
+from tests.symbolic.oracles import Array, flat, theta_of, worst
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -73,8 +73,7 @@ def samples() -> Array:
 def simulated(
     model: Model, planted: Mapping[str, Mapping[str, float]], signals: Array
 ) -> TorqueTrajectory:
-    values = {f"{name}.{p}": v for name, parameters in planted.items() for p, v in parameters.items()}
-    theta = np.asarray(model.theta({"mu": TYRE.mu, "k": TYRE.k} | values)).ravel()
+    theta = theta_of(model, flat(planted), TYRE)
     # Derivatives are made where nobody looks at them, too: these Functions are the ones that fits run.
     return simulate(model, signals, theta, GEOMETRY, np.eye(len(theta)))
 

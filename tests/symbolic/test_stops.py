@@ -9,11 +9,10 @@ import pytest
 from symbolic import CANDIDATES, EFFECTS, InvalidInputError, Model, effects_in, effects_named
 from symbolic.effects import stops
 from symbolic.effects.library import KNOWN
-from tests.symbolic.oracles import Array, Path, Tyre, run, straight, worst
+from tests.symbolic.oracles import LOAD, Array, Tyre, constant, run, straight, worst
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 TYRE = Tyre(e=0.0)
-LOAD = 400.0
 STIFFNESS = 2 / 3 * TYRE.k * TYRE.a**3
 LIMIT = 3 / 8 * TYRE.mu * LOAD * TYRE.a
 GO = LIMIT / STIFFNESS
@@ -27,7 +26,7 @@ Shape = tuple[float, float, float]
 
 def torque(psi: Array, shape: Shape, bristles: int = 80) -> Array:
     """M_z of the model against the turn, positive as the turn."""
-    path = Path(psi=psi, F_N=np.full(len(psi), LOAD), tyre=TYRE)
+    path = constant(psi, TYRE)
     model = Model(effects=effects_named(["stops"]), bristles=bristles)
     early, late, plateau = shape
     values = {"stops__early": early, "stops__late": late, "stops__plateau": plateau}
@@ -82,7 +81,7 @@ def test_branch_is_the_virgin_curve_at_twice_its_size(shape: Shape) -> None:
 
 def test_the_parabola_is_one_of_them() -> None:
     psi = GO * straight(0.0, 1.3, 0.2, 0.9, -2.0, steps=25)
-    declared = run(Model(discretised=True), Path(psi=psi, F_N=np.full(len(psi), LOAD), tyre=TYRE))
+    declared = run(Model(discretised=True), constant(psi, TYRE))
 
     np.testing.assert_allclose(torque(psi, (1, 1, 2)), -declared.M_z, rtol=0, atol=1e-9 * LIMIT)
 

@@ -1,6 +1,5 @@
 """Whole recordings: the published files, and derivatives against finite differences at every kink."""
 
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path as FilePath
 
@@ -10,13 +9,24 @@ import pytest
 
 from reference_rig import hand_path
 from symbolic import EFFECTS, InvalidInputError, Model, sensitivity_step, simulate
-from tests.symbolic.oracles import Array, Path, Tyre, random_path, run, signals, straight
+from tests.symbolic.oracles import (
+    GEOMETRY,
+    GO,
+    LOAD,
+    TYRE,
+    Array,
+    Path,
+    Tyre,
+    constant,
+    flat,
+    random_path,
+    run,
+    signals,
+    straight,
+    theta_of,
+)
 from tests.symbolic.test_effects import VALUES
 
-LOAD = 400.0
-TYRE = Tyre()
-GEOMETRY = np.array([TYRE.a, TYRE.e])
-GO = TYRE.slope(LOAD) * TYRE.a
 pytestmark = pytest.mark.usefixtures("interpreted")
 # Turning points, closings that meet them to the bit, rests, and a load that drops by half and returns.
 CORNERS = GO * np.array([0.0, 3.0, -2.0, 1.0, 1.0, -0.5, 1.0, 1.5, -2.0, -3.0, 4.0, 3.9, 4.0])
@@ -33,10 +43,6 @@ def kinked_signals() -> Array:
     samples = signals(psi, LOAD)
     samples[2, 70:120] *= 0.5
     return samples
-
-
-def theta_of(model: Model, values: Mapping[str, float]) -> Array:
-    return np.asarray(model.theta({"mu": TYRE.mu, "k": TYRE.k} | dict(values))).ravel()
 
 
 def central_difference(model: Model, samples: Array, theta: Array, j: int, share: float = 1e-6) -> Array:
@@ -74,7 +80,7 @@ def test_published_simulations_are_met_one_sample_late(mu: float, simulation_dir
 @EACH
 def test_derivatives_are_finite_differences_at_every_kink(name: str) -> None:
     model, samples = Model(effects=(EFFECTS[name],)), kinked_signals()
-    theta = theta_of(model, {f"{name}.{p}": value for p, value in VALUES[name].items()})
+    theta = theta_of(model, flat({name: VALUES[name]}))
 
     exact = simulate(model, samples, theta, GEOMETRY, np.eye(len(theta))).sensitivities
 
@@ -162,7 +168,7 @@ def test_derivative_in_mu_is_eulers_identity(model: Model) -> None:
 
 
 def test_sticking_patch_tells_nothing_of_friction() -> None:
-    path = Path(psi=1e-6 * GO * straight(0.0, 1.0, -1.0), F_N=np.full(81, LOAD), tyre=TYRE)
+    path = constant(1e-6 * GO * straight(0.0, 1.0, -1.0))
 
     torque = run(Model(), path, directions=np.eye(2))
 
@@ -170,7 +176,7 @@ def test_sticking_patch_tells_nothing_of_friction() -> None:
 
 
 def test_sliding_patch_tells_all_of_friction() -> None:
-    path = Path(psi=1e5 * GO * straight(0.0, 1.0), F_N=np.full(41, LOAD), tyre=replace(TYRE, e=0.0))
+    path = constant(1e5 * GO * straight(0.0, 1.0), replace(TYRE, e=0.0))
 
     torque = run(Model(), path, directions=np.eye(2))
 
@@ -240,7 +246,7 @@ def test_wrong_shapes_are_refused(field: str, shape: tuple[int, ...]) -> None:
 @pytest.mark.parametrize("name", [None, "pretwist", "contact_length", "carcass_torsion", "sensor_delay"])
 def test_derivatives_by_the_rig(name: str | None) -> None:
     model = Model(effects=() if name is None else (EFFECTS[name],), corners=8, bristles=20)
-    values = {} if name is None else {f"{name}.{n}": v for n, v in VALUES[name].items()}
+    values = {} if name is None else flat({name: VALUES[name]})
     theta = theta_of(model, values)
     samples, p = kinked_signals(), theta.size
     found = simulate(model, samples, theta, GEOMETRY, np.eye(p + 3)[:, [0, p, p + 1, p + 2]])

@@ -11,9 +11,14 @@ from hypothesis import strategies as st
 from symbolic import EFFECTS, InvalidInputError, Model
 from symbolic.zones import NEAR, ZonePatch, clip_polyline, thin_out
 from tests.symbolic.oracles import (
+    GEOMETRY,
+    GO,
+    LOAD,
+    TYRE,
     Array,
     Path,
     Tyre,
+    constant,
     grid_torque,
     masing_torque,
     nested_corners,
@@ -27,10 +32,6 @@ from tests.symbolic.oracles import (
 )
 
 pytestmark = pytest.mark.usefixtures("interpreted")
-LOAD = 400.0
-TYRE = Tyre()
-GO = TYRE.slope(LOAD) * TYRE.a
-"""The turn at which sliding has come well into the patch [rad]."""
 SAMPLES = 400
 SLIDE = 3 / 8 * TYRE.mu * LOAD * TYRE.a
 TURNS = st.integers(-6144, 6144).map(lambda number: number / 1024)
@@ -40,14 +41,12 @@ TURNS = st.integers(-6144, 6144).map(lambda number: number / 1024)
 def turning(*corners: float, tyre: Tyre = TYRE) -> Path:
     """Straight turns in units of GO, filled up with rest, at constant load."""
     psi = GO * straight(*corners, steps=SAMPLES // len(corners))
-    return Path(
-        psi=np.pad(psi, (0, SAMPLES - len(psi)), mode="edge"), F_N=np.full(SAMPLES, LOAD), tyre=tyre
-    )
+    return constant(np.pad(psi, (0, SAMPLES - len(psi)), mode="edge"), tyre)
 
 
 def at_corners(*corners: float) -> Path:
     """One sample a corner, in units of GO, at constant load."""
-    return Path(psi=GO * np.array(corners), F_N=np.full(len(corners), LOAD), tyre=TYRE)
+    return constant(GO * np.array(corners))
 
 
 def loaded(path: Path, *jumps: tuple[int, float]) -> Path:
@@ -197,11 +196,11 @@ def final_memory(
     model: Model, psi: Array, F_N: Array | float, mu: float = 1.3, k: float = 2.4e6
 ) -> Array:
     """The memory after the last sample."""
-    theta, geometry = ca.DM([mu, k]), ca.DM([TYRE.a, TYRE.e])
+    theta = ca.DM([mu, k])
     samples = signals(psi, F_N)
-    memory = model.initial(samples[:, 0], theta, geometry)
+    memory = model.initial(samples[:, 0], theta, GEOMETRY)
     for sample in samples.T:
-        memory, _ = model.step(memory, sample, theta, geometry)
+        memory, _ = model.step(memory, sample, theta, GEOMETRY)
     return np.asarray(memory).ravel()
 
 
