@@ -1,6 +1,7 @@
 """Every effect: declared sanely, gone at its neutral value, the same as on the reference rig."""
 
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
@@ -52,7 +53,7 @@ VALUES: dict[str, dict[str, float]] = {
     "backlash": {"gap": 0.02},
 }
 EACH = pytest.mark.parametrize("effect", EFFECTS.values(), ids=EFFECTS)
-UNITS = {"1", "m", "N", "s", "rad", "m/s", "N m", "N m/rad", "N m s/rad"}
+UNITS = {"1", "m", "N", "s", "rad"}
 
 
 def model_torque(planted: Mapping[str, Mapping[str, float]], **realisation: Any) -> Array:
@@ -113,7 +114,6 @@ def neutral(effect: Effect) -> dict[str, float]:
 
 def test_the_table_of_values_covers_the_vocabulary() -> None:
     assert sorted(VALUES) == sorted(EFFECTS)
-    assert len(EFFECTS) == 19
     for name, values in VALUES.items():
         assert list(values) == [p.name for p in EFFECTS[name].parameters]
 
@@ -124,7 +124,7 @@ def test_parameters_are_declared_sanely(effect: Effect) -> None:
     assert effect.summary
     assert any(p.neutral is not None for p in effect.parameters), "nothing switches it off"
     for p in effect.parameters:
-        assert p.unit in UNITS
+        assert {*re.split(r"[ /]", re.sub(r"\^\d", "", p.unit))} <= UNITS
         assert p.lower < p.start < p.upper
         assert 0 < p.scale < math.inf
         assert p.scope == ("recording" if effect.name in {"torque_offset", "pretwist"} else "tyre")
