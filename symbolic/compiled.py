@@ -20,7 +20,7 @@ import casadi as ca
 
 from symbolic.errors import one_line
 from symbolic.library_cache import distrust, place_of_its_own, private_cache
-from symbolic.scratch import scratch_folder
+from symbolic.temporary_folder import temporary_folder
 
 _LOG = logging.getLogger(__name__)
 Loaded = TypeVar("Loaded")
@@ -177,7 +177,7 @@ def _library(
 
 def _built(source: str, command: str, flags: tuple[str, ...], stem: Path) -> Path:
     """A new library, which is in the cache whole or not at all."""
-    with scratch_folder(stem.parent) as scratch:
+    with temporary_folder(stem.parent) as scratch:
         c_file, built = scratch / "function.c", scratch / "function.so"
         c_file.write_text(source)
         _run([command, str(c_file), *flags, "-o", str(built), "-lm"])

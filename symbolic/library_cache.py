@@ -9,7 +9,7 @@ import stat
 import tempfile
 from pathlib import Path
 
-from symbolic.scratch import claimed_folder
+from symbolic.temporary_folder import claim_folder
 
 _LOG = logging.getLogger(__name__)
 LIBRARY = re.compile(r"\w+_[0-9a-f]{24}_[0-9a-f]{24}\.so")
@@ -41,7 +41,7 @@ def private_cache() -> Path:
 
 def place_of_its_own(folder: Path, reason: str) -> Path:
     """A cache for this process and its children, empty, and a line that says so."""
-    own, _ = claimed_folder(Path(tempfile.gettempdir()))
+    own, _ = claim_folder(Path(tempfile.gettempdir()))
     atexit.register(_remove_as, os.getpid(), str(own))
     os.environ["BRUSHGRIP_CACHE"] = str(own)
     _LOG.warning(

@@ -1,4 +1,6 @@
-"""Friction that beds in with the angle turned, counted both ways.
+"""Friction that changes with the angle turned, counted both ways: it beds in, or wears.
+
+It drifts over travel, not over time; files know it as `friction_drift`, so that the name stays.
 
 An empirical form; on rubber friction in general: Persson, Sliding Friction, 2nd ed. (2000).
 """

@@ -160,14 +160,14 @@ def test_a_full_disk_has_another_folder_in_its_place(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
     module = sys.modules["symbolic.compiled"]
-    scratch_folder = module.scratch_folder
+    temporary_folder = module.temporary_folder
 
     def full(parent: Path) -> object:
         if parent == tmp_path / "cache":
             raise OSError(errno.ENOSPC, "No space left on device")
-        return scratch_folder(parent)
+        return temporary_folder(parent)
 
-    monkeypatch.setattr(module, "scratch_folder", full)
+    monkeypatch.setattr(module, "temporary_folder", full)
     function = small()
 
     assert compiled(function) is not function

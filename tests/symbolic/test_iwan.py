@@ -1,4 +1,4 @@
-"""Stops in parallel: against many stops added up in numpy, Masing's rule, and Segalman's closed form."""
+"""Iwan's elements: against many stops added up in NumPy, Masing's rule, and Segalman's closed form."""
 
 from itertools import pairwise
 from math import gamma
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from symbolic import CANDIDATES, EFFECTS, InvalidInputError, Model, effects_in, effects_named
-from symbolic.effects import stops
+from symbolic.effects import iwan
 from symbolic.effects.library import KNOWN
 from tests.symbolic.oracles import LOAD, Array, Tyre, constant, run, straight, worst
 
@@ -109,11 +109,11 @@ def test_friction_of_full_slide_is_mu_whatever_the_shape() -> None:
 
 @pytest.mark.parametrize(("p", "q"), [(0.55, 1.02), (1.0, 2.0), (1.5, 6.0)])
 def test_beta_is_eulers(p: float, q: float) -> None:
-    assert float(stops.beta(p, q)) == pytest.approx(gamma(p) * gamma(q) / gamma(p + q), rel=1e-10)
+    assert float(iwan.beta(p, q)) == pytest.approx(gamma(p) * gamma(q) / gamma(p + q), rel=1e-10)
 
 
 def test_only_who_asks_for_stops_gets_them() -> None:
-    (effect,) = effects_in(stops)
+    (effect,) = effects_in(iwan)
 
     assert effects_named(["stops"]) == (effect,)
     assert effects_named(["stops"], [effect]) == (effect,)
