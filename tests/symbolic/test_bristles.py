@@ -6,7 +6,7 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from symbolic import BristleTraits, Expression, InvalidInputError, Model, Relaxation
+from symbolic import BristleTraits, InvalidInputError, Model, Relaxation
 from symbolic.bristles import SPAN, BristlePatch
 from symbolic.patch import PatchInputs
 from tests.symbolic.oracles import (
@@ -59,17 +59,6 @@ def test_error_falls_with_the_bristles(columns: int, allowed: float) -> None:
     (reference,) = grid_torque(path)
 
     assert worst(run(Model(discretised=True, bristles=columns), path).M_z, reference) <= allowed
-
-
-def test_neutral_traits_change_nothing() -> None:
-    def one(_: Expression) -> float:
-        return 1.0
-
-    turns = (0.1, -0.05, 0.2)
-    declared = last_torque(BristleTraits(), *turns)
-    dressed = BristleTraits(shape=(one,), limits=(one,), relaxation=Relaxation(gain=0.0, time=0.5))
-
-    assert last_torque(dressed, *turns) == pytest.approx(declared, rel=1e-12)
 
 
 def test_shape_moves_the_load() -> None:
@@ -139,23 +128,6 @@ def test_relaxation_fades_at_rest_and_shares_the_slip() -> None:
     assert last_torque(traits, 1e4) == pytest.approx(slide, rel=1e-9)
     rested = last_torque(traits, 1e4, *[0.0] * 100)
     assert rested == pytest.approx(slide * (1 + held * np.exp(-1 / time)) / (1 + held), rel=1e-9)
-
-
-def test_memory_and_drive_have_their_declared_sizes() -> None:
-    inputs = PatchInputs(speed=0.1, dt=0.01, F_N=LOAD, factor=1.0, mu=1.3, k=2.4e6, a=0.045, e=0.009)
-    relaxing = Relaxation(gain=0.3, time=0.5)
-    for traits, states in (
-        (BristleTraits(), 1),
-        (BristleTraits(half_width=0.02), 1),
-        (BristleTraits(half_width=0.02, relaxation=relaxing), 2),
-    ):
-        patch = BristlePatch(traits=traits)
-        size = states * patch.bristles
-        memory = patch.advance(ca.DM(patch.initial()), 0.1, ca.DM.ones(patch.coefficient_size))
-
-        assert (patch.size, len(patch.initial())) == (size, size)
-        assert memory.shape == (size, 1)
-        assert ca.MX(patch.coefficients(inputs)).shape == (patch.coefficient_size, 1)
 
 
 @pytest.mark.parametrize("counts", [{"columns": 3}, {"rows": 0}])
