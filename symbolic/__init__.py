@@ -24,6 +24,7 @@ from symbolic.effects.base import (
 )
 from symbolic.effects.library import CANDIDATES, EFFECTS, GROUND_SCOPES, effects_in, effects_named
 from symbolic.errors import BrushgripError, InvalidInputError
+from symbolic.found_model import FoundModel, units_of
 from symbolic.masing import (
     TurningPoints,
     deformation_limit,
@@ -37,7 +38,7 @@ from symbolic.motion import TorqueProfile, WheelMotion, simulate_motion
 from symbolic.parameters import RIG_RANGES, TOLERATED, Rig, Tolerances, Tyre
 from symbolic.patch import Expression
 from symbolic.rig_tables import rig_from_tables
-from symbolic.serialisation import FoundModel, model_from_tables, units_of
+from symbolic.serialisation import model_from_tables
 from symbolic.trajectory import RIG_DIRECTIONS, TorqueTrajectory, sensitivity_step, simulate
 
 __all__ = [

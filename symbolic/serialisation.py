@@ -1,17 +1,16 @@
-"""A model that was found, from tables and to tables; SI units throughout.
+"""A model that was found, from tables; SI units throughout.
 
 A table is a mapping as the parser of JSON returns it. A message says what is wrong with the table; the
 reader of the file puts its name before, see `symbolic.parsing.naming`.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 from symbolic.effects.base import Effect, parameter_name
 from symbolic.effects.library import effects_named
 from symbolic.errors import InvalidInputError
-from symbolic.ground import mean_over_grounds
+from symbolic.found_model import FoundModel, units_of
 from symbolic.model import Model
 from symbolic.model_error import ModelError
 from symbolic.parameters import TOLERATED
@@ -19,80 +18,6 @@ from symbolic.parsing import excerpt, floats, naming, shown
 
 MODEL_VERSION = 1
 """Version of the model files that are read and written."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class FoundModel:
-    """A model that a diagnosis found.
-
-    Attributes:
-        model: the structure.
-        tyre: values that hold everywhere, by name, `k` among them where it belongs to no ground.
-        own: values of the recordings of the diagnosis, by recording.
-        grounds: values of each ground, by its name; empty where nothing belongs to a ground.
-        rig: what became of the declared values that have a tolerance, by recording: `a`, `e`, `load`, a
-            factor on the recorded load, and `zero`, that of the torque channel.
-        error: how wrong the model is on recordings that it was not fitted to; None where unknown.
-    """
-
-    model: Model
-    tyre: Mapping[str, float]
-    own: Mapping[str, Mapping[str, float]]
-    grounds: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    rig: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    error: ModelError | None = None
-
-    def values_for(
-        self, recording: str, mu: float | None = None, ground: str | None = None
-    ) -> dict[str, float]:
-        """All parameter values for a recording.
-
-        A recording that the file does not know gets `mu` and the neutral value of whatever else
-        belongs to a recording, as a torque zero. For grounds see `on_ground`.
-
-        Raises:
-            InvalidInputError: neither the file nor the caller gives mu.
-        """
-        own = dict(self.own.get(recording, {}))
-        if mu is not None and "mu" not in own:
-            own["mu"] = mu
-        if "mu" not in own:
-            raise InvalidInputError(
-                f"{recording}: no mu in the model file for this recording and none in the rig;"
-                " add mu under [tyre] of the rig file"
-            )
-        return {**self.values_for_estimation(ground), **own}
-
-    def on_ground(self, ground: str | None = None) -> dict[str, float]:
-        """What belongs to a ground; its mean over grounds where this is none of them, or unknown."""
-        known = self.grounds.get(ground) if ground is not None else None
-        return mean_over_grounds(self.grounds) if known is None else dict(known)
-
-    def ground_taken(self, ground: str | None = None) -> str:
-        """The ground whose values `on_ground` takes, in words; empty where nothing belongs to one."""
-        if not self.grounds or ground in self.grounds:
-            return f"values of {ground}" if self.grounds else ""
-        known = " and ".join(self.grounds)
-        return f"{'ground not given' if ground is None else f'{ground} is unknown'}: mean of {known}"
-
-    def values_for_estimation(self, ground: str | None = None) -> dict[str, float]:
-        """All parameter values but mu for a recording to come, as an observer needs them.
-
-        Other parameters of a recording, such as a torque zero, have their neutral values. For grounds
-        see `on_ground`.
-        """
-        neutral = {
-            parameter_name(effect, parameter): parameter.neutral
-            for effect, parameter in self.model.parameters
-            if parameter.scope == "recording" and parameter.neutral is not None
-        }
-        values = {**self.tyre, **self.on_ground(ground)}
-        return neutral | {name: value for name, value in values.items() if name != "mu"}
-
-
-def units_of(model: Model) -> dict[str, str]:
-    """The unit of every parameter of a model, by name."""
-    return {parameter_name(effect, parameter): parameter.unit for effect, parameter in model.parameters}
 
 
 def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> FoundModel:

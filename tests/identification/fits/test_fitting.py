@@ -20,7 +20,7 @@ from symbolic import (
     full_slide_torque,
     simulate,
 )
-from symbolic.serialisation import parameter_name
+from symbolic.effects.base import parameter_name
 from tests.identification.factories import as_read, read_campaign, with_torque
 
 Given = tuple[Campaign, list[Recording]]
