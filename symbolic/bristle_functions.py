@@ -17,7 +17,7 @@ from symbolic.patch import Expression, Signals, patch_inputs
 from symbolic.slip import SlipSearch, slip_search
 
 Functions = dict[str, ca.Function]
-SEEN = (*SIGNALS, "factor")
+SCALARS = (*SIGNALS, "factor")
 """A sample's scalars: the signals at the patch, the factor on friction, then theta, a and e."""
 PLACES = ("lever", "limit", "moment")
 """Coefficients of each bristle, see `BristlePatch.coefficients`."""
@@ -63,7 +63,7 @@ def patch_of(model: Model, theta: Expression | None = None) -> BristlePatch:
 
 def scalar_count(model: Model) -> int:
     """How many scalars of a sample there are."""
-    return len(SEEN) + len(model.parameters) + len(GEOMETRY)
+    return len(SCALARS) + len(model.parameters) + len(GEOMETRY)
 
 
 def sample_functions(model: Model) -> Functions:
@@ -75,9 +75,9 @@ def sample_functions(model: Model) -> Functions:
     signals = ca.SX.sym("signals", len(SIGNALS))
     factors = ca.vertcat(*(moving["load"] if name == "F_N" else 1 for name in SIGNALS))
     own = model.split_own(moving["own"])
-    seen, memories, factor = at_the_patch(model, own, signals * factors, moving["theta"])
+    patch_signals, memories, factor = at_the_patch(model, own, signals * factors, moving["theta"])
     scalars = ca.vertcat(
-        *(getattr(seen, name) for name in SIGNALS), factor, moving["theta"], moving["geometry"]
+        *(getattr(patch_signals, name) for name in SIGNALS), factor, moving["theta"], moving["geometry"]
     )
     after = ca.vertcat(*memories) if size else ca.SX(0, 1)
     moved = ca.vertcat(*moving.values()), ca.vertcat(*along.values())
@@ -85,8 +85,8 @@ def sample_functions(model: Model) -> Functions:
     after, scalars, after_by, scalars_by = ca.substitute(results, [moving.pop("load")], [ca.SX(1)])
     inputs = {"own": moving["own"], "signals": signals, **moving}
     z, z_by = _symbols(model)
-    seen, _, theta, _ = _parts(model, z)
-    beside = add_torques(ca.SX(0), model, seen, theta)
+    patch_signals, _, theta, _ = _parts(model, z)
+    beside = add_torques(ca.SX(0), model, patch_signals, theta)
     return {
         "sample": _function("sample", inputs, {"own_next": after, "scalars": scalars}),
         "sample_along": _function(
@@ -106,8 +106,10 @@ def _symbols(model: Model) -> tuple[ca.SX, ca.SX]:
 
 def _parts(model: Model, z: ca.SX) -> tuple[Signals, ca.SX, ca.SX, ca.SX]:
     """Signals at the patch, factor on friction, theta and geometry, out of a sample's scalars."""
-    *signals, factor = ca.vertsplit(z[: len(SEEN)])
-    theta, geometry = ca.vertsplit(z[len(SEEN) :], [0, len(model.parameters), z.numel() - len(SEEN)])
+    *signals, factor = ca.vertsplit(z[: len(SCALARS)])
+    theta, geometry = ca.vertsplit(
+        z[len(SCALARS) :], [0, len(model.parameters), z.numel() - len(SCALARS)]
+    )
     return Signals(**dict(zip(SIGNALS, signals, strict=True))), factor, theta, geometry
 
 

@@ -6,12 +6,9 @@ Newton steps linearise the patch, which takes its time to evaluate, and solve fo
 is: a backlash bends far more sharply than the patch does.
 """
 
-from collections.abc import Sequence
-from typing import Protocol
-
 import casadi as ca
 
-from symbolic.effects.base import Effect, Values
+from symbolic.effects.base import Composition
 from symbolic.functions import named_function
 from symbolic.patch import Expression, Patch
 
@@ -21,17 +18,7 @@ BALANCE_STEPS = 8
 """Newton steps within each of them, for the deflection against a patch that is linear [1]."""
 
 
-class Elements(Protocol):
-    """What is needed of `symbolic.Model`, whose members these are."""
-
-    def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
-        """Symbols for signals, theta and geometry."""
-
-    def values(self, theta: Expression) -> Sequence[tuple[Effect, Values]]:
-        """Each effect with its parameters."""
-
-
-def deflection_of(model: Elements) -> ca.Function | None:
+def deflection_of(model: Composition) -> ca.Function | None:
     """(M_z, load and theta) -> turn of what is in series with the patch [rad]; None for nothing."""
     M_z, F_N, theta = ca.MX.sym("M_z"), ca.MX.sym("F_N"), model.symbols()[1]
     turns = [effect.deflection(M_z, F_N, values) for effect, values in model.values(theta)]

@@ -9,37 +9,16 @@ that rate, that a sensor's delay no longer matters, and that a compliant carcass
 effect counts up, such as the travel of `friction_drift`, stays as it is now.
 """
 
-from collections.abc import Hashable
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Protocol
 
 import casadi as ca
 
 from symbolic.deformation import full_slide_arm
-from symbolic.effects.base import Effect, Values
+from symbolic.effects.base import Composition, Effect, Values
 from symbolic.functions import named_function
-from symbolic.patch import Expression, Patch, Signals, patch_inputs
-
-
-class Composition(Hashable, Protocol):
-    """What is needed of `symbolic.Model`, whose members these are."""
-
-    @property
-    def memory_size(self) -> int:
-        """Length of the memory."""
-
-    def patch(self, theta: Expression | None = None) -> Patch:
-        """The patch."""
-
-    def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
-        """Symbols for signals, theta and geometry."""
-
-    def values(self, theta: Expression) -> list[tuple[Effect, Values]]:
-        """Each effect with its parameters."""
-
-    def split(self, memory: Expression) -> tuple[Expression, Expression, list[Expression]]:
-        """Patch angle, patch memory, and each effect's own memory."""
+from symbolic.patch import Expression, Signals, patch_inputs
 
 
 @cache
@@ -71,7 +50,7 @@ def build_full_slide(model: Composition) -> ca.Function:
 
 
 def _by_effects(
-    effects: list[tuple[Effect, Values]], own: list[Expression], side: Signals
+    effects: Sequence[tuple[Effect, Values]], own: list[Expression], side: Signals
 ) -> tuple[Expression, Expression]:
     """Factor on the limit [1], and torque of the ground beside the patch [N m], of all effects."""
     factor, torque = ca.MX(1), ca.MX(0)

@@ -129,16 +129,16 @@ class Model:
 
     @property
     def advance(self) -> ca.Function:
-        """The first half of `step`: (memory, signals, theta, geometry) -> (memory_next, seen).
+        """The first half of `step`: (memory, signals, theta, geometry) -> (memory_next, patch_signals).
 
-        seen are the signals at the patch: another angle, rate or load where an effect sits in a sensor,
-        and dt at least `SHORTEST_PERIOD`.
+        patch_signals are those that reach the patch: another angle, rate or load where an effect sits in
+        a sensor, and dt at least `SHORTEST_PERIOD`.
         """
         return _build_advance(self)
 
     @property
     def torque(self) -> ca.Function:
-        """The second half of `step`: (memory_next, seen, theta, geometry) -> M_z."""
+        """The second half of `step`: (memory_next, patch_signals, theta, geometry) -> M_z."""
         return _build_torque(self)
 
     @property
@@ -209,27 +209,34 @@ def _build_initial(model: Model) -> ca.Function:
 @cache
 def _build_step(model: Model) -> ca.Function:
     inputs = _symbols(model)
-    after, seen, coefficients = _advance(model, **inputs)
-    M_z = _torque(model, after, seen, coefficients, inputs["theta"])
+    after, patch_signals, coefficients = _advance(model, **inputs)
+    M_z = _torque(model, after, patch_signals, coefficients, inputs["theta"])
     return named_function("step", inputs, {"memory_next": after, "M_z": M_z}, cse=True)
 
 
 @cache
 def _build_advance(model: Model) -> ca.Function:
     inputs = _symbols(model)
-    after, at_patch, _ = _advance(model, **inputs)
-    seen = ca.vertcat(*(getattr(at_patch, name) for name in SIGNALS))
-    return named_function("advance", inputs, {"memory_next": after, "seen": seen}, cse=True)
+    after, patch_signals, _ = _advance(model, **inputs)
+    column = ca.vertcat(*(getattr(patch_signals, name) for name in SIGNALS))
+    return named_function("advance", inputs, {"memory_next": after, "patch_signals": column}, cse=True)
 
 
 @cache
 def _build_torque(model: Model) -> ca.Function:
     symbols = _symbols(model)
     memory, theta, geometry = symbols["memory"], symbols["theta"], symbols["geometry"]
-    seen = _signals(symbols["signals"])
-    coefficients = model.patch(theta).coefficients(patch_inputs(seen, ca.MX(1), theta, geometry))
-    M_z = _torque(model, memory, seen, coefficients, theta)
-    inputs = {"memory": memory, "seen": symbols["signals"], "theta": theta, "geometry": geometry}
+    patch_signals = _signals(symbols["signals"])
+    coefficients = model.patch(theta).coefficients(
+        patch_inputs(patch_signals, ca.MX(1), theta, geometry)
+    )
+    M_z = _torque(model, memory, patch_signals, coefficients, theta)
+    inputs = {
+        "memory": memory,
+        "patch_signals": symbols["signals"],
+        "theta": theta,
+        "geometry": geometry,
+    }
     return named_function("torque", inputs, {"M_z": M_z}, cse=True)
 
 
@@ -243,41 +250,41 @@ def _advance(
 ) -> tuple[ca.MX, Signals, Expression]:
     """The memory after a sample, the sample as the patch saw it, and what drove the patch."""
     angle, before, own = model.split(memory)
-    seen, memories, factor = at_the_patch(model, own, signals, theta)
-    patch, turn = model.patch(theta), seen.psi - angle
-    coefficients = patch.coefficients(patch_inputs(seen, factor, theta, geometry))
-    elements = ca.vertcat(seen.F_N, theta)
+    patch_signals, memories, factor = at_the_patch(model, own, signals, theta)
+    patch, turn = model.patch(theta), patch_signals.psi - angle
+    coefficients = patch.coefficients(patch_inputs(patch_signals, factor, theta, geometry))
+    elements = ca.vertcat(patch_signals.F_N, theta)
     turn, after = advance_in_series(
         patch, before, turn, coefficients, deflection_of(model), elements, model.search_steps
     )
-    return ca.vertcat(angle + turn, after, *memories), seen, coefficients
+    return ca.vertcat(angle + turn, after, *memories), patch_signals, coefficients
 
 
 def at_the_patch(
     model: Model, own: list[Expression], signals: Expression, theta: Expression
 ) -> tuple[Signals, list[Expression], Expression]:
     """A sample as it reaches the patch, the effects' own memories after it, the factor on the limit."""
-    seen, effects, factor = _signals(signals), model.values(theta), type(theta)(1)
+    patch_signals, effects, factor = _signals(signals), model.values(theta), type(theta)(1)
     memories = list(own)
     # Sensors first, so that the order of the effects does not change the signals of the others.
     for i in sorted(range(len(effects)), key=lambda i: not effects[i][0].sensor):
         effect, values = effects[i]
-        seen, memories[i] = effect.transform_inputs(seen, own[i], values)
+        patch_signals, memories[i] = effect.transform_inputs(patch_signals, own[i], values)
     for (effect, values), present in zip(effects, memories, strict=True):
-        factor = factor * effect.friction(seen, present, values)
-    return seen, memories, factor
+        factor = factor * effect.friction(patch_signals, present, values)
+    return patch_signals, memories, factor
 
 
 def _torque(
-    model: Model, memory: ca.MX, seen: Signals, coefficients: Expression, theta: ca.MX
+    model: Model, memory: ca.MX, patch_signals: Signals, coefficients: Expression, theta: ca.MX
 ) -> Expression:
     """M_z of the memory after a sample [N m]."""
     _, patch, _ = model.split(memory)
-    return add_torques(model.patch(theta).torque(patch, coefficients), model, seen, theta)
+    return add_torques(model.patch(theta).torque(patch, coefficients), model, patch_signals, theta)
 
 
-def add_torques(M_z: Expression, model: Model, seen: Signals, theta: Expression) -> Expression:
+def add_torques(M_z: Expression, model: Model, patch_signals: Signals, theta: Expression) -> Expression:
     """The torque with those of the effects beside the patch [N m]."""
     for effect, values in model.values(theta):
-        M_z = M_z + effect.torque(seen, values)
+        M_z = M_z + effect.torque(patch_signals, values)
     return M_z

@@ -1,15 +1,18 @@
 """The interface of an effect: a frozen value with its parameters and its hooks in the model."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
+
+import casadi as ca
 
 from symbolic.bristles import BristleTraits
 from symbolic.errors import InvalidInputError
 
 # Whatever a hook speaks of comes from here.
 from symbolic.patch import Expression as Expression
+from symbolic.patch import Patch
 from symbolic.patch import Signals as Signals
 
 Scope = Literal["tyre", "ground", "recording"]
@@ -184,6 +187,26 @@ class Effect:
     def torque(self, signals: Signals, values: Values) -> Expression:
         """Torque added to that of the patch [N m]."""
         return 0
+
+
+class Composition(Hashable, Protocol):
+    """What is needed of `symbolic.Model`, whose members these are."""
+
+    @property
+    def memory_size(self) -> int:
+        """Length of the memory."""
+
+    def patch(self, theta: Expression | None = None) -> Patch:
+        """The patch."""
+
+    def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
+        """Symbols for signals, theta and geometry."""
+
+    def values(self, theta: Expression) -> Sequence[tuple[Effect, Values]]:
+        """Each effect with its parameters."""
+
+    def split(self, memory: Expression) -> tuple[Expression, Expression, list[Expression]]:
+        """Patch angle, patch memory, and each effect's own memory."""
 
 
 def parameter_name(effect: Effect | None, parameter: Parameter) -> str:
