@@ -8,7 +8,7 @@
 """
 
 from symbolic.bristles import BristleTraits, Relaxation
-from symbolic.compiled import compiled, compiler
+from symbolic.compilation.compiled import compiled, compiler
 from symbolic.compliance import SEARCH_STEPS
 from symbolic.deformation import full_slide_arm, full_slide_level, full_slide_torque
 from symbolic.effects.base import (
@@ -24,7 +24,6 @@ from symbolic.effects.base import (
 )
 from symbolic.effects.library import CANDIDATES, EFFECTS, GROUND_SCOPES, effects_in, effects_named
 from symbolic.errors import BrushgripError, InvalidInputError
-from symbolic.found_model import FoundModel, units_of
 from symbolic.masing import (
     TurningPoints,
     deformation_limit,
@@ -33,12 +32,13 @@ from symbolic.masing import (
     zone_boundaries,
 )
 from symbolic.model import DECLARED, GEOMETRY, SIGNALS, Model
-from symbolic.model_error import ModelError
 from symbolic.motion import TorqueProfile, WheelMotion, simulate_motion
 from symbolic.parameters import RIG_RANGES, TOLERATED, Rig, Tolerances, Tyre
 from symbolic.patch import Expression
-from symbolic.rig_tables import rig_from_tables
-from symbolic.serialisation import model_from_tables
+from symbolic.tables.found_model import FoundModel, units_of
+from symbolic.tables.model_error import ModelError
+from symbolic.tables.model_tables import model_from_tables
+from symbolic.tables.rig_tables import rig_from_tables
 from symbolic.trajectory import RIG_DIRECTIONS, TorqueTrajectory, sensitivity_step, simulate
 
 __all__ = [

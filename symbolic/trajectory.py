@@ -1,9 +1,9 @@
 """Whole recordings through compiled code: the torque and its exact sensitivities.
 
 CasADi differentiates the step of the model in d directions of the parameter vector, the sensitivities of
-the memory are propagated with the memory. Bristles run through `symbolic.bristle_kernel`; for the exact
-patch, and where there is no compiler, the recursion runs inside one Function over a stretch of samples
-(`mapaccum`).
+the memory are propagated with the memory. Bristles run through the loops of `symbolic.compilation`; for
+the exact patch, and where there is no compiler, the recursion runs inside one Function over a stretch of
+samples (`mapaccum`).
 """
 
 from dataclasses import dataclass
@@ -13,9 +13,9 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.bristle_kernel import bristle_kernel
-from symbolic.buffered import BufferedCall
-from symbolic.compiled import compiled
+from symbolic.compilation.bristle_kernel import bristle_kernel
+from symbolic.compilation.buffered import BufferedCall
+from symbolic.compilation.compiled import compiled
 from symbolic.errors import InvalidInputError
 from symbolic.functions import named_function
 from symbolic.model import GEOMETRY, SIGNALS, Model

@@ -16,8 +16,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.buffered import BufferedCall
-from symbolic.compiled import compiled
+from symbolic.compilation.buffered import BufferedCall
+from symbolic.compilation.compiled import compiled
 from symbolic.deformation import full_slide_torque, unit_moment
 from symbolic.functions import named_function
 from symbolic.masing import TurningPoints, branch_torque

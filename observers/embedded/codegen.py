@@ -39,8 +39,8 @@ from observers.screening import SLACK
 from observers.torque_error import SENSIBLE
 from observers.tuning import Tuning
 from symbolic import InvalidInputError
-from symbolic.found_model import units_of
-from symbolic.scalar_c import c_function
+from symbolic.compilation.scalar_c import c_function
+from symbolic.tables.found_model import units_of
 
 REFUSED = 128
 """Status of a sample that generated code ignores; Python raises an error there."""

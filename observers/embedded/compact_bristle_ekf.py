@@ -31,8 +31,8 @@ from observers.protocol import OUTPUT, SAMPLE, FunctionObserver
 from observers.tuning import TUNING_FIELDS
 from observers.udu import covariance
 from symbolic import DECLARED, GEOMETRY, SIGNALS
+from symbolic.compilation.scalar_c import c_function
 from symbolic.deformation import full_slide_arm
-from symbolic.scalar_c import c_function
 
 MEMORY = Layout(tuple((name, 1, 1) for name in ("M_z", "by_mu", "mu", "slide", "beside")))
 """Memory of a `GivenTorque`: M_z [N m] and its derivative by mu, at mu; effective friction over mu, and

@@ -34,7 +34,7 @@ from observers.patch_update import reset_retention, sensitivity_retention
 from observers.protocol import FunctionObserver
 from observers.tuning import TUNING_FIELDS
 from symbolic import DECLARED
-from symbolic.scalar_c import c_function
+from symbolic.compilation.scalar_c import c_function
 
 
 def is_compact_bristle_window(observer: FunctionObserver) -> bool:

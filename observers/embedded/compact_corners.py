@@ -18,8 +18,8 @@ from observers.mhe import Mhe
 from observers.model_observer import ModelObserver
 from observers.steering_torque import SteeringTorque
 from symbolic import Model
+from symbolic.compilation.scalar_c import ELEMENTARY, c_function
 from symbolic.compliance import deflection_of
-from symbolic.scalar_c import ELEMENTARY, c_function
 
 
 @dataclass(frozen=True, eq=False)

@@ -37,7 +37,7 @@ def test_the_first_sample_compiles_nothing(
 def test_that_nothing_compiles_is_said(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    module = import_module("symbolic.compiled")
+    module = import_module("symbolic.compilation.compiled")
 
     function = Model().step
     monkeypatch.setenv("CC", "no-such-compiler")

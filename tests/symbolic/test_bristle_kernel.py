@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from symbolic import Effect, Model, Parameter, compiler, parameter_name, simulate, trajectory
-from symbolic.bristle_kernel import bristle_kernel
+from symbolic.compilation.bristle_kernel import bristle_kernel
 from symbolic.effects.library import GROUND_SCOPES, KNOWN
 from tests.symbolic.oracles import Array, random_path, signals
 from tests.symbolic.warmth import Warmth

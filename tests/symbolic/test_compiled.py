@@ -16,8 +16,9 @@ import numpy as np
 import pytest
 
 from symbolic import EFFECTS, Model, compiled, compiler, effects_named, sensitivity_step
-from symbolic.compiled import compiled_source
-from symbolic.library_cache import cache_directory
+from symbolic.compilation import compiled as module
+from symbolic.compilation.compiled import compiled_source
+from symbolic.compilation.library_cache import cache_directory
 from tests.symbolic.oracles import random_path, signals
 from tests.symbolic.test_effects import VALUES
 
@@ -33,7 +34,6 @@ needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler at
 def fresh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """An empty cache, and a compiler that is looked for anew."""
     monkeypatch.setenv("BRUSHGRIP_CACHE", str(tmp_path / "cache"))
-    module = sys.modules["symbolic.compiled"]
     compiler.cache_clear()
     module._BLAMED.clear()
     yield
@@ -169,7 +169,6 @@ def test_a_cache_that_cannot_be_written_has_another_in_its_place(
 def test_a_full_disk_has_another_folder_in_its_place(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    module = sys.modules["symbolic.compiled"]
     temporary_folder = module.temporary_folder
 
     def full(parent: Path) -> object:
@@ -489,8 +488,7 @@ def test_many_exponentials_at_a_time(tmp_path: Path) -> None:
 
 @needs_compiler
 def test_without_such_a_library_one_at_a_time(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    # The package has a function of the module's name.
-    monkeypatch.setattr(sys.modules["symbolic.compiled"], "VECTORISED", ("-lno-such-library",))
+    monkeypatch.setattr(module, "VECTORISED", ("-lno-such-library",))
     function = small(7.0)
 
     assert compiled(function, vectorised=True) is not function

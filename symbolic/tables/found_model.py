@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from symbolic.effects.base import parameter_name
 from symbolic.errors import InvalidInputError
 from symbolic.model import Model
-from symbolic.model_error import ModelError
+from symbolic.tables.model_error import ModelError
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,7 +9,7 @@ import stat
 import tempfile
 from pathlib import Path
 
-from symbolic.temporary_folder import claim_folder
+from symbolic.compilation.temporary_folder import claim_folder
 
 _LOG = logging.getLogger(__name__)
 LIBRARY = re.compile(r"\w+_[0-9a-f]{24}_[0-9a-f]{24}\.so")

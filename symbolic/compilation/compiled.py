@@ -18,9 +18,9 @@ from typing import TypeVar
 
 import casadi as ca
 
+from symbolic.compilation.library_cache import distrust, place_of_its_own, private_cache
+from symbolic.compilation.temporary_folder import temporary_folder
 from symbolic.errors import one_line
-from symbolic.library_cache import distrust, place_of_its_own, private_cache
-from symbolic.temporary_folder import temporary_folder
 
 _LOG = logging.getLogger(__name__)
 Loaded = TypeVar("Loaded")

@@ -2,8 +2,9 @@
 
 CasADi writes a loop for every operation on the bristles, with their numbers through memory between any
 two. Here an operation is one of a bristle, in scalars, and so is its derivative; the compiler takes
-several bristles at a time. The expressions are those of `symbolic.bristle_functions`, the balance is
-that of `symbolic.compliance`. Directions of derivatives are a loop too: one library serves any number.
+several bristles at a time. The expressions are those of `symbolic.compilation.bristle_functions`, the
+balance is that of `symbolic.compliance`. Directions of derivatives are a loop too: one library serves
+any number.
 """
 
 import ctypes
@@ -13,7 +14,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.bristle_functions import (
+from symbolic.compilation.bristle_functions import (
     SHARED,
     patch_of,
     place_functions,
@@ -22,11 +23,11 @@ from symbolic.bristle_functions import (
     series_functions,
     step_functions,
 )
-from symbolic.compiled import compiled_source
+from symbolic.compilation.compiled import compiled_source
+from symbolic.compilation.scalar_c import c_function
 from symbolic.compliance import deflection_of
 from symbolic.errors import BrushgripError
 from symbolic.model import Model
-from symbolic.scalar_c import c_function
 
 Array = NDArray[np.float64]
 
@@ -93,8 +94,9 @@ def kernel_source(model: Model) -> str:
     by_input = [f"stress_by[{s} * BRISTLES + i]" for s in range(stresses)]
     by_input += ["turn_by", "lever_by", "limit_by", *(f"shared_by[{i}]" for i in range(SHARED))]
     environment = Environment(
-        loader=PackageLoader("symbolic"), undefined=StrictUndefined, keep_trailing_newline=True,
-        variable_start_string="${", variable_end_string="}", line_statement_prefix="%%",
+        loader=PackageLoader("symbolic.compilation"), undefined=StrictUndefined,
+        keep_trailing_newline=True, variable_start_string="${", variable_end_string="}",
+        line_statement_prefix="%%",
     )  # fmt: skip
     return environment.get_template("bristle_kernel.c").render(
         bristles=patch.bristles,

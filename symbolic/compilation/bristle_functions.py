@@ -1,7 +1,7 @@
 """One bristle, a sample and the elements in series as Functions of scalars, with their derivatives.
 
 The expressions are those of `symbolic.bristles`, `symbolic.slip`, `symbolic.compliance` and the effects,
-with one bristle in the place of all. `symbolic.bristle_kernel` makes a recording of them.
+with one bristle in the place of all. `symbolic.compilation.bristle_kernel` makes a recording of them.
 """
 
 from dataclasses import dataclass

@@ -1,7 +1,7 @@
 """A model that was found, from tables; SI units throughout.
 
 A table is a mapping as the parser of JSON returns it. A message says what is wrong with the table; the
-reader of the file puts its name before, see `symbolic.parsing.naming`.
+reader of the file puts its name before, see `symbolic.tables.parsing.naming`.
 """
 
 from collections.abc import Iterable, Mapping
@@ -10,11 +10,11 @@ from typing import Any
 from symbolic.effects.base import Effect, parameter_name
 from symbolic.effects.library import effects_named
 from symbolic.errors import InvalidInputError
-from symbolic.found_model import FoundModel, units_of
 from symbolic.model import Model
-from symbolic.model_error import ModelError
 from symbolic.parameters import TOLERATED
-from symbolic.parsing import excerpt, floats, naming, shown
+from symbolic.tables.found_model import FoundModel, units_of
+from symbolic.tables.model_error import ModelError
+from symbolic.tables.parsing import excerpt, floats, naming, shown
 
 MODEL_VERSION = 1
 """Version of the model files that are read and written."""
