@@ -35,7 +35,7 @@ def fresh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """An empty cache, and a compiler that is looked for anew."""
     monkeypatch.setenv("BRUSHGRIP_CACHE", str(tmp_path / "cache"))
     compiler.cache_clear()
-    module._BLAMED.clear()
+    module._WARNED.clear()
     yield
     compiler.cache_clear()
 
