@@ -33,6 +33,8 @@ FACTORS = {0.5: 1.0, 1.0: 2.0, 1.8: 3.0}
 """What the thesis multiplies the torque by, for every coefficient of friction."""
 SECONDS, DT = 5.11, 0.01
 """Length [s], time between samples [s]."""
+SETTLED = 0.5
+"""From here on errors count: before, the thesis says, the angle is too small [s]."""
 PEAKS = (0.7126, 1.5129)
 """Greatest angle [rad] and torque [N m] of the thesis's simulation with mu = 1, section 4.3."""
 
@@ -60,6 +62,11 @@ def steered(mu: float, knots: tuple[tuple[float, float], ...] = KNOTS) -> Record
         rig=RIG,
         tyre=tyre,
     )
+
+
+def rmse(recording: Recording, mu: Array, settled: float = SETTLED) -> float:
+    """Root mean square of the error of mu from a time [s] on [1]."""
+    return float(np.sqrt(np.mean((mu - recording.tyre.mu)[recording.t >= settled] ** 2)))
 
 
 def zones(psi: Array) -> NDArray[np.int_]:
