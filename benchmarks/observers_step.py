@@ -155,10 +155,7 @@ def main() -> None:
     print("\n| pair | ratio | slow [µs a sample] | fast [µs a sample] | aimed at |")
     print("|---|---:|---:|---:|---:|")
     beside_a_recording()
-    apart = {"filterpy": beside_filterpy()}
-    for name, difference in apart.items():
-        print(f"\n{name}: mu differs by {difference:.0e} at most", end="")
-    print()
+    print(f"\nfilterpy: mu differs by {beside_filterpy():.0e} at most")
     if importlib.util.find_spec("do_mpc"):
         beside_do_mpc()
     else:

@@ -49,7 +49,7 @@ def report(label: str, slow: Task, fast: Task) -> None:
 
 
 def by_casadi(task: Task) -> Task:
-    """The task with the recursion that CasADi writes in the place of `symbolic.bristle_kernel`."""
+    """The task with the recursion that CasADi writes in the place of our loops."""
 
     def run() -> object:
         with patch.object(trajectory, "bristle_kernel", lambda _: None):

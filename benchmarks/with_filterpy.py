@@ -9,27 +9,20 @@ from filterpy.kalman import ExtendedKalmanFilter
 
 from benchmarks.problem import Array, TimedProblem
 from symbolic import compiled
+from symbolic.compilation.buffered import BufferedCall
 
 Call = Callable[..., list[Array]]
 
 
 def in_place(function: ca.Function) -> Call:
     """The Function on buffers of its own, the quickest way to call one from Python."""
-    buffer, evaluate = function.buffer()
-    inputs = [np.zeros(function.nnz_in(i)) for i in range(function.n_in())]
-    outputs = [np.zeros(function.nnz_out(i)) for i in range(function.n_out())]
-    for i, array in enumerate(inputs):
-        buffer.set_arg(i, memoryview(array.data))
-    for i, array in enumerate(outputs):
-        buffer.set_res(i, memoryview(array.data))
+    buffered = BufferedCall(function)
 
-    # Whoever holds the call holds the buffer, which evaluate points into.
-    def call(*values: Array, owner: object = buffer) -> list[Array]:
-        del owner
-        for array, value in zip(inputs, values, strict=True):
+    def call(*values: Array) -> list[Array]:
+        for array, value in zip(buffered.inputs, values, strict=True):
             array[:] = value
-        evaluate()
-        return outputs
+        buffered.call()
+        return buffered.outputs
 
     return call
 

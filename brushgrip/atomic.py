@@ -6,7 +6,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
 from symbolic import InvalidInputError
-from symbolic.scratch import scratch_folder
+from symbolic.compilation.temporary_folder import temporary_folder
 
 
 @contextmanager
@@ -30,7 +30,7 @@ def staged_file(final: str | Path) -> Iterator[Path]:
     with ExitStack() as stack:
         with _as_input_error(final):
             target = final.resolve()
-            stage = stack.enter_context(scratch_folder(_nearest(target))) / target.name
+            stage = stack.enter_context(temporary_folder(_nearest(target))) / target.name
             stage.touch()
         yield stage
         with _as_input_error(final):
@@ -54,7 +54,7 @@ def staged_directory(final: str | Path) -> Iterator[Path]:
             target = final.resolve()
             if target.exists() and not target.is_dir():
                 raise InvalidInputError(f"{final}: is not a folder")
-            stage = stack.enter_context(scratch_folder(_nearest(target / "stage"))) / "stage"
+            stage = stack.enter_context(temporary_folder(_nearest(target / "stage"))) / "stage"
             stage.mkdir()
         yield stage
         with _as_input_error(final):

@@ -15,7 +15,7 @@ from brushgrip.speech import COMMAND_LINE
 from identification.reading.files import require_readable
 from symbolic import InvalidInputError, Rig, rig_from_tables
 from symbolic.errors import printable
-from symbolic.parsing import toml_of
+from symbolic.tables.parsing import toml_of
 
 KEY = "provenance"
 """Where provenance stands in a JSON document."""

@@ -38,7 +38,6 @@ GALLERY = [
     "estimate_in_a_loop",
     "find_the_missing_effect",
     "free_decay",
-    "moving_horizon",
     "observability",
     "own_effect",
     "own_observer",

@@ -4,25 +4,31 @@
 Estimate friction in a control loop: one sample in, one estimate out; the controller acts on those that
 are usable.
 
+.. code-block:: sh
+
+    python examples/estimate_in_a_loop.py [ekf|mhe]
+
 The recording stands for the sensors. The model is what `find_the_missing_effect.py` finds on other
-recordings of the same rig, rounded.
+recordings of the same rig, rounded. The filter, or the moving-horizon estimator: all else is the same.
 """
 
 import math
+import sys
 from pathlib import Path
 
 from identification import read_recording, read_rig
-from observers import Ekf, Loop, Sample
+from observers import Ekf, Loop, Mhe, Sample
 from symbolic import Model, effects_named
 
 RECORDINGS = Path(__file__).resolve().parent / "recordings"
+KINDS = {"ekf": Ekf, "mhe": Mhe}
 VALUES = {"k": 2.4e6, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
 
 
 def main() -> None:
     """Run the loop and print mu once a second and at the end."""
     recording = read_recording(RECORDINGS / "holdout_c.csv", read_rig(RECORDINGS / "rig.toml"))
-    observer = Ekf(
+    observer = KINDS[sys.argv[1] if sys.argv[1:] else "ekf"](
         model=Model(effects=effects_named(["rate_friction", "carcass_torsion"])),
         values=VALUES,
         rig=recording.rig,

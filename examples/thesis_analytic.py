@@ -22,13 +22,13 @@ from identification import Recording
 from observers import Sample, ZoneRootSolver, ZoneRootState
 from observers.thesis import TorqueCurve, ZoneState, advance_zones, branch, curve
 from symbolic import full_slide_level, full_slide_torque
-from thesis_profile import DT, FACTORS, LOAD, RIG, K, steered
+from thesis_profile import DT, FACTORS, LOAD, RIG, SETTLED, K, rmse, steered
 
 Array = NDArray[np.float64]
 BRISTLES = 201
 """As many as in the thesis's simulation."""
-SETTLED, LEAST_TURN = 0.5, 5e-4
-"""From here on errors count [s]; turn back by which a reversal counts [rad]."""
+LEAST_TURN = 5e-4
+"""Turn back by which a reversal counts [rad]."""
 FIRST = 5
 """Samples, 50 ms, that the angle is given to become more than rounding."""
 INSTANTS = (1.5, 3.2, 5.0)
@@ -99,11 +99,6 @@ def noisy(recording: Recording) -> Recording:
     """The recording with `NOISE` on its torque, drawn from a fixed seed."""
     noise = NOISE * np.ptp(recording.M_z) * np.random.default_rng(0).standard_normal(recording.t.size)
     return replace(recording, M_z=recording.M_z + noise)
-
-
-def rmse(recording: Recording, mu: Array) -> float:
-    """Root mean square of the error from `SETTLED` on [1]."""
-    return float(np.sqrt(np.mean((mu - recording.tyre.mu)[recording.t >= SETTLED] ** 2)))
 
 
 def angle(recording: Recording) -> Array:

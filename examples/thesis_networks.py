@@ -26,14 +26,14 @@ from observers import Ekf, ZoneRootSolver
 from published import measured_folder
 from symbolic import Model
 from thesis_analytic import late
-from thesis_profile import NESTED, steered
+from thesis_profile import NESTED, SETTLED, rmse, steered
 from thesis_table import estimated, ours, root
 
 Array = NDArray[np.float64]
 PLAIN_LAYERS, CORRECTING_LAYERS = (1024, 512), (2048, 1024)
 """Neurons of the thesis's networks, alone and on top of the analytic estimate."""
-SETTLED, SETTLED_MEASURED = 0.5, 4.0
-"""From here on errors count, on simulations and on recordings [s]."""
+SETTLED_MEASURED = 4.0
+"""From here on errors count on measured recordings [s]."""
 LINES = {
     "neural network": (TRACKS[3], "-"),
     "root": (TRACKS[0], "-"),
@@ -75,11 +75,6 @@ def labelled(path: Path, mu: float) -> Recording:
     """A recording with the mu that the thesis declares for its plate."""
     recording = read_recording(path)
     return replace(recording, tyre=replace(recording.tyre, mu=mu))
-
-
-def rmse(recording: Recording, mu: Array, settled: float) -> float:
-    """Root mean square of the error from `settled` on [1]."""
-    return float(np.sqrt(np.mean((mu - recording.tyre.mu)[recording.t >= settled] ** 2)))
 
 
 def table(

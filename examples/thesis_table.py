@@ -23,11 +23,9 @@ from identification import Recording
 from observers import Ekf, Mhe, Observer, Tuning, ZoneRootSolver, run
 from published import simulation_folder
 from symbolic import Model, Tyre, effects_named
-from thesis_profile import DT, FACTORS, NESTED, RIG, K, steered, zones
+from thesis_profile import DT, FACTORS, NESTED, RIG, SETTLED, K, rmse, steered, zones
 
 Array = NDArray[np.float64]
-SETTLED = 0.5
-"""From here on errors count: before, the thesis says, the angle is too small [s]."""
 CLEAN = Tuning(noise=1e-3, error=1e-3, error_travel=0.0, mu_walk=1e-3, zero_std=1e-4, zero_walk=0.0)
 """Tuning for a simulated torque: without noise, by the same model."""
 DELAYED = Model(effects=effects_named(["sensor_delay"]))
@@ -70,12 +68,6 @@ def published(file: Path, mu: float) -> tuple[Recording, Array]:
 def in_time(late: Recording) -> Recording:
     """The recording with its torque a sample earlier; the last sample has none."""
     return replace(late, M_z=np.append(late.M_z[1:], np.nan))
-
-
-def rmse(recording: Recording, mu: Array) -> float:
-    """Root mean square of the error from `SETTLED` on [1]."""
-    declared = recording.tyre.mu
-    return float(np.sqrt(np.mean((mu - declared)[recording.t >= SETTLED] ** 2)))
 
 
 def published_table(folder: Path) -> None:

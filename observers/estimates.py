@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from observers.protocol import Status
 from symbolic import InvalidInputError
-from symbolic.markup import html_table
+from symbolic.tables.markup import html_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

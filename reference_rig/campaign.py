@@ -188,7 +188,10 @@ def plant_effect(
         rng = np.random.default_rng([seed, 3, list(STRENGTHS).index(name)])
         wanted = rng.uniform(LEAST_SHARE, LARGEST_SHARE) if share is None else share
         effects = {name: _parameters_for(name, seed, tyre, load, duration, wanted)}
-    return _record(seed, effects, tyre, load, duration, hand, f"{name or 'declared'}_{seed}")
+    name = f"{name or 'declared'}_{seed}"
+    return make_recording(
+        seed, effects, **vars(tyre), load=load, duration=duration, hand=hand, name=name
+    )
 
 
 def make_campaign(
@@ -226,22 +229,21 @@ def make_campaign(
     nominal = replace(tyre, k=tyre.k * rng.uniform(0.8, 1.2), mu=tyre.mu * rng.uniform(0.8, 1.2))
     load = 400.0 * rng.uniform(0.85, 1.15)
     share = None if shares is None else float(np.random.default_rng([seed, 9]).uniform(*shares))
+    hand = STRENGTHS[name].hand if name else USUAL
     first = plant_effect(name, seed, tyre=tyre, load=load, duration=duration, share=share)
     recorded = tuple(
-        _record(
+        make_recording(
             seed + 1000 * number,
             _on_another_day(first.effects, name, number, rng) | dict(also or {}),
-            replace(tyre, mu=tyre.mu * rng.uniform(0.92, 1.08)),
-            load * rng.uniform(0.95, 1.05),
-            duration,
-            STRENGTHS[name].hand if name else USUAL,
-            f"recording_{chr(ord('a') + number)}",
+            **vars(replace(tyre, mu=tyre.mu * rng.uniform(0.92, 1.08))),
+            load=load * rng.uniform(0.95, 1.05),
+            duration=duration,
+            hand=hand,
+            name=f"recording_{chr(ord('a') + number)}",
         )
         for number in range(recordings)
     )
-    recorded = _elsewhere(
-        recorded, seed, off, grounds, STRENGTHS[name].hand if name else USUAL, duration
-    )
+    recorded = _elsewhere(recorded, seed, off, grounds, hand, duration)
     moved = _share(name, seed, tyre, load, duration, first.effects[name]) if name else 0.0
     return Campaign(name=name, recordings=recorded, nominal=nominal, share=moved)
 
@@ -268,9 +270,10 @@ def _elsewhere(
             mu=recording.tyre.mu * factors.get(ground or "", 1.0),
         )
         load = float(recording.F_N_true.mean())
-        again = _record(
-            seed + 1000 * number, recording.effects, tyre, load, duration, hand, recording.name
-        )
+        again = make_recording(
+            seed + 1000 * number, recording.effects, **vars(tyre),
+            load=load, duration=duration, hand=hand, name=recording.name,
+        )  # fmt: skip
         made.append(replace(again, ground=ground))
     return tuple(made)
 
@@ -283,29 +286,6 @@ def write_campaign(directory: Path, campaign: Campaign) -> list[Path]:
     for path, recording in zip(paths, campaign.recordings, strict=True):
         write_csv(path, recording)
     return paths
-
-
-def _record(
-    seed: int,
-    effects: EffectValues,
-    tyre: RigTyre,
-    load: float,
-    duration: float,
-    hand: Hand,
-    name: str,
-) -> RigRecording:
-    return make_recording(
-        seed,
-        effects,
-        a=tyre.a,
-        e=tyre.e,
-        k=tyre.k,
-        mu=tyre.mu,
-        load=load,
-        duration=duration,
-        hand=hand,
-        name=name,
-    )
 
 
 def _on_another_day(

@@ -9,7 +9,7 @@ from reference_rig.hooks import Array, RigDrive
 from reference_rig.patch import RigTyre, lay_out
 from reference_rig.path import SAMPLE_RATE, STEP_RATE, Hand, hand_path
 from reference_rig.recording import RigRecording
-from reference_rig.sensors import ENCODER_STEP, LOAD_NOISE, quantise, require_instants, sample_instants
+from reference_rig.sensors import ENCODER_STEP, record_channels, require_instants, sample_instants
 
 Friction = Callable[[Array], Array]
 """Friction coefficient [1] at times [s]; same shape."""
@@ -153,14 +153,15 @@ def make_ground_recording(
     seen = np.searchsorted(drive.t, times)
     M_z = simulate_ground(drive, mu, tyre or RigTyre(), bristles=bristles)[seen]
     psi, F_N = drive.psi[seen], drive.F_N[seen]
-    rng = np.random.default_rng([seed, 2])
-    load_sigma = LOAD_NOISE * float(np.mean(F_N)) if noise > 0 else 0.0
+    seen_psi, seen_M_z, seen_F_N = record_channels(
+        seed, psi, M_z, F_N, noise=noise, encoder_step=encoder_step
+    )
     return GroundRecording(
         name=name,
         t=times,
-        psi=quantise(psi, encoder_step),
-        M_z=M_z + noise * np.ptp(M_z) * rng.standard_normal(len(times)),
-        F_N=F_N + load_sigma * rng.standard_normal(len(times)),
+        psi=seen_psi,
+        M_z=seen_M_z,
+        F_N=seen_F_N,
         psi_true=psi,
         psi_dot_true=drive.psi_dot[seen],
         psi_patch=psi,

@@ -1,5 +1,6 @@
 """Hooks of an effect of the rig, and the records that pass between rig and effect."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -70,58 +71,31 @@ class MaxwellBranch:
     time: float = 1.0
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class PlantedEffect:
-    """An effect that changes nothing. Real ones override the one hook at which they act."""
+    """Where an effect acts on the rig; all that is left out changes nothing."""
 
-    @property
-    def rank(self) -> int:
-        """Effects act on the finished torque in the order of their rank."""
-        return 0
-
-    def width(self) -> float:
-        """Half-width of the patch [m]; zero is a line of bristles."""
-        return 0.0
-
-    def span(self) -> float:
-        """Half-lengths over which there are bristles [1]."""
-        return 1.0
-
-    def growth(self, F_N: float, a: float) -> float:
-        """Half-length of the patch under the load over the declared one, a [m] [1]."""
-        del F_N, a
-        return 1.0
-
-    def pressure(self, xi: Array) -> Array | float:
-        """Factor on the parabolic pressure at xi = x/a [1]."""
-        del xi
-        return 1.0
-
-    def relaxation(self) -> MaxwellBranch:
-        """Branch beside each bristle spring."""
-        return MaxwellBranch()
-
-    def compliance(self) -> float:
-        """Torsional compliance in series with the patch [rad/(N m)]."""
-        return 0.0
-
-    def lost_motion(self) -> float:
-        """Play in series with the patch, from flank to flank [rad]."""
-        return 0.0
-
-    def friction(self, sample: BristleStep) -> Array | float:
-        """Factor on the friction limit during one step [1]."""
-        del sample
-        return 1.0
-
-    def rate(self) -> float:
-        """Growth c >= 0 of the friction limit with the logarithm of a bristle's own speed [1]."""
-        return 0.0
-
-    def drive(self, drive: RigDrive) -> RigDrive:
-        """The drive that reaches the tyre, from the one at the sensor."""
-        return drive
-
-    def torque(self, history: RigHistory) -> Array:
-        """The torque channel [N m]."""
-        return history.M_z
+    half_width: float = 0.0
+    """Half-width of the patch [m]; zero is a line of bristles."""
+    span: float = 1.0
+    """Half-lengths over which there are bristles [1]."""
+    growth: Callable[[float, float], float] = lambda _F_N, _a: 1.0
+    """(load [N], declared half-length [m]) -> half-length of the patch over the declared one [1]."""
+    pressure: Callable[[Array], Array | float] = lambda _xi: 1.0
+    """Factor on the parabolic pressure at xi = x/a [1]."""
+    relaxation: MaxwellBranch = MaxwellBranch()
+    """Branch beside each bristle spring."""
+    compliance: float = 0.0
+    """Torsional compliance in series with the patch [rad/(N m)]."""
+    lost_motion: float = 0.0
+    """Play in series with the patch, from flank to flank [rad]."""
+    friction: Callable[[BristleStep], Array | float] = lambda _step: 1.0
+    """Factor on the friction limit during one step [1]."""
+    rate: float = 0.0
+    """Growth c >= 0 of the friction limit with the logarithm of a bristle's own speed [1]."""
+    drive: Callable[[RigDrive], RigDrive] = lambda drive: drive
+    """The drive that reaches the tyre, from the one at the sensor."""
+    torque: Callable[[RigHistory], Array] = lambda history: history.M_z
+    """The torque channel [N m]."""
+    in_sensor: bool = False
+    """Whether `torque` is the sensor's, which sees what all others make of it, so that it comes last."""

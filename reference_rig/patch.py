@@ -121,8 +121,8 @@ def simulate_bristles(
         drive = effect.drive(drive)
     n = len(drive.t)
     grid = lay_out(tyre, effects, bristles)
-    compliance = sum(effect.compliance() for effect in effects)
-    gap = sum(effect.lost_motion() for effect in effects)
+    compliance = sum(effect.compliance for effect in effects)
+    gap = sum(effect.lost_motion for effect in effects)
     travel = np.cumsum(np.abs(np.diff(drive.psi, prepend=drive.psi[0])))
     dt = np.diff(drive.t)
     dt = np.concatenate([dt[:1], dt])
@@ -147,7 +147,7 @@ def simulate_bristles(
         psi_patch[i] = step.solve_with_play(float(drive.psi[i]), compliance, gap)
         state, M_z[i], sliding[i] = step.take(psi_patch[i])
     history = RigHistory(drive=seen, psi_patch=psi_patch, M_z=M_z, sliding=sliding)
-    for effect in sorted(effects, key=lambda effect: effect.rank):
+    for effect in sorted(effects, key=lambda effect: effect.in_sensor):
         history = replace(history, M_z=effect.torque(history))
     return history
 
@@ -173,9 +173,9 @@ def contact_age(psi: Array, dt: Array) -> Array:
 
 def lay_out(tyre: RigTyre, effects: Sequence[PlantedEffect], bristles: int) -> BristleGrid:
     """The grid of bristles and the stretch at which each of them slides."""
-    half_width = max((effect.width() for effect in effects), default=0.0)
+    half_width = max((effect.half_width for effect in effects), default=0.0)
     columns, rows = (bristles // 5, ROWS) if half_width > 0 else (bristles, 1)
-    span = max((effect.span() for effect in effects), default=1.0)
+    span = max((effect.span for effect in effects), default=1.0)
     xi = span * ((2 * np.arange(columns) + 1) / columns - 1)
     y = half_width * (np.arange(rows) + 0.5) / rows
     lever = np.hypot(tyre.a * xi[:, None] - tyre.e, y[None, :])
@@ -194,12 +194,12 @@ def lay_out(tyre: RigTyre, effects: Sequence[PlantedEffect], bristles: int) -> B
         share=(tyre.k * 2 * span * tyre.a / lever.size) * lever.ravel(),
         limit_of=limit_of,
         relaxation=_one_relaxation(effects),
-        rate=sum(effect.rate() for effect in effects),
+        rate=sum(effect.rate for effect in effects),
     )
 
 
 def _one_relaxation(effects: Sequence[PlantedEffect]) -> MaxwellBranch:
-    branches = [branch for effect in effects if (branch := effect.relaxation()).gain]
+    branches = [effect.relaxation for effect in effects if effect.relaxation.gain]
     if len(branches) > 1:
         raise ValueError("the rig has one Maxwell branch beside each bristle spring")
     return branches[0] if branches else MaxwellBranch()

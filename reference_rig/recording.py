@@ -10,10 +10,10 @@ from reference_rig.effects import LIBRARY_EFFECTS
 from reference_rig.hooks import Array, PlantedEffect
 from reference_rig.patch import RigTyre, simulate_bristles
 from reference_rig.path import SAMPLE_RATE, SUBSTEPS, Hand, hand_path
-from reference_rig.sensors import ENCODER_STEP, LOAD_NOISE, quantise
+from reference_rig.sensors import ENCODER_STEP, record_channels
 from reference_rig.unmodelled import UNMODELLED_EFFECTS
 
-RIG_EFFECTS: dict[str, type[PlantedEffect]] = LIBRARY_EFFECTS | UNMODELLED_EFFECTS
+RIG_EFFECTS = LIBRARY_EFFECTS | UNMODELLED_EFFECTS
 """Everything that can be planted, by name."""
 EffectValues = Mapping[str, Mapping[str, float]]
 """Name of the effect -> its parameters."""
@@ -93,15 +93,15 @@ def make_recording(
     drive = hand_path(seed, duration, hand=hand, load=load, rate=SAMPLE_RATE * SUBSTEPS)
     history = simulate_bristles(drive, tyre, build_effects(planted), bristles=bristles)
     M_z, psi, F_N = history.M_z[::SUBSTEPS], drive.psi[::SUBSTEPS], drive.F_N[::SUBSTEPS]
-    rng = np.random.default_rng([seed, 2])
-    sigma = noise * np.ptp(M_z)
-    load_sigma = LOAD_NOISE * load if noise > 0 else 0.0
+    seen_psi, seen_M_z, seen_F_N = record_channels(
+        seed, psi, M_z, F_N, load=load, noise=noise, encoder_step=encoder_step
+    )
     return RigRecording(
         name=name,
         t=np.arange(len(psi)) / SAMPLE_RATE,
-        psi=quantise(psi, encoder_step),
-        M_z=M_z + sigma * rng.standard_normal(len(psi)),
-        F_N=F_N + load_sigma * rng.standard_normal(len(psi)),
+        psi=seen_psi,
+        M_z=seen_M_z,
+        F_N=seen_F_N,
         psi_true=psi,
         psi_dot_true=drive.psi_dot[::SUBSTEPS],
         psi_patch=history.psi_patch[::SUBSTEPS],

@@ -36,6 +36,35 @@ def quantise(psi: Array, step: float) -> Array:
     return np.round(psi / step) * step if step > 0 else psi
 
 
+def record_channels(
+    seed: int,
+    psi: Array,
+    torque: Array,
+    F_N: Array,
+    *,
+    load: float | None = None,
+    noise: float,
+    encoder_step: float,
+) -> tuple[Array, Array, Array]:
+    """Angle [rad], torque [N m] and load [N] as the sensors show them.
+
+    Args:
+        seed: of the noise.
+        psi: true angle [rad], shape (n,), as the next two.
+        torque: true torque [N m].
+        F_N: true load [N].
+        load: that the noise of the load is a share of [N]; None for the mean.
+        noise: standard deviation of the torque in shares of its range [1]; 0 also silences the load.
+        encoder_step: of the angle [rad]; 0 for none.
+    """
+    rng = np.random.default_rng([seed, 2])
+    load_sigma = LOAD_NOISE * (float(np.mean(F_N)) if load is None else load) if noise > 0 else 0.0
+    noisy = torque + noise * np.ptp(torque) * rng.standard_normal(len(torque))
+    return (
+        quantise(psi, encoder_step), noisy, F_N + load_sigma * rng.standard_normal(len(F_N)),
+    )  # fmt: skip
+
+
 def add_outliers(seed: int, signal: Array, *, share: float = 0.01, size: float | None = None) -> Array:
     """Throw a share of the finite samples off, upwards or downwards alike.
 

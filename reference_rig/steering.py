@@ -11,8 +11,7 @@ from reference_rig.patch import RigTyre
 from reference_rig.path import STEP_RATE, Hand, hand_path
 from reference_rig.sensors import (
     FOURTEEN_BIT_STEP,
-    LOAD_NOISE,
-    quantise,
+    record_channels,
     require_instants,
     sample_instants,
 )
@@ -250,28 +249,15 @@ def make_steering_recording(
         command, F_N, mu, step=step, tyre=tyre, wheel=wheel, grip=grip, bristles=bristles
     )
     seen = motion.at(instants if times is None else times)
-    return _recorded(seed, seen, tyre, wheel or Wheel(), noise, encoder_step, name)
-
-
-def _recorded(
-    seed: int,
-    seen: SteeredMotion,
-    tyre: RigTyre,
-    wheel: Wheel,
-    noise: float,
-    encoder_step: float,
-    name: str,
-) -> SteeringRecording:
-    """Put the sensors' faults on the motion at the sampling instants."""
-    rng = np.random.default_rng([seed, 2])
-    n = len(seen.t)
-    load_sigma = LOAD_NOISE * float(np.mean(seen.F_N)) if noise > 0 else 0.0
+    psi, M, load_shown = record_channels(
+        seed, seen.psi, seen.M, seen.F_N, noise=noise, encoder_step=encoder_step
+    )
     return SteeringRecording(
         name=name,
         t=seen.t,
-        psi=quantise(seen.psi, encoder_step),
-        M=seen.M + noise * np.ptp(seen.M) * rng.standard_normal(n),
-        F_N=seen.F_N + load_sigma * rng.standard_normal(n),
+        psi=psi,
+        M=M,
+        F_N=load_shown,
         psi_true=seen.psi,
         psi_dot_true=seen.psi_dot,
         M_true=seen.M,
@@ -279,7 +265,7 @@ def _recorded(
         M_z_true=seen.M_z,
         mu_true=seen.mu,
         tyre=replace(tyre, mu=float(seen.mu[0])),
-        wheel=wheel,
+        wheel=wheel or Wheel(),
     )
 
 

@@ -1,152 +1,132 @@
-"""Effects that the rig plants and no library has; a diagnosis has to report them as unexplained."""
+"""Effects that the rig plants and no library has; a diagnosis has to report them as unexplained.
 
-from dataclasses import dataclass, replace
+A function of its parameters each, which are neutral by default.
+"""
+
+from collections.abc import Callable
+from dataclasses import replace
 from math import exp, log1p
 
 import numpy as np
 
-from reference_rig.hooks import Array, BristleStep, PlantedEffect, RigDrive, RigHistory
+from reference_rig.hooks import Array, PlantedEffect, RigDrive, RigHistory
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlantedPlay(PlantedEffect):
+def play(gap: float = 0.0) -> PlantedEffect:
     """Play before a tyre that dry friction holds, `gap` [rad] from flank to flank."""
 
-    gap: float = 0.0
-
-    def drive(self, drive: RigDrive) -> RigDrive:
-        """The tyre's angle follows the sensor's as a play operator does."""
-        if self.gap == 0:
-            return drive
-        half = self.gap / 2
-        psi = np.empty_like(drive.psi)
-        tyre = float(drive.psi[0])
-        for i, sensor in enumerate(drive.psi):
-            tyre = min(max(tyre, sensor - half), sensor + half)
-            psi[i] = tyre
+    def drive(at_sensor: RigDrive) -> RigDrive:
+        if gap == 0:
+            return at_sensor
+        psi = _play_operator(at_sensor.psi, gap / 2, float(at_sensor.psi[0]))
         driven = np.diff(psi, prepend=psi[0]) != 0
-        return replace(drive, psi=psi, psi_dot=np.where(driven, drive.psi_dot, 0.0))
+        return replace(at_sensor, psi=psi, psi_dot=np.where(driven, at_sensor.psi_dot, 0.0))
+
+    return PlantedEffect(drive=drive)
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlantedSlideOscillation(PlantedEffect):
+def slide_oscillation(amplitude: float = 0.0, frequency: float = 5.0) -> PlantedEffect:
     """The torque swings with `amplitude` [N m] and `frequency` [Hz] while the patch slides."""
 
-    amplitude: float = 0.0
-    frequency: float = 5.0
-
-    def torque(self, history: RigHistory) -> Array:
-        """The swing fades in as most bristles let go."""
+    def torque(history: RigHistory) -> Array:
+        # The swing fades in as most bristles let go.
         swell = np.clip((history.sliding - 0.4) / 0.4, 0, 1)
-        swing = np.sin(2 * np.pi * self.frequency * history.drive.t)
-        return history.M_z + self.amplitude * swell * swing
+        return history.M_z + amplitude * swell * np.sin(2 * np.pi * frequency * history.drive.t)
+
+    return PlantedEffect(torque=torque)
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlantedGust(PlantedEffect):
+def gust(level: float = 0.0, time: float = 0.6, seed: int = 0) -> PlantedEffect:
     """Slow random disturbance of the torque's load cell: `level` [N m] rms, `time` [s] long."""
 
-    level: float = 0.0
-    time: float = 0.6
-    seed: int = 0
-
-    def torque(self, history: RigHistory) -> Array:
-        """White noise twice smoothed over `time`, brought to the level."""
-        if self.level == 0:
+    def torque(history: RigHistory) -> Array:
+        if level == 0:
             return history.M_z
+        # White noise twice smoothed over `time`, brought to the level.
         t = history.drive.t
-        knots = np.arange(t[0] - 8 * self.time, t[-1] + 8 * self.time, self.time / 4)
-        noise = np.random.default_rng(self.seed).standard_normal(len(knots))
+        knots = np.arange(t[0] - 8 * time, t[-1] + 8 * time, time / 4)
+        noise = np.random.default_rng(seed).standard_normal(len(knots))
         window = np.hanning(9)
         slow = np.interp(t, knots, np.convolve(noise, window / window.sum(), mode="same"))
-        return history.M_z + self.level * slow / np.sqrt(np.mean(slow**2))
+        return history.M_z + level * slow / np.sqrt(np.mean(slow**2))
+
+    return PlantedEffect(torque=torque)
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlantedFreeBranch(PlantedEffect):
-    """A Maxwell branch beside the whole patch: its torque relaxes, and friction does not bound it."""
+def free_branch(stiffness: float = 0.0, time: float = 0.5) -> PlantedEffect:
+    """A Maxwell branch beside the whole patch: its torque relaxes, and friction does not bound it.
 
-    stiffness: float = 0.0
-    """Of its spring [N m/rad]."""
-    time: float = 0.5
-    """In which its torque falls to 1/e [s]."""
+    Args:
+        stiffness: of its spring [N m/rad].
+        time: in which its torque falls to 1/e [s].
+    """
 
-    def torque(self, history: RigHistory) -> Array:
-        """Torque with the branch, which turns at an even rate between samples."""
+    def torque(history: RigHistory) -> Array:
+        # The patch turns at an even rate between samples.
         t, psi = history.drive.t, history.psi_patch
         twist = np.zeros_like(psi)
         for i in range(1, len(psi)):
-            fade = exp(-(t[i] - t[i - 1]) / self.time)
-            share = self.time * (1 - fade) / (t[i] - t[i - 1])
+            fade = exp(-(t[i] - t[i - 1]) / time)
+            share = time * (1 - fade) / (t[i] - t[i - 1])
             twist[i] = fade * twist[i - 1] + share * (psi[i] - psi[i - 1])
-        return history.M_z - self.stiffness * twist
+        return history.M_z - stiffness * twist
+
+    return PlantedEffect(torque=torque)
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlantedEncoderEccentricity(PlantedEffect):
-    """An encoder off its axis reads psi where the wheel is at psi + A sin(n psi + phi)."""
+def encoder_eccentricity(
+    amplitude: float = 0.0, cycles: float = 8.0, phase: float = 0.0
+) -> PlantedEffect:
+    """An encoder off its axis reads psi where the wheel is at psi + A sin(n psi + phi).
 
-    amplitude: float = 0.0
-    """A [rad]."""
-    cycles: float = 8.0
-    """Turns n of the encoder, which is geared, in one of the wheel [1]."""
-    phase: float = 0.0
-    """phi [rad]."""
+    Args:
+        amplitude: A [rad].
+        cycles: turns n of the encoder, which is geared, in one of the wheel [1].
+        phase: phi [rad].
+    """
 
-    def drive(self, drive: RigDrive) -> RigDrive:
-        """The tyre's angle and rate from the encoder's."""
-        angle = self.cycles * drive.psi + self.phase
-        stretched = 1 + self.amplitude * self.cycles * np.cos(angle)
+    def error(psi: Array | float) -> Array:
+        return amplitude * np.sin(cycles * psi + phase)
+
+    def drive(at_sensor: RigDrive) -> RigDrive:
+        stretched = 1 + amplitude * cycles * np.cos(cycles * at_sensor.psi + phase)
         return replace(
-            drive,
-            psi=drive.psi + self.amplitude * np.sin(angle),
-            psi_dot=drive.psi_dot * stretched,
-            psi_virgin=drive.psi_virgin
-            + self.amplitude * float(np.sin(self.cycles * drive.psi_virgin + self.phase)),
+            at_sensor,
+            psi=at_sensor.psi + error(at_sensor.psi),
+            psi_dot=at_sensor.psi_dot * stretched,
+            psi_virgin=at_sensor.psi_virgin + float(error(at_sensor.psi_virgin)),
         )
 
+    return PlantedEffect(drive=drive)
 
-@dataclass(frozen=True, kw_only=True)
-class PlantedSensorHysteresis(PlantedEffect):
+
+def sensor_hysteresis(height: float = 0.0) -> PlantedEffect:
     """The torque channel follows the torque as a play operator does, `height` [N m] behind it."""
-
-    height: float = 0.0
-
-    @property
-    def rank(self) -> int:
-        """Last: the sensor sees whatever makes the torque."""
-        return 1
-
-    def torque(self, history: RigHistory) -> Array:
-        """What the channel shows."""
-        shown, channel = 0.0, np.empty_like(history.M_z)
-        for i, M_z in enumerate(history.M_z):
-            shown = min(max(shown, M_z - self.height), M_z + self.height)
-            channel[i] = shown
-        return channel
+    return PlantedEffect(torque=lambda history: _play_operator(history.M_z, height, 0.0), in_sensor=True)
 
 
-@dataclass(frozen=True, kw_only=True)
-class PlantedContactAgeing(PlantedEffect):
+def contact_ageing(gain: float = 0.0) -> PlantedEffect:
     """Limit times 1 + gain ln(1 + age/1 s): contacts that rest grow, those that slide are new.
 
     The age is that of rate-and-state friction (Dieterich 1979, Ruina 1983), for the patch as a whole.
     """
-
-    gain: float = 0.0
-
-    def friction(self, sample: BristleStep) -> float:
-        """Factor of all bristles."""
-        return 1 + self.gain * log1p(sample.age)
+    return PlantedEffect(friction=lambda step: 1 + gain * log1p(step.age))
 
 
-UNMODELLED_EFFECTS: dict[str, type[PlantedEffect]] = {
-    "play": PlantedPlay,
-    "slide_oscillation": PlantedSlideOscillation,
-    "gust": PlantedGust,
-    "free_branch": PlantedFreeBranch,
-    "encoder_eccentricity": PlantedEncoderEccentricity,
-    "sensor_hysteresis": PlantedSensorHysteresis,
-    "contact_ageing": PlantedContactAgeing,
-}
-"""Name of the effect -> its class, neutral by default."""
+def _play_operator(signal: Array, half_gap: float, start: float) -> Array:
+    """What follows a signal no farther than half a gap behind, from a start on."""
+    follower, followed = np.empty_like(signal), start
+    for i, value in enumerate(signal):
+        followed = min(max(followed, value - half_gap), value + half_gap)
+        follower[i] = followed
+    return follower
+
+
+UNMODELLED_EFFECTS: dict[str, Callable[..., PlantedEffect]] = {
+    effect.__name__: effect
+    for effect in (
+        play, slide_oscillation, gust, free_branch, encoder_eccentricity, sensor_hysteresis,
+        contact_ageing,
+    )
+}  # fmt: skip
+"""By name."""

@@ -8,7 +8,7 @@
 """
 
 from symbolic.bristles import BristleTraits, Relaxation
-from symbolic.compiled import compiled, compiler
+from symbolic.compilation.compiled import compiled, compiler
 from symbolic.compliance import SEARCH_STEPS
 from symbolic.deformation import full_slide_arm, full_slide_level, full_slide_torque
 from symbolic.effects.base import (
@@ -18,6 +18,7 @@ from symbolic.effects.base import (
     Scope,
     Signals,
     Values,
+    parameter_name,
     with_limit,
     with_shape,
 )
@@ -31,17 +32,13 @@ from symbolic.masing import (
     zone_boundaries,
 )
 from symbolic.model import DECLARED, GEOMETRY, SIGNALS, Model
-from symbolic.model_error import ModelError
 from symbolic.motion import TorqueProfile, WheelMotion, simulate_motion
 from symbolic.parameters import RIG_RANGES, TOLERATED, Rig, Tolerances, Tyre
 from symbolic.patch import Expression
-from symbolic.rig_tables import rig_from_tables
-from symbolic.serialisation import (
-    FoundModel,
-    model_from_tables,
-    parameter_name,
-    units_of,
-)
+from symbolic.tables.found_model import FoundModel, units_of
+from symbolic.tables.model_error import ModelError
+from symbolic.tables.model_tables import model_from_tables
+from symbolic.tables.rig_tables import rig_from_tables
 from symbolic.trajectory import RIG_DIRECTIONS, TorqueTrajectory, sensitivity_step, simulate
 
 __all__ = [

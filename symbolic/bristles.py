@@ -74,27 +74,26 @@ class BristlePatch:
 
     Attributes:
         traits: deviations from the declared patch.
-        lengthways: bristles over the length of the patch; half as many where rows smooth the sum [1].
+        columns: bristles over the length of the patch; half as many where rows smooth the sum [1].
         rows: bristles over the half-width, where the patch has one [1].
     """
 
     traits: BristleTraits
-    lengthways: int = 80
+    columns: int = 80
     rows: int = 6
 
     def __post_init__(self) -> None:
         """Check the numbers of bristles."""
-        if self.lengthways < 4 or self.rows < 1:
+        if self.columns < 4 or self.rows < 1:
             raise InvalidInputError(
-                f"a bristle patch needs lengthways >= 4 and rows >= 1, "
-                f" got {self.lengthways} and {self.rows}"
+                f"a bristle patch needs columns >= 4 and rows >= 1, got {self.columns} and {self.rows}"
             )
 
     @property
     def bristles(self) -> int:
         """Number of bristles."""
         wide = self.traits.half_width is not None
-        return (self.lengthways // 2) * self.rows if wide else self.lengthways
+        return (self.columns // 2) * self.rows if wide else self.columns
 
     @property
     def size(self) -> int:
@@ -194,7 +193,7 @@ class BristlePatch:
     def nodes(self) -> tuple[ca.DM, ca.DM, ca.DM]:
         """Places x / a, y / half_width and weights over u of every bristle."""
         wide = self.traits.half_width is not None
-        along, share = gauss_legendre(self.lengthways // 2 if wide else self.lengthways)
+        along, share = gauss_legendre(self.columns // 2 if wide else self.columns)
         across, part = gauss_legendre(self.rows if wide else 1)
         u = np.repeat(2 * along - 1, len(across))
         v = np.tile(across, len(along))

@@ -6,12 +6,10 @@ Newton steps linearise the patch, which takes its time to evaluate, and solve fo
 is: a backlash bends far more sharply than the patch does.
 """
 
-from collections.abc import Sequence
-from typing import Protocol
-
 import casadi as ca
 
-from symbolic.effects.base import Effect, Values
+from symbolic.effects.base import Composition
+from symbolic.functions import named_function
 from symbolic.patch import Expression, Patch
 
 SEARCH_STEPS = 5
@@ -20,17 +18,7 @@ BALANCE_STEPS = 8
 """Newton steps within each of them, for the deflection against a patch that is linear [1]."""
 
 
-class Elements(Protocol):
-    """What is needed of `symbolic.Model`, whose members these are."""
-
-    def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
-        """Symbols for signals, theta and geometry."""
-
-    def values(self, theta: Expression) -> Sequence[tuple[Effect, Values]]:
-        """Each effect with its parameters."""
-
-
-def deflection_of(model: Elements) -> ca.Function | None:
+def deflection_of(model: Composition) -> ca.Function | None:
     """(M_z, load and theta) -> turn of what is in series with the patch [rad]; None for nothing."""
     M_z, F_N, theta = ca.MX.sym("M_z"), ca.MX.sym("F_N"), model.symbols()[1]
     turns = [effect.deflection(M_z, F_N, values) for effect, values in model.values(theta)]
@@ -87,10 +75,10 @@ def _search(patch: Patch, deflection: ca.Function, steps: int) -> ca.Function:
     after = patch.advance(before, turn, rest)
     M_z = patch.torque(after, rest)
     follows = ca.densify(ca.jtimes(after, turn, ca.MX(1))) if patch.smooth else ca.MX(0)
-    given, names = [before, turn, rest], ["memory", "turn", "coefficients"]
+    given = {"memory": before, "turn": turn, "coefficients": rest}
     slope = ca.jtimes(M_z, turn, ca.MX(1))
-    tangent = ca.Function("tangent", given, [M_z, slope], names, ["M_z", "slope"])
-    slopes = ca.Function("slopes", given, [slope, follows], names, ["slope", "follows"])
+    tangent = named_function("tangent", given, {"M_z": M_z, "slope": slope})
+    slopes = named_function("slopes", given, {"slope": slope, "follows": follows})
     balanced = balance(deflection)
     # The residual rises with the turn by at least one to one, so its value at rest brackets the root.
     root: Expression = ca.MX(0)
@@ -111,14 +99,9 @@ def _search(patch: Patch, deflection: ca.Function, steps: int) -> ca.Function:
     slope, follows = slopes(before, goal + deflection(torque, elements), rest)
     M_z = ca.MX.sym("M_z")
     softness = ca.Function("softness", [M_z, elements], [ca.jacobian(deflection(M_z, elements), M_z)])
-    return ca.Function(
-        "search",
-        [before, rest, goal, elements],
-        [torque, 1 - slope * softness(torque, elements), follows],
-        ["memory", "coefficients", "rigid_turn", "elements"],
-        ["M_z", "slope", "follows"],
-        {"is_diff_out": [False] * 3},
-    )
+    inputs = {"memory": before, "coefficients": rest, "rigid_turn": goal, "elements": elements}
+    found = {"M_z": torque, "slope": 1 - slope * softness(torque, elements), "follows": follows}
+    return named_function("search", inputs, found, is_diff_out=[False] * len(found))
 
 
 def balance(deflection: ca.Function) -> ca.Function:

@@ -9,36 +9,16 @@ that rate, that a sensor's delay no longer matters, and that a compliant carcass
 effect counts up, such as the travel of `friction_drift`, stays as it is now.
 """
 
-from collections.abc import Hashable
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
-from typing import Protocol
 
 import casadi as ca
 
 from symbolic.deformation import full_slide_arm
-from symbolic.effects.base import Effect, Signals, Values
-from symbolic.patch import Expression, Patch, PatchInputs
-
-
-class Composition(Hashable, Protocol):
-    """What is needed of `symbolic.Model`, whose members these are."""
-
-    @property
-    def memory_size(self) -> int:
-        """Length of the memory."""
-
-    def patch(self, theta: Expression | None = None) -> Patch:
-        """The patch."""
-
-    def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
-        """Symbols for signals, theta and geometry."""
-
-    def values(self, theta: Expression) -> list[tuple[Effect, Values]]:
-        """Each effect with its parameters."""
-
-    def split(self, memory: Expression) -> tuple[Expression, Expression, list[Expression]]:
-        """Patch angle, patch memory, and each effect's own memory."""
+from symbolic.effects.base import Composition, Effect, Values
+from symbolic.functions import named_function
+from symbolic.patch import Expression, Signals, patch_inputs
 
 
 @cache
@@ -60,25 +40,17 @@ def build_full_slide(model: Composition) -> ca.Function:
     sides = (forth, replace(forth, psi_dot=-rate))
     factors, torques = zip(*(_by_effects(effects, own, side) for side in sides), strict=True)
     # The patch itself slides alike to both sides, and in proportion to the factor on its limit.
-    inputs = PatchInputs(
-        speed=rate, dt=forth.dt, F_N=F_N, factor=_mean(factors),
-        mu=theta[0], k=theta[1], a=geometry[0], e=geometry[1],
-    )  # fmt: skip
+    inputs = patch_inputs(forth, _mean(factors), theta, geometry)
     declared = F_N * full_slide_arm(inputs.a, inputs.e)
     beside = (torques[1] - torques[0]) / (2 * declared)
     mu_eff = model.patch(theta).effective_friction(inputs) + beside
-    return ca.Function(
-        "full_slide",
-        [memory, F_N, theta, geometry, rate],
-        [mu_eff, mu_eff * declared],
-        ["memory", "F_N", "theta", "geometry", "rate"],
-        ["mu_eff", "M_slide"],
-        {"cse": True},
-    )
+    given = {"memory": memory, "F_N": F_N, "theta": theta, "geometry": geometry, "rate": rate}
+    outputs = {"mu_eff": mu_eff, "M_slide": mu_eff * declared}
+    return named_function("full_slide", given, outputs, cse=True)
 
 
 def _by_effects(
-    effects: list[tuple[Effect, Values]], own: list[Expression], side: Signals
+    effects: Sequence[tuple[Effect, Values]], own: list[Expression], side: Signals
 ) -> tuple[Expression, Expression]:
     """Factor on the limit [1], and torque of the ground beside the patch [N m], of all effects."""
     factor, torque = ca.MX(1), ca.MX(0)

@@ -12,11 +12,12 @@ import casadi as ca
 
 from symbolic.bristles import BristlePatch, BristleTraits
 from symbolic.compliance import SEARCH_STEPS, advance_in_series, deflection_of
-from symbolic.effects.base import Effect, Parameter, Signals, with_scope
+from symbolic.effects.base import Effect, Parameter, parameter_name, with_scope
 from symbolic.errors import InvalidInputError
 from symbolic.full_slide import build_full_slide
+from symbolic.functions import named_function
 from symbolic.parameters import FRICTION, STIFFNESS
-from symbolic.patch import Expression, Patch, PatchInputs
+from symbolic.patch import Expression, Patch, Signals, patch_inputs
 from symbolic.zones import ZonePatch
 
 SIGNALS = ("psi", "psi_dot", "F_N", "dt")
@@ -45,14 +46,14 @@ class Model:
     Attributes:
         effects: the effects, in order.
         corners: capacity of the exact patch, see `ZonePatch`.
-        lengthways: bristles of the discretised patch, see `BristlePatch`.
+        bristles: over the length of the discretised patch, see `BristlePatch.columns`.
         discretised: True asks for bristles even where the exact patch would do.
         search_steps: Newton steps towards the balance with what is in series with the patch.
     """
 
     effects: tuple[Effect, ...] = ()
     corners: int = 32
-    lengthways: int = 80
+    bristles: int = 80
     discretised: bool = False
     search_steps: int = SEARCH_STEPS
 
@@ -76,7 +77,7 @@ class Model:
         Raises:
             InvalidInputError: a parameter is missing, unknown or out of bounds.
         """
-        names = [f"{e.name}.{p.name}" if e else p.name for e, p in self.parameters]
+        names = [parameter_name(effect, parameter) for effect, parameter in self.parameters]
         if unknown := sorted(set(values) - set(names)):
             raise InvalidInputError(
                 f"unknown parameter {unknown[0]!r}; the model has {', '.join(names)}"
@@ -85,18 +86,14 @@ class Model:
         for name, (_, parameter) in zip(names, self.parameters, strict=True):
             if name not in values:
                 raise InvalidInputError(f"parameter {name!r} is missing")
-            if not parameter.lower <= values[name] <= parameter.upper:
-                raise InvalidInputError(
-                    f"parameter {name} must lie in [{parameter.lower}, {parameter.upper}]"
-                    f" {parameter.unit}, got {values[name]}"
-                )
+            parameter.require_within(values[name], f"parameter {name}")
             vector.append(parameter.to_coordinate(values[name]))
         return ca.DM(vector)
 
     @property
     def exact(self) -> bool:
         """Whether the patch is the exact one: no effect breaks the parabola."""
-        return not (self.discretised or any(effect.discrete for effect in self.effects))
+        return not (self.discretised or any(effect.needs_bristles for effect in self.effects))
 
     def patch(self, theta: Expression | None = None) -> Patch:
         """The exact patch, or bristles with the traits that the effects give them.
@@ -109,7 +106,7 @@ class Model:
         traits = BristleTraits()
         for effect, values in self.values(self.symbols()[1] if theta is None else theta):
             traits = effect.traits(traits, values)
-        return BristlePatch(traits=traits, lengthways=self.lengthways)
+        return BristlePatch(traits=traits, columns=self.bristles)
 
     @property
     def memory_size(self) -> int:
@@ -132,17 +129,17 @@ class Model:
 
     @property
     def advance(self) -> ca.Function:
-        """The first half of `step`: (memory, signals, theta, geometry) -> (memory_next, seen).
+        """The first half of `step`: (memory, signals, theta, geometry) -> (memory_next, patch_signals).
 
-        seen are the signals at the patch: another angle, rate or load where an effect sits in a sensor,
-        and dt at least `SHORTEST_PERIOD`.
+        patch_signals are those that reach the patch: another angle, rate or load where an effect sits in
+        a sensor, and dt at least `SHORTEST_PERIOD`.
         """
-        return _build_halves(self)[0]
+        return _build_advance(self)
 
     @property
     def torque(self) -> ca.Function:
-        """The second half of `step`: (memory_next, seen, theta, geometry) -> M_z."""
-        return _build_halves(self)[1]
+        """The second half of `step`: (memory_next, patch_signals, theta, geometry) -> M_z."""
+        return _build_torque(self)
 
     @property
     def full_slide(self) -> ca.Function:
@@ -177,12 +174,23 @@ class Model:
 
     def split(self, memory: Expression) -> tuple[Expression, Expression, list[Expression]]:
         """Patch angle, patch memory, and each effect's own memory."""
-        at = 1 + self.patch().size
-        own = []
+        own = 1 + self.patch().size
+        return memory[0], memory[1:own], self.split_own(memory, own)
+
+    def split_own(self, memory: Expression, at: int = 0) -> list[Expression]:
+        """Each effect's own memory, the first one's from an index on."""
+        parts = []
         for effect in self.effects:
-            own.append(memory[at : at + effect.memory])
+            parts.append(memory[at : at + effect.memory])
             at += effect.memory
-        return memory[0], memory[1 : 1 + self.patch().size], own
+        return parts
+
+
+def _symbols(model: Model) -> dict[str, ca.MX]:
+    """Fresh symbols for what a step takes."""
+    signals, theta, geometry = model.symbols()
+    memory = ca.MX.sym("memory", model.memory_size)
+    return {"memory": memory, "signals": signals, "theta": theta, "geometry": geometry}
 
 
 @cache
@@ -194,55 +202,42 @@ def _build_initial(model: Model) -> ca.Function:
         angle = angle - effect.initial_angle(values)
     memory = [angle, ca.MX(ca.DM(model.patch().initial()))]
     memory += [effect.initial(first) for effect in model.effects if effect.memory]
-    return ca.Function(
-        "initial",
-        [signals, theta, geometry],
-        [ca.vertcat(*memory)],
-        ["signals", "theta", "geometry"],
-        ["memory"],
-    )
+    inputs = {"signals": signals, "theta": theta, "geometry": geometry}
+    return named_function("initial", inputs, {"memory": ca.vertcat(*memory)})
 
 
 @cache
 def _build_step(model: Model) -> ca.Function:
-    signals, theta, geometry = model.symbols()
-    memory = ca.MX.sym("memory", model.memory_size)
-    after, seen, coefficients = _advance(model, memory, signals, theta, geometry)
-    M_z = _torque(model, after, seen, coefficients, theta)
-    return ca.Function(
-        "step",
-        [memory, signals, theta, geometry],
-        [after, M_z],
-        ["memory", "signals", "theta", "geometry"],
-        ["memory_next", "M_z"],
-        {"cse": True},
-    )
+    inputs = _symbols(model)
+    after, patch_signals, coefficients = _advance(model, **inputs)
+    M_z = _torque(model, after, patch_signals, coefficients, inputs["theta"])
+    return named_function("step", inputs, {"memory_next": after, "M_z": M_z}, cse=True)
 
 
 @cache
-def _build_halves(model: Model) -> tuple[ca.Function, ca.Function]:
-    signals, theta, geometry = model.symbols()
-    memory = ca.MX.sym("memory", model.memory_size)
-    after, seen, _ = _advance(model, memory, signals, theta, geometry)
-    advance = ca.Function(
-        "advance",
-        [memory, signals, theta, geometry],
-        [after, ca.vertcat(*(getattr(seen, name) for name in SIGNALS))],
-        ["memory", "signals", "theta", "geometry"],
-        ["memory_next", "seen"],
-        {"cse": True},
+def _build_advance(model: Model) -> ca.Function:
+    inputs = _symbols(model)
+    after, patch_signals, _ = _advance(model, **inputs)
+    column = ca.vertcat(*(getattr(patch_signals, name) for name in SIGNALS))
+    return named_function("advance", inputs, {"memory_next": after, "patch_signals": column}, cse=True)
+
+
+@cache
+def _build_torque(model: Model) -> ca.Function:
+    symbols = _symbols(model)
+    memory, theta, geometry = symbols["memory"], symbols["theta"], symbols["geometry"]
+    patch_signals = _signals(symbols["signals"])
+    coefficients = model.patch(theta).coefficients(
+        patch_inputs(patch_signals, ca.MX(1), theta, geometry)
     )
-    seen = _signals(signals)
-    coefficients = model.patch(theta).coefficients(_inputs(seen, ca.MX(1), theta, geometry))
-    torque = ca.Function(
-        "torque",
-        [memory, signals, theta, geometry],
-        [_torque(model, memory, seen, coefficients, theta)],
-        ["memory", "seen", "theta", "geometry"],
-        ["M_z"],
-        {"cse": True},
-    )
-    return advance, torque
+    M_z = _torque(model, memory, patch_signals, coefficients, theta)
+    inputs = {
+        "memory": memory,
+        "patch_signals": symbols["signals"],
+        "theta": theta,
+        "geometry": geometry,
+    }
+    return named_function("torque", inputs, {"M_z": M_z}, cse=True)
 
 
 def _signals(vector: Expression) -> Signals:
@@ -250,49 +245,46 @@ def _signals(vector: Expression) -> Signals:
     return replace(signals, dt=ca.fmax(signals.dt, SHORTEST_PERIOD))
 
 
-def _inputs(seen: Signals, factor: Expression, theta: Expression, geometry: Expression) -> PatchInputs:
-    return PatchInputs(
-        speed=seen.psi_dot, dt=seen.dt, F_N=seen.F_N, factor=factor,
-        mu=theta[0], k=theta[1], a=geometry[0], e=geometry[1],
-    )  # fmt: skip
-
-
 def _advance(
     model: Model, memory: ca.MX, signals: ca.MX, theta: ca.MX, geometry: ca.MX
 ) -> tuple[ca.MX, Signals, Expression]:
     """The memory after a sample, the sample as the patch saw it, and what drove the patch."""
     angle, before, own = model.split(memory)
-    seen, memories, factor = at_the_patch(model, own, signals, theta)
-    patch, turn = model.patch(theta), seen.psi - angle
-    coefficients = patch.coefficients(_inputs(seen, factor, theta, geometry))
-    elements = ca.vertcat(seen.F_N, theta)
+    patch_signals, memories, factor = at_the_patch(model, own, signals, theta)
+    patch, turn = model.patch(theta), patch_signals.psi - angle
+    coefficients = patch.coefficients(patch_inputs(patch_signals, factor, theta, geometry))
+    elements = ca.vertcat(patch_signals.F_N, theta)
     turn, after = advance_in_series(
         patch, before, turn, coefficients, deflection_of(model), elements, model.search_steps
     )
-    return ca.vertcat(angle + turn, after, *memories), seen, coefficients
+    return ca.vertcat(angle + turn, after, *memories), patch_signals, coefficients
 
 
 def at_the_patch(
     model: Model, own: list[Expression], signals: Expression, theta: Expression
 ) -> tuple[Signals, list[Expression], Expression]:
     """A sample as it reaches the patch, the effects' own memories after it, the factor on the limit."""
-    seen, effects, factor = _signals(signals), model.values(theta), type(theta)(1)
+    patch_signals, effects, factor = _signals(signals), model.values(theta), type(theta)(1)
     memories = list(own)
     # Sensors first, so that the order of the effects does not change the signals of the others.
     for i in sorted(range(len(effects)), key=lambda i: not effects[i][0].sensor):
         effect, values = effects[i]
-        seen, memories[i] = effect.transform_inputs(seen, own[i], values)
+        patch_signals, memories[i] = effect.transform_inputs(patch_signals, own[i], values)
     for (effect, values), present in zip(effects, memories, strict=True):
-        factor = factor * effect.friction(seen, present, values)
-    return seen, memories, factor
+        factor = factor * effect.friction(patch_signals, present, values)
+    return patch_signals, memories, factor
 
 
 def _torque(
-    model: Model, memory: ca.MX, seen: Signals, coefficients: Expression, theta: ca.MX
+    model: Model, memory: ca.MX, patch_signals: Signals, coefficients: Expression, theta: ca.MX
 ) -> Expression:
     """M_z of the memory after a sample [N m]."""
     _, patch, _ = model.split(memory)
-    M_z = model.patch(theta).torque(patch, coefficients)
+    return add_torques(model.patch(theta).torque(patch, coefficients), model, patch_signals, theta)
+
+
+def add_torques(M_z: Expression, model: Model, patch_signals: Signals, theta: Expression) -> Expression:
+    """The torque with those of the effects beside the patch [N m]."""
     for effect, values in model.values(theta):
-        M_z = M_z + effect.torque(seen, values)
+        M_z = M_z + effect.torque(patch_signals, values)
     return M_z

@@ -5,14 +5,13 @@ which the wheel turns back (`symbolic.wheel_integrator`).
 """
 
 from dataclasses import dataclass
-from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symbolic.errors import InvalidInputError
 from symbolic.masing import TurningPoints, declared_friction
-from symbolic.parameters import Rig, Tyre
+from symbolic.parameters import Rig, Tyre, require_positive
 from symbolic.wheel_integrator import CONSTANTS, WheelState, WheelStepper, integrate, torques
 
 Array = NDArray[np.float64]
@@ -109,8 +108,7 @@ def simulate_motion(
     duration = profile.t[-1] if duration is None else duration
     constants = _constants(rig, tyre, load)
     for name, value in (("duration", duration), ("rate", rate), ("tolerance", tolerance)):
-        if not 0 < value < inf:
-            raise InvalidInputError(f"{name} must be a finite number greater than 0, got {value:g}")
+        require_positive(name, value)
     stepper = WheelStepper(constants, tolerance)
     states = list(integrate(stepper, profile.at, profile.corners(duration)))
     t = np.arange(int(duration * rate * (1 + 1e-12)) + 1) / rate
@@ -118,8 +116,7 @@ def simulate_motion(
 
 
 def _constants(rig: Rig, tyre: Tyre, load: float) -> dict[str, float]:
-    if not 0 < load < inf:
-        raise InvalidInputError(f"the load must be a finite number greater than 0 N, got {load:g}")
+    require_positive("the load", load, "N")
     if rig.J_A is None or rig.b_t is None:
         raise InvalidInputError("a motion needs the rig's J_A and b_t, got none")
     values = (load, declared_friction(tyre), tyre.k, rig.a, rig.e, rig.J_A, rig.b_t)

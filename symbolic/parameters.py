@@ -132,9 +132,9 @@ class Rig:
             raise InvalidInputError(
                 f"b_t must be a number from 0 to {MOST_DAMPING:g} N m s/rad, got {self.b_t:g}"
             )
-        _require_positive("slide_rate", self.slide_rate, "rad/s")
+        require_positive("slide_rate", self.slide_rate, "rad/s")
         if self.noise is not None:
-            _require_positive("noise", self.noise, "N m")
+            require_positive("noise", self.noise, "N m")
         if self.dry_friction is not None and not 0 <= self.dry_friction < math.inf:
             raise InvalidInputError(
                 f"dry_friction must be a finite number of at least 0 N m, got {self.dry_friction:g}"
@@ -165,14 +165,19 @@ class Tyre:
             _require_within("mu", self.mu, FRICTION, "")
 
 
-def _require_positive(name: str, value: float, unit: str) -> None:
+def require_positive(name: str, value: float, unit: str = "") -> None:
+    """Check that a value of this name [unit] is a finite number greater than 0.
+
+    Raises:
+        InvalidInputError: it is not; the message begins with the name.
+    """
     if not 0 < value < math.inf:
         allowed = f"a finite number greater than 0 {unit}".rstrip()
         raise InvalidInputError(f"{name} must be {allowed}, got {value:g}")
 
 
 def _require_within(name: str, value: float, bounds: tuple[float, float], unit: str) -> None:
-    _require_positive(name, value, unit)
+    require_positive(name, value, unit)
     if not bounds[0] <= value <= bounds[1]:
         allowed = f"between {bounds[0]:g} and {bounds[1]:g} {unit}".rstrip()
         raise InvalidInputError(f"{name} must lie {allowed}, got {value:g}")

@@ -11,6 +11,23 @@ Expression = Any
 
 
 @dataclass(frozen=True, kw_only=True)
+class Signals:
+    """Signals of one sample at the patch, after effects on the sensors; CasADi expressions.
+
+    Attributes:
+        psi: yaw angle [rad].
+        psi_dot: yaw rate [rad/s].
+        F_N: vertical load [N].
+        dt: time since the last sample, greater than 0: `Model` sees to that [s].
+    """
+
+    psi: Expression
+    psi_dot: Expression
+    F_N: Expression
+    dt: Expression
+
+
+@dataclass(frozen=True, kw_only=True)
 class PatchInputs:
     """Inputs of the patch at one sample; all fields are CasADi expressions.
 
@@ -33,6 +50,16 @@ class PatchInputs:
     k: Expression
     a: Expression
     e: Expression
+
+
+def patch_inputs(
+    signals: Signals, factor: Expression, theta: Expression, geometry: Expression
+) -> PatchInputs:
+    """Inputs of the patch: signals at the patch, factor on the limit, (mu, k, ...) and (a, e)."""
+    return PatchInputs(
+        speed=signals.psi_dot, dt=signals.dt, F_N=signals.F_N, factor=factor,
+        mu=theta[0], k=theta[1], a=geometry[0], e=geometry[1],
+    )  # fmt: skip
 
 
 class Patch(Protocol):

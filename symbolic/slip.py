@@ -17,6 +17,7 @@ from functools import cache
 import casadi as ca
 import numpy as np
 
+from symbolic.functions import named_function
 from symbolic.patch import Expression
 
 REFERENCE_SPEED = 1e-3
@@ -103,11 +104,5 @@ def slip_search(n: int) -> ca.Function:
             moving, slipped / ((1 + branch_gain) * slipped + growth), (at_rest > 0) / (1 + branch_gain)
         ),
     }
-    return ca.Function(
-        "slip_search",
-        [size, limit, branch_gain, reach, c],
-        list(outputs.values()),
-        ["size", "limit", "branch_gain", "reach", "c"],
-        list(outputs),
-        {"is_diff_out": [False] * len(outputs)},
-    )
+    inputs = {"size": size, "limit": limit, "branch_gain": branch_gain, "reach": reach, "c": c}
+    return named_function("slip_search", inputs, outputs, is_diff_out=[False] * len(outputs))

@@ -1,9 +1,9 @@
 """Whole recordings through compiled code: the torque and its exact sensitivities.
 
 CasADi differentiates the step of the model in d directions of the parameter vector, the sensitivities of
-the memory are propagated with the memory. Bristles run through `symbolic.bristle_kernel`; for the exact
-patch, and where there is no compiler, the recursion runs inside one Function over a stretch of samples
-(`mapaccum`).
+the memory are propagated with the memory. Bristles run through the loops of `symbolic.compilation`; for
+the exact patch, and where there is no compiler, the recursion runs inside one Function over a stretch of
+samples (`mapaccum`).
 """
 
 from dataclasses import dataclass
@@ -13,11 +13,14 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.bristle_kernel import bristle_kernel
-from symbolic.compiled import compiled
+from symbolic.compilation.bristle_kernel import bristle_kernel
+from symbolic.compilation.buffered import BufferedCall
+from symbolic.compilation.compiled import compiled
 from symbolic.errors import InvalidInputError
+from symbolic.functions import named_function
 from symbolic.model import GEOMETRY, SIGNALS, Model
 
+Array = NDArray[np.float64]
 RIG_DIRECTIONS = (*GEOMETRY, "load")
 """Directions beside the parameter vector: half-length and caster [m], factor on the load [1]."""
 STRETCH = 100
@@ -33,16 +36,16 @@ class TorqueTrajectory:
         sensitivities: derivatives of M_z along each direction, shape (n, directions).
     """
 
-    M_z: NDArray[np.float64]
-    sensitivities: NDArray[np.float64]
+    M_z: Array
+    sensitivities: Array
 
 
 def simulate(
     model: Model,
-    signals: NDArray[np.float64],
-    theta: NDArray[np.float64],
-    geometry: NDArray[np.float64],
-    directions: NDArray[np.float64] | None = None,
+    signals: Array,
+    theta: Array,
+    geometry: Array,
+    directions: Array | None = None,
 ) -> TorqueTrajectory:
     """The torque over a recording, with derivatives along `directions` of the parameter vector.
 
@@ -66,52 +69,39 @@ def simulate(
     initial = [part.full() for part in start(signals[:, 0], theta, seeds, geometry)]
     if (kernel := bristle_kernel(model)) is not None:
         all_seeds = np.vstack([seeds, np.zeros((0 if rig else len(RIG_DIRECTIONS), d))])
-        torque, derivatives = kernel.run(signals, theta, geometry, all_seeds, *initial)
-        return TorqueTrajectory(M_z=torque, sensitivities=derivatives)
-    stretch = _compiled_stretch(model, d, rig=rig)
+        M_z, sensitivities = kernel.run(signals, theta, geometry, all_seeds, *initial)
+        return TorqueTrajectory(M_z=M_z, sensitivities=sensitivities)
+    stretch = BufferedCall(_compiled_stretch(model, d, rig=rig))
     padded = np.pad(signals, ((0, 0), (0, -count % STRETCH)), mode="edge")
-    # Buffers: conversion to and from CasADi's matrices would take a third of the time.
-    buffer, call = stretch.buffer()
     given = [*initial, padded[:, :STRETCH], theta, seeds, geometry]
-    inputs = [np.array(part, dtype=np.float64).ravel(order="F") for part in given]
-    outputs = [np.zeros(stretch.nnz_out(i)) for i in range(stretch.n_out())]
-    # CasADi's stubs ask for a size that its buffers do not take; empty arrays have no buffer.
-    for place, arrays in ((buffer.set_arg, inputs), (buffer.set_res, outputs)):
-        for i, array in enumerate(arrays):
-            if array.size:
-                place(i, memoryview(array.data))  # type: ignore[call-arg]
-    torques: list[NDArray[np.float64]] = []
-    parts: list[NDArray[np.float64]] = []
+    for buffer, part in zip(stretch.inputs, given, strict=True):
+        buffer[:] = part.ravel(order="F")
+    torques, derivatives = [], []
     for first in range(0, count, STRETCH):
-        inputs[2][:] = padded[:, first : first + STRETCH].ravel(order="F")
-        call()
-        inputs[0][:], inputs[1][:] = outputs[0], outputs[1]
-        torques.append(outputs[2].copy())
-        parts.append(outputs[3].reshape(STRETCH, d).copy())
+        stretch.inputs[2][:] = padded[:, first : first + STRETCH].ravel(order="F")
+        stretch.call()
+        for memory, memory_next in zip(stretch.inputs[:2], stretch.outputs[:2], strict=True):
+            memory[:] = memory_next
+        torques.append(stretch.outputs[2].copy())
+        derivatives.append(stretch.outputs[3].reshape(STRETCH, d).copy())
     return TorqueTrajectory(
-        M_z=np.concatenate(torques)[:count], sensitivities=np.concatenate(parts)[:count]
+        M_z=np.concatenate(torques)[:count], sensitivities=np.concatenate(derivatives)[:count]
     )
 
 
-def _check_shapes(
-    signals: NDArray[np.float64],
-    theta: NDArray[np.float64],
-    geometry: NDArray[np.float64],
-    seeds: NDArray[np.float64],
-    parameters: int,
-) -> None:
-    wanted = {
-        "signals": (signals.shape[:1], (len(SIGNALS),)),
-        "theta": (theta.shape, (parameters,)),
-        "geometry": (geometry.shape, (len(GEOMETRY),)),
-    }
-    for name, (given, allowed) in wanted.items():
+def _check_shapes(signals: Array, theta: Array, geometry: Array, seeds: Array, parameters: int) -> None:
+    with_rig = parameters + len(RIG_DIRECTIONS)
+    for name, given, allowed in (
+        ("signals", signals.shape[:1], (len(SIGNALS),)),
+        ("theta", theta.shape, (parameters,)),
+        ("geometry", geometry.shape, (len(GEOMETRY),)),
+    ):
         if given != allowed:
             raise InvalidInputError(f"{name} must have leading shape {allowed}, got {given}")
-    if seeds.shape[:1] not in ((parameters,), (parameters + len(RIG_DIRECTIONS),)):
+    if seeds.shape[:1] not in ((parameters,), (with_rig,)):
         raise InvalidInputError(
-            f"directions must have leading shape {(parameters,)}, or"
-            f" {(parameters + len(RIG_DIRECTIONS),)} with those of the rig, got {seeds.shape[:1]}"
+            f"directions must have leading shape {(parameters,)}, or {(with_rig,)} with those of the"
+            f" rig, got {seeds.shape[:1]}"
         )
 
 
@@ -182,10 +172,10 @@ def sensitivity_step(model: Model, d: int, *, rig: bool = False) -> ca.Function:
     seeds = ca.MX.sym("seeds", by.numel(), d)
     moving = ca.MX.sym("moving", size + by.numel())
     # The parts of `by` become parts of what is differentiated by together with the memory.
-    inputs = ca.Function("inputs", [signals, by, geometry], given).call(
+    taken = ca.Function("inputs", [signals, by, geometry], given).call(
         [signals, moving[size:], geometry], True, False
     )
-    after, M_z = model.step.call([moving[:size], *inputs], True, False)
+    after, M_z = model.step.call([moving[:size], *taken], True, False)
     along = ca.jtimes(ca.vertcat(after, M_z), moving, ca.vertcat(memory_sensitivity, seeds))
     flat = ca.Function(
         "along",
@@ -196,11 +186,7 @@ def sensitivity_step(model: Model, d: int, *, rig: bool = False) -> ca.Function:
     outputs = flat.call(
         [ca.vertcat(memory, at), memory_sensitivity, signals, seeds, geometry], True, False
     )
-    names = ["memory", "memory_sensitivity", "signals", "theta", "seeds", "geometry"]
-    return ca.Function(
-        f"sensitivity_step_{d}",
-        [memory, memory_sensitivity, signals, theta, seeds, geometry],
-        outputs,
-        names,
-        ["memory_next", "memory_sensitivity_next", "M_z", "derivative"],
-    )
+    inputs = {"memory": memory, "memory_sensitivity": memory_sensitivity, "signals": signals}
+    inputs |= {"theta": theta, "seeds": seeds, "geometry": geometry}
+    names = ("memory_next", "memory_sensitivity_next", "M_z", "derivative")
+    return named_function(f"sensitivity_step_{d}", inputs, dict(zip(names, outputs, strict=True)))

@@ -16,8 +16,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.compiled import compiled
+from symbolic.compilation.buffered import BufferedCall
+from symbolic.compilation.compiled import compiled
 from symbolic.deformation import full_slide_torque, unit_moment
+from symbolic.functions import named_function
 from symbolic.masing import TurningPoints, branch_torque
 from symbolic.zones import LEAST_TURN
 
@@ -59,15 +61,14 @@ class WheelStepper:
         omega = sqrt(stiffness / J_A)
         self.longest = LONGEST * 2 * pi / omega
         scales = [tolerance * slide, tolerance * slide * omega]
-        # Views take single numbers in a third of an array's time.
-        self._inputs = memoryview(bytearray(8 * 8)).cast("d")
-        self._outputs = memoryview(bytearray(5 * 8)).cast("d")
         self.patch = np.array(list(constants.values())[:5])
-        self._constants = np.array([*constants.values(), *scales])
-        self._buffer, self._call = _step_function().buffer()
-        self._buffer.set_arg(0, self._inputs)  # type: ignore[arg-type, call-arg]
-        self._buffer.set_arg(1, memoryview(self._constants.data))  # type: ignore[call-arg]
-        self._buffer.set_res(0, self._outputs)  # type: ignore[arg-type, call-arg]
+        self._step = BufferedCall(_step_function())
+        self._step.inputs[1][:] = [*constants.values(), *scales]
+        # Views take single numbers in a third of an array's time.
+        self._inputs, self._outputs = (
+            memoryview(array.data).cast("B").cast("d")
+            for array in (self._step.inputs[0], self._step.outputs[0])
+        )
 
     def begin(self, state: WheelState, M: float, M_dot: float) -> None:
         """Set the state, the branch and the steering torque [N m] with its slope [N m/s]."""
@@ -78,7 +79,7 @@ class WheelStepper:
     def take(self, h: float) -> list[float]:
         """psi, psi_dot, acceleration and M_z a time h [s] later, and the error over the tolerance."""
         self._inputs[7] = h
-        self._call()
+        self._step.call()
         return list(self._outputs)
 
 
@@ -105,9 +106,8 @@ def _step_function() -> ca.Function:
     error = h * sum(float(weight) * k for weight, k in zip(RK45.E, [*stages, last], strict=True))
     over = ca.fmax(ca.fabs(error[0]) / psi_scale, ca.fabs(error[1]) / rate_scale)
     outputs = ca.vertcat(end, last[1], M_z, over)
-    return compiled(
-        ca.Function("motion_step", [inputs, constants], [outputs], ["inputs", "constants"], ["outputs"])
-    )
+    given = {"inputs": inputs, "constants": constants}
+    return compiled(named_function("motion_step", given, {"outputs": outputs}))
 
 
 def integrate(
@@ -229,15 +229,14 @@ def torques(psi: Array, branches: Array, patch: Array) -> Array:
     count = len(psi)
     padded = np.ones((-(-count // STRETCH) * STRETCH, 4))
     padded[:count, 0], padded[:count, 1:] = psi, branches
-    rows = padded.reshape(-1, 4 * STRETCH)
-    outputs = np.zeros((len(rows), STRETCH))
-    buffer, call = _torque_function().buffer()
-    buffer.set_arg(1, memoryview(patch.data))  # type: ignore[call-arg]
-    for inputs, out in zip(rows, outputs, strict=True):
-        buffer.set_arg(0, memoryview(inputs.data))  # type: ignore[call-arg]
-        buffer.set_res(0, memoryview(out.data))  # type: ignore[call-arg]
-        call()
-    return outputs.ravel()[:count]
+    torque = BufferedCall(_torque_function())
+    torque.inputs[1][:] = patch
+    outputs = []
+    for rows in padded.reshape(-1, 4 * STRETCH):
+        torque.inputs[0][:] = rows
+        torque.call()
+        outputs.append(torque.outputs[0].copy())
+    return np.concatenate(outputs)[:count]
 
 
 @cache
@@ -249,6 +248,5 @@ def _torque_function() -> ca.Function:
     inputs = ca.MX.sym("inputs", 4, STRETCH)
     constants = ca.MX.sym("patch", 5)
     every = single.map(STRETCH)(inputs, ca.repmat(constants, 1, STRETCH))
-    return compiled(
-        ca.Function("branch_torques", [inputs, constants], [every], ["inputs", "patch"], ["M_z"])
-    )
+    given = {"inputs": inputs, "patch": constants}
+    return compiled(named_function("branch_torques", given, {"M_z": every}))

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from symbolic.deformation import Expression, full_slide_level, unit_moment
 from symbolic.errors import InvalidInputError
+from symbolic.functions import named_function
 from symbolic.patch import PatchInputs
 
 NEAR = 1e-7
@@ -118,7 +119,8 @@ def _interleave(first: Expression, second: Expression) -> Expression:
 
 def _clip_tail() -> ca.Function:
     """Crossings of the tail, of slope -turn, with the limits: the one it lies beyond, then the other."""
-    xi, r, turn, level = symbols = [ca.SX.sym(name) for name in ("xi", "r", "turn", "level")]
+    symbols = {name: ca.SX.sym(name) for name in ("xi", "r", "turn", "level")}
+    xi, r, turn, level = symbols.values()
     heading = ca.if_else(turn >= 0, -1, 1)
     moves = ca.fabs(turn) > LEAST_TURN
     beyond = ca.logic_and(moves, -heading * r > level)
@@ -126,17 +128,12 @@ def _clip_tail() -> ca.Function:
     slope = ca.if_else(moves, ca.fabs(turn), 1)
     near = xi + ca.if_else(beyond, (-heading * r - level) / slope, 0)
     far = xi + ca.if_else(reaches, (level - heading * r) / slope, 0)
-    return ca.Function(
-        "clip_tail",
-        symbols,
-        [
-            ca.vertcat(near, far),
-            ca.vertcat(-heading * level, heading * level),
-            ca.vertcat(beyond, reaches),
-        ],
-        ["xi", "r", "turn", "level"],
-        ["xi_new", "r_new", "keep"],
-    )
+    crossings = {
+        "xi_new": ca.vertcat(near, far),
+        "r_new": ca.vertcat(-heading * level, heading * level),
+        "keep": ca.vertcat(beyond, reaches),
+    }
+    return named_function("clip_tail", symbols, crossings)
 
 
 def _ratio(numerator: Expression, denominator: Expression, valid: Expression) -> Expression:
@@ -162,12 +159,12 @@ def _order(candidates: int, n: int) -> ca.Function:
     order = ca.repmat(ca.mmax(keep * numbers), n + 1, 1)
     order.nz[place] = numbers
     options = {"is_diff_in": [False], "is_diff_out": [False]}
-    return ca.Function("order", [keep], [order[:n]], ["keep"], ["order"], options)
+    return named_function("order", {"keep": keep}, {"order": order[:n]}, **options)
 
 
 def _running_sum(n: int) -> ca.Function:
     values = ca.SX.sym("values", n)
-    return ca.Function("running_sum", [values], [ca.cumsum(values)], ["values"], ["sums"])
+    return named_function("running_sum", {"values": values}, {"sums": ca.cumsum(values)})
 
 
 def polyline_moment(
@@ -212,4 +209,4 @@ def _worth_keeping(n: int) -> ca.Function:
     goes = ca.logic_and(full, weight <= ca.mmin(weight))
     keep = ca.logic_and(used, ca.logic_not(ca.logic_and(goes, inner)))
     options = {"is_diff_in": [False] * 3, "is_diff_out": [False]}
-    return ca.Function("worth_keeping", [xi, r, unit], [keep], ["xi", "r", "unit"], ["keep"], options)
+    return named_function("worth_keeping", {"xi": xi, "r": r, "unit": unit}, {"keep": keep}, **options)

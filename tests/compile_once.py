@@ -8,7 +8,7 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
-from symbolic.library_cache import cache_directory
+from symbolic.compilation.library_cache import cache_directory
 
 OPTIMISATION = os.environ.get("BRUSHGRIP_TEST_OPTIMISATION", "-O0")
 """Flag under which generated C is compared with Python; -O0 compiles in a third of the time."""

@@ -10,8 +10,8 @@ from typing import Any
 from identification.diagnosis.result import Diagnosis
 from identification.reading.files import read_bytes
 from symbolic import Effect, FoundModel, model_from_tables, units_of
-from symbolic.parsing import LARGEST_MODEL, json_of, naming
-from symbolic.serialisation import MODEL_VERSION
+from symbolic.tables.model_tables import MODEL_VERSION
+from symbolic.tables.parsing import LARGEST_MODEL, json_of, naming
 
 __all__ = ["FoundModel", "model_text", "read_model"]
 

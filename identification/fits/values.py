@@ -16,7 +16,7 @@ from symbolic import (
     full_slide_torque,
     parameter_name,
 )
-from symbolic.ground import mean_over_grounds
+from symbolic.tables.found_model import mean_over_grounds
 
 UPPER_QUANTILE = 0.98
 """Quantile of the torque's size from which the first guess of mu is taken: spikes are above it."""

@@ -19,7 +19,7 @@ from identification.reading.table import (
 )
 from identification.reading.units import is_unit
 from symbolic import InvalidInputError
-from symbolic.parsing import excerpt
+from symbolic.tables.parsing import excerpt
 
 COLUMNS = (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS)
 MOST_NAMES = 20

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from identification.reading.files import read_bytes
 from identification.reading.units import is_unit
-from symbolic.parsing import naming, text_of
+from symbolic.tables.parsing import naming, text_of
 
 DELIMITERS = ("\t", ";", ",")
 """Of two that separate equally many fields the first is taken."""

@@ -20,8 +20,8 @@ from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MOST_SAMPLES, OPTIONAL_COLUMNS, Fault, Table
 from symbolic import TOLERATED, InvalidInputError
 from symbolic.errors import printable
-from symbolic.parsing import excerpt
-from symbolic.rig_tables import NEUTRAL
+from symbolic.tables.parsing import excerpt
+from symbolic.tables.rig_tables import NEUTRAL
 
 GROUND = "ground"
 """What a first line calls the ground that the wheel stands on."""

@@ -6,7 +6,7 @@ from pathlib import Path
 from stat import S_ISREG
 
 from symbolic import InvalidInputError
-from symbolic.parsing import naming, text_of
+from symbolic.tables.parsing import naming, text_of
 
 LARGEST_FILE = 500_000_000
 """Of a file that is read [bytes]."""

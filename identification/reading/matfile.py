@@ -20,7 +20,7 @@ from identification.reading.rigfile import DECLARABLE
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MOST_SAMPLES, Array, Table
 from symbolic import TOLERATED, InvalidInputError
-from symbolic.parsing import naming
+from symbolic.tables.parsing import naming
 
 _VARIABLES = {"t": "time", "psi": "Psi", "M_z": "Mz", "F_N": "Fz"}
 """Variable of each column."""

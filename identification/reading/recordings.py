@@ -16,7 +16,7 @@ from identification.reading.signal_map import NO_MAP, SignalMap, parse_signals
 from identification.reading.smoothing import smoothed_rate
 from identification.reading.table import Table, check, required_columns
 from symbolic import InvalidInputError, Rig, Tyre
-from symbolic.markup import html_table
+from symbolic.tables.markup import html_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

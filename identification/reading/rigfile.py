@@ -6,8 +6,8 @@ from pathlib import Path
 from identification.reading.files import read_bytes
 from identification.reading.table import Table
 from symbolic import InvalidInputError, Rig, Tyre, rig_from_tables
-from symbolic.parsing import LARGEST_TABLES, naming, toml_of
-from symbolic.rig_tables import NEUTRAL, REQUIRED_KEYS, RIG_KEYS, rig_from_values
+from symbolic.tables.parsing import LARGEST_TABLES, naming, toml_of
+from symbolic.tables.rig_tables import NEUTRAL, REQUIRED_KEYS, RIG_KEYS, rig_from_values
 
 DECLARABLE = (*RIG_KEYS["rig"], *RIG_KEYS["tyre"])
 """Parameters that a recording may give for itself."""

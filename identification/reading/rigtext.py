@@ -4,7 +4,7 @@ import json
 
 from identification.reading.signal_map import DBC, SignalMap
 from symbolic import TOLERATED, Rig, Tyre
-from symbolic.rig_tables import NEUTRAL, RIG_KEYS, SIGNALS
+from symbolic.tables.rig_tables import NEUTRAL, RIG_KEYS, SIGNALS
 
 
 def rig_text(rig: Rig, tyre: Tyre) -> str:

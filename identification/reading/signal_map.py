@@ -9,8 +9,8 @@ from pathlib import Path
 from identification.reading.files import read_bytes
 from identification.reading.units import UNITS, require_factor
 from symbolic import InvalidInputError
-from symbolic.parsing import LARGEST_TABLES, excerpt, floats, naming, shown, toml_of
-from symbolic.rig_tables import SIGNALS
+from symbolic.tables.parsing import LARGEST_TABLES, excerpt, floats, naming, shown, toml_of
+from symbolic.tables.rig_tables import SIGNALS
 
 DBC = "dbc"
 """Key of the file that says how signals lie in the messages of a CAN bus."""

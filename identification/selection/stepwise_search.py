@@ -134,7 +134,7 @@ class Search:
 
         One that gives every ground its own values needs a parameter to do that to, and two grounds.
         """
-        if not effect.regroups:
+        if not effect.changes_scopes:
             return True
         after, before = (model_of(effects).parameters for effects in ((*present, effect), present))
         return after != before and len({r.ground for r in self.runner.training} - {None}) > 1

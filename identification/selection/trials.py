@@ -154,7 +154,7 @@ def model_of(effects: Sequence[Effect], precision: Precision = FINE) -> Model:
         effects=tuple(effects),
         corners=CORNERS,
         discretised=precision.discretised,
-        lengthways=precision.bristles,
+        bristles=precision.bristles,
         search_steps=precision.newton_steps,
     )
 

@@ -42,8 +42,8 @@ from observers.quality.plausibility import START, build_evidence
 from observers.quality.screening import SLACK
 from observers.tuning import Tuning
 from symbolic import SIGNALS, InvalidInputError
-from symbolic.scalar_c import c_function
-from symbolic.serialisation import units_of
+from symbolic.compilation.scalar_c import c_function
+from symbolic.tables.found_model import units_of
 
 TORQUE_MEANING = {
     "M_z": "aligning torque, moment of the ground on the wheel",

@@ -32,7 +32,7 @@ from observers.quality.hypotheses import LIMITS, PER_HYPOTHESIS, VERDICT
 from observers.quality.innovation_gate import COUNTS
 from observers.quality.innovation_monitor import MONITOR
 from symbolic import DECLARED
-from symbolic.scalar_c import ELEMENTARY
+from symbolic.compilation.scalar_c import ELEMENTARY
 
 ESTIMATORS: Mapping[type, Callable[[PatchCode, Constants], EstimatorCode]] = {
     Ekf: compact_filter,

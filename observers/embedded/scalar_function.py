@@ -6,7 +6,7 @@ from typing import Any
 import casadi as ca
 
 from observers.embedded.scalar_type import Real
-from symbolic.scalar_c import c_function
+from symbolic.compilation.scalar_c import c_function
 
 VECTORS = frozenset({"x", "mean", "factor", "P", "costate", "newest", "slopes", "own"})
 """Inputs that are vectors in C even where they have one element, as an estimator of one state has."""

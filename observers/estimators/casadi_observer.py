@@ -24,7 +24,7 @@ from observers.quality.plausibility import EVIDENCE, START
 from observers.quality.screening import SCREEN, build_screened_step, initial_screen, is_first
 from observers.tuning import INFORMED, Tuning
 from symbolic import DECLARED, GEOMETRY, InvalidInputError, Model, Rig
-from symbolic.serialisation import units_of
+from symbolic.tables.found_model import units_of
 
 Array = NDArray[np.float64]
 

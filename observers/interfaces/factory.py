@@ -17,7 +17,7 @@ from symbolic import (
     model_from_tables,
     rig_from_tables,
 )
-from symbolic.parsing import LARGEST_MODEL, json_of, naming, toml_of
+from symbolic.tables.parsing import LARGEST_MODEL, json_of, naming, toml_of
 
 Kind = TypeVar("Kind", bound=CasadiObserver)
 
@@ -75,7 +75,7 @@ def _has_tuning(kind: Callable[..., Any]) -> bool:
 
 
 def read_rig_file(path: str | Path) -> tuple[Rig, Tyre]:
-    """Rig and tyre of a rig file, see `symbolic.serialisation.rig_from_tables`.
+    """Rig and tyre of a rig file, see `symbolic.tables.model_tables.rig_from_tables`.
 
     Raises:
         InvalidInputError: the file cannot be read or is no rig file; one line says what is wrong.
@@ -85,7 +85,7 @@ def read_rig_file(path: str | Path) -> tuple[Rig, Tyre]:
 
 
 def read_model_file(path: str | Path, effects: Iterable[Effect] = ()) -> FoundModel:
-    """Model and values of a model file, see `symbolic.serialisation.model_from_tables`.
+    """Model and values of a model file, see `symbolic.tables.model_tables.model_from_tables`.
 
     Args:
         path: the model file.

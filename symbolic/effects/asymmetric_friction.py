@@ -27,5 +27,4 @@ class AsymmetricFriction(Effect):
 
     def friction(self, signals: Signals, memory: Expression, values: Values) -> Expression:
         """Factor on the friction limit [1]."""
-        del memory
         return ca.if_else(signals.psi_dot > 0, values["ratio"], 1)

@@ -1,14 +1,20 @@
 """The interface of an effect: a frozen value with its parameters and its hooks in the model."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
+
+import casadi as ca
 
 from symbolic.bristles import BristleTraits
 from symbolic.errors import InvalidInputError
 
-Expression = Any
+# Whatever a hook speaks of comes from here.
+from symbolic.patch import Expression as Expression
+from symbolic.patch import Patch
+from symbolic.patch import Signals as Signals
+
 Scope = Literal["tyre", "ground", "recording"]
 
 
@@ -50,6 +56,17 @@ class Parameter:
         """Name under which hooks find the value that the solver moves: the name, or "1/name"."""
         return f"1/{self.name}" if self.inverse else self.name
 
+    def require_within(self, value: float, label: str) -> None:
+        """Check a value against the bounds; NaN lies in none.
+
+        Raises:
+            InvalidInputError: it lies outside; the message begins with the label.
+        """
+        if not self.lower <= value <= self.upper:
+            raise InvalidInputError(
+                f"{label} must lie in [{self.lower}, {self.upper}] {self.unit}, got {value}"
+            )
+
     def to_coordinate(self, value: float) -> float:
         """The solver's coordinate of a value; applied twice it gives the value back."""
         if not self.inverse:
@@ -58,11 +75,7 @@ class Parameter:
 
     def __post_init__(self) -> None:
         """Check that the start lies within the bounds."""
-        if not self.lower <= self.start <= self.upper:
-            raise InvalidInputError(
-                f"parameter {self.name}: start must lie in"
-                f" [{self.lower}, {self.upper}], got {self.start}"
-            )
+        self.require_within(self.start, f"parameter {self.name}: start")
         if self.fixed and self.scope != "tyre":
             raise InvalidInputError(f"parameter {self.name}: a fixed parameter belongs to the tyre")
 
@@ -83,23 +96,6 @@ class ResidualSignature:
     rank: int = 0
 
 
-@dataclass(frozen=True, kw_only=True)
-class Signals:
-    """Signals of one sample at the patch, after effects on the sensors; CasADi expressions.
-
-    Attributes:
-        psi: yaw angle [rad].
-        psi_dot: yaw rate [rad/s].
-        F_N: vertical load [N].
-        dt: time since the last sample, greater than 0: `Model` sees to that [s].
-    """
-
-    psi: Expression
-    psi_dot: Expression
-    F_N: Expression
-    dt: Expression
-
-
 Values = Mapping[str, Expression]
 """Parameter coordinates of one effect, by name, as casadi expressions."""
 
@@ -113,11 +109,9 @@ class Effect:
         parameters: its part of the parameter vector, in this order.
         summary: one line in plain words.
         memory: length of its own memory from sample to sample.
-        discrete: True where it breaks the parabola and so needs the bristle patch.
         sensor: True where `transform_inputs` changes what everything else sees, so that it comes first.
         torque_by_ground: True where `torque` is the ground's, so that the torque of full slide includes
             it. What bearings, springs and the sensor add is not the ground's friction.
-        regroups: True where it gives parameters of the model another scope, see `scope_of`.
         of_lengths: True where it gives the declared half-length another meaning, so that lengths found
             within their tolerances without it say nothing of those beside it.
         signatures: what the residual follows where the effect is missing; empty if no signal shows it.
@@ -127,12 +121,20 @@ class Effect:
     summary: str
     parameters: tuple[Parameter, ...]
     memory: int = 0
-    discrete: bool = False
     sensor: bool = False
     torque_by_ground: bool = False
-    regroups: bool = False
     of_lengths: bool = False
     signatures: tuple[ResidualSignature, ...] = ()
+
+    @property
+    def needs_bristles(self) -> bool:
+        """Whether it breaks the parabola, so that only the bristle patch will do: it has `traits`."""
+        return type(self).traits is not Effect.traits
+
+    @property
+    def changes_scopes(self) -> bool:
+        """Whether it gives parameters of the model another scope: it has `scope_of`."""
+        return type(self).scope_of is not Effect.scope_of
 
     def fixed_values(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:
         """Values of the parameters that are never fitted, by name.
@@ -141,7 +143,6 @@ class Effect:
             a: declared half-lengths of the patch [m], one a recording.
             F_N: mean vertical loads [N], one a recording.
         """
-        del a, F_N
         return {}
 
     def scope_of(self, parameter: Parameter) -> Scope:
@@ -156,22 +157,18 @@ class Effect:
         self, signals: Signals, memory: Expression, values: Values
     ) -> tuple[Signals, Expression]:
         """Signals at the patch, from the recorded ones, and the next memory."""
-        del values
         return signals, memory
 
     def initial_angle(self, values: Values) -> Expression:
         """Angle by which the patch was turned before the first sample [rad]."""
-        del values
         return 0
 
     def friction(self, signals: Signals, memory: Expression, values: Values) -> Expression:
         """Factor on the friction limit, the same for every bristle [1]."""
-        del signals, memory, values
         return 1
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
         """The traits of the bristles with those of this effect added."""
-        del values
         return traits
 
     def deflection(self, M_z: Expression, F_N: Expression, values: Values) -> Expression | None:
@@ -185,13 +182,36 @@ class Effect:
         Returns:
             The turn; None where nothing is in series.
         """
-        del M_z, F_N, values
         return None
 
     def torque(self, signals: Signals, values: Values) -> Expression:
         """Torque added to that of the patch [N m]."""
-        del signals, values
         return 0
+
+
+class Composition(Hashable, Protocol):
+    """What is needed of `symbolic.Model`, whose members these are."""
+
+    @property
+    def memory_size(self) -> int:
+        """Length of the memory."""
+
+    def patch(self, theta: Expression | None = None) -> Patch:
+        """The patch."""
+
+    def symbols(self) -> tuple[ca.MX, ca.MX, ca.MX]:
+        """Symbols for signals, theta and geometry."""
+
+    def values(self, theta: Expression) -> Sequence[tuple[Effect, Values]]:
+        """Each effect with its parameters."""
+
+    def split(self, memory: Expression) -> tuple[Expression, Expression, list[Expression]]:
+        """Patch angle, patch memory, and each effect's own memory."""
+
+
+def parameter_name(effect: Effect | None, parameter: Parameter) -> str:
+    """The name of a parameter in files: `mu`, `k`, or `effect.parameter`."""
+    return f"{effect.name}.{parameter.name}" if effect else parameter.name
 
 
 def with_limit(traits: BristleTraits, factor: Any) -> BristleTraits:

@@ -22,7 +22,6 @@ class ByGround(Effect):
     """
 
     parameters: tuple[Parameter, ...] = ()
-    regroups: bool = True
     of: Literal["friction", "stiffness"]
 
     def scope_of(self, parameter: Parameter) -> Scope:

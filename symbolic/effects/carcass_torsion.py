@@ -17,16 +17,10 @@ class CarcassTorsion(Effect):
     summary: str = "the carcass twists in series with the patch"
     parameters: tuple[Parameter, ...] = (
         Parameter(
-            name="k_t",
-            unit="N m/rad",
-            neutral=math.inf,
-            start=300.0,
-            lower=10.0,
-            upper=math.inf,
-            scale=300.0,
-            inverse=True,
+            name="k_t", unit="N m/rad", neutral=math.inf, start=300.0, lower=10.0, upper=math.inf,
+            scale=300.0, inverse=True,
         ),
-    )
+    )  # fmt: skip
     signatures: tuple[ResidualSignature, ...] = (
         ResidualSignature("the angle", sign=-1),
         ResidualSignature("the rate of the torque", sign=1, rank=1),
@@ -34,5 +28,4 @@ class CarcassTorsion(Effect):
 
     def deflection(self, M_z: Expression, F_N: Expression, values: Values) -> Expression:
         """The torque over the torsional stiffness [rad]."""
-        del F_N
         return M_z * values["1/k_t"]

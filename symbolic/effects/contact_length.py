@@ -49,7 +49,6 @@ class ContactLength(Effect):
         ResidualSignature("the load"),
         ResidualSignature("the torque times the load", rank=1),
     )
-    discrete: bool = True
     of_lengths: bool = True
 
     def fixed_values(self, a: Sequence[float], F_N: Sequence[float]) -> Mapping[str, float]:

@@ -1,4 +1,6 @@
-"""Friction that beds in with the angle turned, counted both ways.
+"""Friction that changes with the angle turned, counted both ways: it beds in, or wears.
+
+It drifts over travel, not over time; files know it as `friction_drift`, so that the name stays.
 
 An empirical form; on rubber friction in general: Persson, Sliding Friction, 2nd ed. (2000).
 """
@@ -35,11 +37,9 @@ class FrictionDrift(Effect):
         self, signals: Signals, memory: Expression, values: Values
     ) -> tuple[Signals, Expression]:
         """Add up the travel."""
-        del values
         travel = memory[1] + ca.fabs(signals.psi - memory[0])
         return signals, ca.vertcat(signals.psi, travel)
 
     def friction(self, signals: Signals, memory: Expression, values: Values) -> Expression:
         """Factor on the friction limit [1]."""
-        del signals
         return 1 + values["gain"] * (1 - ca.exp(-memory[1] / values["scale"]))

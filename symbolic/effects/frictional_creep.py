@@ -37,7 +37,6 @@ class FrictionalCreep(Effect):
         ResidualSignature("the rate of the torque", sign=-1, rank=1),
         ResidualSignature("the angle", sign=1, rank=2),
     )
-    discrete: bool = True
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
         """Every bristle slips as far as its own speed lets friction bear."""

@@ -15,7 +15,7 @@ from symbolic.errors import InvalidInputError
 
 NO_EFFECTS = ("base", "by_ground", "library")
 """Modules of this package that hold no effect."""
-ON_REQUEST = ("stops",)
+ON_REQUEST = ("iwan",)
 """Modules whose effects replace what a wheel is; a search tries them only where it is asked to."""
 
 

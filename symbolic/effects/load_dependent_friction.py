@@ -26,5 +26,4 @@ class LoadDependentFriction(Effect):
 
     def friction(self, signals: Signals, memory: Expression, values: Values) -> Expression:
         """Factor on the friction limit, one at the reference load [1]."""
-        del memory
         return (signals.F_N / REFERENCE_LOAD) ** (-values["n"])

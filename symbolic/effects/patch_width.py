@@ -1,4 +1,4 @@
-"""A patch of finite width, whose bristles also deform lengthways.
+"""A patch of finite width, whose bristles also deform along its length.
 
 A bristle at (x, y) moves along its circle about the kingpin, always in the same direction, so the
 two-dimensional stop is a scalar one with the lever arm sqrt((x - e)^2 + y^2).
@@ -24,7 +24,6 @@ class PatchWidth(Effect):
         ),
     )
     signatures: tuple[ResidualSignature, ...] = (ResidualSignature("the angle", sign=-1, rank=3),)
-    discrete: bool = True
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
         """Spread the bristles over the half-width [m]."""

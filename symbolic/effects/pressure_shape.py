@@ -25,7 +25,6 @@ class PressureShape(Effect):
         ResidualSignature("the angle", sign=-1, rank=1),
         ResidualSignature("the rate of the torque", sign=1, rank=2),
     )
-    discrete: bool = True
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
         """Replace the parabola by 1 - |u|^n, both normalised to the same load."""

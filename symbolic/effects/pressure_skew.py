@@ -22,7 +22,6 @@ class PressureSkew(Effect):
         ResidualSignature("the angle", sign=-1, rank=2),
         ResidualSignature("the angle", sign=1, rank=3),
     )
-    discrete: bool = True
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
         """Tilt the pressure."""

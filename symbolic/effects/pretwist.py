@@ -16,16 +16,10 @@ class Pretwist(Effect):
     summary: str = "the patch is deformed before the recording begins"
     parameters: tuple[Parameter, ...] = (
         Parameter(
-            name="psi_0",
-            unit="rad",
-            neutral=0.0,
-            start=0.02,
-            lower=-1.0,
-            upper=1.0,
-            scale=0.05,
+            name="psi_0", unit="rad", neutral=0.0, start=0.02, lower=-1.0, upper=1.0, scale=0.05,
             scope="recording",
         ),
-    )
+    )  # fmt: skip
     signatures: tuple[ResidualSignature, ...] = (
         ResidualSignature("a constant of each recording", rank=1),
         ResidualSignature("time"),

@@ -37,7 +37,6 @@ class RateFriction(Effect):
         ResidualSignature("the yaw rate", sign=1, rank=1),
         ResidualSignature("the direction of turning", sign=1, rank=1),
     )
-    discrete: bool = True
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
         """The limit of each bristle follows the speed at which the wheel drives it."""

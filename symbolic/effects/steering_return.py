@@ -16,15 +16,10 @@ class SteeringReturn(Effect):
     summary: str = "a torque proportional to the angle"
     parameters: tuple[Parameter, ...] = (
         Parameter(
-            name="stiffness",
-            unit="N m/rad",
-            neutral=0.0,
-            start=0.1,
-            lower=-100.0,
-            upper=100.0,
+            name="stiffness", unit="N m/rad", neutral=0.0, start=0.1, lower=-100.0, upper=100.0,
             scale=1.0,
         ),
-    )
+    )  # fmt: skip
     signatures: tuple[ResidualSignature, ...] = (ResidualSignature("the angle", sign=1),)
 
     def torque(self, signals: Signals, values: Values) -> Expression:

@@ -24,26 +24,14 @@ class Stribeck(Effect):
     summary: str = "static friction is above kinetic"
     parameters: tuple[Parameter, ...] = (
         Parameter(
-            name="ratio",
-            unit="1",
-            neutral=1.0,
-            start=1.1,
-            lower=1.0,
-            upper=3.0,
-            scale=0.2,
+            name="ratio", unit="1", neutral=1.0, start=1.1, lower=1.0, upper=3.0, scale=0.2,
             of="friction",
         ),
         Parameter(
-            name="v_s",
-            unit="m/s",
-            neutral=None,
-            start=0.003,
-            lower=0.0002,
-            upper=0.03,
-            scale=0.003,
+            name="v_s", unit="m/s", neutral=None, start=0.003, lower=0.0002, upper=0.03, scale=0.003,
             of="friction",
         ),
-    )
+    )  # fmt: skip
     signatures: tuple[ResidualSignature, ...] = (
         ResidualSignature("the direction of friction times log speed", sign=-1),
         ResidualSignature("the yaw rate", sign=-1),
@@ -51,7 +39,6 @@ class Stribeck(Effect):
         ResidualSignature("the signed angle since the last reversal", sign=-1),
         ResidualSignature("the signed time since the last reversal", sign=-1),
     )
-    discrete: bool = True
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
         """The limit of each bristle follows its own sliding speed, |x - e| |psi_dot|."""

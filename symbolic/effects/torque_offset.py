@@ -16,19 +16,12 @@ class TorqueOffset(Effect):
     summary: str = "the torque channel has a zero error"
     parameters: tuple[Parameter, ...] = (
         Parameter(
-            name="M_0",
-            unit="N m",
-            neutral=0.0,
-            start=0.05,
-            lower=-50.0,
-            upper=50.0,
-            scale=0.5,
+            name="M_0", unit="N m", neutral=0.0, start=0.05, lower=-50.0, upper=50.0, scale=0.5,
             scope="recording",
         ),
-    )
+    )  # fmt: skip
     signatures: tuple[ResidualSignature, ...] = (ResidualSignature("a constant of each recording"),)
 
     def torque(self, signals: Signals, values: Values) -> Expression:
         """The zero error [N m]."""
-        del signals
         return values["M_0"]

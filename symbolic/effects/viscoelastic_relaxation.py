@@ -23,7 +23,6 @@ class ViscoelasticRelaxation(Effect):
         ResidualSignature("the rate of the torque", sign=-1),
         ResidualSignature("the angle", sign=1, rank=1),
     )
-    discrete: bool = True
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
         """Add the branch to every bristle."""

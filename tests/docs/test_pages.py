@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from brushgrip import main
-from symbolic import Model, simulate
+from symbolic import Effect, Model, simulate
 from symbolic.effects.library import KNOWN
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -69,17 +69,19 @@ def test_the_page_of_effects_has_the_whole_library() -> None:
 
 
 @pytest.mark.long
-def test_the_effects_of_the_page_work() -> None:
-    page = (ROOT / "docs" / "understand" / "effects.md").read_text(encoding="utf-8")
+@pytest.mark.parametrize("name", ["docs/understand/effects.md", "CONTRIBUTING.md"])
+@pytest.mark.usefixtures("interpreted")
+def test_the_effects_of_a_page_work(name: str) -> None:
     names: dict[str, Any] = {}
-    exec(BLOCK.findall(page)[0][1], names)
-    for effect in names["EFFECTS"]:
-        model = Model(effects=(effect,), lengthways=8)
+    exec(BLOCK.findall((ROOT / name).read_text(encoding="utf-8"))[0][1], names)
+    kinds = [kind for kind in names.values() if isinstance(kind, type) and kind.__base__ is Effect]
+    assert kinds
+    for effect in (kind() for kind in kinds):
+        model = Model(effects=(effect,), bristles=8)
         values = {f"{effect.name}.{p.name}": p.start for p in effect.parameters}
         psi = 0.2 * np.sin(0.1 * np.arange(200))
         signals = np.stack([psi, np.gradient(psi, 0.01), np.full(200, 400.0), np.full(200, 0.01)])
-        theta, geometry = (
-            np.array(model.theta({"mu": 1.0, "k": 3e6, **values})).ravel(), np.array([0.045, 0.009]),
-        )  # fmt: skip
+        theta = np.array(model.theta({"mu": 1.0, "k": 3e6, **values})).ravel()
+        geometry = np.array([0.045, 0.009])
         by = simulate(model, signals, theta, geometry, np.eye(len(theta))).sensitivities
         assert np.abs(by[:, 2:]).max(axis=0).min() > 1e-3

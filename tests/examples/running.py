@@ -58,10 +58,12 @@ def printed_by(
         tmp_path: an empty folder to run it in.
         arguments: of the script.
         data: folder of the published measurements; None hides them.
-        leaves: the file that it may leave.
+        leaves: the file or folder that it has to leave; a picture is checked for being one.
     """
     printed = execute(example, tmp_path, *arguments, data=data)
     assert printed.status == 0, printed.err
     assert printed.err == ""
     assert [path.name for path in tmp_path.iterdir()] == ([leaves] if leaves else [])
+    if leaves.endswith(".png"):
+        assert (tmp_path / leaves).read_bytes().startswith(b"\x89PNG")
     return printed.out

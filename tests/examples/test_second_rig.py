@@ -8,7 +8,7 @@ from second_rig import RIG, TYRE, place_in_gap
 from symbolic import Model, effects_named, simulate
 
 pytestmark = pytest.mark.usefixtures("interpreted")
-MODEL = Model(effects=effects_named(["backlash", "pretwist"]), discretised=True, lengthways=16)
+MODEL = Model(effects=effects_named(["backlash", "pretwist"]), discretised=True, bristles=16)
 VALUES = {"mu": 1.0, "k": 1e5, "backlash.gap": 0.05, "pretwist.psi_0": 0.0}
 
 

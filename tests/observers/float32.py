@@ -35,7 +35,7 @@ OPEN: dict[str, Any] = {
     "mu_std": 1e3, "zero_std": 1e2, "stiffness_std": 1e2, "psi_dot_std": 1e2, "least": 1e-4,
     "greatest": 1e3,
 }  # fmt: skip
-BRISTLES: dict[str, Any] = {"model": Model(discretised=True, lengthways=40), "measurement_model": THREE}
+BRISTLES: dict[str, Any] = {"model": Model(discretised=True, bristles=40), "measurement_model": THREE}
 FOUND: dict[str, Any] = {
     "model": Model(effects=effects_named(["rate_friction", "carcass_torsion"])),
     "values": {"k": K, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0},

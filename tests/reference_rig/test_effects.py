@@ -67,10 +67,35 @@ def test_rate_friction_adds_the_same_for_every_decade() -> None:
     assert fast - slow == pytest.approx(-0.04 * np.log(10) * SLIDE, rel=1e-3)
 
 
-def test_rate_friction_has_a_floor() -> None:
-    assert last_torque(slid(0.0), CENTRED, rate_friction={"c": 0.5}) == pytest.approx(
-        -0.05 * SLIDE, rel=1e-5
-    )
+GROWN = 1 + 0.3 * (1 - np.exp(-np.array([500.0, 1500.0]) / 400.0))
+BRANCH = {"gain": 0.6, "time": 0.5}
+# A slide too short to relax in, then a rest: slip relieves spring and branch together, and the branch's
+# part of the limit fades.
+SLIDE_AND_REST = replace(turn([0.0, 500.0, 500.0]), t=np.array([0.0, 1e-12, 50.0]))
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "drive", "expected"),
+    [
+        pytest.param("rate_friction", {"c": 0.5}, slid(0.0), [-0.05], id="rate friction has a floor"),
+        pytest.param("stribeck", {"ratio": 1.3, "v_s": 3e-3}, slid(1e-9), [-1.3], id="static at rest"),
+        pytest.param("stribeck", {"ratio": 1.3, "v_s": 3e-3}, slid(1e3), [-1.0], id="kinetic in a rush"),
+        *(
+            pytest.param("pressure_shape", {"exponent": n}, slid(), [-4 / 3 * (n + 1) / (n + 2)])
+            for n in (1.0, 2.0, 5.0)
+        ),
+        ("viscoelastic_relaxation", BRANCH, slid(), [-1.0]),
+        ("viscoelastic_relaxation", BRANCH, SLIDE_AND_REST, [-1.0, -1 / 1.6]),
+        ("load_dependent_friction", {"n": 0.3}, slid(load=500.0), [-(1.25**0.7)]),
+        ("asymmetric_friction", {"ratio": 1.2}, turn([0.0, 500.0, -500.0]), [-1.2, 1.0]),
+        ("friction_drift", {"gain": 0.3, "scale": 400.0}, turn([0.0, 500.0, -500.0]), GROWN * [-1, 1]),
+    ],
+)
+def test_full_slide(name: str, values: dict[str, float], drive: RigDrive, expected: list[float]) -> None:
+    """The torque after every turn, over that of the declared patch."""
+    M_z = run(drive, CENTRED, {name: values}).M_z
+
+    np.testing.assert_allclose(M_z[1:] / SLIDE, expected, rtol=1e-4)
 
 
 def steady(psi_dot: float, angle: float = 6.0) -> RigDrive:
@@ -98,13 +123,6 @@ def test_a_bristle_that_is_no_longer_driven_creeps() -> None:
     np.testing.assert_allclose(np.diff(later), -c * np.log(2) * SLIDE, rtol=0.15)
     at_rest = 1 + c * np.log(REST_SPEED / REFERENCE_SPEED)
     assert M_z[-1] == pytest.approx(at_rest * SLIDE, rel=1e-3)
-
-
-def test_stribeck_is_static_at_rest_and_kinetic_in_a_rush() -> None:
-    law = {"ratio": 1.3, "v_s": 3e-3}
-
-    assert last_torque(slid(1e-9), CENTRED, stribeck=law) == pytest.approx(-1.3 * SLIDE, rel=1e-5)
-    assert last_torque(slid(1e3), CENTRED, stribeck=law) == pytest.approx(-SLIDE, rel=1e-5)
 
 
 def test_carcass_twists_in_series() -> None:
@@ -147,15 +165,6 @@ def test_width_raises_the_slide_by_the_mean_lever() -> None:
     )
 
 
-@pytest.mark.parametrize("n", [1.0, 2.0, 5.0])
-def test_pressure_shape_moves_the_load_outward(n: float) -> None:
-    expected = -CENTRED.mu * LOAD * CENTRED.a * (n + 1) / (2 * (n + 2))
-
-    M_z = last_torque(slid(), CENTRED, pressure_shape={"exponent": n})
-
-    assert M_z == pytest.approx(expected, rel=1e-5)
-
-
 def test_pressure_skew_moves_the_load_along() -> None:
     skew, a, e = 0.5, TRAILED.a, TRAILED.e
     x = np.linspace(-a, a, 20001)
@@ -181,21 +190,6 @@ def test_relaxation_fades_at_rest() -> None:
     np.testing.assert_allclose(
         M_z[1:] / elastic, 1 + 0.6 * kept * np.exp(-since / 0.5), rtol=0, atol=2e-3
     )
-
-
-def test_relaxation_does_not_change_the_slide() -> None:
-    M_z = last_torque(slid(), CENTRED, viscoelastic_relaxation={"gain": 0.6, "time": 0.5})
-
-    assert M_z == pytest.approx(-SLIDE, rel=1e-5)
-
-
-def test_slip_relieves_spring_and_branch_together() -> None:
-    # A slide too short to relax in, then a rest: the branch's part of the limit fades.
-    drive = replace(turn([0.0, 500.0, 500.0]), t=np.array([0.0, 1e-12, 50.0]))
-
-    M_z = run(drive, CENTRED, {"viscoelastic_relaxation": {"gain": 0.6, "time": 0.5}}).M_z
-
-    np.testing.assert_allclose(M_z[1:], [-SLIDE, -SLIDE / 1.6], rtol=1e-4)
 
 
 def test_branch_of_a_long_slide_is_empty() -> None:
@@ -248,27 +242,6 @@ def test_pretwist_is_a_turn_before_the_first_sample() -> None:
     M_z = run(drive, TRAILED, {"pretwist": {"psi_0": 0.04}}).M_z
 
     np.testing.assert_allclose(M_z, turned, atol=1e-11)
-
-
-def test_load_dependence_is_a_power() -> None:
-    M_z = last_torque(slid(load=500.0), CENTRED, load_dependent_friction={"n": 0.3})
-
-    assert M_z == pytest.approx(-SLIDE * 1.25**0.7, rel=1e-5)
-
-
-def test_friction_differs_by_direction() -> None:
-    M_z = run(turn([0.0, 500.0, -500.0]), CENTRED, {"asymmetric_friction": {"ratio": 1.2}}).M_z
-
-    np.testing.assert_allclose(M_z[1:], [-1.2 * SLIDE, SLIDE], rtol=1e-5)
-
-
-def test_friction_beds_in_with_the_way() -> None:
-    law = {"gain": 0.3, "scale": 400.0}
-
-    M_z = run(turn([0.0, 500.0, -500.0]), CENTRED, {"friction_drift": law}).M_z
-
-    grown = 1 + 0.3 * (1 - np.exp(-np.array([500.0, 1500.0]) / 400.0))
-    np.testing.assert_allclose(M_z[1:], SLIDE * grown * [-1, 1], rtol=1e-5)
 
 
 def test_backlash_is_crossed_at_no_torque() -> None:

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from reference_rig import (
-    Array,
     Friction,
     RigTyre,
     constant_friction,
@@ -153,14 +152,6 @@ def test_path_may_be_free() -> None:
     np.testing.assert_allclose(made.psi[::5], psi, atol=1e-12)
     np.testing.assert_allclose(made.psi_dot_true, 0.4 * np.cos(2 * made.t), atol=0.03)
     assert made.M_z[0] == 0.0
-
-
-def test_seed_decides() -> None:
-    def torque(seed: int) -> Array:
-        return make_ground_recording(seed, constant_friction(1.0), duration=3.0).M_z
-
-    np.testing.assert_array_equal(torque(5), torque(5))
-    assert not np.array_equal(torque(5), torque(6))
 
 
 def test_uneven_samples_lie_on_the_even_recordings_path() -> None:

@@ -210,24 +210,6 @@ def test_uneven_samples_lie_on_the_same_motion() -> None:
     np.testing.assert_allclose(made.psi_true, np.interp(times, even.t, even.psi_true), atol=1e-5)
 
 
-def test_sensors() -> None:
-    made = make_steering_recording(3)
-
-    step = 2 * np.pi / 2**14
-    assert np.std(made.M - made.M_true) == pytest.approx(0.004 * np.ptp(made.M_true), rel=0.05)
-    assert np.max(np.abs(made.psi - made.psi_true)) <= 0.5 * step * (1 + 1e-9)
-    np.testing.assert_allclose(made.psi / step, np.round(made.psi / step), atol=1e-8)
-    assert np.std(made.F_N - made.F_N_true) == pytest.approx(4e-4 * LOAD, rel=0.1)
-    np.testing.assert_allclose(np.diff(made.t), 0.001, rtol=1e-9)
-
-
-def test_seed_decides() -> None:
-    first, same, other = (make_steering_recording(seed, duration=2.0) for seed in (5, 5, 6))
-
-    np.testing.assert_array_equal(first.M, same.M)
-    assert not np.array_equal(first.M, other.M)
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_motor_torque_stays_within_its_level(seed: int) -> None:
     t = np.arange(100001) * STEP

@@ -1,6 +1,6 @@
 """References for the patch that share nothing with it: a fine grid of bristles, closed forms, paths."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 from math import copysign
@@ -39,6 +39,18 @@ class Path:
     tyre: Tyre
 
 
+TYRE, LOAD = Tyre(), 400.0
+"""Those of a test to which no others matter; load in [N]."""
+GEOMETRY = np.array([TYRE.a, TYRE.e])
+GO = TYRE.slope(LOAD) * TYRE.a
+"""Turn at which sliding has spread over half of the patch [rad]."""
+
+
+def constant(psi: Array, tyre: Tyre = TYRE, F_N: float = LOAD) -> Path:
+    """These angles under a constant load."""
+    return Path(psi=psi, F_N=np.full(len(psi), F_N), tyre=tyre)
+
+
 def signals(psi: Array, F_N: Array | float) -> Array:
     """The rows psi, psi_dot, F_N, dt that a model reads."""
     rate = np.gradient(psi, PERIOD) if len(psi) > 1 else np.zeros_like(psi)
@@ -54,9 +66,18 @@ def run(
 ) -> TorqueTrajectory:
     """Simulate; effect values by coordinate with a double underscore: effect__parameter."""
     values = {name.replace("__", "."): value for name, value in effect_values.items()}
-    theta = model.theta({"mu": path.tyre.mu, "k": path.tyre.k} | values)
-    geometry = np.array([path.tyre.a, path.tyre.e])
-    return simulate(model, signals(path.psi, path.F_N), np.asarray(theta).ravel(), geometry, directions)
+    theta, geometry = theta_of(model, values, path.tyre), np.array([path.tyre.a, path.tyre.e])
+    return simulate(model, signals(path.psi, path.F_N), theta, geometry, directions)
+
+
+def theta_of(model: Model, values: Mapping[str, float], tyre: Any = TYRE) -> Array:
+    """The parameter vector of a tyre with k and mu, and values by `effect.parameter`."""
+    return np.asarray(model.theta({"mu": tyre.mu, "k": tyre.k} | dict(values))).ravel()
+
+
+def flat(planted: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
+    """Values of effects by `effect.parameter`."""
+    return {f"{name}.{p}": value for name, values in planted.items() for p, value in values.items()}
 
 
 def grid_torque(*paths: Path, bristles: int = 5000, turned: float = 0.0) -> Array:

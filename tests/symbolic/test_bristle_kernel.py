@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from symbolic import Effect, Model, Parameter, compiler, parameter_name, simulate, trajectory
-from symbolic.bristle_kernel import bristle_kernel
+from symbolic.compilation.bristle_kernel import bristle_kernel
 from symbolic.effects.library import GROUND_SCOPES, KNOWN
 from tests.symbolic.oracles import Array, random_path, signals
 from tests.symbolic.warmth import Warmth
@@ -27,7 +27,7 @@ ALONE = [pytest.param((name,), marks=LONG) for name in KNOWN if name not in GROU
 def model_of(*names: str) -> Model:
     """A few bristles, also where the exact patch would do."""
     effects = tuple((KNOWN | {"warmth": Warmth()})[name] for name in names)
-    return Model(effects=effects, lengthways=10, discretised=True)
+    return Model(effects=effects, bristles=10, discretised=True)
 
 
 def theta_of(model: Model) -> Array:
@@ -94,7 +94,6 @@ class Tabulated(Effect):
     parameters: tuple[Parameter, ...] = (
         Parameter(name="c", unit="N m", neutral=0.0, start=0.1, lower=-1.0, upper=1.0, scale=0.1),
     )
-    discrete: bool = True
 
     def torque(self, signals, values):  # type: ignore[no-untyped-def]
         table = ca.interpolant("table", "linear", [[-1.0, 0.0, 1.0]], [1.0, 0.0, 1.0])
@@ -102,7 +101,7 @@ class Tabulated(Effect):
 
 
 def test_an_effect_without_scalars_is_casadis(monkeypatch: pytest.MonkeyPatch) -> None:
-    model = Model(effects=(Tabulated(),), lengthways=10)
+    model = Model(effects=(Tabulated(),), bristles=10, discretised=True)
     loops, casadi = both(monkeypatch, model, np.eye(3))
 
     assert bristle_kernel(model) is None

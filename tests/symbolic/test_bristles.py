@@ -6,19 +6,27 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from symbolic import BristleTraits, Expression, InvalidInputError, Model, Relaxation
+from symbolic import BristleTraits, InvalidInputError, Model, Relaxation
 from symbolic.bristles import SPAN, BristlePatch
 from symbolic.patch import PatchInputs
-from tests.symbolic.oracles import Array, Path, Tyre, grid_torque, random_path, run, worst
+from tests.symbolic.oracles import (
+    LOAD,
+    TYRE,
+    Array,
+    Tyre,
+    constant,
+    grid_torque,
+    random_path,
+    run,
+    worst,
+)
 
 pytestmark = pytest.mark.usefixtures("interpreted")
-LOAD = 400.0
-TYRE = Tyre()
 
 
 def last_torque(traits: BristleTraits, *turns: float, speed: float = 0.1, tyre: Tyre = TYRE) -> float:
     """M_z after turns of a patch of 400 bristles, one a sample of 10 ms."""
-    patch = BristlePatch(traits=traits, lengthways=400, rows=12)
+    patch = BristlePatch(traits=traits, columns=400, rows=12)
     inputs = PatchInputs(
         speed=speed, dt=0.01, F_N=LOAD, factor=1.0, mu=tyre.mu, k=tyre.k, a=tyre.a, e=tyre.e
     )
@@ -45,23 +53,12 @@ def test_eighty_bristles_follow_the_zones() -> None:
     assert max(errors) <= 1.5e-3
 
 
-@pytest.mark.parametrize(("lengthways", "allowed"), [(40, 5e-3), (200, 4e-4)])
-def test_error_falls_with_the_bristles(lengthways: int, allowed: float) -> None:
+@pytest.mark.parametrize(("columns", "allowed"), [(40, 5e-3), (200, 4e-4)])
+def test_error_falls_with_the_bristles(columns: int, allowed: float) -> None:
     path = random_path(9)
     (reference,) = grid_torque(path)
 
-    assert worst(run(Model(discretised=True, lengthways=lengthways), path).M_z, reference) <= allowed
-
-
-def test_neutral_traits_change_nothing() -> None:
-    def one(_: Expression) -> float:
-        return 1.0
-
-    turns = (0.1, -0.05, 0.2)
-    declared = last_torque(BristleTraits(), *turns)
-    dressed = BristleTraits(shape=(one,), limits=(one,), relaxation=Relaxation(gain=0.0, time=0.5))
-
-    assert last_torque(dressed, *turns) == pytest.approx(declared, rel=1e-12)
+    assert worst(run(Model(discretised=True, bristles=columns), path).M_z, reference) <= allowed
 
 
 def test_shape_moves_the_load() -> None:
@@ -133,26 +130,9 @@ def test_relaxation_fades_at_rest_and_shares_the_slip() -> None:
     assert rested == pytest.approx(slide * (1 + held * np.exp(-1 / time)) / (1 + held), rel=1e-9)
 
 
-def test_memory_and_drive_have_their_declared_sizes() -> None:
-    inputs = PatchInputs(speed=0.1, dt=0.01, F_N=LOAD, factor=1.0, mu=1.3, k=2.4e6, a=0.045, e=0.009)
-    relaxing = Relaxation(gain=0.3, time=0.5)
-    for traits, states in (
-        (BristleTraits(), 1),
-        (BristleTraits(half_width=0.02), 1),
-        (BristleTraits(half_width=0.02, relaxation=relaxing), 2),
-    ):
-        patch = BristlePatch(traits=traits)
-        size = states * patch.bristles
-        memory = patch.advance(ca.DM(patch.initial()), 0.1, ca.DM.ones(patch.coefficient_size))
-
-        assert (patch.size, len(patch.initial())) == (size, size)
-        assert memory.shape == (size, 1)
-        assert ca.MX(patch.coefficients(inputs)).shape == (patch.coefficient_size, 1)
-
-
-@pytest.mark.parametrize("counts", [{"lengthways": 3}, {"rows": 0}])
+@pytest.mark.parametrize("counts", [{"columns": 3}, {"rows": 0}])
 def test_too_few_bristles_are_refused(counts: dict[str, int]) -> None:
-    with pytest.raises(InvalidInputError, match="needs lengthways >= 4 and rows >= 1"):
+    with pytest.raises(InvalidInputError, match="needs columns >= 4 and rows >= 1"):
         BristlePatch(traits=BristleTraits(), **counts)
 
 
@@ -166,7 +146,7 @@ def test_rows_fill_the_width_and_a_line_has_none() -> None:
 
 def test_patch_at_rest_keeps_its_torque() -> None:
     psi = np.concatenate([np.linspace(0, 0.2, 30), np.full(30, 0.2)])
-    path = Path(psi=psi, F_N=np.full(60, LOAD), tyre=replace(TYRE, e=0.0))
+    path = constant(psi, replace(TYRE, e=0.0))
 
     M_z = run(Model(discretised=True), path).M_z
 

@@ -8,7 +8,7 @@ import stat
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import casadi as ca
@@ -16,8 +16,9 @@ import numpy as np
 import pytest
 
 from symbolic import EFFECTS, Model, compiled, compiler, effects_named, sensitivity_step
-from symbolic.compiled import compiled_source
-from symbolic.library_cache import cache_directory
+from symbolic.compilation import compiled as module
+from symbolic.compilation.compiled import compiled_source
+from symbolic.compilation.library_cache import cache_directory
 from tests.symbolic.oracles import random_path, signals
 from tests.symbolic.test_effects import VALUES
 
@@ -33,9 +34,8 @@ needs_compiler = pytest.mark.skipif(compiler() is None, reason="no C compiler at
 def fresh(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
     """An empty cache, and a compiler that is looked for anew."""
     monkeypatch.setenv("BRUSHGRIP_CACHE", str(tmp_path / "cache"))
-    module = sys.modules["symbolic.compiled"]
     compiler.cache_clear()
-    module._BLAMED.clear()
+    module._WARNED.clear()
     yield
     compiler.cache_clear()
 
@@ -54,14 +54,14 @@ def libraries(folder: Path) -> list[Path]:
     ("model", "own"),
     [
         (Model(corners=8), ()),
-        (Model(discretised=True, lengthways=20), ()),
-        (Model(effects=(EFFECTS["viscoelastic_relaxation"],), lengthways=20), (0.5, 0.6)),
+        (Model(discretised=True, bristles=20), ()),
+        (Model(effects=(EFFECTS["viscoelastic_relaxation"],), bristles=20), (0.5, 0.6)),
         (
-            Model(effects=effects_named(["frictional_creep", "carcass_torsion"]), lengthways=20),
+            Model(effects=effects_named(["frictional_creep", "carcass_torsion"]), bristles=20),
             (0.15, 1 / 350),
         ),
         pytest.param(
-            Model(effects=effects_named(OTHERS), lengthways=8), OTHER_VALUES, marks=pytest.mark.long
+            Model(effects=effects_named(OTHERS), bristles=8), OTHER_VALUES, marks=pytest.mark.long
         ),
     ],
     ids=["zones", "bristles", "relaxing bristles", "creep behind a carcass", "every other effect"],
@@ -124,19 +124,29 @@ def test_changed_function_does_not_meet_a_stale_library(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "environment",
-    [{"BRUSHGRIP_INTERPRET": "1"}, {"CC": "/bin/false"}, {"CC": "no-such-compiler"}],
+    ("environment", "said"),
+    [
+        ({"BRUSHGRIP_INTERPRET": "1"}, []),
+        ({"CC": "/bin/false"}, ["interpreted instead, which is slow"]),
+        ({"CC": "no-such-compiler"}, ["models are interpreted, which is slow"]),
+    ],
     ids=["asked to interpret", "broken compiler", "missing compiler"],
 )
 def test_function_is_interpreted_where_it_cannot_be_compiled(
-    environment: dict[str, str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+    environment: dict[str, str],
+    said: list[str],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    caplog: pytest.LogCaptureFixture,
 ) -> None:
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
     function = small()
 
-    assert compiled(function) is function
+    assert [compiled(function) for _ in range(2)] == [function, function]
+    assert compiled_source("forty_two", "int answer(void) { return 42; }") is None
     assert libraries(tmp_path) == []
+    assert [part in line for part, line in zip(said, caplog.messages, strict=True)] == [True] * len(said)
 
 
 @needs_compiler
@@ -159,32 +169,18 @@ def test_a_cache_that_cannot_be_written_has_another_in_its_place(
 def test_a_full_disk_has_another_folder_in_its_place(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
-    module = sys.modules["symbolic.compiled"]
-    scratch_folder = module.scratch_folder
+    temporary_folder = module.temporary_folder
 
     def full(parent: Path) -> object:
         if parent == tmp_path / "cache":
             raise OSError(errno.ENOSPC, "No space left on device")
-        return scratch_folder(parent)
+        return temporary_folder(parent)
 
-    monkeypatch.setattr(module, "scratch_folder", full)
+    monkeypatch.setattr(module, "temporary_folder", full)
     function = small()
 
     assert compiled(function) is not function
     assert "cannot be written (No space left on device)" in caplog.text
-
-
-@needs_compiler
-def test_it_is_said_that_a_model_is_interpreted(
-    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
-) -> None:
-    monkeypatch.setenv("CC", "false")
-    function = small()
-
-    assert compiled(function) is function
-    assert compiled(function) is function
-    (line,) = caplog.messages
-    assert "interpreted instead, which is slow" in line
 
 
 @needs_compiler
@@ -241,33 +237,32 @@ def is_running(pid: int) -> bool:
 
 
 @needs_compiler
-@pytest.mark.parametrize("share", [0.0, 0.1, 0.5, 0.99], ids=lambda share: f"{share:.0%} of it")
-def test_a_truncated_library_is_built_anew(tmp_path: Path, share: float) -> None:
+@pytest.mark.parametrize(
+    ("damage", "is_named_so"),
+    [
+        *(
+            pytest.param(
+                lambda whole, share=share: whole[: int(share * len(whole))], False, id=f"{share}"
+            )
+            for share in (0.0, 0.1, 0.5, 0.99)
+        ),
+        pytest.param(lambda _: b"not a library", False, id="damaged"),
+        pytest.param(lambda _: b"not a library", True, id="of another machine"),
+    ],
+)
+def test_a_library_that_does_not_load_is_built_anew(
+    tmp_path: Path, damage: Callable[[bytes], bytes], is_named_so: bool
+) -> None:
     compiled(small(5.0))
     (library,) = libraries(tmp_path)
     whole = library.read_bytes()
+    content = damage(whole)
     # Another inode: a library that is loaded must not be written into.
     library.unlink()
-    library.write_bytes(whole[: int(share * len(whole))])
-    library.chmod(0o700)
-    function = small(5.0)
-    again = compiled(function)
-
-    assert again is not function
-    np.testing.assert_allclose(np.asarray(again([1, 2, 3])[1]), 6.0)
-    assert [path.read_bytes() for path in libraries(tmp_path)] == [whole]
-
-
-@needs_compiler
-@pytest.mark.parametrize("is_named_so", [False, True], ids=["damaged", "of another machine"])
-def test_what_does_not_load_is_built_anew(tmp_path: Path, is_named_so: bool) -> None:
-    compiled(small(5.0))
-    (library,) = libraries(tmp_path)
-    library.unlink()
-    content = b"not a library"
     if is_named_so:
-        digest = hashlib.sha256(library.stem.rpartition("_")[0].encode() + content).hexdigest()[:24]
-        library = library.with_stem("_".join([*library.stem.split("_")[:2], digest]))
+        stem = library.stem.rpartition("_")[0]
+        digest = hashlib.sha256(stem.encode() + content).hexdigest()[:24]
+        library = library.with_stem(f"{stem}_{digest}")
     library.write_bytes(content)
     library.chmod(0o700)
     function = small(5.0)
@@ -275,7 +270,7 @@ def test_what_does_not_load_is_built_anew(tmp_path: Path, is_named_so: bool) -> 
 
     assert again is not function
     np.testing.assert_allclose(np.asarray(again([1, 2, 3])[1]), 6.0)
-    assert len(libraries(tmp_path)) == 1
+    assert [path.read_bytes() for path in libraries(tmp_path)] == [whole]
 
 
 def planted(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
@@ -319,13 +314,23 @@ def test_a_planted_library_would_be_run(tmp_path: Path, monkeypatch: pytest.Monk
 
 @needs_compiler
 @needs_users
-@pytest.mark.parametrize("mode", [0o722, 0o702, 0o777, 0o1777], ids=oct)
+@pytest.mark.parametrize(
+    ("mode", "is_linked"),
+    [(0o722, False), (0o702, False), (0o777, False), (0o1777, False), (0o777, True)],
+)
 def test_a_folder_that_others_may_write_to_is_not_used(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture, mode: int
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    caplog: pytest.LogCaptureFixture,
+    mode: int,
+    is_linked: bool,
 ) -> None:
     cache = planted(tmp_path, monkeypatch)
     before = sorted(cache.iterdir())
     cache.chmod(mode)
+    if is_linked:
+        (tmp_path / "link").symlink_to(cache)
+        monkeypatch.setenv("BRUSHGRIP_CACHE", str(tmp_path / "link"))
     made = [compiled(small(factor)) for factor in (2.0, 4.0, 2.0)]
 
     assert [is_doubling(function) for function in made] == [True, False, True]
@@ -388,19 +393,6 @@ def test_a_folder_of_another_user_is_not_used(
 
     assert is_doubling(compiled(small(2.0)))
     assert f"{cache} belongs to another user" in caplog.text
-
-
-@needs_compiler
-@needs_users
-def test_a_link_to_a_folder_that_others_may_write_to(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    cache = planted(tmp_path, monkeypatch)
-    cache.chmod(0o777)
-    (tmp_path / "link").symlink_to(cache)
-    monkeypatch.setenv("BRUSHGRIP_CACHE", str(tmp_path / "link"))
-
-    assert is_doubling(compiled(small(2.0)))
 
 
 @needs_compiler
@@ -496,8 +488,7 @@ def test_many_exponentials_at_a_time(tmp_path: Path) -> None:
 
 @needs_compiler
 def test_without_such_a_library_one_at_a_time(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    # The package has a function of the module's name.
-    monkeypatch.setattr(sys.modules["symbolic.compiled"], "VECTORISED", ("-lno-such-library",))
+    monkeypatch.setattr(module, "VECTORISED", ("-lno-such-library",))
     function = small(7.0)
 
     assert compiled(function, vectorised=True) is not function
@@ -525,10 +516,3 @@ def test_source_of_ours_is_a_library_of_the_cache(tmp_path: Path) -> None:
     assert library is not None
     assert library.answer() == 42
     assert len(list((tmp_path / "cache").glob("forty_two_*.so"))) == 1
-
-
-def test_source_without_a_compiler_is_no_library(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("BRUSHGRIP_INTERPRET", "1")
-    compiler.cache_clear()
-
-    assert compiled_source("forty_two", "int answer(void) { return 42; }") is None

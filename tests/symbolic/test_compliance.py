@@ -1,35 +1,43 @@
-"""The turn that balances patch and carcass: residual of its equation, and the grid at that turn."""
+"""Carcass and backlash in series: the turn that balances them and the patch."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 
-import casadi as ca
 import numpy as np
 import pytest
 
-from reference_rig import hand_path
-from symbolic import EFFECTS, Model
-from tests.symbolic.oracles import Array, Path, Tyre, grid_torque, run, signals, straight, wandering_load
+from reference_rig import RigTyre, build_effects, hand_path, simulate_bristles
+from symbolic import EFFECTS, Model, effects_named
+from symbolic.effects.backlash import ROUNDING
+from tests.symbolic.oracles import (
+    GEOMETRY,
+    GO,
+    LOAD,
+    TYRE,
+    Array,
+    Path,
+    Tyre,
+    constant,
+    grid_torque,
+    run,
+    signals,
+    straight,
+    theta_of,
+    wandering_load,
+)  # fmt: skip
 
 pytestmark = pytest.mark.usefixtures("interpreted")
-LOAD = 400.0
-TYRE = Tyre()
-GO = TYRE.slope(LOAD) * TYRE.a
-CARCASS = (EFFECTS["carcass_torsion"],)
-STIFFNESSES = [
-    pytest.param(1000.0, marks=pytest.mark.long),
-    163.0,
-    pytest.param(40.0, marks=pytest.mark.long),
-    10.0,
-]
-"""From six times the stiffness of the sticking patch down to the least that the effect allows."""
-REALISATIONS = pytest.mark.parametrize(
-    "model",
-    [Model(effects=CARCASS), Model(effects=CARCASS, discretised=True)],
-    ids=["zones", "bristles"],
-)
+Values = Mapping[str, float]
+GAP, K_T = "backlash.gap", "carcass_torsion.k_t"
+SLIDE = 3 / 8 * TYRE.mu * LOAD * TYRE.a
+REALISATIONS = pytest.mark.parametrize("discretised", [False, True], ids=["zones", "bristles"])
 
 
-def random_turns(seed: int, steps: int) -> Path:
+def model_of(values: Values, discretised: bool) -> Model:
+    return Model(effects=effects_named(n.partition(".")[0] for n in values), discretised=discretised)
+
+
+def turns(seed: int, steps: int) -> Path:
     """Twelve straight turns between random angles, `steps` samples each, under a wandering load."""
     rng = np.random.default_rng(seed)
     psi = GO * straight(0.0, *rng.uniform(-6, 6, 12), steps=steps)
@@ -42,108 +50,142 @@ def by_hand(seed: int) -> Path:
     return Path(psi=drive.psi, F_N=drive.F_N, tyre=TYRE)
 
 
-def solve(model: Model, path: Path, k_t: float) -> tuple[Array, Array]:
+def solve(model: Model, path: Path, theta: Array) -> tuple[Array, Array]:
     """Patch angle and torque, sample by sample."""
-    theta = model.theta({"mu": TYRE.mu, "k": TYRE.k, "carcass_torsion.k_t": k_t})
-    geometry = ca.DM([TYRE.a, TYRE.e])
-    samples = signals(path.psi, path.F_N)
-    memory, made = model.initial(samples[:, 0], theta, geometry), []
+    samples, found = signals(path.psi, path.F_N), []
+    memory = model.initial(samples[:, 0], theta, GEOMETRY)
     for sample in samples.T:
-        memory, M_z = model.step(memory, sample, theta, geometry)
-        made.append((float(memory[0]), float(M_z)))
-    angle, torque = np.array(made).T
+        memory, M_z = model.step(memory, sample, theta, GEOMETRY)
+        found.append((float(memory[0]), float(M_z)))
+    angle, torque = np.array(found).T
     return angle, torque
 
 
-def residual(model: Model, path: Path, k_t: float) -> float:
-    angle, torque = solve(model, path, k_t)
-    return float(np.max(np.abs(angle - path.psi - torque / k_t)))
+def twist(values: Values, torque: Array, F_N: Array) -> Array:
+    """Turn of the elements: of the carcass, and of a rounded gap in sines and tangents [rad]."""
+    gap = values.get(GAP, 0.0) / 2 * np.sin(np.arctan(torque / (F_N * ROUNDING)))
+    return torque / values.get(K_T, np.inf) + gap
 
 
-@REALISATIONS
-@pytest.mark.parametrize("k_t", STIFFNESSES)
-def test_residual_vanishes_at_the_pace_of_a_hand(model: Model, k_t: float) -> None:
-    worst = max(residual(model, by_hand(seed), k_t) for seed in range(3))
-
-    print(f"residual of the compliant turn, k_t = {k_t} N m/rad: {worst:.1e} rad")
-    assert worst < 1e-9
-
-
-@REALISATIONS
-@pytest.mark.parametrize("steps", [1, 4])
-def test_residual_vanishes_in_coarse_turns_while_the_carcass_is_no_softer_than_the_patch(
-    model: Model, steps: int
-) -> None:
-    assert residual(model, random_turns(0, steps), 1000.0) < 1e-9
-    assert residual(model, random_turns(0, steps), 163.0) < 1e-9
-
-
-@REALISATIONS
-@pytest.mark.parametrize(("steps", "seeds"), [(4, 6), (100, 3)], ids=["coarse", "1 rad/s"])
-def test_residual_vanishes_in_fast_turns_of_a_soft_carcass(model: Model, steps: int, seeds: int) -> None:
-    worst = max(residual(model, random_turns(seed, steps), 40.0) for seed in range(seeds))
-
-    print(f"residual of the compliant turn, {steps} samples a turn, 40 N m/rad: {worst:.1e} rad")
-    assert worst < 1e-9
+# From six times the stiffness of the sticking patch down to the least that the effect allows. Coarse
+# turns of a carcass that is softer than the patch are the hardest.
+QUICK: list[tuple[Values, Path]] = [
+    ({K_T: 163.0}, by_hand(0)),
+    ({K_T: 10.0}, by_hand(1)),
+    ({K_T: 163.0}, turns(0, 1)),
+    ({K_T: 40.0}, turns(1, 4)),
+    ({GAP: 0.05}, turns(1, 1)),
+    ({GAP: 0.005}, turns(4, 4)),
+    ({GAP: 0.03, K_T: 120.0}, turns(7, 20)),
+]
+LONG: list[tuple[Values, Path]] = [
+    *(({K_T: k_t}, by_hand(seed)) for k_t in (1000.0, 163.0, 40.0, 10.0) for seed in range(3)),
+    *(({K_T: k_t}, turns(0, steps)) for k_t in (1000.0, 163.0) for steps in (1, 4, 100)),
+    *(({K_T: 40.0}, turns(seed, steps)) for steps in (4, 100) for seed in range(6)),
+    *(({GAP: gap}, turns(steps, steps)) for gap in (0.005, 0.05) for steps in (1, 4, 40)),
+]
 
 
 @REALISATIONS
 @pytest.mark.parametrize(
-    ("path", "k_t"),
-    [
-        (by_hand(0), 163.0),
-        (by_hand(0), 10.0),
-        (random_turns(0, 4), 163.0),
-        *(pytest.param(by_hand(0), k_t, marks=pytest.mark.long) for k_t in (1000.0, 40.0)),
-        *(
-            pytest.param(random_turns(0, steps), k_t, marks=pytest.mark.long)
-            for steps in (1, 4, 100)
-            for k_t in (1000.0, 163.0, 40.0)
-            if (steps, k_t) != (4, 163.0)
-        ),
-    ],
+    ("values", "path"), [*QUICK, *(pytest.param(*case, marks=pytest.mark.long) for case in LONG)]
 )
-def test_rigid_patch_at_the_solved_angle_makes_the_same_torque(
-    model: Model, path: Path, k_t: float
-) -> None:
-    """Bristles move along their slopes in the last step, so that their residual is zero anyhow."""
-    angle, torque = solve(model, path, k_t)
+def test_turn_balances_elements_and_patch(discretised: bool, values: Values, path: Path) -> None:
+    model = model_of(values, discretised)
+    angle, torque = solve(model, path, theta_of(model, values))
+    there = replace(path, psi=angle)
 
-    rigid = run(Model(discretised=not model.exact), replace(path, psi=angle)).M_z
+    off = np.max(np.abs(angle - path.psi - twist(values, torque, path.F_N)))
+    print(f"residual of the compliant turn, {dict(values)}: {off:.1e} rad")
+    assert off < 1e-9
+    # Bristles move along their slopes in the last step, so that their residual is zero anyhow.
+    rigid = run(Model(discretised=discretised), there).M_z
     np.testing.assert_allclose(torque, rigid, rtol=0, atol=1e-9 * np.ptp(rigid))
-
-
-@pytest.mark.parametrize("k_t", STIFFNESSES)
-def test_grid_at_the_solved_angle_makes_the_same_torque(k_t: float) -> None:
-    path = random_turns(1, steps=100)
-    angle, torque = solve(Model(effects=CARCASS), path, k_t)
-
-    (reference,) = grid_torque(Path(psi=angle, F_N=path.F_N, tyre=TYRE))
-
-    assert np.max(np.abs(angle - path.psi)) > 1e-3, "the carcass twists"
-    np.testing.assert_allclose(torque, reference, rtol=0, atol=1e-6 * np.ptp(reference))
+    if not discretised:
+        (reference,) = grid_torque(there)
+        np.testing.assert_allclose(torque, reference, rtol=0, atol=1e-6 * np.ptp(reference))
 
 
 @REALISATIONS
-def test_rigid_carcass_does_not_twist(model: Model) -> None:
-    path = random_turns(2, steps=20)
+def test_rigid_carcass_does_not_twist(discretised: bool) -> None:
+    path, model = turns(2, steps=20), model_of({K_T: np.inf}, discretised)
 
-    angle, torque = solve(model, path, np.inf)
+    angle, torque = solve(model, path, theta_of(model, {K_T: np.inf}))
 
     np.testing.assert_allclose(angle, path.psi, rtol=0, atol=1e-15)
-    rigid = run(Model(discretised=not model.exact), path).M_z
+    rigid = run(Model(discretised=discretised), path).M_z
     np.testing.assert_allclose(torque, rigid, rtol=0, atol=1e-12 * np.ptp(rigid))
 
 
 def test_compliances_add() -> None:
-    twice = Model(effects=CARCASS * 2)
-    path = random_turns(3, steps=100)
-    theta, geometry = ca.DM([TYRE.mu, TYRE.k, 1 / 400, 1 / 150]), ca.DM([TYRE.a, TYRE.e])
-    samples = signals(path.psi, path.F_N)
-    memory, torques = twice.initial(samples[:, 0], theta, geometry), []
-    for sample in samples.T:
-        memory, M_z = twice.step(memory, sample, theta, geometry)
-        torques.append(float(M_z))
+    path, one, two = (
+        turns(3, steps=100),
+        *(Model(effects=n * (EFFECTS["carcass_torsion"],)) for n in (1, 2)),
+    )
 
-    _, expected = solve(Model(effects=CARCASS), path, 1 / (1 / 400 + 1 / 150))
-    np.testing.assert_allclose(torques, expected, rtol=0, atol=1e-9)
+    _, torque = solve(two, path, np.array([TYRE.mu, TYRE.k, 1 / 400, 1 / 150]))
+
+    _, expected = solve(one, path, np.array([TYRE.mu, TYRE.k, 1 / 400 + 1 / 150]))
+    np.testing.assert_allclose(torque, expected, rtol=0, atol=1e-9)
+
+
+def test_no_torque_while_the_gap_is_crossed() -> None:
+    """Turned into a full slide and back: the patch relaxes, then the wheel turns on freely."""
+    gap, out = 0.04, 3 * GO
+    path = constant(np.concatenate([np.linspace(0, out, 60), np.linspace(out, -out, 500)[1:]]))
+    back = path.psi[60:]
+
+    torque = run(model_of({GAP: gap}, False), path, backlash__gap=gap).M_z[60:]
+    rigid = run(Model(), path).M_z[60:]
+
+    quiet, elastic = (np.ptp(back[np.abs(M_z) < 0.02 * SLIDE]) for M_z in (torque, rigid))
+    assert quiet - elastic == pytest.approx(gap, rel=0.05)
+    # Beyond the gap the loop is the same one, later by the gap.
+    late = np.interp(back, back[::-1] - gap, rigid[::-1])
+    beyond = torque > 0.1 * SLIDE
+    np.testing.assert_allclose(torque[beyond], late[beyond], rtol=0, atol=2e-2 * SLIDE)
+
+
+def test_rounding_nears_hard_flanks() -> None:
+    """The rig's gap has hard flanks: the difference is that of the rounding, where a flank is met."""
+    drive, tyre = hand_path(3, 10.0, rate=100.0), RigTyre()
+    hard = simulate_bristles(drive, tyre, build_effects({"backlash": {"gap": 0.03}})).M_z
+    path = Path(psi=drive.psi, F_N=drive.F_N, tyre=Tyre(a=tyre.a, e=tyre.e, k=tyre.k, mu=tyre.mu))
+
+    rounded = run(model_of({GAP: 0.03}, False), path, backlash__gap=0.03).M_z
+
+    error = (rounded - hard) / np.ptp(hard)
+    assert np.sqrt(np.mean(error**2)) < 1e-3
+    assert np.max(np.abs(error)) < 8e-3
+
+
+@REALISATIONS
+@pytest.mark.parametrize("gap", [0.004, 0.03])
+def test_derivatives_are_exact(discretised: bool, gap: float) -> None:
+    """Against central differences, at every sample: in the gap, at its flanks and in the slide."""
+    drive = hand_path(2, 6.0, rate=50.0)
+    path = Path(psi=drive.psi, F_N=drive.F_N, tyre=TYRE)
+    values = {"carcass_torsion__k_t": 200.0, "backlash__gap": gap}
+    model = model_of({K_T: 200.0, GAP: gap}, discretised)
+
+    found = run(model, path, directions=np.eye(4), **values).sensitivities[:, 3]
+
+    h = 1e-7
+    ends = [run(model, path, **(values | {"backlash__gap": gap + s * h})).M_z for s in (1, -1)]
+    expected = (ends[0] - ends[1]) / (2 * h)
+    size = np.max(np.abs(expected))
+    assert np.quantile(np.abs(found - expected), 0.98) < 1e-4 * size, "but for samples at a kink"
+    assert np.max(np.abs(found)) < 2 * size
+
+
+@REALISATIONS
+def test_closed_gap_has_a_derivative(discretised: bool) -> None:
+    """So that a search can open it."""
+    path = constant(np.linspace(0, 1e-4 * GO, 5))
+
+    found = run(
+        model_of({GAP: 0.0}, discretised), path, directions=np.eye(3)[:, 2:], backlash__gap=0.0
+    ).sensitivities
+
+    assert np.all(np.isfinite(found))
+    assert found[-1] > 0

@@ -63,13 +63,6 @@ def test_slope_of_unit_moment_is_its_integral(z: float, e: float) -> None:
     assert float(slope(z)) == pytest.approx(expected, rel=1e-10, abs=0)
 
 
-@pytest.mark.parametrize("e", CASTERS)
-def test_unit_moment_of_the_whole_patch_is_the_sticking_stiffness(e: float) -> None:
-    a = HALF_LENGTH
-
-    assert float(unit_moment(0, a, e)) == pytest.approx(2 * a * (a * a / 3 + e * e), rel=1e-14)
-
-
 @given(z=st.floats(-9.0, 12.0).map(lambda power: 10.0**power), arm_share=st.floats(1e-6, 2 - 1e-6))
 @example(z=1e-9, arm_share=2 - 1e-6)
 @example(z=1e12, arm_share=1e-6)

@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from reference_rig import RigTyre, build_effects, free_path, simulate_bristles
 from symbolic import EFFECTS, Effect, Expression, Model, Parameter, Signals, Values, simulate
 from symbolic.deformation import full_slide_arm, full_slide_torque
-from tests.symbolic.oracles import Array
+from tests.symbolic.oracles import Array, flat, theta_of
 from tests.symbolic.test_effects import EACH, VALUES
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -50,11 +50,6 @@ def signals(psi: Array) -> Array:
     return np.vstack([psi, np.gradient(psi, T), np.full(T.size, F_N), np.full(T.size, STEP)])
 
 
-def theta(model: Model, planted: Planted, mu: float = TYRE.mu) -> Array:
-    values = {f"{name}.{p}": v for name, parameters in planted.items() for p, v in parameters.items()}
-    return np.asarray(model.theta({"mu": mu, "k": TYRE.k} | values)).ravel()
-
-
 def model_of(planted: Planted) -> Model:
     return Model(effects=tuple(EFFECTS[name] for name in planted))
 
@@ -69,7 +64,7 @@ def memory_after(model: Model, theta: Array, columns: Array) -> ca.DM:
 def full_slide(planted: Planted, mu: float = TYRE.mu) -> tuple[float, float]:
     """mu_eff and M_slide after the turn, so that what effects count up is the same."""
     model = model_of(planted)
-    at = theta(model, planted, mu)
+    at = theta_of(model, flat(planted), RigTyre(mu=mu))
     turned = signals(np.minimum(RATE * T, TURN))
     # Two samples do for what has no memory of its own.
     turned = turned if any(effect.memory for effect in model.effects) else turned[:, :2]
@@ -98,27 +93,18 @@ def test_the_declared_model_has_its_mu(e: float) -> None:
 
 
 @EACH
-def test_a_steady_turn_of_the_model_has_this_torque(effect: object) -> None:
-    name = getattr(effect, "name", "")
-    planted = {name: VALUES[name]}
+def test_a_steady_turn_has_this_torque(effect: Effect) -> None:
+    """Of the model itself, and of the rig; what the bearing takes is not the ground's."""
+    planted = {effect.name: VALUES[effect.name]}
     model = model_of(planted)
-
-    def torque(psi: Array) -> Array:
-        return simulate(model, signals(psi), theta(model, planted), GEOMETRY).M_z
-
-    _, M_slide = full_slide(planted)
-    of_bearing = BEARING if name == "bearing_friction" else 0.0
-    assert M_slide == pytest.approx(turned_to_the_same_angle(torque) - of_bearing, rel=1e-3)
-
-
-@EACH
-def test_a_steady_turn_of_the_rig_has_this_torque(effect: object) -> None:
-    name = getattr(effect, "name", "")
-    planted = {name: VALUES[name]}
+    at = theta_of(model, flat(planted), TYRE)
+    of_bearing = BEARING if effect.name == "bearing_friction" else 0.0
 
     mu_eff, M_slide = full_slide(planted)
 
-    turned = on_the_rig(planted) - (BEARING if name == "bearing_friction" else 0.0)
+    own = turned_to_the_same_angle(lambda psi: simulate(model, signals(psi), at, GEOMETRY).M_z)
+    turned = on_the_rig(planted) - of_bearing
+    assert M_slide == pytest.approx(own - of_bearing, rel=1e-3)
     assert M_slide == pytest.approx(turned, rel=1.5e-3)
     assert mu_eff == pytest.approx(turned / (F_N * declared_arm(TYRE.e)), rel=1.5e-3)
 
@@ -145,7 +131,7 @@ def test_models_of_equal_torque_have_equal_effective_friction() -> None:
 def test_drift_counts_as_far_as_it_has_come() -> None:
     planted: Planted = {"friction_drift": {"gain": 0.3, "scale": 0.6}}
     model = model_of(planted)
-    at = theta(model, planted)
+    at = theta_of(model, flat(planted), TYRE)
     for travel in (0.0, 0.5, 30.0):
         turned = signals(travel / TURN * np.minimum(RATE * T, TURN))
         mu_eff, _ = model.full_slide(memory_after(model, at, turned), F_N, at, GEOMETRY, RATE)
@@ -155,7 +141,7 @@ def test_drift_counts_as_far_as_it_has_come() -> None:
 def test_it_follows_the_rate_at_which_friction_is_asked_for() -> None:
     planted: Planted = {"contact_damping": {"c": 2.0}}
     model = model_of(planted)
-    memory, at = np.zeros(model.memory_size), theta(model, planted)
+    memory, at = np.zeros(model.memory_size), theta_of(model, flat(planted), TYRE)
     slow, fast = (float(model.full_slide(memory, F_N, at, GEOMETRY, rate)[1]) for rate in (0.1, 0.3))
 
     assert fast - slow == pytest.approx(2.0 * 0.2, rel=1e-9)

@@ -3,7 +3,6 @@
 import math
 from dataclasses import replace
 
-import casadi as ca
 import numpy as np
 import pytest
 
@@ -18,35 +17,19 @@ from symbolic import (
     effects_named,
     simulate,
 )
-from tests.symbolic.oracles import Path, Tyre, random_path, run, straight
+from tests.symbolic.oracles import GO, LOAD, TYRE, Path, constant, random_path, run, straight
 
 pytestmark = pytest.mark.usefixtures("interpreted")
-LOAD = 400.0
-TYRE = Tyre()
-GO = TYRE.slope(LOAD) * TYRE.a
 REALISATIONS = pytest.mark.parametrize(
     "model", [Model(), Model(discretised=True)], ids=["zones", "bristles"]
 )
-
-
-def path_of(*corners: float, tyre: Tyre = TYRE) -> Path:
-    psi = GO * straight(*corners)
-    return Path(psi=psi, F_N=np.full(len(psi), LOAD), tyre=tyre)
-
-
-@REALISATIONS
-def test_positive_turn_from_rest_makes_a_negative_torque(model: Model) -> None:
-    M_z = run(model, path_of(0.0, 2.0)).M_z
-
-    assert M_z[0] == 0
-    assert np.all(M_z[1:] < 0)
 
 
 @pytest.mark.parametrize(("model", "share"), [(Model(), 1e-9), (Model(discretised=True), 1e-3)])
 def test_full_slide_is_three_eighths_of_mu_load_and_half_length(model: Model, share: float) -> None:
     tyre = replace(TYRE, e=0.0)
 
-    M_z = run(model, path_of(0.0, 1e6, -1e6, tyre=tyre)).M_z
+    M_z = run(model, constant(GO * straight(0.0, 1e6, -1e6), tyre)).M_z
 
     slide = 3 / 8 * tyre.mu * LOAD * tyre.a
     assert M_z[40] == pytest.approx(-slide, rel=share)
@@ -55,42 +38,31 @@ def test_full_slide_is_three_eighths_of_mu_load_and_half_length(model: Model, sh
 
 @REALISATIONS
 def test_full_stick_is_the_stiffness_of_the_patch(model: Model) -> None:
-    M_z = run(model, path_of(0.0, 1e-7)).M_z
+    M_z = run(model, constant(GO * straight(0.0, 1e-7))).M_z
 
+    assert M_z[0] == 0
     stiffness = 2 * TYRE.a * TYRE.k * (TYRE.a**2 / 3 + TYRE.e**2)
     assert M_z[-1] == pytest.approx(-stiffness * 1e-7 * GO, rel=1e-5)
 
 
 @REALISATIONS
-def test_torque_is_odd_in_the_angle(model: Model) -> None:
-    path = random_path(2)
-
-    there, mirrored = (run(model, replace(path, psi=side * path.psi)).M_z for side in (1, -1))
-
-    np.testing.assert_allclose(mirrored, -there, rtol=0, atol=1e-13 * np.ptp(there))
-
-
-@REALISATIONS
-def test_torque_does_not_know_where_zero_is(model: Model) -> None:
+@pytest.mark.parametrize(
+    ("angle", "start", "mu", "load", "torque"),
+    [(-1, 0, 1, 1, -1), (1, 0.5, 1, 1, 1), (1.37, 0, 1.37, 1, 1.37), (1.37, 0, 1, 1.37, 1.37)],
+    ids=["odd", "from anywhere", "homogeneous in friction", "homogeneous in load"],
+)
+def test_symmetries(
+    model: Model, angle: float, start: float, mu: float, load: float, torque: float
+) -> None:
+    """Factors on angle, friction, load and torque, and another angle of rest [rad]."""
     path = random_path(4)
+    tyre = replace(path.tyre, mu=mu * path.tyre.mu)
 
-    shifted = run(model, replace(path, psi=path.psi + 0.5)).M_z
+    M_z = run(model, Path(psi=angle * path.psi + start, F_N=load * path.F_N, tyre=tyre)).M_z
 
     plain = run(model, path).M_z
-    np.testing.assert_allclose(shifted, plain, rtol=0, atol=1e-11 * np.ptp(plain))
-
-
-@REALISATIONS
-def test_torque_is_homogeneous_in_angle_and_friction_times_load(model: Model) -> None:
-    path = random_path(6)
-    M_z = run(model, path).M_z
-    more = replace(path, psi=1.37 * path.psi)
-
-    by_mu = run(model, replace(more, tyre=replace(path.tyre, mu=1.37 * path.tyre.mu))).M_z
-    by_load = run(model, replace(more, F_N=1.37 * path.F_N)).M_z
-
-    np.testing.assert_allclose(by_mu, 1.37 * M_z, rtol=0, atol=1e-12 * np.ptp(M_z))
-    np.testing.assert_allclose(by_load, 1.37 * M_z, rtol=0, atol=1e-12 * np.ptp(M_z))
+    allowed = 1e-11 if start else 1e-12
+    np.testing.assert_allclose(M_z, torque * plain, rtol=0, atol=allowed * np.ptp(plain))
 
 
 @REALISATIONS
@@ -98,10 +70,7 @@ def test_step_size_does_not_matter_under_constant_load(model: Model) -> None:
     corners = [0.0, 3.0, -2.0, 1.0, 2.9]
     fine = GO * straight(*corners, steps=64)
 
-    ends = [
-        run(model, Path(psi=psi, F_N=np.full(len(psi), LOAD), tyre=TYRE)).M_z[-1]
-        for psi in (fine, fine[::8], GO * np.array(corners))
-    ]
+    ends = [run(model, constant(psi)).M_z[-1] for psi in (fine, fine[::8], GO * np.array(corners))]
 
     np.testing.assert_allclose(ends, ends[0], rtol=1e-12)
 
@@ -158,7 +127,9 @@ def test_effects_are_found_by_name() -> None:
 
 
 def test_parameter_refuses_a_start_outside_its_bounds() -> None:
-    with pytest.raises(InvalidInputError, match=r"parameter c: start must lie in \[0.0, 1.0\], got 2.0"):
+    with pytest.raises(
+        InvalidInputError, match=r"parameter c: start must lie in \[0.0, 1.0\] 1, got 2.0"
+    ):
         Parameter(name="c", unit="1", neutral=0.0, start=2.0, lower=0.0, upper=1.0, scale=1.0)
 
 
@@ -171,7 +142,9 @@ def test_bristles_are_taken_only_where_needed() -> None:
 
 @REALISATIONS
 def test_initial_memory_is_the_untouched_patch(model: Model) -> None:
-    memory = model.initial(ca.DM([0.3, 0.1, LOAD, 0.01]), ca.DM([1.3, 2.4e6]), ca.DM([TYRE.a, TYRE.e]))
+    memory = model.initial(
+        np.array([0.3, 0.1, LOAD, 0.01]), np.array([1.3, 2.4e6]), np.array([TYRE.a, TYRE.e])
+    )
 
     assert float(memory[0]) == 0.3
     assert not np.any(np.asarray(memory[1:]))

@@ -5,9 +5,11 @@ import pytest
 
 from symbolic import Model
 from tests.symbolic.oracles import (
-    Array,
+    GO,
+    LOAD,
+    TYRE,
     Path,
-    Tyre,
+    constant,
     grid_torque,
     masing_torque,
     random_path,
@@ -17,13 +19,6 @@ from tests.symbolic.oracles import (
 )
 
 pytestmark = pytest.mark.usefixtures("interpreted")
-LOAD = 400.0
-TYRE = Tyre()
-GO = TYRE.slope(LOAD) * TYRE.a
-
-
-def constant(psi: Array) -> Path:
-    return Path(psi=psi, F_N=np.full(len(psi), LOAD), tyre=TYRE)
 
 
 def noise_path() -> Path:

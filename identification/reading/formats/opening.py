@@ -14,7 +14,7 @@ from identification.reading.formats.memory import MOST_MEMORY, bounded_memory
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MOST_SAMPLES, Table
 from symbolic import InvalidInputError
-from symbolic.parsing import excerpt
+from symbolic.tables.parsing import excerpt
 
 EXTRAS: Mapping[str, str] = MappingProxyType(
     {

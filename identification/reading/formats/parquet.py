@@ -11,7 +11,7 @@ from identification.reading.channels import ChannelFile, Samples
 from identification.reading.formats.opening import closing, library, require_size
 from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError
-from symbolic.parsing import excerpt
+from symbolic.tables.parsing import excerpt
 
 _KINDS = ("bool", "int", "uint", "half", "float", "double", "decimal", "date", "time")
 """Begin the names of types of a fixed size; texts and lists may unpack to any."""

@@ -21,9 +21,9 @@ from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.model_observer import ModelObserver
 from symbolic import Model
 from symbolic.bristles import SPAN
+from symbolic.compilation.scalar_c import c_function, c_records
 from symbolic.compliance import BALANCE_STEPS
 from symbolic.deformation import full_slide_arm
-from symbolic.scalar_c import c_function, c_records
 from symbolic.slip import REFERENCE_SPEED, REST_SPEED
 
 OMEGA = (-12, 24)

@@ -14,9 +14,9 @@ from observers.embedded.patches.linear_torque import LinearTorque
 from observers.embedded.scalar_type import Real
 from observers.estimators.model_observer import ModelObserver
 from symbolic import Model, full_slide_level
+from symbolic.compilation.scalar_c import c_function
 from symbolic.compliance import deflection_of
 from symbolic.deformation import edge_distance, edge_moment, unit_moment
-from symbolic.scalar_c import c_function
 
 DEPTH = 32
 """Corners of the patch, as many as in Python; beyond, the one that contributes least to M_z is dropped.

@@ -42,10 +42,10 @@ STRICT = (
 _EFFECTS = effects_named(["rate_friction", "carcass_torsion"])
 _VALUES = {"k": K, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
 EFFECTS: dict[str, Any] = {"model": Model(effects=_EFFECTS), "values": _VALUES}
-FEW_BRISTLES: dict[str, Any] = {"model": Model(effects=_EFFECTS, lengthways=8), "values": _VALUES}
+FEW_BRISTLES: dict[str, Any] = {"model": Model(effects=_EFFECTS, bristles=8), "values": _VALUES}
 """The same effects for tests of the code, in which the number of bristles does not matter."""
 CREEP: dict[str, Any] = {
-    "model": Model(effects=effects_named(["frictional_creep", "carcass_torsion"]), lengthways=12),
+    "model": Model(effects=effects_named(["frictional_creep", "carcass_torsion"]), bristles=12),
     "values": {"k": K, "frictional_creep.c": 0.14, "carcass_torsion.k_t": 330.0},
 }
 """Frictional creep behind a compliance, as `diagnose` finds them in the measured recordings."""

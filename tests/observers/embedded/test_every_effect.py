@@ -53,7 +53,7 @@ def observer_under(kind: Any, effects: tuple[Effect, ...], sensing: Any = ALIGNI
 @pytest.mark.parametrize("effect", MARKED)
 def test_every_effect(effect: Effect, bristles: int, recording: RigRecording, tmp_path: Path) -> None:
     compliant = deflection_of(Model(effects=(effect,))) is not None
-    observer = observer_under(Ekf, (effect,), lengthways=bristles, discretised=compliant)
+    observer = observer_under(Ekf, (effect,), bristles=bristles, discretised=compliant)
 
     assert_same(generate_code(observer, DOUBLE, tmp_path), rows_of(recording)[:SAMPLES], atol=1e-11)
 
@@ -78,6 +78,6 @@ def test_a_window_on_an_exact_patch(name: str, recording: RigRecording, tmp_path
 def test_an_effect_with_one_number_in_memory(
     beside: tuple[str, ...], recording: RigRecording, tmp_path: Path
 ) -> None:
-    observer = observer_under(Ekf, (Warmth(), *(KNOWN[name] for name in beside)), lengthways=8)
+    observer = observer_under(Ekf, (Warmth(), *(KNOWN[name] for name in beside)), bristles=8)
 
     assert_same(generate_code(observer, DOUBLE, tmp_path), rows_of(recording)[:SAMPLES], atol=1e-11)

@@ -82,7 +82,7 @@ ORACLES = [
     ),
     pytest.param({"measurement_model": SteeringTorque()}, id="steering"),
     pytest.param({"greatest": 1.25}, id="on its bound"),
-    pytest.param({"model": Model(discretised=True, lengthways=20)}, id="bristles"),
+    pytest.param({"model": Model(discretised=True, bristles=20)}, id="bristles"),
 ]
 
 

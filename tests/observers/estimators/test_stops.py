@@ -42,7 +42,7 @@ def test_friction_of_a_joint(kind: Any, settings: Any) -> None:
     noisy = M_z + 0.004 * np.ptp(M_z) * np.random.default_rng(8).standard_normal(t.size)
     columns = {"t": t, "psi": psi, "F_N": np.full(t.size, LOAD), "M_z": noisy}
     rig = replace(RIG, e=0.0)
-    model = Model(effects=effects_named(["stops"]), lengthways=24)
+    model = Model(effects=effects_named(["stops"]), bristles=24)
 
     seen = run(
         make(kind, model=model, values={"k": K, **SHAPE}, rig=rig, **CLEAN_RIG, **settings), **columns

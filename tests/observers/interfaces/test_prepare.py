@@ -37,14 +37,14 @@ def test_the_first_sample_compiles_nothing(
 def test_that_nothing_compiles_is_said(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ) -> None:
-    module = import_module("symbolic.compiled")
+    module = import_module("symbolic.compilation.compiled")
 
     function = Model().step
     monkeypatch.setenv("CC", "no-such-compiler")
     for asked in ("1", ""):
         monkeypatch.setenv("BRUSHGRIP_INTERPRET", asked)
         compiler.cache_clear()
-        module._BLAMED.clear()
+        module._WARNED.clear()
         assert compiled(function) is function
         assert ("no C compiler is found" in caplog.text) == (not asked)
     compiler.cache_clear()

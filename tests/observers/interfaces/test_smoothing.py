@@ -29,7 +29,7 @@ DECLARED: dict[str, Any] = {
     "model": Model(), "values": {"k": K}, "rig": EXACT_RIG, "acquire": False,
 }  # fmt: skip
 BRISTLES: dict[str, Any] = {
-    "model": Model(effects=effects_named(["rate_friction"]), lengthways=20),
+    "model": Model(effects=effects_named(["rate_friction"]), bristles=20),
     "values": {"k": K, "rate_friction.c": 0.04},
     "rig": EXACT_RIG,
     "acquire": False,

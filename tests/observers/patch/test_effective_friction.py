@@ -28,7 +28,7 @@ VALUES = {
     "k": K, "rate_friction.c": 0.05, "friction_drift.gain": 0.3, "friction_drift.scale": 0.6,
     "asymmetric_friction.ratio": 1.2, "contact_damping.c": 2.0,
 }  # fmt: skip
-FEW = Model(effects=effects_named(NAMES), lengthways=8)
+FEW = Model(effects=effects_named(NAMES), bristles=8)
 EFFECTS: dict[str, Any] = {"model": FEW, "values": VALUES}
 DECLARED: dict[str, Any] = {"model": Model(), "values": {"k": K}}
 KINDS = [

@@ -16,7 +16,7 @@ from tests.observers.conftest import make
 pytestmark = pytest.mark.usefixtures("interpreted")
 
 Array = NDArray[np.float64]
-BRISTLES = Model(discretised=True, lengthways=20)
+BRISTLES = Model(discretised=True, bristles=20)
 TYRE = [AligningTorque(zero=False), AligningTorque(zero=False, stiffness=True)]
 
 

@@ -182,7 +182,7 @@ def test_resets_after_as_many_as_asked_for(kind: Any, settings: Any) -> None:
 @pytest.mark.parametrize(("kind", "settings"), KINDS)
 def test_bristles_are_reset_too(kind: Any, settings: Any) -> None:
     # Their memory stands for a mu, and is not taken along to the new ground.
-    observer = make(kind, model=Model(discretised=True, lengthways=20), **SHARP, **settings)
+    observer = make(kind, model=Model(discretised=True, bristles=20), **SHARP, **settings)
     samples = [replace(s, psi=s.psi + 0.01 * i) for i, s in enumerate(settled(80, later=0.5))]
     said = [observer.estimate(s) for s in states_of(observer, samples)]
 

@@ -18,9 +18,9 @@ from typing import TypeVar
 
 import casadi as ca
 
+from symbolic.compilation.library_cache import distrust, private_cache, replacement_cache
+from symbolic.compilation.temporary_folder import temporary_folder
 from symbolic.errors import one_line
-from symbolic.library_cache import distrust, place_of_its_own, private_cache
-from symbolic.scratch import scratch_folder
 
 _LOG = logging.getLogger(__name__)
 Loaded = TypeVar("Loaded")
@@ -51,11 +51,11 @@ calls quick beside wide registers. glibc's exp and log of several numbers are ri
 last place; the macro merely shows them."""
 
 LOOPS = ("-O3", "-fno-semantic-interposition", "-D__FAST_MATH__", "-lmvec")
-"""With these so do loops that are ours."""
-NO_PLACE = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT)
-"""Why a library cannot be written where it should be."""
-_BLAMED: set[str] = set()
-"""Compilers that failed; it is said once."""
+"""With these the loops of `bristle_kernel.c` do so too."""
+UNWRITABLE = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT)
+"""Errors by which a folder cannot take a library."""
+_WARNED: set[str] = set()
+"""Compilers that failed, of which a warning has told."""
 
 
 @cache
@@ -82,30 +82,32 @@ def compiled(function: ca.Function, *, vectorised: bool = False) -> ca.Function:
     command = compiler()
     if command is None:
         if not os.environ.get("BRUSHGRIP_INTERPRET"):
-            _blame(
+            _warn_once(
                 "",
                 "no C compiler is found (CC, cc): models are interpreted, which is slow;"
                 " BRUSHGRIP_INTERPRET=1 says that this is meant",
             )
         return function
-    flags = (*FLAGS, *VECTORISED) if vectorised and _takes(command, VECTORISED) else FLAGS
+    flags = (*FLAGS, *VECTORISED) if vectorised and _accepts(command, VECTORISED) else FLAGS
     try:
         return _loaded(function, command, flags)
     except (OSError, subprocess.SubprocessError, RuntimeError) as error:
         reason = one_line(str(error).partition("\n")[0])
-        _blame(command, f"models are not compiled ({reason}), and interpreted instead, which is slow")
+        _warn_once(
+            command, f"models are not compiled ({reason}), and interpreted instead, which is slow"
+        )
         return function
 
 
-def _blame(command: str, line: str) -> None:
-    """Say it once for each compiler."""
-    if command not in _BLAMED:
-        _BLAMED.add(command)
+def _warn_once(command: str, line: str) -> None:
+    """Warn once for each compiler."""
+    if command not in _WARNED:
+        _WARNED.add(command)
         _LOG.warning("brushgrip: %s", line)
 
 
 @cache
-def _takes(command: str, flags: tuple[str, ...]) -> bool:
+def _accepts(command: str, flags: tuple[str, ...]) -> bool:
     """Whether the compiler takes these flags beside the usual ones, tried on a program of one line."""
     with tempfile.TemporaryDirectory() as scratch:
         source = Path(scratch) / "try.c"
@@ -128,11 +130,11 @@ def _processor() -> str:
 
 
 def compiled_source(name: str, source: str) -> ctypes.CDLL | None:
-    """C of ours as a library, by the same cache; None where it cannot be compiled."""
+    """C source as a library, by the same cache; None where it cannot be compiled."""
     command = compiler()
     if command is None:
         return None
-    flags = (*FLAGS, *LOOPS) if _takes(command, LOOPS) else FLAGS
+    flags = (*FLAGS, *LOOPS) if _accepts(command, LOOPS) else FLAGS
     try:
         return _library(name, source, command, flags, ctypes.CDLL)
     except (OSError, subprocess.SubprocessError) as error:
@@ -151,7 +153,7 @@ def _loaded(function: ca.Function, command: str, flags: tuple[str, ...]) -> ca.F
 def _library(
     name: str, source: str, command: str, flags: tuple[str, ...], load: Callable[[str], Loaded]
 ) -> Loaded:
-    """What is loaded out of a library of the cache, which is built where there is none that loads."""
+    """Load a library of the cache; build it first where the cache has none that loads."""
     text = "\0".join((source, command, _processor(), *flags)).encode()
     folder, stem = private_cache(), f"{name}_{_digest(text)}"
     for library in folder.glob(f"{stem}_*.so"):
@@ -164,9 +166,9 @@ def _library(
     try:
         library = _built(source, command, flags, folder / stem)
     except OSError as error:
-        if error.errno not in NO_PLACE:
+        if error.errno not in UNWRITABLE:
             raise
-        own = place_of_its_own(folder, f"cannot be written ({error.strerror})")
+        own = replacement_cache(folder, f"cannot be written ({error.strerror})")
         library = _built(source, command, flags, own / stem)
     try:
         return load(str(library))
@@ -176,8 +178,8 @@ def _library(
 
 
 def _built(source: str, command: str, flags: tuple[str, ...], stem: Path) -> Path:
-    """A new library, which is in the cache whole or not at all."""
-    with scratch_folder(stem.parent) as scratch:
+    """Build a library, which appears in the cache whole or not at all."""
+    with temporary_folder(stem.parent) as scratch:
         c_file, built = scratch / "function.c", scratch / "function.so"
         c_file.write_text(source)
         _run([command, str(c_file), *flags, "-o", str(built), "-lm"])
@@ -189,10 +191,10 @@ def _built(source: str, command: str, flags: tuple[str, ...], stem: Path) -> Pat
 
 
 def _run(line: list[str]) -> None:
-    """Runs a compiler on the source that is named first; interrupted, nothing of it goes on."""
+    """Run a compiler on the source that is named first; an interrupt ends all that it has started."""
     environment = {**os.environ, "TMPDIR": str(Path(line[1]).parent)}
     silent = subprocess.DEVNULL
-    # In a session of its own, so that what it starts has its group and ends with it.
+    # A session of its own: the processes that it starts are in one group, which can be killed whole.
     with subprocess.Popen(
         line, stdout=silent, stderr=silent, env=environment, start_new_session=True
     ) as running:

@@ -1,7 +1,8 @@
-"""Hidden folders for what is not finished; what a killed process left goes when the next one comes.
+"""Hidden temporary folders for files that are not finished.
 
-Each is locked by the process that made it (flock). The lock ends with the process, however that ends, so
-that a folder without one is nobody's. Where nothing can be locked, nothing is removed.
+The process that makes one locks it (flock), and the lock ends with the process, however that ends. So
+whoever makes the next one removes all that nobody locks. Where nothing can be locked, nothing is
+removed.
 """
 
 import os
@@ -19,17 +20,17 @@ except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
 PREFIX = f".brushgrip-{re.sub(r'[^A-Za-z0-9]', '', platform.node())[:32]}-"
-"""Of their names; another machine's locks may not show in a folder that is shared over a network."""
+"""Of their names. A folder shared over a network may not show the locks of another machine."""
 
 
 @contextmanager
-def scratch_folder(parent: Path) -> Iterator[Path]:
-    """An empty folder in this one, which goes at the end; those of processes that are gone go first.
+def temporary_folder(parent: Path) -> Iterator[Path]:
+    """An empty folder in this one, which is removed at the end; abandoned ones are removed first.
 
     Raises:
         OSError: nothing can be written there.
     """
-    folder, lock = claimed_folder(parent)
+    folder, lock = claim_folder(parent)
     try:
         yield folder
     finally:
@@ -38,8 +39,8 @@ def scratch_folder(parent: Path) -> Iterator[Path]:
             os.close(lock)
 
 
-def claimed_folder(parent: Path) -> tuple[Path, int | None]:
-    """The same for as long as the process lives; its lock goes with it, the folder does not.
+def claim_folder(parent: Path) -> tuple[Path, int | None]:
+    """An empty folder in this one, which stays; its lock ends with the process.
 
     Returns:
         The folder, and the descriptor that locks it; None where nothing can be locked.
@@ -50,7 +51,7 @@ def claimed_folder(parent: Path) -> tuple[Path, int | None]:
         try:
             lock = _lock(folder)
         except BlockingIOError:
-            continue  # Another process found it without a lock, and removes it.
+            continue  # Another process found it before it was locked, and removes it.
         except OSError:
             if folder.exists():
                 return folder, None

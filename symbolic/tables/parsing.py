@@ -104,12 +104,29 @@ def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return members
 
 
-def floats(place: str, table: Mapping[str, int | float]) -> dict[str, float]:
-    """The numbers of a table as floats.
+def require_number(label: str, value: object) -> None:
+    """Check that an entry is a number, which a truth value is not.
 
     Raises:
-        InvalidInputError: one is too large.
+        InvalidInputError: it is none; the message begins with the label.
     """
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        raise InvalidInputError(f"{label} must be a number, got {shown(value)}")
+
+
+def floats(place: str, table: Mapping[str, Any], label: str = "{place}.{name}") -> dict[str, float]:
+    """The numbers of a table as floats.
+
+    Args:
+        place: what the table is, for messages.
+        table: numbers by name.
+        label: how a message names an entry.
+
+    Raises:
+        InvalidInputError: an entry is no number, or is too large to compute with.
+    """
+    for name, value in table.items():
+        require_number(label.format(place=place, name=name), value)
     try:
         return {name: float(value) for name, value in table.items()}
     except OverflowError:

@@ -1,18 +1,19 @@
-r"""Stops in parallel with a free distribution of limits, in the place of the parabola.
+r"""Iwan's model: Jenkins elements in parallel, whose slip limits have a free distribution.
 
-Any odd hysteresis without rate is stops in parallel, each of which slips at a turn of its own: Iwan's
-model, Maxwell slip. The declared patch is one such model. With u = \|x\| / a and e = 0 its bristle at u
-has the stiffness 3 u^2 du of the whole and slips at a turn in proportion to (1 - u^2) / u. Here it slips
-in proportion to
+A Jenkins element, or Prandtl's, is a spring in series with a slider: an elastoplastic stop. Any odd
+hysteresis without rate is such elements in parallel, each of which slips at a turn of its own (Maxwell
+slip), and obeys Masing's rules. The declared patch is one such model: with u = \|x\| / a and e = 0 its
+bristle at u has the stiffness 3 u^2 du of the whole and slips at a turn in proportion to (1 - u^2) / u.
+Here it slips in proportion to
 
     (1 - u^plateau)^early u^(-late).
 
 early is the spread of the limits towards zero: near it the density of limits is a power 1/early - 1 of
 the limit, so that the work of a small cycle grows with the amplitude to the power 2 + 1/early. late is
-their spread towards large ones; below zero stops in the middle slip early too. The larger plateau, the
-more stops slip together. With the total stiffness, by k, and the total limit, mu times that of the
-declared patch, these are five parameters. Segalman's four are among them where his beta is 0: early is
-1 / (1 + chi), late 0, plateau 3; a larger plateau stands for his beta.
+their spread towards large ones; below zero elements in the middle slip early too. The larger plateau,
+the more elements slip together. With the total stiffness, by k, and the total limit, mu times that of
+the declared patch, these are five parameters. Segalman's four are among them where his beta is 0: early
+is 1 / (1 + chi), late 0, plateau 3; a larger plateau stands for his beta.
 
 References: [Iwan 1966]; [Segalman 2005]; [Lampaert 2003] on Maxwell slip.
 """
@@ -26,14 +27,17 @@ from symbolic.bristles import BristleTraits
 from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values, with_shape
 
 SMALLEST = 1e-9
-"""Least u at which a stop may stand, whose limit may be infinite in the middle [1]."""
+"""Least u of an element, whose limit may be infinite in the middle [1]."""
 _SHIFT = 8
 """Stirling's series is taken this far beyond its argument, where it is right to rounding."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class ParallelStops(Effect):
-    """Limits ~ (1 - u^plateau)^early u^(1 - late), at the same total for e = 0; see above."""
+class IwanElements(Effect):
+    """Limits ~ (1 - u^plateau)^early u^(1 - late), at the same total for e = 0; see above.
+
+    Files know it as `stops`.
+    """
 
     name: str = "stops"
     summary: str = "the contact is no parabola but stops with limits of their own"
@@ -46,12 +50,11 @@ class ParallelStops(Effect):
         ResidualSignature("the angle", rank=2),
         ResidualSignature("the rate of the torque", rank=3),
     )
-    discrete: bool = True
 
     def traits(self, traits: BristleTraits, values: Values) -> BristleTraits:
-        """Replace the parabola by the limits of the stops, over the pressure of one unit of load."""
+        """Replace the parabola by the limits of the elements, over the pressure of one unit of load."""
         early, late, plateau = values["early"], values["late"], values["plateau"]
-        # The total limit is 3/8 for the parabola, and a Beta function for the stops.
+        # The total limit is 3/8 for the parabola, and a Beta function for the elements.
         level = 0.1875 * plateau / beta((3 - late) / plateau, early + 1)
 
         def factor(u: Expression) -> Expression:
@@ -62,8 +65,8 @@ class ParallelStops(Effect):
         return with_shape(traits, factor)
 
 
-EFFECTS = (ParallelStops(),)
-"""For `--effects symbolic.effects.stops`: no search tries them unless asked to."""
+EFFECTS = (IwanElements(),)
+"""For `--effects symbolic.effects.iwan`: no search tries them unless asked to."""
 
 
 def beta(p: Expression, q: Expression) -> Expression:

@@ -2,8 +2,9 @@
 
 CasADi writes a loop for every operation on the bristles, with their numbers through memory between any
 two. Here an operation is one of a bristle, in scalars, and so is its derivative; the compiler takes
-several bristles at a time. The expressions are those of `symbolic.bristle_functions`, the balance is
-that of `symbolic.compliance`. Directions of derivatives are a loop too: one library serves any number.
+several bristles at a time. The expressions are those of `symbolic.compilation.bristle_functions`, the
+balance is that of `symbolic.compliance`. Directions of derivatives are a loop too: one library serves
+any number.
 """
 
 import ctypes
@@ -13,22 +14,20 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symbolic.bristle_functions import (
+from symbolic.compilation.bristle_functions import (
     SHARED,
     patch_of,
     place_functions,
-    place_jacobian,
     sample_functions,
     scalar_count,
     series_functions,
     step_functions,
-    step_jacobian,
 )
-from symbolic.compiled import compiled_source
+from symbolic.compilation.compiled import compiled_source
+from symbolic.compilation.scalar_c import c_function
 from symbolic.compliance import deflection_of
 from symbolic.errors import BrushgripError
 from symbolic.model import Model
-from symbolic.scalar_c import c_function
 
 Array = NDArray[np.float64]
 
@@ -95,8 +94,9 @@ def kernel_source(model: Model) -> str:
     by_input = [f"stress_by[{s} * BRISTLES + i]" for s in range(stresses)]
     by_input += ["turn_by", "lever_by", "limit_by", *(f"shared_by[{i}]" for i in range(SHARED))]
     environment = Environment(
-        loader=PackageLoader("symbolic"), undefined=StrictUndefined, keep_trailing_newline=True,
-        variable_start_string="${", variable_end_string="}", line_statement_prefix="%%",
+        loader=PackageLoader("symbolic.compilation"), undefined=StrictUndefined,
+        keep_trailing_newline=True, variable_start_string="${", variable_end_string="}",
+        line_statement_prefix="%%",
     )  # fmt: skip
     return environment.get_template("bristle_kernel.c").render(
         bristles=patch.bristles,
@@ -112,21 +112,21 @@ def kernel_source(model: Model) -> str:
         compliant=deflection is not None,
         nodes={n: _numbers(np.array(v)) for n, v in zip("uvw", patch.nodes(), strict=True)},
         functions="\n".join(texts).replace("static void ", "INLINE void "),
-        place_partials=functions["place_partials"].numel_out(0),
-        step_partials=functions["advance"].numel_out(2),
+        place_partials=functions["place_partials"].nnz_out("partials"),
+        step_partials=functions["advance"].nnz_out("partials"),
         place_sums=_sums(
-            place_jacobian(model)[1],
+            functions["place_partials"].sparsity_out("partials"),
             "place_by",
             [f"scalars_by[{i}]" for i in range(scalar_count(model))],
         ),
-        step_sums=_sums(step_jacobian(model)[1], "step_by", by_input),
+        step_sums=_sums(functions["advance"].sparsity_out("partials"), "step_by", by_input),
     )
 
 
-def _sums(jacobian: ca.SX, kept: str, by: list[str]) -> list[str]:
+def _sums(jacobian: ca.Sparsity, kept: str, by: list[str]) -> list[str]:
     """C of each row's derivative along a direction, from the nonzeros that an array keeps."""
-    sums: list[list[str]] = [[] for _ in range(jacobian.shape[0])]
-    for number, (row, column) in enumerate(zip(*jacobian.sparsity().get_triplet(), strict=True)):
+    sums: list[list[str]] = [[] for _ in range(jacobian.size1())]
+    for number, (row, column) in enumerate(zip(*jacobian.get_triplet(), strict=True)):
         sums[row].append(f"{kept}[{number}][i] * {by[column]}")
     return [" + ".join(terms) or "0.0" for terms in sums]
 

@@ -1,4 +1,4 @@
-"""Stops in parallel: against many stops added up in numpy, Masing's rule, and Segalman's closed form."""
+"""Iwan's elements: against many stops added up in NumPy, Masing's rule, and Segalman's closed form."""
 
 from itertools import pairwise
 from math import gamma
@@ -7,13 +7,12 @@ import numpy as np
 import pytest
 
 from symbolic import CANDIDATES, EFFECTS, InvalidInputError, Model, effects_in, effects_named
-from symbolic.effects import stops
+from symbolic.effects import iwan
 from symbolic.effects.library import KNOWN
-from tests.symbolic.oracles import Array, Path, Tyre, run, straight, worst
+from tests.symbolic.oracles import LOAD, Array, Tyre, constant, run, straight, worst
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 TYRE = Tyre(e=0.0)
-LOAD = 400.0
 STIFFNESS = 2 / 3 * TYRE.k * TYRE.a**3
 LIMIT = 3 / 8 * TYRE.mu * LOAD * TYRE.a
 GO = LIMIT / STIFFNESS
@@ -25,10 +24,10 @@ SHAPES = pytest.mark.parametrize(
 Shape = tuple[float, float, float]
 
 
-def torque(psi: Array, shape: Shape, lengthways: int = 80) -> Array:
+def torque(psi: Array, shape: Shape, bristles: int = 80) -> Array:
     """M_z of the model against the turn, positive as the turn."""
-    path = Path(psi=psi, F_N=np.full(len(psi), LOAD), tyre=TYRE)
-    model = Model(effects=effects_named(["stops"]), lengthways=lengthways)
+    path = constant(psi, TYRE)
+    model = Model(effects=effects_named(["stops"]), bristles=bristles)
     early, late, plateau = shape
     values = {"stops__early": early, "stops__late": late, "stops__plateau": plateau}
     return -run(model, path, **values).M_z
@@ -53,10 +52,10 @@ def sum_of_stops(psi: Array, limits: Array) -> Array:
     return np.array(total)
 
 
-def loss_of_cycle(amplitude: float, shape: Shape, lengthways: int) -> float:
+def loss_of_cycle(amplitude: float, shape: Shape, bristles: int) -> float:
     """Work of one closed cycle between -amplitude and amplitude [J]."""
     psi = amplitude * straight(0.0, 1.0, -1.0, 1.0, steps=400)
-    M = torque(psi, shape, lengthways)[400:]
+    M = torque(psi, shape, bristles)[400:]
     return float(np.trapezoid(M, psi[400:]))
 
 
@@ -82,7 +81,7 @@ def test_branch_is_the_virgin_curve_at_twice_its_size(shape: Shape) -> None:
 
 def test_the_parabola_is_one_of_them() -> None:
     psi = GO * straight(0.0, 1.3, 0.2, 0.9, -2.0, steps=25)
-    declared = run(Model(discretised=True), Path(psi=psi, F_N=np.full(len(psi), LOAD), tyre=TYRE))
+    declared = run(Model(discretised=True), constant(psi, TYRE))
 
     np.testing.assert_allclose(torque(psi, (1, 1, 2)), -declared.M_z, rtol=0, atol=1e-9 * LIMIT)
 
@@ -110,11 +109,11 @@ def test_friction_of_full_slide_is_mu_whatever_the_shape() -> None:
 
 @pytest.mark.parametrize(("p", "q"), [(0.55, 1.02), (1.0, 2.0), (1.5, 6.0)])
 def test_beta_is_eulers(p: float, q: float) -> None:
-    assert float(stops.beta(p, q)) == pytest.approx(gamma(p) * gamma(q) / gamma(p + q), rel=1e-10)
+    assert float(iwan.beta(p, q)) == pytest.approx(gamma(p) * gamma(q) / gamma(p + q), rel=1e-10)
 
 
 def test_only_who_asks_for_stops_gets_them() -> None:
-    (effect,) = effects_in(stops)
+    (effect,) = effects_in(iwan)
 
     assert effects_named(["stops"]) == (effect,)
     assert effects_named(["stops"], [effect]) == (effect,)

@@ -1,7 +1,7 @@
 """One bristle, a sample and the elements in series as Functions of scalars, with their derivatives.
 
 The expressions are those of `symbolic.bristles`, `symbolic.slip`, `symbolic.compliance` and the effects,
-with one bristle in the place of all. `symbolic.bristle_kernel` makes a recording of them.
+with one bristle in the place of all. `symbolic.compilation.bristle_kernel` makes a recording of them.
 """
 
 from dataclasses import dataclass
@@ -11,13 +11,13 @@ import casadi as ca
 
 from symbolic.bristles import BristlePatch
 from symbolic.compliance import balance
-from symbolic.effects.base import Signals
-from symbolic.model import GEOMETRY, SIGNALS, Model, at_the_patch
-from symbolic.patch import Expression, PatchInputs
+from symbolic.functions import named_function
+from symbolic.model import GEOMETRY, SIGNALS, Model, add_torques, at_the_patch
+from symbolic.patch import Expression, Signals, patch_inputs
 from symbolic.slip import SlipSearch, slip_search
 
 Functions = dict[str, ca.Function]
-SEEN = (*SIGNALS, "factor")
+SCALARS = (*SIGNALS, "factor")
 """A sample's scalars: the signals at the patch, the factor on friction, then theta, a and e."""
 PLACES = ("lever", "limit", "moment")
 """Coefficients of each bristle, see `BristlePatch.coefficients`."""
@@ -63,7 +63,7 @@ def patch_of(model: Model, theta: Expression | None = None) -> BristlePatch:
 
 def scalar_count(model: Model) -> int:
     """How many scalars of a sample there are."""
-    return len(SEEN) + len(model.parameters) + len(GEOMETRY)
+    return len(SCALARS) + len(model.parameters) + len(GEOMETRY)
 
 
 def sample_functions(model: Model) -> Functions:
@@ -74,13 +74,10 @@ def sample_functions(model: Model) -> Functions:
     along = {f"{name}_by": ca.SX.sym(f"{name}_by", length) for name, length in lengths.items()}
     signals = ca.SX.sym("signals", len(SIGNALS))
     factors = ca.vertcat(*(moving["load"] if name == "F_N" else 1 for name in SIGNALS))
-    own, at = [], 0
-    for effect in model.effects:
-        own.append(moving["own"][at : at + effect.memory])
-        at += effect.memory
-    seen, memories, factor = at_the_patch(model, own, signals * factors, moving["theta"])
+    own = model.split_own(moving["own"])
+    patch_signals, memories, factor = at_the_patch(model, own, signals * factors, moving["theta"])
     scalars = ca.vertcat(
-        *(getattr(seen, name) for name in SIGNALS), factor, moving["theta"], moving["geometry"]
+        *(getattr(patch_signals, name) for name in SIGNALS), factor, moving["theta"], moving["geometry"]
     )
     after = ca.vertcat(*memories) if size else ca.SX(0, 1)
     moved = ca.vertcat(*moving.values()), ca.vertcat(*along.values())
@@ -88,11 +85,8 @@ def sample_functions(model: Model) -> Functions:
     after, scalars, after_by, scalars_by = ca.substitute(results, [moving.pop("load")], [ca.SX(1)])
     inputs = {"own": moving["own"], "signals": signals, **moving}
     z, z_by = _symbols(model)
-    _, values = _parts(model, z)
-    at_z = Signals(**{name: z[i] for i, name in enumerate(SIGNALS)})
-    beside = ca.SX(0)
-    for effect, own_values in values:
-        beside = beside + effect.torque(at_z, own_values)
+    patch_signals, _, theta, _ = _parts(model, z)
+    beside = add_torques(ca.SX(0), model, patch_signals, theta)
     return {
         "sample": _function("sample", inputs, {"own_next": after, "scalars": scalars}),
         "sample_along": _function(
@@ -110,45 +104,27 @@ def _symbols(model: Model) -> tuple[ca.SX, ca.SX]:
     return ca.SX.sym("z", scalar_count(model)), ca.SX.sym("z_by", scalar_count(model))
 
 
-def _parts(model: Model, z: ca.SX) -> tuple[PatchInputs, Any]:
-    """Inputs of the patch, and the effects with their values, out of a sample's scalars."""
-    p = len(model.parameters)
-    theta, geometry = z[len(SEEN) : len(SEEN) + p], z[len(SEEN) + p :]
-    _, speed, F_N, dt, factor = ca.vertsplit(z[: len(SEEN)])
-    inputs = PatchInputs(
-        speed=speed, dt=dt, F_N=F_N, factor=factor, mu=theta[0], k=theta[1], a=geometry[0], e=geometry[1]
+def _parts(model: Model, z: ca.SX) -> tuple[Signals, ca.SX, ca.SX, ca.SX]:
+    """Signals at the patch, factor on friction, theta and geometry, out of a sample's scalars."""
+    *signals, factor = ca.vertsplit(z[: len(SCALARS)])
+    theta, geometry = ca.vertsplit(
+        z[len(SCALARS) :], [0, len(model.parameters), z.numel() - len(SCALARS)]
     )
-    return inputs, model.values(theta)
-
-
-def _coefficients(model: Model, z: ca.SX) -> tuple[dict[str, ca.SX], ca.SX]:
-    """Symbols for the place of a bristle, and its coefficients."""
-    p = len(model.parameters)
-    u, v, w = (ca.SX.sym(name) for name in "uvw")
-    traits = patch_of(model, z[len(SEEN) : len(SEEN) + p]).traits
-    one = OneBristle(traits=traits, place=(u, v, w))
-    return {"u": u, "v": v, "w": w}, one.coefficients(_parts(model, z)[0])
-
-
-def place_jacobian(model: Model) -> tuple[dict[str, ca.SX], ca.SX]:
-    """Inputs, and the derivatives of a bristle's own coefficients by a sample's scalars."""
-    z, _ = _symbols(model)
-    place, coefficients = _coefficients(model, z)
-    return {**place, "z": z}, ca.jacobian(coefficients[: len(PLACES)], z)
+    return Signals(**dict(zip(SIGNALS, signals, strict=True))), factor, theta, geometry
 
 
 def place_functions(model: Model) -> Functions:
     """Coefficients of a bristle and those that all share, with their derivatives."""
     z, z_by = _symbols(model)
-    place, coefficients = _coefficients(model, z)
+    signals, factor, theta, geometry = _parts(model, z)
+    u, v, w = (ca.SX.sym(name) for name in "uvw")
+    one = OneBristle(traits=patch_of(model, theta).traits, place=(u, v, w))
+    coefficients = one.coefficients(patch_inputs(signals, factor, theta, geometry))
     own, shared = coefficients[: len(PLACES)], coefficients[len(PLACES) :]
-    inputs, jacobian = place_jacobian(model)
-    partials = _nonzeros(jacobian)
+    inputs = {"u": u, "v": v, "w": w, "z": z}
     return {
-        "place": _function(
-            "place", {**place, "z": z}, dict(zip(PLACES, ca.vertsplit(own), strict=True))
-        ),
-        "place_partials": _function("place_partials", inputs, {"partials": partials}),
+        "place": _function("place", inputs, dict(zip(PLACES, ca.vertsplit(own), strict=True))),
+        "place_partials": _function("place_partials", inputs, {}, partials=ca.jacobian(own, z)),
         "share": _function("share", {"z": z}, {"shared": shared}),
         "share_along": _function(
             "share_along", {"z": z, "z_by": z_by}, {"shared_by": ca.jtimes(shared, z, z_by)}
@@ -179,17 +155,11 @@ def _step(model: Model) -> tuple[dict[str, ca.SX], ca.SX, ca.SX, tuple[Expressio
     return {**stresses, **rest, "shared": shared}, after, found, calls[0] if calls else None
 
 
-def step_jacobian(model: Model) -> tuple[dict[str, ca.SX], ca.SX]:
-    """Inputs, and the derivatives of a bristle's stresses by them."""
-    inputs, after, *_ = _step(model)
-    return inputs, ca.jacobian(after, ca.vertcat(*inputs.values()))
-
-
 def step_functions(model: Model) -> Functions:
     """The step of a bristle, what it follows of the turn, and its derivatives."""
     inputs, after, found, searched = _step(model)
     follow = ca.jtimes(after, inputs["turn"], ca.SX(1))
-    partials = _nonzeros(ca.jacobian(after, ca.vertcat(*inputs.values())))
+    partials = ca.jacobian(after, ca.vertcat(*inputs.values()))
     functions, given = {}, inputs
     if searched is not None:
         given = {**inputs, "found": found}
@@ -198,7 +168,7 @@ def step_functions(model: Model) -> Functions:
     outputs: dict[str, Any] = {"after": after, "follow": follow}
     return functions | {
         "tangent": _function("tangent", given, outputs),
-        "advance": _function("advance", given, {**outputs, "partials": partials}),
+        "advance": _function("advance", given, outputs, partials=partials),
     }
 
 
@@ -223,11 +193,9 @@ def series_functions(deflection: ca.Function) -> Functions:
     }  # fmt: skip
 
 
-def _nonzeros(matrix: ca.SX) -> ca.SX:
-    """Its structural nonzeros, column by column."""
-    return matrix.nz[:]
-
-
-def _function(name: str, inputs: dict[str, Any], outputs: dict[str, Any]) -> ca.Function:
-    results = [ca.densify(output) for output in outputs.values()]
-    return ca.Function(name, [*inputs.values()], results, [*inputs], [*outputs], {"cse": True})
+def _function(
+    name: str, inputs: dict[str, Any], outputs: dict[str, Any], **sparse: ca.SX
+) -> ca.Function:
+    """A Function whose outputs are dense, but for the last ones: of these C has the nonzeros."""
+    dense = {output: ca.densify(value) for output, value in outputs.items()}
+    return named_function(name, inputs, dense | sparse, cse=True)

@@ -19,9 +19,9 @@ from symbolic import (
     rig_from_tables,
     units_of,
 )
-from symbolic.parsing import excerpt, json_of, naming, text_of, toml_of
-from symbolic.rig_tables import rig_from_values
-from symbolic.serialisation import MODEL_VERSION
+from symbolic.tables.model_tables import MODEL_VERSION
+from symbolic.tables.parsing import excerpt, json_of, naming, text_of, toml_of
+from symbolic.tables.rig_tables import rig_from_values
 
 RIG = {"rig": {"a": 0.045, "e": 0.009, "J_A": 0.15, "b_t": 1}, "tyre": {"k": 2_400_000, "mu": 1.5}}
 MODEL = {

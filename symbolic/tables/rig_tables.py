@@ -1,7 +1,7 @@
 """Rig and tyre from tables; SI units throughout.
 
 A table is a mapping as the parser of TOML returns it. A message says what is wrong with the table; the
-reader of the file puts its name before, see `symbolic.parsing.naming`.
+reader of the file puts its name before, see `symbolic.tables.parsing.naming`.
 """
 
 import math
@@ -11,7 +11,7 @@ from typing import Any
 
 from symbolic.errors import InvalidInputError
 from symbolic.parameters import TOLERATED, Rig, Tolerances, Tyre
-from symbolic.parsing import excerpt, floats, shown
+from symbolic.tables.parsing import excerpt, floats, require_number
 
 RIG_KEYS = {
     "rig": ("a", "e", "J_A", "b_t", "slide_rate"),
@@ -46,9 +46,8 @@ def rig_from_tables(document: Mapping[str, object]) -> tuple[Rig, Tyre]:
             f"unknown section or key {excerpt(unknown[0])}; allowed: [rig], [tyre], [sensor],"
             f" [{SIGNALS}]"
         )
-    rig, tyre = document.get("rig"), document.get("tyre")
-    rig, tolerances = _without_tolerances("rig", rig)
-    tyre, of_tyre = _without_tolerances("tyre", tyre)
+    rig, tolerances = _without_tolerances("rig", document.get("rig"))
+    tyre, of_tyre = _without_tolerances("tyre", document.get("tyre"))
     tolerances |= of_tyre
     if isinstance(rig, dict):
         for name, neutral in NEUTRAL.items():
@@ -88,8 +87,7 @@ def _with_tolerance(part: str, name: str, entry: object) -> tuple[Any, Any]:
                 f"[{part}] {name} lacks its {key}; write {{ {' = ..., '.join(allowed)} = ... }}"
             )
     for key, number in entry.items():
-        if isinstance(number, bool) or not isinstance(number, int | float):
-            raise InvalidInputError(f"[{part}] {name}: its {key} must be a number, got {shown(number)}")
+        require_number(f"[{part}] {name}: its {key}", number)
     return entry.get("value", NEUTRAL.get(name)), entry["tolerance"]
 
 
@@ -128,14 +126,13 @@ def _section(name: str, section: object) -> dict[str, float]:
     allowed = ", ".join(RIG_KEYS[name])
     if not isinstance(section, dict):
         raise InvalidInputError(f"section [{name}] is missing; it holds {allowed}")
-    for key, value in section.items():
+    for key in section:
         if key not in RIG_KEYS[name]:
             raise InvalidInputError(f"[{name}] unknown key {excerpt(key)}; allowed: {allowed}")
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise InvalidInputError(f"[{name}] {key} must be a number, got {shown(value)}")
+    numbers = floats(f"[{name}]", section, "{place} {name}")
     for key in REQUIRED_KEYS[name]:
         if key not in section:
             raise InvalidInputError(
                 f"[{name}] {key} is missing; required: {', '.join(REQUIRED_KEYS[name])}"
             )
-    return floats(f"[{name}]", section)
+    return numbers

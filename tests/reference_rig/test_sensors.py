@@ -1,7 +1,8 @@
-"""Faults strike as many samples as stated, the same ones for the same seed, and nothing else."""
+"""Sensors: their errors on every kind of recording; faults strike what is stated, and nothing else."""
 
 from collections.abc import Callable
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,6 +16,8 @@ from reference_rig import (
     encode_angle,
     jitter_instants,
     make_ground_recording,
+    make_recording,
+    make_steering_recording,
 )
 
 T = np.arange(1001) / 100
@@ -24,6 +27,29 @@ SEEDED: dict[str, Callable[[int], Array]] = {
     "dropped": lambda seed: drop_samples(seed, SIGNAL),
     "jittered": lambda seed: jitter_instants(seed, T, spread=0.03),
 }
+
+
+RECORDINGS: dict[str, tuple[Callable[[int], Any], str, float]] = {
+    "rig": (lambda seed: make_recording(seed, duration=3.0), "M_z", 4.2e-5),
+    "ground": (lambda seed: make_ground_recording(seed, constant_friction(1.0)), "M_z", 4.2e-5),
+    "steering": (lambda seed: make_steering_recording(seed, duration=3.0), "M", 2 * np.pi / 2**14),
+}
+"""Recordings by seed, with the name of their torque and the step of their encoder [rad]."""
+
+
+@pytest.mark.parametrize("kind", RECORDINGS)
+def test_channels_of_a_recording(kind: str) -> None:
+    make, torque, step = RECORDINGS[kind]
+    made, same, other = (make(seed) for seed in (3, 3, 4))
+    shown, true = getattr(made, torque), getattr(made, f"{torque}_true")
+
+    assert np.std(shown - true) == pytest.approx(0.004 * np.ptp(true), rel=0.1)
+    assert np.max(np.abs(made.psi - made.psi_true)) <= 0.5 * step * (1 + 1e-9)
+    np.testing.assert_allclose(made.psi / step, np.round(made.psi / step), atol=1e-8)
+    assert np.std(made.F_N - made.F_N_true) == pytest.approx(4e-4 * 400, rel=0.1)
+    np.testing.assert_allclose(np.diff(made.t), 0.001 if torque == "M" else 0.01, rtol=1e-9)
+    np.testing.assert_array_equal(shown, getattr(same, torque))
+    assert not np.array_equal(shown, getattr(other, torque))
 
 
 @pytest.mark.parametrize("fault", SEEDED)
@@ -119,17 +145,17 @@ def test_nothing_else_changes() -> None:
     assert not np.array_equal(np.isnan(faulty.M_z), np.isnan(faulty.psi))
 
 
-@pytest.mark.parametrize("share", [-0.1, 1.1, np.nan])
-def test_share_is_checked(share: float) -> None:
-    with pytest.raises(ValueError, match="share is between 0 and 1"):
-        drop_samples(1, SIGNAL, share=share)
-
-
-def test_lateness_is_checked() -> None:
-    with pytest.raises(ValueError, match="late by 0 to 1001"):
-        delay_samples(SIGNAL, -1)
-
-
-def test_jitter_needs_room() -> None:
-    with pytest.raises(ValueError, match="do not fit"):
-        jitter_instants(1, T, spread=0.01, least=0.01)
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        *(
+            (lambda s=s: drop_samples(1, SIGNAL, share=s), "between 0 and 1")
+            for s in (-0.1, 1.1, np.nan)
+        ),
+        (lambda: delay_samples(SIGNAL, -1), "late by 0 to 1001"),
+        (lambda: jitter_instants(1, T, spread=0.01, least=0.01), "do not fit"),
+    ],
+)
+def test_bad_input(fault: Callable[[], Array], message: str) -> None:
+    with pytest.raises(ValueError, match=message):
+        fault()

@@ -9,7 +9,7 @@ import stat
 import tempfile
 from pathlib import Path
 
-from symbolic.scratch import claimed_folder
+from symbolic.compilation.temporary_folder import claim_folder
 
 _LOG = logging.getLogger(__name__)
 LIBRARY = re.compile(r"\w+_[0-9a-f]{24}_[0-9a-f]{24}\.so")
@@ -30,18 +30,18 @@ def private_cache() -> Path:
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
     except OSError as error:
-        return place_of_its_own(folder, f"cannot be written ({error.strerror})")
-    # From here on the folder is reached without a link, which might change its aim.
+        return replacement_cache(folder, f"cannot be written ({error.strerror})")
+    # Without links, whose targets might change later.
     folder = folder.resolve()
     _close_to_group(folder)
     if (reason := distrust(folder) or _distrust_parents(folder)) is None:
         return folder
-    return place_of_its_own(folder, f"{reason}, and compiled code in it would be run unseen")
+    return replacement_cache(folder, f"{reason}, and compiled code in it would be run unseen")
 
 
-def place_of_its_own(folder: Path, reason: str) -> Path:
-    """A cache for this process and its children, empty, and a line that says so."""
-    own, _ = claimed_folder(Path(tempfile.gettempdir()))
+def replacement_cache(folder: Path, reason: str) -> Path:
+    """An empty cache for this process and its children; a warning says why."""
+    own, _ = claim_folder(Path(tempfile.gettempdir()))
     atexit.register(_remove_as, os.getpid(), str(own))
     os.environ["BRUSHGRIP_CACHE"] = str(own)
     _LOG.warning(
@@ -72,8 +72,8 @@ def _close_to_group(folder: Path) -> None:
 def _distrust_parents(folder: Path) -> str | None:
     """Why others could put another folder in the place of this one; None where they could not.
 
-    Where the sticky bit is set, as for /tmp, nobody renames what is another user's. What stands in the
-    temporary folder is not asked: nothing better could take its place.
+    Where the sticky bit is set, as for /tmp, nobody can rename a folder of another user. A folder in the
+    temporary folder is taken as it is, as its replacement would stand there too.
     """
     if not hasattr(os, "geteuid") or folder.parent == Path(tempfile.gettempdir()).resolve():
         return None
@@ -95,6 +95,6 @@ def distrust(path: Path) -> str | None:
 
 
 def _remove_as(process: int, folder: str) -> None:
-    """Removes a folder at the end of the process that made it, not of a fork."""
+    """Remove a folder when the process that made it ends, and not when a fork of it does."""
     if os.getpid() == process:
         shutil.rmtree(folder, ignore_errors=True)

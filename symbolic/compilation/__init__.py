@@ -1,0 +1,1 @@
+"""How models become machine code: C of them, its compiler, and the cache of what it built."""

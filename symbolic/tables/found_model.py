@@ -1,0 +1,101 @@
+"""A model that a diagnosis found, and the values that it has for a recording, seen before or to come."""
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
+
+from symbolic.effects.base import parameter_name
+from symbolic.errors import InvalidInputError
+from symbolic.model import Model
+from symbolic.tables.model_error import ModelError
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoundModel:
+    """A model that a diagnosis found.
+
+    Attributes:
+        model: the structure.
+        tyre: values that hold everywhere, by name, `k` among them where it belongs to no ground.
+        own: values of the recordings of the diagnosis, by recording.
+        grounds: values of each ground, by its name; empty where nothing belongs to a ground.
+        rig: what became of the declared values that have a tolerance, by recording: `a`, `e`, `load`, a
+            factor on the recorded load, and `zero`, that of the torque channel.
+        error: how wrong the model is on recordings that it was not fitted to; None where unknown.
+    """
+
+    model: Model
+    tyre: Mapping[str, float]
+    own: Mapping[str, Mapping[str, float]]
+    grounds: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    rig: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    error: ModelError | None = None
+
+    def values_for(
+        self, recording: str, mu: float | None = None, ground: str | None = None
+    ) -> dict[str, float]:
+        """All parameter values for a recording.
+
+        A recording that the file does not know gets `mu` and the neutral value of whatever else
+        belongs to a recording, as a torque zero. For grounds see `on_ground`.
+
+        Raises:
+            InvalidInputError: neither the file nor the caller gives mu.
+        """
+        own = dict(self.own.get(recording, {}))
+        if mu is not None and "mu" not in own:
+            own["mu"] = mu
+        if "mu" not in own:
+            raise InvalidInputError(
+                f"{recording}: no mu in the model file for this recording and none in the rig;"
+                " add mu under [tyre] of the rig file"
+            )
+        return {**self.values_for_estimation(ground), **own}
+
+    def on_ground(self, ground: str | None = None) -> dict[str, float]:
+        """What belongs to a ground; its mean over grounds where this is none of them, or unknown."""
+        known = self.grounds.get(ground) if ground is not None else None
+        return mean_over_grounds(self.grounds) if known is None else dict(known)
+
+    def ground_taken(self, ground: str | None = None) -> str:
+        """The ground whose values `on_ground` takes, in words; empty where nothing belongs to one."""
+        if not self.grounds or ground in self.grounds:
+            return f"values of {ground}" if self.grounds else ""
+        known = " and ".join(self.grounds)
+        return f"{'ground not given' if ground is None else f'{ground} is unknown'}: mean of {known}"
+
+    def values_for_estimation(self, ground: str | None = None) -> dict[str, float]:
+        """All parameter values but mu for a recording to come, as an observer needs them.
+
+        Other parameters of a recording, such as a torque zero, have their neutral values. For grounds
+        see `on_ground`.
+        """
+        neutral = {
+            parameter_name(effect, parameter): parameter.neutral
+            for effect, parameter in self.model.parameters
+            if parameter.scope == "recording" and parameter.neutral is not None
+        }
+        values = {**self.tyre, **self.on_ground(ground)}
+        return neutral | {name: value for name, value in values.items() if name != "mu"}
+
+
+def units_of(model: Model) -> dict[str, str]:
+    """The unit of every parameter of a model, by name."""
+    return {parameter_name(effect, parameter): parameter.unit for effect, parameter in model.parameters}
+
+
+def mean_over_grounds(grounds: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
+    """For each parameter the mean of its values on these grounds, see `mean_value`."""
+    names = dict.fromkeys(name for values in grounds.values() for name in values)
+    return {name: mean_value([v[name] for v in grounds.values() if name in v]) for name in names}
+
+
+def mean_value(values: Collection[float]) -> float:
+    """The geometric mean of values of one sign, the arithmetic mean where there are two or a zero."""
+    least, most = min(values), max(values)
+    if least == most:
+        return least
+    if least * most > 0:
+        logarithms = [math.log(abs(value)) for value in values]
+        return math.copysign(math.exp(math.fsum(logarithms) / len(values)), most)
+    return math.fsum(values) / len(values)

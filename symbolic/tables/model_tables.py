@@ -1,0 +1,119 @@
+"""A model that was found, from tables; SI units throughout.
+
+A table is a mapping as the parser of JSON returns it. A message says what is wrong with the table; the
+reader of the file puts its name before, see `symbolic.tables.parsing.naming`.
+"""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from symbolic.effects.base import Effect, parameter_name
+from symbolic.effects.library import effects_named
+from symbolic.errors import InvalidInputError
+from symbolic.model import Model
+from symbolic.parameters import TOLERATED
+from symbolic.tables.found_model import FoundModel, units_of
+from symbolic.tables.model_error import ModelError
+from symbolic.tables.parsing import excerpt, floats, naming, shown
+
+MODEL_VERSION = 1
+"""Version of the model files that are read and written."""
+
+
+def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> FoundModel:
+    """The model and its values from the tables of a model file.
+
+    It holds `version`, `effects` (names), `tyre` (values by name; `shared` in older files), and may hold
+    `grounds`, `recordings` and `rig` (a table of values for each ground or recording), `units` (by
+    name), which must be those of the parameters: nothing is converted, and `model_error` (`spread`,
+    `correlation_time`).
+
+    Args:
+        document: the tables.
+        effects: effects beside the library's that the document may name.
+
+    Raises:
+        InvalidInputError: something is missing, unknown, in another unit, or out of range.
+    """
+    if not isinstance(document, dict) or document.get("version") != MODEL_VERSION:
+        raise InvalidInputError(
+            f"not a model file of version {MODEL_VERSION}, the model.json that diagnose writes"
+        )
+    model = Model(effects=_effects_from_tables(document, effects))
+    parameters = {parameter_name(effect, parameter): parameter for effect, parameter in model.parameters}
+    _check_units(document.get("units", {}), units_of(model))
+    key = "shared" if "shared" in document and "tyre" not in document else "tyre"
+    tyre = _numbers(key, document.get(key))
+    grounds, own, rig = (_tables(document, name) for name in ("grounds", "recordings", "rig"))
+    for place, table in {key: tyre, **grounds, **own}.items():
+        _check_names(place, table, parameters, "the model has")
+        for name, value in table.items():
+            parameters[name].require_within(value, f"{place}.{name}")
+    for place, table in rig.items():
+        _check_names(place, table, TOLERATED, "allowed:")
+    scopes = {"tyre": {key: tyre}, "ground": grounds or {"grounds": {}}, "recording": {}}
+    for name, parameter in parameters.items():
+        for place, table in scopes[parameter.scope].items():
+            if name not in table:
+                raise InvalidInputError(f"{place!r} lacks {name} [{parameter.unit}]")
+    grounds, own, rig = (
+        {place.split(".", 1)[1]: table for place, table in tables.items()}
+        for tables in (grounds, own, rig)
+    )
+    error = _model_error(document)
+    return FoundModel(model=model, tyre=tyre, own=own, grounds=grounds, rig=rig, error=error)
+
+
+def _effects_from_tables(document: Mapping[str, Any], own: Iterable[Effect]) -> tuple[Effect, ...]:
+    names = document.get("effects")
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise InvalidInputError("'effects' must be a list of effect names")
+    return effects_named(names, own)
+
+
+def _check_units(table: object, units: Mapping[str, str]) -> None:
+    if not isinstance(table, dict):
+        raise InvalidInputError("'units' must be a table of units, by parameter")
+    _check_names("units", table, units, "the model has")
+    for name, unit in table.items():
+        if unit != units[name]:
+            raise InvalidInputError(
+                f"{name} has the unit {shown(unit)}, expected {units[name]!r}; convert the value"
+            )
+
+
+def _check_names(place: str, names: Iterable[str], allowed: Iterable[str], these_are: str) -> None:
+    """Check that these names are allowed; the message goes on with those that are."""
+    known = list(allowed)
+    for name in names:
+        if name not in known:
+            raise InvalidInputError(
+                f"{place} holds an unknown {excerpt(name)}; {these_are} {', '.join(known)}"
+            )
+
+
+def _tables(document: Mapping[str, Any], name: str) -> dict[str, dict[str, float]]:
+    """The tables of a section, each under the name of the section and its own."""
+    tables = document.get(name, {})
+    if not isinstance(tables, dict):
+        owner = "ground" if name == "grounds" else "recording"
+        raise InvalidInputError(f"{name!r} must hold one table per {owner}")
+    return {f"{name}.{each}": _numbers(f"{name}.{each}", table) for each, table in tables.items()}
+
+
+def _numbers(place: str, table: object) -> dict[str, float]:
+    if not isinstance(table, dict):
+        raise InvalidInputError(f"{place!r} must be a table of numbers")
+    return floats(place, table)
+
+
+def _model_error(document: Mapping[str, Any]) -> ModelError | None:
+    if document.get("model_error") is None:
+        return None
+    values = _numbers("model_error", document["model_error"])
+    if not {"correlation_time", "spread"} <= set(values) <= {"correlation_time", "spread", "relative"}:
+        raise InvalidInputError(
+            "'model_error' must hold spread and correlation_time, and may hold relative, nothing else"
+        )
+    with naming("model_error"):
+        return ModelError(**values)
