@@ -111,13 +111,6 @@ def symbols_like(function: ca.Function) -> dict[str, ca.MX]:
     return {name: ca.MX.sym(name, *function.size_in(name)) for name in function.name_in()}
 
 
-def named_function(
-    name: str, inputs: Mapping[str, Any], outputs: Mapping[str, Any], **options: Any
-) -> ca.Function:
-    """A Function from symbols to expressions, each under its name; options are CasADi's."""
-    return ca.Function(name, [*inputs.values()], [*outputs.values()], [*inputs], [*outputs], options)
-
-
 def outputs_of(function: ca.Function, *arguments: Expression) -> dict[str, Expression]:
     """The outputs of a casadi Function by name."""
     outputs = function.call(list(arguments), False, False)

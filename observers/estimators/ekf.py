@@ -21,7 +21,7 @@ from observers.estimators.udu import (
     build_update_covariance,
     covariance,
 )
-from observers.layout import Layout, Parts, named_function, outputs_of
+from observers.layout import Layout, Parts, outputs_of
 from observers.measurement.linearisation import (
     angle_is_state,
     build_measurement,
@@ -44,6 +44,7 @@ from observers.protocol import OUTPUT
 from observers.quality.innovation_gate import COUNTS, InnovationTest, huber_weight
 from observers.quality.innovation_monitor import MONITOR
 from symbolic import GEOMETRY, InvalidInputError
+from symbolic.functions import named_function
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,7 +4,7 @@ from functools import cache
 
 import casadi as ca
 
-from observers.layout import Layout, named, named_function, symbols, vector_of
+from observers.layout import Layout, named, symbols, vector_of
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.measurement.torque_error import is_known
 from observers.patch.effective_friction import output_vector
@@ -14,6 +14,7 @@ from observers.protocol import SAMPLE
 from observers.quality import supervision
 from observers.tuning import TUNING_FIELDS
 from symbolic import GEOMETRY, SIGNALS, full_slide_torque
+from symbolic.functions import named_function
 
 POINT = {"log_mu": "mu"}
 """Field of the tuning that a state of the tyre is linearised at; 1 for k over its nominal value."""

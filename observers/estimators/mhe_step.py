@@ -35,7 +35,7 @@ from observers.estimators.mhe_terms import (
 )
 from observers.estimators.step_terms import StepSample, clip_to_bounds, step_symbols
 from observers.estimators.udu import add_variance
-from observers.layout import Layout, Parts, named_function, symbols
+from observers.layout import Layout, Parts, symbols
 from observers.measurement.linearisation import angle_is_state, directions
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.patch.history import PatchHistory
@@ -45,6 +45,7 @@ from observers.protocol import OUTPUT
 from observers.quality.innovation_gate import COUNTS
 from observers.quality.innovation_monitor import MONITOR
 from observers.tuning import TUNING_FIELDS
+from symbolic.functions import named_function
 
 
 @cache

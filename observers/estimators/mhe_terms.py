@@ -10,11 +10,12 @@ import casadi as ca
 
 from observers.estimators.step_terms import clip_to_bounds
 from observers.estimators.window_least_squares import build_back_substitution, build_window_update
-from observers.layout import Expression, named, named_function, symbols, symbols_like
+from observers.layout import Expression, named, symbols, symbols_like
 from observers.measurement.linearisation import build_measurement, build_motion, directions, state_index
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.quality.innovation_gate import huber_weight
 from observers.tuning import TUNING_FIELDS
+from symbolic.functions import named_function
 
 
 @cache

@@ -13,7 +13,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.layout import Expression, named_function, symbols
+from observers.layout import Expression, symbols
+from symbolic.functions import named_function
 
 Array = NDArray[np.float64]
 GREATEST_VARIANCE = 1e12

@@ -18,7 +18,8 @@ from functools import cache
 import casadi as ca
 
 from observers.estimators.udu import covariance, predict_covariance, update_covariance
-from observers.layout import named_function, symbols
+from observers.layout import symbols
+from symbolic.functions import named_function
 
 
 @cache

@@ -8,11 +8,12 @@ from functools import cache
 
 import casadi as ca
 
-from observers.layout import named, named_function, symbols, vector_of
+from observers.layout import named, symbols, vector_of
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.measurement.torque_error import is_known
 from observers.protocol import SAMPLE
 from observers.tuning import TUNING_FIELDS
+from symbolic.functions import named_function
 
 TYRE = ("log_mu", "stiffness")
 """States that are parameters of the tyre."""

@@ -9,10 +9,11 @@ from typing import Any
 
 import casadi as ca
 
-from observers.layout import named, named_function, symbols, vector_of
+from observers.layout import named, symbols, vector_of
 from observers.patch.model import PatchModel
 from observers.protocol import OUTPUT
 from symbolic import GEOMETRY
+from symbolic.functions import named_function
 
 
 @cache

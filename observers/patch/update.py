@@ -17,11 +17,12 @@ from functools import cache
 
 import casadi as ca
 
-from observers.layout import Expression, named, named_function, symbols, vector_of
+from observers.layout import Expression, named, symbols, vector_of
 from observers.measurement.linearisation import TYRE, directions, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.patch.model import PatchModel
 from symbolic import GEOMETRY, SIGNALS
+from symbolic.functions import named_function
 
 Fields = tuple[tuple[str, int, int], ...]
 PARAMETERS = dict(zip(TYRE, ("mu", "k"), strict=True))

@@ -12,7 +12,7 @@ from typing import Any
 
 import casadi as ca
 
-from observers.layout import Expression, Parts, named, named_function, symbols, vector_of
+from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import is_known, retained
 from observers.protocol import OUTPUT, Status
 from observers.quality.branches import POINTS, TRACK, build_branch, build_sensitivity, build_track
@@ -28,6 +28,7 @@ from observers.quality.hypotheses import (
 )
 from observers.quality.plausibility import GREATEST_FRICTION
 from observers.quality.screening import has_flag
+from symbolic.functions import named_function
 
 DECIDED = 0.15
 """Standard deviation of ln mu at which the filter takes over [1]."""

@@ -13,8 +13,9 @@ from functools import cache
 
 import casadi as ca
 
-from observers.layout import Expression, Parts, named, named_function, symbols, vector_of
+from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import retained
+from symbolic.functions import named_function
 from symbolic.masing import virgin_torque
 
 POINTS = 4

@@ -22,13 +22,13 @@ from observers.layout import (
     Layout,
     Parts,
     named,
-    named_function,
     symbols,
     vector_of,
 )
 from observers.measurement.torque_error import is_stated, retained
 from observers.quality.branches import MEMORY, POINTS, TRACK
 from symbolic import full_slide_torque
+from symbolic.functions import named_function
 
 RATIOS = np.geomspace(0.012, 6.0, 14)
 """Hypotheses about mu at the declared k [1]."""

@@ -13,11 +13,12 @@ from functools import cache
 
 import casadi as ca
 
-from observers.layout import Expression, named, named_function, outputs_of, symbols, symbols_like
+from observers.layout import Expression, named, outputs_of, symbols, symbols_like
 from observers.measurement.linearisation import build_measurement, state_index
 from observers.measurement.measurement_model import MeasurementModel
 from observers.quality.innovation_monitor import MONITOR, build_monitor
 from observers.tuning import TUNING_FIELDS
+from symbolic.functions import named_function
 
 COUNTS = ("streak", "resets")
 """Innovations beyond the gate in a row, with the sign of their side; changes of the ground so far."""

@@ -18,10 +18,11 @@ from functools import cache
 
 import casadi as ca
 
-from observers.layout import Expression, Parts, named, named_function, symbols
+from observers.layout import Expression, Parts, named, symbols
 from observers.measurement.measurement_model import log_mu_variance
 from observers.measurement.torque_error import SENSIBLE, retained
 from observers.tuning import TUNING_FIELDS
+from symbolic.functions import named_function
 
 MONITOR = ("rise", "fall", "squares", "samples")
 """Cumulative sums for a rise and a fall of mu, then q and w of the consistency; 0 at the start."""

@@ -22,11 +22,12 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.layout import Expression, Layout, Parts, named, named_function, symbols, vector_of
+from observers.layout import Expression, Layout, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import SENSIBLE, is_known
 from observers.protocol import OUTPUT, SAMPLE, Sample, Status
 from observers.quality.hypotheses import VERDICT
 from symbolic import Rig, full_slide_torque
+from symbolic.functions import named_function
 
 Array = NDArray[np.float64]
 LARGEST_ANGLE = 1.6

@@ -27,7 +27,6 @@ from observers.layout import (
     Layout,
     Parts,
     named,
-    named_function,
     symbols,
     vector_of,
 )
@@ -35,6 +34,7 @@ from observers.measurement.measurement_model import LEAST_FIRST_LOAD
 from observers.protocol import OUTPUT, SAMPLE, Status
 from observers.quality.plausibility import EVIDENCE, build_evidence
 from observers.tuning import NO_LIMIT, PLAUSIBLE
+from symbolic.functions import named_function
 
 Array = NDArray[np.float64]
 SLACK = 0.01

@@ -23,7 +23,6 @@ from observers.layout import (
     Layout,
     Parts,
     named,
-    named_function,
     symbols,
     symbols_like,
     vector_of,
@@ -57,6 +56,7 @@ from observers.quality.plausibility import GREATEST_FRICTION
 from observers.quality.screening import has_flag, with_flag
 from observers.tuning import TUNING_FIELDS
 from symbolic import full_slide_torque
+from symbolic.functions import named_function
 
 EXCESS = 1.5
 """Mean square of the innovations by branches, over `Tuning.explained`, that is too much [1]."""

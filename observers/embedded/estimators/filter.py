@@ -12,9 +12,9 @@ from observers.embedded.estimators.measurement_traits import follows_correction
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
     effective_friction,
-    named_function,
     retentions,
     stiffness_of,
+    vector_function,
 )
 from observers.embedded.patches.interface import PatchCode
 from observers.embedded.scalar_function import inputs_used, with_known_exponential, without_inputs
@@ -79,7 +79,7 @@ def _begin(patch: PatchCode, constants: Constants, parts: Layout, kept: list[str
     sample, vector = (ca.MX.sym(start.name_in(i), start.numel_in(i)) for i in range(2))
     first = parts.split(start(sample, vector))
     outputs = {f"first_{name}": first[name] for name in kept}
-    return constants.fill("begin_filter", named_function("begin_filter", [sample, vector], **outputs))
+    return constants.fill("begin_filter", vector_function("begin_filter", [sample, vector], **outputs))
 
 
 def _step(patch: PatchCode, constants: Constants, parts: Layout) -> ca.Function:
@@ -93,5 +93,5 @@ def _step(patch: PatchCode, constants: Constants, parts: Layout) -> ca.Function:
     outputs = {f"{n}_next": after[n] for n in before if n not in (*PATCH, "memory", "output")}
     memory = before.pop("memory")
     inputs = [*before.values(), memory, sample, ca.MX.sym("mu"), vector]
-    flat = constants.fill("filter", named_function("filter", inputs, **outputs, result=output))
+    flat = constants.fill("filter", vector_function("filter", inputs, **outputs, result=output))
     return with_known_exponential(flat, ("x", state_index(model)), "mu")

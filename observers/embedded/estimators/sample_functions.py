@@ -21,7 +21,7 @@ TORQUE = {"log_mu": "BY_MU", "stiffness": "BY_STIFFNESS", "psi": "BY_ANGLE"}
 """Place in a torque of C of its derivative by what a state stands for: mu, k over nominal, the angle."""
 
 
-def named_function(name: str, inputs: Sequence[ca.MX], **outputs: ca.MX) -> ca.Function:
+def vector_function(name: str, inputs: Sequence[ca.MX], **outputs: ca.MX) -> ca.Function:
     """A Function whose inputs have the names of their symbols."""
     return ca.Function(
         name, list(inputs), [ca.densify(ca.vec(ca.MX(o))) for o in outputs.values()],
@@ -36,8 +36,8 @@ def sample_functions(observer: ModelObserver) -> list[ca.Function]:
     x, now = ca.MX.sym("x", len(model.states)), ca.MX.sym("now", len(CLEAN))
     cleaned, imputed = build_clean(model)(sample, last)
     return [
-        named_function("clean", [sample, last], now=cleaned, imputed=imputed),
-        named_function("patch_signals", [x, now], signals=update_signals(model, x, now)),
+        vector_function("clean", [sample, last], now=cleaned, imputed=imputed),
+        vector_function("patch_signals", [x, now], signals=update_signals(model, x, now)),
     ]
 
 
@@ -63,7 +63,7 @@ def retentions(
     walk = sensitivity_retention(model, variances, Q, x)
     variance = variances[at, at] + Q[at] if predicted else variances[at, at]
     change = reset_retention(ca.MX(1), variance, change_variance(named(TUNING_FIELDS, tuning)))
-    function = named_function(
+    function = vector_function(
         "retentions", [factor, now, rig, tuning], retention=ca.vertcat(walk, change)
     )
     return constants.fill("retentions", function)
@@ -80,7 +80,7 @@ def effective_friction(patch: PatchCode) -> ca.Function:
     mu_eff, mu_eff_std, M_slide = friction(
         mu, std, memory, F_N, ca.DM.ones(len(DECLARED)), geometry, 0.0
     )
-    return named_function(
+    return vector_function(
         "effective_friction", [mu, std, F_N, slide], mu_eff=mu_eff, mu_eff_std=mu_eff_std,
         M_slide=M_slide,
     ).expand()  # fmt: skip

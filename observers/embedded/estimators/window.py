@@ -17,9 +17,9 @@ from observers.embedded.estimators.measurement_traits import (
 from observers.embedded.estimators.sample_functions import (
     TORQUE,
     memory_with,
-    named_function,
     retentions,
     stiffness_of,
+    vector_function,
 )
 from observers.embedded.patches.interface import PatchCode, window_of
 from observers.estimators.initial_state import build_initial_state
@@ -153,14 +153,14 @@ class WindowFunctions:
         parts = Layout((("mean", n, 1), ("factor", n, n), ("last", len(CLEAN), 1)))
         start = build_initial_state(self.patch.torque_model, self.model, parts)
         sample, constants = (ca.MX.sym(start.name_in(i), start.numel_in(i)) for i in range(2))
-        return named_function(
+        return vector_function(
             "begin_window", [sample, constants], **parts.split(start(sample, constants))
         )
 
     def limit(self) -> ca.Function:
         """(x) -> within bounds."""
         x, tuning = self.symbols("x", "tuning")
-        return named_function("limit", [x, tuning], limited=clip_to_bounds(self.model, x, tuning))
+        return vector_function("limit", [x, tuning], limited=clip_to_bounds(self.model, x, tuning))
 
     def predict(self) -> ca.Function:
         """(x, torque, P, last, now) -> newest, P at it."""
@@ -168,7 +168,7 @@ class WindowFunctions:
         x, torque, P, last, now, rig, tuning = inputs = self.symbols(*names)
         predict = build_prediction(self.model)
         newest, P_newest, _ = predict(x, P, *self.torque(torque, x), last, now, rig, tuning)
-        return named_function("predict", inputs, newest=newest, P_newest=P_newest)
+        return vector_function("predict", inputs, newest=newest, P_newest=P_newest)
 
     def test_innovation(self) -> ca.Function:
         """(newest, torque, now, P, counts, monitor) -> test, counts, monitor."""
@@ -180,7 +180,7 @@ class WindowFunctions:
         )
         test = ca.vertcat(*(results[name] for name in TEST))
         after = {name: results[name] for name in ("counts_next", "monitor_next")}
-        return named_function("test_innovation", inputs, test=test, **after)
+        return vector_function("test_innovation", inputs, test=test, **after)
 
     def accept(self) -> ca.Function:
         """(row, age, test) -> accepted, jump."""
@@ -188,14 +188,14 @@ class WindowFunctions:
         stored, three = named(rows_used(self.model), row), test[: TEST.index("run") + 1]
         unknown = change_variance(named(TUNING_FIELDS, tuning))
         accepted, jump = build_acceptance()(stored["accepted"], stored["jump"], age, three, unknown)
-        return named_function("accept", inputs, accepted=accepted, jump=jump)
+        return vector_function("accept", inputs, accepted=accepted, jump=jump)
 
     def reset_arrival(self) -> ca.Function:
         """(test) -> increment of the arrival's variance of ln mu."""
         test, tuning = inputs = self.symbols("test", "tuning")
         result, unknown = named(TEST, test), change_variance(named(TUNING_FIELDS, tuning))
         jump = arrival_jump(self.window, result["reset"], result["run"], unknown)
-        return named_function("reset_arrival", inputs, jump=jump)
+        return vector_function("reset_arrival", inputs, jump=jump)
 
     def forward(self) -> ca.Function:
         """(mean, factor, x, torque, row, after) -> mean, factor, eliminated."""
@@ -205,7 +205,7 @@ class WindowFunctions:
         rows, (M_z, slopes) = (self.full_row(r) for r in (row, after)), self.torque(torque, x)
         results = outputs_of(forward, mean, factor, x, M_z, slopes, *rows, rig, tuning)
         results["slopes"] = slopes
-        return named_function(
+        return vector_function(
             "forward", inputs, mean_next=results["mean_next"], factor_next=results["factor_next"],
             eliminated=elimination(self.model).join(results),
         )  # fmt: skip
@@ -221,7 +221,7 @@ class WindowFunctions:
         slopes = parts.pop("slopes", ca.DM.zeros(len(directions(self.model))))
         _, A, _, _ = motion(parts["filtered"], 0, slopes, now, now_next, rig, tuning)
         before, smoothed = build_backward(self.model)(costate, *parts.values(), A, tuning)
-        return named_function("backward", inputs, costate_before=before, smoothed=smoothed)
+        return vector_function("backward", inputs, costate_before=before, smoothed=smoothed)
 
     def output(self) -> ca.Function:
         """(x, P, newest, now, test, imputed, slide) -> output."""
@@ -235,4 +235,4 @@ class WindowFunctions:
         )  # fmt: skip
         unsettled = is_unsettled(self.model, x, newest, P)
         output = sample.output(x, P, memory, result["expected"], result, unsettled=unsettled)
-        return named_function("step_output", inputs, result=output)
+        return vector_function("step_output", inputs, result=output)
