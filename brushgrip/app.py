@@ -1,23 +1,24 @@
 """The command `brushgrip`: its commands, its exit status and its error messages."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as version_of
-from typing import Annotated
+from inspect import signature
+from typing import Annotated, get_type_hints
 
 import typer
 
-from brushgrip.commands.codegen import codegen
-from brushgrip.commands.compare import compare
-from brushgrip.commands.demo import demo
-from brushgrip.commands.diagnose import diagnose
-from brushgrip.commands.estimate import estimate
-from brushgrip.commands.fetch import fetch
-from brushgrip.commands.identify import identify
-from brushgrip.commands.simulate import simulate
-from brushgrip.companions import strangers
-from brushgrip.speech import COMMAND_LINE, SPEECH, Speech, flags_first
+from brushgrip.commands.codegen import CodegenRequest
+from brushgrip.commands.compare import CompareRequest
+from brushgrip.commands.demo import DemoRequest
+from brushgrip.commands.diagnose import DiagnoseRequest
+from brushgrip.commands.estimate import EstimateRequest
+from brushgrip.commands.fetch import FetchRequest
+from brushgrip.commands.identify import IdentifyRequest
+from brushgrip.commands.simulate import SimulateRequest
+from brushgrip.own_packages import foreign_packages
+from brushgrip.speech import COMMAND_LINE, SPEECH, Speech, flags_first, result_alone
 from brushgrip.terminal import fault_of_output, spell_what_is_lacking
 
 BAD_INPUT, FAILED = 2, 1
@@ -33,9 +34,33 @@ app = typer.Typer(
     rich_markup_mode=None,  # Plain help takes half the time, and fits every terminal.
 )
 EVERYWHERE = "--json and --quiet stand before or behind the name of a command."
-COMMANDS = (demo, fetch, simulate, identify, diagnose, estimate, compare, codegen)
-for command in COMMANDS:
-    app.command(epilog=EVERYWHERE)(command)
+COMMANDS = {
+    "demo": DemoRequest,
+    "fetch": FetchRequest,
+    "simulate": SimulateRequest,
+    "identify": IdentifyRequest,
+    "diagnose": DiagnoseRequest,
+    "estimate": EstimateRequest,
+    "compare": CompareRequest,
+    "codegen": CodegenRequest,
+}
+"""What a user asks of each command: a frozen dataclass of its options that runs it; in order of help."""
+
+
+def command_of(request: type) -> Callable[..., None]:
+    """A function with the fields of a request as its parameters, which fills the request and runs it."""
+
+    def run(**options: object) -> None:
+        request(**options).run()
+
+    run.__doc__ = request.__doc__
+    run.__annotations__ = get_type_hints(request, include_extras=True)
+    run.__signature__ = signature(request)  # type: ignore[attr-defined]
+    return run
+
+
+for command, request in COMMANDS.items():
+    app.command(command, epilog=EVERYWHERE)(command_of(request))
 
 
 def _say_version(wanted: bool) -> None:
@@ -51,6 +76,7 @@ def _say_version(wanted: bool) -> None:
 
 @app.callback(epilog=EVERYWHERE)
 def everywhere(
+    context: typer.Context,
     json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON document.")] = False,
     quiet: Annotated[
         bool, typer.Option("--quiet", help="Print nothing, and no progress, but what goes wrong.")
@@ -63,6 +89,8 @@ def everywhere(
     if json and quiet:
         raise typer.BadParameter("--json prints the result, --quiet nothing; give one of them")
     SPEECH.set(Speech.JSON if json else Speech.QUIET if quiet else Speech.PLAIN)
+    if json:
+        context.with_resource(result_alone())
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
@@ -75,8 +103,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
         SystemExit: always; status 0 on success, 2 for bad input, 1 for failures outside.
     """
     spell_what_is_lacking()
-    if strange := strangers():
-        print(f"brushgrip: {strange}", file=sys.stderr)
+    if foreign := foreign_packages():
+        print(f"brushgrip: {foreign}", file=sys.stderr)
         raise SystemExit(FAILED)
     if arguments is not None:
         raise SystemExit(_run(arguments))

@@ -29,9 +29,9 @@ from brushgrip.formatting import (
     sentence,
 )
 from brushgrip.friction_outcome import FrictionOutcome, friction_figures
-from brushgrip.speech import SPEECH, Speech
+from brushgrip.speech import RESULT, SPEECH, Speech
 from brushgrip.verdict import GRADES, explained_grade, headline
-from identification import Diagnosis, FreeDecay, ParameterEstimate
+from identification import Diagnosis, FoundModel, FreeDecay, ParameterEstimate, Recording
 from identification.thesis import DecrementEstimate
 from symbolic.errors import printable
 
@@ -51,7 +51,13 @@ def show(document: Mapping[str, Any] | Sequence[Any]) -> None:
     """The result of a command as JSON on standard output, where that is wanted."""
     if SPEECH.get() is Speech.JSON:
         # ASCII, so that it is the same on every terminal; what is not finite is null.
-        print(json.dumps(json.loads(json_text(document)), indent=2))
+        print(json.dumps(json.loads(json_text(document)), indent=2), file=RESULT.get(), flush=True)
+
+
+def say_ground(recording: Recording, found: FoundModel | None) -> None:
+    """One line on the ground whose values are taken from a model, where it has any."""
+    if found and (taken := found.ground_taken(recording.ground)):
+        say(f"{recording.name}: {taken}")
 
 
 def _screen() -> Console:

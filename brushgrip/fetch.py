@@ -9,10 +9,9 @@ from pathlib import Path
 import pooch
 
 from brushgrip.atomic import staged_directory
+from brushgrip.recordings import LOCAL_COPY
 from symbolic import BrushgripError, InvalidInputError
 
-LOCAL_COPY = "BRUSHGRIP_DATA"
-"""Environment variable that names a folder with the published files."""
 REGISTRY = files("brushgrip").joinpath("published.txt")
 """Name, digest and address of every published file, as pooch reads them."""
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from identification import Diagnosis, Errors, FreeDecay, ParameterEstimate
 from identification.thesis import DecrementEstimate
 from observers import Estimates, Status
+from symbolic import EFFECTS
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
@@ -29,7 +30,10 @@ def listed(words: Sequence[str], last: str = "and") -> str:
 
 
 def sentence(text: str) -> str:
-    """The text as a sentence: capital first, full stop last."""
+    """The text as a sentence: capital first, full stop last; the name of an effect in words."""
+    name, colon, rest = text.partition(":")
+    if name in EFFECTS:
+        text = plain(name) + colon + rest
     text = text[:1].upper() + text[1:]
     return text if not text or text[-1] in ".!?" else f"{text}."
 

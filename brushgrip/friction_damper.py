@@ -18,8 +18,8 @@ import pooch
 from numpy.typing import NDArray
 
 from brushgrip.atomic import staged_directory
-from brushgrip.fetch import LOCAL_COPY, RETRIES, TIMEOUT, FetchError
-from brushgrip.recordings import download_folder
+from brushgrip.fetch import RETRIES, TIMEOUT, FetchError
+from brushgrip.recordings import LOCAL_COPY, download_folder
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]

@@ -7,7 +7,13 @@ from typing import Any
 import numpy as np
 
 from brushgrip.choices import ObserverName
-from brushgrip.estimation import OBSERVERS, has_aligning_torque, observe
+from brushgrip.estimation import (
+    OBSERVERS,
+    FrictionTrack,
+    friction_track,
+    has_aligning_torque,
+    observe,
+)
 from identification import Diagnosis, FoundModel, Recording
 from observers import FrictionQuality, friction_quality, friction_spread
 
@@ -83,6 +89,12 @@ def found_model(diagnosis: Diagnosis) -> FoundModel:
     )
 
 
+def fitted_model(diagnosis: Diagnosis) -> FoundModel:
+    """The same with what was fitted to each recording that the diagnosis has seen."""
+    values = diagnosis.values
+    return replace(found_model(diagnosis), own=values.own, rig=values.rig)
+
+
 def friction_outcome(
     training: Sequence[Recording], holdout: Sequence[Recording], diagnosis: Diagnosis
 ) -> FrictionOutcome | None:
@@ -90,8 +102,8 @@ def friction_outcome(
     recordings = [*training, *holdout]
     if not recordings or not all(has_aligning_torque(recording) for recording in recordings):
         return None
-    factory, found = OBSERVERS[ObserverName.EKF], found_model(diagnosis)
-    fitted = replace(found, own=diagnosis.values.own, rig=diagnosis.values.rig)
+    factory = OBSERVERS[ObserverName.EKF]
+    found, fitted = found_model(diagnosis), fitted_model(diagnosis)
     references = {recording.name: offline_friction(fitted, recording) for recording in recordings}
     before, after = (
         {r.name: friction_quality(observe(factory, r, model), references[r.name]) for r in recordings}
@@ -103,6 +115,25 @@ def friction_outcome(
         grounds[ground] = (*grounds.get(ground, ()), recording.name)
     held_out = tuple(recording.name for recording in holdout)
     return FrictionOutcome(before=before, after=after, grounds=grounds, holdout=held_out)
+
+
+def estimate_friction(recordings: Sequence[Recording], diagnosis: Diagnosis) -> list[FrictionTrack]:
+    """Friction over each recording: EKF on the declared model, EKF and MHE on the model found."""
+    found, fitted = found_model(diagnosis), fitted_model(diagnosis)
+    runs: list[tuple[ObserverName, FoundModel | None, str]] = [
+        (ObserverName.EKF, None, "declared model"),
+        (ObserverName.EKF, found, "model found"),
+        (ObserverName.MHE, found, "model found"),
+    ]
+    return [
+        replace(
+            friction_track(observer, recording, observe(OBSERVERS[observer], recording, model), label),
+            reference=offline_friction(fitted, recording),
+            reference_label="μ_eff fitted to the whole recording",
+        )
+        for recording in recordings
+        for observer, model, label in runs
+    ]
 
 
 def offline_friction(found: FoundModel, recording: Recording) -> float:

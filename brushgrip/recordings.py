@@ -1,32 +1,20 @@
-"""Recordings as a user names them: their files, their reading, and a unique name for each."""
+"""Recordings as a user names them: their files, a label for each, and which are one and the same."""
 
 import os
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
-from itertools import combinations
 from pathlib import Path
 
 import numpy as np
 
 from brushgrip.atomic import file_keys
-from brushgrip.fetch import LOCAL_COPY
-from identification import (
-    READERS,
-    Decay,
-    Recording,
-    SignalMap,
-    parse_signals,
-    read_decay,
-    read_recording,
-    read_rig,
-    read_signals,
-)
-from identification.reading.companions import read_along
+from identification import READERS, Recording
 from identification.reading.table import MIN_SAMPLES
 from symbolic import InvalidInputError
 from symbolic.errors import printable
 
+LOCAL_COPY = "BRUSHGRIP_DATA"
+"""Environment variable that names a folder with the published files."""
 ADDED_SUFFIXES = (".mat", ".csv", ".txt")
 """Suffixes that the name of a recording may lack."""
 _SHARED = 0.5
@@ -76,117 +64,23 @@ def _is_there(path: Path) -> bool:
         raise InvalidInputError(f"{path}: cannot be read: {error.strerror or error}") from None
 
 
-def read_all(
-    names: Sequence[str],
-    rig: Path | None,
-    *,
-    torque_required: bool = True,
-    causal: bool = False,
-    given_map: str | None = None,
-) -> list[Recording]:
-    """The recordings of these names, in order, each under a name of its own.
-
-    Args:
-        names: as the user gave them.
-        rig: a rig file; None where the recordings know their rig.
-        torque_required: whether a recording without M_z is a fault.
-        causal: fill gaps from the past alone.
-        given_map: what `--map` says; goes before the rig file's [signals].
-
-    Raises:
-        InvalidInputError: a file is missing or bad, or one recording is given twice.
-    """
-    nominal = None if rig is None else read_rig(rig)
-    signals = signal_map(rig, given_map)
-    paths = [locate(name) for name in names]
-    recordings = [
-        read_recording(path, nominal, torque_required=torque_required, causal=causal, signals=signals)
-        for path in paths
-    ]
-    for (one, first), (other, second) in combinations(zip(paths, recordings, strict=True), 2):
-        if one.samefile(other) or (torque_required and _same_samples(first, second)):
-            raise _twice(one, other, ", either for training or held out")
-    labels = _unique_labels(paths)
-    return [replace(r, name=label) for r, label in zip(recordings, labels, strict=True)]
-
-
-def signal_map(rig: Path | None, given_map: str | None) -> SignalMap:
-    """Where columns come from: [signals] of the rig file, and before it what `--map` says."""
-    of_rig = SignalMap() if rig is None else read_signals(rig)
-    return of_rig if given_map is None else of_rig.updated(parse_signals(given_map))
-
-
-def files_read(names: Sequence[str], signals: SignalMap, effects: Sequence[Path] = ()) -> list[Path]:
-    """Every file that a command reads for its recordings, each once.
-
-    Args:
-        names: recordings as the user gave them.
-        signals: map of channels; its database counts, or that which is found beside a log.
-        effects: sources of a user's effects.
-    """
-    paths = [locate(name) for name in names]
-    return list(dict.fromkeys([*paths, *effects, *read_along(paths, signals)]))
-
-
-def labelled(names: Sequence[str]) -> dict[str, Path]:
-    """The files of these names, in order, by a label of their own; their content is not read.
-
-    Raises:
-        InvalidInputError: there is no such file, or one is given twice.
-    """
-    paths = [locate(name) for name in names]
-    first: dict[Path, Path] = {}
-    for path in paths:
-        if first.setdefault(path.resolve(), path) is not path:
-            raise _twice(path, first[path.resolve()])
-    return dict(zip(_unique_labels(paths), paths, strict=True))
-
-
-def read_decays(names: Sequence[str], rig: Path | None, given_map: str | None = None) -> list[Decay]:
-    """The free vibrations of these names, in order, each under a name of its own.
-
-    Args:
-        names: as the user gave them.
-        rig: a rig file; None where the recordings know their rig.
-        given_map: what `--map` says; goes before the rig file's [signals].
-
-    Raises:
-        InvalidInputError: a file is missing or bad, or one recording is given twice.
-    """
-    nominal = None if rig is None else read_rig(rig)
-    signals = signal_map(rig, given_map)
-    paths = [locate(name) for name in names]
-    decays = [read_decay(path, nominal, signals=signals) for path in paths]
-    for (one, first), (other, second) in combinations(zip(paths, decays, strict=True), 2):
-        if one.samefile(other) or np.array_equal(first.psi, second.psi):
-            raise _twice(one, other)
-    labels = _unique_labels(paths)
-    return [replace(decay, name=label) for decay, label in zip(decays, labels, strict=True)]
-
-
-def keep_inputs(outputs: Sequence[Path], inputs: Sequence[Path], *others: Path | None) -> None:
+def keep_inputs(outputs: Sequence[Path], inputs: Sequence[Path]) -> None:
     """Refuses to write over what was read.
 
     Args:
         outputs: the files to write.
-        inputs: recordings and what is read along with them, see `files_read`.
-        others: rig, model and whatever else is read; None for what was not given.
+        inputs: the files that are read.
 
     Raises:
         InvalidInputError: an output is one of the inputs, whatever way its path is spelt.
     """
-    paths = [*inputs, *(path for path in others if path is not None)]
-    read = {key for path in paths for key in file_keys(path)}
+    read = {key for path in inputs for key in file_keys(path)}
     for output in outputs:
         if not read.isdisjoint(file_keys(output)):
             raise InvalidInputError(f"{output}: would overwrite what is read; name another --out")
 
 
-def _twice(one: Path, other: Path, where: str = "") -> InvalidInputError:
-    return InvalidInputError(f"{other}: is the same recording as {one}; each is allowed once{where}")
-
-
-def _same_samples(one: Recording, other: Recording) -> bool:
+def same_samples(one: Recording, other: Recording) -> bool:
     """Whether they are alike, or most pairs of angle and torque in the shorter occur in the longer."""
     if np.array_equal(one.psi, other.psi) and np.array_equal(one.M_z, other.M_z, equal_nan=True):
         return True
@@ -195,7 +89,7 @@ def _same_samples(one: Recording, other: Recording) -> bool:
     return common >= MIN_SAMPLES and common > _SHARED * min(first.size, second.size)
 
 
-def _unique_labels(paths: Sequence[Path]) -> list[str]:
+def unique_labels(paths: Sequence[Path]) -> list[str]:
     """File names without suffix; folders go before, and the suffix behind, where that is needed.
 
     What no screen can show stands as its escape sequence: labels go into tables, pictures and files.

@@ -1,7 +1,12 @@
 """How much a command says, and in which form: chosen once, before anything heavy is imported."""
 
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from contextvars import ContextVar
 from enum import StrEnum
+from typing import TextIO
 
 
 class Speech(StrEnum):
@@ -19,6 +24,8 @@ SPEECH: ContextVar[Speech] = ContextVar("SPEECH", default=Speech.PLAIN)
 """The speech of the command that runs."""
 COMMAND_LINE: ContextVar[tuple[str, ...]] = ContextVar("COMMAND_LINE", default=())
 """Arguments of the command that runs."""
+RESULT: ContextVar[TextIO | None] = ContextVar("RESULT", default=None)
+"""Where the one JSON document goes; None for standard output."""
 FLAGS = ("--quiet", "--json")
 """Options of `brushgrip` itself that may also stand behind the command's name."""
 
@@ -29,3 +36,26 @@ def flags_first(arguments: list[str]) -> list[str]:
     named, rest = arguments[:end], arguments[end:]
     flags = [argument for argument in named if argument in FLAGS]
     return [*flags, *(argument for argument in named if argument not in FLAGS), *rest]
+
+
+@contextmanager
+def result_alone() -> Iterator[None]:
+    """Keeps standard output for the JSON document.
+
+    What a user's effects print, in this process or in those that it starts, goes to standard error.
+    """
+    try:
+        number = sys.stdout.fileno()
+    except (OSError, ValueError):  # Something else stands in its place.
+        yield
+        return
+    sys.stdout.flush()
+    with open(os.dup(number), "w", encoding=sys.stdout.encoding) as result:  # noqa: PTH123
+        os.dup2(sys.stderr.fileno(), number)
+        token = RESULT.set(result)
+        try:
+            yield
+        finally:
+            RESULT.reset(token)
+            sys.stdout.flush()
+            os.dup2(result.fileno(), number)

@@ -1,7 +1,8 @@
 """Effects of a user's own, from the modules that `--effects` names."""
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 
@@ -39,13 +40,14 @@ def user_effects(modules: Sequence[str] | None) -> tuple[Effect, ...]:
     return tuple(effects.values())
 
 
-def effect_files(modules: Sequence[str] | None) -> list[Path]:
+def effect_files(modules: Sequence[str] | None, effects: Sequence[Effect]) -> list[Path]:
     """The files of these modules, their packages and the classes of their effects; none for None.
 
     Args:
         modules: as `user_effects` has imported them.
+        effects: what it returned.
     """
-    kinds = [kind for effect in user_effects(modules) for kind in type(effect).__mro__]
+    kinds = [kind for effect in effects for kind in type(effect).__mro__]
     names = [*_names(modules), *(kind.__module__ for kind in kinds)]
     packages = [name.rsplit(".", depth)[0] for name in names for depth in range(name.count(".") + 1)]
     files = [getattr(sys.modules[name], "__file__", None) for name in dict.fromkeys([*names, *packages])]
@@ -66,13 +68,11 @@ def _effects_of(name: str) -> tuple[Effect, ...]:
     here = str(Path.cwd())
     if here not in sys.path:
         sys.path.append(here)
-    try:
+    with _own_code(
+        f"--effects {name}: cannot be imported",
+        "give the name of a module that Python finds here or on its path, such as mypackage.effects",
+    ):
         module = import_module(name)
-    except Exception as error:  # a module's own code may raise anything
-        raise InvalidInputError(
-            f"--effects {name}: cannot be imported: {type(error).__name__}: {error}; give the name of a"
-            " module that Python finds here or on its path, such as mypackage.effects"
-        ) from None
     try:
         return tuple(_tried(effect) for effect in effects_in(module))
     except InvalidInputError as error:
@@ -92,13 +92,28 @@ def _tried(effect: Effect) -> Effect:
             " name of a method misspelt?"
         )
     model = Model(effects=(effect,))
-    try:
+    names = ", ".join(parameter.name for parameter in effect.parameters) or "none"
+    with _own_code(
+        f"effect {effect.name!r} fails",
+        f"its parameters are {names}, and hooks take expressions of CasADi: casadi.if_else, casadi.fabs,"
+        " casadi.exp in place of if and math",
+    ):
         _ = model.initial, model.step, model.full_slide
-    except Exception as error:  # a hook's own code may raise anything
-        names = ", ".join(parameter.name for parameter in effect.parameters)
-        raise InvalidInputError(
-            f"effect {effect.name!r} fails: {type(error).__name__}: {one_line(str(error))}; its"
-            f" parameters are {names or 'none'}, and hooks take expressions of CasADi: casadi.if_else,"
-            " casadi.fabs, casadi.exp in place of if and math"
-        ) from None
     return effect
+
+
+@contextmanager
+def _own_code(what: str, remedy: str) -> Iterator[None]:
+    """Runs the user's code: whatever it raises is one line, also when it exits the process.
+
+    Raises:
+        InvalidInputError: it raised something.
+    """
+    try:
+        yield
+    except (Exception, SystemExit) as error:
+        try:
+            reason = one_line(str(error))
+        except Exception:  # __str__ is the user's code too.
+            reason = "its message cannot be shown"
+        raise InvalidInputError(f"{what}: {type(error).__name__}: {reason}; {remedy}") from None

@@ -17,12 +17,13 @@ FEW = ("torque_offset", "contact_damping", "steering_return")
 def load() -> Callable[[], None]:
     """The command with few candidates."""
     command = load_command()
-    from brushgrip.tasks import diagnose
+    import symbolic
+    from brushgrip import diagnosing
 
     quick = bool(os.environ.get("BRUSHGRIP_SMALL_QUICK"))
-    diagnose.CANDIDATES = FEW[:2] if quick else FEW
+    symbolic.CANDIDATES = FEW[:2] if quick else FEW
     if quick:
-        diagnose.write_report = lambda *_: None
+        diagnosing.write_report = lambda *_: None
     return command
 
 

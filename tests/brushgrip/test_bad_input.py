@@ -8,8 +8,6 @@ import numpy as np
 import pytest
 import scipy.io
 
-from brushgrip.tasks import diagnose as diagnosing
-
 Run = Callable[..., Any]
 Write = Callable[..., Path]
 
@@ -28,7 +26,7 @@ def no_work(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object, **__: object) -> None:
         raise AssertionError("work has begun")
 
-    monkeypatch.setattr(diagnosing, "close_the_loop", refuse)
+    monkeypatch.setattr("identification.diagnose", refuse)
 
 
 def tree(folder: Path) -> dict[str, bytes | None]:

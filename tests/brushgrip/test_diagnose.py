@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+import identification
+from brushgrip import embedded_files, friction_outcome
 from brushgrip.pictures.style import picture
-from brushgrip.recordings import read_all
-from brushgrip.tasks import demo as demonstrating
-from brushgrip.tasks import diagnose as diagnosing
+from brushgrip.pipeline import locate_inputs
 from identification.fits.loss import Huber
 from identification.reading.recordings import Recording
 from identification.results import Diagnosis
@@ -42,8 +42,7 @@ def asked(monkeypatch: pytest.MonkeyPatch, make_diagnosis: Callable[..., Diagnos
         calls.append((training, held_out, jobs))
         return make_diagnosis(training, held_out, worse=training[:1])
 
-    monkeypatch.setattr(diagnosing, "close_the_loop", close)
-    monkeypatch.setattr(demonstrating, "diagnose", close)
+    monkeypatch.setattr(identification, "diagnose", close)
     return calls
 
 
@@ -54,7 +53,7 @@ def no_report(monkeypatch: pytest.MonkeyPatch) -> None:
     def blank(folder: Path, *_: object) -> None:
         (folder / "report.html").touch()
 
-    monkeypatch.setattr(diagnosing, "write_report", blank)
+    monkeypatch.setattr("brushgrip.diagnosing.write_report", blank)
 
 
 @pytest.fixture
@@ -161,7 +160,7 @@ def test_options_reach_the_search(
         asked.update(options)
         raise InvalidInputError("enough")
 
-    monkeypatch.setattr(diagnosing, "close_the_loop", stop)
+    monkeypatch.setattr(identification, "diagnose", stop)
     run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig, "--robust", 0.01)
     assert asked["loss"] == Huber(threshold=0.01)
     outcome = run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig, "--robust", 0)
@@ -179,10 +178,10 @@ def test_friction_takes_the_samples_that_the_search_takes(
         raise InvalidInputError("enough")
 
     thinned = ["those of", "the search"]
-    for name, result in (("bounded", (thinned, None)), ("thinning", "")):
-        monkeypatch.setattr(diagnosing, name, lambda *_, result=result, **__: result)
-    monkeypatch.setattr(diagnosing, "close_the_loop", lambda *_, **__: None)
-    monkeypatch.setattr(diagnosing, "friction_outcome", stop)
+    monkeypatch.setattr("identification.reading.long_recordings.bounded", lambda _: (thinned, None))
+    monkeypatch.setattr("brushgrip.diagnosing.thinning", lambda _: "")
+    monkeypatch.setattr(identification, "diagnose", lambda *_, **__: None)
+    monkeypatch.setattr(friction_outcome, "friction_outcome", stop)
     run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
 
     assert taken == thinned
@@ -204,7 +203,7 @@ def test_other_units_and_signs_are_named(
     def stop(*_: object, **__: object) -> None:
         raise InvalidInputError("enough")
 
-    monkeypatch.setattr(diagnosing, "close_the_loop", stop)
+    monkeypatch.setattr(identification, "diagnose", stop)
     recordings = repository_root / "examples" / "recordings"
     table = (recordings / "train_a.csv").read_text().splitlines()
     names = table[0].split(",")
@@ -228,13 +227,13 @@ def test_an_interrupted_search_keeps_its_trials(
     rig: Path,
     tmp_path: Path,
 ) -> None:
-    finish = diagnosing.close_the_loop
+    finish = identification.diagnose
 
     def interrupted(*_: object, journal: Journal, **__: object) -> None:
         (journal.folder / "trial").touch()
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(diagnosing, "close_the_loop", interrupted)
+    monkeypatch.setattr(identification, "diagnose", interrupted)
     outcome = run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
 
     assert outcome.status in (1, 130)
@@ -243,7 +242,7 @@ def test_an_interrupted_search_keeps_its_trials(
     assert not (tmp_path / "out").exists()
     assert not asked
 
-    monkeypatch.setattr(diagnosing, "close_the_loop", finish)
+    monkeypatch.setattr(identification, "diagnose", finish)
     assert run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig).status == 0
     assert not (tmp_path / ".out.unfinished").exists()
 
@@ -257,7 +256,7 @@ def test_a_fault_keeps_the_trials_too(
     kept = tmp_path / ".out.unfinished"
     kept.mkdir()
     (kept / "trial").touch()
-    monkeypatch.setattr(diagnosing, "close_the_loop", faulty)
+    monkeypatch.setattr(identification, "diagnose", faulty)
     outcome = run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
 
     assert outcome.status == 2
@@ -277,7 +276,7 @@ def test_trials_are_kept_elsewhere_where_nothing_can_be_beside_the_results(
         seen.append(journal.folder)
         raise InvalidInputError("enough")
 
-    monkeypatch.setattr(diagnosing, "close_the_loop", faulty)
+    monkeypatch.setattr(identification, "diagnose", faulty)
     monkeypatch.setenv("BRUSHGRIP_CACHE", str(tmp_path / "cache"))
     # A name that leaves no room for another one beside it.
     out = tmp_path / ("o" * 250)
@@ -298,7 +297,7 @@ def test_it_is_said_that_nothing_can_be_kept(
     def faulty(*_: object, journal: Journal | None, **__: object) -> None:
         raise InvalidInputError(f"enough, {journal}")
 
-    monkeypatch.setattr(diagnosing, "close_the_loop", faulty)
+    monkeypatch.setattr(identification, "diagnose", faulty)
     monkeypatch.setenv("BRUSHGRIP_CACHE", str(paths[0] / "cache"))
     outcome = run("diagnose", *paths, "--out", tmp_path / ("o" * 250), "--rig", rig)
 
@@ -313,14 +312,14 @@ def test_it_is_said_that_nothing_can_be_kept(
 def test_a_folder_in_the_way_of_the_report_does_not_cost_the_search(
     run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
 ) -> None:
-    finish = diagnosing.close_the_loop
+    finish = identification.diagnose
 
     def searching(*given: Any, journal: Journal, **options: Any) -> Diagnosis:
         (journal.folder / "trial").touch()
         return finish(*given, journal=journal, **options)
 
     (tmp_path / "out" / "report.html").mkdir(parents=True)
-    monkeypatch.setattr(diagnosing, "close_the_loop", searching)
+    monkeypatch.setattr(identification, "diagnose", searching)
     command = ("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
     outcome = run(*command)
 
@@ -351,7 +350,7 @@ def test_a_failure_leaves_nothing(
     def fail(*_: object, **__: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr(diagnosing, "close_the_loop", fail)
+    monkeypatch.setattr(identification, "diagnose", fail)
     before = sorted(tmp_path.iterdir())
     with pytest.raises(ZeroDivisionError):
         run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
@@ -374,7 +373,7 @@ class TestDemo:
     def test_runs_on_the_embedded_recordings(
         self, run: Run, asked: list[Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     ) -> None:
-        monkeypatch.setattr(demonstrating, "estimate_friction", lambda *_: [])
+        monkeypatch.setattr(friction_outcome, "estimate_friction", lambda *_: [])
         outcome = run("demo", "--out", tmp_path / "out")
         (training, held_out, _) = asked[0]
 
@@ -390,7 +389,9 @@ class TestDemo:
     ) -> None:
         path = write_csv("held.csv")
         diagnosis = make_diagnosis(("a",), ("held",))
-        tracks = demonstrating.estimate_friction(read_all([str(path)], rig), diagnosis)
+        tracks = friction_outcome.estimate_friction(
+            locate_inputs([str(path)], rig=rig).recordings(), diagnosis
+        )
 
         assert [track.label for track in tracks] == [
             "EKF, declared model",
@@ -403,7 +404,7 @@ class TestDemo:
     def test_missing_recordings_are_said(
         self, run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     ) -> None:
-        monkeypatch.setattr(demonstrating, "RIG", "elsewhere.toml")
+        monkeypatch.setattr(embedded_files, "RIG", "elsewhere.toml")
         outcome = run("demo", "--out", tmp_path / "out")
 
         assert outcome.status == 2

@@ -16,6 +16,7 @@ from brushgrip.formatting import (
     percent,
     quantity,
     residual_structure,
+    sentence,
     torque,
 )
 from brushgrip.verdict import headline
@@ -55,6 +56,11 @@ def test_figures() -> None:
     assert torque(0.35345) == "0.353"
     assert torque(1.0) == "1.00"
     assert torque(None) == "–"
+
+
+def test_a_sentence_names_an_effect_in_words() -> None:
+    assert sentence("sensor_delay: delay is at the end") == "Sensor delay: delay is at the end."
+    assert sentence("fem4_ident: k is at the end.") == "Fem4_ident: k is at the end."
 
 
 def test_listed() -> None:

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.tasks import identify as identifying
 from identification.free_decay.estimator import identify_free_decay
 from reference_rig import THESIS_DAMPING as B_T
 from reference_rig import THESIS_TYRE as TYRE
@@ -39,7 +38,7 @@ def no_work(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object, **__: object) -> None:
         raise AssertionError("work has begun")
 
-    monkeypatch.setattr(identifying, "identify_free_decay", refuse)
+    monkeypatch.setattr("identification.identify_free_decay", refuse)
 
 
 def assert_refused(outcome: Any, *words: str, status: int = 2) -> None:
@@ -164,7 +163,7 @@ def test_no_result_without_a_solution(
         changed = vars(result) | {"converged": False, "status": "not solved", "remedy": "strike harder"}
         return type(result)(**changed)
 
-    monkeypatch.setattr(identifying, "identify_free_decay", unsolved)
+    monkeypatch.setattr("identification.identify_free_decay", unsolved)
     out = tmp_path / "id.json"
     outcome = run("identify", "--rig", rig, "--free-decay", *struck, "--out", out)
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from brushgrip.recordings import files_read, keep_inputs
-from identification import SignalMap
+from brushgrip.pipeline import locate_inputs
+from brushgrip.recordings import keep_inputs
 from identification.thesis.author_estimate import author_file
 from symbolic.errors import InvalidInputError
 
@@ -74,7 +74,7 @@ def test_another_file_of_the_same_name_may_be_written(folder: Path) -> None:
 def test_what_lies_beside_a_recording_is_read_too(folder: Path, recording: str, beside: str) -> None:
     for name in (recording, beside):
         (folder / "sub" / name).write_text("")
-    read = files_read([f"sub/{recording}"], SignalMap())
+    read = locate_inputs([f"sub/{recording}"]).files
     with pytest.raises(InvalidInputError, match="would overwrite what is read"):
         keep_inputs([Path("nosub/../sub") / beside], read)
     keep_inputs([Path("sub/other.csv"), Path(beside)], read)
@@ -123,12 +123,7 @@ SIMULATE = ("simulate", "good.csv", "--rig", "rig.toml")
     ],
     ids=lambda arguments: " ".join(arguments),
 )
-def test_commands_that_write_files(
-    run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...]
-) -> None:
-    monkeypatch.setattr("brushgrip.tasks.simulate.read_model", lambda *_, **__: None)
-    monkeypatch.setattr("brushgrip.tasks.identify.read_decays", lambda *_: [])
-    monkeypatch.setattr("brushgrip.tasks.compare._cases", lambda *_: [])
+def test_commands_that_write_files(run: Run, folder: Path, arguments: tuple[str, ...]) -> None:
     before = contents(folder)
     outcome = run(*arguments)
 
@@ -163,9 +158,8 @@ def own_effects(folder: Path) -> Iterator[None]:
 @pytest.mark.parametrize("source", ["effects", "boot", "__init__"])
 @pytest.mark.parametrize("command", ["estimate", "compare", "simulate", "diagnose", "codegen"])
 def test_the_sources_of_own_effects_are_read_too(
-    run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch, command: str, source: str
+    run: Run, folder: Path, command: str, source: str
 ) -> None:
-    monkeypatch.setattr("brushgrip.tasks.compare._cases", lambda *_: [])
     path = Path(f"ownkit/{source}.py")
     arguments: tuple[object, ...] = {
         "estimate": (*ESTIMATE, "--out", path),
@@ -187,11 +181,8 @@ def test_the_sources_of_own_effects_are_read_too(
 
 
 @pytest.mark.parametrize("author", [(), ("--author", "nosub/..")])
-def test_the_authors_estimates_are_read_too(
-    run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch, author: tuple[str, ...]
-) -> None:
+def test_the_authors_estimates_are_read_too(run: Run, folder: Path, author: tuple[str, ...]) -> None:
     (folder / "nosub").mkdir()
-    monkeypatch.setattr("brushgrip.tasks.compare._cases", lambda *_: [])
     before = contents(folder)
     outcome = run(*COMPARE, *author, "--out", author_file(Path(), "good"))
 
@@ -207,7 +198,7 @@ def test_diagnose_looks_before_it_searches(
     def search(*_: object, **__: object) -> None:
         raise AssertionError("the search began")
 
-    monkeypatch.setattr("brushgrip.tasks.diagnose.close_the_loop", search)
+    monkeypatch.setattr("identification.diagnose", search)
     (folder / "rig.toml").rename(folder / "sub" / name)
     before = contents(folder)
     outcome = run("diagnose", "good.csv", "--rig", f"sub/{name}", "--out", "nosub/../link")

@@ -6,8 +6,6 @@ from typing import Any
 
 import pytest
 
-from brushgrip.tasks import diagnose as diagnosing
-
 Run = Callable[..., Any]
 Write = Callable[..., Path]
 LONG = "n" * 300
@@ -29,7 +27,7 @@ def here(
     def refuse(*_: object, **__: object) -> None:
         raise AssertionError("work has begun")
 
-    monkeypatch.setattr(diagnosing, "close_the_loop", refuse)
+    monkeypatch.setattr("identification.diagnose", refuse)
 
 
 def refused(outcome: Any) -> str:

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.recordings import download_folder, locate, read_all
+from brushgrip.pipeline import locate_inputs
+from brushgrip.recordings import download_folder, locate
 from symbolic import InvalidInputError
 
 Write = Callable[..., Path]
@@ -86,7 +87,8 @@ class TestLocate:
 
 class TestReadAll:
     def names(self, rig: Path, *paths: Path) -> list[str]:
-        return [recording.name for recording in read_all([str(path) for path in paths], rig)]
+        inputs = locate_inputs([str(path) for path in paths], rig=rig)
+        return [recording.name for recording in inputs.recordings()]
 
     def other(self, write_csv: Write, name: str, number: int) -> Path:
         return write_csv(name, {"M_z": [float(number + i) for i in range(60)]})
@@ -127,7 +129,7 @@ class TestReadAll:
         (tmp_path / "link.csv").symlink_to(path)
         monkeypatch.chdir(tmp_path)
         with pytest.raises(InvalidInputError, match=r"is the same recording as run\.csv"):
-            read_all(["run.csv", again], rig)
+            locate_inputs(["run.csv", again], rig=rig).recordings()
 
     @pytest.mark.parametrize("kept", [slice(0, 59), slice(1, 60), slice(0, 60, 2), slice(20, 45)])
     def test_a_part_of_a_recording_is_the_same(
@@ -136,7 +138,7 @@ class TestReadAll:
         whole = write_csv("whole.csv")
         part = write_csv("part.csv", {name: values[kept] for name, values in table.items()})
         with pytest.raises(InvalidInputError, match=r"is the same recording as .*whole\.csv"):
-            read_all([str(whole), str(part)], rig)
+            locate_inputs([str(whole), str(part)], rig=rig).recordings()
 
     def test_two_runs_may_have_much_in_common(
         self, write_csv: Write, rig: Path, table: dict[str, np.ndarray]

@@ -65,6 +65,14 @@ def test_a_bad_recording_does_not_keep_the_others(
     assert (rows["good"]["fault"], float(rows["good"]["mu"]) > 0) == ("", True)
 
 
+def test_a_name_is_no_formula_to_a_spreadsheet(estimate: Run, write_csv: Write, tmp_path: Path) -> None:
+    path = write_csv("=cmd|calc!A1.csv")
+    estimate(path, "--summary", tmp_path / "table.csv", "--ground", "@ice")
+    (row,) = rows_of(tmp_path / "table.csv").values()
+
+    assert (row["recording"], row["ground"]) == ("'=cmd|calc!A1", "'@ice")
+
+
 def test_a_summary_of_one(estimate: Run, write_csv: Write, tmp_path: Path) -> None:
     outcome = estimate(write_csv("a.csv"), "--summary", tmp_path / "table.csv", "--json")
     (row,) = json.loads(outcome.out)
