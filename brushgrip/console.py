@@ -2,11 +2,11 @@
 
 import json
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
-from rich.console import Console
+from rich.console import Console, JustifyMethod, OverflowMethod
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -31,7 +31,7 @@ from brushgrip.formatting import (
 from brushgrip.friction_outcome import FrictionOutcome, friction_figures
 from brushgrip.speech import RESULT, SPEECH, Speech
 from brushgrip.verdict import GRADES, explained_grade, headline
-from identification import Diagnosis, FoundModel, FreeDecay, ParameterEstimate, Recording
+from identification import Diagnosis, FoundEffect, FoundModel, FreeDecay, ParameterEstimate, Recording
 from identification.thesis import DecrementEstimate
 from symbolic.errors import printable
 
@@ -60,8 +60,30 @@ def say_ground(recording: Recording, found: FoundModel | None) -> None:
         say(f"{recording.name}: {taken}")
 
 
+def print_text(text: str, style: str | None = None) -> None:
+    """Text on standard output, wrapped; nothing where JSON or nothing is wanted."""
+    _screen().print(text, style=style)
+
+
+def print_table(
+    title: str,
+    headings: Iterable[str],
+    rows: Iterable[Sequence[str]],
+    *,
+    right: bool = False,
+    overflow: OverflowMethod = "ellipsis",
+) -> None:
+    """A table on standard output; `right` puts all columns but the first to the right."""
+    table = Table(title=title, title_justify="left")
+    for place, heading in enumerate(headings):
+        justify: JustifyMethod = "right" if place and right else "left"
+        table.add_column(heading, justify=justify, overflow=overflow)
+    for row in rows:
+        table.add_row(*row)
+    _screen().print(table)
+
+
 def _screen() -> Console:
-    """Standard output for tables; quiet where JSON or nothing is wanted."""
     return Console(highlight=False, markup=False, quiet=SPEECH.get() is not Speech.PLAIN)
 
 
@@ -127,106 +149,77 @@ def _plain_lines(screen: Console) -> Progress:
 def _spoken_time(seconds: float) -> str:
     minutes, seconds = divmod(round(seconds), 60)
     hours, minutes = divmod(minutes, 60)
-    return (
-        f"{hours} h {minutes} min"
-        if hours
-        else f"{minutes} min {seconds} s"
-        if minutes
-        else f"{seconds} s"
-    )
+    if hours:
+        return f"{hours} h {minutes} min"
+    return f"{minutes} min {seconds} s" if minutes else f"{seconds} s"
 
 
 def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None) -> None:
     """Print errors, effects and the unexplained residual on standard output."""
-    screen = _screen()
-    screen.print(headline(diagnosis), style="bold")
-    screen.print(_errors_table(diagnosis))
-    screen.print(f"Before any effect: {diagnosis.signatures_before.reading}")
+    print_text(headline(diagnosis), style="bold")
+    stages = {"declared": diagnosis.declared, "before": diagnosis.before, "after": diagnosis.after}
+    print_table(
+        "Torque error, root mean square",
+        ("model", *error_columns(diagnosis).values()),
+        [(label, *error_figures(diagnosis, errors)) for label, errors in stages.items()],
+        right=True,
+    )
+    print_text(f"Before any effect: {diagnosis.signatures_before.reading}")
     if diagnosis.effects:
-        screen.print(_effects_table(diagnosis))
+        print_table(
+            "Effects found",
+            ("effect", "grade", "parameters ± standard deviation", "indistinguishable from"),
+            [_effect_row(effect) for effect in diagnosis.effects],
+        )
     for effect in diagnosis.effects:
         if effect.grade != "strong":
-            screen.print(f"{plain(effect.name)}, {GRADES[effect.grade]}: {explained_grade(effect)}")
+            print_text(f"{plain(effect.name)}, {GRADES[effect.grade]}: {explained_grade(effect)}")
     for effect in diagnosis.effects:
         if effect.experiment:
-            screen.print(f"next experiment: {sentence(effect.experiment.sentence)}")
+            print_text(f"next experiment: {sentence(effect.experiment.sentence)}")
     if outcome:
-        screen.print(_friction_table(outcome))
-    screen.print(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
+        figures = [(label, *values) for label, values in friction_figures(outcome)]
+        headings = ("figure", *outcome.stages)
+        print_table("Effective friction by the EKF", headings, figures, right=True)
+    print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
     for note in diagnosis.notes:
-        screen.print(f"note: {note}")
+        print_text(f"note: {note}")
 
 
-def _errors_table(diagnosis: Diagnosis) -> Table:
-    table = Table(title="Torque error, root mean square", title_justify="left")
-    table.add_column("model")
-    for heading in error_columns(diagnosis).values():
-        table.add_column(heading, justify="right")
-    for label, errors in (
-        ("declared", diagnosis.declared),
-        ("before", diagnosis.before),
-        ("after", diagnosis.after),
-    ):
-        table.add_row(label, *error_figures(diagnosis, errors))
-    return table
-
-
-def _effects_table(diagnosis: Diagnosis) -> Table:
-    table = Table(title="Effects found", title_justify="left")
-    for heading in ("effect", "grade", "parameters ± standard deviation", "indistinguishable from"):
-        table.add_column(heading)
-    for effect in diagnosis.effects:
-        rivals = listed([plain(name) for name in effect.indistinguishable_from], "or")
-        table.add_row(
-            plain(effect.name), GRADES[effect.grade], parameters(effect.parameters), rivals or "–"
-        )
-    return table
-
-
-def _friction_table(outcome: FrictionOutcome) -> Table:
-    table = Table(title="Effective friction by the EKF", title_justify="left")
-    table.add_column("figure")
-    for stage in outcome.stages:
-        table.add_column(stage, justify="right")
-    for label, figures in friction_figures(outcome):
-        table.add_row(label, *figures)
-    return table
+def _effect_row(effect: FoundEffect) -> tuple[str, ...]:
+    rivals = listed([plain(name) for name in effect.indistinguishable_from], "or")
+    return plain(effect.name), GRADES[effect.grade], parameters(effect.parameters), rivals or "–"
 
 
 def print_free_decay(result: FreeDecay, decrement: DecrementEstimate) -> None:
     """Print k and b_t by maximum likelihood and by [Györök 2022], and what determines them."""
-    screen = _screen()
-    screen.print(_identified_table(result, decrement))
+    k, b_t = (
+        quantity(ParameterEstimate(value=one.value, std=one.std, unit=one.unit))
+        for one in (result.k, result.b_t)
+    )
+    rough_k, with_J_A, as_printed = (
+        quantity(ParameterEstimate(value=value, std=None, unit=unit))
+        for value, unit in (
+            (decrement.k, result.k.unit),
+            (decrement.b_t, result.b_t.unit),
+            (decrement.b_t_printed, "1/s"),
+        )
+    )
+    print_table(
+        f"From {len(result.vibrations)} free vibrations",
+        ("", "k", "b_t"),
+        [
+            ("maximum likelihood", k, b_t),
+            ("FFT and decrement, (5.8) with J_A", rough_k, with_J_A),
+            ("FFT and decrement, (5.8) as printed", rough_k, as_printed),
+        ],
+    )
     forces = [
         f"{quantity(contact.force)} at a = {1000 * contact.a:g} mm"
         for contact in result.contacts
         if contact.force is not None
     ]
     if forces:
-        screen.print(f"The ends of the patch slide as with μ F_N = {', '.join(forces)}.")
+        print_text(f"The ends of the patch slide as with μ F_N = {', '.join(forces)}.")
     for line in result.identifiability:
-        screen.print(line)
-
-
-def _identified_table(result: FreeDecay, decrement: DecrementEstimate) -> Table:
-    table = Table(title=f"From {len(result.vibrations)} free vibrations", title_justify="left")
-    for heading in ("", "k", "b_t"):
-        table.add_column(heading)
-    values = (
-        ParameterEstimate(value=parameter.value, std=parameter.std, unit=parameter.unit)
-        for parameter in (result.k, result.b_t)
-    )
-    table.add_row("maximum likelihood", *map(quantity, values))
-    for label, damping in (
-        (
-            "FFT and decrement, (5.8) with J_A",
-            ParameterEstimate(value=decrement.b_t, std=None, unit=result.b_t.unit),
-        ),
-        (
-            "FFT and decrement, (5.8) as printed",
-            ParameterEstimate(value=decrement.b_t_printed, std=None, unit="1/s"),
-        ),
-    ):
-        k = ParameterEstimate(value=decrement.k, std=None, unit=result.k.unit)
-        table.add_row(label, quantity(k), quantity(damping))
-    return table
+        print_text(line)

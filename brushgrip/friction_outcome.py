@@ -1,6 +1,6 @@
 """What a found model does for friction: the EKF's estimates before and after, recording by recording."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -19,8 +19,6 @@ from observers import FrictionQuality, friction_quality, friction_spread
 
 Stage = Mapping[str, FrictionQuality]
 """The quality of the estimates on each recording, by name."""
-MEANS = ("settling", "drift", "coverage", "reference_coverage", "relative_band")
-"""Figures of `FrictionQuality` that are averaged over recordings."""
 GROUP_LABELS = {"training": "training", "holdout": "held out"}
 """Labels of `FrictionOutcome.groups`."""
 
@@ -53,9 +51,9 @@ class FrictionOutcome:
         return {"training": training, **({"holdout": self.holdout} if self.holdout else {})}
 
     def means(self, stage: Stage, names: Sequence[str] | None = None) -> dict[str, float | None]:
-        """`MEANS` averaged over those of the recordings that have the figure; over all without names."""
+        """The figures of `LABELS`, each averaged over those of the recordings that have it."""
         chosen = [stage[name] for name in (stage if names is None else names)]
-        return {figure: _mean([getattr(quality, figure) for quality in chosen]) for figure in MEANS}
+        return {figure: _mean([getattr(quality, figure) for quality in chosen]) for figure in LABELS}
 
     def spread(self, stage: Stage) -> dict[str, float | None]:
         """Coefficient of variation of the final mu_eff on each ground [1]; None below two recordings."""
@@ -164,33 +162,18 @@ def _mean(figures: Sequence[float | None]) -> float | None:
 
 def friction_figures(outcome: FrictionOutcome) -> list[tuple[str, list[str]]]:
     """Rows of a table, before and after: a label, and figures of training and held-out recordings."""
-    rows = [
-        row
-        for group, names in outcome.groups().items()
-        for row in _rows(
-            GROUP_LABELS[group], [outcome.means(stage, names) for stage in outcome.stages.values()]
-        )
-    ]
-    spreads = [outcome.spread(stage) for stage in outcome.stages.values()]
+    stages = outcome.stages.values()
+    rows = []
+    for group, names in outcome.groups().items():
+        means = [outcome.means(stage, names) for stage in stages]
+        rows += [
+            (f"{GROUP_LABELS[group]}: {label}", [text(mean[figure]) for mean in means])
+            for figure, (label, text) in LABELS.items()
+        ]
+    spreads = [outcome.spread(stage) for stage in stages]
     return rows + [
         (f"spread between recordings on {ground}", [_share(spread[ground]) for spread in spreads])
         for ground in spreads[0]
-    ]
-
-
-def _rows(group: str, means: Sequence[Mapping[str, float | None]]) -> list[tuple[str, list[str]]]:
-    return [
-        (f"{group}: settled within 10 %, mean [s]", [_decimal(mean["settling"]) for mean in means]),
-        (f"{group}: drift over the second half, mean", [whole_percent(mean["drift"]) for mean in means]),
-        (f"{group}: bands that hold the end", [whole_percent(mean["coverage"]) for mean in means]),
-        (
-            f"{group}: bands that hold the offline fit",
-            [whole_percent(mean["reference_coverage"]) for mean in means],
-        ),
-        (
-            f"{group}: standard deviation over μ_eff, median of informed samples",
-            [_share(mean["relative_band"]) for mean in means],
-        ),
     ]
 
 
@@ -210,3 +193,13 @@ def _share(share: float | None) -> str:
 
 def _decimal(value: float | None) -> str:
     return "–" if value is None else f"{value:.1f}"
+
+
+LABELS: Mapping[str, tuple[str, Callable[[float | None], str]]] = {
+    "settling": ("settled within 10 %, mean [s]", _decimal),
+    "drift": ("drift over the second half, mean", whole_percent),
+    "coverage": ("bands that hold the end", whole_percent),
+    "reference_coverage": ("bands that hold the offline fit", whole_percent),
+    "relative_band": ("standard deviation over μ_eff, median of informed samples", _share),
+}
+"""Figures of `FrictionQuality` that are averaged over recordings: label and text of each."""

@@ -2,16 +2,17 @@
 
 import base64
 import re
-from collections.abc import Container, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
+from inspect import getmembers, isfunction
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from brushgrip import formatting, verdict
+from brushgrip import formatting, friction_outcome, verdict
 from brushgrip.estimation import FrictionTrack
-from brushgrip.friction_outcome import FrictionOutcome, end_friction, friction_figures, whole_percent
+from brushgrip.friction_outcome import FrictionOutcome
 from brushgrip.pictures import (
     draw_candidates,
     draw_experiment,
@@ -20,22 +21,22 @@ from brushgrip.pictures import (
     draw_residuals,
     draw_signatures,
 )
+from brushgrip.pictures.diagnosis import MOST_RECORDINGS
 from brushgrip.pictures.style import is_drawn_by_us, vectors
 from identification import Diagnosis, Signature
 
-PAGE = "report.html"
-_PICTURES = re.compile(r"(loops|residuals|signatures|candidates|friction|experiment_\w+)\.png")
-TEMPLATE = "report.html.j2"
+PAGE, TEMPLATE = "report.html", "report.html.j2"
+EXPERIMENT = "experiment_{}"
+"""Picture of the experiment that is proposed for an effect, by its name."""
+STEMS = ("loops", "residuals", "signatures", "candidates", "friction", EXPERIMENT.format(r"\w+"))
+"""Pictures of a report, by their names without suffix."""
+_PICTURES = re.compile(rf"({'|'.join(STEMS)})\.png")
 _LARGEST_DRAWING = 3_000_000
 """Bytes of a drawing that the page takes."""
 _MOST_SAMPLES = 100_000
 """Samples of all recordings that are drawn as lines; of more the page takes points."""
-FILTERS = ("listed", "parameters", "percent", "plain", "quantity", "sentence", "signed", "torque")
-FUNCTIONS = (
-    *("error_columns", "error_figures", "indistinguishable_effects", "all_worse"),
-    *("outcome", "residual_structure"),
-)
-"""Names in `brushgrip.formatting` that the template uses as filters and as functions."""
+_WORDS = (formatting, verdict, friction_outcome)
+"""Modules whose public functions the template uses, as functions and as filters."""
 
 
 def write_report(
@@ -59,7 +60,7 @@ def write_report(
     """
     samples = sum(series.t.size for series in diagnosis.series)
     with vectors(wanted=samples <= _MOST_SAMPLES) as drawings:
-        shown = _draw_pictures(folder, diagnosis, friction)
+        _draw_pictures(folder, diagnosis, friction)
     template = _environment(folder, drawings).get_template(TEMPLATE)
     contents = _contents(diagnosis, friction, outcome, made)
     text = template.render(
@@ -68,7 +69,7 @@ def write_report(
         friction=friction,
         friction_outcome=outcome,
         made=made,
-        residuals_shown=shown,
+        residuals_shown=min(MOST_RECORDINGS, len(diagnosis.series)),
         signatures=_signature_pairs(diagnosis),
         strong=diagnosis.criteria.strong,
         clear=diagnosis.criteria.clear,
@@ -114,23 +115,22 @@ def remove_stale_pictures(folder: Path, written: Container[str]) -> None:
             path.unlink()
 
 
-def _draw_pictures(folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack]) -> int:
-    """Draw every picture of the page; returns the number of recordings whose residuals are shown."""
-    draw_loops(folder / "loops.png", diagnosis)
-    shown = draw_residuals(folder / "residuals.png", diagnosis)
-    draw_signatures(folder / "signatures.png", diagnosis.signatures_before, diagnosis.signatures_after)
+def _draw_pictures(folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack]) -> None:
+    loops, residuals, signatures, candidates, tracks = (folder / f"{stem}.png" for stem in STEMS[:5])
+    draw_loops(loops, diagnosis)
+    draw_residuals(residuals, diagnosis)
+    draw_signatures(signatures, diagnosis.signatures_before, diagnosis.signatures_after)
     if diagnosis.candidates:
-        draw_candidates(folder / "candidates.png", diagnosis)
+        draw_candidates(candidates, diagnosis)
     for effect in diagnosis.effects:
         if effect.experiment:
-            draw_experiment(folder / f"experiment_{effect.name}.png", effect.experiment)
+            draw_experiment(folder / f"{EXPERIMENT.format(effect.name)}.png", effect.experiment)
     if friction:
-        draw_friction(folder / "friction.png", friction)
-    return shown
+        draw_friction(tracks, friction)
 
 
 def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
-    """The templates, with pictures of a folder and the words of `brushgrip.formatting`."""
+    """The templates, with pictures of a folder and the words of `_WORDS`."""
     environment = Environment(
         loader=PackageLoader("brushgrip"),
         autoescape=True,
@@ -140,15 +140,15 @@ def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    environment.filters |= {name: getattr(formatting, name) for name in FILTERS}
-    environment.filters |= {"correlation": _correlation, "final_friction": _final_friction}
-    environment.filters |= {"end_friction": end_friction, "whole_percent": whole_percent}
-    environment.globals["friction_figures"] = friction_figures
-    environment.globals |= {name: getattr(formatting, name) for name in FUNCTIONS}
-    environment.filters |= {"plain_parameter": verdict.plain_parameter}
-    environment.globals |= {
-        "headline": verdict.headline,
-        "explained_grade": verdict.explained_grade,
+    words: dict[str, Callable[..., object]] = {
+        name: word
+        for module in _WORDS
+        for name, word in getmembers(module, isfunction)
+        if word.__module__ == module.__name__  # Others came by import.
+    }
+    words |= {"correlation": _correlation, "final_friction": _final_friction}
+    environment.filters |= words
+    environment.globals |= words | {
         "grades": verdict.GRADES,
         "picture": lambda name: _data_address(folder / name, drawings.get(name)),
     }

@@ -11,8 +11,8 @@ import pytest
 from brushgrip.comparison import scores
 from reference_rig import RigRecording, make_recording, write_csv
 from symbolic import compiler
+from tests.brushgrip.helpers import Run
 
-Run = Callable[..., Any]
 MU, BEGINS = 1.3, 150
 """Friction of the rig, and the sample at which the author's file begins."""
 OURS = ["root, five zones", "root, filtered (5.9)", "EKF", "MHE"]
@@ -55,14 +55,6 @@ def write_author(folder: Path, recording: Path, mu: np.ndarray, declared: float 
 
 def compare(run: Run, rig: Path, path: Path, out: Path, *options: object) -> Any:
     return run("compare", "--rig", rig, path, "--out", out, *options)
-
-
-def assert_one_line(outcome: Any, *words: str) -> None:
-    assert outcome.status == 2
-    assert outcome.out == ""
-    assert outcome.err.count("\n") == 1
-    for word in words:
-        assert word in outcome.err
 
 
 def test_json_table_and_pictures(run: Run, rig: Path, recording: Path, tmp_path: Path) -> None:
@@ -162,7 +154,7 @@ def test_mu_of_the_rig_comes_last_and_without_any_it_says_what_to_do(
     assert (one["declared"], one["declared_from"]) == (1.2, "rig or recording")
 
     rig.write_text(rig.read_text().replace("mu = 1.2\n", ""))
-    assert_one_line(compare(run, rig, recording, tmp_path / "d.json"), "run: no mu", "--declared MU")
+    compare(run, rig, recording, tmp_path / "d.json").refused("run: no mu", "--declared MU")
     assert not (tmp_path / "d.json").exists()
 
 
@@ -190,7 +182,7 @@ def test_bad_options_get_one_line(
     out = tmp_path / "c.json"
     given = [str(out) if option == "OUT" else option for option in options]
 
-    assert_one_line(compare(run, rig, recording, out, *given), *words)
+    compare(run, rig, recording, out, *given).refused(*words)
     assert not out.exists()
 
 
@@ -201,29 +193,29 @@ def test_bad_recordings_get_one_line(
     short, still = write_csv("short.csv"), write_csv("still.csv", {"psi": 1e-3 * np.sin(t)})
     bare = write_csv("bare.csv", {"M_z": None})
 
-    assert_one_line(compare(run, rig, tmp_path / "none", out), "none: no such recording")
-    assert_one_line(compare(run, rig, short, out), "short: ends less than 1.89 s")
-    assert_one_line(compare(run, rig, still, out), "still: the wheel turns by less than 0.02 rad")
-    assert_one_line(compare(run, rig, bare, out), "bare.csv", "M_z")
-    assert_one_line(run("compare", recording, "--out", out), "run.csv", "--rig")
+    compare(run, rig, tmp_path / "none", out).refused("none: no such recording")
+    compare(run, rig, short, out).refused("short: ends less than 1.89 s")
+    compare(run, rig, still, out).refused("still: the wheel turns by less than 0.02 rad")
+    compare(run, rig, bare, out).refused("bare.csv", "M_z")
+    run("compare", recording, "--out", out).refused("run.csv", "--rig")
     assert not out.exists()
 
 
 def test_a_file_of_the_author_that_is_none(run: Run, rig: Path, recording: Path, tmp_path: Path) -> None:
     file = recording.parent / "author_estimate_run.csv"
     file.write_text("t,psi\n1,2\n")
-    assert_one_line(compare(run, rig, recording, tmp_path / "c.json"), str(file), "12 numbers")
+    compare(run, rig, recording, tmp_path / "c.json").refused(str(file), "12 numbers")
 
     rows = len(recording.read_text().splitlines()) - 1
     write_author(recording.parent, recording, np.ones(rows - BEGINS))
     file.write_text(file.read_text().replace(",0.0", ",0.1"))
-    assert_one_line(compare(run, rig, recording, tmp_path / "c.json"), str(file), "not those of", "run")
+    compare(run, rig, recording, tmp_path / "c.json").refused(str(file), "not those of", "run")
 
 
 def test_does_not_write_over_what_it_reads(run: Run, rig: Path, recording: Path) -> None:
     before = recording.read_text()
 
-    assert_one_line(compare(run, rig, recording, recording, "--declared", 1.2), "overwrite")
+    compare(run, rig, recording, recording, "--declared", 1.2).refused("overwrite")
     assert recording.read_text() == before
 
 
@@ -260,4 +252,4 @@ def test_networks_stand_in_the_table_where_there_is_something_to_learn_from(
         assert name in json.dumps(content)
         assert name in outcome.out
     twice = compare(run, rig, recording, tmp_path / "two.json", "--train", recording)
-    assert_one_line(twice, "is the same recording as")
+    twice.refused("is the same recording as")

@@ -1,8 +1,6 @@
 """Observers on recordings: which signals they are given, on which model, and the track of friction."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
@@ -21,8 +19,8 @@ from brushgrip.estimation import (
 from identification import FoundModel, Recording, read_recording
 from observers import Ekf, Estimate, Estimates, Sample, Status
 from symbolic import InvalidInputError, Model, Rig, Tyre
+from tests.brushgrip.helpers import Write
 
-Write = Callable[..., Path]
 NOMINAL = Rig(a=0.045, e=0.009), Tyre(k=2.4e6, mu=1.2)
 
 

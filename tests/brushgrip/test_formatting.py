@@ -1,6 +1,5 @@
 import json
 import math
-from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -20,10 +19,9 @@ from brushgrip.formatting import (
     torque,
 )
 from brushgrip.verdict import headline
-from identification import Diagnosis, ParameterEstimate
+from identification import ParameterEstimate
 from observers import Estimates, Status
-
-Make = Callable[..., Diagnosis]
+from tests.brushgrip.factories import make_diagnosis
 
 
 @pytest.mark.parametrize(
@@ -70,44 +68,44 @@ def test_listed() -> None:
     assert listed(["a", "b", "c"], "or") == "a, b or c"
 
 
-def test_headline_names_effects_and_held_out_errors(make_diagnosis: Make) -> None:
+def test_headline_names_effects_and_held_out_errors() -> None:
     assert headline(make_diagnosis()) == (
         "The declared model misses carcass torsion and torque offset: "
         "held-out error 4.30 % → 2.37 % of range."
     )
 
 
-def test_headline_without_held_out_recordings(make_diagnosis: Make) -> None:
+def test_headline_without_held_out_recordings() -> None:
     assert "left-out error 4.05 %" in headline(make_diagnosis(holdout=()))
     assert "training error 4.00 %" in headline(make_diagnosis(training=("train_a",), holdout=()))
 
 
-def test_headline_when_nothing_is_missing(make_diagnosis: Make) -> None:
+def test_headline_when_nothing_is_missing() -> None:
     text = headline(make_diagnosis(found=False, unexplained=False))
 
     assert "misses nothing" in text
     assert "held-out error 4.30 %" in text
 
 
-def test_headline_when_nothing_known_explains_the_residual(make_diagnosis: Make) -> None:
+def test_headline_when_nothing_known_explains_the_residual() -> None:
     text = headline(make_diagnosis(found=False, unexplained=True))
 
     assert text.startswith("No known effect explains what the declared model misses: held-out")
 
 
-def test_indistinguishable_effects(make_diagnosis: Make) -> None:
+def test_indistinguishable_effects() -> None:
     assert indistinguishable_effects(make_diagnosis()) == (
         "These recordings cannot tell carcass torsion from patch width."
     )
     assert indistinguishable_effects(make_diagnosis(found=False)) == ""
 
 
-def test_residual_structure(make_diagnosis: Make) -> None:
+def test_residual_structure() -> None:
     assert "The residual has structure" in residual_structure(make_diagnosis(unexplained=True))
     assert "no structure left" in residual_structure(make_diagnosis(unexplained=False))
 
 
-def test_outcomes_of_candidates(make_diagnosis: Make) -> None:
+def test_outcomes_of_candidates() -> None:
     diagnosis = make_diagnosis()
 
     assert outcome(diagnosis, "carcass_torsion") == "added, no. 1"
@@ -116,7 +114,7 @@ def test_outcomes_of_candidates(make_diagnosis: Make) -> None:
     assert outcome(diagnosis, "stribeck") == ""
 
 
-def test_worse(make_diagnosis: Make) -> None:
+def test_worse() -> None:
     diagnosis = make_diagnosis(worse=("held_d",))
 
     assert [name for name in diagnosis.after.nrmse if is_worse(diagnosis, name)] == ["held_d"]

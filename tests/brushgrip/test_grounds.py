@@ -1,7 +1,6 @@
 """What recordings stand on, said on the command line."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +9,9 @@ import pytest
 
 from brushgrip.grounds import grounds_by_name
 from symbolic import InvalidInputError
+from tests.brushgrip.helpers import Run, Write
 
 pytestmark = pytest.mark.usefixtures("interpreted")
-Run = Callable[..., Any]
-Write = Callable[..., Path]
 
 
 THREE = ["a", "b", "c"]

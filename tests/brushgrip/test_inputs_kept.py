@@ -2,9 +2,8 @@
 
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -12,9 +11,7 @@ from brushgrip.pipeline import locate_inputs
 from brushgrip.recordings import keep_inputs
 from identification.thesis.author_estimate import author_file
 from symbolic.errors import InvalidInputError
-
-Run = Callable[..., Any]
-Write = Callable[..., Path]
+from tests.brushgrip.helpers import Run, Write
 
 
 @pytest.fixture
@@ -127,9 +124,7 @@ def test_commands_that_write_files(run: Run, folder: Path, arguments: tuple[str,
     before = contents(folder)
     outcome = run(*arguments)
 
-    assert outcome.status == 2
-    assert "would overwrite what is read" in outcome.err
-    assert outcome.err.count("\n") == 1
+    outcome.refused("would overwrite what is read")
     assert contents(folder) == before
 
 
@@ -174,9 +169,7 @@ def test_the_sources_of_own_effects_are_read_too(
     before = contents(folder / "ownkit")
     outcome = run(*arguments, "--effects", "ownkit.effects")
 
-    assert outcome.status == 2
-    assert "would overwrite what is read" in outcome.err
-    assert outcome.err.count("\n") == 1
+    outcome.refused("would overwrite what is read")
     assert {n: c for n, c in contents(folder / "ownkit").items() if n in before} == before
 
 
@@ -203,7 +196,5 @@ def test_diagnose_looks_before_it_searches(
     before = contents(folder)
     outcome = run("diagnose", "good.csv", "--rig", f"sub/{name}", "--out", "nosub/../link")
 
-    assert outcome.status == 2
-    assert "would overwrite what is read" in outcome.err
-    assert outcome.err.count("\n") == 1
+    outcome.refused("would overwrite what is read")
     assert contents(folder) == before

@@ -3,7 +3,6 @@
 import hashlib
 import json
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -22,9 +21,7 @@ from brushgrip.provenance import (
 from brushgrip.recordings import keep_inputs
 from brushgrip.speech import COMMAND_LINE
 from symbolic import InvalidInputError
-
-Run = Callable[..., Any]
-Write = Callable[..., Path]
+from tests.brushgrip.helpers import Run, Write
 
 
 def write_result(folder: Path, made: dict[str, Any]) -> Path:

@@ -1,5 +1,4 @@
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +7,7 @@ import pytest
 from brushgrip.pipeline import locate_inputs
 from brushgrip.recordings import download_folder, locate
 from symbolic import InvalidInputError
-
-Write = Callable[..., Path]
+from tests.brushgrip.helpers import Write
 
 
 class TestLocate:

@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -11,10 +11,9 @@ import pytest
 
 from brushgrip.user_effects import user_effects
 from symbolic import CANDIDATES, InvalidInputError
+from tests.brushgrip.helpers import Run, Write
 
 pytestmark = pytest.mark.usefixtures("interpreted")
-Run = Callable[..., Any]
-Write = Callable[..., Path]
 MODULE = """
 from dataclasses import dataclass
 
