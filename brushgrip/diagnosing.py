@@ -5,11 +5,12 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from brushgrip.console import print_diagnosis, say, show
+from brushgrip.console import say, show
 from brushgrip.estimation import FrictionTrack
 from brushgrip.formatting import json_text
 from brushgrip.friction_outcome import FrictionOutcome
 from brushgrip.pipeline import write_text
+from brushgrip.printed import print_diagnosis
 from brushgrip.provenance import KEY, Provenance, clear, digest_of, provenance_of
 from brushgrip.report import PAGE, remove_stale_pictures, write_report
 from identification import Diagnosis, Recording, model_text

@@ -35,11 +35,12 @@ class IdentifyRequest:
         """Write k and b_t from free vibrations, and a picture of the fit."""
         import identification
         from brushgrip.atomic import is_same_file
-        from brushgrip.console import print_free_decay, say, show
+        from brushgrip.console import say, show
         from brushgrip.formatting import free_decay_document, json_text, listed
         from brushgrip.identified_rig import declared_rig, identified_rig_text
         from brushgrip.pictures import draw_free_decay
         from brushgrip.pipeline import locate_inputs, staged_files, write_text
+        from brushgrip.printed import print_free_decay
         from brushgrip.provenance import KEY
         from identification.thesis import estimate_by_decrement
         from symbolic import BrushgripError, InvalidInputError

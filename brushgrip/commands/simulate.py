@@ -27,9 +27,10 @@ class SimulateRequest(GroundRequest):
 
     def run(self) -> None:
         """Write the torque that the model predicts for recordings."""
-        from brushgrip.console import say, say_ground, show
+        from brushgrip.console import say, show
         from brushgrip.formatting import csv_text
         from brushgrip.pipeline import numbered, staged_tables, write_text
+        from brushgrip.printed import say_ground
         from brushgrip.simulation import model_and_values, simulated_torque
         from symbolic import InvalidInputError
 
