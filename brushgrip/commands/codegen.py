@@ -16,42 +16,13 @@ from brushgrip.commands.options import (
     option,
 )
 
-
-class GeneratedObserver(StrEnum):
-    """Observers that can be written out."""
-
-    EKF = "ekf"
-    MHE = "mhe"
-
-
-class RealType(StrEnum):
-    """Types of number by their name in C."""
-
-    FLOAT = "float"
-    DOUBLE = "double"
-
-
-class Target(StrEnum):
-    """What is written."""
-
-    C = "c"
-    FMU = "fmu"
-    FMU3 = "fmu3"
-    ROS2 = "ros2"
-
-
-class RunTime(StrEnum):
-    """What generated code takes at run time."""
-
-    TUNING = "tuning"
-    ALL = "all"
-
-
-class TorqueChannel(StrEnum):
-    """Which torque the target measures, by its name in recordings."""
-
-    GROUND = "M_z"
-    HAND = "M"
+GeneratedObserver = StrEnum("GeneratedObserver", {"EKF": "ekf", "MHE": "mhe"})
+RealType = StrEnum("RealType", {"FLOAT": "float", "DOUBLE": "double"})
+Target = StrEnum("Target", {"C": "c", "FMU": "fmu", "FMU3": "fmu3", "ROS2": "ros2"})
+RunTime = StrEnum("RunTime", {"TUNING": "tuning", "ALL": "all"})
+TorqueChannel = StrEnum("TorqueChannel", {"GROUND": "M_z", "HAND": "M"})
+"""What a user chooses from: observers that can be written out, types of number by their name in C, what
+is written, what the code takes at run time, and the torque that the target measures."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -57,55 +57,57 @@ def test_an_import_that_never_ends_is_broken_off(ended: Ended, tmp_path: Path) -
     assert ended(code) == (130, "", "")
 
 
-def test_work_is_cleaned_up_at_once(ended: Ended) -> None:
-    code = (
-        "def work():\n"
-        "    try:\n"
-        "        signal.raise_signal(signal.SIGTERM)\n"
-        "        print('never')\n"
-        "    finally:\n"
-        "        print('cleaned')\n"
-    )
+PROGRAMS = {
+    "work is cleaned up at once": (
+        """
+def work():
+    try:
+        signal.raise_signal(signal.SIGTERM)
+        print('never')
+    finally:
+        print('cleaned')
+""",
+        (130, "cleaned\n", ""),
+    ),
+    "in a destructor it is not lost": (
+        """
+import time
+class Gone:
+    def __del__(self): signal.raise_signal(signal.SIGINT)
+def work():
+    Gone()
+    time.sleep(9)
+""",
+        (130, "", ""),
+    ),
+    "what is over is not interrupted": (
+        """
+import atexit, time
+def end():
+    signal.raise_signal(signal.SIGINT)
+    time.sleep(0.2)
+    print('the end')
+atexit.register(end)
+def work(): raise SystemExit(7)
+""",
+        (7, "the end\n", ""),
+    ),
+    "who is deaf stays deaf": (
+        """
+for name in (signal.SIGINT, signal.SIGHUP): signal.signal(name, signal.SIG_IGN)
+def work():
+    for name in (signal.SIGINT, signal.SIGHUP): signal.raise_signal(name)
+    print('done')
+""",
+        (0, "done\n", ""),
+    ),
+}
 
-    assert ended(code + RUN + "run_process(lambda: work)") == (130, "cleaned\n", "")
 
-
-def test_in_a_destructor_it_is_not_lost(ended: Ended) -> None:
-    code = (
-        "import time\n"
-        "class Gone:\n"
-        "    def __del__(self): signal.raise_signal(signal.SIGINT)\n"
-        "def work():\n"
-        "    Gone()\n"
-        "    time.sleep(9)\n"
-    )
-
-    assert ended(code + RUN + "run_process(lambda: work)") == (130, "", "")
-
-
-def test_what_is_over_is_not_interrupted(ended: Ended) -> None:
-    code = (
-        "import atexit, time\n"
-        "def end():\n"
-        "    signal.raise_signal(signal.SIGINT)\n"
-        "    time.sleep(0.2)\n"
-        "    print('the end')\n"
-        "atexit.register(end)\n"
-        "def work(): raise SystemExit(7)\n"
-    )
-
-    assert ended(code + RUN + "run_process(lambda: work)") == (7, "the end\n", "")
-
-
-def test_who_is_deaf_stays_deaf(ended: Ended) -> None:
-    code = (
-        "for name in (signal.SIGINT, signal.SIGHUP): signal.signal(name, signal.SIG_IGN)\n"
-        "def work():\n"
-        "    for name in (signal.SIGINT, signal.SIGHUP): signal.raise_signal(name)\n"
-        "    print('done')\n"
-    )
-
-    assert ended(code + RUN + "run_process(lambda: work)") == (0, "done\n", "")
+@pytest.mark.parametrize("what", PROGRAMS)
+def test_a_signal_while_it_works(ended: Ended, what: str) -> None:
+    code, result = PROGRAMS[what]
+    assert ended(f"{code}\n{RUN}run_process(lambda: work)") == result
 
 
 INSTANTS = (7, 10, 30, 100, 200, 300, 500, 800, 1200, 1500)
