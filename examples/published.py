@@ -10,7 +10,7 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
-from brushgrip.recordings import LOCAL_COPY, download_folder
+from brushgrip.inputs.recordings import LOCAL_COPY, download_folder
 from identification import Recording, read_recording
 
 GROUNDS = {"fem": "steel", "piros": "emery"}

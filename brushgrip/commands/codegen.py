@@ -84,12 +84,12 @@ class CodegenRequest:
 
     def run(self) -> None:
         """Write an observer as C, as an FMU or as a package of ROS 2."""
-        from brushgrip import generation
-        from brushgrip.atomic import staged_directory
-        from brushgrip.console import say, show
-        from brushgrip.pipeline import locate_inputs
-        from brushgrip.provenance import comment, other_rig
-        from brushgrip.tunings import chosen_tuning
+        from brushgrip.inputs.pipeline import locate_inputs
+        from brushgrip.inputs.tunings import chosen_tuning
+        from brushgrip.outputs import generation
+        from brushgrip.outputs.atomic import staged_directory
+        from brushgrip.outputs.console import say, show
+        from brushgrip.outputs.provenance import comment, other_rig
         from observers import from_files
         from observers.embedded import require_replaceable
         from observers.embedded.cost import estimated_cost

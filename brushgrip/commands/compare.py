@@ -61,12 +61,12 @@ class CompareRequest(RecordingRequest):
         from brushgrip.comparison.networks import trained_methods
         from brushgrip.comparison.scores import compare, summarise
         from brushgrip.comparison.tables import comparison_dict, markdown_text, print_comparison
-        from brushgrip.console import progress, say, show, warn
-        from brushgrip.estimation import implausible
-        from brushgrip.formatting import json_text
+        from brushgrip.estimation.estimates import implausible
+        from brushgrip.inputs.pipeline import staged_files, write_text
+        from brushgrip.outputs.console import progress, say, show, warn
+        from brushgrip.outputs.provenance import KEY, markdown_comment
         from brushgrip.pictures import draw_boxes
-        from brushgrip.pipeline import staged_files, write_text
-        from brushgrip.provenance import KEY, markdown_comment
+        from brushgrip.wording.formatting import json_text
 
         declared, count = self.declared or [], len(self.recordings)
         finals = self._finals()
@@ -102,7 +102,7 @@ class CompareRequest(RecordingRequest):
     def _finals(self) -> list[Path]:
         from itertools import combinations
 
-        from brushgrip.atomic import check_picture_name, is_same_file
+        from brushgrip.outputs.atomic import check_picture_name, is_same_file
         from symbolic import InvalidInputError
 
         finals = [path for path in (self.out, self.table, self.picture) if path is not None]

@@ -29,12 +29,12 @@ class DemoRequest:
         from shutil import copyfile
 
         import identification
-        from brushgrip.atomic import staged_directory
-        from brushgrip.console import progress
-        from brushgrip.diagnosing import DIAGNOSIS, conclude, write_diagnosis
-        from brushgrip.embedded_files import RIG, copy_examples, embedded_inputs
-        from brushgrip.friction_outcome import estimate_friction, friction_outcome
-        from brushgrip.provenance import require_own_folder
+        from brushgrip.estimation.friction_outcome import estimate_friction, friction_outcome
+        from brushgrip.outputs.atomic import staged_directory
+        from brushgrip.outputs.console import progress
+        from brushgrip.outputs.provenance import require_own_folder
+        from brushgrip.published.embedded_files import RIG, copy_examples, embedded_inputs
+        from brushgrip.report.diagnosis_folder import DIAGNOSIS, conclude, write_diagnosis
 
         if self.examples is not None:
             copy_examples(self.examples)

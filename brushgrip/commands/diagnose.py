@@ -54,20 +54,20 @@ class DiagnoseRequest(RecordingRequest):
     def run(self) -> None:
         """Search for what the declared model lacks, and write all results."""
         import identification
-        from brushgrip.atomic import staged_directory
-        from brushgrip.cluster import executor_at
-        from brushgrip.console import progress, say, warn
-        from brushgrip.diagnosing import (
+        from brushgrip.estimation.estimates import implausible
+        from brushgrip.estimation.friction_outcome import friction_outcome
+        from brushgrip.outputs.atomic import staged_directory
+        from brushgrip.outputs.console import progress, say, warn
+        from brushgrip.outputs.provenance import require_own_folder
+        from brushgrip.report.diagnosis_folder import (
             DIAGNOSIS,
             conclude,
             results_in,
             thinning,
             write_diagnosis,
         )
-        from brushgrip.estimation import implausible
-        from brushgrip.friction_outcome import friction_outcome
-        from brushgrip.provenance import require_own_folder
-        from brushgrip.unfinished import kept_trials
+        from brushgrip.running.cluster import executor_at
+        from brushgrip.running.unfinished import kept_trials
         from identification.reading.long_recordings import bounded
         from symbolic import CANDIDATES
 

@@ -6,7 +6,6 @@ from typing import Annotated
 
 import typer
 
-from brushgrip.choices import ObserverName
 from brushgrip.commands.options import (
     GroundRequest,
     Jobs,
@@ -16,6 +15,7 @@ from brushgrip.commands.options import (
     file_option,
     option,
 )
+from brushgrip.inputs.choices import ObserverName
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,12 +58,18 @@ class EstimateRequest(GroundRequest):
 
     def run(self) -> None:
         """Write friction over time for each recording, a picture for a single one, and the summary."""
-        from brushgrip.atomic import is_same_file
-        from brushgrip.batch import EstimateTask, estimate_all, outputs_of, summary_table, workplace
-        from brushgrip.console import say, show
-        from brushgrip.estimation import observer_factory
-        from brushgrip.pipeline import numbered, staged_tables, write_text
-        from brushgrip.tunings import chosen_tuning
+        from brushgrip.estimation.estimates import observer_factory
+        from brushgrip.inputs.pipeline import numbered, staged_tables, write_text
+        from brushgrip.inputs.tunings import chosen_tuning
+        from brushgrip.outputs.atomic import is_same_file
+        from brushgrip.outputs.console import say, show
+        from brushgrip.running.batch import (
+            EstimateTask,
+            estimate_all,
+            outputs_of,
+            summary_table,
+            workplace,
+        )
         from symbolic import InvalidInputError
 
         tuning = chosen_tuning(self.tuning, self.tune)

@@ -42,9 +42,9 @@ class FetchRequest:
 
     def run(self) -> None:
         """Bring the published measurements to where recordings are looked for."""
-        from brushgrip import fetch, friction_damper
-        from brushgrip.console import say, show
-        from brushgrip.recordings import download_folder
+        from brushgrip.inputs.recordings import download_folder
+        from brushgrip.outputs.console import say, show
+        from brushgrip.published import fetch, friction_damper
 
         if self.which is Published.FRICTION_DAMPER:
             folder = self.out or friction_damper.damper_folder()

@@ -34,14 +34,14 @@ class IdentifyRequest:
     def run(self) -> None:
         """Write k and b_t from free vibrations, and a picture of the fit."""
         import identification
-        from brushgrip.atomic import is_same_file
-        from brushgrip.console import say, show
-        from brushgrip.formatting import free_decay_document, json_text, listed
-        from brushgrip.identified_rig import declared_rig, identified_rig_text
+        from brushgrip.inputs.pipeline import locate_inputs, staged_files, write_text
+        from brushgrip.outputs.atomic import is_same_file
+        from brushgrip.outputs.console import say, show
+        from brushgrip.outputs.identified_rig import declared_rig, identified_rig_text
+        from brushgrip.outputs.provenance import KEY
         from brushgrip.pictures import draw_free_decay
-        from brushgrip.pipeline import locate_inputs, staged_files, write_text
-        from brushgrip.printed import print_free_decay
-        from brushgrip.provenance import KEY
+        from brushgrip.report.printed import print_free_decay
+        from brushgrip.wording.formatting import free_decay_document, json_text, listed
         from identification.thesis import estimate_by_decrement
         from symbolic import BrushgripError, InvalidInputError
 

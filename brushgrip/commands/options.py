@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from brushgrip.choices import TuningName
+from brushgrip.inputs.choices import TuningName
 
 if TYPE_CHECKING:
-    from brushgrip.pipeline import Inputs
+    from brushgrip.inputs.pipeline import Inputs
 
 MOST_JOBS = 256
 
@@ -176,7 +176,7 @@ class RecordingRequest:
 
     def inputs(self, more: Sequence[str] = (), **options: Any) -> "Inputs":
         """The recordings, then those of `more`, with what else is read; see `locate_inputs`."""
-        from brushgrip.pipeline import locate_inputs
+        from brushgrip.inputs.pipeline import locate_inputs
 
         return locate_inputs(
             [*self.recordings, *more],

@@ -27,11 +27,11 @@ class SimulateRequest(GroundRequest):
 
     def run(self) -> None:
         """Write the torque that the model predicts for recordings."""
-        from brushgrip.console import say, show
-        from brushgrip.formatting import csv_text
-        from brushgrip.pipeline import numbered, staged_tables, write_text
-        from brushgrip.printed import say_ground
-        from brushgrip.simulation import model_and_values, simulated_torque
+        from brushgrip.estimation.simulation import model_and_values, simulated_torque
+        from brushgrip.inputs.pipeline import numbered, staged_tables, write_text
+        from brushgrip.outputs.console import say, show
+        from brushgrip.report.printed import say_ground
+        from brushgrip.wording.formatting import csv_text
         from symbolic import InvalidInputError
 
         if self.mu is not None and not 0 < self.mu < float("inf"):

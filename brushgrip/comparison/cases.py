@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.pipeline import Inputs
+from brushgrip.inputs.pipeline import Inputs
 from identification import Recording
 from identification.thesis import AuthorEstimate, aligned, author_file, read_author_estimate
 from symbolic import InvalidInputError

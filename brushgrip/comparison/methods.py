@@ -8,8 +8,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.choices import ObserverName
-from brushgrip.estimation import (
+from brushgrip.estimation.estimates import (
     OBSERVERS,
     ObserverFactory,
     comparable_friction,
@@ -18,6 +17,7 @@ from brushgrip.estimation import (
     root_solver,
     run_observer,
 )
+from brushgrip.inputs.choices import ObserverName
 from identification import FoundModel, Recording
 from observers import Ekf
 from observers.embedded import NativeObserver, compile_native

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from brushgrip.comparison.cases import Case
 from brushgrip.comparison.methods import Method
-from brushgrip.console import Progress
+from brushgrip.outputs.console import Progress
 from identification import Recording
 
 Array = NDArray[np.float64]

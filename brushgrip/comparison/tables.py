@@ -11,7 +11,7 @@ import numpy as np
 
 from brushgrip.comparison.cases import SETTLED
 from brushgrip.comparison.scores import PUBLISHED, CaseScores, MethodSummary
-from brushgrip.console import print_table, print_text
+from brushgrip.outputs.console import print_table, print_text
 
 NOTE = (
     "RMSE of the effective friction μ_eff (μ on the declared model) against the declared μ, from"

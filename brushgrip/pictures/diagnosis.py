@@ -10,7 +10,6 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from brushgrip.formatting import outcome, percent, plain, signed
 from brushgrip.pictures.style import (
     AFTER,
     BEFORE,
@@ -22,6 +21,7 @@ from brushgrip.pictures.style import (
     picture,
     set_title,
 )
+from brushgrip.wording.formatting import outcome, percent, plain, signed
 from identification import Candidate, Diagnosis, Proposal, Series, Signatures
 
 Stage = tuple[Signatures, str, str]

@@ -12,8 +12,8 @@ from random import Random
 from unittest import mock
 
 import identification
-from brushgrip import batch, cluster
-from brushgrip.app import main
+from brushgrip.cli.app import main
+from brushgrip.running import batch, cluster
 from symbolic import InvalidInputError
 from tests.attack.attack_class import AttackClass, one_by_one
 from tests.attack.targets import CORPUS

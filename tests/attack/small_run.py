@@ -9,7 +9,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from brushgrip.__main__ import load_command
-from brushgrip.interrupts import run_process
+from brushgrip.running.interrupts import run_process
 
 FEW = ("torque_offset", "contact_damping", "steering_return")
 
@@ -18,7 +18,7 @@ def load() -> Callable[[], None]:
     """The command with few candidates."""
     command = load_command()
     import symbolic
-    from brushgrip import diagnosing
+    from brushgrip.report import diagnosis_folder as diagnosing
 
     quick = bool(os.environ.get("BRUSHGRIP_SMALL_QUICK"))
     symbolic.CANDIDATES = FEW[:2] if quick else FEW

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import identification
-from brushgrip.app import main
-from brushgrip.estimation import FrictionTrack
+from brushgrip.cli.app import main
+from brushgrip.estimation.estimates import FrictionTrack
 from identification.results import Diagnosis
 from tests.brushgrip.factories import make_diagnosis
 from tests.brushgrip.helpers import Outcome, Run, Write

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 import brushgrip
-from brushgrip.app import main, repeat_lists
-from brushgrip.fetch import FetchError
+from brushgrip.cli.app import main, repeat_lists
+from brushgrip.published.fetch import FetchError
 from symbolic import InvalidInputError
 from tests.brushgrip.helpers import Run
 
@@ -49,7 +49,7 @@ def test_known_errors_take_one_line(
     def fail(*_: object, **__: object) -> None:
         raise error
 
-    monkeypatch.setattr("brushgrip.app.app", fail)
+    monkeypatch.setattr("brushgrip.cli.app.app", fail)
     outcome = run("fetch")
 
     assert outcome.status == status
@@ -60,7 +60,7 @@ def test_unknown_errors_propagate(monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_: object, **__: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("brushgrip.app.app", fail)
+    monkeypatch.setattr("brushgrip.cli.app.app", fail)
     with pytest.raises(ZeroDivisionError):
         main(["fetch"])
 
@@ -90,7 +90,7 @@ def test_fetch_goes_to_the_users_folder(
         say("1/1 x.mat")
         return [destination / "x.mat"]
 
-    monkeypatch.setattr("brushgrip.fetch.fetch", fetch)
+    monkeypatch.setattr("brushgrip.published.fetch.fetch", fetch)
     outcome = run("fetch")
 
     assert outcome.status == 0
@@ -101,7 +101,7 @@ def test_help_needs_neither_numbers_nor_pictures() -> None:
     # Each costs a good part of a second, and help is asked for often.
     program = """
 import sys
-from brushgrip.app import COMMANDS, main
+from brushgrip.cli.app import COMMANDS, main
 for name in ("", *COMMANDS):
     try:
         main([*filter(None, [name]), "--help"])
@@ -118,7 +118,7 @@ print(*sorted(heavy & set(sys.modules)), file=sys.stderr)
 
 
 def test_the_door_opens_late() -> None:
-    from brushgrip import estimation
+    from brushgrip.estimation import estimates as estimation
 
     assert brushgrip.FrictionTrack is estimation.FrictionTrack
     assert brushgrip.write_report.__name__ == "write_report"

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from brushgrip.atomic import staged_directory, staged_file
+from brushgrip.outputs.atomic import staged_directory, staged_file
 from symbolic import InvalidInputError
 
 
@@ -40,7 +40,8 @@ def test_what_is_not_finished_is_hidden(tmp_path: Path) -> None:
 @pytest.mark.long
 def test_what_a_killed_process_left_goes_with_the_next(tmp_path: Path, repository_root: Path) -> None:
     code = (
-        "import os, sys; from pathlib import Path; from brushgrip.atomic import staged_directory\n"
+        "import os, sys; from pathlib import Path\n"
+        "from brushgrip.outputs.atomic import staged_directory\n"
         "with staged_directory(Path(sys.argv[1]) / 'out') as stage:\n"
         "    (stage / 'report.html').write_text('half'); os.kill(os.getpid(), 9)"
     )

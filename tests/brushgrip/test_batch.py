@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.tunings import chosen_tuning
+from brushgrip.inputs.tunings import chosen_tuning
 from observers import PROFILES, Tuning
 from symbolic import InvalidInputError
 from tests.brushgrip.helpers import Run, Write

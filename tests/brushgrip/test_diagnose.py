@@ -8,9 +8,10 @@ from typing import Any
 import pytest
 
 import identification
-from brushgrip import embedded_files, friction_outcome
+from brushgrip.estimation import friction_outcome
+from brushgrip.inputs.pipeline import locate_inputs
 from brushgrip.pictures.style import picture
-from brushgrip.pipeline import locate_inputs
+from brushgrip.published import embedded_files
 from identification import Diagnosis, Huber, Journal, Recording
 from symbolic import InvalidInputError
 from tests.brushgrip.factories import make_diagnosis
@@ -53,7 +54,7 @@ def no_report(monkeypatch: pytest.MonkeyPatch) -> None:
     def blank(folder: Path, *_: object) -> None:
         (folder / "report.html").touch()
 
-    monkeypatch.setattr("brushgrip.diagnosing.write_report", blank)
+    monkeypatch.setattr("brushgrip.report.diagnosis_folder.write_report", blank)
 
 
 @pytest.fixture
@@ -150,7 +151,7 @@ def test_friction_takes_the_samples_that_the_search_takes(
         enough()
 
     monkeypatch.setattr("identification.reading.long_recordings.bounded", lambda _: (thinned, None))
-    monkeypatch.setattr("brushgrip.diagnosing.thinning", lambda _: "")
+    monkeypatch.setattr("brushgrip.report.diagnosis_folder.thinning", lambda _: "")
     search(lambda training, *_, **__: searched.extend(r.name for r in training))
     monkeypatch.setattr(friction_outcome, "friction_outcome", stop)
     diagnose()

@@ -6,8 +6,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from brushgrip.choices import ObserverName
-from brushgrip.estimation import (
+from brushgrip.estimation.estimates import (
     friction_track,
     has_aligning_torque,
     has_steering_torque,
@@ -16,6 +15,7 @@ from brushgrip.estimation import (
     observe,
     run_observer,
 )
+from brushgrip.inputs.choices import ObserverName
 from identification import FoundModel, Recording, read_recording
 from observers import Ekf, Estimate, Estimates, Sample, Status
 from symbolic import InvalidInputError, Model, Rig, Tyre

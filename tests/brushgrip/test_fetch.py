@@ -6,8 +6,8 @@ from typing import Any
 import pooch
 import pytest
 
-from brushgrip import fetch as fetching
-from brushgrip.fetch import FetchError, fetch, published_files
+from brushgrip.published import fetch as fetching
+from brushgrip.published.fetch import FetchError, fetch, published_files
 from symbolic import InvalidInputError
 
 CONTENT = {"run1.mat": b"first", "run2.mat": b"second", "estimate_run1.csv": b"third"}

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.formatting import (
+from brushgrip.wording.formatting import (
     csv_text,
     estimates_summary,
     indistinguishable_effects,
@@ -19,7 +19,7 @@ from brushgrip.formatting import (
     sentence,
     torque,
 )
-from brushgrip.verdict import headline
+from brushgrip.wording.verdict import headline
 from identification import ParameterEstimate
 from observers import Estimates, Status
 from tests.brushgrip.factories import make_diagnosis

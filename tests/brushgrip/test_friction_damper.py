@@ -8,10 +8,10 @@ import numpy as np
 import pooch
 import pytest
 
-from brushgrip import friction_damper
-from brushgrip.app import main
-from brushgrip.fetch import FetchError
-from brushgrip.friction_damper import CHANNELS, EARTHQUAKES, HARMONIC, digest_of, digests
+from brushgrip.cli.app import main
+from brushgrip.published import friction_damper
+from brushgrip.published.fetch import FetchError
+from brushgrip.published.friction_damper import CHANNELS, EARTHQUAKES, HARMONIC, digest_of, digests
 from symbolic import InvalidInputError
 
 ADDRESS = "https://example.invalid/commit/data set"

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.grounds import grounds_by_name
+from brushgrip.inputs.grounds import grounds_by_name
 from symbolic import InvalidInputError
 from tests.brushgrip.helpers import Run, Write
 

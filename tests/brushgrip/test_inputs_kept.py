@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from brushgrip.pipeline import locate_inputs
-from brushgrip.recordings import keep_inputs
+from brushgrip.inputs.pipeline import locate_inputs
+from brushgrip.inputs.recordings import keep_inputs
 from identification.thesis.author_estimate import author_file
 from symbolic.errors import InvalidInputError
 from tests.brushgrip.helpers import Run, Write

@@ -16,7 +16,7 @@ HEARS = (
     "signal.signal(signal.SIGHUP, signal.SIG_DFL)\n"
 )
 Ended = Callable[[str], tuple[int, str, str]]
-RUN = "from brushgrip.interrupts import run_process\n"
+RUN = "from brushgrip.running.interrupts import run_process\n"
 
 
 @pytest.fixture

@@ -2,8 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from brushgrip import own_packages
-from brushgrip.own_packages import BEGINNINGS, foreign_packages
+from brushgrip.cli import own_packages
+from brushgrip.cli.own_packages import BEGINNINGS, foreign_packages
 
 
 @pytest.fixture
@@ -33,7 +33,7 @@ def test_a_package_that_was_written_over_is_not_ours(
     place: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     package = place / "symbolic" / "__init__.py"
-    monkeypatch.setattr(own_packages, "__file__", str(place / "brushgrip" / "own_packages.py"))
+    monkeypatch.setattr(own_packages, "__file__", str(place / "brushgrip" / "cli" / "own_packages.py"))
     package.write_text('"""Something else."""\n')
     assert f"'symbolic' in {package.parent} is another" in foreign_packages()
     package.write_text(BEGINNINGS["symbolic"])

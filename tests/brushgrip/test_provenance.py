@@ -8,8 +8,9 @@ from typing import Any
 
 import pytest
 
-from brushgrip.pipeline import locate_inputs
-from brushgrip.provenance import (
+from brushgrip.inputs.pipeline import locate_inputs
+from brushgrip.inputs.recordings import keep_inputs
+from brushgrip.outputs.provenance import (
     KEY,
     beside,
     clear,
@@ -18,8 +19,7 @@ from brushgrip.provenance import (
     provenance_of,
     require_own_folder,
 )
-from brushgrip.recordings import keep_inputs
-from brushgrip.speech import COMMAND_LINE
+from brushgrip.outputs.speech import COMMAND_LINE
 from symbolic import InvalidInputError
 from tests.brushgrip.helpers import Run, Write
 

@@ -4,8 +4,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from brushgrip.pipeline import locate_inputs
-from brushgrip.recordings import download_folder, locate
+from brushgrip.inputs.pipeline import locate_inputs
+from brushgrip.inputs.recordings import download_folder, locate
 from symbolic import InvalidInputError
 from tests.brushgrip.helpers import Write
 

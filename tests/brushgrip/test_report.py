@@ -7,10 +7,10 @@ from pathlib import Path
 import matplotlib
 import pytest
 
-from brushgrip import report
-from brushgrip.estimation import FrictionTrack
+from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.pictures import draw_signatures
-from brushgrip.report import write_report
+from brushgrip.report import page as report
+from brushgrip.report.page import write_report
 from identification import Diagnosis, SelectionCriteria
 from tests.brushgrip.factories import make_diagnosis
 

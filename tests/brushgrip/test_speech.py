@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from brushgrip.speech import flags_first
+from brushgrip.outputs.speech import flags_first
 from tests.brushgrip.helpers import Run
 
 pytestmark = pytest.mark.usefixtures("interpreted")

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from brushgrip.user_effects import user_effects
+from brushgrip.inputs.user_effects import user_effects
 from symbolic import CANDIDATES, InvalidInputError
 from tests.brushgrip.helpers import Run, Write
 

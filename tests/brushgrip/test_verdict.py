@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from brushgrip.verdict import explained_grade, headline, plain_parameter
+from brushgrip.wording.verdict import explained_grade, headline, plain_parameter
 from identification import Diagnosis, ParameterEstimate
 from identification.grades import Grade, distance_from_neutral, grade_of
 from symbolic import EFFECTS

@@ -9,12 +9,12 @@ from typing import TypeVar
 
 import numpy as np
 
-from brushgrip.atomic import staged_file
-from brushgrip.formatting import json_text
-from brushgrip.grounds import grounds_by_name
-from brushgrip.provenance import Provenance, beside, provenance_of
-from brushgrip.recordings import keep_inputs, locate, same_samples, unique_labels
-from brushgrip.user_effects import effect_files, user_effects
+from brushgrip.inputs.grounds import grounds_by_name
+from brushgrip.inputs.recordings import keep_inputs, locate, same_samples, unique_labels
+from brushgrip.inputs.user_effects import effect_files, user_effects
+from brushgrip.outputs.atomic import staged_file
+from brushgrip.outputs.provenance import Provenance, beside, provenance_of
+from brushgrip.wording.formatting import json_text
 from identification import (
     Decay,
     FoundModel,

@@ -5,14 +5,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from brushgrip.console import say, show
-from brushgrip.estimation import FrictionTrack
-from brushgrip.formatting import json_text
-from brushgrip.friction_outcome import FrictionOutcome
-from brushgrip.pipeline import write_text
-from brushgrip.printed import print_diagnosis
-from brushgrip.provenance import KEY, Provenance, clear, digest_of, provenance_of
-from brushgrip.report import PAGE, remove_stale_pictures, write_report
+from brushgrip.estimation.estimates import FrictionTrack
+from brushgrip.estimation.friction_outcome import FrictionOutcome
+from brushgrip.inputs.pipeline import write_text
+from brushgrip.outputs.console import say, show
+from brushgrip.outputs.provenance import KEY, Provenance, clear, digest_of, provenance_of
+from brushgrip.report.page import PAGE, remove_stale_pictures, write_report
+from brushgrip.report.printed import print_diagnosis
+from brushgrip.wording.formatting import json_text
 from identification import Diagnosis, Recording, model_text
 from identification.selection.trials import RANKING_STEP, thin
 

@@ -10,11 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.atomic import check_picture_name
-from brushgrip.choices import ObserverName
-from brushgrip.cluster import executor_at
-from brushgrip.console import Progress, progress
-from brushgrip.estimation import (
+from brushgrip.estimation.estimates import (
     friction_track,
     has_aligning_torque,
     has_steering_torque,
@@ -22,10 +18,14 @@ from brushgrip.estimation import (
     observer_factory,
     require_plausible,
 )
-from brushgrip.formatting import csv_text, estimates_summary
+from brushgrip.inputs.choices import ObserverName
+from brushgrip.inputs.pipeline import Inputs, staged_files, write_text
+from brushgrip.inputs.tunings import ChosenTuning
+from brushgrip.outputs.atomic import check_picture_name
+from brushgrip.outputs.console import Progress, progress
 from brushgrip.pictures import draw_friction
-from brushgrip.pipeline import Inputs, staged_files, write_text
-from brushgrip.tunings import ChosenTuning
+from brushgrip.running.cluster import executor_at
+from brushgrip.wording.formatting import csv_text, estimates_summary
 from identification import Recording, read_rig
 from identification.selection.trial_runner import Submit, workers
 from observers import ESTIMATE, Estimates, Status

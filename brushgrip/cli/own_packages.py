@@ -16,7 +16,7 @@ def foreign_packages() -> str:
 
     Nothing is imported: what stands there would run.
     """
-    home = Path(__file__).resolve().parents[1]
+    home = Path(__file__).resolve().parents[2]
     found = [(name, _origin(name)) for name in BEGINNINGS]
     wrong = [(name, origin) for name, origin in found if origin and not _is_ours(name, origin, home)]
     missing = [name for name, origin in found if origin is None]

@@ -17,8 +17,8 @@ from rich.progress import (
 from rich.progress import Progress as ProgressBar
 from rich.table import Table
 
-from brushgrip.formatting import json_text
-from brushgrip.speech import RESULT, SPEECH, Speech
+from brushgrip.outputs.speech import RESULT, SPEECH, Speech
+from brushgrip.wording.formatting import json_text
 from symbolic.errors import printable
 
 Progress = Callable[[str, int, int], None]

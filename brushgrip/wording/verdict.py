@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from brushgrip.formatting import error_percentages, listed, plain
+from brushgrip.wording.formatting import error_percentages, listed, plain
 from identification import Diagnosis, FoundEffect
 from identification.grades import CLEAR_ERRORS
 

@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
-from brushgrip.choices import ObserverName
-from brushgrip.estimation import (
+from brushgrip.estimation.estimates import (
     OBSERVERS,
     FrictionTrack,
     friction_track,
     has_aligning_torque,
     observe,
 )
+from brushgrip.inputs.choices import ObserverName
 from identification import Diagnosis, FoundModel, Recording
 from observers import FrictionQuality, friction_quality, friction_spread
 

@@ -9,6 +9,7 @@ from typing import Annotated, get_type_hints
 
 import typer
 
+from brushgrip.cli.own_packages import foreign_packages
 from brushgrip.commands.codegen import CodegenRequest
 from brushgrip.commands.compare import CompareRequest
 from brushgrip.commands.demo import DemoRequest
@@ -17,9 +18,8 @@ from brushgrip.commands.estimate import EstimateRequest
 from brushgrip.commands.fetch import FetchRequest
 from brushgrip.commands.identify import IdentifyRequest
 from brushgrip.commands.simulate import SimulateRequest
-from brushgrip.own_packages import foreign_packages
-from brushgrip.speech import COMMAND_LINE, SPEECH, Speech, flags_first, result_alone
-from brushgrip.terminal import fault_of_output, spell_what_is_lacking
+from brushgrip.outputs.speech import COMMAND_LINE, SPEECH, Speech, flags_first, result_alone
+from brushgrip.outputs.terminal import fault_of_output, spell_what_is_lacking
 
 BAD_INPUT, FAILED = 2, 1
 """Exit status for input that the user can correct, and for failures outside, such as of a download."""

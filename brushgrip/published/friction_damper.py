@@ -17,9 +17,9 @@ import numpy as np
 import pooch
 from numpy.typing import NDArray
 
-from brushgrip.atomic import staged_directory
-from brushgrip.fetch import RETRIES, TIMEOUT, FetchError
-from brushgrip.recordings import LOCAL_COPY, download_folder
+from brushgrip.inputs.recordings import LOCAL_COPY, download_folder
+from brushgrip.outputs.atomic import staged_directory
+from brushgrip.published.fetch import RETRIES, TIMEOUT, FetchError
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
@@ -34,7 +34,7 @@ HARMONIC = tuple(f"harmonic_{run:02d}" for run in range(13))
 EARTHQUAKES = ("earthquake_DuzceMCE", "earthquake_KocaeliDBE")
 CHANNELS = ("t", "F", "x", "v")
 """Time [s], damping force [N], displacement [m], velocity [m/s]."""
-REGISTRY = files("brushgrip").joinpath("friction_damper.txt")
+REGISTRY = files("brushgrip.published").joinpath("friction_damper.txt")
 """Address of the published folder, then name and digest of the values of each run."""
 
 _BESIDE = "second_rig"

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from brushgrip.console import warn
+from brushgrip.outputs.console import warn
 from identification import Journal
 from symbolic.library_cache import cache_directory
 

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from brushgrip import formatting, friction_outcome, verdict
-from brushgrip.estimation import FrictionTrack
-from brushgrip.friction_outcome import FrictionOutcome
+from brushgrip.estimation import friction_outcome
+from brushgrip.estimation.estimates import FrictionTrack
+from brushgrip.estimation.friction_outcome import FrictionOutcome
 from brushgrip.pictures import (
     draw_candidates,
     draw_experiment,
@@ -23,6 +23,7 @@ from brushgrip.pictures import (
 )
 from brushgrip.pictures.diagnosis import MOST_RECORDINGS
 from brushgrip.pictures.style import is_drawn_by_us, vectors
+from brushgrip.wording import formatting, verdict
 from identification import Diagnosis, Signature
 
 PAGE, TEMPLATE = "report.html", "report.html.j2"
@@ -53,7 +54,7 @@ def write_report(
         diagnosis: the result of the search.
         friction: estimates of friction over time to show, may be empty.
         outcome: friction before and after, recording by recording; None where none was estimated.
-        made: where the results come from, see `brushgrip.provenance`; None where nobody says.
+        made: where the results come from, see `brushgrip.outputs.provenance`; None where nobody says.
 
     Returns:
         The page.
@@ -132,7 +133,7 @@ def _draw_pictures(folder: Path, diagnosis: Diagnosis, friction: Sequence[Fricti
 def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
     """The templates, with pictures of a folder and the words of `_WORDS`."""
     environment = Environment(
-        loader=PackageLoader("brushgrip"),
+        loader=PackageLoader("brushgrip.report"),
         autoescape=True,
         undefined=StrictUndefined,
         finalize=_keep_percent,

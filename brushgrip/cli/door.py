@@ -3,9 +3,9 @@
 from importlib import import_module
 
 _HOMES = {
-    "FrictionTrack": "brushgrip.estimation",
-    "main": "brushgrip.app",
-    "write_report": "brushgrip.report",
+    "FrictionTrack": "brushgrip.estimation.estimates",
+    "main": "brushgrip.cli.app",
+    "write_report": "brushgrip.report.page",
 }
 
 

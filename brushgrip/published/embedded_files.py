@@ -4,9 +4,9 @@ from pathlib import Path
 from shutil import copytree, ignore_patterns
 
 import brushgrip
-from brushgrip.atomic import staged_directory
-from brushgrip.console import say, show
-from brushgrip.pipeline import Inputs, locate_inputs
+from brushgrip.inputs.pipeline import Inputs, locate_inputs
+from brushgrip.outputs.atomic import staged_directory
+from brushgrip.outputs.console import say, show
 from symbolic import InvalidInputError
 
 RIG = "rig.toml"

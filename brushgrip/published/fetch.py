@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pooch
 
-from brushgrip.atomic import staged_directory
-from brushgrip.recordings import LOCAL_COPY
+from brushgrip.inputs.recordings import LOCAL_COPY
+from brushgrip.outputs.atomic import staged_directory
 from symbolic import BrushgripError, InvalidInputError
 
-REGISTRY = files("brushgrip").joinpath("published.txt")
+REGISTRY = files("brushgrip.published").joinpath("published.txt")
 """Name, digest and address of every published file, as pooch reads them."""
 
 _SIMULATIONS_BESIDE = "thesis_simulation"

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.choices import ObserverName
-from brushgrip.tunings import ChosenTuning
+from brushgrip.inputs.choices import ObserverName
+from brushgrip.inputs.tunings import ChosenTuning
 from identification import FoundModel, Recording
 from observers import (
     AligningTorque,

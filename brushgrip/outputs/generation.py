@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 
-from brushgrip.console import say
+from brushgrip.outputs.console import say
 from observers import (
     AligningTorque,
     Ekf,

@@ -1,7 +1,8 @@
 """Results of a diagnosis and of free vibrations as lines and tables on the screen."""
 
-from brushgrip.console import print_table, print_text, say
-from brushgrip.formatting import (
+from brushgrip.estimation.friction_outcome import FrictionOutcome, friction_figures
+from brushgrip.outputs.console import print_table, print_text, say
+from brushgrip.wording.formatting import (
     error_columns,
     error_figures,
     listed,
@@ -11,8 +12,7 @@ from brushgrip.formatting import (
     residual_structure,
     sentence,
 )
-from brushgrip.friction_outcome import FrictionOutcome, friction_figures
-from brushgrip.verdict import GRADES, explained_grade, headline
+from brushgrip.wording.verdict import GRADES, explained_grade, headline
 from identification import (
     Diagnosis,
     FoundEffect,

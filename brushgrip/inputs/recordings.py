@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.atomic import file_keys
+from brushgrip.outputs.atomic import file_keys
 from identification import READERS, Recording
 from identification.reading.table import MIN_SAMPLES
 from symbolic import InvalidInputError
