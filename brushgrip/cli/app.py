@@ -18,7 +18,7 @@ from brushgrip.commands.estimate import EstimateRequest
 from brushgrip.commands.fetch import FetchRequest
 from brushgrip.commands.identify import IdentifyRequest
 from brushgrip.commands.simulate import SimulateRequest
-from brushgrip.outputs.speech import COMMAND_LINE, SPEECH, Speech, flags_first, result_alone
+from brushgrip.outputs.speech import COMMAND_LINE, SPEECH, Speech, flags_first, reserve_stdout
 from brushgrip.outputs.terminal import fault_of_output, spell_what_is_lacking
 
 BAD_INPUT, FAILED = 2, 1
@@ -90,7 +90,7 @@ def everywhere(
         raise typer.BadParameter("--json prints the result, --quiet nothing; give one of them")
     SPEECH.set(Speech.JSON if json else Speech.QUIET if quiet else Speech.PLAIN)
     if json:
-        context.with_resource(result_alone())
+        context.with_resource(reserve_stdout())
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

@@ -34,7 +34,7 @@ class DemoRequest:
         from brushgrip.outputs.console import progress
         from brushgrip.outputs.provenance import require_own_folder
         from brushgrip.published.embedded_files import RIG, copy_examples, embedded_inputs
-        from brushgrip.report.diagnosis_folder import DIAGNOSIS, conclude, write_diagnosis
+        from brushgrip.report.diagnosis_folder import DIAGNOSIS, finish_diagnosis, write_diagnosis
 
         if self.examples is not None:
             copy_examples(self.examples)
@@ -52,4 +52,4 @@ class DemoRequest:
                 tracks = estimate_friction(holdout, result)
             content = write_diagnosis(stage, result, outcome, tracks, made)
             copyfile(inputs.rig or RIG, stage / RIG)
-        conclude(self.out, earlier, content, result, outcome)
+        finish_diagnosis(self.out, earlier, content, result, outcome)

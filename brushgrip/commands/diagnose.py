@@ -61,7 +61,7 @@ class DiagnoseRequest(RecordingRequest):
         from brushgrip.outputs.provenance import require_own_folder
         from brushgrip.report.diagnosis_folder import (
             DIAGNOSIS,
-            conclude,
+            finish_diagnosis,
             results_in,
             thinning,
             write_diagnosis,
@@ -106,4 +106,4 @@ class DiagnoseRequest(RecordingRequest):
                 report("estimating friction", 0, 1)
                 outcome = friction_outcome(used[:training], used[training:], result)
             content = write_diagnosis(folder, result, outcome, made=made)
-        conclude(self.out, earlier, content, result, outcome)
+        finish_diagnosis(self.out, earlier, content, result, outcome)

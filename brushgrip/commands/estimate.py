@@ -59,7 +59,7 @@ class EstimateRequest(GroundRequest):
     def run(self) -> None:
         """Write friction over time for each recording, a picture for a single one, and the summary."""
         from brushgrip.estimation.estimates import observer_factory
-        from brushgrip.inputs.pipeline import numbered, staged_tables, write_text
+        from brushgrip.inputs.pipeline import staged_tables, table_path, write_text
         from brushgrip.inputs.tunings import chosen_tuning
         from brushgrip.outputs.atomic import is_same_file
         from brushgrip.outputs.console import say, show
@@ -68,7 +68,7 @@ class EstimateRequest(GroundRequest):
             estimate_all,
             outputs_of,
             summary_table,
-            workplace,
+            task_submission,
         )
         from symbolic import InvalidInputError
 
@@ -76,14 +76,14 @@ class EstimateRequest(GroundRequest):
         observer_factory(self.observer, tuning)
         alone = len(self.recordings) == 1 and self.summary is None
         finals = outputs_of(self.out, self.summary, self.picture, alone=alone)
-        inputs = self.located()
+        inputs = self.model_inputs()
         tasks = [
             EstimateTask(
                 inputs=one,
                 observer=self.observer,
                 tuning=tuning,
                 smooth=self.smooth,
-                out=self.out and numbered(self.out, name, len(inputs.paths)).absolute(),
+                out=self.out and table_path(self.out, name, len(inputs.paths)).absolute(),
             )
             for name, one in inputs.one_by_one().items()
         ]
@@ -94,7 +94,7 @@ class EstimateRequest(GroundRequest):
         with staged_tables(inputs, finals, (finals or tables)[0], settings, tables) as stages:
             if alone:
                 tasks = [replace(tasks[0], out=stages[0], picture=stages[1])]
-            with workplace(inputs, tasks, self.jobs, self.scheduler) as (submit, report):
+            with task_submission(inputs, tasks, self.jobs, self.scheduler) as (submit, report):
                 outcomes = estimate_all(tasks, submit, report)
             if alone and (fault := outcomes[0].fault):
                 raise fault

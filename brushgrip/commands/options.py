@@ -202,6 +202,6 @@ class GroundRequest(RecordingRequest):
         ),
     ] = None
 
-    def located(self) -> "Inputs":
+    def model_inputs(self) -> "Inputs":
         """The inputs with the model and the grounds."""
         return self.inputs(model=self.model, ground=self.ground, one_ground=True)

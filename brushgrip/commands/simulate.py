@@ -28,7 +28,7 @@ class SimulateRequest(GroundRequest):
     def run(self) -> None:
         """Write the torque that the model predicts for recordings."""
         from brushgrip.estimation.simulation import model_and_values, simulated_torque
-        from brushgrip.inputs.pipeline import numbered, staged_tables, write_text
+        from brushgrip.inputs.pipeline import staged_tables, table_path, write_text
         from brushgrip.outputs.console import say, show
         from brushgrip.report.printed import say_ground
         from brushgrip.wording.formatting import csv_text
@@ -36,8 +36,8 @@ class SimulateRequest(GroundRequest):
 
         if self.mu is not None and not 0 < self.mu < float("inf"):
             raise InvalidInputError(f"--mu must be finite and greater than 0, got {self.mu:g}")
-        inputs = self.located()
-        finals = [numbered(self.out, name, len(inputs.paths)) for name in inputs.paths]
+        inputs = self.model_inputs()
+        finals = [table_path(self.out, name, len(inputs.paths)) for name in inputs.paths]
         settings = {"mu": self.mu, "ground": list(self.ground or ())}
         with staged_tables(inputs, finals, self.out, settings) as stages:
             recordings, found = inputs.recordings(torque_required=False), inputs.found()

@@ -217,6 +217,6 @@ def write_text(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8", newline="\n")
 
 
-def numbered(out: Path, label: str, count: int) -> Path:
+def table_path(out: Path, label: str, count: int) -> Path:
     """The file of one of several recordings: OUT_<label>, OUT itself for a single one."""
     return out if count == 1 else out.with_stem(f"{out.stem}_{label}")

@@ -39,7 +39,7 @@ def flags_first(arguments: list[str]) -> list[str]:
 
 
 @contextmanager
-def result_alone() -> Iterator[None]:
+def reserve_stdout() -> Iterator[None]:
     """Keeps standard output for the JSON document.
 
     What a user's effects print, in this process or in those that it starts, goes to standard error.

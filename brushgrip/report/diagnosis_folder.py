@@ -67,7 +67,7 @@ def write_diagnosis(
     return content
 
 
-def conclude(
+def finish_diagnosis(
     out: Path,
     earlier: Sequence[str],
     content: dict[str, Any],

@@ -119,7 +119,7 @@ def outputs_of(
 
 
 @contextmanager
-def workplace(
+def task_submission(
     inputs: Inputs, tasks: Sequence[EstimateTask], jobs: int | None, scheduler: str | None
 ) -> Iterator[tuple[Submit, Progress]]:
     """Where the tasks are done, and who is told how far they are; a single one is done in this process.
