@@ -1,10 +1,15 @@
 """What the suites of this folder share: the outcome of a command, files before and after, tables."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, TypeVar
+from urllib.parse import unquote
 
 import numpy as np
+import pooch
+import pytest
+
+Content = TypeVar("Content")
 
 
 class Outcome(NamedTuple):
@@ -39,3 +44,24 @@ def table_of(path: Path) -> dict[str, np.ndarray]:
     """The columns of a CSV file by their names; an empty field is NaN."""
     table = np.genfromtxt(path, delimiter=",", names=True)
     return {name: table[name] for name in table.dtype.names}
+
+
+def serve(
+    monkeypatch: pytest.MonkeyPatch,
+    contents: Mapping[str, Content],
+    write: Callable[[Path, Content], object],
+) -> list[str]:
+    """Lets pooch download from a mapping of addresses alone; returns the list of addresses asked for."""
+    asked: list[str] = []
+
+    def downloader(**_: Any) -> Callable[..., None]:
+        def deliver(url: str, output_file: str, _: Any) -> None:
+            asked.append(url)
+            if unquote(url) not in contents:
+                raise ConnectionError(url)
+            write(Path(output_file), contents[unquote(url)])
+
+        return deliver
+
+    monkeypatch.setattr(pooch, "HTTPDownloader", downloader)
+    return asked
