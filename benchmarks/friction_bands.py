@@ -23,9 +23,9 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from benchmarks.bands_on_rig import found_models, undeclared_effects
 from benchmarks.ground_changes import changes, false_alarms
-from brushgrip.estimation import model_observer, run_observer
-from brushgrip.friction_outcome import offline_friction
-from brushgrip.recordings import read_all
+from brushgrip.estimation.estimates import model_observer, run_observer
+from brushgrip.estimation.friction_outcome import offline_friction
+from brushgrip.inputs.pipeline import locate_inputs
 from identification import FoundModel, Recording, read_model
 from observers import PROFILES, Ekf, Estimates, Mhe, Status
 
@@ -61,7 +61,7 @@ def measured(
     print(f"\n{kind.__name__.upper()}, {tuning}, {'declared model' if found is None else 'model found'}")
     print(f"{'':16}" + "".join(f"{name:>11}" for name in COLUMNS))
     table = {}
-    for recording in read_all(list(NAMES), None, causal=True):
+    for recording in locate_inputs(NAMES).recordings(causal=True):
         observer = model_observer(kind, recording, found, tuning=PROFILES[tuning])
         table[recording.name] = figures(
             recording, run_observer(observer, recording), offline_friction(offline, recording)

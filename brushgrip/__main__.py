@@ -3,7 +3,7 @@
 try:
     from collections.abc import Callable
 
-    from brushgrip.interrupts import run_process
+    from brushgrip.running.interrupts import run_process
 except KeyboardInterrupt:
     raise SystemExit(130) from None
 
@@ -12,7 +12,7 @@ def main() -> None:
     """Runs the command line of the process.
 
     Raises:
-        SystemExit: always; see `brushgrip.app.main`, and status 130 where the process was told to end.
+        SystemExit: always; see `brushgrip.cli.app.main`; status 130 where the process was told to end.
     """
     run_process(load_command)
 
@@ -22,7 +22,7 @@ def load_command() -> Callable[[], None]:
     import logging
 
     logging.getLogger("matplotlib").setLevel(logging.ERROR)
-    from brushgrip.app import main
+    from brushgrip.cli.app import main
 
     return main
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.formatting import percent, plain
+from brushgrip.wording.formatting import percent, plain
 from identification import Recording, diagnose
 from identification.diagnosis.prediction import unrefitted_residuals
 from identification.selection.trials import Trial, TrialTask, run_trial

@@ -10,8 +10,7 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
-from brushgrip.fetch import LOCAL_COPY
-from brushgrip.recordings import download_folder
+from brushgrip.inputs.recordings import LOCAL_COPY, download_folder
 from identification import Recording, read_recording
 
 GROUNDS = {"fem": "steel", "piros": "emery"}

@@ -27,8 +27,8 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from brushgrip.friction_damper import EARTHQUAKES, HARMONIC, damper_folder
 from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
+from brushgrip.published.friction_damper import EARTHQUAKES, HARMONIC, damper_folder
 from identification import (
     Channel,
     Diagnosis,

@@ -9,7 +9,7 @@ Prints one row of a table for each, in Markdown; `--out` writes the table to a f
 import argparse
 from pathlib import Path
 
-from brushgrip.formatting import listed, parameters, percent, plain, quantity, sentence
+from brushgrip.wording.formatting import listed, parameters, percent, plain, quantity, sentence
 from identification import Diagnosis, diagnose, read_recording, read_rig
 
 OPENING = """# Verdicts

@@ -16,8 +16,16 @@ from pathlib import Path
 
 import numpy as np
 
-from brushgrip.formatting import error_columns, error_figures, listed, percent, plain, quantity, sentence
 from brushgrip.pictures import draw_loops, draw_residuals, draw_signatures
+from brushgrip.wording.formatting import (
+    error_columns,
+    error_figures,
+    listed,
+    percent,
+    plain,
+    quantity,
+    sentence,
+)
 from identification import Diagnosis, Recording, diagnose
 from identification.fits.covariance import covariance
 from identification.fits.fitting import Fit, fit

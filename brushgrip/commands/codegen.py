@@ -1,67 +1,32 @@
 """`brushgrip codegen`."""
 
+from dataclasses import asdict, dataclass
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from brushgrip.choices import GeneratedObserver, RealType, RunTime, Target, TorqueChannel
-from brushgrip.commands.options import EffectModules, ModelFile, OutFolder, TuningProfile, TuningValues
+from brushgrip.commands.options import (
+    EffectModules,
+    ModelFile,
+    OutFolder,
+    TuningProfile,
+    TuningValues,
+    option,
+)
 
-Ground = Annotated[
-    str | None,
-    typer.Option(
-        "--ground",
-        metavar="NAME",
-        help="Ground whose values are taken from the model file; the mean over its grounds without.",
-        show_default=False,
-    ),
-]
-Window = Annotated[
-    int | None,
-    typer.Option(
-        "--window",
-        metavar="N",
-        help="Samples that the MHE fits at once; 50 if left out.",
-        show_default=False,
-    ),
-]
+GeneratedObserver = StrEnum("GeneratedObserver", {"EKF": "ekf", "MHE": "mhe"})
+RealType = StrEnum("RealType", {"FLOAT": "float", "DOUBLE": "double"})
+Target = StrEnum("Target", {"C": "c", "FMU": "fmu", "FMU3": "fmu3", "ROS2": "ros2"})
+RunTime = StrEnum("RunTime", {"TUNING": "tuning", "ALL": "all"})
+TorqueChannel = StrEnum("TorqueChannel", {"GROUND": "M_z", "HAND": "M"})
+"""What a user chooses from: observers that can be written out, types of number by their name in C, what
+is written, what the code takes at run time, and the torque that the target measures."""
 
 
-Tunable = Annotated[
-    RunTime | None,
-    typer.Option(
-        "--tunable",
-        help="Parameters that the code takes at run time: the tuning, or all: model, rig and tuning.",
-        show_default=False,
-    ),
-]
-
-
-def codegen(
-    rig: Annotated[
-        Path, typer.Option("--rig", metavar="R", help="Rig file (TOML).", show_default=False)
-    ],
-    observer: Annotated[
-        GeneratedObserver, typer.Option("--observer", help="Observer to write.", show_default=False)
-    ],
-    out: OutFolder,
-    model: ModelFile = None,
-    effects: EffectModules = None,
-    tuning: TuningProfile = None,
-    tune: TuningValues = None,
-    window: Window = None,
-    ground: Ground = None,
-    real: Annotated[RealType, typer.Option("--real", help="Type of every number.")] = RealType.FLOAT,
-    target: Annotated[Target, typer.Option("--target", help="What to write.")] = Target.C,
-    torque: Annotated[
-        TorqueChannel, typer.Option("--torque", help="Torque measured: aligning, or steering.")
-    ] = TorqueChannel.GROUND,
-    tunable: Tunable = None,
-    name: Annotated[
-        str, typer.Option("--name", metavar="NAME", help="Begins every name in C.")
-    ] = "brushgrip",
-) -> None:
+@dataclass(frozen=True, kw_only=True)
+class CodegenRequest:
     """Write an observer as C99 for an embedded target, or as an FMU: no heap, one type of number.
 
     NAME.h and NAME.c are all that the target needs, NAME.hpp is a class of C++17 around them. main.c is
@@ -80,21 +45,89 @@ def codegen(
 
     Files that an earlier codegen wrote are replaced; any other file in the way is a fault.
     """
-    from brushgrip.tasks import codegen as task
 
-    task.codegen(
-        rig=rig,
-        observer=observer,
-        out=out,
-        model=model,
-        effects=effects,
-        tuning=tuning,
-        tune=tune,
-        window=window,
-        ground=ground,
-        real=real,
-        target=target,
-        torque=torque,
-        tunable=tunable,
-        name=name,
+    rig: Annotated[Path, option("--rig", metavar="R", help="Rig file (TOML).")]
+    observer: Annotated[GeneratedObserver, option("--observer", help="Observer to write.")]
+    out: OutFolder
+    model: ModelFile = None
+    effects: EffectModules = None
+    tuning: TuningProfile = None
+    tune: TuningValues = None
+    window: Annotated[
+        int | None,
+        option("--window", metavar="N", help="Samples that the MHE fits at once; 50 if left out."),
+    ] = None
+    ground: Annotated[
+        str | None,
+        option(
+            "--ground",
+            metavar="NAME",
+            help="Ground whose values are taken from the model file; the mean over its grounds without.",
+        ),
+    ] = None
+    real: Annotated[RealType, typer.Option("--real", help="Type of every number.")] = RealType.FLOAT
+    target: Annotated[Target, typer.Option("--target", help="What to write.")] = Target.C
+    torque: Annotated[
+        TorqueChannel, typer.Option("--torque", help="Torque measured: aligning, or steering.")
+    ] = TorqueChannel.GROUND
+    tunable: Annotated[
+        RunTime | None,
+        option(
+            "--tunable",
+            help="Parameters that the code takes at run time: the tuning, or all: model, rig and"
+            " tuning.",
+        ),
+    ] = None
+    name: Annotated[str, typer.Option("--name", metavar="NAME", help="Begins every name in C.")] = (
+        "brushgrip"
     )
+
+    def run(self) -> None:
+        """Write an observer as C, as an FMU or as a package of ROS 2."""
+        from brushgrip.inputs.pipeline import locate_inputs
+        from brushgrip.inputs.tunings import chosen_tuning
+        from brushgrip.outputs import generation
+        from brushgrip.outputs.atomic import staged_directory
+        from brushgrip.outputs.console import say, show
+        from brushgrip.outputs.provenance import comment, other_rig
+        from observers import from_files
+        from observers.embedded import require_replaceable
+        from observers.embedded.cost import estimated_cost
+        from symbolic import InvalidInputError
+
+        window = generation.window_setting(self.observer, self.window)
+        tuning = chosen_tuning(self.tuning, self.tune)
+        inputs = locate_inputs(rig=self.rig, model=self.model, effects=self.effects)
+        observer = from_files(
+            generation.KINDS[self.observer],
+            self.rig,
+            self.model,
+            effects=inputs.effects,
+            ground=self.ground,
+            measurement_model=generation.MEASUREMENT_MODELS[self.torque],
+            tuning=tuning and tuning.profile,
+            by_hand=tuning and tuning.by_hand,
+            **window,
+        )
+        found = inputs.found()
+        if self.ground is not None and not (found and found.grounds):
+            raise InvalidInputError(f"--ground {self.ground}: this model knows no grounds; leave it out")
+        real, tunable = generation.TYPES[self.real], generation.TUNABLE[self.tunable or ""]
+        cost = estimated_cost(observer, real, tunable)
+        with staged_directory(self.out) as stage:
+            write = generation.WRITERS[self.target]
+            files = write(observer, stage, real, name=self.name, tunable=tunable)
+            finals = [self.out.resolve() / path.name for path in files]
+            size = generation.state_bytes(files, self.name)
+            generation.append_origin(files, comment(self.rig, self.model))
+            inputs.keep(finals)
+            require_replaceable(finals)
+            say(f"{f'{size:,} bytes a wheel, ' if size else ''}{cost}")
+            say(generation.prior(observer.tuning, self.rig))
+        generation.remove_stale(self.out / f"{self.name}.a2l", finals)
+        if found is not None:
+            for line in (found.ground_taken(self.ground), other_rig(observer.rig, self.model)):
+                if line:
+                    say(line)
+        show({"wrote": list(map(str, finals)), "cost": {"state_bytes": size, **asdict(cost)}})
+        say(f"wrote {', '.join(path.name for path in files)} to {self.out}")

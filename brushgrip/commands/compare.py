@@ -1,97 +1,113 @@
 """`brushgrip compare`."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
 from brushgrip.commands.options import (
-    ChannelMap,
-    EffectModules,
     ModelFile,
     OutJson,
-    RecordingNames,
-    RigFile,
-    usable_file,
+    RecordingRequest,
+    file_option,
+    option,
 )
 
-AuthorFolder = Annotated[
-    Path | None,
-    typer.Option(
-        "--author",
-        metavar="DIR",
-        help="Folder of author_estimate_*.csv; that of each recording if left out.",
-        show_default=False,
-    ),
-]
-Declared = Annotated[
-    list[float] | None,
-    typer.Option(
-        "--declared",
-        metavar="MU...",
-        help="Friction that errors refer to: one for all recordings, or one each.",
-        show_default=False,
-    ),
-]
-TrainingNames = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--train",
-        metavar="REC...",
-        help="Recordings with a known mu on which the two networks of [Györök 2022] are trained; the"
-        " table then has them, and the mean of their labels. Needs scikit-learn.",
-        show_default=False,
-    ),
-]
-TableFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--table",
-        metavar="TABLE.md",
-        help="Tables in Markdown as well.",
-        show_default=False,
-        callback=usable_file,
-    ),
-]
-PictureFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--picture", metavar="PNG", help="Box charts as well.", show_default=False, callback=usable_file
-    ),
-]
 
-
-def compare(
-    recordings: RecordingNames,
-    out: OutJson,
-    rig: RigFile = None,
-    channel_map: ChannelMap = None,
-    model: ModelFile = None,
-    effects: EffectModules = None,
-    author: AuthorFolder = None,
-    declared: Declared = None,
-    train: TrainingNames = None,
-    table: TableFile = None,
-    picture: PictureFile = None,
-) -> None:
+@dataclass(frozen=True, kw_only=True)
+class CompareRequest(RecordingRequest):
     """Compare EKF and MHE with the root solve of [Györök 2022]: its Table 6.1, on any recordings.
 
     The table gives the RMSE of mu, its spread, and calculation time over measurement time on this
     machine; beside them the author's estimate, where there is a file of it, and the published figures.
     Without --declared, errors refer to mu of the author's file, of the published surface, or of the rig.
     """
-    from brushgrip.tasks import compare as task
 
-    task.compare(
-        recordings=recordings,
-        out=out,
-        rig=rig,
-        channel_map=channel_map,
-        model=model,
-        effects=effects,
-        author=author,
-        declared=declared,
-        train=train,
-        table=table,
-        picture=picture,
+    out: OutJson
+    model: ModelFile = None
+    author: Annotated[
+        Path | None,
+        option(
+            "--author",
+            metavar="DIR",
+            help="Folder of author_estimate_*.csv; that of each recording if left out.",
+        ),
+    ] = None
+    declared: Annotated[
+        list[float] | None,
+        option(
+            "--declared",
+            metavar="MU...",
+            help="Friction that errors refer to: one for all recordings, or one each.",
+        ),
+    ] = None
+    train: Annotated[
+        list[str] | None,
+        option(
+            "--train",
+            metavar="REC...",
+            help="Recordings with a known mu on which the two networks of [Györök 2022] are trained; the"
+            " table then has them, and the mean of their labels. Needs scikit-learn.",
+        ),
+    ] = None
+    table: Annotated[Path | None, file_option("--table", "TABLE.md", "Tables in Markdown as well.")] = (
+        None
     )
+    picture: Annotated[Path | None, file_option("--picture", "PNG", "Box charts as well.")] = None
+
+    def run(self) -> None:
+        """Write the comparison of methods, and say what it says."""
+        from brushgrip.comparison.cases import author_files, check_references, make_cases
+        from brushgrip.comparison.methods import default_methods
+        from brushgrip.comparison.networks import trained_methods
+        from brushgrip.comparison.scores import compare, summarise
+        from brushgrip.comparison.tables import comparison_dict, markdown_text, print_comparison
+        from brushgrip.estimation.estimates import implausible
+        from brushgrip.inputs.pipeline import staged_files, write_text
+        from brushgrip.outputs.console import progress, say, show, warn
+        from brushgrip.outputs.provenance import KEY, markdown_comment
+        from brushgrip.pictures import draw_boxes
+        from brushgrip.wording.formatting import json_text
+
+        declared, count = self.declared or [], len(self.recordings)
+        finals = self._finals()
+        check_references(declared, count, self.author)
+        inputs = self.inputs(self.train or (), model=self.model)
+        inputs.keep(finals, author_files(inputs.paths.values(), self.author))
+        made = inputs.provenance(declared=declared)
+        tested, training = (inputs.part(of) for of in (slice(count), slice(count, None)))
+        cases = make_cases(tested, self.author, declared)
+        for line in implausible([case.recording for case in cases]):
+            warn(line)
+        methods = default_methods(inputs.found())
+        if self.train:
+            inputs.recordings()  # One recording for training and for the test is a fault.
+            methods += trained_methods(make_cases(training, self.author, ()))
+        with staged_files(finals) as stages:
+            with progress() as report:
+                results = compare(cases, methods, report)
+            summaries = summarise(results, methods)
+            document = comparison_dict(results, summaries) | {KEY: made}
+            staged = dict(zip(finals, stages, strict=True))
+            write_text(staged[self.out], json_text(document))
+            if self.table is not None:
+                write_text(
+                    staged[self.table], markdown_text(results, summaries) + markdown_comment(made)
+                )
+            if self.picture is not None:
+                draw_boxes(staged[self.picture], results, [row.method for row in summaries])
+        print_comparison(results, summaries)
+        show(document)
+        say(f"wrote {', '.join(map(str, finals))}")
+
+    def _finals(self) -> list[Path]:
+        from itertools import combinations
+
+        from brushgrip.outputs.atomic import check_picture_name, is_same_file
+        from symbolic import InvalidInputError
+
+        finals = [path for path in (self.out, self.table, self.picture) if path is not None]
+        if any(is_same_file(*pair) for pair in combinations(finals, 2)):
+            raise InvalidInputError("--out, --table and --picture must be different files")
+        if self.picture is not None:
+            check_picture_name(self.picture)
+        return finals

@@ -1,35 +1,55 @@
 """`brushgrip demo`."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from brushgrip.commands.options import Force, usable_folder
+from brushgrip.commands.options import Force, folder_option, usable_folder
 
 
-def demo(
+@dataclass(frozen=True, kw_only=True)
+class DemoRequest:
+    """Show the main job on embedded recordings: diagnosis, report and friction over time."""
+
     out: Annotated[
-        Path,
-        typer.Option("--out", metavar="DIR", help="Folder to write to.", callback=usable_folder),
-    ] = Path("demo_output"),
+        Path, typer.Option("--out", metavar="DIR", help="Folder to write to.", callback=usable_folder)
+    ] = Path("demo_output")
     examples: Annotated[
         Path | None,
-        typer.Option(
-            "--examples",
-            metavar="DIR",
-            help="Write the scripts of the examples to this new folder, and do nothing else.",
-            show_default=False,
-            callback=usable_folder,
+        folder_option(
+            "--examples", "Write the scripts of the examples to this new folder, and do nothing else."
         ),
-    ] = None,
-    force: Force = False,
-) -> None:
-    """Show the main job on embedded recordings: diagnosis, report and friction over time."""
-    from brushgrip.tasks import demo as task
+    ] = None
+    force: Force = False
 
-    task.demo(
-        out=out,
-        examples=examples,
-        force=force,
-    )
+    def run(self) -> None:
+        """Diagnose the embedded recordings and write all results; or write the examples alone."""
+        from shutil import copyfile
+
+        import identification
+        from brushgrip.estimation.friction_outcome import estimate_friction, friction_outcome
+        from brushgrip.outputs.atomic import staged_directory
+        from brushgrip.outputs.console import progress
+        from brushgrip.outputs.provenance import require_own_folder
+        from brushgrip.published.embedded_files import RIG, copy_examples, embedded_inputs
+        from brushgrip.report.diagnosis_folder import DIAGNOSIS, finish_diagnosis, write_diagnosis
+
+        if self.examples is not None:
+            copy_examples(self.examples)
+            return
+        inputs, training = embedded_inputs()
+        read = inputs.recordings()
+        recordings, holdout = read[:training], read[training:]
+        made = inputs.provenance()
+        earlier = require_own_folder(self.out / DIAGNOSIS, made, force=self.force)
+        with staged_directory(self.out) as stage:
+            with progress() as report:
+                result = identification.diagnose(recordings, holdout, progress=report)
+                report("estimating friction", 0, 1)
+                outcome = friction_outcome(recordings, holdout, result)
+                tracks = estimate_friction(holdout, result)
+            content = write_diagnosis(stage, result, outcome, tracks, made)
+            copyfile(inputs.rig or RIG, stage / RIG)
+        finish_diagnosis(self.out, earlier, content, result, outcome)

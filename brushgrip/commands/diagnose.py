@@ -1,68 +1,109 @@
 """`brushgrip diagnose`."""
 
+from dataclasses import dataclass
 from typing import Annotated
 
-import typer
-
 from brushgrip.commands.options import (
-    ChannelMap,
-    EffectModules,
     Force,
-    Grounds,
     Jobs,
     OutFolder,
-    RecordingNames,
-    RigFile,
+    RecordingRequest,
     Scheduler,
+    option,
 )
 
 
-def diagnose(
-    recordings: RecordingNames,
-    out: OutFolder,
-    holdout: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--holdout",
-            metavar="REC...",
-            help="Recordings held out to judge the models: one or more names after the flag.",
-            show_default=False,
-        ),
-    ] = None,
-    robust: Annotated[
-        float | None,
-        typer.Option(
-            "--robust",
-            metavar="SHARE",
-            help="Threshold of Huber's loss, as a share of the torque range, for a torque with outliers:"
-            " 1.5 times its noise.",
-            show_default=False,
-        ),
-    ] = None,
-    effects: EffectModules = None,
-    ground: Grounds = None,
-    rig: RigFile = None,
-    channel_map: ChannelMap = None,
-    jobs: Jobs = None,
-    scheduler: Scheduler = None,
-    force: Force = False,
-) -> None:
+@dataclass(frozen=True, kw_only=True)
+class DiagnoseRequest(RecordingRequest):
     """Find what the declared model lacks; write diagnosis.json, model.json and report.html.
 
     An interrupted search is kept; the same command continues it.
     """
-    from brushgrip.tasks import diagnose as task
 
-    task.diagnose(
-        recordings=recordings,
-        out=out,
-        holdout=holdout,
-        robust=robust,
-        effects=effects,
-        ground=ground,
-        rig=rig,
-        channel_map=channel_map,
-        jobs=jobs,
-        scheduler=scheduler,
-        force=force,
-    )
+    out: OutFolder
+    holdout: Annotated[
+        list[str] | None,
+        option(
+            "--holdout",
+            metavar="REC...",
+            help="Recordings held out to judge the models: one or more names after the flag.",
+        ),
+    ] = None
+    robust: Annotated[
+        float | None,
+        option(
+            "--robust",
+            metavar="SHARE",
+            help="Threshold of Huber's loss, as a share of the torque range, for a torque with outliers:"
+            " 1.5 times its noise.",
+        ),
+    ] = None
+    ground: Annotated[
+        list[str] | None,
+        option(
+            "--ground",
+            metavar="NAME=REC,REC",
+            help="What recordings stand on, such as steel=fem1,fem3; goes before '# ground = steel' in a"
+            " CSV file. May be repeated.",
+        ),
+    ] = None
+    jobs: Jobs = None
+    scheduler: Scheduler = None
+    force: Force = False
+
+    def run(self) -> None:
+        """Search for what the declared model lacks, and write all results."""
+        import identification
+        from brushgrip.estimation.estimates import implausible
+        from brushgrip.estimation.friction_outcome import friction_outcome
+        from brushgrip.outputs.atomic import staged_directory
+        from brushgrip.outputs.console import progress, say, warn
+        from brushgrip.outputs.provenance import require_own_folder
+        from brushgrip.report.diagnosis_folder import (
+            DIAGNOSIS,
+            finish_diagnosis,
+            results_in,
+            thinning,
+            write_diagnosis,
+        )
+        from brushgrip.running.cluster import executor_at
+        from brushgrip.running.unfinished import kept_trials
+        from identification.reading.long_recordings import bounded
+        from symbolic import CANDIDATES
+
+        training, held_out = len(self.recordings), self.holdout or []
+        inputs = self.inputs(held_out, ground=self.ground)
+        inputs.keep(results_in(self.out))
+        read = inputs.recordings()
+        made = inputs.provenance(
+            held_out=len(held_out), robust=self.robust, ground=list(self.ground or ())
+        )
+        earlier = require_own_folder(self.out / DIAGNOSIS, made, force=self.force)
+        for line in implausible(read):
+            warn(line)
+        least_squares, huber = identification.LEAST_SQUARES, identification.Huber
+        loss = least_squares if self.robust is None else huber(threshold=self.robust)
+        with (
+            kept_trials(self.out) as journal,
+            staged_directory(self.out) as folder,
+            executor_at(self.scheduler) as executor,
+        ):
+            used, shortened = bounded(read)
+            for line in filter(None, (shortened, thinning(used))):
+                say(line)
+            with progress() as report:
+                # It bounds the recordings itself, and notes that in its result.
+                result = identification.diagnose(
+                    read[:training],
+                    read[training:],
+                    loss=loss,
+                    candidates=[*CANDIDATES, *inputs.effects],
+                    jobs=self.jobs,
+                    executor=executor,
+                    progress=report,
+                    journal=journal,
+                )
+                report("estimating friction", 0, 1)
+                outcome = friction_outcome(used[:training], used[training:], result)
+            content = write_diagnosis(folder, result, outcome, made=made)
+        finish_diagnosis(self.out, earlier, content, result, outcome)

@@ -1,77 +1,25 @@
 """`brushgrip estimate`."""
 
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from brushgrip.choices import ObserverName
 from brushgrip.commands.options import (
-    ChannelMap,
-    EffectModules,
+    GroundRequest,
     Jobs,
-    ModelFile,
-    OneGround,
-    RecordingNames,
-    RigFile,
     Scheduler,
     TuningProfile,
     TuningValues,
-    usable_file,
+    file_option,
+    option,
 )
-
-OptionalOutFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--out", metavar="OUT.csv", help="File to write.", show_default=False, callback=usable_file
-    ),
-]
-SummaryFile = Annotated[
-    Path | None,
-    typer.Option(
-        "--summary",
-        metavar="TABLE.csv",
-        help="Table to write with a row for each recording.",
-        show_default=False,
-        callback=usable_file,
-    ),
-]
-
-Observer = Annotated[
-    ObserverName, typer.Option("--observer", help="Observer to use.", show_default=False)
-]
-Smooth = Annotated[
-    bool, typer.Option("--smooth", help="Estimate every sample from the whole recording; takes ekf.")
-]
-FrictionPicture = Annotated[
-    Path | None,
-    typer.Option(
-        "--picture",
-        metavar="PNG",
-        help="Picture of mu(t); OUT.png if left out.",
-        show_default=False,
-        callback=usable_file,
-    ),
-]
+from brushgrip.inputs.choices import ObserverName
 
 
-def estimate(
-    recordings: RecordingNames,
-    observer: Observer,
-    out: OptionalOutFile = None,
-    summary: SummaryFile = None,
-    rig: RigFile = None,
-    channel_map: ChannelMap = None,
-    model: ModelFile = None,
-    effects: EffectModules = None,
-    tuning: TuningProfile = None,
-    tune: TuningValues = None,
-    ground: OneGround = None,
-    smooth: Smooth = False,
-    picture: FrictionPicture = None,
-    jobs: Jobs = None,
-    scheduler: Scheduler = None,
-) -> None:
+@dataclass(frozen=True, kw_only=True)
+class EstimateRequest(GroundRequest):
     """Estimate friction over time, causally, one row a sample.
 
     Columns t,mu,mu_std,M_z_predicted,informed,usable,mu_eff,mu_eff_std,M_slide,nis,status. The effective
@@ -86,24 +34,82 @@ def estimate(
 
     Several recordings go to OUT_<recording>.csv, without pictures, and friction at the end of each to a
     row of --summary, which suffices for itself. What is wrong with a recording stands in its row; the
-    others are estimated all the same, and the exit status is 2.
+    others are estimated all the same, and the exit status is 2. A text in --summary that a spreadsheet
+    would take for a formula begins with an apostrophe.
     """
-    from brushgrip.tasks import estimate as task
 
-    task.estimate(
-        recordings=recordings,
-        observer=observer,
-        out=out,
-        summary=summary,
-        rig=rig,
-        channel_map=channel_map,
-        model=model,
-        effects=effects,
-        tuning=tuning,
-        tune=tune,
-        ground=ground,
-        smooth=smooth,
-        picture=picture,
-        jobs=jobs,
-        scheduler=scheduler,
-    )
+    observer: Annotated[ObserverName, option("--observer", help="Observer to use.")]
+    out: Annotated[Path | None, file_option("--out", "OUT.csv")] = None
+    summary: Annotated[
+        Path | None,
+        file_option("--summary", "TABLE.csv", "Table to write with a row for each recording."),
+    ] = None
+    tuning: TuningProfile = None
+    tune: TuningValues = None
+    smooth: Annotated[
+        bool,
+        typer.Option("--smooth", help="Estimate every sample from the whole recording; takes ekf."),
+    ] = False
+    picture: Annotated[
+        Path | None, file_option("--picture", "PNG", "Picture of mu(t); OUT.png if left out.")
+    ] = None
+    jobs: Jobs = None
+    scheduler: Scheduler = None
+
+    def run(self) -> None:
+        """Write friction over time for each recording, a picture for a single one, and the summary."""
+        from brushgrip.estimation.estimates import observer_factory
+        from brushgrip.inputs.pipeline import staged_tables, table_path, write_text
+        from brushgrip.inputs.tunings import chosen_tuning
+        from brushgrip.outputs.atomic import is_same_file
+        from brushgrip.outputs.console import say, show
+        from brushgrip.running.batch import (
+            EstimateTask,
+            estimate_all,
+            outputs_of,
+            summary_table,
+            task_submission,
+        )
+        from symbolic import InvalidInputError
+
+        tuning = chosen_tuning(self.tuning, self.tune)
+        observer_factory(self.observer, tuning)
+        alone = len(self.recordings) == 1 and self.summary is None
+        finals = outputs_of(self.out, self.summary, self.picture, alone=alone)
+        inputs = self.model_inputs()
+        tasks = [
+            EstimateTask(
+                inputs=one,
+                observer=self.observer,
+                tuning=tuning,
+                smooth=self.smooth,
+                out=self.out and table_path(self.out, name, len(inputs.paths)).absolute(),
+            )
+            for name, one in inputs.one_by_one().items()
+        ]
+        tables = [task.out for task in tasks if task.out and not alone]
+        settings = {"observer": self.observer.value, "tuning": tuning and tuning.to_dict()}
+        if self.summary and any(is_same_file(self.summary, table) for table in tables):
+            raise InvalidInputError(f"{self.summary}: --summary and --out must name different files")
+        with staged_tables(inputs, finals, (finals or tables)[0], settings, tables) as stages:
+            if alone:
+                tasks = [replace(tasks[0], out=stages[0], picture=stages[1])]
+            with task_submission(inputs, tasks, self.jobs, self.scheduler) as (submit, report):
+                outcomes = estimate_all(tasks, submit, report)
+            if alone and (fault := outcomes[0].fault):
+                raise fault
+            rows = [outcome.row for outcome in outcomes]
+            if self.summary:
+                write_text(stages[0], summary_table(rows))
+        faults = [row for row in rows if row["fault"]]
+        estimated = f"estimated {len(rows) - len(faults)} of {len(rows)} recordings"
+        for line in outcomes[0].lines if alone else (estimated,):
+            say(line)
+        if finals:
+            say(f"wrote {' and '.join(map(str, finals))}")
+        show(rows)
+        if faults:
+            raise InvalidInputError(
+                f"{len(faults)} of {len(rows)} recordings could not be estimated; the first is"
+                f" {faults[0]['recording']}: {faults[0]['fault']}"
+            )

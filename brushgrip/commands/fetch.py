@@ -1,38 +1,56 @@
 """`brushgrip fetch`."""
 
+from dataclasses import dataclass
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from brushgrip.choices import Published
+from brushgrip.commands.options import option
 
 
-def fetch(
+class Published(StrEnum):
+    """Sets of recordings that can be fetched."""
+
+    WHEEL = "wheel"
+    FRICTION_DAMPER = "friction-damper"
+
+
+@dataclass(frozen=True, kw_only=True)
+class FetchRequest:
+    """Download the published measurements at the pinned commit, every digest checked.
+
+    Where BRUSHGRIP_DATA names a folder, they are copied from there and nothing is downloaded.
+    """
+
     which: Annotated[
         Published,
         typer.Argument(
             metavar="[wheel|friction-damper]",
             help="The thesis's wheel, or another rig's friction damper with backlash (CC BY-SA 4.0).",
         ),
-    ] = Published.WHEEL,
+    ] = Published.WHEEL
     out: Annotated[
         Path | None,
-        typer.Option(
+        option(
             "--out",
             metavar="DIR",
             help="Folder to put them in; the user's data folder if left out.",
-            show_default=False,
         ),
-    ] = None,
-) -> None:
-    """Download the published measurements at the pinned commit, every digest checked.
+    ] = None
 
-    Where BRUSHGRIP_DATA names a folder, they are copied from there and nothing is downloaded.
-    """
-    from brushgrip.tasks import fetch as task
+    def run(self) -> None:
+        """Bring the published measurements to where recordings are looked for."""
+        from brushgrip.inputs.recordings import download_folder
+        from brushgrip.outputs.console import say, show
+        from brushgrip.published import fetch, friction_damper
 
-    task.fetch(
-        which=which,
-        out=out,
-    )
+        if self.which is Published.FRICTION_DAMPER:
+            folder = self.out or friction_damper.damper_folder()
+            files = friction_damper.fetch_friction_damper(folder, say=say)
+        else:
+            folder = self.out or download_folder()
+            files = fetch.fetch(folder, say=say)
+        show({"folder": str(folder), "files": [str(path) for path in files]})
+        say(f"{len(files)} file{'s' * (len(files) != 1)} in {folder}")

@@ -1,13 +1,23 @@
 """Arguments and options that several commands share, and checks of the files they name."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from brushgrip.choices import TuningName
+from brushgrip.inputs.choices import TuningName
+
+if TYPE_CHECKING:
+    from brushgrip.inputs.pipeline import Inputs
 
 MOST_JOBS = 256
+
+
+def option(*flags: str, help: str, metavar: str | None = None, **settings: Any) -> Any:
+    """An option whose default is not shown: it is left out, or the help says what it means."""
+    return typer.Option(*flags, metavar=metavar, help=help, show_default=False, **settings)
 
 
 def usable_file(path: Path | None) -> Path | None:
@@ -58,6 +68,16 @@ def model_file(path: Path | None) -> Path | None:
     raise InvalidInputError(f"{path}: holds no model.json, so it is not the folder of a diagnosis")
 
 
+def file_option(flag: str, metavar: str, help: str = "File to write.") -> Any:
+    """The name of a file to write."""
+    return option(flag, metavar=metavar, help=help, callback=usable_file)
+
+
+def folder_option(flag: str = "--out", help: str = "Folder to write to.") -> Any:
+    """The name of a folder to write to."""
+    return option(flag, metavar="DIR", help=help, callback=usable_folder)
+
+
 RecordingNames = Annotated[
     list[str],
     typer.Argument(
@@ -69,118 +89,119 @@ RecordingNames = Annotated[
 ]
 RigFile = Annotated[
     Path | None,
-    typer.Option(
+    option(
         "--rig",
         metavar="R",
         help="Rig file (TOML). May be left out where the recordings know a, e and k.",
-        show_default=False,
     ),
 ]
 ChannelMap = Annotated[
     str | None,
-    typer.Option(
+    option(
         "--map",
         metavar="psi=NAME:deg,...",
         help="Channels of the columns with their units and factors, such as"
         " psi=SteeringAngle:deg,t=time:ms,M_z=-Mz,F_N=0.5*Load:kN; goes before [signals] of the rig"
         " file.",
-        show_default=False,
     ),
 ]
 Force = Annotated[bool, typer.Option("--force", help="Replace what another run wrote into the folder.")]
 ModelFile = Annotated[
     Path | None,
-    typer.Option(
+    option(
         "--model",
         metavar="MODEL",
         help="Folder of a diagnosis, or its model file (model.json); the declared model without it.",
-        show_default=False,
         callback=model_file,
     ),
 ]
-
-
 TuningProfile = Annotated[
     TuningName | None,
-    typer.Option(
+    option(
         "--tuning",
         help="Tuning by name; real_tyre if left out. A model file's model_error goes before its error,"
         " noise, error_travel and explained; what --tune sets goes before both.",
-        show_default=False,
-    ),
-]
-EffectModules = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--effects",
-        metavar="MODULE",
-        help="Module with effects of your own, EFFECTS = [MyEffect(), ...]; it is imported. May be"
-        " repeated; several may be separated by commas.",
-        show_default=False,
-    ),
-]
-Grounds = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--ground",
-        metavar="NAME=REC,REC",
-        help="What recordings stand on, such as steel=fem1,fem3; goes before '# ground = steel' in a CSV"
-        " file. May be repeated.",
-        show_default=False,
-    ),
-]
-OneGround = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--ground",
-        metavar="NAME",
-        help="What the wheel stands on, or NAME=REC,REC for some of the recordings; picks the values of"
-        " that ground from the model file.",
-        show_default=False,
-    ),
-]
-OutFile = Annotated[
-    Path,
-    typer.Option(
-        "--out", metavar="OUT.csv", help="File to write.", show_default=False, callback=usable_file
-    ),
-]
-OutJson = Annotated[
-    Path,
-    typer.Option(
-        "--out", metavar="OUT.json", help="File to write.", show_default=False, callback=usable_file
-    ),
-]
-OutFolder = Annotated[
-    Path,
-    typer.Option(
-        "--out", metavar="DIR", help="Folder to write to.", show_default=False, callback=usable_folder
-    ),
-]
-Jobs = Annotated[
-    int | None,
-    typer.Option(
-        "--jobs", metavar="N", min=1, max=MOST_JOBS, help="Processes to use; one per core if left out.",
-        show_default=False,
-    ),
-]  # fmt: skip
-Scheduler = Annotated[
-    str | None,
-    typer.Option(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="Scheduler of a Dask cluster that does the work in place of processes here, such as"
-        " tcp://10.0.0.1:8786.",
-        show_default=False,
     ),
 ]
 TuningValues = Annotated[
     list[str] | None,
-    typer.Option(
+    option(
         "--tune",
         metavar="NAME=VALUE",
         help="A value of the tuning in place of the profile's, such as mu_walk=0.02. May be repeated;"
         " several may be separated by commas.",
-        show_default=False,
     ),
 ]
+EffectModules = Annotated[
+    list[str] | None,
+    option(
+        "--effects",
+        metavar="MODULE",
+        help="Module with effects of your own, EFFECTS = [MyEffect(), ...]; it is imported. May be"
+        " repeated; several may be separated by commas.",
+    ),
+]
+OutFile = Annotated[Path, file_option("--out", "OUT.csv")]
+OutJson = Annotated[Path, file_option("--out", "OUT.json")]
+OutFolder = Annotated[Path, folder_option()]
+Jobs = Annotated[
+    int | None,
+    option(
+        "--jobs",
+        metavar="N",
+        min=1,
+        max=MOST_JOBS,
+        help="Processes to use; one per core if left out.",
+    ),
+]
+Scheduler = Annotated[
+    str | None,
+    option(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="Scheduler of a Dask cluster that does the work in place of processes here, such as"
+        " tcp://10.0.0.1:8786.",
+    ),
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecordingRequest:
+    """What commands that read recordings have in common."""
+
+    recordings: RecordingNames
+    rig: RigFile = None
+    channel_map: ChannelMap = None
+    effects: EffectModules = None
+
+    def inputs(self, more: Sequence[str] = (), **options: Any) -> "Inputs":
+        """The recordings, then those of `more`, with what else is read; see `locate_inputs`."""
+        from brushgrip.inputs.pipeline import locate_inputs
+
+        return locate_inputs(
+            [*self.recordings, *more],
+            rig=self.rig,
+            channel_map=self.channel_map,
+            effects=self.effects,
+            **options,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class GroundRequest(RecordingRequest):
+    """What commands that run a model over recordings have in common."""
+
+    model: ModelFile = None
+    ground: Annotated[
+        list[str] | None,
+        option(
+            "--ground",
+            metavar="NAME",
+            help="What the wheel stands on, or NAME=REC,REC for some of the recordings; picks the values"
+            " of that ground from the model file.",
+        ),
+    ] = None
+
+    def model_inputs(self) -> "Inputs":
+        """The inputs with the model and the grounds."""
+        return self.inputs(model=self.model, ground=self.ground, one_ground=True)

@@ -1,53 +1,52 @@
 """`brushgrip simulate`."""
 
+from dataclasses import dataclass
 from typing import Annotated
 
-import typer
-
-from brushgrip.commands.options import (
-    ChannelMap,
-    EffectModules,
-    ModelFile,
-    OneGround,
-    OutFile,
-    RecordingNames,
-    RigFile,
-)
+from brushgrip.commands.options import GroundRequest, OutFile, option
 
 
-def simulate(
-    recordings: RecordingNames,
-    out: OutFile,
-    rig: RigFile = None,
-    channel_map: ChannelMap = None,
-    model: ModelFile = None,
-    effects: EffectModules = None,
-    ground: OneGround = None,
-    mu: Annotated[
-        float | None,
-        typer.Option(
-            "--mu",
-            metavar="MU",
-            help="Friction coefficient, in place of what model file, recording and rig say.",
-            show_default=False,
-        ),
-    ] = None,
-) -> None:
+@dataclass(frozen=True, kw_only=True)
+class SimulateRequest(GroundRequest):
     """Simulate the aligning torque for the angle and the load of recordings: t,M_z.
 
     No M_z is needed. mu is that of --mu, else of the model file where it knows the recording, else of
     the rig.
     Several recordings go to OUT_<recording>.csv.
     """
-    from brushgrip.tasks import simulate as task
 
-    task.simulate(
-        recordings=recordings,
-        out=out,
-        rig=rig,
-        channel_map=channel_map,
-        model=model,
-        effects=effects,
-        ground=ground,
-        mu=mu,
-    )
+    out: OutFile
+    mu: Annotated[
+        float | None,
+        option(
+            "--mu",
+            metavar="MU",
+            help="Friction coefficient, in place of what model file, recording and rig say.",
+        ),
+    ] = None
+
+    def run(self) -> None:
+        """Write the torque that the model predicts for recordings."""
+        from brushgrip.estimation.simulation import model_and_values, simulated_torque
+        from brushgrip.inputs.pipeline import staged_tables, table_path, write_text
+        from brushgrip.outputs.console import say, show
+        from brushgrip.report.printed import say_ground
+        from brushgrip.wording.formatting import csv_text
+        from symbolic import InvalidInputError
+
+        if self.mu is not None and not 0 < self.mu < float("inf"):
+            raise InvalidInputError(f"--mu must be finite and greater than 0, got {self.mu:g}")
+        inputs = self.model_inputs()
+        finals = [table_path(self.out, name, len(inputs.paths)) for name in inputs.paths]
+        settings = {"mu": self.mu, "ground": list(self.ground or ())}
+        with staged_tables(inputs, finals, self.out, settings) as stages:
+            recordings, found = inputs.recordings(torque_required=False), inputs.found()
+            models = [model_and_values(recording, found, self.mu) for recording in recordings]
+            for recording, (model, values), stage in zip(recordings, models, stages, strict=True):
+                torque = simulated_torque(recording, model, values, found)
+                write_text(stage, csv_text({"t": recording.t, "M_z": torque}))
+        for recording in recordings:
+            say_ground(recording, found)
+        for final in finals:
+            say(f"wrote {final}")
+        show({"wrote": list(map(str, finals))})

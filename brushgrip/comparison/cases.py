@@ -1,11 +1,13 @@
 """A recording with the friction that its estimates are compared with."""
 
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgrip.inputs.pipeline import Inputs
 from identification import Recording
 from identification.thesis import AuthorEstimate, aligned, author_file, read_author_estimate
 from symbolic import InvalidInputError
@@ -107,6 +109,42 @@ def make_case(recording: Recording, folder: Path | None, declared: float | None 
         span=slice(first, last),
         settled=settled,
     )
+
+
+def make_cases(inputs: Inputs, author: Path | None, declared: Sequence[float]) -> list[Case]:
+    """A case for each recording, with the author's estimate from one folder, or from beside each."""
+    paths = inputs.paths.values()
+    references = list(declared) if len(declared) == len(paths) else [*declared, None][:1] * len(paths)
+    return [
+        make_case(recording, path.parent if author is None else author, mu)
+        for recording, path, mu in zip(inputs.recordings(causal=True), paths, references, strict=True)
+    ]
+
+
+def check_references(declared: Sequence[float], recordings: int, author: Path | None) -> None:
+    """Refuses reference frictions and a folder of estimates that cannot belong to so many recordings.
+
+    Raises:
+        InvalidInputError: the number of frictions or one of them is none, or the folder is missing.
+    """
+    if len(declared) not in (0, 1, recordings):
+        raise InvalidInputError(
+            f"--declared has {len(declared)} values for {recordings} recordings;"
+            " give one for all, or one for each"
+        )
+    for mu in declared:
+        if not 0 < mu < float("inf"):
+            raise InvalidInputError(f"--declared must be finite and greater than 0, got {mu:g}")
+    if author is not None and not author.is_dir():
+        raise InvalidInputError(
+            f"{author}: no such folder; --author takes that of author_estimate_*.csv"
+        )
+
+
+def author_files(recordings: Iterable[Path], author: Path | None) -> list[Path]:
+    """The estimates of [Györök 2022] that may be read along with these recordings."""
+    folders = {path.parent for path in recordings} if author is None else {author}
+    return [path for folder in folders for path in folder.glob(author_file(Path(), "*").name)]
 
 
 def _beginning(recording: Recording) -> int:

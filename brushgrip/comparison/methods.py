@@ -2,14 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, partial
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from brushgrip.choices import ObserverName
-from brushgrip.estimation import (
+from brushgrip.estimation.estimates import (
     OBSERVERS,
     ObserverFactory,
     comparable_friction,
@@ -18,8 +17,9 @@ from brushgrip.estimation import (
     root_solver,
     run_observer,
 )
+from brushgrip.inputs.choices import ObserverName
 from identification import FoundModel, Recording
-from observers import Ekf, ZoneRootSolver
+from observers import Ekf
 from observers.embedded import NativeObserver, compile_native
 from symbolic import Model, Rig, compiler
 
@@ -101,14 +101,9 @@ class CompiledEkf:
         return comparable_friction(code.run(*channels))
 
 
-def filtered_root_solver(recording: Recording, found: FoundModel | None = None) -> ZoneRootSolver:
-    """The root solve of [Györök 2022] with its exponential filter, (5.9)."""
-    return root_solver(recording, found, smoothing=SMOOTHING)
-
-
 ROOT_METHODS: Mapping[str, ObserverFactory] = {
     "root, five zones": root_solver,
-    "root, filtered (5.9)": filtered_root_solver,
+    "root, filtered (5.9)": partial(root_solver, smoothing=SMOOTHING),
 }
 """The root solve of [Györök 2022]: at most five zones, no standard deviation, the declared model."""
 MODEL_METHODS: Mapping[str, ObserverFactory] = {

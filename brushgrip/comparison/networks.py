@@ -6,8 +6,10 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgrip.comparison.cases import Case
+from brushgrip.comparison.methods import Method
 from identification import Recording
-from identification.thesis import Activation, Design, FrictionNetwork, train
+from identification.thesis import Activation, Design, FrictionNetwork, label_mean, train
 from observers import ZoneRootSolver, run
 from observers.thesis import ZoneState, advance_zones
 
@@ -73,6 +75,14 @@ def corrected_root(recordings: Sequence[Recording], design: Design | None = None
     """
     tanh = replace(design or Design(), activation=Activation.TANH)
     return train(recordings, all_inputs, tanh, base=ANALYTIC, name="root and network")
+
+
+def trained_methods(training: Sequence[Case]) -> list[Method]:
+    """The networks of [Györök 2022] trained on these cases, and the mean that a method has to beat."""
+    labelled = [
+        replace(case.recording, tyre=replace(case.recording.tyre, mu=case.declared)) for case in training
+    ]
+    return [neural_network(labelled), corrected_root(labelled), label_mean(labelled)]
 
 
 def _zone_states(recording: Recording) -> list[ZoneState]:

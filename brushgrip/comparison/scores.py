@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from brushgrip.comparison.cases import Case
 from brushgrip.comparison.methods import Method
-from brushgrip.console import Progress
+from brushgrip.outputs.console import Progress
 from identification import Recording
 
 Array = NDArray[np.float64]
@@ -73,31 +73,20 @@ class MethodSummary:
     gives_deviation: bool
 
 
-PUBLISHED = (
+PUBLISHED = tuple(
     MethodSummary(
-        method="analytic method",
-        rmse=0.638,
+        method=method,
+        rmse=rmse,
         spread=None,
-        theta=0.525,
-        works_beyond_five_zones=False,
+        theta=theta,
+        works_beyond_five_zones=beyond,
         gives_deviation=False,
-    ),
-    MethodSummary(
-        method="neural network",
-        rmse=0.4794,
-        spread=None,
-        theta=0.0085,
-        works_beyond_five_zones=True,
-        gives_deviation=False,
-    ),
-    MethodSummary(
-        method="SciML method",
-        rmse=0.3837,
-        spread=None,
-        theta=0.538,
-        works_beyond_five_zones=None,
-        gives_deviation=False,
-    ),
+    )
+    for method, rmse, theta, beyond in (
+        ("analytic method", 0.638, 0.525, False),
+        ("neural network", 0.4794, 0.0085, True),
+        ("SciML method", 0.3837, 0.538, None),
+    )
 )
 """[Györök 2022], Table 6.1, as printed: six recordings on steel, an Intel i5-8250U."""
 

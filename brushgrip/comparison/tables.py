@@ -8,11 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.console import Console
-from rich.table import Table
 
 from brushgrip.comparison.cases import SETTLED
 from brushgrip.comparison.scores import PUBLISHED, CaseScores, MethodSummary
+from brushgrip.outputs.console import print_table, print_text
 
 NOTE = (
     "RMSE of the effective friction μ_eff (μ on the declared model) against the declared μ, from"
@@ -55,7 +54,7 @@ def text_tables(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) ->
             headings=recordings,
             lines=(
                 ("declared μ", *(f"{result.case.declared:g}" for result in results)),
-                *((row.method, *(_error(_rmse(result, row)) for result in results)) for row in rows),
+                *((row.method, *map(_error, _figures(results, row, "rmse"))) for row in rows),
             ),
         ),
         TextTable(
@@ -63,7 +62,7 @@ def text_tables(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) ->
             headings=recordings,
             lines=(
                 ("length [s]", *(f"{_duration(result):.1f}" for result in results)),
-                *((row.method, *(_time(_theta(result, row)) for result in results)) for row in rows),
+                *((row.method, *map(_time, _figures(results, row, "theta"))) for row in rows),
             ),
         ),
     ]
@@ -71,16 +70,10 @@ def text_tables(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) ->
 
 def print_comparison(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) -> None:
     """Prints the tables on standard output."""
-    screen = Console(highlight=False, markup=False)
     for sheet in text_tables(results, rows):
-        table = Table(title=sheet.title, title_justify="left")
-        for place, heading in enumerate(sheet.headings):
-            table.add_column(heading, justify="right" if place else "left", overflow="fold")
-        for line in sheet.lines:
-            table.add_row(*line)
-        screen.print(table)
-    screen.print(NOTE.format(settled=SETTLED))
-    screen.print(PUBLISHED_NOTE)
+        print_table(sheet.title, sheet.headings, sheet.lines, right=True, overflow="fold")
+    print_text(NOTE.format(settled=SETTLED))
+    print_text(PUBLISHED_NOTE)
 
 
 def markdown_text(results: Sequence[CaseScores], rows: Sequence[MethodSummary]) -> str:
@@ -163,12 +156,12 @@ def _cells(name: str, row: MethodSummary) -> tuple[str, ...]:
     )
 
 
-def _rmse(result: CaseScores, row: MethodSummary) -> float | None:
-    return next((score.rmse for score in result.scores if score.method == row.method), None)
-
-
-def _theta(result: CaseScores, row: MethodSummary) -> float | None:
-    return next((score.theta for score in result.scores if score.method == row.method), None)
+def _figures(results: Sequence[CaseScores], row: MethodSummary, name: str) -> list[float | None]:
+    """A figure of one method on every case; None where the method has none."""
+    return [
+        next((getattr(score, name) for score in result.scores if score.method == row.method), None)
+        for result in results
+    ]
 
 
 def _name(result: CaseScores) -> str:

@@ -8,10 +8,8 @@ from textwrap import fill
 
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from brushgrip.formatting import outcome, percent, plain, signed
 from brushgrip.pictures.style import (
     AFTER,
     BEFORE,
@@ -23,6 +21,7 @@ from brushgrip.pictures.style import (
     picture,
     set_title,
 )
+from brushgrip.wording.formatting import outcome, percent, plain, signed
 from identification import Candidate, Diagnosis, Proposal, Series, Signatures
 
 Stage = tuple[Signatures, str, str]
@@ -75,8 +74,8 @@ def _loop(axes: Axes, series: Series, diagnosis: Diagnosis, width: float = 1.2) 
     return artists
 
 
-def draw_residuals(path: Path, diagnosis: Diagnosis) -> int:
-    """Draw simulated minus measured torque, before and after; returns the number of recordings shown."""
+def draw_residuals(path: Path, diagnosis: Diagnosis) -> None:
+    """Draw simulated minus measured torque of `MOST_RECORDINGS` at most, before and after."""
     shown = ordered(diagnosis)[:MOST_RECORDINGS]
     with picture(path, 0.9 + 1.9 * len(shown)) as figure:
         grid = figure.add_gridspec(len(shown), 2, width_ratios=[2, 1])
@@ -87,9 +86,10 @@ def draw_residuals(path: Path, diagnosis: Diagnosis) -> int:
             over_time.set_ylabel("model − measured\n[N m]")
             set_title(over_time, series)
             over_angle.tick_params(labelleft=False)
-        _label_time_and_angle(figure, over_time, over_angle)
+        over_time.set_xlabel("time t [s]")
+        over_angle.set_xlabel("yaw angle ψ [rad]")
+        figure.align_ylabels()
         legend_above(figure, artists)
-    return len(shown)
 
 
 def _residual(over_time: Axes, over_angle: Axes, series: Series) -> list[Artist]:
@@ -105,12 +105,6 @@ def _residual(over_time: Axes, over_angle: Axes, series: Series) -> list[Artist]
         axes.axhline(0, color=MEASURED, lw=0.7)
     over_time.margins(x=0.01)
     return artists
-
-
-def _label_time_and_angle(figure: Figure, over_time: Axes, over_angle: Axes) -> None:
-    over_time.set_xlabel("time t [s]")
-    over_angle.set_xlabel("yaw angle ψ [rad]")
-    figure.align_ylabels()
 
 
 def draw_signatures(path: Path, before: Signatures, after: Signatures | None = None) -> None:

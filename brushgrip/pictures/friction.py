@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from brushgrip.estimation import FrictionTrack
+from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.pictures.style import AFTER, MEASURED, TRACKS, legend_above, literal, picture
 
 BAND = 2.0

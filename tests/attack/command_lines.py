@@ -11,11 +11,9 @@ from pathlib import Path
 from random import Random
 from unittest import mock
 
-from brushgrip import cluster
-from brushgrip.app import main
-from brushgrip.tasks import demo as demonstrating
-from brushgrip.tasks import diagnose as diagnosing
-from brushgrip.tasks import estimate as estimating
+import identification
+from brushgrip.cli.app import main
+from brushgrip.running import batch, cluster
 from symbolic import InvalidInputError
 from tests.attack.attack_class import AttackClass, one_by_one
 from tests.attack.targets import CORPUS
@@ -155,10 +153,8 @@ def outcome_of(arguments: Sequence[str]) -> tuple[object, str]:
     hidden = {"BRUSHGRIP_DATA": "nowhere", "XDG_DATA_HOME": "nowhere"}
     with (
         mock.patch.object(cluster, "PATIENCE", "1s"),
-        mock.patch.object(diagnosing, "close_the_loop", _refuse),
-        mock.patch.object(demonstrating, "diagnose", _refuse),
-        mock.patch.object(estimating, "observe", _refuse),
-        mock.patch.object(estimating, "estimate_all", _refuse),
+        mock.patch.object(identification, "diagnose", _refuse),
+        mock.patch.object(batch, "estimate_all", _refuse),
         mock.patch.dict(os.environ, hidden),
         contextlib.redirect_stdout(out),
         contextlib.redirect_stderr(err),

@@ -9,7 +9,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from brushgrip.__main__ import load_command
-from brushgrip.interrupts import run_process
+from brushgrip.running.interrupts import run_process
 
 FEW = ("torque_offset", "contact_damping", "steering_return")
 
@@ -17,12 +17,13 @@ FEW = ("torque_offset", "contact_damping", "steering_return")
 def load() -> Callable[[], None]:
     """The command with few candidates."""
     command = load_command()
-    from brushgrip.tasks import diagnose
+    import symbolic
+    from brushgrip.report import diagnosis_folder as diagnosing
 
     quick = bool(os.environ.get("BRUSHGRIP_SMALL_QUICK"))
-    diagnose.CANDIDATES = FEW[:2] if quick else FEW
+    symbolic.CANDIDATES = FEW[:2] if quick else FEW
     if quick:
-        diagnose.write_report = lambda *_: None
+        diagnosing.write_report = lambda *_: None
     return command
 
 

@@ -3,7 +3,7 @@
 import re
 from pathlib import Path
 
-from brushgrip.fetch import published_files
+from brushgrip.published.fetch import published_files
 
 RUNS_WHAT_IT_READS = re.compile(
     r"\bpickle\.(load|Unpickler)|from pickle\b|\b(import|from) (marshal|shelve|joblib|dill)\b"

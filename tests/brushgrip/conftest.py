@@ -2,32 +2,18 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 import pytest
 
-from brushgrip.app import main
-from brushgrip.estimation import FrictionTrack
-from identification.diagnosis.findings import Candidate, Errors, FoundEffect, Series
+import identification
+from brushgrip.cli.app import main
+from brushgrip.estimation.estimates import FrictionTrack
 from identification.diagnosis.result import Diagnosis
-from identification.experiments.proposals import Proposal
-from identification.experiments.steering import Manoeuvre
-from identification.fits.values import ParameterEstimate, Values
-from identification.residuals.signals import RESIDUAL_SIGNALS, effects_leaving
-from identification.residuals.signatures import Autocorrelation, Signature, Signatures
-from identification.residuals.unexplained import Unexplained
-from symbolic import EFFECTS, Model, effects_named
+from tests.brushgrip.factories import make_diagnosis
+from tests.brushgrip.helpers import Outcome, Run, Write
 
 RIG = "[rig]\na = 0.045\ne = 0.009\n\n[tyre]\nk = 2.4e6\nmu = 1.2\n"
-
-
-class Outcome(NamedTuple):
-    """Result of a command: exit status, standard output, standard error."""
-
-    status: int
-    out: str
-    err: str
 
 
 @pytest.fixture(autouse=True)
@@ -39,7 +25,7 @@ def own_places(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.fixture
-def run(capfd: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
+def run(capfd: pytest.CaptureFixture[str]) -> Run:
     """Runs the command with arguments."""
 
     def command(*arguments: object) -> Outcome:
@@ -49,6 +35,17 @@ def run(capfd: pytest.CaptureFixture[str]) -> Callable[..., Outcome]:
         return Outcome(exit_.value.code, *capfd.readouterr())
 
     return command
+
+
+@pytest.fixture
+def no_work(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Faults are found before any estimation begins."""
+
+    def refuse(*_: object, **__: object) -> None:
+        raise AssertionError("work has begun")
+
+    for name in ("diagnose", "identify_free_decay"):
+        monkeypatch.setattr(identification, name, refuse)
 
 
 @pytest.fixture
@@ -67,7 +64,7 @@ def table() -> dict[str, np.ndarray]:
 
 
 @pytest.fixture
-def write_csv(tmp_path: Path, table: dict[str, np.ndarray]) -> Callable[..., Path]:
+def write_csv(tmp_path: Path, table: dict[str, np.ndarray]) -> Write:
     """Writes a recording, with columns replaced or (None) left out, and lines put on top."""
 
     def write(name: str = "run.csv", columns: Mapping[str, object] | None = None, top: str = "") -> Path:
@@ -82,154 +79,10 @@ def write_csv(tmp_path: Path, table: dict[str, np.ndarray]) -> Callable[..., Pat
     return write
 
 
-def _series(name: str, number: int, held_out: bool) -> Series:
-    noise = np.random.default_rng(number).normal(0, 0.08, 600)
-    t = np.arange(600) * 0.02
-    psi = (0.2 + 0.03 * number) * np.sin(1.1 * t) * np.cos(0.31 * t + number)
-    true = -8 * np.tanh(9 * (psi + 0.05 * np.cos(1.1 * t)))
-    measured = true + noise
-    measured[100:110] = np.nan
-    return Series(
-        name=name,
-        held_out=held_out,
-        t=t,
-        psi=psi,
-        F_N=np.full(600, 400.0),
-        measured=measured,
-        before=true + 0.5 * np.sin(2 * t),
-        after=true + 0.1 * np.sin(2 * t),
-    )
-
-
-def _errors(shares: dict[str, float], training: tuple[str, ...]) -> Errors:
-    return Errors(
-        rmse={name: 16 * share for name, share in shares.items()},
-        nrmse=shares,
-        training=training,
-        holdout=tuple(name for name in shares if name not in training),
-        left_out=shares if len(training) == len(shares) > 1 else {},
-    )
-
-
-def _signatures(strength: float) -> Signatures:
-    """Every signal with the same correlation, the even ones against it."""
-    lags = 0.01 * np.arange(1, 101)
-    each = tuple(
-        Signature(
-            signal=signal.name,
-            unit=signal.unit,
-            correlation=strength * (-1) ** number,
-            band=0.3,
-            slope=1.0,
-            size=0.01 * strength,
-            effects=effects_leaving(signal, 1, EFFECTS.values()),
-            reading=signal.positive,
-        )
-        for number, signal in enumerate(RESIDUAL_SIGNALS)
-    )
-    return Signatures(
-        rms=0.01,
-        autocorrelation=Autocorrelation(lags=lags, values=np.exp(-lags), band=0.04, memory=0.5),
-        signatures=each,
-        followed=each[:1] if strength > 0.3 else (),
-    )
-
-
-def _experiment() -> Proposal:
-    t = np.arange(500) * 0.02
-    return Proposal(
-        found="carcass_torsion",
-        rival="patch_width",
-        manoeuvre=Manoeuvre(
-            instruction="sweep to and fro, 10 s",
-            t=t,
-            psi=np.sin(t),
-            psi_dot=np.cos(t),
-            F_N=np.full(t.size, 400.0),
-        ),
-        torque=5 * np.sin(t),
-        rival_torque=5 * np.sin(t) + 0.1 * np.cos(t),
-        separation=0.01,
-        now=0.002,
-        noise=0.004,
-        times=1,
-        standard_errors=5.0,
-    )
-
-
-def _effects() -> tuple[FoundEffect, ...]:
-    return (
-        FoundEffect(
-            name="carcass_torsion",
-            summary=EFFECTS["carcass_torsion"].summary,
-            parameters={"k_t": ParameterEstimate(value=391.234, std=4.2, unit="N m/rad")},
-            holdout_nrmse_after=0.03,
-            delta_bic=-412.3,
-            indistinguishable_from=("patch_width",),
-            experiment=_experiment(),
-        ),
-        FoundEffect(
-            name="torque_offset",
-            summary=EFFECTS["torque_offset"].summary,
-            parameters={"M_0 [train_a]": ParameterEstimate(value=-0.12, std=None, unit="N m")},
-            holdout_nrmse_after=0.023,
-            delta_bic=-55.1,
-            indistinguishable_from=(),
-        ),
-    )
-
-
-@pytest.fixture(scope="session")
-def make_diagnosis() -> Callable[..., Diagnosis]:
-    """Builds a diagnosis without any estimation; `worse` names recordings that got worse."""
-
-    def make(
-        training: tuple[str, ...] = ("train_a", "train_b"),
-        holdout: tuple[str, ...] = ("held_c", "held_d", "held_e"),
-        *,
-        found: bool = True,
-        unexplained: bool = True,
-        worse: tuple[str, ...] = (),
-    ) -> Diagnosis:
-        names = (*training, *holdout)
-        before = {name: 0.04 + 0.001 * i for i, name in enumerate(names)}
-        final = {n: (share + 0.01 if n in worse else 0.55 * share) for n, share in before.items()}
-        after = final if found else before
-        effects = _effects() if found else ()
-        return Diagnosis(
-            recordings=training,
-            holdout=holdout,
-            declared=_errors({name: 1.6 * share for name, share in before.items()}, training),
-            before=_errors(before, training),
-            after=_errors(after, training),
-            effects=effects,
-            candidates=tuple(
-                Candidate(
-                    name=name,
-                    summary=effect.summary,
-                    holdout_nrmse=0.03 + 0.001 * i,
-                    delta_bic=-400.0 + 30 * i,
-                )
-                for i, (name, effect) in enumerate(EFFECTS.items())
-            ),
-            unexplained=Unexplained(present=unexplained, evidence="follows psi_dot <by> 0.4 & F_N"),
-            parameters={
-                "k": ParameterEstimate(value=2.4312e6, std=1.2e4, unit="N/m^2"),
-                **{f"mu [{n}]": ParameterEstimate(value=1.3, std=0.012, unit="1") for n in names},
-                "carcass_torsion.k_t": ParameterEstimate(value=391.234, std=4.2, unit="N m/rad"),
-            },
-            signatures_before=_signatures(0.8),
-            signatures_after=_signatures(0.1),
-            model=Model(effects=effects_named([effect.name for effect in effects])),
-            values=Values(
-                tyre={"k": 2.4312e6, **({"carcass_torsion.k_t": 391.234} if found else {})},
-                own={name: {"mu": 1.3} for name in names},
-            ),
-            series=tuple(_series(name, i, name in holdout) for i, name in enumerate(names)),
-            notes=tuple(f"{name} got worse" for name in worse),
-        )
-
-    return make
+@pytest.fixture(scope="session", name="make_diagnosis")
+def diagnosis_factory() -> Callable[..., Diagnosis]:
+    """Builds a diagnosis without any estimation."""
+    return make_diagnosis
 
 
 @pytest.fixture(scope="session")

@@ -1,41 +1,36 @@
 """A bad file gets one line, exit status 2, and leaves nothing behind."""
 
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
 import scipy.io
 
-from brushgrip.tasks import diagnose as diagnosing
+from tests.brushgrip.helpers import Outcome, Run, Write, contents
 
-Run = Callable[..., Any]
-Write = Callable[..., Path]
-
+pytestmark = pytest.mark.usefixtures("no_work")
 N = 60
 GOOD = np.arange(N) * 0.01
+COMMANDS = {"diagnose": [], "estimate": ["--observer", "ekf"], "simulate": []}
+
+
+@pytest.fixture
+def refuses(run: Run, rig: Path, tmp_path: Path) -> Run:
+    """Runs a command on a recording, and looks that nothing has changed."""
+
+    def command(name: str, recording: Path, *words: str, out: Path | None = None) -> Outcome:
+        before = contents(tmp_path)
+        place = out or tmp_path / "new" / "out.csv"
+        outcome = run(name, recording, "--rig", rig, "--out", place, *COMMANDS[name])
+        outcome.refused(*words)
+        assert contents(tmp_path) == before
+        return outcome
+
+    return command
 
 
 def replaced(values: np.ndarray, at: int, value: object) -> list[object]:
     return [*values[:at], value, *values[at + 1 :]]
-
-
-@pytest.fixture(autouse=True)
-def no_work(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Faults are found before any estimation begins."""
-
-    def refuse(*_: object, **__: object) -> None:
-        raise AssertionError("work has begun")
-
-    monkeypatch.setattr(diagnosing, "close_the_loop", refuse)
-
-
-def tree(folder: Path) -> dict[str, bytes | None]:
-    return {
-        str(path.relative_to(folder)): path.read_bytes() if path.is_file() else None
-        for path in sorted(folder.rglob("*"))
-    }
 
 
 @pytest.mark.parametrize(
@@ -52,28 +47,15 @@ def tree(folder: Path) -> dict[str, bytes | None]:
 )
 @pytest.mark.parametrize("command", ["diagnose", "estimate"])
 def test_bad_columns(
-    run: Run,
-    write_csv: Write,
-    rig: Path,
-    tmp_path: Path,
-    command: str,
-    columns: dict[str, object],
-    words: list[str],
+    refuses: Run, write_csv: Write, command: str, columns: dict[str, object], words: list[str]
 ) -> None:
     path = write_csv("bad.csv", columns)
-    before = tree(tmp_path)
-    options = ["--observer", "ekf"] if command == "estimate" else []
-    outcome = run(command, path, "--rig", rig, "--out", tmp_path / "new" / "out", *options)
-
-    assert_refused(outcome, [str(path), *words])
-    assert tree(tmp_path) == before
+    refuses(command, path, str(path), *words)
 
 
-def test_a_diagnosis_from_nine_torques(run: Run, write_csv: Write, rig: Path, tmp_path: Path) -> None:
+def test_a_diagnosis_from_nine_torques(refuses: Run, write_csv: Write) -> None:
     path = write_csv("few.csv", {"M_z": [1.0] * 9 + [""] * (N - 9)})
-    outcome = run("diagnose", path, "--rig", rig, "--out", tmp_path / "out")
-
-    assert_refused(outcome, [f"{path}: M_z is known in 9 of 60 samples, at least 10 needed"])
+    refuses("diagnose", path, f"{path}: M_z is known in 9 of 60 samples, at least 10 needed")
 
 
 @pytest.mark.parametrize(
@@ -85,26 +67,17 @@ def test_a_diagnosis_from_nine_torques(run: Run, write_csv: Write, rig: Path, tm
     ],
     ids=["empty", "two samples", "header alone"],
 )
-def test_bad_files(run: Run, rig: Path, tmp_path: Path, text: str, words: list[str]) -> None:
+def test_bad_files(refuses: Run, tmp_path: Path, text: str, words: list[str]) -> None:
     path = tmp_path / "bad.csv"
     path.write_text(text)
-    before = tree(tmp_path)
-    outcome = run("diagnose", path, "--rig", rig, "--out", tmp_path / "out")
-
-    assert_refused(outcome, [str(path), *words])
-    assert tree(tmp_path) == before
+    refuses("diagnose", path, str(path), *words)
 
 
-def test_mat_without_the_angle(run: Run, tmp_path: Path) -> None:
-    path = tmp_path / "bad.mat"
+def test_mat_without_the_angle(refuses: Run, tmp_path: Path) -> None:
     column = np.ones((N, 1))
     content = {"time": GOOD[:, None], "Mz": column, "Fz": column, "a": 0.04, "e": 0.0, "k": 2e6}
-    scipy.io.savemat(path, content)
-    before = tree(tmp_path)
-    outcome = run("diagnose", path, "--out", tmp_path / "out")
-
-    assert_refused(outcome, [str(path), "Psi"])
-    assert tree(tmp_path) == before
+    scipy.io.savemat(tmp_path / "bad.mat", content)
+    refuses("diagnose", tmp_path / "bad.mat", str(tmp_path / "bad.mat"), "Psi")
 
 
 @pytest.mark.parametrize(
@@ -118,47 +91,25 @@ def test_mat_without_the_angle(run: Run, tmp_path: Path) -> None:
     ],
 )
 def test_bad_rigs(
-    run: Run, write_csv: Write, rig: Path, tmp_path: Path, changes: tuple[str, str], words: list[str]
+    refuses: Run, write_csv: Write, rig: Path, changes: tuple[str, str], words: list[str]
 ) -> None:
     rig.write_text(rig.read_text().replace(*changes))
-    path = write_csv()
-    before = tree(tmp_path)
-    outcome = run("diagnose", path, "--rig", rig, "--out", tmp_path / "out")
-
-    assert_refused(outcome, [str(rig), *words])
-    assert tree(tmp_path) == before
+    refuses("diagnose", write_csv(), str(rig), *words)
 
 
 def test_no_rig(run: Run, write_csv: Write, tmp_path: Path) -> None:
-    assert_refused(run("diagnose", write_csv(), "--out", tmp_path / "out"), ["--rig"])
+    run("diagnose", write_csv(), "--out", tmp_path / "out").refused("--rig")
 
 
-@pytest.mark.parametrize("command", ["diagnose", "simulate", "estimate"])
+@pytest.mark.parametrize("command", COMMANDS)
 def test_unwritable_places_show_before_work_begins(
-    run: Run, write_csv: Write, rig: Path, tmp_path: Path, command: str
+    refuses: Run, write_csv: Write, tmp_path: Path, command: str
 ) -> None:
-    path = write_csv()
     (tmp_path / "file").write_text("x")
-    before = tree(tmp_path)
-    options = ["--observer", "ekf"] if command == "estimate" else []
     out = tmp_path / "file" / "out.csv"
-    outcome = run(command, path, "--rig", rig, "--out", out, *options)
-
-    assert_refused(outcome, [str(out)])
-    assert tree(tmp_path) == before
+    refuses(command, write_csv(), str(out), out=out)
 
 
-def test_a_file_where_the_folder_goes(run: Run, write_csv: Write, rig: Path) -> None:
+def test_a_file_where_the_folder_goes(refuses: Run, write_csv: Write) -> None:
     path = write_csv()
-    outcome = run("diagnose", path, "--rig", rig, "--out", path)
-
-    assert_refused(outcome, [str(path), "is not a folder"])
-
-
-def assert_refused(outcome: Any, words: list[str]) -> None:
-    assert outcome.status == 2
-    assert outcome.out == ""
-    assert outcome.err.count("\n") == 1
-    assert outcome.err.endswith("\n")
-    for word in words:
-        assert word in outcome.err
+    refuses("diagnose", path, str(path), "is not a folder", out=path)

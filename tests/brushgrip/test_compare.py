@@ -1,7 +1,6 @@
 """`brushgrip compare` on a recording of the reference rig, with a hand-made file of the author."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -9,10 +8,11 @@ import numpy as np
 import pytest
 
 from brushgrip.comparison import scores
-from reference_rig import RigRecording, make_recording, write_csv
+from reference_rig import RigRecording, make_recording
+from reference_rig import write_csv as write_recording
 from symbolic import compiler
+from tests.brushgrip.helpers import Run, Write
 
-Run = Callable[..., Any]
 MU, BEGINS = 1.3, 150
 """Friction of the rig, and the sample at which the author's file begins."""
 OURS = ["root, five zones", "root, filtered (5.9)", "EKF", "MHE"]
@@ -35,7 +35,7 @@ def rig_recording() -> RigRecording:
 def recording(rig_recording: RigRecording, tmp_path: Path) -> Path:
     path = tmp_path / "data" / "run.csv"
     path.parent.mkdir()
-    write_csv(path, rig_recording)
+    write_recording(path, rig_recording)
     return path
 
 
@@ -53,21 +53,27 @@ def write_author(folder: Path, recording: Path, mu: np.ndarray, declared: float 
     return path
 
 
-def compare(run: Run, rig: Path, path: Path, out: Path, *options: object) -> Any:
-    return run("compare", "--rig", rig, path, "--out", out, *options)
+@pytest.fixture
+def compare(
+    run: Run, rig: Path, recording: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Run:
+    """The command on the recording, or on others, in a folder of its own; it writes c.json."""
+    monkeypatch.chdir(tmp_path)
+    return lambda *options, on=None: run(
+        "compare", "--rig", rig, on or recording, "--out", "c.json", *options
+    )
 
 
-def assert_one_line(outcome: Any, *words: str) -> None:
-    assert outcome.status == 2
-    assert outcome.out == ""
-    assert outcome.err.count("\n") == 1
-    for word in words:
-        assert word in outcome.err
+def the_one(out: str = "c.json") -> dict[str, Any]:
+    """The only recording of a result."""
+    (one,) = json.loads(Path(out).read_text())["recordings"]
+    return one
 
 
-def test_json_table_and_pictures(run: Run, rig: Path, recording: Path, tmp_path: Path) -> None:
+def test_json_table_and_pictures(compare: Run, tmp_path: Path) -> None:
     out, table, picture = (tmp_path / "out" / name for name in ("c.json", "c.md", "c.png"))
-    outcome = compare(run, rig, recording, out, "--declared", MU, "--table", table, "--picture", picture)
+    written = ("--out", out, "--table", table, "--picture", picture)
+    outcome = compare("--declared", MU, *written)
     content = json.loads(out.read_text())
 
     assert outcome.status == 0
@@ -97,13 +103,9 @@ def test_json_table_and_pictures(run: Run, rig: Path, recording: Path, tmp_path:
     assert "published: SciML method" in outcome.out
 
 
-def test_the_right_model_is_right_and_the_filter_is_nearest(
-    run: Run, rig: Path, recording: Path, tmp_path: Path
-) -> None:
-    compare(run, rig, recording, tmp_path / "c.json", "--declared", MU)
-    rmse = {
-        row["method"]: row["rmse"] for row in json.loads((tmp_path / "c.json").read_text())["methods"]
-    }
+def test_the_right_model_is_right_and_the_filter_is_nearest(compare: Run) -> None:
+    compare("--declared", MU)
+    rmse = {row["method"]: row["rmse"] for row in json.loads(Path("c.json").read_text())["methods"]}
 
     assert max(rmse["EKF"], rmse["MHE"]) < 0.02
     assert min(rmse[name] for name in OURS[:2]) > 1.5 * max(rmse["EKF"], rmse["MHE"])
@@ -111,14 +113,13 @@ def test_the_right_model_is_right_and_the_filter_is_nearest(
 
 
 def test_rmse_and_spread_against_a_calculation_by_hand(
-    run: Run, rig: Path, recording: Path, rig_recording: RigRecording, tmp_path: Path
+    compare: Run, recording: Path, rig_recording: RigRecording
 ) -> None:
     # Wildly off until 1.89 s after his first sample, then 0.3 above and 0.4 below by turns.
     n = rig_recording.t.size - BEGINS
     mu = np.where(np.arange(n) < 189, 90.0, np.where(np.arange(n) % 2 == 1, 1.8, 1.1))
     write_author(recording.parent, recording, mu)
-    outcome = compare(run, rig, recording, tmp_path / "c.json")
-    (one,) = json.loads((tmp_path / "c.json").read_text())["recordings"]
+    outcome, one = compare(), the_one()
     author = one["scores"][0]
 
     up = np.ceil((n - 189) / 2) / (n - 189)
@@ -133,37 +134,31 @@ def test_rmse_and_spread_against_a_calculation_by_hand(
     assert author["spread"] == pytest.approx(np.std(mu[slid:]))
 
 
-def test_the_author_may_lie_elsewhere(run: Run, rig: Path, recording: Path, tmp_path: Path) -> None:
+def test_the_author_may_lie_elsewhere(compare: Run, recording: Path, tmp_path: Path) -> None:
     elsewhere = tmp_path / "author"
     elsewhere.mkdir()
     rows = len(recording.read_text().splitlines()) - 1
     write_author(elsewhere, recording, np.full(rows - BEGINS, 1.0))
-    compare(run, rig, recording, tmp_path / "c.json", "--author", elsewhere, "--declared", 1.2)
-    (one,) = json.loads((tmp_path / "c.json").read_text())["recordings"]
+    compare("--author", elsewhere, "--declared", 1.2)
 
-    assert one["declared"] == 1.2
-    assert one["scores"][0]["rmse"] == pytest.approx(0.2)
-
-
-def test_published_names_tell_the_surface(run: Run, rig: Path, recording: Path, tmp_path: Path) -> None:
-    for name, mu in (("fem9", 1.674), ("piros9", 1.9003)):
-        compare(run, rig, recording.rename(tmp_path / f"{name}.csv"), tmp_path / "c.json")
-        (one,) = json.loads((tmp_path / "c.json").read_text())["recordings"]
-        recording = tmp_path / f"{name}.csv"
-
-        assert (one["declared"], one["declared_from"]) == (mu, "the surface")
+    assert the_one()["declared"] == 1.2
+    assert the_one()["scores"][0]["rmse"] == pytest.approx(0.2)
 
 
-def test_mu_of_the_rig_comes_last_and_without_any_it_says_what_to_do(
-    run: Run, rig: Path, recording: Path, tmp_path: Path
+@pytest.mark.parametrize(
+    ("name", "mu", "origin"),
+    [
+        ("fem9", 1.674, "the surface"),
+        ("piros9", 1.9003, "the surface"),
+        ("run", 1.2, "rig or recording"),
+    ],
+)
+def test_where_the_reference_comes_from(
+    compare: Run, recording: Path, tmp_path: Path, name: str, mu: float, origin: str
 ) -> None:
-    compare(run, rig, recording, tmp_path / "c.json")
-    (one,) = json.loads((tmp_path / "c.json").read_text())["recordings"]
-    assert (one["declared"], one["declared_from"]) == (1.2, "rig or recording")
+    compare(on=recording.rename(tmp_path / f"{name}.csv"))
 
-    rig.write_text(rig.read_text().replace("mu = 1.2\n", ""))
-    assert_one_line(compare(run, rig, recording, tmp_path / "d.json"), "run: no mu", "--declared MU")
-    assert not (tmp_path / "d.json").exists()
+    assert (the_one()["declared"], the_one()["declared_from"]) == (mu, origin)
 
 
 @pytest.mark.parametrize(
@@ -175,56 +170,45 @@ def test_mu_of_the_rig_comes_last_and_without_any_it_says_what_to_do(
         (("--declared", "steel"), ("--declared", "number")),
         (("--author", "nowhere"), ("nowhere: no such folder",)),
         (("--picture", "boxes.pdf"), ("boxes.pdf", ".png")),
-        (("--table", "OUT"), ("must be different files",)),
+        (("--table", "c.json"), ("must be different files",)),
         (("--model", "none.json"), ("none.json",)),
     ],
 )
 def test_bad_options_get_one_line(
-    run: Run,
-    rig: Path,
-    recording: Path,
-    tmp_path: Path,
-    options: tuple[str, ...],
-    words: tuple[str, ...],
+    compare: Run, options: tuple[str, ...], words: tuple[str, ...]
 ) -> None:
-    out = tmp_path / "c.json"
-    given = [str(out) if option == "OUT" else option for option in options]
-
-    assert_one_line(compare(run, rig, recording, out, *given), *words)
-    assert not out.exists()
+    compare(*options).refused(*words)
+    assert not Path("c.json").exists()
 
 
 def test_bad_recordings_get_one_line(
-    run: Run, rig: Path, recording: Path, write_csv: Callable[..., Path], tmp_path: Path
+    compare: Run, run: Run, rig: Path, recording: Path, write_csv: Write
 ) -> None:
-    out, t = tmp_path / "c.json", np.arange(60) * 0.01
-    short, still = write_csv("short.csv"), write_csv("still.csv", {"psi": 1e-3 * np.sin(t)})
-    bare = write_csv("bare.csv", {"M_z": None})
+    still = write_csv("still.csv", {"psi": 1e-3 * np.sin(np.arange(60) * 0.01)})
 
-    assert_one_line(compare(run, rig, tmp_path / "none", out), "none: no such recording")
-    assert_one_line(compare(run, rig, short, out), "short: ends less than 1.89 s")
-    assert_one_line(compare(run, rig, still, out), "still: the wheel turns by less than 0.02 rad")
-    assert_one_line(compare(run, rig, bare, out), "bare.csv", "M_z")
-    assert_one_line(run("compare", recording, "--out", out), "run.csv", "--rig")
-    assert not out.exists()
+    compare(on="none").refused("none: no such recording")
+    compare(on=write_csv("short.csv")).refused("short: ends less than 1.89 s")
+    compare(on=still).refused("still: the wheel turns by less than 0.02 rad")
+    compare(on=write_csv("bare.csv", {"M_z": None})).refused("bare.csv", "M_z")
+    run("compare", recording, "--out", "c.json").refused("run.csv", "--rig")
+    rig.write_text(rig.read_text().replace("mu = 1.2\n", ""))
+    compare().refused("run: no mu", "--declared MU")
+    assert not Path("c.json").exists()
 
 
-def test_a_file_of_the_author_that_is_none(run: Run, rig: Path, recording: Path, tmp_path: Path) -> None:
+def test_a_file_of_the_author_that_is_none(compare: Run, recording: Path) -> None:
     file = recording.parent / "author_estimate_run.csv"
     file.write_text("t,psi\n1,2\n")
-    assert_one_line(compare(run, rig, recording, tmp_path / "c.json"), str(file), "12 numbers")
+    compare().refused(str(file), "12 numbers")
 
     rows = len(recording.read_text().splitlines()) - 1
     write_author(recording.parent, recording, np.ones(rows - BEGINS))
     file.write_text(file.read_text().replace(",0.0", ",0.1"))
-    assert_one_line(compare(run, rig, recording, tmp_path / "c.json"), str(file), "not those of", "run")
+    compare().refused(str(file), "not those of", "run")
 
 
-def test_does_not_write_over_what_it_reads(run: Run, rig: Path, recording: Path) -> None:
-    before = recording.read_text()
-
-    assert_one_line(compare(run, rig, recording, recording, "--declared", 1.2), "overwrite")
-    assert recording.read_text() == before
+def test_tables_are_quiet_where_they_are_not_wanted(compare: Run) -> None:
+    assert compare("--declared", MU, "--quiet")[:] == (0, "", "")
 
 
 @pytest.mark.long
@@ -247,17 +231,15 @@ def test_shared_steel_recordings(run: Run, measured_dir: Path, tmp_path: Path) -
 
 @pytest.mark.long
 def test_networks_stand_in_the_table_where_there_is_something_to_learn_from(
-    run: Run, rig: Path, recording: Path, tmp_path: Path
+    compare: Run, recording: Path
 ) -> None:
     pytest.importorskip("sklearn", reason="the networks need scikit-learn")
     training = recording.with_name("training.csv")
-    write_csv(training, make_recording(9, duration=6.0, mu=MU, bristles=800))
-    outcome = compare(run, rig, recording, tmp_path / "out.json", "--train", training)
-    content = json.loads((tmp_path / "out.json").read_text())
+    write_recording(training, make_recording(9, duration=6.0, mu=MU, bristles=800))
+    outcome = compare("--train", training)
 
     assert outcome.status == 0
     for name in ("neural network", "mean of the labels"):
-        assert name in json.dumps(content)
+        assert name in Path("c.json").read_text()
         assert name in outcome.out
-    twice = compare(run, rig, recording, tmp_path / "two.json", "--train", recording)
-    assert_one_line(twice, "is the same recording as")
+    compare("--train", recording).refused("is the same recording as")

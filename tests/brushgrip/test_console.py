@@ -1,7 +1,7 @@
 import pytest
 
-from brushgrip import console
-from brushgrip.console import progress
+from brushgrip.outputs import console
+from brushgrip.outputs.console import progress
 
 
 def test_progress_elsewhere_than_on_a_terminal(

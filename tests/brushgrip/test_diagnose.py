@@ -1,49 +1,49 @@
+"""`brushgrip diagnose` and `demo` around a search that is not run: what it is asked, what is written."""
+
 import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
+import identification
+from brushgrip.estimation import friction_outcome
+from brushgrip.inputs.pipeline import locate_inputs
 from brushgrip.pictures.style import picture
-from brushgrip.recordings import read_all
-from brushgrip.tasks import demo as demonstrating
-from brushgrip.tasks import diagnose as diagnosing
-from identification.diagnosis.result import Diagnosis
-from identification.fits.loss import Huber
-from identification.reading.recordings import Recording
-from identification.selection.journal import Journal
+from brushgrip.published import embedded_files
+from identification import Diagnosis, Huber, Journal, Recording
 from symbolic import InvalidInputError
+from tests.brushgrip.factories import make_diagnosis
+from tests.brushgrip.helpers import Outcome, Run, Write, contents, table_of
 
-Run = Callable[..., Any]
-Write = Callable[..., Path]
 FILES = [
     "candidates.png", "diagnosis.json", "experiment_carcass_torsion.png", "loops.png", "model.json",
     "report.html", "residuals.png", "signatures.png",
 ]  # fmt: skip
+Diagnose = Callable[..., Outcome]
 
 
 @pytest.fixture
-def asked(monkeypatch: pytest.MonkeyPatch, make_diagnosis: Callable[..., Diagnosis]) -> list[Any]:
+def search(monkeypatch: pytest.MonkeyPatch) -> Callable[[Callable[..., Any]], None]:
+    """Puts a function in place of the search."""
+    return lambda function: monkeypatch.setattr(identification, "diagnose", function)
+
+
+@pytest.fixture
+def asked(search: Callable[..., None]) -> list[Any]:
     """Puts a made-up diagnosis in place of the search; holds what was asked of it."""
     calls: list[Any] = []
 
     def close(
-        recordings: Sequence[Recording],
-        holdout: Sequence[Recording],
-        *,
-        jobs: int | None = None,
-        progress: Callable[[str, int, int], None],
-        **_: object,
+        recordings: Sequence[Recording], holdout: Sequence[Recording], *, progress: Any, **options: Any
     ) -> Diagnosis:
         progress("trying", 1, 2)
         training, held_out = (tuple(r.name for r in group) for group in (recordings, holdout))
-        calls.append((training, held_out, jobs))
+        calls.append((training, held_out, options.get("jobs")))
         return make_diagnosis(training, held_out, worse=training[:1])
 
-    monkeypatch.setattr(diagnosing, "close_the_loop", close)
-    monkeypatch.setattr(demonstrating, "diagnose", close)
+    search(close)
     return calls
 
 
@@ -54,37 +54,61 @@ def no_report(monkeypatch: pytest.MonkeyPatch) -> None:
     def blank(folder: Path, *_: object) -> None:
         (folder / "report.html").touch()
 
-    monkeypatch.setattr(diagnosing, "write_report", blank)
+    monkeypatch.setattr("brushgrip.report.diagnosis_folder.write_report", blank)
 
 
 @pytest.fixture
-def paths(write_csv: Write) -> list[Path]:
-    return [
+def diagnose(
+    run: Run, rig: Path, write_csv: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Diagnose:
+    """The command on a.csv to d.csv in the current folder, or on what is given."""
+    for number, name in enumerate("abcd"):
         write_csv(f"{name}.csv", {"M_z": [float(number + i) for i in range(60)]})
-        for number, name in enumerate("abcd")
-    ]
+    monkeypatch.chdir(tmp_path)
+
+    def command(*arguments: object, out: object = "out") -> Outcome:
+        given = arguments or ("a.csv", "b.csv", "c.csv", "d.csv")
+        return run("diagnose", "--rig", rig, "--out", out, *given)
+
+    return command
 
 
-def test_writes_everything(
-    run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path
-) -> None:
-    a, b, c, d = paths
+def enough(*_: object, **__: object) -> None:
+    raise InvalidInputError("enough")
+
+
+def finds_something(*_: object, journal: Journal | None, **__: object) -> None:
+    """A search that ends with a fault once it has noted a trial."""
+    assert journal is not None
+    (journal.folder / "trial").touch()
+    raise InvalidInputError("enough")
+
+
+def test_writes_everything(diagnose: Diagnose, asked: list[Any], tmp_path: Path) -> None:
+    outcome = diagnose("a", "b", "--holdout", "c", "d", "--jobs", 3, out="new/out")
     out = tmp_path / "new" / "out"
-    outcome = run("diagnose", a, b, "--rig", rig, "--holdout", c, d, "--out", out, "--jobs", 3)
+    content = json.loads((out / "diagnosis.json").read_text())
 
-    assert outcome.status == 0
+    assert (outcome.status, outcome.err) == (0, "")
     assert asked == [(("a", "b"), ("c", "d"), 3)]
     assert sorted(path.name for path in out.iterdir()) == FILES
-    assert sorted(path.name for path in (tmp_path / "new").iterdir()) == ["out"]
-    content = json.loads((out / "diagnosis.json").read_text())
+    assert [path.name for path in out.parent.iterdir()] == ["out"]
     assert content["recordings"] == ["a", "b"]
     assert content["effects"][0]["name"] == "carcass_torsion"
     assert json.loads((out / "model.json").read_text())["effects"][0] == "carcass_torsion"
+    assert outcome.out.startswith(
+        "candidates are ranked on 120 of 240 samples, thinned towards 0.02 s; the best are fitted to all"
+    )
+    for words in (
+        *("misses carcass torsion and torque offset", "declared", "391.2 ± 4.2 N m/rad", "patch width"),
+        *("note: a got worse", "report: new/out/report.html"),
+    ):
+        assert words in outcome.out
 
 
 @pytest.mark.usefixtures("no_report")
 def test_pictures_of_an_earlier_run_go_and_nothing_else(
-    run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path
+    diagnose: Diagnose, asked: list[Any], tmp_path: Path
 ) -> None:
     out = tmp_path / "out"
     out.mkdir()
@@ -92,150 +116,72 @@ def test_pictures_of_an_earlier_run_go_and_nothing_else(
         with picture(out / ours, 1.0):
             pass
     (out / "experiment_of_mine.png").write_bytes(b"not by us")
-    outcome = run("diagnose", *paths, "--rig", rig, "--out", out)
 
-    assert outcome.status == 0
-    assert asked
+    assert diagnose().status == 0
+    assert asked == [(("a", "b", "c", "d"), (), None)]
     assert sorted(path.name for path in out.glob("*.png")) == ["experiment_of_mine.png", "mine.png"]
 
 
-@pytest.mark.usefixtures("no_report")
-def test_says_what_is_thinned(
-    run: Run, asked: list[Any], paths: list[Path], write_csv: Write, rig: Path, tmp_path: Path
+@pytest.mark.usefixtures("no_report", "asked")
+def test_nothing_is_said_of_thinning_where_nothing_is_thinned(
+    diagnose: Diagnose, write_csv: Write
 ) -> None:
-    outcome = run("diagnose", *paths[:2], "--rig", rig, "--out", tmp_path / "out")
-    sparse = write_csv("sparse.csv", {"t": [0.02 * i for i in range(60)]})
-    whole = run("diagnose", sparse, "--rig", rig, "--out", tmp_path / "whole")
-
-    assert len(asked) == 2
-    assert outcome.out.startswith(
-        "candidates are ranked on 60 of 120 samples, thinned towards 0.02 s; the best are fitted to all"
-    )
-    assert "ranked" not in whole.out
+    assert "ranked" not in diagnose(write_csv("sparse.csv", {"t": [0.02 * i for i in range(60)]})).out
 
 
-@pytest.mark.usefixtures("no_report")
-def test_says_what_was_found(
-    run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path
-) -> None:
-    out = tmp_path / "out"
-    outcome = run("diagnose", "--rig", rig, "--out", out, paths[0], "--holdout", *paths[1:3])
+def test_options_reach_the_search(diagnose: Diagnose, search: Callable[..., None]) -> None:
+    given: dict[str, Any] = {}
+    search(lambda *_, **options: given.update(options) or enough())
 
-    assert asked
-    assert outcome.err == ""
-    for words in (
-        "misses carcass torsion and torque offset",
-        "declared",
-        "391.2 ± 4.2 N m/rad",
-        "patch width",
-        "note: a got worse",
-        f"report: {out / 'report.html'}",
-    ):
-        assert words in outcome.out
-
-
-@pytest.mark.usefixtures("no_report")
-def test_repeated_flags(
-    run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path
-) -> None:
-    held_out = [word for path in paths[1:] for word in ("--holdout", path)]
-    run("diagnose", paths[0], *held_out, "--out", tmp_path / "out", "--rig", rig)
-
-    assert asked == [(("a",), ("b", "c", "d"), None)]
-
-
-@pytest.mark.usefixtures("no_report")
-def test_no_holdout(run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path) -> None:
-    outcome = run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
-
-    assert outcome.status == 0
-    assert asked == [(("a", "b", "c", "d"), (), None)]
-
-
-def test_options_reach_the_search(
-    run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
-) -> None:
-    asked: dict[str, Any] = {}
-
-    def stop(*_: object, **options: object) -> None:
-        asked.update(options)
-        raise InvalidInputError("enough")
-
-    monkeypatch.setattr(diagnosing, "close_the_loop", stop)
-    run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig, "--robust", 0.01)
-    assert asked["loss"] == Huber(threshold=0.01)
-    outcome = run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig, "--robust", 0)
-    assert outcome.status == 2
-    assert "threshold must be a finite number greater than 0" in outcome.err
+    diagnose("a", "--robust", 0.01)
+    assert given["loss"] == Huber(threshold=0.01)
+    assert "threshold must be a finite number greater than 0" in diagnose("a", "--robust", 0).err
 
 
 def test_friction_takes_the_samples_that_the_search_takes(
-    run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
+    diagnose: Diagnose, search: Callable[..., None], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    taken: list[object] = []
+    # The search bounds the recordings itself, so that its result has the note.
+    searched: list[str] = []
+    estimated: list[object] = []
+    thinned = ["those of", "the search"]
 
     def stop(training: Any, holdout: Any, _: object) -> None:
-        taken.extend([*training, *holdout])
-        raise InvalidInputError("enough")
+        estimated.extend([*training, *holdout])
+        enough()
 
-    thinned = ["those of", "the search"]
-    for name, result in (("bounded", (thinned, None)), ("thinning", "")):
-        monkeypatch.setattr(diagnosing, name, lambda *_, result=result, **__: result)
-    monkeypatch.setattr(diagnosing, "close_the_loop", lambda *_, **__: None)
-    monkeypatch.setattr(diagnosing, "friction_outcome", stop)
-    run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
+    monkeypatch.setattr("identification.reading.long_recordings.bounded", lambda _: (thinned, None))
+    monkeypatch.setattr("brushgrip.report.diagnosis_folder.thinning", lambda _: "")
+    search(lambda training, *_, **__: searched.extend(r.name for r in training))
+    monkeypatch.setattr(friction_outcome, "friction_outcome", stop)
+    diagnose()
 
-    assert taken == thinned
+    assert (searched, estimated) == (["a", "b", "c", "d"], thinned)
 
 
-@pytest.mark.parametrize(
-    ("column", "factor", "cause"),
-    [
-        ("psi", 180 / np.pi, "degrees"),
-        ("t", 1e3, "milliseconds"),
-        ("F_N", 1e-3, "kN"),
-        ("M_z", -1.0, "other sign"),
-    ],
-)
-def test_other_units_and_signs_are_named(
-    run: Run, monkeypatch: pytest.MonkeyPatch, repository_root: Path, tmp_path: Path,
-    column: str, factor: float, cause: str,
-) -> None:  # fmt: skip
-    def stop(*_: object, **__: object) -> None:
-        raise InvalidInputError("enough")
-
-    monkeypatch.setattr(diagnosing, "close_the_loop", stop)
-    recordings = repository_root / "examples" / "recordings"
-    table = (recordings / "train_a.csv").read_text().splitlines()
-    names = table[0].split(",")
-    rows = np.loadtxt(table[1:], delimiter=",")
-    rows[:, names.index(column)] *= factor
-    np.savetxt(tmp_path / "wrong.csv", rows, delimiter=",", header=table[0], comments="")
-    outcome = run(
-        "diagnose", tmp_path / "wrong.csv", "--out", tmp_path / "out", "--rig", recordings / "rig.toml"
-    )
+def test_another_sign_is_named(
+    diagnose: Diagnose, search: Callable[..., None], write_csv: Write, repository_root: Path
+) -> None:
+    search(enough)
+    columns = table_of(repository_root / "examples" / "recordings" / "train_a.csv")
+    outcome = diagnose(write_csv("wrong.csv", columns | {"M_z": -columns["M_z"]}))
 
     assert "wrong: " in outcome.err
-    assert cause in outcome.err
+    assert "other sign" in outcome.err
 
 
 @pytest.mark.usefixtures("no_report")
 def test_an_interrupted_search_keeps_its_trials(
-    run: Run,
-    monkeypatch: pytest.MonkeyPatch,
-    asked: list[Any],
-    paths: list[Path],
-    rig: Path,
-    tmp_path: Path,
+    diagnose: Diagnose, asked: list[Any], search: Callable[..., None], tmp_path: Path
 ) -> None:
-    finish = diagnosing.close_the_loop
+    finish = identification.diagnose
 
     def interrupted(*_: object, journal: Journal, **__: object) -> None:
         (journal.folder / "trial").touch()
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(diagnosing, "close_the_loop", interrupted)
-    outcome = run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
+    search(interrupted)
+    outcome = diagnose()
 
     assert outcome.status in (1, 130)
     assert "the same command goes on" in outcome.err
@@ -243,66 +189,39 @@ def test_an_interrupted_search_keeps_its_trials(
     assert not (tmp_path / "out").exists()
     assert not asked
 
-    monkeypatch.setattr(diagnosing, "close_the_loop", finish)
-    assert run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig).status == 0
+    search(finish)
+    assert diagnose().status == 0
     assert not (tmp_path / ".out.unfinished").exists()
 
 
-def test_a_fault_keeps_the_trials_too(
-    run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
+def test_trials_are_kept_where_there_is_a_place(
+    diagnose: Diagnose, search: Callable[..., None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def faulty(*_: object, **__: object) -> None:
-        raise InvalidInputError("a: M_z is constant")
-
-    kept = tmp_path / ".out.unfinished"
-    kept.mkdir()
-    (kept / "trial").touch()
-    monkeypatch.setattr(diagnosing, "close_the_loop", faulty)
-    outcome = run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
-
-    assert outcome.status == 2
-    assert (kept / "trial").exists()
-    note, fault = outcome.err.splitlines()
-    assert f"kept in {kept}" in note
-    assert fault == "brushgrip: a: M_z is constant"
-
-
-def test_trials_are_kept_elsewhere_where_nothing_can_be_beside_the_results(
-    run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
-) -> None:
-    seen: list[Path] = []
-
-    def faulty(*_: object, journal: Journal, **__: object) -> None:
-        (journal.folder / "trial").touch()
-        seen.append(journal.folder)
-        raise InvalidInputError("enough")
-
-    monkeypatch.setattr(diagnosing, "close_the_loop", faulty)
     monkeypatch.setenv("BRUSHGRIP_CACHE", str(tmp_path / "cache"))
+    search(finds_something)
     # A name that leaves no room for another one beside it.
-    out = tmp_path / ("o" * 250)
-    for _ in range(2):
-        assert (
-            f"kept in {tmp_path / 'cache' / 'unfinished'}"
-            in run("diagnose", *paths, "--out", out, "--rig", rig).err
-        )
-    out.mkdir()
-    assert f"kept in {out / '.unfinished'}" in run("diagnose", *paths, "--out", out, "--rig", rig).err
+    long = tmp_path / ("o" * 250)
+    note, fault = diagnose().err.splitlines()
 
-    assert seen[0] == seen[1] != seen[2]
+    assert f"kept in {tmp_path / '.out.unfinished'}" in note
+    assert fault == "brushgrip: enough"
+    for _ in range(2):
+        assert f"kept in {tmp_path / 'cache' / 'unfinished'}" in diagnose(out=long).err
+    assert len(list((tmp_path / "cache" / "unfinished").iterdir())) == 1
+    long.mkdir()
+    assert f"kept in {long / '.unfinished'}" in diagnose(out=long).err
 
 
 def test_it_is_said_that_nothing_can_be_kept(
-    run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
+    diagnose: Diagnose, search: Callable[..., None], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def faulty(*_: object, journal: Journal | None, **__: object) -> None:
         raise InvalidInputError(f"enough, {journal}")
 
-    monkeypatch.setattr(diagnosing, "close_the_loop", faulty)
-    monkeypatch.setenv("BRUSHGRIP_CACHE", str(paths[0] / "cache"))
-    outcome = run("diagnose", *paths, "--out", tmp_path / ("o" * 250), "--rig", rig)
+    search(faulty)
+    monkeypatch.setenv("BRUSHGRIP_CACHE", str(tmp_path / "a.csv" / "cache"))
 
-    assert outcome.err.splitlines() == [
+    assert diagnose(out="o" * 250).err.splitlines() == [
         "what is found cannot be kept, no folder can be written; interrupted, all begins anew",
         "brushgrip: enough, None",
     ]
@@ -311,18 +230,17 @@ def test_it_is_said_that_nothing_can_be_kept(
 @pytest.mark.long
 @pytest.mark.usefixtures("asked")
 def test_a_folder_in_the_way_of_the_report_does_not_cost_the_search(
-    run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
+    diagnose: Diagnose, search: Callable[..., None], tmp_path: Path
 ) -> None:
-    finish = diagnosing.close_the_loop
+    finish = identification.diagnose
 
     def searching(*given: Any, journal: Journal, **options: Any) -> Diagnosis:
         (journal.folder / "trial").touch()
         return finish(*given, journal=journal, **options)
 
     (tmp_path / "out" / "report.html").mkdir(parents=True)
-    monkeypatch.setattr(diagnosing, "close_the_loop", searching)
-    command = ("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
-    outcome = run(*command)
+    search(searching)
+    outcome = diagnose()
 
     assert outcome.status == 2
     assert "report.html: is in the way" in outcome.err
@@ -330,41 +248,33 @@ def test_a_folder_in_the_way_of_the_report_does_not_cost_the_search(
     assert (tmp_path / ".out.unfinished" / "trial").exists()
 
     (tmp_path / "out" / "report.html").rmdir()
-    assert run(*command).status == 0
+    assert diagnose().status == 0
     assert not (tmp_path / ".out.unfinished").exists()
 
 
-def test_training_and_held_out_must_differ(
-    run: Run, asked: list[Any], paths: list[Path], rig: Path, tmp_path: Path
-) -> None:
-    outcome = run("diagnose", *paths[:2], "--holdout", paths[1], "--out", tmp_path / "out", "--rig", rig)
-
-    assert outcome.status == 2
-    assert outcome.err.count("\n") == 1
-    assert "is the same recording as" in outcome.err
+def test_training_and_held_out_must_differ(diagnose: Diagnose, asked: list[Any]) -> None:
+    diagnose("a", "b", "--holdout", "b.csv").refused("is the same recording as")
     assert asked == []
 
 
 def test_a_failure_leaves_nothing(
-    run: Run, monkeypatch: pytest.MonkeyPatch, paths: list[Path], rig: Path, tmp_path: Path
+    diagnose: Diagnose, search: Callable[..., None], tmp_path: Path
 ) -> None:
     def fail(*_: object, **__: object) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr(diagnosing, "close_the_loop", fail)
-    before = sorted(tmp_path.iterdir())
+    search(fail)
+    before = contents(tmp_path)
     with pytest.raises(ZeroDivisionError):
-        run("diagnose", *paths, "--out", tmp_path / "out", "--rig", rig)
+        diagnose()
 
-    assert sorted(tmp_path.iterdir()) == before
+    assert contents(tmp_path) == before
 
 
-def test_constant_torque_takes_one_line(run: Run, write_csv: Write, rig: Path, tmp_path: Path) -> None:
-    path = write_csv("flat.csv", {"M_z": [1.0] * 60})
-    outcome = run("diagnose", path, "--out", tmp_path / "out", "--rig", rig)
+def test_constant_torque_takes_one_line(diagnose: Diagnose, write_csv: Write, tmp_path: Path) -> None:
+    outcome = diagnose(write_csv("flat.csv", {"M_z": [1.0] * 60}))
 
-    assert outcome.status == 2
-    assert outcome.err.count("\n") == 1
+    assert (outcome.status, outcome.err.count("\n")) == (2, 1)
     assert "flat: M_z is constant" in outcome.err
     assert not (tmp_path / "out").exists()
 
@@ -374,7 +284,7 @@ class TestDemo:
     def test_runs_on_the_embedded_recordings(
         self, run: Run, asked: list[Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     ) -> None:
-        monkeypatch.setattr(demonstrating, "estimate_friction", lambda *_: [])
+        monkeypatch.setattr(friction_outcome, "estimate_friction", lambda *_: [])
         outcome = run("demo", "--out", tmp_path / "out")
         (training, held_out, _) = asked[0]
 
@@ -385,27 +295,32 @@ class TestDemo:
         assert written == ["diagnosis.json", "model.json", "report.html", "rig.toml"]
 
     @pytest.mark.usefixtures("interpreted")
-    def test_friction_by_both_models_and_every_observer(
-        self, make_diagnosis: Callable[..., Diagnosis], write_csv: Write, rig: Path
-    ) -> None:
-        path = write_csv("held.csv")
-        diagnosis = make_diagnosis(("a",), ("held",))
-        tracks = demonstrating.estimate_friction(read_all([str(path)], rig), diagnosis)
+    def test_friction_by_both_models_and_every_observer(self, write_csv: Write, rig: Path) -> None:
+        recordings = locate_inputs([str(write_csv("held.csv"))], rig=rig).recordings()
+        tracks = friction_outcome.estimate_friction(recordings, make_diagnosis(("a",), ("held",)))
 
-        assert [track.label for track in tracks] == [
-            "EKF, declared model",
-            "EKF, model found",
-            "MHE, model found",
-        ]
+        labels = ["EKF, declared model", "EKF, model found", "MHE, model found"]
+        assert [track.label for track in tracks] == labels
         assert {track.reference for track in tracks} == {1.3}
         assert all(track.mu.size == 60 for track in tracks)
 
     def test_missing_recordings_are_said(
         self, run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     ) -> None:
-        monkeypatch.setattr(demonstrating, "RIG", "elsewhere.toml")
-        outcome = run("demo", "--out", tmp_path / "out")
+        monkeypatch.setattr(embedded_files, "RIG", "elsewhere.toml")
+        run("demo", "--out", tmp_path / "out").refused("elsewhere.toml")
 
-        assert outcome.status == 2
-        assert outcome.err.count("\n") == 1
-        assert "elsewhere.toml" in outcome.err
+    def test_the_examples_are_written_to_a_new_folder(
+        self, run: Run, tmp_path: Path, repository_root: Path
+    ) -> None:
+        out = tmp_path / "mine"
+        outcome = run("demo", "--examples", out)
+        scripts = {path.name for path in (repository_root / "examples").glob("*.py")}
+
+        assert outcome.status == 0
+        assert outcome.out.startswith(f"wrote {len(scripts)} examples to {out}; python ")
+        assert {path.name for path in out.glob("*.py")} == scripts
+        assert (out / "recordings" / "rig.toml").is_file()
+        assert (out / "reference_rig" / "__init__.py").is_file()
+        assert not list(out.rglob("__pycache__"))
+        run("demo", "--examples", out).refused("is not empty")

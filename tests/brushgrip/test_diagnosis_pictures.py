@@ -8,35 +8,7 @@ import pytest
 
 from brushgrip.pictures import draw_experiment, draw_signatures
 from brushgrip.pictures.style import AFTER, BEFORE, QUIET
-from identification.experiments.proposals import Proposal
-from identification.experiments.steering import Manoeuvre
-from identification.residuals.signals import RESIDUAL_SIGNALS, effects_leaving
-from identification.residuals.signatures import Autocorrelation, Signature, Signatures
-from symbolic import EFFECTS
-
-
-def signatures(strength: float, band: float) -> Signatures:
-    lags = 0.01 * np.arange(1, 201)
-    return Signatures(
-        rms=0.01,
-        autocorrelation=Autocorrelation(
-            lags=lags, values=np.exp(-lags / band) * np.cos(3 * lags), band=0.04, memory=0.5
-        ),
-        signatures=tuple(
-            Signature(
-                signal=signal.name,
-                unit=signal.unit,
-                correlation=strength * (-1) ** number,
-                band=band,
-                slope=1.0,
-                size=0.01 * strength,
-                effects=effects_leaving(signal, 1, EFFECTS.values()),
-                reading=signal.positive,
-            )
-            for number, signal in enumerate(RESIDUAL_SIGNALS)
-        ),
-        followed=(),
-    )
+from tests.brushgrip.factories import experiment, signatures
 
 
 def share(picture: np.ndarray, colour: str) -> float:
@@ -77,22 +49,12 @@ def test_longer_bars_cover_more(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("load", [0.0, 30.0], ids=["held", "changed"])
 def test_draws_an_experiment(tmp_path: Path, load: float) -> None:
-    t = np.arange(500) * 0.02
-    manoeuvre = Manoeuvre(
-        instruction="sweep between -0.52 and 0.89 rad at 0.24 rad/s and, while the patch slides, slow "
-        "down to 0.02 rad/s for 0.11 rad twice in each sweep, load 308 N, 36 s",
-        t=t,
-        psi=np.sin(t),
-        psi_dot=np.cos(t),
-        F_N=400 + load * np.sign(np.sin(t)),
+    instruction = (
+        "sweep between -0.52 and 0.89 rad at 0.24 rad/s and, while the patch slides, slow down to 0.02"
+        " rad/s for 0.11 rad twice in each sweep, load 308 N, 36 s"
     )
-    proposal = Proposal(
-        found="stribeck", rival="rate_friction", manoeuvre=manoeuvre, torque=5 * np.sin(t),
-        rival_torque=5 * np.sin(t) + 0.1 * np.cos(t), separation=0.01, now=0.002, noise=0.004, times=1,
-        standard_errors=5.0,
-    )  # fmt: skip
     path = tmp_path / "experiment.png"
-    draw_experiment(path, proposal)
+    draw_experiment(path, experiment(load, instruction))
 
     assert path.read_bytes().startswith(b"\x89PNG\r\n\x1a\n")
     assert path.stat().st_size > 20_000

@@ -1,15 +1,12 @@
 """Observers on recordings: which signals they are given, on which model, and the track of friction."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
 import pytest
 
-from brushgrip.choices import ObserverName
-from brushgrip.estimation import (
+from brushgrip.estimation.estimates import (
     friction_track,
     has_aligning_torque,
     has_steering_torque,
@@ -18,11 +15,12 @@ from brushgrip.estimation import (
     observe,
     run_observer,
 )
+from brushgrip.inputs.choices import ObserverName
 from identification import FoundModel, Recording, read_recording
 from observers import Ekf, Estimate, Estimates, Sample, Status
 from symbolic import InvalidInputError, Model, Rig, Tyre
+from tests.brushgrip.helpers import Write
 
-Write = Callable[..., Path]
 NOMINAL = Rig(a=0.045, e=0.009), Tyre(k=2.4e6, mu=1.2)
 
 

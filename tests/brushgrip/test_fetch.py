@@ -1,14 +1,13 @@
 import hashlib
 import re
 from pathlib import Path
-from typing import Any
 
-import pooch
 import pytest
 
-from brushgrip import fetch as fetching
-from brushgrip.fetch import FetchError, fetch, published_files
+from brushgrip.published import fetch as fetching
+from brushgrip.published.fetch import FetchError, fetch, published_files
 from symbolic import InvalidInputError
+from tests.brushgrip.helpers import serve
 
 CONTENT = {"run1.mat": b"first", "run2.mat": b"second", "estimate_run1.csv": b"third"}
 URL = "https://example.invalid/commit"
@@ -28,14 +27,7 @@ def sha256(content: bytes) -> str:
 @pytest.fixture(autouse=True)
 def no_network(monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever a test forgets to replace fails here instead of going out."""
-
-    def downloader(**_: Any) -> Any:
-        def refuse(url: str, *_: Any) -> None:
-            raise ConnectionError(url)
-
-        return refuse
-
-    monkeypatch.setattr(pooch, "HTTPDownloader", downloader)
+    serve(monkeypatch, {}, Path.write_bytes)
     monkeypatch.setattr(fetching, "RETRIES", 0)
     monkeypatch.delenv("BRUSHGRIP_DATA", raising=False)
 
@@ -59,23 +51,6 @@ def local_copy(folder: Path, monkeypatch: pytest.MonkeyPatch, **changes: bytes |
             (folder / name).write_bytes(content)
     monkeypatch.setenv("BRUSHGRIP_DATA", str(folder))
     return folder
-
-
-def serve(monkeypatch: pytest.MonkeyPatch, contents: dict[str, bytes]) -> list[str]:
-    """Lets pooch download from a dictionary; returns the list of addresses asked for."""
-    asked: list[str] = []
-
-    def downloader(**_: Any) -> Any:
-        def deliver(url: str, output_file: str, _: Any) -> None:
-            asked.append(url)
-            if url not in contents:
-                raise ConnectionError(url)
-            Path(output_file).write_bytes(contents[url])
-
-        return deliver
-
-    monkeypatch.setattr(pooch, "HTTPDownloader", downloader)
-    return asked
 
 
 def test_what_is_published(tmp_path: Path) -> None:
@@ -155,7 +130,7 @@ class TestLocalCopy:
 @pytest.mark.usefixtures("registry")
 class TestDownload:
     def test_downloads(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        asked = serve(monkeypatch, SERVED)
+        asked = serve(monkeypatch, SERVED, Path.write_bytes)
         lines: list[str] = []
         paths = fetch(tmp_path / "out", say=lines.append)
 
@@ -166,14 +141,14 @@ class TestDownload:
     def test_keeps_what_is_whole(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         (tmp_path / "run1.mat").write_bytes(b"first")
         (tmp_path / "run2.mat").write_bytes(b"cut sho")
-        asked = serve(monkeypatch, SERVED)
+        asked = serve(monkeypatch, SERVED, Path.write_bytes)
         paths = fetch(tmp_path)
 
         assert asked == list(SERVED)[1:]
         assert {path.name: path.read_bytes() for path in paths} == CONTENT
 
     def test_wrong_digest(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-        serve(monkeypatch, SERVED | {f"{URL}/rig/run2.mat": b"<html>"})
+        serve(monkeypatch, SERVED | {f"{URL}/rig/run2.mat": b"<html>"}, Path.write_bytes)
         with pytest.raises(FetchError, match=r"^run2\.mat: what https.* has not the published"):
             fetch(tmp_path / "out")
         assert list(tmp_path.iterdir()) == []

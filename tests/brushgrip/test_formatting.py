@@ -1,11 +1,11 @@
 import json
 import math
-from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 import pytest
 
-from brushgrip.formatting import (
+from brushgrip.wording.formatting import (
     csv_text,
     estimates_summary,
     indistinguishable_effects,
@@ -16,13 +16,13 @@ from brushgrip.formatting import (
     percent,
     quantity,
     residual_structure,
+    sentence,
     torque,
 )
-from brushgrip.verdict import headline
-from identification import Diagnosis, ParameterEstimate
+from brushgrip.wording.verdict import headline
+from identification import ParameterEstimate
 from observers import Estimates, Status
-
-Make = Callable[..., Diagnosis]
+from tests.brushgrip.factories import make_diagnosis
 
 
 @pytest.mark.parametrize(
@@ -57,6 +57,11 @@ def test_figures() -> None:
     assert torque(None) == "–"
 
 
+def test_a_sentence_names_an_effect_in_words() -> None:
+    assert sentence("sensor_delay: delay is at the end") == "Sensor delay: delay is at the end."
+    assert sentence("fem4_ident: k is at the end.") == "Fem4_ident: k is at the end."
+
+
 def test_listed() -> None:
     assert listed([]) == ""
     assert listed(["a"]) == "a"
@@ -64,44 +69,39 @@ def test_listed() -> None:
     assert listed(["a", "b", "c"], "or") == "a, b or c"
 
 
-def test_headline_names_effects_and_held_out_errors(make_diagnosis: Make) -> None:
-    assert headline(make_diagnosis()) == (
-        "The declared model misses carcass torsion and torque offset: "
-        "held-out error 4.30 % → 2.37 % of range."
-    )
+FOUND = "The declared model misses carcass torsion and torque offset: held-out error 4.30 % → 2.37 %"
 
 
-def test_headline_without_held_out_recordings(make_diagnosis: Make) -> None:
-    assert "left-out error 4.05 %" in headline(make_diagnosis(holdout=()))
-    assert "training error 4.00 %" in headline(make_diagnosis(training=("train_a",), holdout=()))
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({}, FOUND),
+        ({"holdout": ()}, "left-out error 4.05 %"),
+        ({"training": ("train_a",), "holdout": ()}, "training error 4.00 %"),
+        ({"found": False, "unexplained": False}, "misses nothing"),
+        (
+            {"found": False},
+            "No known effect explains what the declared model misses: held-out error 4.30 %",
+        ),
+    ],
+)
+def test_headline(options: dict[str, Any], words: str) -> None:
+    assert words in headline(make_diagnosis(**options))
 
 
-def test_headline_when_nothing_is_missing(make_diagnosis: Make) -> None:
-    text = headline(make_diagnosis(found=False, unexplained=False))
-
-    assert "misses nothing" in text
-    assert "held-out error 4.30 %" in text
-
-
-def test_headline_when_nothing_known_explains_the_residual(make_diagnosis: Make) -> None:
-    text = headline(make_diagnosis(found=False, unexplained=True))
-
-    assert text.startswith("No known effect explains what the declared model misses: held-out")
-
-
-def test_indistinguishable_effects(make_diagnosis: Make) -> None:
+def test_indistinguishable_effects() -> None:
     assert indistinguishable_effects(make_diagnosis()) == (
         "These recordings cannot tell carcass torsion from patch width."
     )
     assert indistinguishable_effects(make_diagnosis(found=False)) == ""
 
 
-def test_residual_structure(make_diagnosis: Make) -> None:
+def test_residual_structure() -> None:
     assert "The residual has structure" in residual_structure(make_diagnosis(unexplained=True))
     assert "no structure left" in residual_structure(make_diagnosis(unexplained=False))
 
 
-def test_outcomes_of_candidates(make_diagnosis: Make) -> None:
+def test_outcomes_of_candidates() -> None:
     diagnosis = make_diagnosis()
 
     assert outcome(diagnosis, "carcass_torsion") == "added, no. 1"
@@ -110,7 +110,7 @@ def test_outcomes_of_candidates(make_diagnosis: Make) -> None:
     assert outcome(diagnosis, "stribeck") == ""
 
 
-def test_worse(make_diagnosis: Make) -> None:
+def test_worse() -> None:
     diagnosis = make_diagnosis(worse=("held_d",))
 
     assert [name for name in diagnosis.after.nrmse if is_worse(diagnosis, name)] == ["held_d"]
@@ -133,22 +133,20 @@ def estimates(*status: Status, std: float = 0.02, off: float = 0.0) -> Estimates
     )
 
 
-def test_nothing_to_complain_about() -> None:
-    line = estimates_summary(estimates(*[Status.USED] * 4))
-
-    assert line == "mu = 1.250 ± 0.020 at the end, usable in 50 % of 4 samples"
-
-
-def test_effective_friction_is_named_where_it_differs() -> None:
-    line = estimates_summary(estimates(*[Status.USED] * 4, off=-0.1))
-
-    assert line.startswith("mu = 1.250 ± 0.020, mu_eff = 1.150 ± 0.040 at the end, usable")
-
-
-def test_without_standard_deviation() -> None:
-    assert estimates_summary(estimates(*[Status.USED] * 4, std=np.nan)).startswith(
-        "mu = 1.250 at the end, "
-    )
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({}, "mu = 1.250 ± 0.020 at the end, usable in 50 % of 4 samples"),
+        # It is named where it differs.
+        (
+            {"off": -0.1},
+            "mu = 1.250 ± 0.020, mu_eff = 1.150 ± 0.040 at the end, usable in 50 % of 4 samples",
+        ),
+        ({"std": np.nan}, "mu = 1.250 at the end, usable in 50 % of 4 samples"),
+    ],
+)
+def test_friction_at_the_end(options: dict[str, float], words: str) -> None:
+    assert estimates_summary(estimates(*[Status.USED] * 4, **options)) == words
 
 
 @pytest.mark.parametrize(

@@ -1,18 +1,16 @@
 """The friction damper's runs: joined from published arrays, or copied, and checked by their values."""
 
 from pathlib import Path
-from typing import Any
-from urllib.parse import unquote
 
 import numpy as np
-import pooch
 import pytest
 
-from brushgrip import friction_damper
-from brushgrip.app import main
-from brushgrip.fetch import FetchError
-from brushgrip.friction_damper import CHANNELS, EARTHQUAKES, HARMONIC, digest_of, digests
+from brushgrip.cli.app import main
+from brushgrip.published import friction_damper
+from brushgrip.published.fetch import FetchError
+from brushgrip.published.friction_damper import CHANNELS, EARTHQUAKES, HARMONIC, digest_of, digests
 from symbolic import InvalidInputError
+from tests.brushgrip.helpers import serve
 
 ADDRESS = "https://example.invalid/commit/data set"
 RNG = np.random.default_rng(3)
@@ -30,19 +28,14 @@ def served(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> dict[str, np.ndar
     """Made-up runs and a server of them in place of the published ones."""
     contents = dict(SERVED)
 
-    def downloader(**_: Any) -> Any:
-        def deliver(url: str, output_file: str, _: Any) -> None:
-            if unquote(url) not in contents:
-                raise ConnectionError(url)
-            with Path(output_file).open("wb") as file:
-                np.save(file, contents[unquote(url)])
+    def save(path: Path, array: np.ndarray) -> None:
+        with path.open("wb") as file:
+            np.save(file, array)
 
-        return deliver
-
+    serve(monkeypatch, contents, save)
     registry = tmp_path / "registry.txt"
     rows = [f"{name} {digest_of(channels)}" for name, channels in RUNS.items()]
     registry.write_text("\n".join(["# made up", ADDRESS, *rows]) + "\n")
-    monkeypatch.setattr(pooch, "HTTPDownloader", downloader)
     monkeypatch.setattr(friction_damper, "REGISTRY", registry)
     monkeypatch.setattr(friction_damper, "RETRIES", 0)
     monkeypatch.delenv("BRUSHGRIP_DATA", raising=False)

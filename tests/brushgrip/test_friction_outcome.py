@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from brushgrip.friction_outcome import FrictionOutcome, friction_figures, offline_friction
+from brushgrip.estimation.friction_outcome import FrictionOutcome, friction_figures, offline_friction
 from identification import FoundModel
 from observers import FrictionQuality
 from symbolic import Model, Rig, effects_named

@@ -1,35 +1,28 @@
 """What recordings stand on, said on the command line."""
 
 import json
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from brushgrip.grounds import on_grounds
-from identification import Recording
+from brushgrip.inputs.grounds import grounds_by_name
 from symbolic import InvalidInputError
-from tests.identification.factories import recording
+from tests.brushgrip.helpers import Run, Write
 
 pytestmark = pytest.mark.usefixtures("interpreted")
-Run = Callable[..., Any]
-Write = Callable[..., Path]
 
 
-@pytest.fixture
-def three() -> list[Recording]:
-    return [recording(name, ground) for name, ground in (("a", None), ("b", "ice"), ("c", "ice"))]
+THREE = ["a", "b", "c"]
 
 
-def test_grounds_by_name(three: list[Recording]) -> None:
-    stood = on_grounds(three, ["steel=a, b", "red emery=c"])
-
-    assert [r.ground for r in stood] == ["steel", "steel", "red emery"]
-    assert [r.ground for r in on_grounds(three, ["steel=a"])] == ["steel", "ice", "ice"]
-    assert [r.ground for r in on_grounds(three, None)] == [None, "ice", "ice"]
-    assert [r.ground for r in on_grounds(three, ["steel"], bare=True)] == ["steel"] * 3
+def test_grounds_by_name() -> None:
+    by_name = {"a": "steel", "b": "steel", "c": "red emery"}
+    assert grounds_by_name(THREE, ["steel=a, b", "red emery=c"]) == by_name
+    assert grounds_by_name(THREE, ["steel=a"]) == {"a": "steel"}
+    assert grounds_by_name(THREE, None) == {}
+    assert grounds_by_name(THREE, ["steel"], bare=True) == dict.fromkeys(THREE, "steel")
 
 
 @pytest.mark.parametrize(
@@ -42,9 +35,9 @@ def test_grounds_by_name(three: list[Recording]) -> None:
         (["steel=a", "emery=b,a"], "--ground emery=b,a: a stands on steel already; one ground each"),
     ],
 )
-def test_faults(three: list[Recording], given: list[str], word: str) -> None:
+def test_faults(given: list[str], word: str) -> None:
     with pytest.raises(InvalidInputError) as caught:
-        on_grounds(three, given)
+        grounds_by_name(THREE, given)
     assert str(caught.value).startswith(word)
 
 

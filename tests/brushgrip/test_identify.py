@@ -1,19 +1,17 @@
 import json
 import tomllib
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from brushgrip.tasks import identify as identifying
 from identification.free_decay.estimator import identify_free_decay
 from reference_rig import THESIS_DAMPING as B_T
 from reference_rig import THESIS_TYRE as TYRE
 from reference_rig import impact_rig_toml, make_impacts, write_impacts
+from tests.brushgrip.helpers import Outcome, Run, contents
 
-Run = Callable[..., Any]
 LENGTHS = (0.036, 0.050)
 
 
@@ -33,21 +31,14 @@ def rig(tmp_path: Path) -> Path:
 
 
 @pytest.fixture
-def no_work(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Faults are found before any estimation begins."""
+def identify(run: Run, rig: Path, tmp_path: Path) -> Run:
+    """The command on some free vibrations; an option given again goes before its default."""
 
-    def refuse(*_: object, **__: object) -> None:
-        raise AssertionError("work has begun")
+    def command(*struck: object) -> Outcome:
+        given = ["--free-decay", *struck] if struck else []
+        return run("identify", "--rig", rig, "--out", tmp_path / "id.json", *given)
 
-    monkeypatch.setattr(identifying, "identify_free_decay", refuse)
-
-
-def assert_refused(outcome: Any, *words: str, status: int = 2) -> None:
-    assert outcome.status == status
-    assert outcome.out == ""
-    assert outcome.err.count("\n") == 1
-    for word in words:
-        assert word in outcome.err
+    return command
 
 
 def test_identifies(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> None:
@@ -108,74 +99,58 @@ def test_a_recording_knows_its_rig(run: Run, struck: list[Path], tmp_path: Path)
 
 
 @pytest.mark.usefixtures("no_work")
-def test_inertia_is_needed(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> None:
-    rig.write_text("\n".join(line for line in rig.read_text().splitlines() if "J_A" not in line))
-    outcome = run("identify", "--rig", rig, "--free-decay", *struck, "--out", tmp_path / "id.json")
-
-    assert_refused(outcome, f"{struck[0]}: J_A is not known", "[rig]", "# J_A = 0.15")
-
-
-@pytest.mark.usefixtures("no_work")
-def test_bad_recording(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> None:
-    struck[1].write_text(struck[1].read_text().replace("0.001,", "0.001,left", 1))
-    outcome = run("identify", "--rig", rig, "--free-decay", *struck, "--out", tmp_path / "id.json")
-
-    assert_refused(outcome, str(struck[1]), "row 4", "psi", "not a number")
+def test_faults_of_rig_and_recordings(
+    identify: Run, rig: Path, struck: list[Path], tmp_path: Path
+) -> None:
+    twin = tmp_path / "twin.csv"
+    twin.write_bytes(struck[0].read_bytes())
+    for other in (struck[0], twin):
+        identify(struck[0], other).refused(f"{other}: is the same recording as {struck[0]}")
+    rig_text, good = rig.read_text(), struck[1].read_text()
+    struck[1].write_text(good.replace("0.001,", "0.001,left", 1))
+    identify(*struck).refused(str(struck[1]), "row 4", "psi", "not a number")
+    struck[1].write_text(good)
+    rig.write_text("\n".join(line for line in rig_text.splitlines() if "J_A" not in line))
+    identify(*struck).refused(f"{struck[0]}: J_A is not known", "[rig]", "# J_A = 0.15")
     assert not (tmp_path / "id.json").exists()
 
 
 @pytest.mark.usefixtures("no_work")
-def test_twice_the_same(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> None:
-    twin = tmp_path / "twin.csv"
-    twin.write_bytes(struck[0].read_bytes())
-    out = tmp_path / "id.json"
-
-    for other in (struck[0], twin):
-        outcome = run("identify", "--rig", rig, "--free-decay", struck[0], other, "--out", out)
-        assert_refused(outcome, f"{other}: is the same recording as {struck[0]}")
-
-
-@pytest.mark.usefixtures("no_work")
-def test_names_that_cannot_be(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> None:
-    given = ("identify", "--rig", rig, "--free-decay", *struck)
+def test_names_that_cannot_be(identify: Run, rig: Path, struck: list[Path], tmp_path: Path) -> None:
     (tmp_path / "file").write_text("x")
 
-    assert_refused(run(*given, "--out", tmp_path / "id.png"), ".png is its picture")
-    assert_refused(run(*given, "--out", rig), "would overwrite what is read")
-    assert_refused(run(*given, "--out", tmp_path / "file" / "id.json"), "cannot be written")
-    assert run("identify", "--rig", rig, "--out", tmp_path / "id.json").status == 2
+    identify(*struck, "--out", tmp_path / "id.png").refused(".png is its picture")
+    identify(*struck, "--out", rig).refused("would overwrite what is read")
+    identify(*struck, "--out", tmp_path / "file" / "id.json").refused("cannot be written")
+    identify().refused("--free-decay")
 
 
-def test_nothing_swings(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> None:
+def test_nothing_swings(identify: Run, struck: list[Path], tmp_path: Path) -> None:
     rows = "\n".join(f"{0.001 * i:.3f},0.1" for i in range(200))
     struck[0].write_text(f"t,psi\n{rows}\n")
-    before = sorted(path.name for path in tmp_path.iterdir())
-    outcome = run("identify", "--rig", rig, "--free-decay", *struck, "--out", tmp_path / "id.json")
+    before = contents(tmp_path)
 
-    assert_refused(outcome, "a36_1: psi is constant", "has to be struck")
-    assert sorted(path.name for path in tmp_path.iterdir()) == before
+    identify(*struck).refused("a36_1: psi is constant", "has to be struck")
+    assert contents(tmp_path) == before
 
 
 def test_no_result_without_a_solution(
-    run: Run, rig: Path, struck: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    identify: Run, struck: list[Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def unsolved(*arguments: Any) -> Any:
         result = identify_free_decay(*arguments)
         changed = vars(result) | {"converged": False, "status": "not solved", "remedy": "strike harder"}
         return type(result)(**changed)
 
-    monkeypatch.setattr(identifying, "identify_free_decay", unsolved)
-    out = tmp_path / "id.json"
-    outcome = run("identify", "--rig", rig, "--free-decay", *struck, "--out", out)
+    monkeypatch.setattr("identification.identify_free_decay", unsolved)
 
-    assert_refused(outcome, "not solved: strike harder", status=1)
-    assert not out.exists()
+    identify(*struck).refused("not solved: strike harder", status=1)
+    assert not (tmp_path / "id.json").exists()
 
 
-def test_numbers_are_finite(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> None:
-    out = tmp_path / "id.json"
-    run("identify", "--rig", rig, "--free-decay", struck[0], "--out", out)
-    content = json.loads(out.read_text())
+def test_numbers_are_finite(identify: Run, struck: list[Path], tmp_path: Path) -> None:
+    identify(struck[0])
+    content = json.loads((tmp_path / "id.json").read_text())
 
     assert np.isfinite(content["k"]["std"])
     assert content["noise"]["value"] > 0

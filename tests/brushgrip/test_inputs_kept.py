@@ -2,19 +2,16 @@
 
 import os
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from brushgrip.recordings import files_read, keep_inputs
-from identification import SignalMap
+from brushgrip.inputs.pipeline import locate_inputs
+from brushgrip.inputs.recordings import keep_inputs
 from identification.thesis.author_estimate import author_file
 from symbolic.errors import InvalidInputError
-
-Run = Callable[..., Any]
-Write = Callable[..., Path]
+from tests.brushgrip.helpers import Run, Write, contents
 
 
 @pytest.fixture
@@ -31,10 +28,6 @@ def folder(rig: Path, write_csv: Write, monkeypatch: pytest.MonkeyPatch) -> Path
     author_file(tmp_path, "good").write_text("")
     monkeypatch.chdir(tmp_path)
     return tmp_path
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    return {str(path): path.read_bytes() for path in sorted(folder.rglob("*")) if path.is_file()}
 
 
 SPELLINGS = [
@@ -74,7 +67,7 @@ def test_another_file_of_the_same_name_may_be_written(folder: Path) -> None:
 def test_what_lies_beside_a_recording_is_read_too(folder: Path, recording: str, beside: str) -> None:
     for name in (recording, beside):
         (folder / "sub" / name).write_text("")
-    read = files_read([f"sub/{recording}"], SignalMap())
+    read = locate_inputs([f"sub/{recording}"]).files
     with pytest.raises(InvalidInputError, match="would overwrite what is read"):
         keep_inputs([Path("nosub/../sub") / beside], read)
     keep_inputs([Path("sub/other.csv"), Path(beside)], read)
@@ -123,18 +116,11 @@ SIMULATE = ("simulate", "good.csv", "--rig", "rig.toml")
     ],
     ids=lambda arguments: " ".join(arguments),
 )
-def test_commands_that_write_files(
-    run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch, arguments: tuple[str, ...]
-) -> None:
-    monkeypatch.setattr("brushgrip.tasks.simulate.read_model", lambda *_, **__: None)
-    monkeypatch.setattr("brushgrip.tasks.identify.read_decays", lambda *_: [])
-    monkeypatch.setattr("brushgrip.tasks.compare._cases", lambda *_: [])
+def test_commands_that_write_files(run: Run, folder: Path, arguments: tuple[str, ...]) -> None:
     before = contents(folder)
     outcome = run(*arguments)
 
-    assert outcome.status == 2
-    assert "would overwrite what is read" in outcome.err
-    assert outcome.err.count("\n") == 1
+    outcome.refused("would overwrite what is read")
     assert contents(folder) == before
 
 
@@ -163,9 +149,8 @@ def own_effects(folder: Path) -> Iterator[None]:
 @pytest.mark.parametrize("source", ["effects", "boot", "__init__"])
 @pytest.mark.parametrize("command", ["estimate", "compare", "simulate", "diagnose", "codegen"])
 def test_the_sources_of_own_effects_are_read_too(
-    run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch, command: str, source: str
+    run: Run, folder: Path, command: str, source: str
 ) -> None:
-    monkeypatch.setattr("brushgrip.tasks.compare._cases", lambda *_: [])
     path = Path(f"ownkit/{source}.py")
     arguments: tuple[object, ...] = {
         "estimate": (*ESTIMATE, "--out", path),
@@ -180,18 +165,13 @@ def test_the_sources_of_own_effects_are_read_too(
     before = contents(folder / "ownkit")
     outcome = run(*arguments, "--effects", "ownkit.effects")
 
-    assert outcome.status == 2
-    assert "would overwrite what is read" in outcome.err
-    assert outcome.err.count("\n") == 1
+    outcome.refused("would overwrite what is read")
     assert {n: c for n, c in contents(folder / "ownkit").items() if n in before} == before
 
 
 @pytest.mark.parametrize("author", [(), ("--author", "nosub/..")])
-def test_the_authors_estimates_are_read_too(
-    run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch, author: tuple[str, ...]
-) -> None:
+def test_the_authors_estimates_are_read_too(run: Run, folder: Path, author: tuple[str, ...]) -> None:
     (folder / "nosub").mkdir()
-    monkeypatch.setattr("brushgrip.tasks.compare._cases", lambda *_: [])
     before = contents(folder)
     outcome = run(*COMPARE, *author, "--out", author_file(Path(), "good"))
 
@@ -200,19 +180,12 @@ def test_the_authors_estimates_are_read_too(
     assert contents(folder) == before
 
 
+@pytest.mark.usefixtures("no_work")
 @pytest.mark.parametrize("name", ["diagnosis.json", "model.json", "report.html", "loops.png"])
-def test_diagnose_looks_before_it_searches(
-    run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch, name: str
-) -> None:
-    def search(*_: object, **__: object) -> None:
-        raise AssertionError("the search began")
-
-    monkeypatch.setattr("brushgrip.tasks.diagnose.close_the_loop", search)
+def test_diagnose_looks_before_it_searches(run: Run, folder: Path, name: str) -> None:
     (folder / "rig.toml").rename(folder / "sub" / name)
     before = contents(folder)
-    outcome = run("diagnose", "good.csv", "--rig", f"sub/{name}", "--out", "nosub/../link")
 
-    assert outcome.status == 2
-    assert "would overwrite what is read" in outcome.err
-    assert outcome.err.count("\n") == 1
+    outcome = run("diagnose", "good.csv", "--rig", f"sub/{name}", "--out", "nosub/../link")
+    outcome.refused("would overwrite what is read")
     assert contents(folder) == before

@@ -3,13 +3,14 @@
 import hashlib
 import json
 import os
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from brushgrip.provenance import (
+from brushgrip.inputs.pipeline import locate_inputs
+from brushgrip.inputs.recordings import keep_inputs
+from brushgrip.outputs.provenance import (
     KEY,
     beside,
     clear,
@@ -18,13 +19,9 @@ from brushgrip.provenance import (
     provenance_of,
     require_own_folder,
 )
-from brushgrip.recordings import files_read, keep_inputs
-from brushgrip.speech import COMMAND_LINE
-from identification import SignalMap
+from brushgrip.outputs.speech import COMMAND_LINE
 from symbolic import InvalidInputError
-
-Run = Callable[..., Any]
-Write = Callable[..., Path]
+from tests.brushgrip.helpers import Run, Write
 
 
 def write_result(folder: Path, made: dict[str, Any]) -> Path:
@@ -139,9 +136,9 @@ def test_what_is_read_along_has_its_digest_too(tmp_path: Path) -> None:
     log, table, database, bag, rest, metadata = (tmp_path / name for name in names)
     elsewhere = tmp_path / "bag" / "metadata.yaml"
 
-    assert files_read([str(log)], SignalMap()) == [log, database]
-    assert files_read([str(log)], SignalMap(dbc=elsewhere)) == [log, elsewhere]
-    assert files_read([str(table)], SignalMap()) == [table]
-    assert files_read([str(bag)], SignalMap()) == [bag, metadata, rest]
+    assert locate_inputs([str(log)]).files == (log, database)
+    assert locate_inputs([str(log)], channel_map=f"dbc={elsewhere}").files == (log, elsewhere)
+    assert locate_inputs([str(table)]).files == (table,)
+    assert locate_inputs([str(bag)]).files == (bag, metadata, rest)
     with pytest.raises(InvalidInputError, match="would overwrite what is read"):
-        keep_inputs([database], files_read([str(log)], SignalMap()))
+        keep_inputs([database], locate_inputs([str(log)]).files)

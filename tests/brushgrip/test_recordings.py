@@ -1,37 +1,32 @@
 import shutil
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from brushgrip.recordings import download_folder, locate, read_all
+from brushgrip.inputs.pipeline import locate_inputs
+from brushgrip.inputs.recordings import download_folder, locate, unique_labels
 from symbolic import InvalidInputError
-
-Write = Callable[..., Path]
+from tests.brushgrip.helpers import Write
 
 
 class TestLocate:
-    def test_as_given(self, write_csv: Write) -> None:
-        path = write_csv("run.csv")
+    @pytest.mark.parametrize(
+        ("there", "name", "found"),
+        [
+            (["run.csv"], "run.csv", "run.csv"),
+            (["run.csv"], "run", "run.csv"),
+            (["run.1.csv"], "run.1", "run.1.csv"),
+            (["run.mat", "run.csv"], "run", "run.mat"),
+        ],
+    )
+    def test_suffix_may_be_left_out(
+        self, tmp_path: Path, there: list[str], name: str, found: str
+    ) -> None:
+        for file in there:
+            (tmp_path / file).touch()
 
-        assert locate(str(path)) == path
-
-    def test_suffix_may_be_left_out(self, write_csv: Write) -> None:
-        path = write_csv("run.csv")
-
-        assert locate(str(path.with_suffix(""))) == path
-
-    def test_a_name_with_a_dot(self, write_csv: Write) -> None:
-        path = write_csv("run.1.csv")
-
-        assert locate(str(path.with_name("run.1"))) == path
-
-    def test_mat_goes_before_csv(self, tmp_path: Path) -> None:
-        for name in ("run.mat", "run.csv"):
-            (tmp_path / name).touch()
-
-        assert locate(str(tmp_path / "run")) == tmp_path / "run.mat"
+        assert locate(str(tmp_path / name)) == tmp_path / found
 
     def test_order_of_places(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         folders = [tmp_path / "here", tmp_path / "data", download_folder()]
@@ -84,70 +79,54 @@ class TestLocate:
         )
 
 
-class TestReadAll:
-    def names(self, rig: Path, *paths: Path) -> list[str]:
-        return [recording.name for recording in read_all([str(path) for path in paths], rig)]
+@pytest.mark.parametrize(
+    ("paths", "labels"),
+    [
+        (["a.csv", "b.csv"], ["a", "b"]),
+        # Folders tell equal names apart, as many as it takes; then suffixes.
+        (["one/run.csv", "two/run.csv", "two/else.csv"], ["one_run", "two_run", "else"]),
+        (["one/x/run.csv", "two/x/run.csv"], ["one_x_run", "two_x_run"]),
+        (["run.csv", "run.txt"], ["run_csv", "run_txt"]),
+        # What no screen can show.
+        (["a\nb.csv", "\x1b[2J.csv"], ["a b", r"\x1b[2J"]),
+    ],
+)
+def test_every_recording_has_a_label_of_its_own(paths: list[str], labels: list[str]) -> None:
+    assert unique_labels([Path("/") / path for path in paths]) == labels
 
-    def other(self, write_csv: Write, name: str, number: int) -> Path:
-        return write_csv(name, {"M_z": [float(number + i) for i in range(60)]})
 
-    def test_names_are_stems(self, write_csv: Write, rig: Path) -> None:
-        paths = [self.other(write_csv, f"{name}.csv", i) for i, name in enumerate("ab")]
+@pytest.mark.parametrize("again", ["run.csv", "./run.csv", "run", "copy.csv", "link.csv"])
+def test_a_recording_counts_once(
+    write_csv: Write,
+    rig: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    again: str,
+) -> None:
+    path = write_csv("run.csv")
+    shutil.copy(path, tmp_path / "copy.csv")
+    (tmp_path / "link.csv").symlink_to(path)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InvalidInputError, match=r"is the same recording as run\.csv"):
+        locate_inputs(["run.csv", again], rig=rig).recordings()
 
-        assert self.names(rig, *paths) == ["a", "b"]
 
-    def test_folders_tell_equal_names_apart(self, write_csv: Write, rig: Path) -> None:
-        places = ("one/run.csv", "two/run.csv", "two/else.csv")
-        paths = [self.other(write_csv, place, i) for i, place in enumerate(places)]
+@pytest.mark.parametrize("kept", [slice(0, 59), slice(1, 60), slice(0, 60, 2), slice(20, 45)])
+def test_a_part_of_a_recording_is_the_same(
+    write_csv: Write, rig: Path, table: dict[str, np.ndarray], kept: slice
+) -> None:
+    whole = write_csv("whole.csv")
+    part = write_csv("part.csv", {name: values[kept] for name, values in table.items()})
+    with pytest.raises(InvalidInputError, match=r"is the same recording as .*whole\.csv"):
+        locate_inputs([str(whole), str(part)], rig=rig).recordings()
 
-        assert self.names(rig, *paths) == ["one_run", "two_run", "else"]
 
-    def test_as_many_folders_as_it_takes(self, write_csv: Write, rig: Path) -> None:
-        places = ("one/x/run.csv", "two/x/run.csv")
-        paths = [self.other(write_csv, place, i) for i, place in enumerate(places)]
+def test_two_runs_may_have_much_in_common(
+    write_csv: Write, rig: Path, table: dict[str, np.ndarray]
+) -> None:
+    shared = np.arange(60) < 28
+    one = write_csv("one.csv")
+    other = write_csv("other.csv", {"M_z": np.where(shared, table["M_z"], table["M_z"] + 0.5)})
 
-        assert self.names(rig, *paths) == ["one_x_run", "two_x_run"]
-
-    def test_suffixes_tell_neighbours_apart(self, write_csv: Write, rig: Path) -> None:
-        paths = [self.other(write_csv, place, i) for i, place in enumerate(("run.csv", "run.txt"))]
-
-        assert self.names(rig, *paths) == ["run_csv", "run_txt"]
-
-    @pytest.mark.parametrize("again", ["run.csv", "./run.csv", "run", "copy.csv", "link.csv"])
-    def test_a_recording_counts_once(
-        self,
-        write_csv: Write,
-        rig: Path,
-        tmp_path: Path,
-        monkeypatch: pytest.MonkeyPatch,
-        again: str,
-    ) -> None:
-        path = write_csv("run.csv")
-        shutil.copy(path, tmp_path / "copy.csv")
-        (tmp_path / "link.csv").symlink_to(path)
-        monkeypatch.chdir(tmp_path)
-        with pytest.raises(InvalidInputError, match=r"is the same recording as run\.csv"):
-            read_all(["run.csv", again], rig)
-
-    @pytest.mark.parametrize("kept", [slice(0, 59), slice(1, 60), slice(0, 60, 2), slice(20, 45)])
-    def test_a_part_of_a_recording_is_the_same(
-        self, write_csv: Write, rig: Path, table: dict[str, np.ndarray], kept: slice
-    ) -> None:
-        whole = write_csv("whole.csv")
-        part = write_csv("part.csv", {name: values[kept] for name, values in table.items()})
-        with pytest.raises(InvalidInputError, match=r"is the same recording as .*whole\.csv"):
-            read_all([str(whole), str(part)], rig)
-
-    def test_two_runs_may_have_much_in_common(
-        self, write_csv: Write, rig: Path, table: dict[str, np.ndarray]
-    ) -> None:
-        shared = np.arange(60) < 28
-        one = write_csv("one.csv")
-        other = write_csv("other.csv", {"M_z": np.where(shared, table["M_z"], table["M_z"] + 0.5)})
-
-        assert self.names(rig, one, other) == ["one", "other"]
-
-    def test_names_that_no_screen_can_show(self, write_csv: Write, rig: Path) -> None:
-        paths = [self.other(write_csv, name, i) for i, name in enumerate(("a\nb.csv", "\x1b[2J.csv"))]
-
-        assert self.names(rig, *paths) == ["a b", r"\x1b[2J"]
+    inputs = locate_inputs([str(one), str(other)], rig=rig)
+    assert [recording.name for recording in inputs.recordings()] == ["one", "other"]

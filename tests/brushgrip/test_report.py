@@ -1,6 +1,5 @@
 import base64
 import re
-from collections.abc import Callable
 from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
@@ -8,13 +7,13 @@ from pathlib import Path
 import matplotlib
 import pytest
 
-from brushgrip import report
-from brushgrip.estimation import FrictionTrack
+from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.pictures import draw_signatures
-from brushgrip.report import write_report
+from brushgrip.report import page as report
+from brushgrip.report.page import write_report
 from identification import Diagnosis, SelectionCriteria
+from tests.brushgrip.factories import make_diagnosis
 
-Make = Callable[..., Diagnosis]
 PNG = b"\x89PNG\r\n\x1a\n"
 VOID = {"meta", "img", "link", "br", "input"}
 
@@ -49,9 +48,7 @@ def written(folder: Path) -> list[str]:
 
 
 @pytest.fixture(scope="module")
-def full(
-    tmp_path_factory: pytest.TempPathFactory, make_diagnosis: Make, tracks: list[FrictionTrack]
-) -> Path:
+def full(tmp_path_factory: pytest.TempPathFactory, tracks: list[FrictionTrack]) -> Path:
     """The page of a diagnosis with everything in it."""
     return write_report(tmp_path_factory.mktemp("full"), make_diagnosis(), tracks)
 
@@ -63,13 +60,9 @@ def no_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
     def blank(path: Path, *_: object) -> None:
         path.write_bytes(PNG)
 
-    def blank_residuals(path: Path, diagnosis: Diagnosis) -> int:
-        blank(path)
-        return min(3, len(diagnosis.series))
-
-    for name in ("draw_candidates", "draw_experiment", "draw_friction", "draw_loops", "draw_signatures"):
-        monkeypatch.setattr(report, name, blank)
-    monkeypatch.setattr(report, "draw_residuals", blank_residuals)
+    for name in ("candidates", "experiment", "friction", "loops", "residuals", "signatures"):
+        monkeypatch.setattr(report, f"draw_{name}", blank)
+    monkeypatch.setattr(report, "MOST_RECORDINGS", 3)
 
 
 def text_of(folder: Path, diagnosis: Diagnosis) -> str:
@@ -109,7 +102,7 @@ def test_every_link_of_the_contents_leads_somewhere(full: Path) -> None:
 
 
 @pytest.mark.usefixtures("no_drawing")
-def test_pictures_that_are_not_drawn_as_lines_are_points(tmp_path: Path, make_diagnosis: Make) -> None:
+def test_pictures_that_are_not_drawn_as_lines_are_points(tmp_path: Path) -> None:
     page = Page(write_report(tmp_path, make_diagnosis()).read_text("utf-8"))
     (head,) = {a.split(",")[0] for a in page.addresses if not a.startswith("#")}
     assert head == "data:image/png;base64"
@@ -142,9 +135,7 @@ def test_page_says_everything_in_order(full: Path) -> None:
 
 
 @pytest.mark.usefixtures("no_drawing")
-def test_a_recording_that_got_worse_is_marked_and_tracks_may_be_absent(
-    tmp_path: Path, make_diagnosis: Make
-) -> None:
+def test_a_recording_that_got_worse_is_marked_and_tracks_may_be_absent(tmp_path: Path) -> None:
     text = write_report(tmp_path, make_diagnosis(worse=("held_d",))).read_text("utf-8")
 
     marked = [row for row in re.findall(r"<tr.*?</tr>", text) if "▲ worse" in row]
@@ -164,22 +155,20 @@ def test_a_recording_that_got_worse_is_marked_and_tracks_may_be_absent(
         (2, 1, "2 recordings for training, 1 held out to judge every candidate and the result."),
     ],
 )
-def test_page_says_what_judges(
-    tmp_path: Path, make_diagnosis: Make, training: int, holdout: int, words: str
-) -> None:
+def test_page_says_what_judges(tmp_path: Path, training: int, holdout: int, words: str) -> None:
     names = tuple(f"train_{i}" for i in range(training)), tuple(f"held_{i}" for i in range(holdout))
 
     assert words in text_of(tmp_path, make_diagnosis(*names))
 
 
 @pytest.mark.usefixtures("no_drawing")
-def test_page_says_of_which_recordings_residuals_are_shown(tmp_path: Path, make_diagnosis: Make) -> None:
+def test_page_says_of_which_recordings_residuals_are_shown(tmp_path: Path) -> None:
     assert "The picture shows 3 of 5 recordings." in text_of(tmp_path, make_diagnosis())
     assert "The picture shows" not in text_of(tmp_path, make_diagnosis(holdout=("held_c",)))
 
 
 @pytest.mark.usefixtures("no_drawing")
-def test_page_gives_the_thresholds_of_the_search(tmp_path: Path, make_diagnosis: Make) -> None:
+def test_page_gives_the_thresholds_of_the_search(tmp_path: Path) -> None:
     diagnosis = make_diagnosis()
     assert "ΔBIC below zero supports the effect." in text_of(tmp_path, diagnosis)
     criteria = SelectionCriteria(strong=6.0)
@@ -190,9 +179,7 @@ def test_page_gives_the_thresholds_of_the_search(tmp_path: Path, make_diagnosis:
     assert f"falls by more than {criteria.clear:g} standard errors" in text
 
 
-def test_signatures_before_and_after_are_not_mixed_up(
-    full: Path, tmp_path: Path, make_diagnosis: Make
-) -> None:
+def test_signatures_before_and_after_are_not_mixed_up(full: Path, tmp_path: Path) -> None:
     diagnosis = make_diagnosis()
     before, after = diagnosis.signatures_before, diagnosis.signatures_after
     draw_signatures(tmp_path / "signatures.png", before, after)
@@ -214,9 +201,7 @@ def test_signatures_before_and_after_are_not_mixed_up(
         pytest.param(9, 4, marks=pytest.mark.long),
     ],
 )
-def test_any_number_of_recordings_of_any_name(
-    tmp_path: Path, make_diagnosis: Make, training: int, holdout: int
-) -> None:
+def test_any_number_of_recordings_of_any_name(tmp_path: Path, training: int, holdout: int) -> None:
     diagnosis = make_diagnosis(
         training=tuple(rf"<b>$x_{i}\frac$</b>" for i in range(training)),
         holdout=tuple(f"held & {i}" for i in range(holdout)),
@@ -231,7 +216,7 @@ def test_any_number_of_recordings_of_any_name(
 
 @pytest.mark.long
 def test_same_diagnosis_same_page_and_no_global_state(
-    full: Path, tmp_path: Path, make_diagnosis: Make, tracks: list[FrictionTrack]
+    full: Path, tmp_path: Path, tracks: list[FrictionTrack]
 ) -> None:
     before = dict(matplotlib.rcParams)
     again = write_report(tmp_path, make_diagnosis(), tracks)
@@ -240,7 +225,7 @@ def test_same_diagnosis_same_page_and_no_global_state(
     assert dict(matplotlib.rcParams) == before
 
 
-def test_a_diagnosis_is_shown_in_a_line(make_diagnosis: Callable[..., Diagnosis]) -> None:
+def test_a_diagnosis_is_shown_in_a_line() -> None:
     shown = "<Diagnosis of 2 recordings, 3 held out: carcass_torsion, torque_offset>"
 
     assert repr(make_diagnosis()) == shown

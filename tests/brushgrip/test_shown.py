@@ -2,7 +2,7 @@
 
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import fields, replace
 from io import BytesIO
 from pathlib import Path
@@ -14,9 +14,10 @@ import numpy as np
 import pytest
 from matplotlib import pyplot
 
-from identification import Diagnosis, Recording
+from identification import Recording
 from observers import Estimates, Status
 from symbolic import Rig, Tyre
+from tests.brushgrip.factories import make_diagnosis
 
 EVIL = '<b onclick="x()">$a_b$ & \x1b[2J\udcff'
 
@@ -80,7 +81,7 @@ def test_estimates_as_a_table(estimates: Estimates) -> None:
     assert "no sample" in none._repr_html_()
 
 
-def test_a_diagnosis_as_a_table(make_diagnosis: Callable[..., Diagnosis]) -> None:
+def test_a_diagnosis_as_a_table() -> None:
     title, rows = cells(make_diagnosis())
 
     assert title == "Diagnosis of 2 recordings, 3 held out"
@@ -140,9 +141,7 @@ def test_estimates_draw_friction_with_its_band(estimates: Estimates) -> None:
     assert [text.get_text() for text in own.get_legend().get_texts()] == ["EKF"]
 
 
-def test_a_diagnosis_draws_the_recording_of_median_error(
-    make_diagnosis: Callable[..., Diagnosis],
-) -> None:
+def test_a_diagnosis_draws_the_recording_of_median_error() -> None:
     diagnosis = make_diagnosis()
     axes = diagnosis.plot()
     shown = diagnosis.series[3]

@@ -4,14 +4,13 @@ import json
 from collections.abc import Callable
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
 
 import pytest
 
-from brushgrip.speech import flags_first
+from brushgrip.outputs.speech import flags_first
+from tests.brushgrip.helpers import Run
 
 pytestmark = pytest.mark.usefixtures("interpreted")
-Run = Callable[..., Any]
 
 
 def test_flags_come_first() -> None:

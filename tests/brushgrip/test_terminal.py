@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from brushgrip.console import say
-from brushgrip.terminal import fault_of_output, spell_what_is_lacking
+from brushgrip.outputs.console import say
+from brushgrip.outputs.terminal import fault_of_output, spell_what_is_lacking
 
 OURS = "μ = 1.20 ± 0.05 → 3·10⁻² N/m², “höhe” – ϑ … 重"
 

@@ -2,20 +2,18 @@
 
 import json
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from brushgrip.tasks import diagnose as diagnosing
-from brushgrip.user_effects import user_effects
+from brushgrip.inputs.user_effects import user_effects
 from symbolic import CANDIDATES, InvalidInputError
+from tests.brushgrip.helpers import Run, Write
 
 pytestmark = pytest.mark.usefixtures("interpreted")
-Run = Callable[..., Any]
-Write = Callable[..., Path]
 MODULE = """
 from dataclasses import dataclass
 
@@ -47,6 +45,9 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
         (folder / f"{path}.py").write_text(MODULE.format(kind=kind, name=kind.lower()))
     (folder / "own_empty.py").write_text("")
     (folder / "own_broken.py").write_text("raise RuntimeError('out of\\norder')")
+    (folder / "own_exit.py").write_text("import sys\nsys.exit(0)")
+    mute = "class Mute(Exception):\n    def __str__(self):\n        raise ValueError\n\nraise Mute\n"
+    (folder / "own_mute.py").write_text(mute)
     (folder / "own_again.py").write_text(MODULE.format(kind="Again", name="stop"))
     monkeypatch.chdir(folder)
     before, path = set(sys.modules), list(sys.path)
@@ -108,6 +109,8 @@ def test_a_module_does_not_import_from_the_current_directory_what_is_installed(h
     [
         ("own_absent", "--effects own_absent: cannot be imported: ModuleNotFoundError"),
         ("own_broken", "--effects own_broken: cannot be imported: RuntimeError: out of order"),
+        ("own_exit", "--effects own_exit: cannot be imported: SystemExit: 0"),
+        ("own_mute", "--effects own_mute: cannot be imported: Mute: its message cannot be shown"),
         ("../own_stop", "--effects ../own_stop: cannot be imported"),
         ("own_empty", "EFFECTS"),
         ("own_stop,own_again", "effect 'stop' is declared by another module as well"),
@@ -136,7 +139,7 @@ def test_own_effects_are_candidates_beside_all_of_the_library(
         asked.append(candidates)
         raise InvalidInputError("enough")
 
-    monkeypatch.setattr(diagnosing, "close_the_loop", stop)
+    monkeypatch.setattr("identification.diagnose", stop)
     for options in ([], ["--effects", "own_stop", "--effects", "own_creak"]):
         run("diagnose", write_csv(), "--rig", rig, *options, "--out", tmp_path / "out")
 
@@ -159,6 +162,20 @@ def test_a_model_file_with_an_own_effect_simulates_and_estimates(
     np.testing.assert_allclose(torques[1], torques[0] + 0.5, atol=1e-12)
     assert run("estimate", recording, *options, "--observer", "ekf", "--out", mu).status == 0
     assert mu.exists()
+
+
+def test_what_an_effect_prints_does_not_spoil_json(
+    run: Run, write_csv: Write, rig: Path, tmp_path: Path, here: Path
+) -> None:
+    text = (here / "own_stop.py").read_text()
+    (here / "own_loud.py").write_text(
+        "print('imported')\n" + text.replace("return", "print('hook'); return")
+    )
+    out = tmp_path / "out.csv"
+    outcome = run("simulate", write_csv(), "--rig", rig, "--effects", "own_loud", "--out", out, "--json")
+
+    assert json.loads(outcome.out) == {"wrote": [str(out)]}
+    assert outcome.err.startswith("imported\nhook\n")
 
 
 def test_nothing_is_imported_because_a_model_file_says_so(

@@ -1,17 +1,15 @@
 """Sentences about a diagnosis are only as sure as its figures."""
 
-from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
 
-from brushgrip.verdict import explained_grade, headline, plain_parameter
+from brushgrip.wording.verdict import explained_grade, headline, plain_parameter
 from identification import Diagnosis, ParameterEstimate
 from identification.diagnosis.findings import Grade
 from identification.diagnosis.found_effects import distance_from_neutral, grade_of
 from symbolic import EFFECTS
-
-Make = Callable[..., Diagnosis]
+from tests.brushgrip.factories import make_diagnosis
 
 
 def graded(diagnosis: Diagnosis, *grades: Grade, errors: float = 5.0) -> Diagnosis:
@@ -56,7 +54,7 @@ def test_a_parameter_close_to_no_effect_is_a_hint() -> None:
     assert grade_of(9.0, -60.0, 3.0, has_rivals=False, at_bound=False) == "strong"
 
 
-def test_only_clear_effects_are_said_to_be_missing(make_diagnosis: Make) -> None:
+def test_only_clear_effects_are_said_to_be_missing() -> None:
     diagnosis = make_diagnosis()
     assert headline(graded(diagnosis, "strong", "weak")).startswith(
         "The declared model misses carcass torsion; there are weak signs of torque offset: held-out"
@@ -81,12 +79,12 @@ def test_only_clear_effects_are_said_to_be_missing(make_diagnosis: Make) -> None
         ("stands_in", "ends where its range does"),
     ],
 )
-def test_every_grade_is_explained(make_diagnosis: Make, grade: Grade, words: str) -> None:
+def test_every_grade_is_explained(grade: Grade, words: str) -> None:
     effect = graded(make_diagnosis(), grade, "weak", errors=1.4).effects[0]
     assert words in explained_grade(effect)
 
 
-def test_a_clear_parameter_is_not_called_chance(make_diagnosis: Make) -> None:
+def test_a_clear_parameter_is_not_called_chance() -> None:
     effect = graded(make_diagnosis(), "weak", "weak", errors=2.07).effects[0]
     clear, near = (explained_grade(replace(effect, deviations=off)) for off in (359.0, 1.2))
 

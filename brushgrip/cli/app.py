@@ -1,0 +1,185 @@
+"""The command `brushgrip`: its commands, its exit status and its error messages."""
+
+import sys
+from collections.abc import Callable, Sequence
+from importlib.metadata import PackageNotFoundError
+from importlib.metadata import version as version_of
+from inspect import signature
+from typing import Annotated, get_type_hints
+
+import typer
+
+from brushgrip.cli.own_packages import foreign_packages
+from brushgrip.commands.codegen import CodegenRequest
+from brushgrip.commands.compare import CompareRequest
+from brushgrip.commands.demo import DemoRequest
+from brushgrip.commands.diagnose import DiagnoseRequest
+from brushgrip.commands.estimate import EstimateRequest
+from brushgrip.commands.fetch import FetchRequest
+from brushgrip.commands.identify import IdentifyRequest
+from brushgrip.commands.simulate import SimulateRequest
+from brushgrip.outputs.speech import COMMAND_LINE, SPEECH, Speech, flags_first, reserve_stdout
+from brushgrip.outputs.terminal import fault_of_output, spell_what_is_lacking
+
+BAD_INPUT, FAILED = 2, 1
+"""Exit status for input that the user can correct, and for failures outside, such as of a download."""
+LISTS = ("--holdout", "--train", "--free-decay", "--declared")
+"""Options that take one or more names after the flag."""
+
+app = typer.Typer(
+    name="brushgrip",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,  # Plain help takes half the time, and fits every terminal.
+)
+EVERYWHERE = "--json and --quiet stand before or behind the name of a command."
+COMMANDS = {
+    "demo": DemoRequest,
+    "fetch": FetchRequest,
+    "simulate": SimulateRequest,
+    "identify": IdentifyRequest,
+    "diagnose": DiagnoseRequest,
+    "estimate": EstimateRequest,
+    "compare": CompareRequest,
+    "codegen": CodegenRequest,
+}
+"""What a user asks of each command: a frozen dataclass of its options that runs it; in order of help."""
+
+
+def command_of(request: type) -> Callable[..., None]:
+    """A function with the fields of a request as its parameters, which fills the request and runs it."""
+
+    def run(**options: object) -> None:
+        request(**options).run()
+
+    run.__doc__ = request.__doc__
+    run.__annotations__ = get_type_hints(request, include_extras=True)
+    run.__signature__ = signature(request)  # type: ignore[attr-defined]
+    return run
+
+
+for command, request in COMMANDS.items():
+    app.command(command, epilog=EVERYWHERE)(command_of(request))
+
+
+def _say_version(wanted: bool) -> None:
+    if not wanted:
+        return
+    try:
+        number = version_of("brushgrip")
+    except PackageNotFoundError:
+        number = "of a checkout that is not installed"
+    print(f"brushgrip {number}")
+    raise typer.Exit
+
+
+@app.callback(epilog=EVERYWHERE)
+def everywhere(
+    context: typer.Context,
+    json: Annotated[bool, typer.Option("--json", help="Print the result as one JSON document.")] = False,
+    quiet: Annotated[
+        bool, typer.Option("--quiet", help="Print nothing, and no progress, but what goes wrong.")
+    ] = False,
+    version: Annotated[  # noqa: ARG001
+        bool, typer.Option("--version", help="Print the version.", callback=_say_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Estimates tyre-road friction at standstill from the steering torque."""
+    if json and quiet:
+        raise typer.BadParameter("--json prints the result, --quiet nothing; give one of them")
+    SPEECH.set(Speech.JSON if json else Speech.QUIET if quiet else Speech.PLAIN)
+    if json:
+        context.with_resource(reserve_stdout())
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Runs a command; bad input leaves one line on standard error.
+
+    Args:
+        arguments: command line without the name of the program; None for that of the process.
+
+    Raises:
+        SystemExit: always; status 0 on success, 2 for bad input, 1 for failures outside.
+    """
+    spell_what_is_lacking()
+    if foreign := foreign_packages():
+        print(f"brushgrip: {foreign}", file=sys.stderr)
+        raise SystemExit(FAILED)
+    if arguments is not None:
+        raise SystemExit(_run(arguments))
+    status = _run(sys.argv[1:])
+    fault = fault_of_output()
+    if fault and not status:
+        _print_error(f"standard output: cannot be written: {fault}")
+    raise SystemExit(status if fault is None else status or FAILED)
+
+
+def _run(arguments: Sequence[str]) -> int:
+    """The exit status of a command line; what went wrong is said."""
+    given = flags_first(repeat_lists(arguments))
+    said_by, speech = COMMAND_LINE.set(tuple(arguments)), SPEECH.set(SPEECH.get())
+    try:
+        status = app(args=given, prog_name="brushgrip", standalone_mode=False)
+    except (typer.Abort, BrokenPipeError):
+        return FAILED
+    except OSError as error:
+        # Such as a full disk, which a stream says without a name.
+        _print_error(f"{error.filename or 'cannot write'}: {error.strerror or error}")
+        return FAILED
+    except MemoryError as error:
+        _print_error(f"there is not enough memory: {error}")
+        return FAILED
+    except Exception as error:
+        return _said(error)
+    finally:
+        SPEECH.reset(speech)
+        COMMAND_LINE.reset(said_by)
+    return status or 0
+
+
+def _said(error: Exception) -> int:
+    """The exit status for an error that is ours or the user's, once it is said; any other is raised.
+
+    Raises:
+        Exception: it is a fault of the program.
+    """
+    from symbolic import BrushgripError, InvalidInputError
+
+    if isinstance(error, BrushgripError):
+        _print_error(str(error))
+        return BAD_INPUT if isinstance(error, InvalidInputError) else FAILED
+    # Faults of usage come from the parser below typer, whose class differs between its versions.
+    if not hasattr(error, "format_message"):
+        raise error
+    message = error.format_message().replace(": Value error, ", ": ")
+    _print_error(message or "no command given; brushgrip --help lists them")
+    return BAD_INPUT
+
+
+def _print_error(message: str) -> None:
+    from symbolic.errors import one_line
+
+    print(f"brushgrip: {one_line(' '.join(message.split()))}", file=sys.stderr)
+
+
+def repeat_lists(arguments: Sequence[str]) -> list[str]:
+    """The arguments with `--holdout A B` written as `--holdout A --holdout B`, and so all of `LISTS`.
+
+    Everything up to the next argument that begins with a dash belongs to the option.
+    """
+    spread: list[str] = []
+    rest = list(arguments)
+    while rest:
+        argument = rest.pop(0)
+        name, sign, value = argument.partition("=")
+        if sign and name in LISTS:
+            argument, rest = name, [value, *rest]
+        if argument == "--":
+            return [*spread, argument, *rest]
+        if argument not in LISTS or not rest or rest[0].startswith("-"):
+            spread.append(argument)
+            continue
+        while rest and not rest[0].startswith("-"):
+            spread += [argument, rest.pop(0)]
+    return spread

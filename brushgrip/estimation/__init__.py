@@ -1,0 +1,1 @@
+"""Observers and models run over recordings."""

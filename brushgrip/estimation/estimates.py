@@ -1,0 +1,247 @@
+"""Friction over recordings: observers by name, their estimates, and tracks of friction to draw."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from brushgrip.inputs.choices import ObserverName
+from brushgrip.inputs.tunings import ChosenTuning
+from identification import FoundModel, Recording
+from observers import (
+    AligningTorque,
+    Ekf,
+    Estimates,
+    MeasurementModel,
+    Mhe,
+    Observer,
+    Sample,
+    Status,
+    SteeringTorque,
+    Tuning,
+    ZoneRootSolver,
+    run,
+    smooth,
+    suspicions_of,
+    tuning_for,
+)
+from symbolic import InvalidInputError, Model
+
+Array = NDArray[np.float64]
+ObserverFactory = Callable[[Recording, FoundModel | None], Observer]
+"""Builds the observer for a recording, on the model that a diagnosis found or (None) the declared."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FrictionTrack:
+    """The effective friction that one observer estimated over a recording; arrays of shape (n,).
+
+    Attributes:
+        name: the recording.
+        label: observer and model, such as "EKF, declared model"; tracks of one name share a panel.
+        t: time [s].
+        mu: estimated effective friction [1], so that tracks of different models compare.
+        mu_std: its standard deviation [1]; NaN where the observer has none.
+        usable: True where a controller may act on it: informed, and no flag of any kind.
+        changes: instants at which the observer detected a change of the ground [s], shape (c,).
+        inconsistent: True where model and stated error do not explain the torque: the band is too
+            narrow.
+        reference: effective friction to compare with [1], None where unknown.
+        reference_label: where the reference comes from.
+    """
+
+    name: str
+    label: str
+    t: Array
+    mu: Array
+    mu_std: Array
+    usable: NDArray[np.bool_]
+    changes: Array = field(default_factory=lambda: np.empty(0))
+    inconsistent: NDArray[np.bool_] | None = None
+    reference: float | None = None
+    reference_label: str = "declared μ"
+
+
+def model_observer(
+    kind: type[Ekf] | type[Mhe],
+    recording: Recording,
+    found: FoundModel | None = None,
+    *,
+    tuning: Tuning | None = None,
+    by_hand: Mapping[str, float] | None = None,
+) -> Ekf | Mhe:
+    """EKF or MHE for the torque that was recorded, on the declared model, k as given, or a found one.
+
+    The tuning is that given, or `real_tyre`, with the error of the found model where that is known, and
+    with the fields that are set by hand.
+    """
+    if found is None:
+        model, values = Model(), {"k": recording.tyre.k}
+    else:
+        # A causal observer cannot know what was fitted to a whole recording, such as its torque zero.
+        model, values = found.model, found.values_for_estimation(recording.ground)
+    measurement_model: MeasurementModel = (
+        AligningTorque() if has_aligning_torque(recording) else SteeringTorque()
+    )
+    return kind(
+        model=model,
+        values=values,
+        rig=recording.rig,
+        measurement_model=measurement_model,
+        tuning=tuning_for(found, tuning, by_hand),
+    )
+
+
+def root_solver(
+    recording: Recording, found: FoundModel | None = None, *, smoothing: float = 0.0
+) -> ZoneRootSolver:
+    """The root solve of [Györök 2022] for every sample, on the declared model alone."""
+    if found is not None:
+        raise InvalidInputError(
+            "--observer root solves the declared zones and knows no effects;"
+            " leave --model out, or use ekf or mhe"
+        )
+    if not has_aligning_torque(recording):
+        raise InvalidInputError("--observer root needs M_z; from M, use ekf or mhe")
+    return ZoneRootSolver(rig=recording.rig, k=recording.tyre.k, smoothing=smoothing)
+
+
+OBSERVERS: Mapping[ObserverName, ObserverFactory] = {
+    ObserverName.EKF: partial(model_observer, Ekf),
+    ObserverName.MHE: partial(model_observer, Mhe),
+    ObserverName.ROOT: root_solver,
+}
+"""The observers that a command offers; one more is one more entry here and in `ObserverName`."""
+
+
+def observer_factory(name: ObserverName, chosen: ChosenTuning | None = None) -> ObserverFactory:
+    """The factory of an observer with a tuning; None for the usual one.
+
+    Raises:
+        InvalidInputError: the observer has no tuning.
+    """
+    if chosen is None:
+        return OBSERVERS[name]
+    if name is ObserverName.ROOT:
+        raise InvalidInputError(
+            "--observer root has no tuning; leave --tuning and --tune out, or use ekf or mhe"
+        )
+    kind: type[Ekf] | type[Mhe] = Ekf if name is ObserverName.EKF else Mhe
+    return partial(model_observer, kind, tuning=chosen.profile, by_hand=chosen.by_hand)
+
+
+def observe(
+    factory: ObserverFactory,
+    recording: Recording,
+    found: FoundModel | None = None,
+    *,
+    smoothed: bool = False,
+) -> Estimates:
+    """Friction over a recording, sample by sample.
+
+    Args:
+        factory: builds the observer, one of `OBSERVERS` or a user's own.
+        recording: the signals; the steering torque is used where there is no aligning torque.
+        found: the model that a diagnosis found; the declared model, k as given, without it.
+        smoothed: every sample's estimate from the whole recording, see `observers.smooth`.
+
+    Raises:
+        InvalidInputError: the observer cannot use the model or the torque, or the rig lacks a value that
+            it needs, the message names the recording; or the observer cannot smooth.
+    """
+    try:
+        observer = factory(recording, found)
+    except InvalidInputError as error:
+        raise InvalidInputError(f"{recording.name}: {error}") from None
+    if not smoothed:
+        return run_observer(observer, recording)
+    if not isinstance(observer, Ekf):
+        raise InvalidInputError("--smooth works on the stored states of the filter; take --observer ekf")
+    return smooth(observer, **_channels(recording))
+
+
+def run_observer(observer: Observer, recording: Recording, *, one_by_one: bool = False) -> Estimates:
+    """The estimates of an observer over a recording; see `observers.run`."""
+    return run(observer, **_channels(recording), one_by_one=one_by_one)
+
+
+def _channels(recording: Recording) -> dict[str, Any]:
+    """What `observers.run` takes, by name; the aligning torque where there is one."""
+    M_z, M = (recording.M_z, None) if has_aligning_torque(recording) else (None, recording.M)
+    return {
+        "t": recording.t,
+        "psi": measured_angle(recording),
+        "F_N": recording.F_N,
+        "M_z": M_z,
+        "psi_dot": recording.psi_dot if recording.psi_dot_recorded else None,
+        "M": M,
+    }
+
+
+def comparable_friction(estimates: Estimates) -> Array:
+    """Friction that compares between models: mu_eff, or mu of an observer that does not state it [1]."""
+    return np.where(np.isfinite(estimates.mu_eff), estimates.mu_eff, estimates.mu)
+
+
+def measured_angle(recording: Recording) -> Array:
+    """The yaw angle as measured, NaN where it was imputed [rad]."""
+    measured = True if recording.psi_recorded is None else recording.psi_recorded
+    return np.where(measured, recording.psi, np.nan)
+
+
+def require_plausible(recording: Recording) -> None:
+    """Refuses a recording that looks like one in other units, or of the other sign.
+
+    Raises:
+        InvalidInputError: the message names the suspected cause.
+    """
+    for line in implausible([recording]):
+        raise InvalidInputError(line)
+
+
+def implausible(recordings: Sequence[Recording]) -> list[str]:
+    """A line for each recording that looks like one in other units, or of the other sign."""
+    return [f"{r.name}: {'; '.join(suspects)}" for r in recordings if (suspects := _suspects(r))]
+
+
+def _suspects(recording: Recording) -> Sequence[str]:
+    channel = "M_z" if has_aligning_torque(recording) else "M"
+    torque = recording.M_z if channel == "M_z" else recording.M
+    columns = zip(
+        measured_angle(recording).tolist(), recording.F_N.tolist(),
+        np.diff(recording.t, prepend=2 * recording.t[0] - recording.t[1]).tolist(),
+        np.asarray(torque).tolist(), strict=True,
+    )  # fmt: skip
+    samples = (Sample(psi=p, psi_dot=np.nan, F_N=F, dt=dt, **{channel: m}) for p, F, dt, m in columns)
+    return suspicions_of(samples, recording.rig, channel)
+
+
+def has_aligning_torque(recording: Recording) -> bool:
+    """True where the aligning torque was measured; it is preferred to the steering torque."""
+    return bool(np.isfinite(recording.M_z).any())
+
+
+def has_steering_torque(recording: Recording) -> bool:
+    """True where the steering torque was measured."""
+    return recording.M is not None and bool(np.isfinite(recording.M).any())
+
+
+def friction_track(
+    observer: ObserverName, recording: Recording, estimates: Estimates, model: str
+) -> FrictionTrack:
+    """Estimates to draw beside the declared mu; `model` says which model was used."""
+    label = observer.value if observer is ObserverName.ROOT else observer.upper()
+    return FrictionTrack(
+        name=recording.name,
+        label=f"{label}, {model}",
+        t=estimates.t,
+        mu=comparable_friction(estimates),
+        mu_std=estimates.mu_eff_std,
+        usable=estimates.usable,
+        changes=estimates.t[estimates.status & Status.RESET != 0],
+        inconsistent=estimates.status & Status.INCONSISTENT != 0,
+        reference=recording.tyre.mu,
+    )

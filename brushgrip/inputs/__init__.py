@@ -1,0 +1,1 @@
+"""What a command reads: recordings, rigs, channel maps, grounds, tunings and effects of the user's."""

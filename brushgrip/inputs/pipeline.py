@@ -1,0 +1,222 @@
+"""What commands share: locate the inputs, keep them from being written over, read, stage results."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from itertools import combinations
+from pathlib import Path
+from typing import TypeVar
+
+import numpy as np
+
+from brushgrip.inputs.grounds import grounds_by_name
+from brushgrip.inputs.recordings import keep_inputs, locate, same_samples, unique_labels
+from brushgrip.inputs.user_effects import effect_files, user_effects
+from brushgrip.outputs.atomic import staged_file
+from brushgrip.outputs.provenance import Provenance, beside, provenance_of
+from brushgrip.wording.formatting import json_text
+from identification import (
+    Decay,
+    FoundModel,
+    Recording,
+    SignalMap,
+    parse_signals,
+    read_decay,
+    read_model,
+    read_recording,
+    read_rig,
+    read_signals,
+)
+from identification.reading.companions import read_along
+from symbolic import Effect, InvalidInputError
+
+Content = TypeVar("Content")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inputs:
+    """What a command reads, located: recordings and models are read when they are asked for.
+
+    Attributes:
+        paths: files of the recordings in order, by a label of their own.
+        files: these, the sources of the user's effects, and what is read along; each once.
+        rig, model: files, None for none.
+        signals: where columns come from.
+        effects: of the user's own.
+        grounds: what `--ground` says, by label.
+    """
+
+    paths: Mapping[str, Path]
+    files: tuple[Path, ...]
+    rig: Path | None
+    model: Path | None
+    signals: SignalMap
+    effects: tuple[Effect, ...]
+    grounds: Mapping[str, str]
+
+    def recordings(self, *, torque_required: bool = True, causal: bool = False) -> list[Recording]:
+        """The recordings in order, each on its ground.
+
+        Args:
+            torque_required: whether a recording without M_z is a fault.
+            causal: fill gaps from the past alone.
+
+        Raises:
+            InvalidInputError: a file is bad, or one recording is given twice.
+        """
+        nominal = None if self.rig is None else read_rig(self.rig)
+        read = [
+            read_recording(
+                path, nominal, torque_required=torque_required, causal=causal, signals=self.signals
+            )
+            for path in self.paths.values()
+        ]
+        if torque_required:
+            self._require_distinct(read, same_samples, ", either for training or held out")
+        return [
+            replace(recording, name=label, ground=self.grounds.get(label, recording.ground))
+            for label, recording in zip(self.paths, read, strict=True)
+        ]
+
+    def decays(self) -> list[Decay]:
+        """The free vibrations in order.
+
+        Raises:
+            InvalidInputError: a file is bad, or one recording is given twice.
+        """
+        nominal = None if self.rig is None else read_rig(self.rig)
+        read = [read_decay(path, nominal, signals=self.signals) for path in self.paths.values()]
+        self._require_distinct(read, lambda one, other: np.array_equal(one.psi, other.psi))
+        return [replace(decay, name=name) for name, decay in zip(self.paths, read, strict=True)]
+
+    def _require_distinct(
+        self, read: Sequence[Content], same: Callable[[Content, Content], bool], where: str = ""
+    ) -> None:
+        for (one, first), (other, second) in combinations(
+            zip(self.paths.values(), read, strict=True), 2
+        ):
+            if same(first, second):
+                raise _twice(one, other, where)
+
+    def found(self) -> FoundModel | None:
+        """The model that a diagnosis found; None for the declared one."""
+        return None if self.model is None else read_model(self.model, effects=self.effects)
+
+    def one_by_one(self) -> dict[str, "Inputs"]:
+        """The inputs of each recording by label; of several with absolute paths, for processes."""
+        if len(self.paths) == 1:
+            return dict.fromkeys(self.paths, self)
+        rig, model = (path and path.absolute() for path in (self.rig, self.model))
+        return {
+            label: replace(self, paths={label: path.absolute()}, rig=rig, model=model)
+            for label, path in self.paths.items()
+        }
+
+    def part(self, of: slice) -> "Inputs":
+        """The inputs of some of the recordings, whose labels are theirs among these."""
+        paths = list(self.paths.values())[of]
+        return replace(self, paths=dict(zip(unique_labels(paths), paths, strict=True)))
+
+    def keep(self, outputs: Sequence[Path], others: Sequence[Path] = ()) -> None:
+        """Refuses outputs that would overwrite what is read; `others` are read as well."""
+        named = [path for path in (self.rig, self.model) if path is not None]
+        keep_inputs(outputs, [*self.files, *named, *others])
+
+    def provenance(self, **settings: object) -> Provenance:
+        """The provenance of what is written now; settings are options that change the result."""
+        return provenance_of(self.files, self.rig, self.model, self.signals.to_dict(), **settings)
+
+
+def locate_inputs(
+    names: Sequence[str] = (),
+    *,
+    rig: Path | None = None,
+    channel_map: str | None = None,
+    model: Path | None = None,
+    effects: Sequence[str] | None = None,
+    ground: Sequence[str] | None = None,
+    one_ground: bool = False,
+) -> Inputs:
+    """The inputs that a command line names.
+
+    Args:
+        names: recordings.
+        rig: rig file; None where the recordings know their rig.
+        channel_map: what `--map` says; goes before the rig file's [signals].
+        model: model file, None for the declared model.
+        effects: modules of the user's own effects, which are imported.
+        ground: what `--ground` says.
+        one_ground: it may name the ground of all recordings.
+
+    Raises:
+        InvalidInputError: a recording is missing or given twice, or rig, map, effects or grounds are
+            bad.
+    """
+    own = user_effects(effects)
+    located = [locate(name) for name in names]
+    for one, other in combinations(located, 2):
+        if one.samefile(other):
+            raise _twice(one, other)
+    signals = SignalMap() if rig is None else read_signals(rig)
+    if channel_map is not None:
+        signals = signals.updated(parse_signals(channel_map))
+    paths = dict(zip(unique_labels(located), located, strict=True))
+    files = [*located, *effect_files(effects, own), *read_along(located, signals)]
+    return Inputs(
+        paths=paths,
+        files=tuple(dict.fromkeys(files)),
+        rig=rig,
+        model=model,
+        signals=signals,
+        effects=own,
+        grounds=grounds_by_name(list(paths), ground, bare=one_ground),
+    )
+
+
+def _twice(one: Path, other: Path, where: str = "") -> InvalidInputError:
+    return InvalidInputError(f"{other}: is the same recording as {one}; each is allowed once{where}")
+
+
+@contextmanager
+def staged_files(finals: Sequence[Path]) -> Iterator[list[Path]]:
+    """Paths to write to, which take the places of all final files in the end; see `staged_file`."""
+    with ExitStack() as stack:
+        yield [stack.enter_context(staged_file(final)) for final in finals]
+
+
+@contextmanager
+def staged_tables(
+    inputs: Inputs,
+    finals: Sequence[Path],
+    out: Path,
+    settings: Mapping[str, object],
+    others: Sequence[Path] = (),
+) -> Iterator[list[Path]]:
+    """Paths to write to, in the order of the final files, with their provenance in a file beside `out`.
+
+    Args:
+        inputs: what the tables are made from.
+        finals: files to write.
+        out: the file that the provenance stands beside.
+        settings: options that change the result.
+        others: files that are written elsewhere.
+
+    Raises:
+        InvalidInputError: a file would overwrite what is read, or cannot be written.
+    """
+    told = beside(out)
+    inputs.keep([*others, *finals, told])
+    made = inputs.provenance(**settings)
+    with staged_files([*finals, told]) as (*stages, origin):
+        write_text(origin, json_text(made))
+        yield stages
+
+
+def write_text(path: Path, text: str) -> None:
+    """The text as UTF-8 with the same ends of lines everywhere."""
+    path.write_text(text, encoding="utf-8", newline="\n")
+
+
+def table_path(out: Path, label: str, count: int) -> Path:
+    """The file of one of several recordings: OUT_<label>, OUT itself for a single one."""
+    return out if count == 1 else out.with_stem(f"{out.stem}_{label}")

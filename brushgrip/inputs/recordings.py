@@ -1,0 +1,114 @@
+"""Recordings as a user names them: their files, a label for each, and which are one and the same."""
+
+import os
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from brushgrip.outputs.atomic import file_keys
+from identification import READERS, Recording
+from identification.reading.table import MIN_SAMPLES
+from symbolic import InvalidInputError
+from symbolic.errors import printable
+
+LOCAL_COPY = "BRUSHGRIP_DATA"
+"""Environment variable that names a folder with the published files."""
+ADDED_SUFFIXES = (".mat", ".csv", ".txt")
+"""Suffixes that the name of a recording may lack."""
+_SHARED = 0.5
+"""Recordings that share more of their samples are one, cut, thinned or shifted in time."""
+
+
+def download_folder() -> Path:
+    """Where `fetch` puts the published files unless told otherwise: the user's data folder."""
+    base = os.environ.get("XDG_DATA_HOME") or Path.home() / ".local" / "share"
+    return Path(base) / "brushgrip"
+
+
+def locate(name: str) -> Path:
+    """The file of a recording: as given, with .mat or .csv, and for a bare name where data is kept.
+
+    Raises:
+        InvalidInputError: there is none; the message says where it was looked for.
+    """
+    try:
+        given = Path(name).expanduser()
+    except RuntimeError as error:
+        raise InvalidInputError(f"{name}: {error}") from None
+    folders = [Path()]
+    if given.name == name:
+        local = os.environ.get(LOCAL_COPY)
+        folders += [Path(local)] if local else []
+        folders.append(download_folder())
+    for folder in folders:
+        for path in (folder / given, *(folder / f"{given}{suffix}" for suffix in ADDED_SUFFIXES)):
+            if _is_there(path) and not path.is_dir():
+                return path
+    if given.is_dir():
+        raise InvalidInputError(f"{name}: is a folder, expected a recording ({', '.join(READERS)})")
+    places = ", ".join(str(folder) if folder != Path() else "here" for folder in folders)
+    *others, last = (f"{given.name}{suffix}" for suffix in ("", *ADDED_SUFFIXES))
+    raise InvalidInputError(
+        f"{name}: no such recording; looked for {', '.join(others)} and {last}"
+        f" in {places if given.name == name else given.parent}"
+        + ("" if len(folders) == 1 else "; 'brushgrip fetch' downloads the published ones")
+    )
+
+
+def _is_there(path: Path) -> bool:
+    try:
+        return path.exists()
+    except OSError as error:
+        raise InvalidInputError(f"{path}: cannot be read: {error.strerror or error}") from None
+
+
+def keep_inputs(outputs: Sequence[Path], inputs: Sequence[Path]) -> None:
+    """Refuses to write over what was read.
+
+    Args:
+        outputs: the files to write.
+        inputs: the files that are read.
+
+    Raises:
+        InvalidInputError: an output is one of the inputs, whatever way its path is spelt.
+    """
+    read = {key for path in inputs for key in file_keys(path)}
+    for output in outputs:
+        if not read.isdisjoint(file_keys(output)):
+            raise InvalidInputError(f"{output}: would overwrite what is read; name another --out")
+
+
+def same_samples(one: Recording, other: Recording) -> bool:
+    """Whether they are alike, or most pairs of angle and torque in the shorter occur in the longer."""
+    if np.array_equal(one.psi, other.psi) and np.array_equal(one.M_z, other.M_z, equal_nan=True):
+        return True
+    first, second = (np.unique((r.psi + 1j * r.M_z)[np.isfinite(r.M_z)]) for r in (one, other))
+    common = int(np.intersect1d(first, second, assume_unique=True).size)
+    return common >= MIN_SAMPLES and common > _SHARED * min(first.size, second.size)
+
+
+def unique_labels(paths: Sequence[Path]) -> list[str]:
+    """File names without suffix; folders go before, and the suffix behind, where that is needed.
+
+    What no screen can show stands as its escape sequence: labels go into tables, pictures and files.
+    """
+    parts = [list(map(printable, (*path.absolute().parent.parts[1:], path.stem))) for path in paths]
+    depths = [1] * len(paths)
+    while True:
+        labels = ["_".join(p[-depth:]) for p, depth in zip(parts, depths, strict=True)]
+        twice = {label for label, count in Counter(labels).items() if count > 1}
+        deeper = [
+            min(depth + (label in twice), len(p))
+            for p, depth, label in zip(parts, depths, labels, strict=True)
+        ]
+        if deeper == depths:
+            break
+        depths = deeper
+    if not twice:
+        return labels
+    return [
+        printable(path.name).replace(".", "_") if label in twice else label
+        for path, label in zip(paths, labels, strict=True)
+    ]

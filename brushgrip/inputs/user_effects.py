@@ -1,0 +1,119 @@
+"""Effects of a user's own, from the modules that `--effects` names."""
+
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from importlib import import_module
+from pathlib import Path
+
+from symbolic import Effect, InvalidInputError, Model, effects_in
+from symbolic.errors import one_line
+
+HOOKS = (
+    "transform_inputs", "initial_angle", "friction", "traits", "deflection", "torque", "scope_of",
+)  # fmt: skip
+"""Methods of an effect of which it overrides at least one."""
+
+
+def user_effects(modules: Sequence[str] | None) -> tuple[Effect, ...]:
+    """The effects that modules declare as `EFFECTS`, in order; none for None.
+
+    The modules are imported, which runs their code; a model file alone never has anything imported.
+    The current directory is put last on `sys.path` and stays there: the processes of a search find the
+    same modules, and no file that lies in it takes the place of an installed one.
+
+    Args:
+        modules: importable names; one entry may hold several, separated by commas.
+
+    Raises:
+        InvalidInputError: a module cannot be imported or declares no effects, or two effects have the
+            same name.
+    """
+    effects: dict[str, Effect] = {}
+    for name in _names(modules):
+        for effect in _effects_of(name):
+            if effects.setdefault(effect.name, effect) is not effect:
+                raise InvalidInputError(
+                    f"--effects {name}: effect {effect.name!r} is declared by another module as well;"
+                    " every effect needs a name of its own"
+                )
+    return tuple(effects.values())
+
+
+def effect_files(modules: Sequence[str] | None, effects: Sequence[Effect]) -> list[Path]:
+    """The files of these modules, their packages and the classes of their effects; none for None.
+
+    Args:
+        modules: as `user_effects` has imported them.
+        effects: what it returned.
+    """
+    kinds = [kind for effect in effects for kind in type(effect).__mro__]
+    names = [*_names(modules), *(kind.__module__ for kind in kinds)]
+    packages = [name.rsplit(".", depth)[0] for name in names for depth in range(name.count(".") + 1)]
+    files = [getattr(sys.modules[name], "__file__", None) for name in dict.fromkeys([*names, *packages])]
+    return [Path(file) for file in files if file]
+
+
+def _names(modules: Sequence[str] | None) -> list[str]:
+    names = (name.strip() for entry in modules or () for name in entry.split(","))
+    return list(dict.fromkeys(name for name in names if name))
+
+
+def _effects_of(name: str) -> tuple[Effect, ...]:
+    if name.endswith(".py"):
+        raise InvalidInputError(
+            f"--effects {name}: give the name of a module, {Path(name).stem}, in the folder where it"
+            " lies"
+        )
+    here = str(Path.cwd())
+    if here not in sys.path:
+        sys.path.append(here)
+    with _own_code(
+        f"--effects {name}: cannot be imported",
+        "give the name of a module that Python finds here or on its path, such as mypackage.effects",
+    ):
+        module = import_module(name)
+    try:
+        return tuple(_tried(effect) for effect in effects_in(module))
+    except InvalidInputError as error:
+        origin = getattr(module, "__file__", None) or "no file"
+        raise InvalidInputError(f"--effects {name}: {error}; it was imported from {origin}") from None
+
+
+def _tried(effect: Effect) -> Effect:
+    """The effect, where a model with it can be built.
+
+    Raises:
+        InvalidInputError: it has no hook, or one of them fails.
+    """
+    if all(getattr(type(effect), hook) is getattr(Effect, hook) for hook in HOOKS):
+        raise InvalidInputError(
+            f"effect {effect.name!r} changes nothing: it overrides none of {', '.join(HOOKS)}; is the"
+            " name of a method misspelt?"
+        )
+    model = Model(effects=(effect,))
+    names = ", ".join(parameter.name for parameter in effect.parameters) or "none"
+    with _own_code(
+        f"effect {effect.name!r} fails",
+        f"its parameters are {names}, and hooks take expressions of CasADi: casadi.if_else, casadi.fabs,"
+        " casadi.exp in place of if and math",
+    ):
+        _ = model.initial, model.step, model.full_slide
+    return effect
+
+
+@contextmanager
+def _own_code(what: str, remedy: str) -> Iterator[None]:
+    """Runs the user's code: whatever it raises is one line, also when it exits the process.
+
+    Raises:
+        InvalidInputError: it raised something.
+    """
+    try:
+        yield
+    except (Exception, SystemExit) as error:
+        try:
+            reason = one_line(str(error))
+        except Exception:  # __str__ is the user's code too.
+            reason = "its message cannot be shown"
+        raise InvalidInputError(f"{what}: {type(error).__name__}: {reason}; {remedy}") from None

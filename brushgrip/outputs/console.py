@@ -1,0 +1,134 @@
+"""The screen: lines and tables of results on standard output, progress on standard error."""
+
+import json
+import time
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+from rich.console import Console, JustifyMethod, OverflowMethod
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+from rich.progress import Progress as ProgressBar
+from rich.table import Table
+
+from brushgrip.outputs.speech import RESULT, SPEECH, Speech
+from brushgrip.wording.formatting import json_text
+from symbolic.errors import printable
+
+Progress = Callable[[str, int, int], None]
+"""Called with the task, the number of its parts that are done, and their number."""
+
+_SECONDS_BETWEEN_LINES = 10.0
+
+
+def say(text: str) -> None:
+    """One line on standard output, not wrapped, so that a path stays whole."""
+    if SPEECH.get() is Speech.PLAIN:
+        Console(highlight=False, markup=False, soft_wrap=True).print(printable(text))
+
+
+def show(document: Mapping[str, Any] | Sequence[Any]) -> None:
+    """The result of a command as JSON on standard output, where that is wanted."""
+    if SPEECH.get() is Speech.JSON:
+        # ASCII, so that it is the same on every terminal; what is not finite is null.
+        print(json.dumps(json.loads(json_text(document)), indent=2), file=RESULT.get(), flush=True)
+
+
+def print_text(text: str, style: str | None = None) -> None:
+    """Text on standard output, wrapped; nothing where JSON or nothing is wanted."""
+    _screen().print(text, style=style)
+
+
+def print_table(
+    title: str,
+    headings: Iterable[str],
+    rows: Iterable[Sequence[str]],
+    *,
+    right: bool = False,
+    overflow: OverflowMethod = "ellipsis",
+) -> None:
+    """A table on standard output; `right` puts all columns but the first to the right."""
+    table = Table(title=title, title_justify="left")
+    for place, heading in enumerate(headings):
+        justify: JustifyMethod = "right" if place and right else "left"
+        table.add_column(heading, justify=justify, overflow=overflow)
+    for row in rows:
+        table.add_row(*row)
+    _screen().print(table)
+
+
+def _screen() -> Console:
+    return Console(highlight=False, markup=False, quiet=SPEECH.get() is not Speech.PLAIN)
+
+
+def warn(text: str) -> None:
+    """One line on standard error."""
+    Console(stderr=True, highlight=False, markup=False, soft_wrap=True).print(printable(text))
+
+
+@contextmanager
+def progress() -> Iterator[Progress]:
+    """A bar on a terminal, elsewhere a plain line now and then; both with the time that is left.
+
+    How many steps a search takes shows only as it goes: the time is that of the present step, beside
+    the time since the beginning.
+    """
+    screen = Console(stderr=True, highlight=False, markup=False, soft_wrap=True)
+    if SPEECH.get() is Speech.QUIET:
+        yield lambda *_: None
+        return
+    if not screen.is_terminal:
+        yield _plain_lines(screen)
+        return
+    columns = (
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TextColumn("left in this step:"),
+        TimeRemainingColumn(),
+    )
+    with ProgressBar(*columns, console=screen, transient=True) as bar:
+        task = bar.add_task("reading", total=None)
+
+        def report(message: str, done: int, total: int) -> None:
+            bar.update(task, description=message, completed=done, total=total)
+
+        yield report
+
+
+def _plain_lines(screen: Console) -> Progress:
+    """At most one line in ten seconds, the first after ten: a quick fault stands alone."""
+    begun = last = time.monotonic()
+    step, step_begun, done_before = "", begun, 0
+
+    def report(message: str, done: int, total: int) -> None:
+        nonlocal last, step, step_begun, done_before
+        now = time.monotonic()
+        if message != step or done < done_before:
+            # What is done as a step begins was kept from before, and says nothing of its pace.
+            step, step_begun, done_before = message, now, done
+        if now - last < _SECONDS_BETWEEN_LINES:
+            return
+        last = now
+        line = f"{message}: {done} of {total}, {_spoken_time(now - begun)} so far"
+        if done_before < done < total:
+            left = (now - step_begun) / (done - done_before) * (total - done)
+            line += f", about {_spoken_time(left)} left in this step"
+        screen.print(line)
+
+    return report
+
+
+def _spoken_time(seconds: float) -> str:
+    minutes, seconds = divmod(round(seconds), 60)
+    hours, minutes = divmod(minutes, 60)
+    if hours:
+        return f"{hours} h {minutes} min"
+    return f"{minutes} min {seconds} s" if minutes else f"{seconds} s"

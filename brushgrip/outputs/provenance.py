@@ -1,0 +1,151 @@
+"""Where results come from: version, time, command line, and the inputs with their digests."""
+
+import hashlib
+import importlib.metadata
+import json
+import os
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from datetime import UTC, datetime
+from math import isclose
+from pathlib import Path
+from typing import Any
+
+from brushgrip.outputs.speech import COMMAND_LINE
+from identification.reading.files import require_readable
+from symbolic import InvalidInputError, Rig, rig_from_tables
+from symbolic.errors import printable
+from symbolic.tables.parsing import toml_of
+
+KEY = "provenance"
+"""Where provenance stands in a JSON document."""
+_SAME = ("inputs", "rig", "signals", "settings")
+"""What two runs have in common of which one may replace the other."""
+_WRITTEN = (".json", ".html", ".png")
+"""Suffixes of what `diagnose` and `demo` write."""
+_LARGEST = 100_000_000
+
+Provenance = Mapping[str, Any]
+
+
+def provenance_of(
+    inputs: Sequence[Path],
+    rig: Path | None = None,
+    model: Path | None = None,
+    signals: Mapping[str, object] | None = None,
+    **settings: object,
+) -> dict[str, Any]:
+    """The provenance of what is written now.
+
+    Args:
+        inputs: recordings, in order, and whatever else is read besides rig and model.
+        rig: rig file, None for none.
+        model: model file that is used, None for none.
+        signals: map of channels that is used.
+        settings: options that change the result.
+    """
+    return {
+        "brushgrip": version(),
+        "time_utc": datetime.now(UTC).isoformat(timespec="seconds"),
+        "command": ["brushgrip", *map(printable, COMMAND_LINE.get())],
+        "inputs": [_file(path) for path in inputs],
+        "rig": None if rig is None else _file(rig) | {"content": rig.read_text("utf-8-sig")},
+        "signals": dict(signals or {}),
+        "model": None if model is None else _file(model),
+        "settings": settings,
+    }
+
+
+def version() -> str:
+    """The version of brushgrip; a checkout that is not installed has none."""
+    try:
+        return importlib.metadata.version("brushgrip")
+    except importlib.metadata.PackageNotFoundError:
+        return "(not installed)"
+
+
+def digest_of(path: Path) -> str:
+    """SHA-256 of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def beside(out: Path) -> Path:
+    """The file of provenance beside a table of results; beside a pipe or a device goes nothing."""
+    with suppress(OSError):  # Whoever writes to such a name will say so.
+        if out.exists() and not out.is_file():
+            return Path(os.devnull)
+    return out.with_name(f"{out.stem}.{KEY}.json")
+
+
+def require_own_folder(document: Path, made: Provenance, *, force: bool) -> tuple[str, ...]:
+    """Refuses a folder that holds the results of another run.
+
+    The same inputs, rig, map and settings are the same run: it replaces what it wrote before.
+
+    Args:
+        document: where the result of a run tells its provenance.
+        made: that of the run to come.
+        force: take the folder all the same.
+
+    Returns:
+        Names of the files that the run there wrote, to clear when this one has succeeded.
+
+    Raises:
+        InvalidInputError: there is another run.
+    """
+    try:
+        if not document.is_file() or document.stat().st_size > _LARGEST:
+            return ()
+        there = json.loads(document.read_text("utf-8")).get(KEY) or {}
+    except (OSError, ValueError, AttributeError, RecursionError):
+        there = {}
+    plain = json.loads(json.dumps(made))
+    if not force and any(there.get(key) != plain[key] for key in _SAME):
+        when = f" of {there['time_utc']}" if isinstance(there.get("time_utc"), str) else ""
+        raise InvalidInputError(
+            f"{document.parent}: holds another run{when}; name another folder, or --force replaces it"
+        )
+    names = there.get("files", [])
+    return tuple(n for n in names if isinstance(n, str) and Path(n).name == n and n not in ("", ".."))
+
+
+def other_rig(rig: Rig, model: Path | None) -> str:
+    """A line where a model was found on a rig with another half-length or trail, else nothing."""
+    try:
+        told = json.loads((model or Path()).read_bytes())[KEY]["rig"]["content"]
+        found, _ = rig_from_tables(toml_of(told.encode()))
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, InvalidInputError):
+        return ""
+    if isclose(rig.a, found.a) and isclose(rig.e, found.e):
+        return ""
+    return (
+        f"the rig file says a = {rig.a:g} m, e = {rig.e:g} m; the model was found with"
+        f" a = {found.a:g} m, e = {found.e:g} m"
+    )
+
+
+def clear(folder: Path, names: Sequence[str], kept: Sequence[str]) -> None:
+    """Remove files of an earlier run, by their plain names; what no run writes stays."""
+    for name in names:
+        if name not in kept and Path(name).suffix in _WRITTEN and (folder / name).is_file():
+            (folder / name).unlink()
+
+
+def comment(rig: Path, model: Path | None) -> str:
+    """A comment in C that says what code was made from; it has no date, so that code stays the same."""
+    files = [_file(path) for path in (rig, model) if path is not None]
+    lines = [f"   {file['name']}: SHA-256 {file['sha256']}" for file in files]
+    return "\n".join(["/* Made by brushgrip from", *lines, "*/", ""])
+
+
+def markdown_comment(made: Provenance) -> str:
+    """Provenance as a comment at the end of a Markdown file, which a page does not show."""
+    told = json.dumps({KEY: dict(made)}, ensure_ascii=False, indent=2)
+    # Nothing in it ends the comment.
+    return f"\n<!--\n{told.replace('>', chr(92) + 'u003e')}\n-->\n"
+
+
+def _file(path: Path) -> dict[str, Any]:
+    require_readable(path)
+    return {"name": printable(path.name), "sha256": digest_of(path), "bytes": path.stat().st_size}

@@ -1,0 +1,1 @@
+"""Recordings that are published, and those that come with the package."""

@@ -1,0 +1,59 @@
+"""The demo's recordings and the examples: in a checkout, or inside an installed package."""
+
+from pathlib import Path
+from shutil import copytree, ignore_patterns
+
+import brushgrip
+from brushgrip.inputs.pipeline import Inputs, locate_inputs
+from brushgrip.outputs.atomic import staged_directory
+from brushgrip.outputs.console import say, show
+from symbolic import InvalidInputError
+
+RIG = "rig.toml"
+SIMULATED, FIRST = "reference_rig", "estimate_in_a_loop.py"
+
+
+def embedded_inputs() -> tuple[Inputs, int]:
+    """The demo's recordings with their rig, and how many of them are for training; these come first."""
+    folder = embedded_folder()
+    training = sorted(folder.glob("train*.csv"))
+    names = [str(path) for path in (*training, *sorted(folder.glob("holdout*.csv")))]
+    return locate_inputs(names, rig=folder / RIG), len(training)
+
+
+def embedded_folder() -> Path:
+    """The folder of the demo's recordings.
+
+    Raises:
+        InvalidInputError: they are in neither place.
+    """
+    package = Path(brushgrip.__file__).parent
+    folders = tuple(
+        place / "recordings" for place in (package.parent / "examples", package / "embedded")
+    )
+    for folder in folders:
+        if (folder / RIG).is_file():
+            return folder
+    raise InvalidInputError(
+        f"the demo's recordings are missing from this installation; looked for {RIG} in "
+        f"{' and '.join(map(str, folders))}; install brushgrip anew"
+    )
+
+
+def copy_examples(out: Path) -> None:
+    """Writes the examples, their recordings and the rig that they simulate to a new folder.
+
+    Raises:
+        InvalidInputError: the folder holds something, or the examples are missing.
+    """
+    if out.is_dir() and any(out.iterdir()):
+        raise InvalidInputError(f"{out}: is not empty; name a new folder for the examples")
+    source = embedded_folder().parent
+    rig = next(place for place in (source, source.parent) if (place / SIMULATED).is_dir()) / SIMULATED
+    leave = ignore_patterns("__pycache__", "*_output")
+    with staged_directory(out) as stage:
+        copytree(source, stage, ignore=leave, dirs_exist_ok=True)
+        copytree(rig, stage / SIMULATED, ignore=leave, dirs_exist_ok=True)
+    scripts = sorted(str(path) for path in out.glob("*.py"))
+    say(f"wrote {len(scripts)} examples to {out}; python {out / FIRST} runs one")
+    show({"wrote": scripts})

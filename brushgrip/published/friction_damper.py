@@ -1,0 +1,144 @@
+"""Recordings of a friction damper with backlash, downloaded or copied; every value is checked.
+
+Daniel Coble, ARTS-Laboratory, CC BY-SA 4.0. The published folder has one array a channel and run; they
+are joined into one file a run, values unchanged. Of the six earthquakes two are fetched.
+"""
+
+import hashlib
+import os
+from collections.abc import Callable
+from importlib.resources import files
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+from urllib.parse import quote
+
+import numpy as np
+import pooch
+from numpy.typing import NDArray
+
+from brushgrip.inputs.recordings import LOCAL_COPY, download_folder
+from brushgrip.outputs.atomic import staged_directory
+from brushgrip.published.fetch import RETRIES, TIMEOUT, FetchError
+from symbolic import InvalidInputError
+
+Array = NDArray[np.float64]
+Say = Callable[[str], None]
+ATTRIBUTION = (
+    "Friction damper: Daniel Coble, ARTS-Laboratory, 2024, CC BY-SA 4.0"
+    " (https://creativecommons.org/licenses/by-sa/4.0/), https://github.com/ARTS-Laboratory/"
+    "Paper-Physics-Informed-Machine-Learning-for-Dry-Friction-and-Backlash; values unchanged,"
+    " files joined"
+)
+HARMONIC = tuple(f"harmonic_{run:02d}" for run in range(13))
+EARTHQUAKES = ("earthquake_DuzceMCE", "earthquake_KocaeliDBE")
+CHANNELS = ("t", "F", "x", "v")
+"""Time [s], damping force [N], displacement [m], velocity [m/s]."""
+REGISTRY = files("brushgrip.published").joinpath("friction_damper.txt")
+"""Address of the published folder, then name and digest of the values of each run."""
+
+_BESIDE = "second_rig"
+_RATE = 1024.0
+
+
+def damper_folder() -> Path:
+    """Where `fetch_friction_damper` puts the runs unless told otherwise."""
+    return download_folder() / "friction_damper"
+
+
+def digests() -> tuple[str, dict[str, str]]:
+    """Address of the published folder, and the SHA-256 of each run's values by name."""
+    lines = REGISTRY.read_text(encoding="utf-8").splitlines()
+    address, *rows = (line for line in lines if line and not line.startswith("#"))
+    return address, dict(row.split() for row in rows)
+
+
+def fetch_friction_damper(destination: str | Path, *, say: Say = lambda _: None) -> list[Path]:
+    """Puts the runs into a folder, one file each: all of them, or none at all.
+
+    Where ``BRUSHGRIP_DATA`` names a folder, they are copied from there, or from `second_rig` beside it,
+    and nothing is downloaded. Runs already in the destination are kept if their values are right.
+
+    Args:
+        destination: the folder, made if missing.
+        say: takes one line of progress at a time; the first one names the authors and the licence.
+
+    Raises:
+        InvalidInputError: the destination cannot be written, ``BRUSHGRIP_DATA`` lacks a run, or one has
+            other values than the published ones.
+        FetchError: a download failed, or delivered other values.
+    """
+    say(ATTRIBUTION)
+    destination, local = Path(destination), os.environ.get(LOCAL_COPY)
+    address, published = digests()
+    with staged_directory(destination) as stage:
+        for number, (name, digest) in enumerate(published.items(), start=1):
+            if _is_whole(destination / f"{name}.npz", digest):
+                continue
+            say(f"{number}/{len(published)} {name}")
+            channels = _copied(Path(local), name) if local else _downloaded(address, name)
+            if digest_of(channels) != digest:
+                kind, place = (InvalidInputError, local) if local else (FetchError, address)
+                raise kind(f"{name}: the values from {place} are not the published ones; nothing kept")
+            arrays: dict[str, Any] = dict(channels)
+            np.savez_compressed(stage / f"{name}.npz", **arrays)
+    return [destination / f"{name}.npz" for name in published]
+
+
+def digest_of(channels: dict[str, Array]) -> str:
+    """SHA-256 of the values, little-endian doubles, channel after channel as in `CHANNELS`."""
+    content = b"".join(np.asarray(channels[name], dtype="<f8").tobytes() for name in CHANNELS)
+    return hashlib.sha256(content).hexdigest()
+
+
+def _is_whole(path: Path, digest: str) -> bool:
+    return path.is_file() and digest_of(_loaded(path)) == digest
+
+
+def _loaded(path: Path) -> dict[str, Array]:
+    try:
+        with np.load(path) as arrays:
+            return {name: arrays[name] for name in CHANNELS}
+    except (OSError, ValueError, KeyError) as error:
+        raise InvalidInputError(f"{path}: is no run of the friction damper ({error})") from None
+
+
+def _copied(local: Path, name: str) -> dict[str, Array]:
+    places = [folder / f"{name}.npz" for folder in (local, local.resolve().parent / _BESIDE)]
+    for path in places:
+        if path.is_file():
+            return _loaded(path)
+    raise InvalidInputError(
+        f"{LOCAL_COPY}={local}: holds no {name}.npz, nor does {places[1].parent}; unset it to download"
+    )
+
+
+def _downloaded(address: str, name: str) -> dict[str, Array]:
+    """The channels of a run: of an earthquake columns of one array, of a harmonic run one array each."""
+    kind, run = name.split("_")
+    if kind == "earthquake":
+        table = _array(f"{address}/validation/{run}.npy")
+        return dict(zip(CHANNELS, table.T, strict=True))
+    channels = {c: _array(f"{address}/{c}/test{int(run)}.npy").ravel() for c in CHANNELS[1:]}
+    return {"t": np.arange(channels["F"].size) / _RATE} | channels
+
+
+def _array(url: str) -> Array:
+    pooch.get_logger().setLevel("ERROR")
+    try:
+        with TemporaryDirectory() as folder:
+            # No digest of the file: the pin is that of the values, which the caller checks.
+            path = pooch.create(
+                path=folder,
+                base_url="",
+                registry={"part.npy": None},
+                urls={"part.npy": quote(url, safe=":/")},
+                retry_if_failed=RETRIES,
+            ).fetch("part.npy", downloader=pooch.HTTPDownloader(timeout=TIMEOUT))
+            array: Array = np.load(path, allow_pickle=False)
+            return array
+    except (OSError, ValueError) as error:
+        raise FetchError(
+            f"{url}: cannot be downloaded ({type(error).__name__}); try again, or set {LOCAL_COPY} to a"
+            " folder that holds the runs"
+        ) from None

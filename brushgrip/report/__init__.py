@@ -1,0 +1,1 @@
+"""The results of a diagnosis: the page, lines on the screen, and the folder."""

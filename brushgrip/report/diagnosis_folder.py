@@ -1,0 +1,91 @@
+"""The results of a diagnosis in a folder: what is written, what goes, and what is said."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from brushgrip.estimation.estimates import FrictionTrack
+from brushgrip.estimation.friction_outcome import FrictionOutcome
+from brushgrip.inputs.pipeline import write_text
+from brushgrip.outputs.console import say, show
+from brushgrip.outputs.provenance import KEY, Provenance, clear, digest_of, provenance_of
+from brushgrip.report.page import PAGE, remove_stale_pictures, write_report
+from brushgrip.report.printed import print_diagnosis
+from brushgrip.wording.formatting import json_text
+from identification import Diagnosis, Recording, model_text
+from identification.selection.trials import RANKING_STEP, thin
+
+DIAGNOSIS, MODEL = "diagnosis.json", "model.json"
+
+
+def results_in(folder: Path) -> list[Path]:
+    """Files of a folder that a diagnosis may write."""
+    return [folder / DIAGNOSIS, folder / MODEL, folder / PAGE, *folder.resolve().glob("*.png")]
+
+
+def thinning(recordings: Sequence[Recording]) -> str:
+    """What of these recordings the search leaves out while it ranks candidates; empty for nothing."""
+    whole, thinned = (sum(r.t.size for r in some) for some in (recordings, map(thin, recordings)))
+    if thinned == whole:
+        return ""
+    return (
+        f"candidates are ranked on {thinned} of {whole} samples, thinned towards {RANKING_STEP:g} s;"
+        " the best are fitted to all of them"
+    )
+
+
+def write_diagnosis(
+    folder: Path,
+    diagnosis: Diagnosis,
+    outcome: FrictionOutcome | None = None,
+    friction: Sequence[FrictionTrack] = (),
+    made: Provenance | None = None,
+) -> dict[str, Any]:
+    """Writes diagnosis.json, model.json, report.html and the pictures into an existing folder.
+
+    Args:
+        folder: to write to.
+        diagnosis: the result of the search.
+        outcome: friction before and after, None where none was estimated.
+        friction: estimates of friction over time to show in the report, may be empty.
+        made: where the results come from; None for a run outside a command.
+
+    Returns:
+        The content of diagnosis.json.
+    """
+    made = provenance_of([]) if made is None else made
+    model = json.loads(model_text(diagnosis)) | {KEY: dict(made)}
+    write_text(folder / MODEL, json_text(model))
+    told = {**made, "model": {"name": MODEL, "sha256": digest_of(folder / MODEL)}}
+    write_report(folder, diagnosis, friction, outcome, told)
+    content = diagnosis.to_dict() | {
+        "friction": outcome.to_dict() if outcome else None,
+        KEY: {**told, "files": sorted({DIAGNOSIS, *(path.name for path in folder.iterdir())})},
+    }
+    write_text(folder / DIAGNOSIS, json_text(content))
+    return content
+
+
+def finish_diagnosis(
+    out: Path,
+    earlier: Sequence[str],
+    content: dict[str, Any],
+    diagnosis: Diagnosis,
+    outcome: FrictionOutcome | None,
+) -> None:
+    """Removes what an earlier run wrote and this one did not, and says what was found.
+
+    Args:
+        out: the folder of the results.
+        earlier: names of files that the run there wrote.
+        content: of diagnosis.json.
+        diagnosis: the result of the search.
+        outcome: friction before and after, None where none was estimated.
+    """
+    written = content[KEY]["files"]
+    clear(out, earlier, written)
+    remove_stale_pictures(out, written)
+    print_diagnosis(diagnosis, outcome)
+    show(content)
+    say(f"report: {out / PAGE}")

@@ -1,0 +1,186 @@
+"""The report: one page that needs no other file, and its pictures."""
+
+import base64
+import re
+from collections.abc import Callable, Container, Mapping, Sequence
+from inspect import getmembers, isfunction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from brushgrip.estimation import friction_outcome
+from brushgrip.estimation.estimates import FrictionTrack
+from brushgrip.estimation.friction_outcome import FrictionOutcome
+from brushgrip.pictures import (
+    draw_candidates,
+    draw_experiment,
+    draw_friction,
+    draw_loops,
+    draw_residuals,
+    draw_signatures,
+)
+from brushgrip.pictures.diagnosis import MOST_RECORDINGS
+from brushgrip.pictures.style import is_drawn_by_us, vectors
+from brushgrip.wording import formatting, verdict
+from identification import Diagnosis, Signature
+
+PAGE, TEMPLATE = "report.html", "report.html.j2"
+EXPERIMENT = "experiment_{}"
+"""Picture of the experiment that is proposed for an effect, by its name."""
+STEMS = ("loops", "residuals", "signatures", "candidates", "friction", EXPERIMENT.format(r"\w+"))
+"""Pictures of a report, by their names without suffix."""
+_PICTURES = re.compile(rf"({'|'.join(STEMS)})\.png")
+_LARGEST_DRAWING = 3_000_000
+"""Bytes of a drawing that the page takes."""
+_MOST_SAMPLES = 100_000
+"""Samples of all recordings that are drawn as lines; of more the page takes points."""
+_WORDS = (formatting, verdict, friction_outcome)
+"""Modules whose public functions the template uses, as functions and as filters."""
+
+
+def write_report(
+    folder: Path,
+    diagnosis: Diagnosis,
+    friction: Sequence[FrictionTrack] = (),
+    outcome: FrictionOutcome | None = None,
+    made: Mapping[str, Any] | None = None,
+) -> Path:
+    """Writes report.html and its pictures.
+
+    Args:
+        folder: an existing folder.
+        diagnosis: the result of the search.
+        friction: estimates of friction over time to show, may be empty.
+        outcome: friction before and after, recording by recording; None where none was estimated.
+        made: where the results come from, see `brushgrip.outputs.provenance`; None where nobody says.
+
+    Returns:
+        The page.
+    """
+    samples = sum(series.t.size for series in diagnosis.series)
+    with vectors(wanted=samples <= _MOST_SAMPLES) as drawings:
+        _draw_pictures(folder, diagnosis, friction)
+    template = _environment(folder, drawings).get_template(TEMPLATE)
+    contents = _contents(diagnosis, friction, outcome, made)
+    text = template.render(
+        contents=contents,
+        diagnosis=diagnosis,
+        friction=friction,
+        friction_outcome=outcome,
+        made=made,
+        residuals_shown=min(MOST_RECORDINGS, len(diagnosis.series)),
+        signatures=_signature_pairs(diagnosis),
+        strong=diagnosis.criteria.strong,
+        clear=diagnosis.criteria.clear,
+    )
+    path = folder / PAGE
+    path.write_text(text, encoding="utf-8", newline="\n")
+    return path
+
+
+def _contents(
+    diagnosis: Diagnosis,
+    friction: Sequence[FrictionTrack],
+    outcome: FrictionOutcome | None,
+    made: Mapping[str, Any] | None,
+) -> list[tuple[str, str]]:
+    """Anchors and titles of the sections that the page has, in order."""
+    sections = [
+        ("friction", "Friction", outcome is not None),
+        ("tracks", "Friction over time", bool(friction)),
+        ("errors", "Torque errors", True),
+        ("loops", "Hysteresis loops", True),
+        ("residuals", "Residuals", True),
+        ("signatures", "What the residual follows", True),
+        ("candidates", "Candidates", bool(diagnosis.candidates)),
+        ("effects", "Effects found", True),
+        ("experiments", "Next experiments", any(e.experiment for e in diagnosis.effects)),
+        ("unexplained", "What remains unexplained", True),
+        ("inputs", "Inputs", bool(made and made["inputs"])),
+        ("glossary", "Glossary", True),
+    ]
+    return [(anchor, title) for anchor, title, there in sections if there]
+
+
+def remove_stale_pictures(folder: Path, written: Container[str]) -> None:
+    """Removes what an earlier report drew and this one did not; all other files stay.
+
+    Args:
+        folder: where the report is.
+        written: names of the files of this report.
+    """
+    for path in folder.glob("*.png"):
+        if path.name not in written and _PICTURES.fullmatch(path.name) and is_drawn_by_us(path):
+            path.unlink()
+
+
+def _draw_pictures(folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack]) -> None:
+    loops, residuals, signatures, candidates, tracks = (folder / f"{stem}.png" for stem in STEMS[:5])
+    draw_loops(loops, diagnosis)
+    draw_residuals(residuals, diagnosis)
+    draw_signatures(signatures, diagnosis.signatures_before, diagnosis.signatures_after)
+    if diagnosis.candidates:
+        draw_candidates(candidates, diagnosis)
+    for effect in diagnosis.effects:
+        if effect.experiment:
+            draw_experiment(folder / f"{EXPERIMENT.format(effect.name)}.png", effect.experiment)
+    if friction:
+        draw_friction(tracks, friction)
+
+
+def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
+    """The templates, with pictures of a folder and the words of `_WORDS`."""
+    environment = Environment(
+        loader=PackageLoader("brushgrip.report"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        finalize=_keep_percent,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    words: dict[str, Callable[..., object]] = {
+        name: word
+        for module in _WORDS
+        for name, word in getmembers(module, isfunction)
+        if word.__module__ == module.__name__  # Others came by import.
+    }
+    words |= {"correlation": _correlation, "final_friction": _final_friction}
+    environment.filters |= words
+    environment.globals |= words | {
+        "grades": verdict.GRADES,
+        "picture": lambda name: _data_address(folder / name, drawings.get(name)),
+    }
+    return environment
+
+
+def _keep_percent(value: Any) -> Any:
+    """A text whose percent signs stay on the line of their numbers."""
+    return value.replace(" %", "\N{NO-BREAK SPACE}%") if isinstance(value, str) else value
+
+
+def _data_address(png: Path, drawing: bytes | None) -> str:
+    """A picture as an address that holds its content: a drawing, or where that is too large, points."""
+    kind, content = "png", png.read_bytes()
+    if drawing is not None and len(drawing) <= _LARGEST_DRAWING:
+        kind, content = "svg+xml", drawing
+    return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
+
+
+def _signature_pairs(diagnosis: Diagnosis) -> list[tuple[Signature, Signature]]:
+    """Signatures before and after, a pair per signal, the strongest correlation before first."""
+    after = {signature.signal: signature for signature in diagnosis.signatures_after.signatures}
+    before = sorted(diagnosis.signatures_before.signatures, key=lambda s: -abs(s.correlation))
+    return [(signature, after[signature.signal]) for signature in before]
+
+
+def _correlation(signature: Signature) -> str:
+    mark = "*" if signature.leaves_band else ""
+    return f"{signature.correlation:+.2f}{mark} ({signature.band:.2f})".replace("-", "−")
+
+
+def _final_friction(track: FrictionTrack) -> str:
+    value, std = float(track.mu[-1]), float(track.mu_std[-1])
+    return f"{value:.3f} ± {std:.3f}" if np.isfinite(std) else f"{value:.3f}"

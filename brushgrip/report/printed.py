@@ -1,0 +1,101 @@
+"""Results of a diagnosis and of free vibrations as lines and tables on the screen."""
+
+from brushgrip.estimation.friction_outcome import FrictionOutcome, friction_figures
+from brushgrip.outputs.console import print_table, print_text, say
+from brushgrip.wording.formatting import (
+    error_columns,
+    error_figures,
+    listed,
+    parameters,
+    plain,
+    quantity,
+    residual_structure,
+    sentence,
+)
+from brushgrip.wording.verdict import GRADES, explained_grade, headline
+from identification import (
+    Diagnosis,
+    FoundEffect,
+    FoundModel,
+    FreeDecay,
+    ParameterEstimate,
+    Recording,
+)
+from identification.thesis import DecrementEstimate
+
+
+def say_ground(recording: Recording, found: FoundModel | None) -> None:
+    """One line on the ground whose values are taken from a model, where it has any."""
+    if found and (taken := found.ground_taken(recording.ground)):
+        say(f"{recording.name}: {taken}")
+
+
+def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None) -> None:
+    """Print errors, effects and the unexplained residual on standard output."""
+    print_text(headline(diagnosis), style="bold")
+    stages = {"declared": diagnosis.declared, "before": diagnosis.before, "after": diagnosis.after}
+    print_table(
+        "Torque error, root mean square",
+        ("model", *error_columns(diagnosis).values()),
+        [(label, *error_figures(diagnosis, errors)) for label, errors in stages.items()],
+        right=True,
+    )
+    print_text(f"Before any effect: {diagnosis.signatures_before.reading}")
+    if diagnosis.effects:
+        print_table(
+            "Effects found",
+            ("effect", "grade", "parameters ± standard deviation", "indistinguishable from"),
+            [_effect_row(effect) for effect in diagnosis.effects],
+        )
+    for effect in diagnosis.effects:
+        if effect.grade != "strong":
+            print_text(f"{plain(effect.name)}, {GRADES[effect.grade]}: {explained_grade(effect)}")
+    for effect in diagnosis.effects:
+        if effect.experiment:
+            print_text(f"next experiment: {sentence(effect.experiment.sentence)}")
+    if outcome:
+        figures = [(label, *values) for label, values in friction_figures(outcome)]
+        headings = ("figure", *outcome.stages)
+        print_table("Effective friction by the EKF", headings, figures, right=True)
+    print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
+    for note in diagnosis.notes:
+        print_text(f"note: {note}")
+
+
+def _effect_row(effect: FoundEffect) -> tuple[str, ...]:
+    rivals = listed([plain(name) for name in effect.indistinguishable_from], "or")
+    return plain(effect.name), GRADES[effect.grade], parameters(effect.parameters), rivals or "–"
+
+
+def print_free_decay(result: FreeDecay, decrement: DecrementEstimate) -> None:
+    """Print k and b_t by maximum likelihood and by [Györök 2022], and what determines them."""
+    k, b_t = (
+        quantity(ParameterEstimate(value=one.value, std=one.std, unit=one.unit))
+        for one in (result.k, result.b_t)
+    )
+    rough_k, with_J_A, as_printed = (
+        quantity(ParameterEstimate(value=value, std=None, unit=unit))
+        for value, unit in (
+            (decrement.k, result.k.unit),
+            (decrement.b_t, result.b_t.unit),
+            (decrement.b_t_printed, "1/s"),
+        )
+    )
+    print_table(
+        f"From {len(result.vibrations)} free vibrations",
+        ("", "k", "b_t"),
+        [
+            ("maximum likelihood", k, b_t),
+            ("FFT and decrement, (5.8) with J_A", rough_k, with_J_A),
+            ("FFT and decrement, (5.8) as printed", rough_k, as_printed),
+        ],
+    )
+    forces = [
+        f"{quantity(contact.force)} at a = {1000 * contact.a:g} mm"
+        for contact in result.contacts
+        if contact.force is not None
+    ]
+    if forces:
+        print_text(f"The ends of the patch slide as with μ F_N = {', '.join(forces)}.")
+    for line in result.identifiability:
+        print_text(line)

@@ -1,0 +1,1 @@
+"""What long calculations need: batches, processes elsewhere, interruptions, trials that are kept."""

@@ -1,0 +1,219 @@
+"""Friction over a batch of recordings, one or many: a table for each, and a summary of all."""
+
+import csv
+import io
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import as_completed
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from brushgrip.estimation.estimates import (
+    friction_track,
+    has_aligning_torque,
+    has_steering_torque,
+    observe,
+    observer_factory,
+    require_plausible,
+)
+from brushgrip.inputs.choices import ObserverName
+from brushgrip.inputs.pipeline import Inputs, staged_files, write_text
+from brushgrip.inputs.tunings import ChosenTuning
+from brushgrip.outputs.atomic import check_picture_name
+from brushgrip.outputs.console import Progress, progress
+from brushgrip.pictures import draw_friction
+from brushgrip.running.cluster import executor_at
+from brushgrip.wording.formatting import csv_text, estimates_summary
+from identification import Recording, read_rig
+from identification.selection.trial_runner import Submit, workers
+from observers import ESTIMATE, Estimates, Status
+from symbolic import BrushgripError, InvalidInputError
+
+COUNTED = {
+    "rejected": Status.REJECTED,
+    "changes": Status.RESET,
+    "inconsistent": Status.INCONSISTENT,
+    "acquiring": Status.ACQUIRING,
+    "suspect": Status.SUSPECT,
+    "bound": Status.BOUND,
+    "implausible": Status.IMPLAUSIBLE,
+}
+"""Columns of the summary that count samples by their flags: rejected, changes of the ground, not
+explained by model and stated error, friction being acquired, an input suspect, mu on its bound, a value
+implausible."""
+FRICTION = ("mu", "mu_std", "mu_eff", "mu_eff_std")
+"""Columns of the summary with friction at the end of a recording [1]."""
+COLUMNS = (
+    *("recording", "ground", "samples", "duration"),
+    *FRICTION,
+    *("informed", "usable"),
+    *COUNTED,
+    "fault",
+)
+"""Columns of the summary; duration [s], share of informed and of usable samples [1], and what is wrong
+with a recording."""
+FORMULA = ("=", "+", "-", "@", "\t", "\r")
+"""Beginnings of a text that spreadsheets take for a formula."""
+Row = Mapping[str, str | int | float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class EstimateTask:
+    """What a process needs to estimate friction over one recording.
+
+    Attributes:
+        inputs: of this recording alone.
+        observer: which observer.
+        tuning: of the observer, None for the usual.
+        smooth: every sample from the whole recording.
+        out: table to write, None for none.
+        picture: picture to draw, None for none.
+    """
+
+    inputs: Inputs
+    observer: ObserverName
+    tuning: ChosenTuning | None
+    smooth: bool
+    out: Path | None
+    picture: Path | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class EstimateOutcome:
+    """What became of a task.
+
+    Attributes:
+        row: of the summary.
+        lines: in words, empty where there is a fault.
+        fault: why the recording could not be estimated.
+    """
+
+    row: Row
+    lines: tuple[str, ...] = ()
+    fault: BrushgripError | None = None
+
+
+def outputs_of(
+    out: Path | None, summary: Path | None, picture: Path | None, *, alone: bool
+) -> list[Path]:
+    """Files that are written beside the tables of a batch: the summary, or all of a single recording.
+
+    Raises:
+        InvalidInputError: nothing would be written, or a name is not one for what it names.
+    """
+    if alone:
+        if out is None:
+            raise InvalidInputError("Missing option '--out'; it names the table to write")
+        if out.suffix.lower() == ".png":
+            raise InvalidInputError(f"{out}: the table needs a name such as .csv; .png is its picture")
+        image = picture or out.with_suffix(".png")
+        check_picture_name(image)
+        return [out, image]
+    if out is None and summary is None:
+        raise InvalidInputError("--out and --summary are both missing; name a table to write")
+    if picture is not None:
+        raise InvalidInputError("--picture is that of one recording without --summary; leave it out")
+    return [summary] if summary else []
+
+
+@contextmanager
+def task_submission(
+    inputs: Inputs, tasks: Sequence[EstimateTask], jobs: int | None, scheduler: str | None
+) -> Iterator[tuple[Submit, Progress]]:
+    """Where the tasks are done, and who is told how far they are; a single one is done in this process.
+
+    Raises:
+        InvalidInputError: rig or model are bad, or no scheduler answers.
+    """
+    if len(tasks) == 1 and scheduler is None:
+        jobs = 1
+    if inputs.rig is not None:
+        read_rig(inputs.rig)
+    inputs.found()
+    with (
+        executor_at(scheduler) as executor,
+        progress() as report,
+        workers(jobs, inputs.effects, executor) as submit,
+    ):
+        yield submit, report
+
+
+def estimate_all(
+    tasks: Sequence[EstimateTask], submit: Submit, report: Callable[[str, int, int], None]
+) -> list[EstimateOutcome]:
+    """What became of each task, in their order; the fault of one does not keep the others."""
+    futures = {submit(estimate_one, task): i for i, task in enumerate(tasks)}
+    outcomes: dict[int, EstimateOutcome] = {}
+    for future in as_completed(futures):
+        outcomes[futures[future]] = future.result()
+        if len(outcomes) < len(tasks):
+            report("estimating friction", len(outcomes), len(tasks))
+    return [outcomes[i] for i in range(len(tasks))]
+
+
+def estimate_one(task: EstimateTask) -> EstimateOutcome:
+    """Estimates friction over one recording, and writes its table and its picture."""
+    try:
+        return _estimated(task)
+    except BrushgripError as error:
+        (name,) = task.inputs.paths
+        row = {**dict.fromkeys(COLUMNS, ""), "recording": name, "fault": str(error)}
+        return EstimateOutcome(row=row, fault=error)
+
+
+def _estimated(task: EstimateTask) -> EstimateOutcome:
+    recording = _read(task.inputs)
+    require_plausible(recording)
+    found = task.inputs.found()
+    with staged_files([path for path in (task.out, task.picture) if path]) as stages:
+        factory = observer_factory(task.observer, task.tuning)
+        estimates = observe(factory, recording, found, smoothed=task.smooth)
+        if task.out:
+            columns = {name: getattr(estimates, name) for name in ("t", *ESTIMATE)}
+            write_text(stages[0], csv_text(columns))
+        if task.picture:
+            label = ("declared model" if found is None else "model found") + ", smoothed" * task.smooth
+            draw_friction(stages[1], [friction_track(task.observer, recording, estimates, label)])
+    ground = found.ground_taken(recording.ground) if found else ""
+    lines = (f"{recording.name}: {line}" for line in (ground, estimates_summary(estimates)) if line)
+    return EstimateOutcome(row=row_of(recording, estimates), lines=tuple(lines))
+
+
+def _read(inputs: Inputs) -> Recording:
+    """The recording with its aligning or steering torque; without both, the message asks for M_z."""
+    (recording,) = inputs.recordings(torque_required=False, causal=True)
+    if not (has_aligning_torque(recording) or has_steering_torque(recording)):
+        (recording,) = inputs.recordings(causal=True)
+    return recording
+
+
+def row_of(recording: Recording, estimates: Estimates) -> Row:
+    """The row of a recording that has been estimated."""
+    return {
+        "recording": recording.name,
+        "ground": recording.ground or "",
+        "samples": estimates.t.size,
+        "duration": float(estimates.t[-1] - estimates.t[0]),
+        **{name: float(getattr(estimates, name)[-1]) for name in FRICTION},
+        "informed": float(estimates.informed.mean()),
+        "usable": float(estimates.usable.mean()),
+        **{name: int(np.count_nonzero(estimates.status & flag)) for name, flag in COUNTED.items()},
+        "fault": "",
+    }
+
+
+def summary_table(rows: Sequence[Row]) -> str:
+    """The rows as CSV; what is not known is empty, and no text is a formula to a spreadsheet."""
+    text = io.StringIO()
+    writer = csv.DictWriter(text, COLUMNS, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({name: _cell(value) for name, value in row.items()} for row in rows)
+    return text.getvalue()
+
+
+def _cell(value: str | int | float) -> str | int | float:
+    if isinstance(value, str):
+        return f"'{value}" if value.startswith(FORMULA) else value
+    return "" if value != value else value

@@ -1,0 +1,252 @@
+"""Results as text: figures with units, findings in plain words, CSV and JSON."""
+
+import json
+import math
+import re
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification import Diagnosis, Errors, FreeDecay, ParameterEstimate
+from identification.thesis import DecrementEstimate
+from observers import Estimates, Status
+from symbolic import EFFECTS
+
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def plain(effect: str) -> str:
+    """The name of an effect in words."""
+    return effect.replace("_", " ")
+
+
+def listed(words: Sequence[str], last: str = "and") -> str:
+    """The words in one phrase: a; a and b; a, b and c."""
+    if len(words) < 2:
+        return "".join(words)
+    return f"{', '.join(words[:-1])} {last} {words[-1]}"
+
+
+def sentence(text: str) -> str:
+    """The text as a sentence: capital first, full stop last; the name of an effect in words."""
+    name, colon, rest = text.partition(":")
+    if name in EFFECTS:
+        text = plain(name) + colon + rest
+    text = text[:1].upper() + text[1:]
+    return text if not text or text[-1] in ".!?" else f"{text}."
+
+
+def percent(share: float | None) -> str:
+    """A share as a percentage, a dash where there is none."""
+    return "–" if share is None or not math.isfinite(share) else f"{100 * share:.2f} %"
+
+
+def torque(value: float | None) -> str:
+    """A torque error without its unit [N m], three significant digits."""
+    return "–" if value is None or not math.isfinite(value) else f"{value:#.3g}"
+
+
+def signed(value: float) -> str:
+    """A number with its sign and one decimal, as a difference of BIC."""
+    return f"{value:+.1f}".replace("-", "−")
+
+
+def quantity(estimate: ParameterEstimate) -> str:
+    """Value ± standard deviation with the unit, rounded to the deviation's second digit."""
+    unit = "" if estimate.unit in ("", "1") else f" {pretty_unit(estimate.unit)}"
+    value, std = estimate.value, estimate.std
+    if not math.isfinite(value):
+        return f"{'∞' if value > 0 else '−∞' if value < 0 else '–'}{unit}"
+    if std is None or not math.isfinite(std) or std <= 0:
+        return f"{_four_digits(*_power(value, value * 1e-3 or 1e-3))}{unit}"
+    number, factor = _power(value, std)
+    scaled = std / 10**factor
+    digits = max(0, 1 - math.floor(math.log10(scaled)))
+    text = f"{number:.{digits}f} ± {scaled:.{digits}f}".replace("-", "−")
+    return f"({text})·10{str(factor).translate(_SUPERSCRIPTS)}{unit}" if factor else f"{text}{unit}"
+
+
+def pretty_unit(unit: str) -> str:
+    """The unit with its powers as superscripts."""
+    return unit.replace("^2", "²").replace("^3", "³")
+
+
+def parameters(estimates: Mapping[str, ParameterEstimate]) -> str:
+    """Several parameters in one line: name = value ± std unit."""
+    return "; ".join(f"{name} = {quantity(estimate)}" for name, estimate in estimates.items())
+
+
+def error_percentages(diagnosis: Diagnosis) -> tuple[str, str, str]:
+    """The error that judges the model: its name, and its size before and after."""
+    before, after = diagnosis.before.summary(), diagnosis.after.summary()
+    kind, key = _judged_by(diagnosis)
+    return kind, percent(before[key]), percent(after[key])
+
+
+def error_columns(diagnosis: Diagnosis) -> dict[str, str]:
+    """Headings of the errors in a diagnosis, by their key in a summary."""
+    columns = {"torque_rmse": "training [N m]", "torque_nrmse": "training, of range"}
+    if diagnosis.holdout:
+        columns["holdout_torque_rmse"] = "held out [N m]"
+        columns["holdout_torque_nrmse"] = "held out, of range"
+        columns["holdout_torque_nrmse_unrefitted"] = "nothing refitted, of range"
+    if diagnosis.after.left_out:
+        columns["left_out_torque_nrmse"] = "left out in turn, of range"
+    return columns
+
+
+def error_figures(diagnosis: Diagnosis, errors: Errors) -> list[str]:
+    """The errors of one stage of the model, in the order of `error_columns`."""
+    figures = errors.summary()
+    return [(percent if "nrmse" in key else torque)(figures[key]) for key in error_columns(diagnosis)]
+
+
+def _judged_by(diagnosis: Diagnosis) -> tuple[str, str]:
+    """The error that judges the model: its name, and its key in a summary."""
+    if diagnosis.holdout:
+        return "held-out", "holdout_torque_nrmse"
+    if diagnosis.after.left_out:
+        return "left-out", "left_out_torque_nrmse"
+    return "training", "torque_nrmse"
+
+
+def indistinguishable_effects(diagnosis: Diagnosis) -> str:
+    """The effects that other effects could replace, in one sentence; empty if there are none."""
+    pairs = [
+        f"{plain(effect.name)} from {listed([plain(n) for n in effect.indistinguishable_from], 'or')}"
+        for effect in diagnosis.effects
+        if effect.indistinguishable_from
+    ]
+    return f"These recordings cannot tell {', nor '.join(pairs)}." if pairs else ""
+
+
+def residual_structure(diagnosis: Diagnosis) -> str:
+    """Whether the residual still has structure, in one sentence."""
+    if diagnosis.unexplained.present:
+        return "The residual has structure that no known effect explains."
+    return "The residual has no structure left."
+
+
+def outcome(diagnosis: Diagnosis, candidate: str) -> str:
+    """The outcome for a candidate: added, indistinguishable from an added one, or empty."""
+    for number, effect in enumerate(diagnosis.effects, start=1):
+        if effect.name == candidate:
+            return f"added, no. {number}"
+    rivals = [plain(e.name) for e in diagnosis.effects if candidate in e.indistinguishable_from]
+    return f"indistinguishable from {listed(rivals)}" if rivals else ""
+
+
+def all_worse(diagnosis: Diagnosis) -> list[str]:
+    """The recordings that the effects found made worse."""
+    return [n for n in (*diagnosis.recordings, *diagnosis.holdout) if is_worse(diagnosis, n)]
+
+
+def is_worse(diagnosis: Diagnosis, recording: str) -> bool:
+    """Whether a recording's error grows from the refitted declared model to the final one."""
+    before, after = diagnosis.before, diagnosis.after
+    if recording in before.left_out and after.left_out[recording] > before.left_out[recording]:
+        return True
+    return after.nrmse[recording] > before.nrmse[recording]
+
+
+def _power(value: float, std: float) -> tuple[float, int]:
+    """The value divided by a power of ten, and that power; the power is 0 from 1e-3 to 1e5."""
+    size = max(abs(value), std)
+    if 1e-3 <= size < 1e5:
+        return value, 0
+    factor = math.floor(math.log10(size))
+    return value / 10**factor, factor
+
+
+def _four_digits(number: float, factor: int) -> str:
+    text = f"{number:.4g}".replace("-", "−")
+    return f"{text}·10{str(factor).translate(_SUPERSCRIPTS)}" if factor else text
+
+
+def estimates_summary(estimates: Estimates) -> str:
+    """Friction at the end, rejected samples, and the remedy of the most frequent fault, in one line."""
+    counts = {flag: int(np.count_nonzero(estimates.status & flag)) for flag in Status if flag}
+    parts = [_final_friction(estimates)]
+    if rejected := counts[Status.REJECTED]:
+        parts.append(f"{rejected} {_plural(rejected, 'sample')} rejected")
+    if changes := counts[Status.RESET]:
+        parts.append(f"{changes} {_plural(changes, 'change')} of the ground")
+    line = ", ".join(parts)
+    if estimates.usable.any():
+        # Friction is always acquired first.
+        counts[Status.ACQUIRING] = 0
+    # Whether the deviation can be believed goes before what happened to samples.
+    first = [flag for flag in (Status.SUSPECT, Status.INCONSISTENT) if counts[flag]]
+    most_frequent = first[0] if first else max(counts, key=lambda flag: counts[flag])
+    number = counts[most_frequent]
+    return (
+        f"{line}; {number} {_plural(number, 'sample')}: {_on_command_line(most_frequent.remedy)}"
+        if number
+        else line
+    )
+
+
+def _on_command_line(remedy: str) -> str:
+    """A remedy that names options where it names values of a tuning."""
+    return re.sub(r"\bTuning\.(\w+)", r"\1 (--tune \1=...)", remedy)
+
+
+def _final_friction(estimates: Estimates) -> str:
+    friction = _with_deviation("mu", estimates.mu[-1], estimates.mu_std[-1])
+    # On the declared model the two are the same.
+    if abs(estimates.mu_eff[-1] - estimates.mu[-1]) > 5e-4:
+        friction += ", " + _with_deviation("mu_eff", estimates.mu_eff[-1], estimates.mu_eff_std[-1])
+    share = f"usable in {100 * estimates.usable.mean():.0f} % of {estimates.t.size} samples"
+    return f"{friction} at the end, {share}"
+
+
+def _with_deviation(name: str, value: float, std: float) -> str:
+    return f"{name} = {value:.3f}" + (f" ± {std:.3f}" if np.isfinite(std) else "")
+
+
+def _plural(count: int, noun: str) -> str:
+    return noun if count == 1 else f"{noun}s"
+
+
+def csv_text(columns: Mapping[str, NDArray[Any]]) -> str:
+    """Columns of equal length under their names.
+
+    Floats round-trip, whole numbers stay so, truth values are 0 and 1, NaN is an empty field, as in a
+    recording.
+    """
+    lists = [[_field(value) for value in values.tolist()] for values in columns.values()]
+    rows = [",".join(columns), *(",".join(row) for row in zip(*lists, strict=True))]
+    return "\n".join(rows) + "\n"
+
+
+def _field(value: float) -> str:
+    if isinstance(value, int):
+        return str(int(value))
+    return "" if math.isnan(value) else repr(float(value))
+
+
+def json_text(content: Any) -> str:
+    """Strict JSON; numbers that are not finite become null, half characters their escape sequence."""
+    text = json.dumps(_finite(content), indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    return text.encode("utf-8", "backslashreplace").decode("utf-8")
+
+
+def _finite(content: Any) -> Any:
+    if isinstance(content, Mapping):
+        return {key: _finite(value) for key, value in content.items()}
+    if isinstance(content, Sequence) and not isinstance(content, str):
+        return [_finite(value) for value in content]
+    if isinstance(content, float) and not math.isfinite(content):
+        return None
+    return content
+
+
+def free_decay_document(result: FreeDecay, decrement: DecrementEstimate) -> dict[str, Any]:
+    """The result file of `identify`: the identification, and the method of [Györök 2022] beside it."""
+    document = result.to_dict()
+    for recording, vibration in zip(document["recordings"], decrement.vibrations, strict=True):
+        recording |= {"source_omega_n": vibration.omega_n, "source_zeta": vibration.zeta}
+    document["recordings_units"] |= {"source_omega_n": "rad/s", "source_zeta": "1"}
+    return document | {"source": decrement.to_dict()}

@@ -1,0 +1,99 @@
+"""The result of a diagnosis in plain sentences, each only as sure as its figures."""
+
+from collections.abc import Mapping
+
+from brushgrip.wording.formatting import error_percentages, listed, plain
+from identification import Diagnosis, FoundEffect
+from identification.diagnosis.found_effects import CLEAR_ERRORS
+
+GRADES: Mapping[str, str] = {
+    "strong": "strong",
+    "weak": "weak",
+    "ambiguous": "ambiguous",
+    "stands_in": "stands in",
+}
+"""Words for the grades."""
+COMMON_NAMES = {"mu": "friction μ", "k": "bristle stiffness k"}
+
+
+def headline(diagnosis: Diagnosis) -> str:
+    """The result of a diagnosis in one sentence."""
+    kind, before, after = error_percentages(diagnosis)
+    if not diagnosis.effects:
+        verdict = (
+            "No known effect explains what the declared model misses"
+            if diagnosis.unexplained.present
+            else "The declared model misses nothing that these recordings could show"
+        )
+        return f"{verdict}: {kind} error {after} of range."
+    return f"{_found(diagnosis)}: {kind} error {before} → {after} of range."
+
+
+def _found(diagnosis: Diagnosis) -> str:
+    """What was found; only effects with clear figures are said to be missing."""
+    clear, weak, odd = (
+        [e for e in diagnosis.effects if e.grade in grades]
+        for grades in (("strong", "ambiguous"), ("weak",), ("stands_in",))
+    )
+    parts = []
+    if clear:
+        parts.append(f"The declared model misses {listed([_named(effect) for effect in clear])}")
+    if weak:
+        parts.append(f"{'there are ' if clear else 'There are only '}weak signs of {_plain_list(weak)}")
+    if odd:
+        verb = "stands" if len(odd) == 1 else "stand"
+        names = _plain_list(odd)
+        parts.append(
+            f"{names if parts else names[:1].upper() + names[1:]} {verb} in for something unknown"
+        )
+    return "; ".join(parts)
+
+
+def _plain_list(effects: list[FoundEffect]) -> str:
+    return listed([plain(effect.name) for effect in effects])
+
+
+def _named(effect: FoundEffect) -> str:
+    """The name of an effect; an ambiguous one with those that it may be."""
+    rivals = [plain(name) for name in effect.indistinguishable_from]
+    others = f" (or {listed(rivals, 'or')})" if effect.grade == "ambiguous" else ""
+    return plain(effect.name) + others
+
+
+def explained_grade(effect: FoundEffect) -> str:
+    """Why an effect has its grade, in one sentence."""
+    errors, rivals = effect.standard_errors, [plain(name) for name in effect.indistinguishable_from]
+    fall = "The gain is clear" if errors is None else f"The error falls by {errors:.1f} standard errors"
+    match effect.grade:
+        case "stands_in":
+            return "A parameter ends where its range does: it may stand in for an unknown effect."
+        case "weak":
+            return _why_weak(effect)
+        case "ambiguous":
+            return f"{fall}, but {listed(rivals, 'or')} would explain as much."
+        case "strong":
+            return f"{fall}, and no other effect does as well."
+
+
+def _why_weak(effect: FoundEffect) -> str:
+    """Which of what is asked of a finding it lacks."""
+    errors, off = effect.standard_errors, effect.deviations
+    few = errors is not None and errors < CLEAR_ERRORS
+    near = off is not None and off < CLEAR_ERRORS
+    parts = []
+    if errors is not None:
+        parts.append(f"The error falls by {errors:.1f} standard errors{' of the 3 asked for' * few}")
+    if off is not None:
+        parts.append(f"its parameter is {off:.1f} σ from no effect at all{', of 3' * near}")
+    why = "; ".join(parts) or "The gain is small"
+    if near or not few:
+        return f"{why[:1].upper()}{why[1:]}: it may be chance."
+    return f"{why}: the gain rests on few stretches of the recordings, and more of them would settle it."
+
+
+def plain_parameter(name: str) -> str:
+    """A parameter in words: `carcass_torsion.k_t [a]` as `carcass torsion: k_t, a`."""
+    path, bracket, owner = name.partition(" [")
+    effect, dot, own = path.rpartition(".")
+    text = f"{plain(effect)}: {own}" if dot else COMMON_NAMES.get(path, path)
+    return f"{text}, {owner.removesuffix(']')}" if bracket else text

@@ -1,0 +1,67 @@
+"""What the suites of this folder share: the outcome of a command, files before and after, tables."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple, TypeVar
+from urllib.parse import unquote
+
+import numpy as np
+import pooch
+import pytest
+
+Content = TypeVar("Content")
+
+
+class Outcome(NamedTuple):
+    """Result of a command: exit status, standard output, standard error."""
+
+    status: int
+    out: str
+    err: str
+
+    def refused(self, *words: str, status: int = 2) -> None:
+        """Nothing was printed but one line on what is wrong, in which these words stand."""
+        assert (self.status, self.out) == (status, ""), self
+        assert self.err.count("\n") == 1, self.err
+        assert self.err.endswith("\n")
+        for word in words:
+            assert word in self.err
+
+
+Run = Callable[..., Outcome]
+Write = Callable[..., Path]
+
+
+def contents(folder: Path) -> dict[str, bytes | None]:
+    """Every file below a folder, and (None) every folder."""
+    return {
+        str(path.relative_to(folder)): path.read_bytes() if path.is_file() else None
+        for path in sorted(folder.rglob("*"))
+    }
+
+
+def table_of(path: Path) -> dict[str, np.ndarray]:
+    """The columns of a CSV file by their names; an empty field is NaN."""
+    table = np.genfromtxt(path, delimiter=",", names=True)
+    return {name: table[name] for name in table.dtype.names}
+
+
+def serve(
+    monkeypatch: pytest.MonkeyPatch,
+    contents: Mapping[str, Content],
+    write: Callable[[Path, Content], object],
+) -> list[str]:
+    """Lets pooch download from a mapping of addresses alone; returns the list of addresses asked for."""
+    asked: list[str] = []
+
+    def downloader(**_: Any) -> Callable[..., None]:
+        def deliver(url: str, output_file: str, _: Any) -> None:
+            asked.append(url)
+            if unquote(url) not in contents:
+                raise ConnectionError(url)
+            write(Path(output_file), contents[unquote(url)])
+
+        return deliver
+
+    monkeypatch.setattr(pooch, "HTTPDownloader", downloader)
+    return asked

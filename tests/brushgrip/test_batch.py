@@ -1,0 +1,152 @@
+"""Many recordings estimated at once, and tunings value by value."""
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from brushgrip.inputs.tunings import chosen_tuning
+from observers import PROFILES, Tuning
+from symbolic import InvalidInputError
+from tests.brushgrip.helpers import Run, Write
+
+pytestmark = pytest.mark.usefixtures("interpreted")
+
+
+@pytest.fixture
+def estimate(run: Run, rig: Path) -> Run:
+    return lambda *arguments: run(
+        "estimate", "--rig", rig, "--observer", "root", *arguments, "--jobs", 1
+    )
+
+
+def rows_of(path: Path) -> dict[str, dict[str, str]]:
+    with path.open(newline="") as content:
+        return {row["recording"]: row for row in csv.DictReader(content)}
+
+
+def test_each_is_estimated_as_if_alone(estimate: Run, write_csv: Write, tmp_path: Path) -> None:
+    paths = [write_csv("a.csv"), write_csv("b.csv", {"F_N": np.full(60, 500.0)}, "# ground = ice\n")]
+    paths.append(write_csv("c.csv", {"F_N": np.full(60, 300.0)}, "# ground = ice\n"))
+    table, out, alone = (tmp_path / name for name in ("table.csv", "mu.csv", "alone.csv"))
+    outcome = estimate(*paths, "--out", out, "--summary", table, "--ground", "steel=a,c")
+    rows = rows_of(table)
+    estimate(paths[1], "--out", alone)
+    columns = np.genfromtxt(alone, delimiter=",", names=True)
+
+    assert outcome.status == 0
+    assert outcome.out == f"estimated 3 of 3 recordings\nwrote {table}\n"
+    assert (tmp_path / "mu_b.csv").read_text() == alone.read_text()
+    assert [row["ground"] for row in rows.values()] == ["steel", "ice", "steel"]
+    assert float(rows["b"]["mu"]) == columns["mu"][-1]
+    assert float(rows["b"]["informed"]) == pytest.approx(columns["informed"].mean(), rel=1e-12)
+    assert (rows["b"]["samples"], rows["b"]["mu_std"], rows["b"]["fault"]) == ("60", "", "")
+    assert float(rows["b"]["duration"]) == pytest.approx(0.59)
+
+
+def test_a_bad_recording_does_not_keep_the_others(
+    estimate: Run, write_csv: Write, tmp_path: Path
+) -> None:
+    good, bad, table = write_csv("good.csv"), tmp_path / "bad.csv", tmp_path / "table.csv"
+    bad.write_text("t,psi\n")
+    outcome = estimate(bad, good, "--summary", table)
+    rows = rows_of(table)
+
+    assert (outcome.status, outcome.err.count("\n")) == (2, 1)
+    assert "1 of 2 recordings could not be estimated; the first is bad: " in outcome.err
+    assert "bad.csv" in rows["bad"]["fault"]
+    assert rows["bad"]["mu"] == ""
+    assert (rows["good"]["fault"], float(rows["good"]["mu"]) > 0) == ("", True)
+
+
+def test_a_name_is_no_formula_to_a_spreadsheet(estimate: Run, write_csv: Write, tmp_path: Path) -> None:
+    path = write_csv("=cmd|calc!A1.csv")
+    estimate(path, "--summary", tmp_path / "table.csv", "--ground", "@ice")
+    (row,) = rows_of(tmp_path / "table.csv").values()
+
+    assert (row["recording"], row["ground"]) == ("'=cmd|calc!A1", "'@ice")
+
+
+def test_a_summary_of_one(estimate: Run, write_csv: Write, tmp_path: Path) -> None:
+    outcome = estimate(write_csv("a.csv"), "--summary", tmp_path / "table.csv", "--json")
+    (row,) = json.loads(outcome.out)
+
+    assert list(rows_of(tmp_path / "table.csv")) == ["a"]
+    assert (row["recording"], row["mu_std"]) == ("a", None)
+    assert row["inconsistent"] == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ([], "--out and --summary are both missing"),
+        (["--summary", "t.csv", "--picture", "p.png"], "--picture is that of one recording"),
+        (["--summary", "a.csv"], "would overwrite what is read"),
+        (["--summary", "t_a.csv", "--out", "t.csv"], "must name different files"),
+        (["--summary", "t.csv", "--tune", "noise=0.1"], "--observer root has no tuning"),
+        (["--summary", "t.csv", "--tune", "stiffness_std=0.3"], "k is no state of the observers"),
+    ],
+)
+def test_what_cannot_be_is_said_before_the_work(
+    estimate: Run, write_csv: Write, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    options: list[str], said: str,
+) -> None:  # fmt: skip
+    paths = [write_csv("a.csv"), write_csv("b.csv", {"F_N": np.full(60, 500.0)})]
+    monkeypatch.chdir(tmp_path)
+    outcome = estimate(*paths, *options)
+
+    assert outcome.status == 2
+    assert said in outcome.err
+    assert sorted(path.name for path in tmp_path.glob("*.csv")) == ["a.csv", "b.csv"]
+
+
+def test_one_file_twice(estimate: Run, write_csv: Write, tmp_path: Path) -> None:
+    path = write_csv("a.csv")
+
+    assert "same recording" in estimate(path, path, "--summary", tmp_path / "t.csv").err
+
+
+def test_a_scheduler_that_is_not_there(
+    run: Run, write_csv: Write, rig: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(__import__("sys").modules, "distributed", None)
+    command = [
+        "estimate",
+        write_csv(),
+        "--rig",
+        rig,
+        "--observer",
+        "ekf",
+        "--summary",
+        tmp_path / "t.csv",
+    ]
+
+    assert "pip install 'brushgrip[cluster]'" in run(*command, "--scheduler", "tcp://127.0.0.1:9").err
+
+
+def test_tunings_value_by_value() -> None:
+    assert chosen_tuning(None, None) is None
+    clean = chosen_tuning("clean", [])
+    assert clean is not None
+    assert clean.tuning == PROFILES["clean"]
+    by_hand = chosen_tuning(None, ["mu_walk=0.02, reset_after=7", "gate=9"])
+    assert by_hand is not None
+    assert by_hand.tuning == Tuning(mu_walk=0.02, reset_after=7, gate=9)
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("walk=1", "expected NAME=NUMBER with a name out of mu, mu_std"),
+        ("noise", "expected a number, got ''"),
+        ("reset_after=1.5", "expected a whole number, got '1.5'"),
+        ("noise=0.1,noise=0.2", "noise is given twice"),
+        ("noise=-1", "--tune: noise must be greater than 0, got -1.0"),
+    ],
+)
+def test_tunings_that_are_none(text: str, said: str) -> None:
+    with pytest.raises(InvalidInputError) as caught:
+        chosen_tuning(None, [text])
+    assert said in str(caught.value)
