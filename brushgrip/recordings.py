@@ -22,7 +22,7 @@ from identification import (
     read_rig,
     read_signals,
 )
-from identification.reading.companions import read_along
+from identification.reading.readers import files_beside
 from identification.reading.table import MIN_SAMPLES
 from symbolic import InvalidInputError
 from symbolic.errors import printable
@@ -125,7 +125,7 @@ def files_read(names: Sequence[str], signals: SignalMap, effects: Sequence[Path]
         effects: sources of a user's effects.
     """
     paths = [locate(name) for name in names]
-    return list(dict.fromkeys([*paths, *effects, *read_along(paths, signals)]))
+    return list(dict.fromkeys([*paths, *effects, *files_beside(paths, signals)]))
 
 
 def labelled(names: Sequence[str]) -> dict[str, Path]:

@@ -13,14 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
-from identification.reading.channels import COLUMNS, map_hint, resolved, unit_of_name
+from identification.reading.channels import COLUMNS, bare_name, map_hint, resolve, unit_of_name
 from identification.reading.csvdialect import Numbers, delimiter_of, read_letters, units_in
 from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
-from identification.reading.signal_map import NO_MAP, SignalMap
+from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource
 from identification.reading.table import MOST_SAMPLES, OPTIONAL_COLUMNS, Fault, Table
 from symbolic import TOLERATED, InvalidInputError
 from symbolic.errors import printable
-from symbolic.parsing import excerpt
+from symbolic.parsing import excerpt, naming
 from symbolic.rig_tables import NEUTRAL
 
 GROUND = "ground"
@@ -66,9 +66,13 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
     rows, units = _units(rows, header)
     units = {column: units.get(column, unit_of_name(names[at])) for column, at in header.items()}
     columns, numbers, faults = _columns(path, header, len(names), rows, Numbers(delimiter))
+    sources = {
+        column: signals.signals.get(column, SignalSource(channel=bare_name(names[header[column]])))
+        for column in columns
+    }
     for column, values in columns.items():
-        where = f"{path}: row {number}: {excerpt(names[header[column]])}"
-        values *= signals.of(column).scale(column, units[column], where)
+        with naming(f"{path}: row {number}: {excerpt(names[header[column]])}"):
+            values *= sources[column].scale(column, units[column])
     return Table(
         path=path,
         columns=columns,
@@ -77,6 +81,7 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
         place=lambda of: f"row {numbers[of] if isinstance(of, int) else places[of]}",
         tolerances=heading.tolerances,
         ground=heading.ground,
+        sources=sources,
     )
 
 
@@ -164,10 +169,8 @@ def _header(
     """The index of each column."""
     found = {}
     for column in COLUMNS:
-        name = resolved(path, signals.of(column).channel, names, by_part=False)
-        if name is not None and names.count(name) > 1:
-            raise InvalidInputError(f"{path}: row {row}: two columns are named {name}; one allowed")
-        if name is not None:
+        wanted = signals.of(column).channel
+        if (name := resolve(f"{path}: row {row}", wanted, names, by_part=False)) is not None:
             found[column] = names.index(name)
     missing = [c for c in COLUMNS if c not in found and (c in needed or c in signals.signals)]
     if missing:

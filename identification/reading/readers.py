@@ -1,13 +1,14 @@
 """Readers of recordings by the suffix of the file's name; a user may add to them."""
 
-from collections.abc import Callable, Mapping, Sequence
+import logging
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
-from identification.reading.channels import remapped
+from identification.reading.clock import remapped
 from identification.reading.csvfile import read_csv
 from identification.reading.files import require_readable
 from identification.reading.formats.can import open_can
@@ -21,6 +22,8 @@ from identification.reading.matfile import is_hdf5, read_mat
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import Table, check
 from symbolic import InvalidInputError
+
+_LOG = logging.getLogger(__name__)
 
 
 class Reader(Protocol):
@@ -40,35 +43,26 @@ class Reader(Protocol):
         ...
 
 
-@runtime_checkable
-class MappingReader(Protocol):
-    """A format whose reader finds the channels of a map itself."""
-
-    def read_mapped(self, path: Path, needed: Sequence[str], signals: SignalMap, /) -> Table:
-        """Read the table of a file by a map; see `Reader`."""
-        ...
-
-
 @dataclass(frozen=True)
-class Mapped:
-    """A reader out of a function that takes the map as its third argument."""
+class MappedReader:
+    """A reader that finds the channels of a map itself."""
 
     read: Callable[[Path, Sequence[str], SignalMap], Table]
 
-    def __call__(self, path: Path, needed: Sequence[str], /) -> Table:
-        """Read the table of a file whose channels have the names of the columns."""
-        return self.read(path, needed, NO_MAP)
-
-    def read_mapped(self, path: Path, needed: Sequence[str], signals: SignalMap, /) -> Table:
-        """Read the table of a file by a map."""
+    def __call__(self, path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP, /) -> Table:
+        """Read the table of a file; see `Reader`."""
         return self.read(path, needed, signals)
 
 
-_OPENERS = {
-    "can": open_can, "hdf5": open_hdf5, "mdf": open_mdf, "parquet": open_parquet, "ros": open_ros,
-    "tdms": open_tdms,
-}  # fmt: skip
-_FORMATS = {extra: FormatReader(extra=extra, opener=opener) for extra, opener in _OPENERS.items()}
+_FORMATS = {
+    "can": FormatReader(open_can),
+    "hdf5": FormatReader(open_hdf5),
+    "mdf": FormatReader(open_mdf),
+    "parquet": FormatReader(open_parquet),
+    "ros": FormatReader(open_ros),
+    "tdms": FormatReader(open_tdms),
+}
+"""By the extra of the package that installs the library."""
 
 
 def _read_matlab(path: Path, needed: Sequence[str], signals: SignalMap) -> Table:
@@ -87,9 +81,9 @@ PLAIN = (".mat", ".csv", ".txt", ".tsv")
 """Suffixes that need no other package."""
 READERS: Mapping[str, Reader] = MappingProxyType(
     {
-        ".mat": Mapped(_read_matlab),
-        **dict.fromkeys(PLAIN[1:], Mapped(read_csv)),
-        **{suffix: Mapped(_FORMATS[extra]) for suffix, extra in EXTRAS.items()},
+        ".mat": MappedReader(_read_matlab),
+        **dict.fromkeys(PLAIN[1:], MappedReader(read_csv)),
+        **{suffix: MappedReader(_FORMATS[extra]) for suffix, extra in EXTRAS.items()},
     }
 )
 """Readers by suffix in lower case; `{**READERS, ".log": reader}` adds or replaces one."""
@@ -113,13 +107,39 @@ def read_table(
     if reader is None:
         require_readable(path)  # A missing file has another remedy than an unknown format.
         raise InvalidInputError(f"{path}: unknown format {path.suffix!r}; {_known(readers)}")
-    if isinstance(reader, MappingReader):
-        table = reader.read_mapped(path, needed, signals)
+    if isinstance(reader, MappedReader):
+        table = reader(path, needed, signals)
     else:
         table = reader(path, needed)
         table = remapped(table, needed, signals) if signals else table
     check(table, needed)
+    for remark in table.remarks:
+        _LOG.warning("brushgrip: %s: %s", path, remark)
     return table
+
+
+CAN_LOGS = tuple(suffix for suffix, extra in EXTRAS.items() if extra == "can")
+ROS_2_BAGS = (".db3", ".mcap")
+
+
+def files_beside(paths: Iterable[Path], signals: SignalMap) -> list[Path]:
+    """Files that are read along with recordings: the database of CAN logs, the rest of a ROS 2 bag.
+
+    Args:
+        paths: recordings.
+        signals: map of channels, which may name the database.
+    """
+    found = dict.fromkeys([] if signals.dbc is None else [signals.dbc])
+    for path in paths:
+        suffix = path.suffix.lower()
+        if suffix in CAN_LOGS and signals.dbc is None:
+            found |= dict.fromkeys(sorted(path.parent.glob("*.dbc")))
+        elif suffix in ROS_2_BAGS:
+            bag = [p for s in ROS_2_BAGS for p in sorted(path.parent.glob(f"*{s}")) if p != path]
+            found |= dict.fromkeys([path.parent / "metadata.yaml", *bag])
+        elif suffix == ".tdms":
+            found |= dict.fromkeys([path.with_name(f"{path.name}_index")])
+    return [path for path in found if path.is_file()]
 
 
 def _known(readers: Mapping[str, Reader]) -> str:

@@ -50,25 +50,25 @@ class SignalSource:
                 f" negative, got {shown(self.factor)}"
             )
 
-    def scale(self, column: str, unit: str, where: str) -> float:
+    def scale(self, column: str, unit: str) -> float:
         """The factor from the channel to the column in SI.
 
         Args:
             column: as `psi`.
-            unit: what the file says; goes behind that of the signal.
-            where: begins the message of a fault, as the file and its channel.
+            unit: what the file says; counts where the map gives none.
 
         Raises:
-            InvalidInputError: the unit is none of the column's.
+            InvalidInputError: the unit is none of the column's; the message proposes a map.
         """
-        try:
-            return self.factor * require_factor(column, unit if self.unit is None else self.unit, where)
-        except InvalidInputError as error:
-            if self.unit is not None:
-                raise
-            raise InvalidInputError(
-                f"{error}; say which it is: --map {column}={self.channel}:{next(iter(UNITS[column]))}"
-            ) from None
+        return self.factor * require_factor(
+            column, unit if self.unit is None else self.unit, self.channel
+        )
+
+    def as_map(self, column: str) -> str:
+        """As on the command line: `psi=-0.5*Steer:deg`."""
+        factor = "" if abs(self.factor) == 1 else f"{abs(self.factor):g}*"
+        unit = "" if self.unit is None else f":{self.unit}"
+        return f"{column}={'-' * (self.factor < 0)}{factor}{self.channel}{unit}"
 
     def to_dict(self) -> dict[str, str | float | None]:
         """As in a rig file."""
@@ -97,8 +97,8 @@ class SignalMap:
                 raise InvalidInputError(
                     f"{excerpt(column)} is no column of a recording; allowed: {', '.join(UNITS)}, {DBC}"
                 )
-            if signal.unit is not None:
-                require_factor(column, signal.unit, column)
+            with naming(column):
+                signal.scale(column, "")
 
     def __bool__(self) -> bool:
         """Whether anything is mapped."""

@@ -1,13 +1,15 @@
 """A recording as it stands in a file, and the checks of its samples."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.reading.signal_map import SignalSource
+from identification.reading.units import UNITS, unit_at_end
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
@@ -52,6 +54,8 @@ class Table:
             line in a CSV file, the sample in a MAT file, both counted from 1.
         tolerances: how far off declared values may be, by name, see `symbolic.Tolerances`.
         ground: name of what the wheel stands on; None where the file does not say.
+        sources: channel of each column, for messages.
+        remarks: what the user has to know about the values, a line each.
     """
 
     path: Path
@@ -61,6 +65,8 @@ class Table:
     place: Callable[[int | str], str]
     tolerances: Mapping[str, float] = field(default_factory=dict)
     ground: str | None = None
+    sources: Mapping[str, SignalSource] = field(default_factory=dict)
+    remarks: Sequence[str] = ()
 
 
 def required_columns(*, torque_required: bool) -> tuple[str, ...]:
@@ -112,16 +118,18 @@ def _sample_faults(table: Table) -> list[Fault]:
     ]
     for name, (most, unit) in LARGEST.items():
         values = table.columns.get(name, np.empty(0))
+        remedy = _other_unit(table, name)
         faults += [
             Fault(
                 int(sample),
-                f"{name} = {values[sample]:g} {unit}; allowed: up to {most:g} {unit} in size",
+                f"{name} = {values[sample]:g} {unit}; allowed: up to {most:g} {unit} in size{remedy}",
             )
             for sample in np.flatnonzero(np.isfinite(values) & (np.abs(values) > most))
         ]
     F_N = table.columns.get("F_N", np.empty(0))
+    sign = _other_sign(table) if not (F_N > 0).any() else ""
     faults += [
-        Fault(int(sample), f"F_N = {F_N[sample]:g} N; a vertical load is greater than 0")
+        Fault(int(sample), f"F_N = {F_N[sample]:g} N; a vertical load is greater than 0{sign}")
         for sample in np.flatnonzero((F_N <= 0) & np.isfinite(F_N))
     ]
     return [fault for fault in faults + _time_faults(table) if fault.sample not in unread]
@@ -146,3 +154,20 @@ def _time_faults(table: Table) -> list[Fault]:
             )
         )
     return faults
+
+
+def _other_unit(table: Table, column: str) -> str:
+    """The map to write where a column is too large because it is in a smaller unit."""
+    source = table.sources.get(column, SignalSource(channel=column))
+    smaller = sorted((factor, unit) for unit, factor in UNITS[column].items() if factor < 1)
+    if not smaller:
+        return ""
+    unit = unit_at_end(column, source.channel) or smaller[-1][1]
+    return f"; if it is in another unit: --map {replace(source, unit=unit).as_map(column)}"
+
+
+def _other_sign(table: Table) -> str:
+    """The map to write where the load counts the other way."""
+    source = table.sources.get("F_N", SignalSource(channel="F_N"))
+    turned = replace(source, factor=-source.factor)
+    return f"; if it counts the other way: --map {turned.as_map('F_N')}"

@@ -62,7 +62,7 @@ def check_map(signals: SignalMap) -> None:
     assert set(signals.signals) <= {"t", "psi", "psi_dot", "M_z", "M", "F_N"}
     for column, source in signals.signals.items():
         assert source.channel.strip()
-        scale = source.scale(column, "", "here")
+        scale = source.scale(column, "")
         assert math.isfinite(scale), column
         assert scale, column
     assert signals.dbc is None or "\0" not in str(signals.dbc)

@@ -22,7 +22,10 @@ BESIDE_GROUPS = {3: (), 4: (96, 112, 120)}
 
 @contextmanager
 def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
-    """Channels by their names; one that several groups have is `group number/channel`."""
+    """Channels by their names; where there are several, `group/channel` by the number of the group.
+
+    Two in one group are `group.number/channel`.
+    """
     asammdf = library("asammdf", "mdf", path)
     library("asammdf.blocks.mdf_v4", "mdf", path).MDF4.__del__ = _close_quietly
     _require_ends(path)
@@ -32,7 +35,9 @@ def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
             # A group's master channel is its clock, and stands as times beside every other.
             data = [(g, c) for g, c in found if file.masters_db.get(g) != c]
             for group, channel in data:
-                places[name if len(data) == 1 else f"{group}/{name}"] = (group, channel)
+                twice = sum(g == group for g, _ in data) > 1
+                number = f"{group}.{channel}/" if twice else f"{group}/"
+                places[name if len(data) == 1 else f"{number}{name}"] = (group, channel)
 
         def read(name: str) -> Samples:
             group, channel = places[name]

@@ -8,8 +8,9 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from identification.reading.channels import Opener, tabulate
-from identification.reading.files import LARGEST_FILE, require_readable
+from identification.reading.channels import Opener
+from identification.reading.clock import tabulate
+from identification.reading.files import require_readable
 from identification.reading.formats.memory import MOST_MEMORY, bounded_memory
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MOST_SAMPLES, Table
@@ -35,23 +36,15 @@ EXTRAS: Mapping[str, str] = MappingProxyType(
 """Extra of the package that reads files of a suffix."""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class FormatReader:
-    """A reader of one format.
+    """A reader of one format, out of a function that opens its files."""
 
-    Attributes:
-        extra: of the package, which installs the library.
-        opener: opens a file.
-        largest: bytes that a file may hold.
-    """
-
-    extra: str
     opener: Opener
-    largest: int = LARGEST_FILE
 
-    def __call__(self, path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> Table:
+    def __call__(self, path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP, /) -> Table:
         """Read the table; see `Reader`."""
-        require_readable(path, self.largest)
+        require_readable(path)
         try:
             with bounded_memory(), self.opener(path, signals) as file:
                 return tabulate(path, file, needed, signals)

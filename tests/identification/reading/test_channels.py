@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from identification.reading.channels import ChannelFile, Samples, resolved, tabulate
-from identification.reading.formats import can
+from identification.reading.channels import ChannelFile, Samples, resolve
+from identification.reading.clock import tabulate
+from identification.reading.formats import blf
 from identification.reading.formats.opening import FormatReader
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import REQUIRED_COLUMNS, Table
@@ -72,11 +73,11 @@ def test_lengths_must_agree_without_clocks() -> None:
 
 def test_names_are_resolved_by_their_last_part_or_asked_for() -> None:
     names = ["Rig/Angle [deg]", "Rig/Mz", "Car/Mz"]
-    assert resolved(PATH, "Angle", names) == "Rig/Angle [deg]"
-    assert resolved(PATH, "Car/Mz", names) == "Car/Mz"
-    assert resolved(PATH, "z", names) is None
+    assert resolve("run.mf4", "Angle", names) == "Rig/Angle [deg]"
+    assert resolve("run.mf4", "Car/Mz", names) == "Car/Mz"
+    assert resolve("run.mf4", "z", names) is None
     with pytest.raises(InvalidInputError, match="'Mz' may be Rig/Mz, Car/Mz"):
-        resolved(PATH, "Mz", names)
+        resolve("run.mf4", "Mz", names)
 
 
 def test_whatever_a_library_raises_is_one_line(tmp_path: Path) -> None:
@@ -88,7 +89,7 @@ def test_whatever_a_library_raises_is_one_line(tmp_path: Path) -> None:
     path = tmp_path / "run.xyz"
     path.write_bytes(b"anything")
     with pytest.raises(InvalidInputError, match=r"run\.xyz: is damaged, or no \.xyz file: ") as caught:
-        FormatReader(extra="mdf", opener=broken)(path, REQUIRED_COLUMNS)
+        FormatReader(broken)(path, REQUIRED_COLUMNS)
     assert "\n" not in str(caught.value)
 
 
@@ -102,7 +103,7 @@ def test_a_blf_file_that_unpacks_to_far_more_is_refused(
     path = tmp_path / "bomb.blf"
     path.write_bytes(header + body)
 
-    can.require_bounded(path)
-    monkeypatch.setattr(can, "_LARGEST_CONTAINER", 1_000_000)
+    blf.require_bounded(path)
+    monkeypatch.setattr(blf, "_LARGEST_CONTAINER", 1_000_000)
     with pytest.raises(InvalidInputError, match=r"bomb\.blf: holds more than .* unpacked"):
-        can.require_bounded(path)
+        blf.require_bounded(path)

@@ -200,7 +200,7 @@ def test_memory_is_bounded_whatever_a_library_asks_for(
     (tmp_path / "run.xyz").write_bytes(b"anything")
 
     with pytest.raises(InvalidInputError, match=r"run\.xyz: takes more than .* GB of memory to read"):
-        FormatReader(extra="mdf", opener=asks_for_much)(tmp_path / "run.xyz", REQUIRED_COLUMNS)
+        FormatReader(asks_for_much)(tmp_path / "run.xyz", REQUIRED_COLUMNS)
     assert resource.getrlimit(resource.RLIMIT_AS) == usual
 
 
