@@ -57,7 +57,8 @@ def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: Sign
     for column, samples in read.items():
         with naming(f"{path}: {names[column]}"):
             in_si[column] = replace(samples, values=_in_si(column, samples, sources[column]))
-    columns = _on_one_clock(path, in_si) if own_clocks else _of_one_length(path, names, in_si)
+    as_stored = {column: samples.values for column, samples in in_si.items()}
+    columns = _on_one_clock(path, in_si) if own_clocks else as_stored
     return Table(
         path=path,
         columns=columns,
@@ -93,19 +94,6 @@ def _in_si(column: str, samples: Samples, source: SignalSource) -> Array:
         raise InvalidInputError(f"the channel of {column} must be one row of real numbers")
     with np.errstate(invalid="ignore"):
         return values.astype(np.float64) * source.scale(column, samples.unit)
-
-
-def _of_one_length(
-    path: Path, names: Mapping[str, str], columns: Mapping[str, Samples]
-) -> dict[str, Array]:
-    size = columns["t"].values.size
-    for column, samples in columns.items():
-        if samples.values.size != size:
-            raise InvalidInputError(
-                f"{path}: {names[column]} holds {samples.values.size} samples, {names['t']} holds"
-                f" {size}; equal numbers are needed"
-            )
-    return {column: samples.values for column, samples in columns.items()}
 
 
 def _on_one_clock(path: Path, columns: Mapping[str, Samples]) -> dict[str, Array]:

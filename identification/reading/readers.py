@@ -3,6 +3,7 @@
 import logging
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
@@ -14,7 +15,7 @@ from identification.reading.files import require_readable
 from identification.reading.formats.can import open_can
 from identification.reading.formats.hdf5 import open_hdf5
 from identification.reading.formats.mdf import open_mdf
-from identification.reading.formats.opening import EXTRAS, FormatReader
+from identification.reading.formats.opening import read_format
 from identification.reading.formats.parquet import open_parquet
 from identification.reading.formats.ros import open_ros
 from identification.reading.formats.tdms import open_tdms
@@ -23,6 +24,8 @@ from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import Table, check
 from symbolic import InvalidInputError
 
+CAN_LOGS = (".blf", ".asc", ".log")
+ROS_2_BAGS = (".db3", ".mcap")
 _LOG = logging.getLogger(__name__)
 
 
@@ -54,17 +57,6 @@ class MappedReader:
         return self.read(path, needed, signals)
 
 
-_FORMATS = {
-    "can": FormatReader(open_can),
-    "hdf5": FormatReader(open_hdf5),
-    "mdf": FormatReader(open_mdf),
-    "parquet": FormatReader(open_parquet),
-    "ros": FormatReader(open_ros),
-    "tdms": FormatReader(open_tdms),
-}
-"""By the extra of the package that installs the library."""
-
-
 def _read_matlab(path: Path, needed: Sequence[str], signals: SignalMap) -> Table:
     """MATLAB 5 by our own parser, MATLAB 7.3 by that of HDF5."""
     if not is_hdf5(path):
@@ -74,16 +66,28 @@ def _read_matlab(path: Path, needed: Sequence[str], signals: SignalMap) -> Table
             f"{path}: is a MATLAB 7.3 (HDF5) file; save it as MATLAB 5, with save(..., '-v7'), or"
             " pip install 'brushgrip[hdf5]'"
         )
-    return _FORMATS["hdf5"](path, needed, signals)
+    return read_format(open_hdf5, path, needed, signals)
 
 
-PLAIN = (".mat", ".csv", ".txt", ".tsv")
-"""Suffixes that need no other package."""
+_FORMATS = {
+    "can": (open_can, CAN_LOGS),
+    "hdf5": (open_hdf5, (".h5", ".hdf5")),
+    "mdf": (open_mdf, (".mf4", ".mdf")),
+    "parquet": (open_parquet, (".parquet",)),
+    "ros": (open_ros, (".bag", *ROS_2_BAGS)),
+    "tdms": (open_tdms, (".tdms",)),
+}
+"""What opens a format and its suffixes, by the extra of the package that installs the library."""
+PLAIN = (".csv", ".txt", ".tsv")
 READERS: Mapping[str, Reader] = MappingProxyType(
     {
         ".mat": MappedReader(_read_matlab),
-        **dict.fromkeys(PLAIN[1:], MappedReader(read_csv)),
-        **{suffix: MappedReader(_FORMATS[extra]) for suffix, extra in EXTRAS.items()},
+        **dict.fromkeys(PLAIN, MappedReader(read_csv)),
+        **{
+            suffix: MappedReader(partial(read_format, opener))
+            for opener, suffixes in _FORMATS.values()
+            for suffix in suffixes
+        },
     }
 )
 """Readers by suffix in lower case; `{**READERS, ".log": reader}` adds or replaces one."""
@@ -118,10 +122,6 @@ def read_table(
     return table
 
 
-CAN_LOGS = tuple(suffix for suffix, extra in EXTRAS.items() if extra == "can")
-ROS_2_BAGS = (".db3", ".mcap")
-
-
 def files_beside(paths: Iterable[Path], signals: SignalMap) -> list[Path]:
     """Files that are read along with recordings: the database of CAN logs, the rest of a ROS 2 bag.
 
@@ -144,9 +144,6 @@ def files_beside(paths: Iterable[Path], signals: SignalMap) -> list[Path]:
 
 def _known(readers: Mapping[str, Reader]) -> str:
     """The formats that can be read, and what to install for those that need more."""
-    extras = {
-        f"pip install 'brushgrip[{extra}]' for {', '.join(s for s, e in EXTRAS.items() if e == extra)}"
-        for extra in EXTRAS.values()
-    }
-    plain = sorted(suffix for suffix in readers if suffix not in EXTRAS)
-    return f"known are {', '.join(plain)}; {'; '.join(sorted(extras))}"
+    extras = [f"pip install 'brushgrip[{e}]' for {', '.join(s)}" for e, (_, s) in _FORMATS.items()]
+    of_libraries = {suffix for _, suffixes in _FORMATS.values() for suffix in suffixes}
+    return f"known are {', '.join(sorted({*readers} - of_libraries))}; {'; '.join(extras)}"

@@ -12,9 +12,9 @@ import pytest
 from identification.reading.channels import ChannelFile, Samples, resolve
 from identification.reading.clock import tabulate
 from identification.reading.formats import blf
-from identification.reading.formats.opening import FormatReader
+from identification.reading.formats.opening import read_format
 from identification.reading.signal_map import NO_MAP, SignalMap
-from identification.reading.table import REQUIRED_COLUMNS, Table
+from identification.reading.table import REQUIRED_COLUMNS, Table, check
 from symbolic import InvalidInputError
 
 PATH = Path("run.mf4")
@@ -23,6 +23,10 @@ PATH = Path("run.mf4")
 def table_of(**channels: Samples) -> Table:
     file = ChannelFile(names=list(channels), read=channels.__getitem__)
     return tabulate(PATH, file, REQUIRED_COLUMNS, NO_MAP)
+
+
+def checked(**channels: Samples) -> None:
+    check(table_of(**channels), REQUIRED_COLUMNS)
 
 
 def line(start: float, step: float, size: int, slope: float = 1.0) -> Samples:
@@ -65,7 +69,7 @@ def test_times_that_run_backwards_are_a_fault() -> None:
 
 def test_lengths_must_agree_without_clocks() -> None:
     with pytest.raises(InvalidInputError, match="M_z holds 2 samples, t holds 3"):
-        table_of(
+        checked(
             t=Samples(values=np.arange(3.0)), psi=Samples(values=np.zeros(3)),
             M_z=Samples(values=np.zeros(2)), F_N=Samples(values=np.ones(3)),
         )  # fmt: skip
@@ -89,7 +93,7 @@ def test_whatever_a_library_raises_is_one_line(tmp_path: Path) -> None:
     path = tmp_path / "run.xyz"
     path.write_bytes(b"anything")
     with pytest.raises(InvalidInputError, match=r"run\.xyz: is damaged, or no \.xyz file: ") as caught:
-        FormatReader(broken)(path, REQUIRED_COLUMNS)
+        read_format(broken, path, REQUIRED_COLUMNS, NO_MAP)
     assert "\n" not in str(caught.value)
 
 

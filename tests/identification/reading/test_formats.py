@@ -12,8 +12,8 @@ import pytest
 
 from identification import Recording, fit, read_recording, read_rig
 from identification.reading.channels import ChannelFile, Samples
-from identification.reading.formats.opening import FormatReader
-from identification.reading.signal_map import SignalMap
+from identification.reading.formats.opening import read_format
+from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import REQUIRED_COLUMNS
 from symbolic import InvalidInputError, Model
 from tests.identification.reading.logs import OWN_CLOCK, WRITERS, as_logged, write_can
@@ -200,7 +200,7 @@ def test_memory_is_bounded_whatever_a_library_asks_for(
     (tmp_path / "run.xyz").write_bytes(b"anything")
 
     with pytest.raises(InvalidInputError, match=r"run\.xyz: takes more than .* GB of memory to read"):
-        FormatReader(asks_for_much)(tmp_path / "run.xyz", REQUIRED_COLUMNS)
+        read_format(asks_for_much, tmp_path / "run.xyz", REQUIRED_COLUMNS, NO_MAP)
     assert resource.getrlimit(resource.RLIMIT_AS) == usual
 
 
