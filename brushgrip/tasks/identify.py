@@ -12,7 +12,8 @@ from brushgrip.pictures import draw_free_decay
 from brushgrip.provenance import KEY, provenance_of
 from brushgrip.recordings import files_read, keep_inputs, read_decays, signal_map
 from identification import Decay, FreeDecay, identify_free_decay, read_rig
-from identification.reading.rigtext import rig_text, signals_text
+from identification.reading.rigfile import rig_text
+from identification.reading.signal_map import signals_text
 from identification.thesis import estimate_by_decrement
 from symbolic import BrushgripError, InvalidInputError, Rig, Tyre
 

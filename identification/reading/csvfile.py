@@ -7,20 +7,28 @@ import csv
 import re
 from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
-from identification.reading.channels import COLUMNS, bare_name, map_hint, resolve, unit_of_name
+from identification.reading.channels import (
+    COLUMNS,
+    ChannelFile,
+    Samples,
+    map_hint,
+    resolve,
+    unit_of_name,
+)
+from identification.reading.clock import tabulate
 from identification.reading.csvdialect import Numbers, delimiter_of, read_letters, units_in
 from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
-from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource
+from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MOST_SAMPLES, OPTIONAL_COLUMNS, Fault, Table
 from symbolic import TOLERATED, InvalidInputError
 from symbolic.errors import printable
-from symbolic.parsing import excerpt, naming
+from symbolic.parsing import excerpt
 from symbolic.rig_tables import NEUTRAL
 
 GROUND = "ground"
@@ -64,24 +72,21 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
     names = [field.strip() for field in fields]
     header = _header(path, number, names, needed, signals)
     rows, units = _units(rows, header)
-    units = {column: units.get(column, unit_of_name(names[at])) for column, at in header.items()}
     columns, numbers, faults = _columns(path, header, len(names), rows, Numbers(delimiter))
-    sources = {
-        column: signals.signals.get(column, SignalSource(channel=bare_name(names[header[column]])))
-        for column in columns
-    }
-    for column, values in columns.items():
-        with naming(f"{path}: row {number}: {excerpt(names[header[column]])}"):
-            values *= sources[column].scale(column, units[column])
-    return Table(
-        path=path,
-        columns=columns,
+    by_name = {names[at]: column for column, at in header.items()}
+    file = ChannelFile(
+        names=list(by_name),
+        read=lambda name: Samples(
+            values=columns[by_name[name]], unit=units.get(by_name[name], unit_of_name(name))
+        ),
         declared=heading.declared,
+    )
+    return replace(
+        tabulate(path, file, needed, signals),
         faults=faults,
         place=lambda of: f"row {numbers[of] if isinstance(of, int) else places[of]}",
         tolerances=heading.tolerances,
         ground=heading.ground,
-        sources=sources,
     )
 
 

@@ -1,11 +1,11 @@
-"""Rig and tyre from a TOML file, overridden by values that a recording declares."""
+"""Rig and tyre from a TOML file and back, overridden by values that a recording declares."""
 
 from collections.abc import Mapping
 from pathlib import Path
 
 from identification.reading.files import read_bytes
 from identification.reading.table import Table
-from symbolic import InvalidInputError, Rig, Tyre, rig_from_tables
+from symbolic import TOLERATED, InvalidInputError, Rig, Tyre, rig_from_tables
 from symbolic.parsing import LARGEST_TABLES, naming, toml_of
 from symbolic.rig_tables import NEUTRAL, REQUIRED_KEYS, RIG_KEYS, rig_from_values
 
@@ -29,6 +29,32 @@ def read_rig(path: str | Path) -> tuple[Rig, Tyre]:
     content = read_bytes(path, LARGEST_TABLES)
     with naming(path):
         return rig_from_tables(toml_of(content))
+
+
+def rig_text(rig: Rig, tyre: Tyre) -> str:
+    """The rig file (TOML) of which `read_rig` makes these again; what is unknown is left out."""
+    lines = []
+    for section, keys in RIG_KEYS.items():
+        source = tyre if section == "tyre" else rig
+        entries = [
+            _entry(rig, name, value) for name in keys if (value := getattr(source, name)) is not None
+        ]
+        if section == "rig":
+            spans = ((name, getattr(rig.tolerances, name)) for name in TOLERANCE_ONLY)
+            entries += [
+                f"{name} = {{ tolerance = {span!r} }}" for name, span in spans if span is not None
+            ]
+        lines += [f"[{section}]", *entries, ""] if entries else []
+    return "\n".join(lines)
+
+
+def _entry(rig: Rig, name: str, value: float) -> str:
+    span = getattr(rig.tolerances, name) if name in TOLERATED else None
+    return (
+        f"{name} = {value!r}"
+        if span is None
+        else f"{name} = {{ value = {value!r}, tolerance = {span!r} }}"
+    )
 
 
 def with_declared(

@@ -1,5 +1,6 @@
 """Which channel of a file is which column of a recording, with its unit, sign and factor."""
 
+import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -203,3 +204,20 @@ def _signal(column: str, entry: object) -> SignalSource:
         return SignalSource(
             channel=table["channel"], unit=unit, factor=floats("factor", {"": factor})[""]
         )
+
+
+def signals_text(signals: SignalMap) -> str:
+    """The section of a rig file of which `read_signals` makes this map again; empty for none."""
+    entries = [
+        f"{column} = {{ channel = {_quoted(source.channel)}, factor = {source.factor!r}"
+        + ("" if source.unit is None else f", unit = {_quoted(source.unit)}")
+        + " }"
+        for column, source in signals.signals.items()
+    ]
+    entries += [] if signals.dbc is None else [f"{DBC} = {_quoted(str(signals.dbc.absolute()))}"]
+    return "\n".join([f"[{SIGNALS}]", *entries, ""]) if entries else ""
+
+
+def _quoted(text: str) -> str:
+    # Of what a string of TOML may not hold, JSON leaves the character DEL as it is.
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from identification.reading.rigfile import read_rig, with_declared
+from identification.reading.rigfile import read_rig, rig_text, with_declared
 from symbolic import InvalidInputError, Rig, Tolerances, Tyre
 
 COMPLETE = "[rig]\na = 0.04\ne = 0.009\nJ_A = 0.15\nb_t = 1\n\n[tyre]\nk = 2438000\nmu = 1.67\n"
@@ -170,3 +170,26 @@ def test_declared_alone_must_be_complete() -> None:
     assert with_declared(None, {"a": 0.04, "e": 0.0, "k": 6e4}) == (Rig(a=0.04, e=0), Tyre(k=6e4))
     with pytest.raises(InvalidInputError, match=r"^e and k not known; name a rig file \(--rig"):
         with_declared(None, {"a": 0.04})
+
+
+@pytest.mark.parametrize(
+    ("rig", "tyre"),
+    [
+        (Rig(a=0.045, e=0.009), Tyre(k=2.4e6)),
+        (
+            Rig(
+                a=0.1 / 3,
+                e=-0.01,
+                J_A=0.14,
+                b_t=1.5,
+                tolerances=Tolerances(a=0.002, e=1e-3, load=0.02, zero=0.1),
+            ),
+            Tyre(k=2.4e6 / 7, mu=1.2),
+        ),
+    ],
+)
+def test_what_is_written_is_read_again(tmp_path: Path, rig: Rig, tyre: Tyre) -> None:
+    path = tmp_path / "rig.toml"
+    path.write_text(rig_text(rig, tyre))
+
+    assert read_rig(path) == (rig, tyre)

@@ -16,7 +16,7 @@ from identification import (
     read_rig,
     read_signals,
 )
-from identification.reading.rigtext import signals_text
+from identification.reading.signal_map import signals_text
 from identification.reading.units import factor_of
 from symbolic import InvalidInputError, Rig, Tyre
 
