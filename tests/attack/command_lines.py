@@ -17,7 +17,7 @@ from brushgrip.tasks import demo as demonstrating
 from brushgrip.tasks import diagnose as diagnosing
 from brushgrip.tasks import estimate as estimating
 from symbolic import InvalidInputError
-from tests.attack.attack_class import AttackClass, one_by_one
+from tests.attack.attack_class import one_by_one
 from tests.attack.targets import CORPUS
 
 NAMES = (
@@ -176,4 +176,4 @@ def _refuse(*_: object, **__: object) -> None:
     raise InvalidInputError("work has begun")
 
 
-CLASSES = (AttackClass(name="command_lines", attack=one_by_one(attempt)),)
+CLASSES = {"command_lines": one_by_one(attempt)}

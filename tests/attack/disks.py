@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
-from tests.attack.attack_class import AttackClass, Effort, Outcome, one_by_one
+from tests.attack.attack_class import Effort, Outcome, one_by_one
 from tests.attack.faults import DISK_LINES, attempt, ended_well
 from tests.attack.whole_runs import Sandbox
 
@@ -83,7 +83,4 @@ def attack_disk(read_only: bool, effort: Effort) -> Outcome:
     return one_by_one(partial(attempt, partial(fault_of_disk, read_only)))(effort)
 
 
-CLASSES = (
-    AttackClass(name="run_full_disk", attack=partial(attack_disk, False)),
-    AttackClass(name="run_read_only", attack=partial(attack_disk, True)),
-)
+CLASSES = {"run_full_disk": partial(attack_disk, False), "run_read_only": partial(attack_disk, True)}

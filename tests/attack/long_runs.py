@@ -16,7 +16,7 @@ import numpy as np
 
 from observers import Ekf, Loop, Mhe, Observer, Sample, ZoneRootSolver, covariance_of
 from symbolic import Model, Rig, effects_named
-from tests.attack.attack_class import AttackClass, Effort, Outcome
+from tests.attack.attack_class import Effort, Outcome
 
 BLOCK = 500
 """Samples of one stream at a time."""
@@ -122,4 +122,4 @@ def attack_observers(effort: Effort) -> Outcome:
     return Outcome(inputs=done, failures=tuple(sorted(failures)), note=note)
 
 
-CLASSES = (AttackClass(name="long_runs", attack=attack_observers),)
+CLASSES = {"long_runs": attack_observers}

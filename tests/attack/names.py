@@ -10,7 +10,7 @@ from functools import cache
 from pathlib import Path
 from random import Random
 
-from tests.attack.attack_class import AttackClass, one_by_one
+from tests.attack.attack_class import one_by_one
 from tests.attack.whole_runs import ROOT
 
 NAMES = (
@@ -118,4 +118,4 @@ def _surroundings(top: Path) -> dict[str, str]:
     return kept | {"PYTHONPATH": str(ROOT), "BRUSHGRIP_INTERPRET": "1", "HOME": str(top)}
 
 
-CLASSES = (AttackClass(name="names", attack=one_by_one(attempt)),)
+CLASSES = {"names": one_by_one(attempt)}
