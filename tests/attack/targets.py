@@ -87,11 +87,11 @@ def _format(name: str) -> Target:
 
     @cache
     def folder() -> Path:
-        made = workplace() / name
-        made.mkdir()
+        place = workplace() / name
+        place.mkdir()
         for other in BESIDE.get(name, ()):
-            copy(CORPUS / "beside" / other, made)
-        return made
+            copy(CORPUS / "beside" / other, place)
+        return place
 
     def target(content: bytes) -> None:
         (folder() / file).write_bytes(content)

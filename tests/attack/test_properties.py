@@ -38,12 +38,12 @@ CHANNELS = ("psi", "F_N", "M_z", "psi_dot")
 
 @cache
 def observer(name: str) -> Any:
-    made = {
+    kinds = {
         "ekf": lambda: Ekf(model=Model(), values={"k": K}, rig=RIG),
         "mhe": lambda: Mhe(model=Model(), values={"k": K}, rig=RIG, window=5),
         "root": lambda: ZoneRootSolver(rig=RIG, k=K),
     }
-    return made[name]()
+    return kinds[name]()
 
 
 def turning() -> dict[str, np.ndarray]:

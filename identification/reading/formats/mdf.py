@@ -99,11 +99,11 @@ def _require_records(path: Path, name: str, group: Any) -> None:
     head = group.channel_group
     require_size(path, name, head.cycles_nr)
     record = head.samples_byte_nr + getattr(head, "invalidation_bytes_nr", 0)
-    held = sum(block.original_size for block in group.get_data_blocks())
-    if getattr(group, "sorted", True) and held >= (head.cycles_nr + 1) * max(1, record):
+    stored = sum(block.original_size for block in group.get_data_blocks())
+    if getattr(group, "sorted", True) and stored >= (head.cycles_nr + 1) * max(1, record):
         raise InvalidInputError(
-            f"{path}: is damaged, the group of {name} declares {head.cycles_nr} records and holds {held}"
-            f" bytes, {record} each"
+            f"{path}: is damaged, the group of {name} declares {head.cycles_nr} records and holds"
+            f" {stored} bytes, {record} each"
         )
 
 

@@ -1,5 +1,6 @@
 """How every format is opened: its library imported when needed, its faults as one line."""
 
+import logging
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib import import_module
@@ -15,12 +16,15 @@ from identification.reading.table import MOST_SAMPLES, Table
 from symbolic import InvalidInputError
 from symbolic.parsing import excerpt
 
+_LIBRARIES = ("asammdf", "can", "cantools", "rosbags")
+"""Loggers of libraries; npTDMS has a switch of its own."""
+
 
 def read_format(opener: Opener, path: Path, needed: Sequence[str], signals: SignalMap) -> Table:
     """Read the table of a file whose channels a library gives; see `Reader`."""
     require_readable(path)
     try:
-        with bounded_memory(), opener(path, signals) as file:
+        with bounded_memory(), _silent(), opener(path, signals) as file:
             return tabulate(path, file, needed, signals)
     except InvalidInputError:
         raise
@@ -35,6 +39,20 @@ def read_format(opener: Opener, path: Path, needed: Sequence[str], signals: Sign
         raise InvalidInputError(
             f"{path}: is damaged, or no {path.suffix.lower()} file: {reason}"
         ) from None
+
+
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Keeps libraries from writing about damage to the terminal; what matters is in our message."""
+    loggers = [logging.getLogger(name) for name in _LIBRARIES]
+    usual = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, usual, strict=True):
+            logger.setLevel(level)
 
 
 def library(name: str, extra: str, path: Path) -> Any:

@@ -1,4 +1,4 @@
-"""What tests of reading share: files of measurement systems, and what is said of a faulty one."""
+"""What tests of reading share: files of measurement systems, and the message about a faulty one."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path

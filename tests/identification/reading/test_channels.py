@@ -1,9 +1,5 @@
 """Channels with clocks of their own on one clock, and names that are resolved."""
 
-import struct
-import zlib
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -11,9 +7,7 @@ import pytest
 
 from identification.reading.channels import ChannelFile, Samples, resolve
 from identification.reading.clock import tabulate
-from identification.reading.formats import blf
-from identification.reading.formats.opening import read_format
-from identification.reading.signal_map import NO_MAP, SignalMap
+from identification.reading.signal_map import NO_MAP
 from identification.reading.table import REQUIRED_COLUMNS, Table, check
 from symbolic import InvalidInputError
 
@@ -82,32 +76,3 @@ def test_names_are_resolved_by_their_last_part_or_asked_for() -> None:
     assert resolve("run.mf4", "z", names) is None
     with pytest.raises(InvalidInputError, match="'Mz' may be Rig/Mz, Car/Mz"):
         resolve("run.mf4", "Mz", names)
-
-
-def test_whatever_a_library_raises_is_one_line(tmp_path: Path) -> None:
-    @contextmanager
-    def broken(_: Path, __: SignalMap) -> Iterator[ChannelFile]:
-        raise KeyError("a\nb")
-        yield ChannelFile(names=[], read=lambda _: Samples(values=np.empty(0)))
-
-    path = tmp_path / "run.xyz"
-    path.write_bytes(b"anything")
-    with pytest.raises(InvalidInputError, match=r"run\.xyz: is damaged, or no \.xyz file: ") as caught:
-        read_format(broken, path, REQUIRED_COLUMNS, NO_MAP)
-    assert "\n" not in str(caught.value)
-
-
-def test_a_blf_file_that_unpacks_to_far_more_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    packed = zlib.compress(bytes(2_000_000))
-    container = struct.pack("<4sHHII", b"LOBJ", 16, 1, 32 + len(packed), 10)
-    header = b"LOGG" + struct.pack("<I", 144) + bytes(136)
-    body = container + struct.pack("<H6xI4x", 2, 2_000_000) + packed
-    path = tmp_path / "bomb.blf"
-    path.write_bytes(header + body)
-
-    blf.require_bounded(path)
-    monkeypatch.setattr(blf, "_LARGEST_CONTAINER", 1_000_000)
-    with pytest.raises(InvalidInputError, match=r"bomb\.blf: holds more than .* unpacked"):
-        blf.require_bounded(path)
