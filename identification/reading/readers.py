@@ -10,16 +10,16 @@ from types import MappingProxyType
 from typing import Protocol
 
 from identification.reading.clock import remapped
-from identification.reading.csvfile import read_csv
 from identification.reading.files import require_readable
 from identification.reading.formats.can import open_can
+from identification.reading.formats.csvfile import read_csv
 from identification.reading.formats.hdf5 import open_hdf5
+from identification.reading.formats.matfile import is_hdf5, read_mat
 from identification.reading.formats.mdf import open_mdf
 from identification.reading.formats.opening import read_format
 from identification.reading.formats.parquet import open_parquet
 from identification.reading.formats.ros import open_ros
 from identification.reading.formats.tdms import open_tdms
-from identification.reading.matfile import is_hdf5, read_mat
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import Table, check
 from symbolic import InvalidInputError

@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from identification.reading.channels import ChannelFile, Samples
+from identification.reading.formats.matfile import VARIABLES
 from identification.reading.formats.opening import library, require_size
-from identification.reading.matfile import VARIABLES
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError

@@ -10,7 +10,7 @@ import pytest
 from scipy.io import loadmat, savemat
 
 from identification import read_recording
-from identification.reading.matfile import DamagedFileError, read_arrays
+from identification.reading.formats.matfile import DamagedFileError, read_arrays
 from symbolic import InvalidInputError
 from tests.identification.reading.logs import refused
 

@@ -22,7 +22,7 @@ from identification.reading.channels import (
     unit_of_name,
 )
 from identification.reading.clock import tabulate
-from identification.reading.csvdialect import Numbers, delimiter_of, read_letters, units_in
+from identification.reading.formats.csvdialect import Numbers, delimiter_of, read_letters, units_in
 from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MOST_SAMPLES, OPTIONAL_COLUMNS, Fault, Table
