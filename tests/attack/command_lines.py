@@ -3,7 +3,6 @@
 import contextlib
 import io
 import os
-import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
@@ -18,7 +17,7 @@ from brushgrip.tasks import diagnose as diagnosing
 from brushgrip.tasks import estimate as estimating
 from symbolic import InvalidInputError
 from tests.attack.attack_class import one_by_one
-from tests.attack.targets import CORPUS
+from tests.attack.workplace import place_inputs
 
 NAMES = (
     *(
@@ -136,12 +135,7 @@ def folder() -> Iterator[Path]:
     with tempfile.TemporaryDirectory() as top:
         here = Path(top) / "above" / "here"
         (here / "folder").mkdir(parents=True)
-        for source, name in (
-            ("csv/plain.csv", "run.csv"),
-            ("rig_toml/rig.toml", "rig.toml"),
-            ("model_json/declared.json", "model.json"),
-        ):
-            shutil.copy(CORPUS / source, here / name)
+        place_inputs(here, "run.csv", "rig.toml", "model.json")
         (here / "link").symlink_to("link")
         (here / "link.csv").symlink_to("run.csv")
         os.mkfifo(here / "pipe")

@@ -32,8 +32,8 @@ def disk(place: Path) -> Iterator[None]:
         subprocess.run(["umount", "--lazy", place], check=True)
 
 
-def is_full(place: Path, free: int) -> Path:
-    """Fills a disk but for so many bytes; returns the file that does."""
+def fill(place: Path, free: int) -> Path:
+    """Fills a disk but for so many bytes; returns the file that fills it."""
     ballast = place / ".ballast"
     with ballast.open("wb", buffering=0) as file:
         try:
@@ -50,7 +50,7 @@ def fault_of_disk(read_only: bool, sandbox: Sandbox, chance: random.Random) -> s
     place = sandbox.folder / chance.choice(PLACES)
     with disk(place):
         Sandbox(sandbox.folder, sandbox.quick)  # writes the recordings anew
-        ballast = None if read_only else is_full(place, chance.choice(FREE))
+        ballast = None if read_only else fill(place, chance.choice(FREE))
         if read_only:
             subprocess.run(["mount", "-o", "remount,ro", place], check=True)
         ended = sandbox.run()

@@ -28,6 +28,7 @@ LARGEST_MEMORY = 700
 LARGEST_INPUT = 1 << 14
 """Of the fuzzer [bytes]."""
 _ROUND = 1000
+FUZZER = "tests.attack.fuzz_process"
 NO_ATHERIS = "(as hypothesis draws them: atheris is not installed, pip install atheris)"
 
 
@@ -85,15 +86,7 @@ def guided(name: str, effort: Effort, folder: Path) -> Outcome:
         options["runs"] = effort.inputs
     arguments = [f"-{option}={value}" for option, value in options.items()]
     process = subprocess.run(
-        [
-            sys.executable,
-            "-m",
-            "tests.attack.fuzz_process",
-            name,
-            str(findings),
-            str(corpus),
-            *arguments,
-        ],
+        [sys.executable, "-m", FUZZER, name, str(findings), str(corpus), *arguments],
         capture_output=True,
         text=True,
         errors="replace",

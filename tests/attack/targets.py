@@ -31,11 +31,9 @@ from tests.attack.oracle import (
     check_rig,
     refused_in_a_line,
 )
-from tests.attack.workplace import workplace
+from tests.attack.workplace import CORPUS, workplace
 
 RIG = (Rig(a=0.045, e=0.009, J_A=0.15, b_t=0.3), Tyre(k=2.4e6, mu=1.2))
-CORPUS = Path(__file__).parent / "corpus"
-"""Whole files, a folder for each target."""
 BROKE = Path(__file__).parent / "broke"
 """Files that broke an older version, a folder for each target."""
 

@@ -29,7 +29,8 @@ def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
     asammdf = library("asammdf", "mdf", path)
     library("asammdf.blocks.mdf_v4", "mdf", path).MDF4.__del__ = _close_quietly
     _require_ends(path)
-    with closing(asammdf.MDF(path)) as file:
+    # asammdf leaves a damaged file open that it opened itself.
+    with path.open("rb") as raw, closing(asammdf.MDF(raw)) as file:
         places = {}
         for name, found in file.channels_db.items():
             # A group's master channel is its clock, and stands as times beside every other.
