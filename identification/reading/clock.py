@@ -57,6 +57,10 @@ def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: Sign
     for column, samples in read.items():
         with naming(f"{path}: {names[column]}"):
             in_si[column] = replace(samples, values=_in_si(column, samples, sources[column]))
+    remarks: dict[str, list[str]] = {}
+    for column, samples in read.items():
+        if samples.remark:
+            remarks.setdefault(samples.remark, []).append(names[column])
     as_stored = {column: samples.values for column, samples in in_si.items()}
     columns = _on_one_clock(path, in_si) if own_clocks else as_stored
     return Table(
@@ -66,7 +70,7 @@ def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: Sign
         faults=(),
         place=lambda of: f"sample {of + 1}" if isinstance(of, int) else f"scalar {of}",
         sources=sources,
-        remarks=[f"{names[column]}: {s.remark}" for column, s in read.items() if s.remark],
+        remarks=[f"{', '.join(channels)}: {remark}" for remark, channels in remarks.items()],
     )
 
 

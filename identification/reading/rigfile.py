@@ -1,6 +1,5 @@
 """Rig and tyre from a TOML file and back, overridden by values that a recording declares."""
 
-from collections.abc import Mapping
 from pathlib import Path
 
 from identification.reading.files import read_bytes
@@ -57,39 +56,25 @@ def _entry(rig: Rig, name: str, value: float) -> str:
     )
 
 
-def with_declared(
-    nominal: tuple[Rig, Tyre] | None,
-    declared: Mapping[str, float],
-    tolerances: Mapping[str, float] | None = None,
-) -> tuple[Rig, Tyre]:
-    """The nominal rig and tyre, overridden by values that a recording declares.
-
-    Args:
-        nominal: rig and tyre from elsewhere; None where only the recording knows them.
-        declared: values by name, out of `DECLARABLE` (SI units).
-        tolerances: of values, by name.
-
-    Raises:
-        InvalidInputError: a, e or k is known from neither, or a value is outside its range.
-    """
-    missing = [key for keys in REQUIRED_KEYS.values() for key in keys if key not in declared]
-    if nominal is None and missing:
-        raise InvalidInputError(
-            f"{' and '.join(missing)} not known; name a rig file (--rig RIG.toml), or give a, e "
-            "and k in the recording: lines such as '# a = 0.045' before a CSV header, scalars in "
-            "a MAT file"
-        )
-    return rig_from_values(declared, nominal, tolerances)
-
-
 def rig_of_table(table: Table, nominal: tuple[Rig, Tyre] | None) -> tuple[Rig, Tyre]:
     """The nominal rig and tyre, overridden by the values that the table declares.
 
+    Args:
+        table: with values by name, out of `DECLARABLE` (SI units), and their tolerances.
+        nominal: rig and tyre from elsewhere; None where only the recording knows them.
+
     Raises:
         InvalidInputError: a, e or k is known from neither, or a value is outside its range.
     """
+    missing = [key for keys in REQUIRED_KEYS.values() for key in keys if key not in table.declared]
+    if nominal is None and missing:
+        raise InvalidInputError(
+            f"{table.path}: {' and '.join(missing)} not known; name a rig file (--rig RIG.toml), or give"
+            " a, e and k in the recording: lines such as '# a = 0.045' before a CSV header, scalars in a"
+            " MAT file"
+        )
     try:
-        return with_declared(nominal, table.declared, table.tolerances)
+        return rig_from_values(table.declared, nominal, table.tolerances)
     except InvalidInputError as error:
         # The message begins with the parameter; where the file itself gave it, name its place.
         name = str(error).split()[0]

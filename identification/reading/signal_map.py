@@ -28,7 +28,8 @@ class SignalSource:
     """Where a column comes from: column [SI] = factor x unit x channel.
 
     Attributes:
-        channel: its name in the file.
+        channel: its name in the file; of a CAN signal that several buses carry, with the bus before a
+            slash, as in `1/Motion.Angle` or `can0/Motion.Angle`.
         unit: of the channel, as `deg`; None for what the file itself says, SI where it says nothing.
         factor: from the channel to the column, such as the ratio of steering wheel to kingpin; negative
             where the channel counts the other way [1].
@@ -67,7 +68,7 @@ class SignalSource:
 
     def as_map(self, column: str) -> str:
         """As on the command line: `psi=-0.5*Steer:deg`."""
-        factor = "" if abs(self.factor) == 1 else f"{abs(self.factor):g}*"
+        factor = "" if abs(self.factor) == 1 else f"{abs(self.factor):.12g}*"
         unit = "" if self.unit is None else f":{self.unit}"
         return f"{column}={'-' * (self.factor < 0)}{factor}{self.channel}{unit}"
 

@@ -2,7 +2,8 @@ from pathlib import Path
 
 import pytest
 
-from identification.reading.rigfile import read_rig, rig_text, with_declared
+from identification.reading.rigfile import read_rig, rig_of_table, rig_text
+from identification.reading.table import Table
 from symbolic import InvalidInputError, Rig, Tolerances, Tyre
 from tests.identification.reading.logs import refused
 
@@ -110,25 +111,38 @@ def test_a_file_that_is_none(tmp_path: Path) -> None:
     assert "is a directory" in refused(read_rig, tmp_path)
 
 
+def declared(nominal: tuple[Rig, Tyre] | None, values: dict[str, float]) -> tuple[Rig, Tyre]:
+    table = Table(
+        path=Path("run.csv"),
+        columns={},
+        declared=values,
+        faults=(),
+        place=lambda name: f"line of {name}",
+    )
+    return rig_of_table(table, nominal)
+
+
 def test_declared_values_go_first() -> None:
     nominal = (Rig(a=0.04, e=0.009, J_A=0.15), Tyre(k=6e4, mu=0.8))
 
-    assert with_declared(nominal, {}) == nominal
-    assert with_declared(nominal, {"a": 0.05, "b_t": 1.0, "k": 7e4}) == (
+    assert declared(nominal, {}) == nominal
+    assert declared(nominal, {"a": 0.05, "b_t": 1.0, "k": 7e4}) == (
         Rig(a=0.05, e=0.009, J_A=0.15, b_t=1.0),
         Tyre(k=7e4, mu=0.8),
     )
+    assert declared(None, {"a": 0.04, "e": 0.0, "k": 6e4}) == (Rig(a=0.04, e=0), Tyre(k=6e4))
 
 
-def test_declared_in_millimetres() -> None:
-    with pytest.raises(InvalidInputError, match=r"^a must be given in metres, .* write 0\.045$"):
-        with_declared((Rig(a=0.04, e=0.009), Tyre(k=6e4)), {"a": 45.0})
-
-
-def test_declared_alone_must_be_complete() -> None:
-    assert with_declared(None, {"a": 0.04, "e": 0.0, "k": 6e4}) == (Rig(a=0.04, e=0), Tyre(k=6e4))
-    with pytest.raises(InvalidInputError, match=r"^e and k not known; name a rig file \(--rig"):
-        with_declared(None, {"a": 0.04})
+@pytest.mark.parametrize(
+    ("nominal", "value", "fault"),
+    [
+        ((Rig(a=0.04, e=0.009), Tyre(k=6e4)), 45.0, r"line of a: a must be given in metres, .* 0\.045$"),
+        (None, 0.04, r"e and k not known; name a rig file \(--rig"),
+    ],
+)
+def test_faults_of_declared_values(nominal: tuple[Rig, Tyre] | None, value: float, fault: str) -> None:
+    with pytest.raises(InvalidInputError, match=f"^run.csv: {fault}"):
+        declared(nominal, {"a": value})
 
 
 def test_what_is_written_is_read_again(tmp_path: Path) -> None:
