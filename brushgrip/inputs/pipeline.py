@@ -27,7 +27,7 @@ from identification import (
     read_rig,
     read_signals,
 )
-from identification.reading.companions import read_along
+from identification.reading.readers import files_beside
 from symbolic import Effect, InvalidInputError
 
 Content = TypeVar("Content")
@@ -161,7 +161,7 @@ def locate_inputs(
     if channel_map is not None:
         signals = signals.updated(parse_signals(channel_map))
     paths = dict(zip(unique_labels(located), located, strict=True))
-    files = [*located, *effect_files(effects, own), *read_along(located, signals)]
+    files = [*located, *effect_files(effects, own), *files_beside(located, signals)]
     return Inputs(
         paths=paths,
         files=tuple(dict.fromkeys(files)),

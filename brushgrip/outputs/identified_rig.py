@@ -5,7 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from identification import Decay, FreeDecay, SignalMap, read_rig, read_signals
-from identification.reading.rigtext import rig_text, signals_text
+from identification.reading.rigfile import rig_text
+from identification.reading.signal_map import signals_text
 from symbolic import InvalidInputError, Rig, Tyre
 
 

@@ -20,6 +20,7 @@ from scipy.signal import butter, resample_poly, sosfiltfilt
 from identification.reading.recordings import Recording
 from identification.reading.smoothing import smoothed_rate
 from symbolic import InvalidInputError, Rig, Tyre
+from symbolic.tables.parsing import naming
 
 Array = NDArray[np.float64]
 CHANNELS = ("psi", "M_z", "F_N")
@@ -47,13 +48,17 @@ class Channel:
 
     def __post_init__(self) -> None:
         """Check shape, gaps and rate."""
-        if not 0 < self.rate < np.inf:
-            raise InvalidInputError(f"rate must be finite and greater than 0 Hz, got {self.rate}")
+        _require_positive("rate", self.rate)
         if self.values.ndim != 1 or self.values.size < 3:
             raise InvalidInputError(f"a channel needs shape (n,) with n >= 3, got {self.values.shape}")
         if not np.isfinite(self.values).all():
             gap = int(np.argmin(np.isfinite(self.values)))
             raise InvalidInputError(f"sample {gap} is not finite; a filter needs a channel without gaps")
+
+
+def _require_positive(name: str, frequency: float) -> None:
+    if not 0 < frequency < np.inf:
+        raise InvalidInputError(f"{name} must be finite and greater than 0 Hz, got {frequency}")
 
 
 class PipelineStep(Protocol):
@@ -135,8 +140,7 @@ class LowPass:
 
     def __post_init__(self) -> None:
         """Check the ranges."""
-        if not 0 < self.cutoff < np.inf:
-            raise InvalidInputError(f"cutoff must be finite and greater than 0 Hz, got {self.cutoff}")
+        _require_positive("cutoff", self.cutoff)
         if not (isinstance(self.order, int) and 1 <= self.order <= 10):
             raise InvalidInputError(f"order must be a whole number from 1 to 10, got {self.order}")
 
@@ -165,8 +169,7 @@ class Resampled:
 
     def __post_init__(self) -> None:
         """Check the rate."""
-        if not 0 < self.rate < np.inf:
-            raise InvalidInputError(f"rate must be finite and greater than 0 Hz, got {self.rate}")
+        _require_positive("rate", self.rate)
 
     def __call__(self, channel: Channel) -> Channel:
         """The channel at the rate; its first sample stays at the same time."""
@@ -254,10 +257,8 @@ def recording_from_raw(
         )
     clean = {}
     for channel in CHANNELS:
-        try:
+        with naming(f"{name}: {channel}"):
             clean[channel] = pipelines[channel](raw[channel])
-        except InvalidInputError as error:
-            raise InvalidInputError(f"{name}: {channel}: {error}") from None
     kinds = {(channel.rate, channel.values.size) for channel in clean.values()}
     if len(kinds) > 1:
         ends = ", ".join(f"{n} {c.values.size} at {c.rate:g} Hz" for n, c in clean.items())

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -68,17 +69,10 @@ def _thinned(recording: Recording, stride: int, turns: NDArray[np.int64]) -> Rec
     kept = np.where(with_torque < first + stride, with_torque, first)
     kept = np.union1d(np.minimum(kept, recording.t.size - 1), turns)
     kept = np.union1d(kept, [0, recording.t.size - 1])
-    recorded, torque = recording.psi_recorded, recording.M
-    return replace(
-        recording,
-        t=recording.t[kept],
-        psi=recording.psi[kept],
-        psi_recorded=None if recorded is None else recorded[kept],
-        psi_dot=recording.psi_dot[kept],
-        M_z=recording.M_z[kept],
-        F_N=recording.F_N[kept],
-        M=None if torque is None else torque[kept],
-    )
+    arrays: dict[str, Any] = {
+        field: value for field, value in vars(recording).items() if isinstance(value, np.ndarray)
+    }
+    return replace(recording, **{field: value[kept] for field, value in arrays.items()})
 
 
 def _reversals(psi: Array, least: float) -> NDArray[np.int64]:

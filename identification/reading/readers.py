@@ -1,26 +1,32 @@
 """Readers of recordings by the suffix of the file's name; a user may add to them."""
 
-from collections.abc import Callable, Mapping, Sequence
+import logging
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
-from typing import Protocol, runtime_checkable
+from typing import Protocol
 
-from identification.reading.channels import remapped
-from identification.reading.csvfile import read_csv
+from identification.reading.clock import remapped
 from identification.reading.files import require_readable
 from identification.reading.formats.can import open_can
+from identification.reading.formats.csvfile import read_csv
 from identification.reading.formats.hdf5 import open_hdf5
+from identification.reading.formats.matfile import is_hdf5, read_mat
 from identification.reading.formats.mdf import open_mdf
-from identification.reading.formats.opening import EXTRAS, FormatReader
+from identification.reading.formats.opening import read_format
 from identification.reading.formats.parquet import open_parquet
 from identification.reading.formats.ros import open_ros
 from identification.reading.formats.tdms import open_tdms
-from identification.reading.matfile import is_hdf5, read_mat
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import Table, check
 from symbolic import InvalidInputError
+
+CAN_LOGS = (".blf", ".asc", ".log")
+ROS_2_BAGS = (".db3", ".mcap")
+_LOG = logging.getLogger(__name__)
 
 
 class Reader(Protocol):
@@ -40,35 +46,15 @@ class Reader(Protocol):
         ...
 
 
-@runtime_checkable
-class MappingReader(Protocol):
-    """A format whose reader finds the channels of a map itself."""
-
-    def read_mapped(self, path: Path, needed: Sequence[str], signals: SignalMap, /) -> Table:
-        """Read the table of a file by a map; see `Reader`."""
-        ...
-
-
 @dataclass(frozen=True)
-class Mapped:
-    """A reader out of a function that takes the map as its third argument."""
+class MappedReader:
+    """A reader that finds the channels of a map itself."""
 
     read: Callable[[Path, Sequence[str], SignalMap], Table]
 
-    def __call__(self, path: Path, needed: Sequence[str], /) -> Table:
-        """Read the table of a file whose channels have the names of the columns."""
-        return self.read(path, needed, NO_MAP)
-
-    def read_mapped(self, path: Path, needed: Sequence[str], signals: SignalMap, /) -> Table:
-        """Read the table of a file by a map."""
+    def __call__(self, path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP, /) -> Table:
+        """Read the table of a file; see `Reader`."""
         return self.read(path, needed, signals)
-
-
-_OPENERS = {
-    "can": open_can, "hdf5": open_hdf5, "mdf": open_mdf, "parquet": open_parquet, "ros": open_ros,
-    "tdms": open_tdms,
-}  # fmt: skip
-_FORMATS = {extra: FormatReader(extra=extra, opener=opener) for extra, opener in _OPENERS.items()}
 
 
 def _read_matlab(path: Path, needed: Sequence[str], signals: SignalMap) -> Table:
@@ -80,16 +66,28 @@ def _read_matlab(path: Path, needed: Sequence[str], signals: SignalMap) -> Table
             f"{path}: is a MATLAB 7.3 (HDF5) file; save it as MATLAB 5, with save(..., '-v7'), or"
             " pip install 'brushgrip[hdf5]'"
         )
-    return _FORMATS["hdf5"](path, needed, signals)
+    return read_format(open_hdf5, path, needed, signals)
 
 
-PLAIN = (".mat", ".csv", ".txt", ".tsv")
-"""Suffixes that need no other package."""
+_FORMATS = {
+    "can": (open_can, CAN_LOGS),
+    "hdf5": (open_hdf5, (".h5", ".hdf5")),
+    "mdf": (open_mdf, (".mf4", ".mdf")),
+    "parquet": (open_parquet, (".parquet",)),
+    "ros": (open_ros, (".bag", *ROS_2_BAGS)),
+    "tdms": (open_tdms, (".tdms",)),
+}
+"""What opens a format and its suffixes, by the extra of the package that installs the library."""
+PLAIN = (".csv", ".txt", ".tsv")
 READERS: Mapping[str, Reader] = MappingProxyType(
     {
-        ".mat": Mapped(_read_matlab),
-        **dict.fromkeys(PLAIN[1:], Mapped(read_csv)),
-        **{suffix: Mapped(_FORMATS[extra]) for suffix, extra in EXTRAS.items()},
+        ".mat": MappedReader(_read_matlab),
+        **dict.fromkeys(PLAIN, MappedReader(read_csv)),
+        **{
+            suffix: MappedReader(partial(read_format, opener))
+            for opener, suffixes in _FORMATS.values()
+            for suffix in suffixes
+        },
     }
 )
 """Readers by suffix in lower case; `{**READERS, ".log": reader}` adds or replaces one."""
@@ -113,20 +111,39 @@ def read_table(
     if reader is None:
         require_readable(path)  # A missing file has another remedy than an unknown format.
         raise InvalidInputError(f"{path}: unknown format {path.suffix!r}; {_known(readers)}")
-    if isinstance(reader, MappingReader):
-        table = reader.read_mapped(path, needed, signals)
+    if isinstance(reader, MappedReader):
+        table = reader(path, needed, signals)
     else:
         table = reader(path, needed)
         table = remapped(table, needed, signals) if signals else table
     check(table, needed)
+    for remark in table.remarks:
+        _LOG.warning("brushgrip: %s: %s", path, remark)
     return table
+
+
+def files_beside(paths: Iterable[Path], signals: SignalMap) -> list[Path]:
+    """Files that are read along with recordings: the database of CAN logs, the rest of a ROS 2 bag.
+
+    Args:
+        paths: recordings.
+        signals: map of channels, which may name the database.
+    """
+    found = dict.fromkeys([] if signals.dbc is None else [signals.dbc])
+    for path in paths:
+        suffix = path.suffix.lower()
+        if suffix in CAN_LOGS and signals.dbc is None:
+            found |= dict.fromkeys(sorted(path.parent.glob("*.dbc")))
+        elif suffix in ROS_2_BAGS:
+            bag = [p for s in ROS_2_BAGS for p in sorted(path.parent.glob(f"*{s}")) if p != path]
+            found |= dict.fromkeys([path.parent / "metadata.yaml", *bag])
+        elif suffix == ".tdms":
+            found |= dict.fromkeys([path.with_name(f"{path.name}_index")])
+    return [path for path in found if path.is_file()]
 
 
 def _known(readers: Mapping[str, Reader]) -> str:
     """The formats that can be read, and what to install for those that need more."""
-    extras = {
-        f"pip install 'brushgrip[{extra}]' for {', '.join(s for s, e in EXTRAS.items() if e == extra)}"
-        for extra in EXTRAS.values()
-    }
-    plain = sorted(suffix for suffix in readers if suffix not in EXTRAS)
-    return f"known are {', '.join(plain)}; {'; '.join(sorted(extras))}"
+    extras = [f"pip install 'brushgrip[{e}]' for {', '.join(s)}" for e, (_, s) in _FORMATS.items()]
+    of_libraries = {suffix for _, suffixes in _FORMATS.values() for suffix in suffixes}
+    return f"known are {', '.join(sorted({*readers} - of_libraries))}; {'; '.join(extras)}"

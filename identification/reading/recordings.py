@@ -1,5 +1,6 @@
 """Recordings of a turning wheel at standstill."""
 
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,12 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from identification.loops import ALIGNING, draw_loops
-from identification.reading.channels import ChannelFile, Samples, tabulate, unit_of_name
+from identification.reading.channels import ChannelFile, Samples, unit_of_name
+from identification.reading.clock import tabulate
 from identification.reading.readers import READERS, Reader, read_table
 from identification.reading.rigfile import read_rig, rig_of_table
 from identification.reading.signal_map import NO_MAP, SignalMap, parse_signals
 from identification.reading.smoothing import smoothed_rate
-from identification.reading.table import Table, check, required_columns
+from identification.reading.table import MIN_SAMPLES, Table, check, required_columns
 from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.tables.markup import html_table
 
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
 __all__ = ["Recording", "read_recording", "read_rig"]
 
 Array = NDArray[np.float64]
+_LOG = logging.getLogger(__name__)
 
 
 class DataFrame(Protocol):
@@ -190,7 +193,7 @@ def read_recording(
         rig: rig and tyre as read by `read_rig`; values that the recording declares override them.
         torque_required: whether a recording without any M_z is a fault; otherwise M_z is all NaN.
         causal: fill gaps in psi, psi_dot and F_N with the last sample before them alone, as an observer
-            has to; a gap at the very beginning is then a fault.
+            has to; samples before the first with all three are left out, with a logged warning.
         readers: by the suffix of the file's name; `{**READERS, ".log": reader}` adds a format.
         signals: where columns come from, as read by `read_signals`, or a text such as
             ``psi=SteeringAngle:deg,t=time:ms,M_z=-Mz``.
@@ -209,11 +212,9 @@ def recording_of(
 ) -> Recording:
     """The recording of a table whose samples were checked; arguments as of `read_recording`."""
     own_rig, own_tyre = rig_of_table(table, rig)
-    columns = table.columns
+    columns = _from_first_complete(table) if causal else table.columns
     t = columns["t"]
     fill = _forward_filled if causal else _interpolated
-    if causal:
-        _require_beginning(table)
     psi = fill(t, columns["psi"])
     psi_dot = columns.get("psi_dot")
     measured_rate = psi_dot is not None and not np.isnan(psi_dot).all()
@@ -253,11 +254,26 @@ def _forward_filled(t: Array, values: Array) -> Array:
     return values[known[np.searchsorted(known, np.arange(t.size), side="right") - 1]]
 
 
-def _require_beginning(table: Table) -> None:
-    for name in ("psi", "F_N", "psi_dot"):
-        values = table.columns.get(name)
-        if values is not None and np.isnan(values[0]) and not np.isnan(values).all():
-            raise InvalidInputError(
-                f"{table.path}: {table.place(0)}: {name} is missing in the first sample; an estimate"
-                " that uses no later sample needs it there"
-            )
+def _from_first_complete(table: Table) -> Mapping[str, Array]:
+    """The columns from the first sample on that has an angle, a load and, where recorded, a rate.
+
+    Raises:
+        InvalidInputError: too few samples are left.
+    """
+    recorded = [
+        np.isfinite(table.columns[name])
+        for name in ("psi", "F_N", "psi_dot")
+        if name in table.columns and np.isfinite(table.columns[name]).any()
+    ]
+    first = max(int(np.argmax(known)) for known in recorded)
+    if first == 0:
+        return table.columns
+    t = table.columns["t"]
+    begins = f"begins at {table.place(first)}, {t[first] - t[0]:.3g} s after the first"
+    if t.size - first < MIN_SAMPLES:
+        raise InvalidInputError(
+            f"{table.path}: {begins}, the first one with an angle and a load; at least {MIN_SAMPLES}"
+            " samples are needed from there on"
+        )
+    _LOG.warning("brushgrip: %s: %s; before it an angle or a load is missing", table.path, begins)
+    return {name: values[first:] for name, values in table.columns.items()}

@@ -1,11 +1,10 @@
-"""Rig and tyre from a TOML file, overridden by values that a recording declares."""
+"""Rig and tyre from a TOML file and back, overridden by values that a recording declares."""
 
-from collections.abc import Mapping
 from pathlib import Path
 
 from identification.reading.files import read_bytes
 from identification.reading.table import Table
-from symbolic import InvalidInputError, Rig, Tyre, rig_from_tables
+from symbolic import TOLERATED, InvalidInputError, Rig, Tyre, rig_from_tables
 from symbolic.tables.parsing import LARGEST_TABLES, naming, toml_of
 from symbolic.tables.rig_tables import NEUTRAL, REQUIRED_KEYS, RIG_KEYS, rig_from_values
 
@@ -31,39 +30,51 @@ def read_rig(path: str | Path) -> tuple[Rig, Tyre]:
         return rig_from_tables(toml_of(content))
 
 
-def with_declared(
-    nominal: tuple[Rig, Tyre] | None,
-    declared: Mapping[str, float],
-    tolerances: Mapping[str, float] | None = None,
-) -> tuple[Rig, Tyre]:
-    """The nominal rig and tyre, overridden by values that a recording declares.
+def rig_text(rig: Rig, tyre: Tyre) -> str:
+    """The rig file (TOML) of which `read_rig` makes these again; what is unknown is left out."""
+    lines = []
+    for section, keys in RIG_KEYS.items():
+        source = tyre if section == "tyre" else rig
+        entries = [
+            _entry(rig, name, value) for name in keys if (value := getattr(source, name)) is not None
+        ]
+        if section == "rig":
+            spans = ((name, getattr(rig.tolerances, name)) for name in TOLERANCE_ONLY)
+            entries += [
+                f"{name} = {{ tolerance = {span!r} }}" for name, span in spans if span is not None
+            ]
+        lines += [f"[{section}]", *entries, ""] if entries else []
+    return "\n".join(lines)
 
-    Args:
-        nominal: rig and tyre from elsewhere; None where only the recording knows them.
-        declared: values by name, out of `DECLARABLE` (SI units).
-        tolerances: of values, by name.
 
-    Raises:
-        InvalidInputError: a, e or k is known from neither, or a value is outside its range.
-    """
-    missing = [key for keys in REQUIRED_KEYS.values() for key in keys if key not in declared]
-    if nominal is None and missing:
-        raise InvalidInputError(
-            f"{' and '.join(missing)} not known; name a rig file (--rig RIG.toml), or give a, e "
-            "and k in the recording: lines such as '# a = 0.045' before a CSV header, scalars in "
-            "a MAT file"
-        )
-    return rig_from_values(declared, nominal, tolerances)
+def _entry(rig: Rig, name: str, value: float) -> str:
+    span = getattr(rig.tolerances, name) if name in TOLERATED else None
+    return (
+        f"{name} = {value!r}"
+        if span is None
+        else f"{name} = {{ value = {value!r}, tolerance = {span!r} }}"
+    )
 
 
 def rig_of_table(table: Table, nominal: tuple[Rig, Tyre] | None) -> tuple[Rig, Tyre]:
     """The nominal rig and tyre, overridden by the values that the table declares.
 
+    Args:
+        table: with values by name, out of `DECLARABLE` (SI units), and their tolerances.
+        nominal: rig and tyre from elsewhere; None where only the recording knows them.
+
     Raises:
         InvalidInputError: a, e or k is known from neither, or a value is outside its range.
     """
+    missing = [key for keys in REQUIRED_KEYS.values() for key in keys if key not in table.declared]
+    if nominal is None and missing:
+        raise InvalidInputError(
+            f"{table.path}: {' and '.join(missing)} not known; name a rig file (--rig RIG.toml), or give"
+            " a, e and k in the recording: lines such as '# a = 0.045' before a CSV header, scalars in a"
+            " MAT file"
+        )
     try:
-        return with_declared(nominal, table.declared, table.tolerances)
+        return rig_from_values(table.declared, nominal, table.tolerances)
     except InvalidInputError as error:
         # The message begins with the parameter; where the file itself gave it, name its place.
         name = str(error).split()[0]

@@ -1,5 +1,6 @@
 """Which channel of a file is which column of a recording, with its unit, sign and factor."""
 
+import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -27,7 +28,8 @@ class SignalSource:
     """Where a column comes from: column [SI] = factor x unit x channel.
 
     Attributes:
-        channel: its name in the file.
+        channel: its name in the file; of a CAN signal that several buses carry, with the bus before a
+            slash, as in `1/Motion.Angle` or `can0/Motion.Angle`.
         unit: of the channel, as `deg`; None for what the file itself says, SI where it says nothing.
         factor: from the channel to the column, such as the ratio of steering wheel to kingpin; negative
             where the channel counts the other way [1].
@@ -50,25 +52,25 @@ class SignalSource:
                 f" negative, got {shown(self.factor)}"
             )
 
-    def scale(self, column: str, unit: str, where: str) -> float:
+    def scale(self, column: str, unit: str) -> float:
         """The factor from the channel to the column in SI.
 
         Args:
             column: as `psi`.
-            unit: what the file says; goes behind that of the signal.
-            where: begins the message of a fault, as the file and its channel.
+            unit: what the file says; counts where the map gives none.
 
         Raises:
-            InvalidInputError: the unit is none of the column's.
+            InvalidInputError: the unit is none of the column's; the message proposes a map.
         """
-        try:
-            return self.factor * require_factor(column, unit if self.unit is None else self.unit, where)
-        except InvalidInputError as error:
-            if self.unit is not None:
-                raise
-            raise InvalidInputError(
-                f"{error}; say which it is: --map {column}={self.channel}:{next(iter(UNITS[column]))}"
-            ) from None
+        return self.factor * require_factor(
+            column, unit if self.unit is None else self.unit, self.channel
+        )
+
+    def as_map(self, column: str) -> str:
+        """As on the command line: `psi=-0.5*Steer:deg`."""
+        factor = "" if abs(self.factor) == 1 else f"{abs(self.factor):.12g}*"
+        unit = "" if self.unit is None else f":{self.unit}"
+        return f"{column}={'-' * (self.factor < 0)}{factor}{self.channel}{unit}"
 
     def to_dict(self) -> dict[str, str | float | None]:
         """As in a rig file."""
@@ -97,8 +99,8 @@ class SignalMap:
                 raise InvalidInputError(
                     f"{excerpt(column)} is no column of a recording; allowed: {', '.join(UNITS)}, {DBC}"
                 )
-            if signal.unit is not None:
-                require_factor(column, signal.unit, column)
+            with naming(column):
+                signal.scale(column, "")
 
     def __bool__(self) -> bool:
         """Whether anything is mapped."""
@@ -203,3 +205,20 @@ def _signal(column: str, entry: object) -> SignalSource:
         return SignalSource(
             channel=table["channel"], unit=unit, factor=floats("factor", {"": factor})[""]
         )
+
+
+def signals_text(signals: SignalMap) -> str:
+    """The section of a rig file of which `read_signals` makes this map again; empty for none."""
+    entries = [
+        f"{column} = {{ channel = {_quoted(source.channel)}, factor = {source.factor!r}"
+        + ("" if source.unit is None else f", unit = {_quoted(source.unit)}")
+        + " }"
+        for column, source in signals.signals.items()
+    ]
+    entries += [] if signals.dbc is None else [f"{DBC} = {_quoted(str(signals.dbc.absolute()))}"]
+    return "\n".join([f"[{SIGNALS}]", *entries, ""]) if entries else ""
+
+
+def _quoted(text: str) -> str:
+    # Of what a string of TOML may not hold, JSON leaves the character DEL as it is.
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

@@ -1,13 +1,15 @@
 """A recording as it stands in a file, and the checks of its samples."""
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from identification.reading.signal_map import SignalSource
+from identification.reading.units import UNITS, unit_at_end
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
@@ -52,6 +54,8 @@ class Table:
             line in a CSV file, the sample in a MAT file, both counted from 1.
         tolerances: how far off declared values may be, by name, see `symbolic.Tolerances`.
         ground: name of what the wheel stands on; None where the file does not say.
+        sources: channel of each column, for messages.
+        remarks: what the user has to know about the values, a line each.
     """
 
     path: Path
@@ -61,6 +65,8 @@ class Table:
     place: Callable[[int | str], str]
     tolerances: Mapping[str, float] = field(default_factory=dict)
     ground: str | None = None
+    sources: Mapping[str, SignalSource] = field(default_factory=dict)
+    remarks: Sequence[str] = ()
 
 
 def required_columns(*, torque_required: bool) -> tuple[str, ...]:
@@ -78,12 +84,21 @@ def check(table: Table, needed: Sequence[str]) -> None:
     Raises:
         InvalidInputError: names the first fault and counts the other faulty samples.
     """
-    faults = [*table.faults, *_sample_faults(table)]
-    if faults:
-        first = min(faults, key=lambda fault: fault.sample)
-        others = len({fault.sample for fault in faults}) - 1
+    _require_one_length(table)
+    columns = {name: table.columns[name] for name in LARGEST if name in table.columns}
+    checks = [
+        _unread(table),
+        *(_infinite(name, values) for name, values in columns.items()),
+        *(_too_large(table, name, values) for name, values in columns.items()),
+        *(_no_load(table, values) for name, values in columns.items() if name == "F_N"),
+        *_time_checks(columns["t"]),
+    ]
+    faulty = np.logical_or.reduce([wrong for wrong, _ in checks])
+    if faulty.any():
+        first, others = int(np.argmax(faulty)), int(faulty.sum()) - 1
+        what = next(describe(first) for wrong, describe in checks if wrong[first])
         more = f" (and {others} more row{'s' * (others > 1)})" if others else ""
-        raise InvalidInputError(f"{table.path}: {table.place(first.sample)}: {first.what}{more}")
+        raise InvalidInputError(f"{table.path}: {table.place(first)}: {what}{more}")
     size = table.columns["t"].size
     if size < MIN_SAMPLES:
         raise InvalidInputError(
@@ -103,46 +118,73 @@ def check(table: Table, needed: Sequence[str]) -> None:
             )
 
 
-def _sample_faults(table: Table) -> list[Fault]:
-    unread = {fault.sample for fault in table.faults}
-    faults = [
-        Fault(int(sample), f"{name} is infinite; allowed: a finite number, empty or NaN")
-        for name, values in table.columns.items()
-        for sample in np.flatnonzero(np.isinf(values))
-    ]
-    for name, (most, unit) in LARGEST.items():
-        values = table.columns.get(name, np.empty(0))
-        faults += [
-            Fault(
-                int(sample),
-                f"{name} = {values[sample]:g} {unit}; allowed: up to {most:g} {unit} in size",
+def _require_one_length(table: Table) -> None:
+    names = {c: table.sources[c].channel if c in table.sources else c for c in table.columns}
+    size = table.columns["t"].size
+    for column, values in table.columns.items():
+        if values.size != size:
+            raise InvalidInputError(
+                f"{table.path}: {names[column]} holds {values.size} samples, {names['t']} holds {size};"
+                " equal numbers are needed"
             )
-            for sample in np.flatnonzero(np.isfinite(values) & (np.abs(values) > most))
-        ]
-    F_N = table.columns.get("F_N", np.empty(0))
-    faults += [
-        Fault(int(sample), f"F_N = {F_N[sample]:g} N; a vertical load is greater than 0")
-        for sample in np.flatnonzero((F_N <= 0) & np.isfinite(F_N))
-    ]
-    return [fault for fault in faults + _time_faults(table) if fault.sample not in unread]
 
 
-def _time_faults(table: Table) -> list[Fault]:
-    t = table.columns["t"]
-    faults = [
-        Fault(int(sample), "t is missing; every sample needs its time [s]")
-        for sample in np.flatnonzero(np.isnan(t))
-    ]
+_Check = tuple[NDArray[np.bool_], Callable[[int], str]]
+"""Where samples are wrong, and what is wrong with one of them."""
+
+
+def _unread(table: Table) -> _Check:
+    what = {fault.sample: fault.what for fault in reversed(table.faults)}
+    return np.isin(np.arange(table.columns["t"].size), list(what)), what.__getitem__
+
+
+def _infinite(name: str, values: Array) -> _Check:
+    what = f"{name} is infinite; allowed: a finite number, empty or NaN"
+    return np.isinf(values), lambda _: what
+
+
+def _too_large(table: Table, name: str, values: Array) -> _Check:
+    most, unit = LARGEST[name]
+    allowed = f"allowed: up to {most:g} {unit} in size{_other_unit(table, name)}"
+    wrong = np.isfinite(values) & (np.abs(values) > most)
+    return wrong, lambda at: f"{name} = {values[at]:g} {unit}; {allowed}"
+
+
+def _no_load(table: Table, F_N: Array) -> _Check:
+    remedy = "" if (F_N > 0).any() else _other_sign(table)
+    what = f"a vertical load is greater than 0{remedy}"
+    return F_N <= 0, lambda at: f"F_N = {F_N[at]:g} N; {what}"
+
+
+def _time_checks(t: Array) -> Iterator[_Check]:
+    yield np.isnan(t), lambda _: "t is missing; every sample needs its time [s]"
     known = np.flatnonzero(np.isfinite(t))
-    late = np.flatnonzero(np.diff(t[known]) < SHORTEST_STEP)
-    for before, sample in zip(known[late], known[late + 1], strict=True):
-        advance = t[sample] - t[before]
+    before = np.full(t.size, np.nan)
+    before[known[1:]] = t[known[:-1]]
+
+    def late(at: int) -> str:
+        advance = t[at] - before[at]
         manner = "stands nearly still" if advance > 0 else "runs backwards" if advance else "repeats"
-        faults.append(
-            Fault(
-                int(sample),
-                f"time {manner}: t = {t[sample]:.10g} s after {t[before]:.10g} s; t must increase from"
-                f" sample to sample, by at least {SHORTEST_STEP:g} s",
-            )
+        return (
+            f"time {manner}: t = {t[at]:.10g} s after {before[at]:.10g} s; t must increase from"
+            f" sample to sample, by at least {SHORTEST_STEP:g} s"
         )
-    return faults
+
+    yield t - before < SHORTEST_STEP, late
+
+
+def _other_unit(table: Table, column: str) -> str:
+    """The map to write where a column is too large because it is in a smaller unit."""
+    source = table.sources.get(column, SignalSource(channel=column))
+    smaller = sorted((factor, unit) for unit, factor in UNITS[column].items() if factor < 1)
+    if not smaller:
+        return ""
+    unit = unit_at_end(column, source.channel) or smaller[-1][1]
+    return f"; if it is in another unit: --map {replace(source, unit=unit).as_map(column)}"
+
+
+def _other_sign(table: Table) -> str:
+    """The map to write where the load counts the other way."""
+    source = table.sources.get("F_N", SignalSource(channel="F_N"))
+    turned = replace(source, factor=-source.factor)
+    return f"; if it counts the other way: --map {turned.as_map('F_N')}"

@@ -1,8 +1,10 @@
 """Units in which a column of a recording may be given, and their factors to SI."""
 
 import math
+import re
 
 from symbolic import InvalidInputError
+from symbolic.tables.parsing import excerpt
 
 _TORQUE = {
     "N m": 1.0,
@@ -32,6 +34,9 @@ _WORDS = {
 _NO_UNIT = ("", "-", "1")
 
 
+_SIGNS = str.maketrans({"°": "deg", "º": "deg", "µ": "u", "μ": "u", " ": "", "*": "", "·": "", "⋅": ""})
+
+
 def factor_of(column: str, unit: str) -> float | None:
     """The factor from a unit to SI; None where the unit is none of the column's.
 
@@ -39,7 +44,7 @@ def factor_of(column: str, unit: str) -> float | None:
         column: as `psi`.
         unit: as `deg`, `°` or `[Nm]`; an empty one is SI.
     """
-    bare = unit.strip().strip("[]()").strip()
+    bare = _bare(unit)
     if bare in _NO_UNIT:
         return 1.0
     known = {name.replace(" ", ""): factor for name, factor in UNITS[column].items()}
@@ -52,21 +57,30 @@ def factor_of(column: str, unit: str) -> float | None:
 
 def is_unit(column: str, text: str) -> bool:
     """Whether a text is a unit of the column, other than none at all."""
-    return text.strip().strip("[]()").strip() not in _NO_UNIT and factor_of(column, text) is not None
+    return _bare(text) not in _NO_UNIT and factor_of(column, text) is not None
 
 
-def require_factor(column: str, unit: str, where: str) -> float:
+def unit_at_end(column: str, name: str) -> str:
+    """The unit that a name such as `steer_deg` ends in; empty for none."""
+    last = re.split(r"[_\s]", name)[-1]
+    return last if last != name and is_unit(column, last) else ""
+
+
+def require_factor(column: str, unit: str, channel: str) -> float:
     """The factor from a unit to SI.
 
     Raises:
-        InvalidInputError: the column has no such unit; the message begins with `where`.
+        InvalidInputError: the column has no such unit; the message proposes a map of the channel.
     """
     factor = factor_of(column, unit)
     if factor is None:
+        likely = unit_at_end(column, channel) or next(iter(UNITS[column]))
         raise InvalidInputError(
-            f"{where}: {unit!r} is no unit of {column}; allowed: {', '.join(UNITS[column])}"
+            f"{excerpt(unit)} is no unit of {column}; allowed: {', '.join(UNITS[column])}; say which it"
+            f" is: --map {column}={channel}:{likely}"
         )
     return factor
 
 
-_SIGNS = str.maketrans({"°": "deg", "º": "deg", "µ": "u", "μ": "u", " ": "", "*": "", "·": "", "⋅": ""})
+def _bare(unit: str) -> str:
+    return unit.strip().strip("[]()").strip()

@@ -1,6 +1,6 @@
-"""What an attack is, and what it says afterwards."""
+"""What an attack is, and what it says afterwards; a class of attack is one of them under its name."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from itertools import count
 from time import monotonic
@@ -41,20 +41,13 @@ class Outcome:
     note: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
-class AttackClass:
-    """One kind of attack, a row of the table.
-
-    Attributes:
-        name: as given on the command line.
-        attack: does it; whatever it raises counts as a failure.
-    """
-
-    name: str
-    attack: Callable[[Effort], Outcome]
+Attack = Callable[[Effort], Outcome]
+"""Whatever it raises counts as a failure."""
+Classes = Mapping[str, Attack]
+"""By the name on the command line."""
 
 
-def one_by_one(attempt: Callable[[int], str | None]) -> Callable[[Effort], Outcome]:
+def one_by_one(attempt: Callable[[int], str | None]) -> Attack:
     """An attack of numbered attempts.
 
     Args:

@@ -3,7 +3,6 @@
 import contextlib
 import io
 import os
-import shutil
 import tempfile
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
@@ -15,8 +14,8 @@ import identification
 from brushgrip.cli.app import main
 from brushgrip.running import batch, cluster
 from symbolic import InvalidInputError
-from tests.attack.attack_class import AttackClass, one_by_one
-from tests.attack.targets import CORPUS
+from tests.attack.attack_class import one_by_one
+from tests.attack.workplace import place_inputs
 
 NAMES = (
     *(
@@ -134,12 +133,7 @@ def folder() -> Iterator[Path]:
     with tempfile.TemporaryDirectory() as top:
         here = Path(top) / "above" / "here"
         (here / "folder").mkdir(parents=True)
-        for source, name in (
-            ("csv/plain.csv", "run.csv"),
-            ("rig_toml/rig.toml", "rig.toml"),
-            ("model_json/declared.json", "model.json"),
-        ):
-            shutil.copy(CORPUS / source, here / name)
+        place_inputs(here, "run.csv", "rig.toml", "model.json")
         (here / "link").symlink_to("link")
         (here / "link.csv").symlink_to("run.csv")
         os.mkfifo(here / "pipe")
@@ -172,4 +166,4 @@ def _refuse(*_: object, **__: object) -> None:
     raise InvalidInputError("work has begun")
 
 
-CLASSES = (AttackClass(name="command_lines", attack=one_by_one(attempt)),)
+CLASSES = {"command_lines": one_by_one(attempt)}

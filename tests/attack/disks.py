@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
 
-from tests.attack.attack_class import AttackClass, Effort, Outcome, one_by_one
+from tests.attack.attack_class import Effort, Outcome, one_by_one
 from tests.attack.faults import DISK_LINES, attempt, ended_well
 from tests.attack.whole_runs import Sandbox
 
@@ -32,8 +32,8 @@ def disk(place: Path) -> Iterator[None]:
         subprocess.run(["umount", "--lazy", place], check=True)
 
 
-def is_full(place: Path, free: int) -> Path:
-    """Fills a disk but for so many bytes; returns the file that does."""
+def fill(place: Path, free: int) -> Path:
+    """Fills a disk but for so many bytes; returns the file that fills it."""
     ballast = place / ".ballast"
     with ballast.open("wb", buffering=0) as file:
         try:
@@ -50,7 +50,7 @@ def fault_of_disk(read_only: bool, sandbox: Sandbox, chance: random.Random) -> s
     place = sandbox.folder / chance.choice(PLACES)
     with disk(place):
         Sandbox(sandbox.folder, sandbox.quick)  # writes the recordings anew
-        ballast = None if read_only else is_full(place, chance.choice(FREE))
+        ballast = None if read_only else fill(place, chance.choice(FREE))
         if read_only:
             subprocess.run(["mount", "-o", "remount,ro", place], check=True)
         ended = sandbox.run()
@@ -83,7 +83,4 @@ def attack_disk(read_only: bool, effort: Effort) -> Outcome:
     return one_by_one(partial(attempt, partial(fault_of_disk, read_only)))(effort)
 
 
-CLASSES = (
-    AttackClass(name="run_full_disk", attack=partial(attack_disk, False)),
-    AttackClass(name="run_read_only", attack=partial(attack_disk, True)),
-)
+CLASSES = {"run_full_disk": partial(attack_disk, False), "run_read_only": partial(attack_disk, True)}

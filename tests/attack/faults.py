@@ -10,7 +10,7 @@ from collections.abc import Callable
 from functools import cache, partial
 from pathlib import Path
 
-from tests.attack.attack_class import AttackClass, one_by_one
+from tests.attack.attack_class import one_by_one
 from tests.attack.whole_runs import Ended, Sandbox
 
 ENDED_BY_FAULT = (0, 1, 2, 130)
@@ -147,6 +147,4 @@ FAULTS: dict[str, Callable[[Sandbox, random.Random], str | None]] = {
     "run_two_at_once": two_at_once,
     "run_no_home": has_no_home,
 }
-CLASSES = tuple(
-    AttackClass(name=name, attack=one_by_one(partial(attempt, fault))) for name, fault in FAULTS.items()
-)
+CLASSES = {name: one_by_one(partial(attempt, fault)) for name, fault in FAULTS.items()}

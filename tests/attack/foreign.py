@@ -8,7 +8,7 @@ from functools import partial
 from hashlib import sha256
 from pathlib import Path
 
-from tests.attack.attack_class import AttackClass, one_by_one
+from tests.attack.attack_class import one_by_one
 from tests.attack.faults import attempt, ended_well, killed
 from tests.attack.whole_runs import Sandbox
 
@@ -102,6 +102,4 @@ FAULTS: dict[str, Callable[[Sandbox, random.Random], str | None]] = {
     "run_shared_cache": shares_a_cache,
     "run_foreign_trials": keeps_foreign_trials,
 }
-CLASSES = tuple(
-    AttackClass(name=name, attack=one_by_one(partial(attempt, fault))) for name, fault in FAULTS.items()
-)
+CLASSES = {name: one_by_one(partial(attempt, fault)) for name, fault in FAULTS.items()}

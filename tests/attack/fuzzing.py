@@ -7,14 +7,15 @@ import subprocess
 import sys
 import tempfile
 import traceback
-from collections.abc import Iterator
+from collections.abc import Sequence
 from functools import partial
+from itertools import count
 from pathlib import Path
 
 from hypothesis import HealthCheck, Phase, given, seed, settings
+from hypothesis import strategies as st
 
-from tests.attack.attack_class import AttackClass, Effort, Outcome
-from tests.attack.damaged import damaged
+from tests.attack.attack_class import Effort, Outcome
 from tests.attack.targets import TARGETS, Target, broken, seeds
 from tests.attack.workplace import sweep
 
@@ -27,7 +28,33 @@ LARGEST_MEMORY = 700
 LARGEST_INPUT = 1 << 14
 """Of the fuzzer [bytes]."""
 _ROUND = 1000
+FUZZER = "tests.attack.fuzz_process"
 NO_ATHERIS = "(as hypothesis draws them: atheris is not installed, pip install atheris)"
+
+
+WORDS = (
+    *(b"", b"nan", b"inf", b"-1", b"0", b"1e999", b"1e-323", b"\n", b"\r", b",", b'"', b"#", b"=", b"."),
+    *(b"\0", b"\xff", b"\x1b[2J", b"[[", b"{", b"\xef\xbb\xbf", b"\x7f" * 4, b"\xff" * 8, b"9" * 5000),
+)
+"""What parsers stumble over."""
+
+
+@st.composite
+def damaged(draw: st.DrawFn, seeds: Sequence[bytes]) -> bytes:
+    """A whole file with a few changes: bytes, words, a piece cut out or doubled, or two files in one."""
+    content = bytearray(draw(st.sampled_from(seeds)))
+    for _ in range(draw(st.integers(1, 4))):
+        start = draw(st.integers(0, len(content)))
+        stop = min(len(content), start + draw(st.sampled_from((0, 1, 2, 4, 8, 64, len(content)))))
+        piece = bytes(content[start:stop])
+        other = draw(st.sampled_from(seeds))
+        new = st.one_of(
+            st.binary(max_size=8),
+            st.sampled_from(WORDS),
+            st.sampled_from((piece * 2, piece[::-1], other[start:])),
+        )
+        content[start:stop] = draw(new)
+    return bytes(content)
 
 
 def attack_files(name: str, effort: Effort) -> Outcome:
@@ -59,15 +86,7 @@ def guided(name: str, effort: Effort, folder: Path) -> Outcome:
         options["runs"] = effort.inputs
     arguments = [f"-{option}={value}" for option, value in options.items()]
     process = subprocess.run(
-        [
-            sys.executable,
-            "-m",
-            "tests.attack.fuzz_process",
-            name,
-            str(findings),
-            str(corpus),
-            *arguments,
-        ],
+        [sys.executable, "-m", FUZZER, name, str(findings), str(corpus), *arguments],
         capture_output=True,
         text=True,
         errors="replace",
@@ -85,7 +104,7 @@ def guided(name: str, effort: Effort, folder: Path) -> Outcome:
 def drawn(name: str, effort: Effort) -> Outcome:
     """Files with a few changes, without guidance."""
     goes_on, done, failures = effort.rounds(), 0, dict[str, bytes]()
-    for number in _from(effort.seed):
+    for number in count(effort.seed):
         if not goes_on(done):
             break
         size = min(_ROUND, effort.inputs - done)
@@ -99,12 +118,6 @@ def drawn(name: str, effort: Effort) -> Outcome:
             path.write_bytes(content)
             kept.append(f"{place}, kept in {_keep(name, path)}")
     return Outcome(inputs=done, failures=tuple(kept), note=NO_ATHERIS)
-
-
-def _from(start: int) -> Iterator[int]:
-    while True:
-        yield start
-        start += 1
 
 
 def _round(target: Target, whole: list[bytes], number: int, size: int) -> dict[str, bytes]:
@@ -144,4 +157,4 @@ def _keep(name: str, path: Path) -> Path:
     return Path(shutil.copy(path, folder))
 
 
-CLASSES = tuple(AttackClass(name=name, attack=partial(attack_files, name)) for name in TARGETS)
+CLASSES = {name: partial(attack_files, name) for name in TARGETS}

@@ -17,7 +17,7 @@ import numpy as np
 from observers import AligningTorque, Ekf, Mhe, Status, SteeringTorque
 from observers.embedded import SINGLE
 from symbolic import compiler, simulate
-from tests.attack.attack_class import AttackClass, Effort, Outcome
+from tests.attack.attack_class import Effort, Outcome
 from tests.attack.workplace import workplace
 from tests.observers.conftest import RIG
 from tests.observers.embedded.generated_code import (
@@ -90,13 +90,10 @@ def endure(kind: type[Ekf] | type[Mhe], model: str, sensing: str, effort: Effort
     )
 
 
-CLASSES = tuple(
-    AttackClass(
-        name=f"c_{kind.__name__.lower()}_{model}_{sensing}",
-        attack=partial(endure, kind, model, sensing),
-    )
+CLASSES = {
+    f"c_{kind.__name__.lower()}_{model}_{sensing}": partial(endure, kind, model, sensing)
     for model in MODELS
     for sensing in SENSING
     for kind in (Ekf, Mhe)
-)
+}
 """Each observer, model and torque in single precision."""

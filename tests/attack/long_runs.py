@@ -16,7 +16,7 @@ import numpy as np
 
 from observers import Ekf, Loop, Mhe, Observer, Sample, ZoneRootSolver, covariance_of
 from symbolic import Model, Rig, effects_named
-from tests.attack.attack_class import AttackClass, Effort, Outcome
+from tests.attack.attack_class import Effort, Outcome
 
 BLOCK = 500
 """Samples of one stream at a time."""
@@ -103,23 +103,23 @@ def attack_observers(effort: Effort) -> Outcome:
     streams = [Stream(name, effort.seed + i) for i in range(2) for name in names]
     _OF_THE_CHILD[:] = [Stream(name, effort.seed + 2) for name in names]
     goes_on, done, rounds, failures = effort.rounds(), 0, 0, set[str]()
-    held: list[tuple[float, float]] = []
+    sizes: list[tuple[float, float]] = []
     forking = multiprocessing.get_context("fork")
     with ProcessPoolExecutor(1, forking) as child, ThreadPoolExecutor(2) as threads:
         while goes_on(done) and not failures:
             apart = child.submit(_child_goes_on)
-            said = list(threads.map(Stream.go_on, streams))
-            said_apart, size = apart.result()
-            failures |= {line for line in (*said, *said_apart) if line}
+            lines = list(threads.map(Stream.go_on, streams))
+            lines_of_child, size = apart.result()
+            failures |= {line for line in (*lines, *lines_of_child) if line}
             done += BLOCK * (len(streams) + len(_OF_THE_CHILD))
             rounds += 1
             if rounds == SETTLED or not goes_on(done):
-                held.append((memory(), size))
-    growth = [late - early for early, late in zip(held[0], held[-1], strict=True)]
+                sizes.append((memory(), size))
+    growth = [late - early for early, late in zip(sizes[0], sizes[-1], strict=True)]
     if max(growth) > MOST_GROWTH:
         failures.add(f"memory grew by {max(growth):.0f} MB in {done:,} samples")
     note = f"(memory grew by {growth[0]:.1f} MB, in the child by {growth[1]:.1f} MB)"
     return Outcome(inputs=done, failures=tuple(sorted(failures)), note=note)
 
 
-CLASSES = (AttackClass(name="long_runs", attack=attack_observers),)
+CLASSES = {"long_runs": attack_observers}

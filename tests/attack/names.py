@@ -1,7 +1,6 @@
 """Folders and files of odd names, in other locales and encodings: the same results, byte by byte."""
 
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -10,8 +9,9 @@ from functools import cache
 from pathlib import Path
 from random import Random
 
-from tests.attack.attack_class import AttackClass, one_by_one
+from tests.attack.attack_class import one_by_one
 from tests.attack.whole_runs import ROOT
+from tests.attack.workplace import place_inputs
 
 NAMES = (
     *("two words", "it's", 'a "quoted" one', "`id`", "$HOME", "a;b&c|d", "*?[x]", "#1", "100%", "a=b"),
@@ -87,14 +87,7 @@ def outcome(
     """Exit status, standard error, what was written, and what else is there."""
     here = top / name
     here.mkdir()
-    corpus = Path(__file__).parent / "corpus"
-    sources = {
-        ".csv": "csv/plain.csv",
-        ".toml": "rig_toml/rig.toml",
-        ".json": "model_json/declared.json",
-    }
-    for suffix, source in sources.items():
-        shutil.copy(corpus / source, here / f"{name}{suffix}")
+    place_inputs(here, f"{name}.csv", f"{name}.toml", f"{name}.json")
     odd = _BEGINS.get(name, f"./{name}" if name.startswith("-") else name)
     words = [word.replace("{0}", odd) for word in COMMANDS[command]]
     before = {path.name for path in here.iterdir()}
@@ -118,4 +111,4 @@ def _surroundings(top: Path) -> dict[str, str]:
     return kept | {"PYTHONPATH": str(ROOT), "BRUSHGRIP_INTERPRET": "1", "HOME": str(top)}
 
 
-CLASSES = (AttackClass(name="names", attack=one_by_one(attempt)),)
+CLASSES = {"names": one_by_one(attempt)}

@@ -1,13 +1,24 @@
 """What must hold whatever a file holds; shares no code with what it checks."""
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
 
 from identification import Decay, Recording, SignalMap
-from symbolic import BrushgripError, Rig, Tyre
+from symbolic import BrushgripError, InvalidInputError, Rig, Tyre
 
 LONGEST_MESSAGE = 2_000
+
+
+@contextmanager
+def refused_in_a_line() -> Iterator[None]:
+    """What is inside may refuse its input, in one line."""
+    try:
+        yield
+    except InvalidInputError as error:
+        check_message(error)
 
 
 def check_message(error: BrushgripError) -> None:
@@ -15,11 +26,8 @@ def check_message(error: BrushgripError) -> None:
     message = str(error)
     assert message, "a message without words"
     assert len(message) <= LONGEST_MESSAGE, f"a message of {len(message)} characters"
-    assert message.isprintable(), f"a message with {set(filter(_unprintable, message))}"
-
-
-def _unprintable(character: str) -> bool:
-    return not character.isprintable()
+    odd = {character for character in message if not character.isprintable()}
+    assert not odd, f"a message with {odd}"
 
 
 def check_recording(recording: Recording) -> None:
@@ -62,7 +70,7 @@ def check_map(signals: SignalMap) -> None:
     assert set(signals.signals) <= {"t", "psi", "psi_dot", "M_z", "M", "F_N"}
     for column, source in signals.signals.items():
         assert source.channel.strip()
-        scale = source.scale(column, "", "here")
+        scale = source.scale(column, "")
         assert math.isfinite(scale), column
         assert scale, column
     assert signals.dbc is None or "\0" not in str(signals.dbc)

@@ -5,7 +5,7 @@ from random import Random
 from typing import Any
 
 from tests.attack import test_properties as properties
-from tests.attack.attack_class import AttackClass, Effort, Outcome
+from tests.attack.attack_class import Attack, Effort, Outcome
 from tests.symbolic import test_zones as zones
 
 BUFFER = 8192
@@ -13,7 +13,7 @@ BUFFER = 8192
 _MOST_FAILURES = 20
 
 
-def attack_properties(*tests: Callable[..., Any]) -> Callable[[Effort], Outcome]:
+def attack_properties(*tests: Callable[..., Any]) -> Attack:
     """An attack that draws examples of each test in turn; none of them may take a fixture."""
 
     def attack(effort: Effort) -> Outcome:
@@ -36,32 +36,19 @@ def _one(test: Any, buffer: bytes) -> bool:
     return test.hypothesis.fuzz_one_input(buffer) is not None
 
 
-CLASSES = (
-    AttackClass(
-        name="masing",
-        attack=attack_properties(
-            zones.test_masing_and_madelung_hold_to_rounding_under_constant_load,
-            zones.test_closed_loop_is_wiped_out,
-        ),
+CLASSES = {
+    "masing": attack_properties(
+        zones.test_masing_and_madelung_hold_to_rounding_under_constant_load,
     ),
-    AttackClass(
-        name="load_histories",
-        attack=attack_properties(zones.test_any_history_of_angle_and_load_follows_the_grid),
+    "load_histories": attack_properties(zones.test_any_history_of_angle_and_load_follows_the_grid),
+    "gaps": attack_properties(
+        properties.test_estimates_stay_finite_whatever_is_missing,
+        properties.test_nothing_before_a_sample_depends_on_it,
     ),
-    AttackClass(
-        name="gaps",
-        attack=attack_properties(
-            properties.test_estimates_stay_finite_whatever_is_missing,
-            properties.test_nothing_before_a_sample_depends_on_it,
-        ),
+    "serialisation": attack_properties(
+        properties.test_a_loop_goes_on_where_it_was_pickled,
+        properties.test_what_is_written_as_csv_is_read_as_it_was,
+        properties.test_a_model_file_is_read_as_it_was_written,
+        properties.test_a_map_in_a_rig_file_is_read_as_it_was_written,
     ),
-    AttackClass(
-        name="serialisation",
-        attack=attack_properties(
-            properties.test_a_loop_goes_on_where_it_was_pickled,
-            properties.test_what_is_written_as_csv_is_read_as_it_was,
-            properties.test_a_model_file_is_read_as_it_was_written,
-            properties.test_a_map_in_a_rig_file_is_read_as_it_was_written,
-        ),
-    ),
-)
+}

@@ -13,9 +13,25 @@ import traceback
 from collections.abc import Sequence
 from time import monotonic
 
-from tests.attack.attack_class import AttackClass, Effort, Outcome
-from tests.attack.registry import CLASSES
+from tests.attack import (
+    command_lines,
+    disks,
+    faults,
+    foreign,
+    fuzzing,
+    generated_c,
+    long_runs,
+    names,
+    properties,
+)
+from tests.attack.attack_class import Attack, Classes, Effort, Outcome
 
+MODULES = (
+    *(fuzzing, properties, long_runs, generated_c),
+    *(command_lines, names, faults, disks, foreign),
+)
+CLASSES: Classes = {name: attack for module in MODULES for name, attack in module.CLASSES.items()}
+"""All classes in the order of the table."""
 SECONDS = 60.0
 _LONGEST_LINE = 300
 
@@ -23,42 +39,43 @@ _LONGEST_LINE = 300
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command line; returns the exit status."""
     parser = argparse.ArgumentParser(prog="tests.attack.run", description=__doc__.splitlines()[0])
-    parser.add_argument("classes", nargs="*", metavar="CLASS", help=", ".join(c.name for c in CLASSES))
+    parser.add_argument("classes", nargs="*", metavar="CLASS", help=", ".join(CLASSES))
     parser.add_argument("--seconds", type=float, help=f"of each class; {SECONDS:g} unless told")
     parser.add_argument(
         "--inputs", type=int, help="of each class; without --seconds, however long it takes"
     )
     parser.add_argument("--seed", type=int, default=0)
     given = parser.parse_args(arguments)
-    if unknown := set(given.classes) - {one.name for one in CLASSES}:
+    if unknown := set(given.classes) - set(CLASSES):
         parser.error(f"no such class: {', '.join(sorted(unknown))}")
     seconds = given.seconds or (SECONDS if given.inputs is None else math.inf)
     effort = Effort(seconds=seconds, inputs=given.inputs or sys.maxsize, seed=given.seed)
-    chosen = [one for one in CLASSES if not given.classes or one.name in given.classes]
-    return 1 if attack(chosen, effort) else 0
+    chosen = given.classes or CLASSES
+    classes = {name: one for name, one in CLASSES.items() if name in chosen}
+    return 1 if attack_all(classes, effort) else 0
 
 
-def attack(classes: Sequence[AttackClass], effort: Effort) -> int:
+def attack_all(classes: Classes, effort: Effort) -> int:
     """Run the classes in turn, print the table as it grows, then the failures; returns their number."""
     began, total, failures = monotonic(), 0, []
     print(_row("class", "inputs", "failures", "seconds"))
-    for one in classes:
+    for name, one in classes.items():
         start = monotonic()
         outcome = attempt(one, effort)
         seconds = f"{monotonic() - start:.0f}"
-        print(_row(one.name, f"{outcome.inputs:,}", f"{len(outcome.failures)}", seconds), outcome.note)
+        print(_row(name, f"{outcome.inputs:,}", f"{len(outcome.failures)}", seconds), outcome.note)
         total += outcome.inputs
-        failures += [f"{one.name}: {' '.join(failure.split())}" for failure in outcome.failures]
+        failures += [f"{name}: {' '.join(failure.split())}" for failure in outcome.failures]
     print(_row("all", f"{total:,}", f"{len(failures)}", f"{monotonic() - began:.0f}"))
     for failure in failures:
         print(failure[:_LONGEST_LINE])
     return len(failures)
 
 
-def attempt(one: AttackClass, effort: Effort) -> Outcome:
+def attempt(one: Attack, effort: Effort) -> Outcome:
     """The outcome of a class; an exception of the attack itself is a failure of it."""
     try:
-        return one.attack(effort)
+        return one(effort)
     except Exception as error:
         place = traceback.extract_tb(error.__traceback__)[-1]
         where = f"{place.filename}:{place.lineno}"

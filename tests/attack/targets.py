@@ -3,7 +3,9 @@
 import zipfile
 from collections.abc import Callable
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
+from shutil import copy
 
 import numpy as np
 
@@ -20,17 +22,45 @@ from identification import (
 from identification.free_decay.onset import find_vibration
 from identification.selection.trials import TrialTask, run_trial
 from identification.thesis.author_estimate import read_author_estimate
-from symbolic import InvalidInputError
-from tests.attack import formats
-from tests.attack.oracle import check_decay, check_map, check_message, check_recording, check_rig
-from tests.attack.workplace import workplace
+from symbolic import InvalidInputError, Rig, Tyre
+from tests.attack.oracle import (
+    check_decay,
+    check_map,
+    check_message,
+    check_recording,
+    check_rig,
+    refused_in_a_line,
+)
+from tests.attack.workplace import CORPUS, workplace
 
-RIG, CORPUS = formats.RIG, formats.CORPUS
-"""The rig that is declared, and whole files, a folder for each target."""
+RIG = (Rig(a=0.045, e=0.009, J_A=0.15, b_t=0.3), Tyre(k=2.4e6, mu=1.2))
 BROKE = Path(__file__).parent / "broke"
 """Files that broke an older version, a folder for each target."""
 
 Target = Callable[[bytes], None]
+OWN_CLOCK = "psi=Angle:deg,M_z=-Mz,F_N=Load"
+CLOCK = f"t=Time:ms,{OWN_CLOCK}"
+ROS = "psi=/rig.position.0:deg,M_z=-/rig.effort.0,F_N=/rig.velocity.0"
+FORMATS: dict[str, tuple[str, str, str]] = {
+    "tdms": ("nptdms", "run.tdms", CLOCK),
+    "mdf": ("asammdf", "run.mf4", OWN_CLOCK),
+    "parquet": ("pyarrow", "run.parquet", CLOCK),
+    "hdf5": ("h5py", "run.h5", CLOCK),
+    "matlab_7_3": ("h5py", "run.mat", CLOCK),
+    "can_blf": ("cantools", "run.blf", OWN_CLOCK),
+    "can_asc": ("cantools", "run.asc", OWN_CLOCK),
+    "can_log": ("cantools", "run.log", OWN_CLOCK),
+    "can_dbc": ("cantools", "run.dbc", OWN_CLOCK),
+    "ros_bag": ("rosbags", "run.bag", ROS),
+    "ros_mcap": ("rosbags", "run.mcap", ROS),
+    "ros_db3": ("rosbags", "run.db3", ROS),
+}
+"""Library, file under attack and map of signals of each class."""
+BESIDE = {
+    "can_blf": ("run.dbc",), "can_asc": ("run.dbc",), "can_log": ("run.dbc",), "can_dbc": ("run.log",),
+    "ros_mcap": ("mcap/metadata.yaml",), "ros_db3": ("db3/metadata.yaml",),
+}  # fmt: skip
+"""Whole files, of the folder `beside` of the corpus, that lie with the one under attack."""
 
 
 def _written(content: bytes, suffix: str) -> Path:
@@ -43,59 +73,66 @@ def _recording(suffix: str) -> Target:
     def target(content: bytes) -> None:
         path = _written(content, suffix)
         for causal in (False, True):
-            try:
+            with refused_in_a_line():
                 check_recording(read_recording(path, RIG, torque_required=False, causal=causal))
-            except InvalidInputError as error:
-                check_message(error)
+
+    return target
+
+
+def _format(name: str) -> Target:
+    """What is done with the bytes of a format that needs a library."""
+    _, file, signals = FORMATS[name]
+
+    @cache
+    def folder() -> Path:
+        place = workplace() / name
+        place.mkdir()
+        for other in BESIDE.get(name, ()):
+            copy(CORPUS / "beside" / other, place)
+        return place
+
+    def target(content: bytes) -> None:
+        (folder() / file).write_bytes(content)
+        path = folder() / ("run.log" if name == "can_dbc" else file)
+        with refused_in_a_line():
+            check_recording(read_recording(path, RIG, torque_required=False, signals=signals))
 
     return target
 
 
 def _decay(suffix: str) -> Target:
     def target(content: bytes) -> None:
-        try:
+        with refused_in_a_line():
             decay = read_decay(_written(content, suffix), RIG)
             check_decay(decay)
             vibration = find_vibration(decay)
-        except InvalidInputError as error:
-            check_message(error)
-            return
-        assert 0 <= vibration.first < vibration.last <= decay.t.size
-        assert np.isfinite([vibration.omega, vibration.damping, vibration.step]).all()
+            assert 0 <= vibration.first < vibration.last <= decay.t.size
+            assert np.isfinite([vibration.omega, vibration.damping, vibration.step]).all()
 
     return target
 
 
 def author_file(content: bytes) -> None:
     """A published estimate of [Györök 2022]."""
-    try:
+    with refused_in_a_line():
         estimate = read_author_estimate(_written(content, ".csv"))
-    except InvalidInputError as error:
-        check_message(error)
-        return
-    assert len(estimate.t) == len(estimate.mu) >= 2
-    assert np.isfinite([*estimate.t, *estimate.psi, *estimate.mu, estimate.declared]).all()
+        assert len(estimate.t) == len(estimate.mu) >= 2
+        assert np.isfinite([*estimate.t, *estimate.psi, *estimate.mu, estimate.declared]).all()
 
 
 def rig_file(content: bytes) -> None:
     """A rig file, and its map of signals."""
     path = _written(content, ".toml")
-    try:
+    with refused_in_a_line():
         check_rig(*read_rig(path))
-    except InvalidInputError as error:
-        check_message(error)
-    try:
+    with refused_in_a_line():
         check_map(read_signals(path))
-    except InvalidInputError as error:
-        check_message(error)
 
 
 def map_text(content: bytes) -> None:
     """A map of signals as on the command line."""
-    try:
+    with refused_in_a_line():
         check_map(parse_signals(content.decode("utf-8", "surrogateescape")))
-    except InvalidInputError as error:
-        check_message(error)
 
 
 def model_file(content: bytes) -> None:
@@ -154,7 +191,7 @@ TARGETS: dict[str, Target] = {
     "map_text": map_text,
     "model_json": model_file,
     "journal": journal,
-    **{name: formats.target(name, workplace) for name in formats.installed()},
+    **{name: _format(name) for name, (library, _, _) in FORMATS.items() if find_spec(library)},
 }
 """Every format that is read, by the name of its class."""
 

@@ -9,12 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from tests.attack import fuzzing
-from tests.attack.attack_class import AttackClass, Effort, Outcome, one_by_one
+from tests.attack.attack_class import Effort, Outcome, one_by_one
 from tests.attack.command_lines import attempt
-from tests.attack.damaged import damaged
-from tests.attack.formats import FORMATS
-from tests.attack.run import attack, main
-from tests.attack.targets import BROKE, TARGETS, broken, seeds
+from tests.attack.run import attack_all, main
+from tests.attack.targets import BROKE, FORMATS, TARGETS, broken, seeds
 from tests.attack.workplace import PREFIX, sweep, workplace
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -40,7 +38,7 @@ def test_damaged_files(name: str) -> None:
         TARGETS[name](content)
 
     @settings(max_examples=60)
-    @given(damaged(whole))
+    @given(fuzzing.damaged(whole))
     def attempt(content: bytes) -> None:
         TARGETS[name](content)
 
@@ -76,11 +74,8 @@ def test_the_table_counts_inputs_and_failures(capsys: pytest.CaptureFixture[str]
     def raises(_: Effort) -> Outcome:
         raise ZeroDivisionError("nothing left")
 
-    classes = [
-        AttackClass(name="numbers", attack=one_by_one(fails)),
-        AttackClass(name="raises", attack=raises),
-    ]
-    number = attack(classes, Effort(seconds=60, inputs=1010, seed=2))
+    classes = {"numbers": one_by_one(fails), "raises": raises}
+    number = attack_all(classes, Effort(seconds=60, inputs=1010, seed=2))
     lines = [line.split() for line in capsys.readouterr().out.splitlines()]
 
     assert number == 254

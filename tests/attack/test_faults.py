@@ -6,7 +6,6 @@ import subprocess
 import sys
 from functools import partial
 from pathlib import Path
-from shutil import copy
 
 import pytest
 
@@ -14,8 +13,8 @@ from tests.attack.disks import fault_of_disk, may_mount
 from tests.attack.faults import FAULTS, attempt
 from tests.attack.foreign import FAULTS as FOREIGN
 from tests.attack.names import COMMANDS
-from tests.attack.targets import CORPUS
 from tests.attack.whole_runs import ROOT
+from tests.attack.workplace import place_inputs
 
 QUICK = ("run_killed", "run_damaged_trials")
 """The others take minutes more, and belong to `make attack`."""
@@ -44,9 +43,7 @@ def test_a_disk_that_takes_nothing(read_only: bool) -> None:
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_limit_of_file_size(command: str, tmp_path: Path) -> None:
     """As by `ulimit -f`; Python lets a write beyond it fail in place of ending the process."""
-    for source, name in (("csv/plain.csv", "x.csv"), ("rig_toml/rig.toml", "x.toml")):
-        copy(CORPUS / source, tmp_path / name)
-    copy(CORPUS / "model_json" / "declared.json", tmp_path / "x.json")
+    place_inputs(tmp_path, "x.csv", "x.toml", "x.json")
     before = sorted(tmp_path.iterdir())
     words = [word.replace("{0}", "x") for word in COMMANDS[command]]
     ended = subprocess.run(

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from identification import SignalMap, SignalSource, read_model, read_recording, read_signals
-from identification.reading.rigtext import signals_text
+from identification.reading.signal_map import signals_text
 from observers import Ekf, Estimates, Loop, Mhe, Sample, ZoneRootSolver, run
 from symbolic import (
     EFFECTS,
@@ -38,12 +38,12 @@ CHANNELS = ("psi", "F_N", "M_z", "psi_dot")
 
 @cache
 def observer(name: str) -> Any:
-    made = {
+    kinds = {
         "ekf": lambda: Ekf(model=Model(), values={"k": K}, rig=RIG),
         "mhe": lambda: Mhe(model=Model(), values={"k": K}, rig=RIG, window=5),
         "root": lambda: ZoneRootSolver(rig=RIG, k=K),
     }
-    return made[name]()
+    return kinds[name]()
 
 
 def turning() -> dict[str, np.ndarray]:

@@ -1,13 +1,22 @@
-"""Folders for the files under attack, in memory where there is one; gone when the next one is made."""
+"""Whole files to begin with, and folders for those under attack, in memory where there is one."""
 
 import atexit
 import os
 import tempfile
 from functools import cache, partial
 from pathlib import Path
-from shutil import rmtree
+from shutil import copy, rmtree
 
+CORPUS = Path(__file__).parent / "corpus"
+"""Whole files, a folder for each target."""
 PREFIX = "brushgrip_attack_"
+
+
+def place_inputs(folder: Path, recording: str, rig: str, model: str) -> None:
+    """Put a recording, a rig and a model under these names into a folder."""
+    copy(CORPUS / "csv" / "plain.csv", folder / recording)
+    copy(CORPUS / "rig_toml" / "rig.toml", folder / rig)
+    copy(CORPUS / "model_json" / "declared.json", folder / model)
 
 
 @cache

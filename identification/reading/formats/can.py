@@ -1,74 +1,129 @@
 """Logs of a CAN bus (BLF, ASC, candump) with the database of its signals, by python-can and cantools."""
 
-import zlib
+import re
 from array import array
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, nullcontext
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from struct import error as StructError
-from struct import unpack_from
 from typing import Any
 
 import numpy as np
 
-from identification.reading.channels import ChannelFile, Samples
-from identification.reading.files import LARGEST_FILE, read_text, require_readable
+from identification.reading.channels import ChannelFile, Samples, resolve
+from identification.reading.files import read_text, require_readable
+from identification.reading.formats.blf import require_bounded
 from identification.reading.formats.opening import library, require_size
-from identification.reading.signal_map import SignalMap
+from identification.reading.signal_map import SignalMap, SignalSource
 from identification.reading.table import Array
 from symbolic import InvalidInputError
 
 LARGEST_DATABASE = 20_000_000
 """Of a DBC file [bytes]."""
-_CONTAINER, _LARGEST_CONTAINER = 10, 64_000_000
-_METHODS = {0: False, 2: True}
-"""Whether a container is compressed, by its method."""
-_OBJECT_HEADER = 16
-"""Least length of an object [bytes]."""
+LONGEST_FRAME, LONGEST_TRANSPORT = 64, 1785
+"""Of a message in one frame of CAN FD, and in several of SAE J1939, which are extended [bytes]."""
+_LARGEST_STANDARD = 0x7FF
+"""Identifier of a frame; larger ones are extended, even where a DBC file does not say so."""
+_BLANK = r"(?:\s|//.*)"
+_MESSAGE = re.compile(rf"\bBO_{_BLANK}+(\d+){_BLANK}+(\w+){_BLANK}*:{_BLANK}*[-+]?(\d+)")
+_SIGNAL = re.compile(
+    rf"\bSG_{_BLANK}+(\w+)(?:{_BLANK}+\w+)?{_BLANK}*:{_BLANK}*[-+]?(\d+){_BLANK}*\|{_BLANK}*[-+]?(\d+)"
+)
+_ROUNDING = 1e-6
+"""Of a float at the end of its range, relative to it."""
 
 
 @contextmanager
 def open_can(path: Path, signals: SignalMap) -> Iterator[ChannelFile]:
-    """Signals as `Message.Signal`; times are those of the frames.
+    """Signals as `Message.Signal`, or as `Bus/Message.Signal` in a map; times are those of the frames.
 
     The database is `dbc` of the map, or the only .dbc file beside the log.
     """
     can, cantools = library("can", "can", path), library("cantools", "can", path)
-    dbc = signals.dbc or database_beside(path)
-    require_readable(dbc, LARGEST_DATABASE)
-    try:
-        database = cantools.database.load_string(read_text(dbc), "dbc", strict=False)
-    except Exception as error:
-        raise InvalidInputError(f"{dbc}: is no DBC file: {str(error).splitlines()[0]}") from None
-    frames = {m.frame_id: m for m in database.messages}
-    owners = {f"{m.name}.{s.name}": m for m in frames.values() for s in m.signals}
-    units = {f"{m.name}.{s.name}": s.unit or "" for m in frames.values() for s in m.signals}
-    if path.suffix.lower() == ".blf":
+    database = _database(cantools, signals.dbc or database_beside(path))
+    listed = [(f"{m.name}.{s.name}", (m, s)) for m in database.messages for s in m.signals]
+    names, places = [name for name, _ in listed], dict(listed)
+    buses = dict.fromkeys(names, "")
+    for channel in {source.channel for source in signals.signals.values() if "/" in source.channel}:
+        bus, _, short = channel.partition("/")
+        if (name := resolve(str(path), short, names)) is not None:
+            places[channel], buses[channel] = places[name], bus
+    is_blf = path.suffix.lower() == ".blf"
+    if is_blf:
         require_bounded(path)
 
     @cache
-    def decoded(identifier: int) -> tuple[Array, dict[str, Array]]:
+    def decoded(message: Any, bus: str) -> tuple[Array, dict[str, Array]]:
         # A reader of BLF that finds its header damaged leaves a file that it opened itself open.
-        blf = path.suffix.lower() == ".blf"
         with (
-            path.open("rb") if blf else nullcontext() as raw,
-            can.BLFReader(raw) if blf else can.LogReader(path) as log,
+            path.open("rb") if is_blf else nullcontext() as raw,
+            can.BLFReader(raw) if is_blf else can.LogReader(path) as log,
         ):
-            return _decoded(path, log, frames[identifier])
+            times, values, found = _decoded(path, log, message, bus)
+        if not bus and len(found) > 1:
+            raise InvalidInputError(
+                f"{path}: holds the frame {_title(message)} from several buses, {', '.join(found)}; say"
+                f" which, such as --map {_on_bus(found[0], message, places, signals)}"
+            )
+        return times, values
 
     def read(name: str) -> Samples:
-        times, values = decoded(owners[name].frame_id)
-        return Samples(values=values[name.rpartition(".")[2]], unit=units[name], times=times)
+        message, signal = places[name]
+        times, values = decoded(message, buses[name])
+        return _valid(path, name, signal, times, values[signal.name])
 
-    yield ChannelFile(names=list(owners), read=read)
+    yield ChannelFile(names=[*names, *(name for name in places if buses[name])], read=read)
 
 
-def _decoded(path: Path, log: Iterable[Any], message: Any) -> tuple[Array, dict[str, Array]]:
-    """Times of the frames of a message, and its signals; NaN where a frame lacks one."""
+def _database(cantools: Any, dbc: Path) -> Any:
+    """The messages of a DBC file; cantools takes minutes for one of absurd length, and is not asked.
+
+    Raises:
+        InvalidInputError: it is none, or a message is longer than any bus carries.
+    """
+    require_readable(dbc, LARGEST_DATABASE)
+    text = read_text(dbc)
+    for identifier, name, size in _MESSAGE.findall(text):
+        most = LONGEST_TRANSPORT if int(identifier[:20]) > _LARGEST_STANDARD else LONGEST_FRAME
+        if len(size) > 9 or int(size) > most:
+            raise InvalidInputError(
+                f"{dbc}: message {name[:40]} has {size[:20]} bytes; allowed: up to {most}"
+            )
+    for name, *place in _SIGNAL.findall(text):
+        if any(len(number) > 9 or int(number) > 8 * LONGEST_TRANSPORT for number in place):
+            raise InvalidInputError(
+                f"{dbc}: signal {name[:40]} lies beyond the {LONGEST_TRANSPORT} bytes of any message"
+            )
+    try:
+        return cantools.database.load_string(text, "dbc", strict=False)
+    except Exception as error:
+        raise InvalidInputError(f"{dbc}: is no DBC file: {str(error).splitlines()[0]}") from None
+
+
+def _decoded(
+    path: Path, log: Iterable[Any], message: Any, bus: str
+) -> tuple[Array, dict[str, Array], list[str]]:
+    """Times of the frames of a message on a bus, its signals, and the buses that carry it.
+
+    Without a bus, those of the first one that carries it. A signal is NaN where a frame lacks it.
+
+    Raises:
+        InvalidInputError: the bus carries no such frame.
+    """
     times, columns = array("d"), {signal.name: array("d") for signal in message.signals}
+    extended = message.is_extended_frame or message.frame_id > _LARGEST_STANDARD
+    buses: dict[str, None] = {}
+    other_kind = False
     for frame in log:
         if frame.arbitration_id != message.frame_id or frame.is_error_frame or frame.is_remote_frame:
+            continue
+        if frame.is_extended_id != extended:
+            other_kind = True
+            continue
+        here = _bus_of(path, frame)
+        buses[here] = None
+        if here != (bus or next(iter(buses))):
             continue
         content = message.decode(bytes(frame.data), decode_choices=False, allow_truncated=True)
         times.append(frame.timestamp)
@@ -76,8 +131,63 @@ def _decoded(path: Path, log: Iterable[Any], message: Any) -> tuple[Array, dict[
             values.append(float(content.get(name, np.nan)))
         require_size(path, message.name, len(times))
     if not times:
-        raise InvalidInputError(f"{path}: holds no frame {message.name} ({message.frame_id:#x})")
-    return np.array(times), {name: np.array(values) for name, values in columns.items()}
+        kinds = ("extended ", "standard") if extended else ("standard ", "extended")
+        there = f" on bus {bus}; it is on {', '.join(buses)}" if buses else ""
+        there += f", but a {kinds[1]} one of that identifier" if other_kind else ""
+        raise InvalidInputError(
+            f"{path}: holds no {kinds[0] * other_kind}frame {_title(message)}{there}"
+        )
+    return np.array(times), {name: np.array(v) for name, v in columns.items()}, list(buses)
+
+
+def _title(message: Any) -> str:
+    return f"{message.name} ({message.frame_id:#x})"
+
+
+def _bus_of(path: Path, frame: Any) -> str:
+    """The bus as the file calls it; python-can counts from 0 what BLF and ASC files count from 1."""
+    counted = isinstance(frame.channel, int) and path.suffix.lower() != ".log"
+    return str(frame.channel + 1 if counted else frame.channel)
+
+
+def _on_bus(bus: str, message: Any, places: dict[str, Any], signals: SignalMap) -> str:
+    """A map of the signals of a message with their bus, as on the command line."""
+    sources = {
+        column: source
+        for column, source in signals.signals.items()
+        if any(m is message and f".{n}".endswith(f".{source.channel}") for n, (m, _) in places.items())
+    }
+    if not sources:
+        signal = message.signals[0].name
+        sources = {signal: SignalSource(channel=f"{message.name}.{signal}")}
+    return ",".join(
+        replace(source, channel=f"{bus}/{source.channel}").as_map(column)
+        for column, source in sources.items()
+    )
+
+
+def _valid(path: Path, name: str, signal: Any, times: Array, values: Array) -> Samples:
+    """A signal without what lies outside the range of the database, as 0xFFFF for "not available".
+
+    Raises:
+        InvalidInputError: no value lies within it.
+    """
+    low = -np.inf if signal.minimum is None else float(signal.minimum)
+    high = np.inf if signal.maximum is None else float(signal.maximum)
+    step = 0.5 * abs(float(signal.scale))
+    slack = [abs(end) * _ROUNDING if signal.is_float else step for end in (low, high)]
+    outside = (values < low - slack[0]) | (values > high + slack[1])
+    unit = signal.unit or ""
+    span = f"the range of the database, {low:g} to {high:g} {unit}".rstrip()
+    if outside.any() and not np.isfinite(values[~outside]).any():
+        raise InvalidInputError(f"{path}: every value of {name} lies outside {span}; correct the .dbc")
+    remark = f"{outside.sum()} of {values.size} values lie outside {span}, and count as missing"
+    return Samples(
+        values=np.where(outside, np.nan, values),
+        unit=unit,
+        times=times,
+        remark=remark if outside.any() else "",
+    )
 
 
 def database_beside(path: Path) -> Path:
@@ -92,52 +202,3 @@ def database_beside(path: Path) -> Path:
             f"{path}: {len(found)} databases (.dbc) beside it; name one, such as --map dbc=car.dbc"
         )
     return found[0]
-
-
-def require_bounded(path: Path) -> None:
-    """Refuses a BLF file whose parts are larger than files may be, or that python-can reads for ever.
-
-    Raises:
-        InvalidInputError: they are, or the file is damaged.
-    """
-    total, rest = 0, b""
-    try:
-        for part, compressed in _containers(path.read_bytes()):
-            inflater = zlib.decompressobj()
-            unpacked = inflater.decompress(part, _LARGEST_CONTAINER) if compressed else part
-            total += len(unpacked)
-            if inflater.unconsumed_tail or total > LARGEST_FILE:
-                raise InvalidInputError(f"{path}: holds more than {LARGEST_FILE / 1e6:.3g} MB unpacked")
-            rest = _after_objects(path, rest + unpacked)
-    except (StructError, zlib.error) as error:
-        raise InvalidInputError(f"{path}: is damaged, or no .blf file: {error}") from None
-
-
-def _after_objects(path: Path, data: bytes) -> bytes:
-    """What follows the last whole object of some containers, and belongs to the next one.
-
-    Raises:
-        InvalidInputError: an object is shorter than its header; it would be its own successor.
-    """
-    at = 0
-    while (begin := data.find(b"LOBJ", at, at + 8)) >= 0 and begin + _OBJECT_HEADER <= len(data):
-        (size,) = unpack_from("<I", data, begin + 8)
-        if size < _OBJECT_HEADER:
-            raise InvalidInputError(f"{path}: is damaged, an object of it has a length of {size}")
-        if begin + size > len(data):
-            break
-        at = begin + size
-    return data[at:]
-
-
-def _containers(content: bytes) -> Iterator[tuple[bytes, bool]]:
-    """Parts of a BLF file, as python-can walks them, and whether they are compressed."""
-    (at,) = unpack_from("<I", content, 4)
-    while at + 16 <= len(content):
-        signature, _, _, size, kind = unpack_from("<4sHHII", content, at)
-        if signature != b"LOBJ" or size < 16:
-            return
-        method = unpack_from("<H", content, at + 16)[0] if kind == _CONTAINER else -1
-        if method in _METHODS:
-            yield content[at + 32 : at + size], _METHODS[method]
-        at += size + size % 4

@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 
 from identification.reading.channels import ChannelFile, Samples
+from identification.reading.formats.matfile import VARIABLES
 from identification.reading.formats.opening import library, require_size
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError
 
-MATLAB_NAMES = {"t": "time", "psi": "Psi", "M_z": "Mz", "F_N": "Fz"}
-"""Variable of each column in the published MATLAB files."""
 _MOST_OBJECTS = 10_000
 _MOST_DEFLATED = 1032
 """Ratio to which deflate can compress."""
@@ -38,14 +37,15 @@ def open_hdf5(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
             _require_unpacked(path, name, dataset)
             unit = dataset.attrs.get("unit", dataset.attrs.get("units", ""))
             text = unit.decode("utf-8", "replace") if isinstance(unit, bytes) else str(unit)
-            return Samples(values=_row(np.asarray(dataset[()])), unit=text)
+            return Samples(values=_row(_unpacked(path, name, dataset)), unit=text)
 
         declared = {
-            name: float(np.ravel(datasets[name][()])[0])
+            name: float(_unpacked(path, name, datasets[name]).ravel()[0])
             for name in DECLARABLE
             if name in datasets and datasets[name].size == 1
         }
-        yield ChannelFile(names=list(datasets), read=read, declared=declared, aliases=MATLAB_NAMES)
+        aliases = {column: (column, name) for column, name in VARIABLES.items()}
+        yield ChannelFile(names=list(datasets), read=read, declared=declared, aliases=aliases)
 
 
 def _numeric(h5py: Any, file: Any) -> Iterator[tuple[str, Any]]:
@@ -78,6 +78,36 @@ def _require_unpacked(path: Path, name: str, dataset: Any) -> None:
             _, packed = dataset.id.read_direct_chunk(stored.chunk_offset)
             if len(zlib.decompressobj().decompress(packed, size + 1)) > size:
                 raise InvalidInputError(f"{path}: a chunk of {name} unpacks to more than it holds")
+
+
+def _unpacked(path: Path, name: str, dataset: Any) -> Any:
+    """The numbers that a dataset stands for, NaN where one is missing, by the CF conventions.
+
+    Reference: CF Metadata Conventions 1.11, sections 2.5.1 and 8.1.
+
+    Raises:
+        InvalidInputError: an attribute is not a number.
+    """
+    values = np.asarray(dataset[()])
+    attributes = {}
+    for key in ("_FillValue", "missing_value", "scale_factor", "add_offset"):
+        if key in dataset.attrs:
+            attributes[key] = np.ravel(dataset.attrs[key])
+            single = attributes[key].size == 1 or key == "missing_value"
+            if attributes[key].dtype.kind not in "fiu" or not single:
+                raise InvalidInputError(f"{path}: {key} of {name} must be a number")
+    missing = np.zeros(values.shape, dtype=bool)
+    for key in attributes.keys() & {"_FillValue", "missing_value"}:
+        with np.errstate(over="ignore"):
+            # A double such as 1e20 marks what is missing among floats as their nearest.
+            same = values.dtype.kind == "f"
+            mark = attributes[key].astype(values.dtype) if same else attributes[key]
+        missing |= np.isin(values, mark)
+    if not attributes:
+        return values
+    with np.errstate(invalid="ignore"):
+        scaled = values * attributes.get("scale_factor", 1.0) + attributes.get("add_offset", 0.0)
+        return np.where(missing, np.nan, scaled.astype(np.float64))
 
 
 def _row(values: Any) -> Any:

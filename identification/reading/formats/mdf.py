@@ -22,17 +22,23 @@ BESIDE_GROUPS = {3: (), 4: (96, 112, 120)}
 
 @contextmanager
 def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
-    """Channels by their names; one that several groups have is `group number/channel`."""
+    """Channels by their names; where there are several, `group/channel` by the number of the group.
+
+    Two in one group are `group.number/channel`.
+    """
     asammdf = library("asammdf", "mdf", path)
     library("asammdf.blocks.mdf_v4", "mdf", path).MDF4.__del__ = _close_quietly
     _require_ends(path)
-    with closing(asammdf.MDF(path)) as file:
+    # asammdf leaves a damaged file open that it opened itself.
+    with path.open("rb") as raw, closing(asammdf.MDF(raw)) as file:
         places = {}
         for name, found in file.channels_db.items():
             # A group's master channel is its clock, and stands as times beside every other.
             data = [(g, c) for g, c in found if file.masters_db.get(g) != c]
             for group, channel in data:
-                places[name if len(data) == 1 else f"{group}/{name}"] = (group, channel)
+                twice = sum(g == group for g, _ in data) > 1
+                number = f"{group}.{channel}/" if twice else f"{group}/"
+                places[name if len(data) == 1 else f"{number}{name}"] = (group, channel)
 
         def read(name: str) -> Samples:
             group, channel = places[name]
@@ -94,11 +100,11 @@ def _require_records(path: Path, name: str, group: Any) -> None:
     head = group.channel_group
     require_size(path, name, head.cycles_nr)
     record = head.samples_byte_nr + getattr(head, "invalidation_bytes_nr", 0)
-    held = sum(block.original_size for block in group.get_data_blocks())
-    if getattr(group, "sorted", True) and held >= (head.cycles_nr + 1) * max(1, record):
+    stored = sum(block.original_size for block in group.get_data_blocks())
+    if getattr(group, "sorted", True) and stored >= (head.cycles_nr + 1) * max(1, record):
         raise InvalidInputError(
-            f"{path}: is damaged, the group of {name} declares {head.cycles_nr} records and holds {held}"
-            f" bytes, {record} each"
+            f"{path}: is damaged, the group of {name} declares {head.cycles_nr} records and holds"
+            f" {stored} bytes, {record} each"
         )
 
 

@@ -1,73 +1,58 @@
 """How every format is opened: its library imported when needed, its faults as one line."""
 
-from collections.abc import Iterator, Mapping, Sequence
+import logging
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
-from identification.reading.channels import Opener, tabulate
-from identification.reading.files import LARGEST_FILE, require_readable
+from identification.reading.channels import Opener
+from identification.reading.clock import tabulate
+from identification.reading.files import require_readable
 from identification.reading.formats.memory import MOST_MEMORY, bounded_memory
-from identification.reading.signal_map import NO_MAP, SignalMap
+from identification.reading.signal_map import SignalMap
 from identification.reading.table import MOST_SAMPLES, Table
 from symbolic import InvalidInputError
 from symbolic.tables.parsing import excerpt
 
-EXTRAS: Mapping[str, str] = MappingProxyType(
-    {
-        ".tdms": "tdms",
-        ".mf4": "mdf",
-        ".mdf": "mdf",
-        ".parquet": "parquet",
-        ".h5": "hdf5",
-        ".hdf5": "hdf5",
-        ".blf": "can",
-        ".asc": "can",
-        ".log": "can",
-        ".bag": "ros",
-        ".db3": "ros",
-        ".mcap": "ros",
-    }
-)
-"""Extra of the package that reads files of a suffix."""
+_LIBRARIES = ("asammdf", "can", "cantools", "rosbags")
+"""Loggers of libraries; npTDMS has a switch of its own."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class FormatReader:
-    """A reader of one format.
+def read_format(opener: Opener, path: Path, needed: Sequence[str], signals: SignalMap) -> Table:
+    """Read the table of a file whose channels a library gives; see `Reader`."""
+    require_readable(path)
+    try:
+        with bounded_memory(), _silent(), opener(path, signals) as file:
+            return tabulate(path, file, needed, signals)
+    except InvalidInputError:
+        raise
+    except MemoryError:
+        raise InvalidInputError(
+            f"{path}: takes more than {MOST_MEMORY / 1e9:g} GB of memory to read;"
+            " it is damaged, or cut it, or thin it"
+        ) from None
+    except Exception as error:
+        # Every library has exceptions of its own for damaged files, and some have any.
+        reason = excerpt(" ".join(str(error).split()) or type(error).__name__)
+        raise InvalidInputError(
+            f"{path}: is damaged, or no {path.suffix.lower()} file: {reason}"
+        ) from None
 
-    Attributes:
-        extra: of the package, which installs the library.
-        opener: opens a file.
-        largest: bytes that a file may hold.
-    """
 
-    extra: str
-    opener: Opener
-    largest: int = LARGEST_FILE
-
-    def __call__(self, path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> Table:
-        """Read the table; see `Reader`."""
-        require_readable(path, self.largest)
-        try:
-            with bounded_memory(), self.opener(path, signals) as file:
-                return tabulate(path, file, needed, signals)
-        except InvalidInputError:
-            raise
-        except MemoryError:
-            raise InvalidInputError(
-                f"{path}: takes more than {MOST_MEMORY / 1e9:g} GB of memory to read;"
-                " it is damaged, or cut it, or thin it"
-            ) from None
-        except Exception as error:
-            # Every library has exceptions of its own for damaged files, and some have any.
-            reason = excerpt(" ".join(str(error).split()) or type(error).__name__)
-            raise InvalidInputError(
-                f"{path}: is damaged, or no {path.suffix.lower()} file: {reason}"
-            ) from None
+@contextmanager
+def _silent() -> Iterator[None]:
+    """Keeps libraries from writing about damage to the terminal; what matters is in our message."""
+    loggers = [logging.getLogger(name) for name in _LIBRARIES]
+    usual = [logger.level for logger in loggers]
+    for logger in loggers:
+        logger.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for logger, level in zip(loggers, usual, strict=True):
+            logger.setLevel(level)
 
 
 def library(name: str, extra: str, path: Path) -> Any:

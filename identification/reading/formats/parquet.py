@@ -5,15 +5,13 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from identification.reading.channels import ChannelFile, Samples
 from identification.reading.formats.opening import closing, library, require_size
 from identification.reading.signal_map import SignalMap
 from symbolic import InvalidInputError
 from symbolic.tables.parsing import excerpt
 
-_KINDS = ("bool", "int", "uint", "half", "float", "double", "decimal", "date", "time")
+_KINDS = ("bool", "int", "uint", "half", "float", "double", "decimal", "date", "time", "duration")
 """Begin the names of types of a fixed size; texts and lists may unpack to any."""
 
 
@@ -26,18 +24,20 @@ def open_parquet(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
 
         def read(name: str) -> Samples:
             require_size(path, name, file.metadata.num_rows)
-            if not str(schema.field(name).type).startswith(_KINDS):
+            field = schema.field(name)
+            if not str(field.type).startswith(_KINDS):
                 raise InvalidInputError(f"{path}: column {excerpt(name)} must hold numbers")
-            values = _numbers(file.read(columns=[name]).column(name))
-            unit = (schema.field(name).metadata or {}).get(b"unit", b"")
-            return Samples(values=values, unit=unit.decode("utf-8", "replace"))
+            values = _plain(file.read(columns=[name]).column(name), field.type)
+            unit = (field.metadata or {}).get(b"unit", b"")
+            return Samples(values=values.to_numpy(), unit=unit.decode("utf-8", "replace"))
 
         yield ChannelFile(names=list(schema.names), read=read)
 
 
-def _numbers(column: Any) -> Any:
-    """The column as an array, what is missing as NaN; dates as seconds since the first."""
-    values = np.asarray(column.to_numpy())
-    if values.dtype.kind == "M":
-        return (values - values[:1]) / np.timedelta64(1, "s")
-    return values
+def _plain(column: Any, kind: Any) -> Any:
+    """A column of a type that numpy has; times of the day as durations since midnight."""
+    if str(kind).startswith("decimal"):
+        return column.cast("float64")
+    if str(kind).startswith(("time32", "time64")):
+        return column.cast(f"int{kind.bit_width}").cast("int64").cast(f"duration[{kind.unit}]")
+    return column

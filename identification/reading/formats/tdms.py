@@ -1,35 +1,97 @@
 """TDMS, as LabVIEW writes it, by npTDMS."""
 
+import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from struct import unpack
+from typing import Any
 
 import numpy as np
 
 from identification.reading.channels import ChannelFile, Samples
 from identification.reading.formats.opening import library, require_size
 from identification.reading.signal_map import SignalMap
+from identification.reading.table import Array
+from symbolic import InvalidInputError
+
+_LEAD_IN = 28
+"""Of every segment: tag, contents, version, length of all that follows and of its metadata [bytes]."""
+_BIG_ENDIAN = 1 << 6
+_UNKNOWN_LENGTH = 2**64 - 1
+"""Of the segment that LabVIEW was writing when it ended."""
 
 
 @contextmanager
 def open_tdms(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
-    """Channels as `group/channel`; a waveform's increment is its clock."""
+    """Channels as `group/channel`; a waveform's start and increment are its clock."""
     nptdms = library("nptdms", "tdms", path)
+    remark = "" if _require_whole(path) else "LabVIEW did not close the file, its end may be missing"
     # npTDMS leaves a damaged file open that it opened itself.
-    with path.open("rb") as raw, nptdms.TdmsFile.open(raw) as file:
+    with path.open("rb") as raw, _silent(nptdms.log.log_manager), nptdms.TdmsFile.open(raw) as file:
         channels = {f"{g.name}/{c.name}": c for g in file.groups() for c in g.channels()}
+        starts = {
+            name: channel.properties["wf_start_time"]
+            for name, channel in channels.items()
+            if channel.properties.get("wf_increment") and "wf_start_time" in channel.properties
+        }
+        dated = set[bool]()
+
+        def clock(name: str, size: int) -> Array | None:
+            properties = channels[name].properties
+            if not (step := properties.get("wf_increment")):
+                return None
+            dated.add(name in starts)
+            if len(dated) > 1:
+                raise InvalidInputError(
+                    f"{path}: of {name} and another channel only one has a wf_start_time, so no clock is"
+                    " common to both; map t to a channel that holds the time"
+                )
+            late = starts[name] - min(starts.values()) if name in starts else np.timedelta64(0, "s")
+            first = late / np.timedelta64(1, "s") + properties.get("wf_start_offset", 0.0)
+            times: Array = first + step * np.arange(size)
+            return times
 
         def read(name: str) -> Samples:
             channel = channels[name]
             require_size(path, name, len(channel))
             values = np.asarray(channel[:])
-            if values.dtype.kind == "M":
-                values = (values - values[:1]) / np.timedelta64(1, "s")
-            step = channel.properties.get("wf_increment")
-            start = channel.properties.get("wf_start_offset", 0.0)
-            times = None if not step else start + step * np.arange(values.size)
-            return Samples(
-                values=values, unit=str(channel.properties.get("unit_string", "")), times=times
-            )
+            unit = str(channel.properties.get("unit_string", ""))
+            return Samples(values=values, unit=unit, times=clock(name, values.size), remark=remark)
 
         yield ChannelFile(names=list(channels), read=read)
+
+
+def _require_whole(path: Path) -> bool:
+    """Whether the last segment declares its length; npTDMS reads on where a file is shorter.
+
+    Raises:
+        InvalidInputError: the file ends before a segment does.
+    """
+    size, at = path.stat().st_size, 0
+    with path.open("rb") as file:
+        while at < size:
+            file.seek(at)
+            lead_in = file.read(_LEAD_IN)
+            if at and not lead_in.startswith(b"TDSm"[: len(lead_in)]):
+                break  # npTDMS says what is wrong
+            if len(lead_in) == _LEAD_IN:
+                order = ">" if lead_in[4] & _BIG_ENDIAN else "<"
+                (length,) = unpack(f"{order}Q", lead_in[12:20])
+                if length == _UNKNOWN_LENGTH:
+                    return False
+                at += _LEAD_IN + length
+            if len(lead_in) < _LEAD_IN or at > size:
+                raise InvalidInputError(f"{path}: is cut short; copy it again, or save what is in it")
+    return True
+
+
+@contextmanager
+def _silent(log_manager: Any) -> Iterator[None]:
+    """Keeps npTDMS from writing about damage to the terminal."""
+    usual = log_manager.log_level
+    log_manager.set_level(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        log_manager.set_level(usual)

@@ -1,4 +1,4 @@
-"""Files of measurement systems with one recording, each written by the library of its format."""
+"""What tests of reading share: files of measurement systems, and the message about a faulty one."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+
+from symbolic import InvalidInputError
 
 Columns = Mapping[str, NDArray[np.float64]]
 """t [ms], Angle [deg], Mz [N m], positive where the ground drives, Load [N]."""
@@ -26,6 +28,15 @@ SIG_VALTYPE_ 291 Mz : 1;
 SIG_VALTYPE_ 291 Load : 1;
 """
 """Three signals of 32-bit float in one CAN FD frame."""
+
+
+def refused(read: Callable[[Any], object], given: Any) -> str:
+    """The one line by which a file or a text is refused."""
+    with pytest.raises(InvalidInputError) as caught:
+        read(given)
+    message = str(caught.value)
+    assert "\n" not in message
+    return message
 
 
 def as_logged(t: Any, psi: Any, M_z: Any, F_N: Any) -> Columns:
@@ -106,49 +117,33 @@ def write_can(path: Path, columns: Columns) -> None:
 
 
 def write_ros(path: Path, columns: Columns) -> None:
+    """ROS 1: a bag; ROS 2: a folder with the messages in SQLite or MCAP beside metadata.yaml."""
     pytest.importorskip("rosbags", reason="needs brushgrip[ros]")
-    from rosbags.rosbag1 import Writer
+    from rosbags import rosbag1, rosbag2
     from rosbags.typesys import Stores, get_typestore
 
-    store = get_typestore(Stores.ROS1_NOETIC)
+    ros_1 = path.suffix == ".bag"
+    store = get_typestore(Stores.ROS1_NOETIC if ros_1 else Stores.ROS2_HUMBLE)
     kinds = store.types
     stamp, header = kinds["builtin_interfaces/msg/Time"], kinds["std_msgs/msg/Header"]
     state = kinds["sensor_msgs/msg/JointState"]
+    plugin = rosbag2.StoragePlugin.MCAP if path.suffix == ".mcap" else rosbag2.StoragePlugin.SQLITE3
+    writer = (
+        rosbag1.Writer(path) if ros_1 else rosbag2.Writer(path.parent, version=9, storage_plugin=plugin)
+    )
+    serialize = store.serialize_ros1 if ros_1 else store.serialize_cdr
     rows = zip(*(columns[n].tolist() for n in ("Time", "Angle", "Mz", "Load")), strict=True)
-    with Writer(path) as bag:
+    with writer as bag:
         connection = bag.add_connection("/rig", state.__msgtype__, typestore=store)
         for time, angle, torque, load in rows:
             nanoseconds = round(time * 1e6) + 1_600_000_000 * 10**9
-            head = header(seq=0, stamp=stamp(*divmod(nanoseconds, 10**9)), frame_id="")
+            number = {"seq": 0} if ros_1 else {}
+            head = header(stamp=stamp(*divmod(nanoseconds, 10**9)), frame_id="", **number)
             message = state(
                 header=head, name=["wheel"], position=np.array([angle]), velocity=np.array([load]),
                 effort=np.array([torque]),
             )  # fmt: skip
-            bag.write(connection, nanoseconds, store.serialize_ros1(message, state.__msgtype__))
-
-
-def write_ros_2(path: Path, columns: Columns) -> None:
-    """A folder with the messages in SQLite or MCAP, as rosbag2 lays it out, beside metadata.yaml."""
-    pytest.importorskip("rosbags", reason="needs brushgrip[ros]")
-    from rosbags.rosbag2 import StoragePlugin, Writer
-    from rosbags.typesys import Stores, get_typestore
-
-    store = get_typestore(Stores.ROS2_HUMBLE)
-    kinds = store.types
-    stamp, header = kinds["builtin_interfaces/msg/Time"], kinds["std_msgs/msg/Header"]
-    state = kinds["sensor_msgs/msg/JointState"]
-    plugin = StoragePlugin.MCAP if path.suffix == ".mcap" else StoragePlugin.SQLITE3
-    rows = zip(*(columns[n].tolist() for n in ("Time", "Angle", "Mz", "Load")), strict=True)
-    with Writer(path.parent, version=9, storage_plugin=plugin) as bag:
-        connection = bag.add_connection("/rig", state.__msgtype__, typestore=store)
-        for time, angle, torque, load in rows:
-            nanoseconds = round(time * 1e6) + 1_600_000_000 * 10**9
-            head = header(stamp=stamp(*divmod(nanoseconds, 10**9)), frame_id="")
-            message = state(
-                header=head, name=["wheel"], position=np.array([angle]), velocity=np.array([load]),
-                effort=np.array([torque]),
-            )  # fmt: skip
-            bag.write(connection, nanoseconds, store.serialize_cdr(message, state.__msgtype__))
+            bag.write(connection, nanoseconds, serialize(message, state.__msgtype__))
 
 
 JOINT_STATE = "psi=/rig.position.0:deg,M_z=-/rig.effort.0,F_N=/rig.velocity.0"
@@ -165,7 +160,7 @@ WRITERS: dict[str, tuple[str, Callable[[Path, Columns], None], str]] = {
     "candump": ("run.log", write_can, OWN_CLOCK),
     "mdf 3": ("run.mdf", write_mdf_3, OWN_CLOCK),
     "ros": ("run.bag", write_ros, JOINT_STATE),
-    "ros 2": ("bag/bag.db3", write_ros_2, JOINT_STATE),
-    "ros 2 mcap": ("bag/bag.mcap", write_ros_2, JOINT_STATE),
+    "ros 2": ("bag/bag.db3", write_ros, JOINT_STATE),
+    "ros 2 mcap": ("bag/bag.mcap", write_ros, JOINT_STATE),
 }
 """File name, writer and map of each format."""

@@ -1,19 +1,14 @@
 """Channels with clocks of their own on one clock, and names that are resolved."""
 
-import struct
-import zlib
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from identification.reading.channels import ChannelFile, Samples, resolved, tabulate
-from identification.reading.formats import can
-from identification.reading.formats.opening import FormatReader
-from identification.reading.signal_map import NO_MAP, SignalMap
-from identification.reading.table import REQUIRED_COLUMNS, Table
+from identification.reading.channels import ChannelFile, Samples, resolve
+from identification.reading.clock import tabulate
+from identification.reading.signal_map import NO_MAP
+from identification.reading.table import REQUIRED_COLUMNS, Table, check
 from symbolic import InvalidInputError
 
 PATH = Path("run.mf4")
@@ -22,6 +17,10 @@ PATH = Path("run.mf4")
 def table_of(**channels: Samples) -> Table:
     file = ChannelFile(names=list(channels), read=channels.__getitem__)
     return tabulate(PATH, file, REQUIRED_COLUMNS, NO_MAP)
+
+
+def checked(**channels: Samples) -> None:
+    check(table_of(**channels), REQUIRED_COLUMNS)
 
 
 def line(start: float, step: float, size: int, slope: float = 1.0) -> Samples:
@@ -64,7 +63,7 @@ def test_times_that_run_backwards_are_a_fault() -> None:
 
 def test_lengths_must_agree_without_clocks() -> None:
     with pytest.raises(InvalidInputError, match="M_z holds 2 samples, t holds 3"):
-        table_of(
+        checked(
             t=Samples(values=np.arange(3.0)), psi=Samples(values=np.zeros(3)),
             M_z=Samples(values=np.zeros(2)), F_N=Samples(values=np.ones(3)),
         )  # fmt: skip
@@ -72,37 +71,8 @@ def test_lengths_must_agree_without_clocks() -> None:
 
 def test_names_are_resolved_by_their_last_part_or_asked_for() -> None:
     names = ["Rig/Angle [deg]", "Rig/Mz", "Car/Mz"]
-    assert resolved(PATH, "Angle", names) == "Rig/Angle [deg]"
-    assert resolved(PATH, "Car/Mz", names) == "Car/Mz"
-    assert resolved(PATH, "z", names) is None
+    assert resolve("run.mf4", "Angle", names) == "Rig/Angle [deg]"
+    assert resolve("run.mf4", "Car/Mz", names) == "Car/Mz"
+    assert resolve("run.mf4", "z", names) is None
     with pytest.raises(InvalidInputError, match="'Mz' may be Rig/Mz, Car/Mz"):
-        resolved(PATH, "Mz", names)
-
-
-def test_whatever_a_library_raises_is_one_line(tmp_path: Path) -> None:
-    @contextmanager
-    def broken(_: Path, __: SignalMap) -> Iterator[ChannelFile]:
-        raise KeyError("a\nb")
-        yield ChannelFile(names=[], read=lambda _: Samples(values=np.empty(0)))
-
-    path = tmp_path / "run.xyz"
-    path.write_bytes(b"anything")
-    with pytest.raises(InvalidInputError, match=r"run\.xyz: is damaged, or no \.xyz file: ") as caught:
-        FormatReader(extra="mdf", opener=broken)(path, REQUIRED_COLUMNS)
-    assert "\n" not in str(caught.value)
-
-
-def test_a_blf_file_that_unpacks_to_far_more_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    packed = zlib.compress(bytes(2_000_000))
-    container = struct.pack("<4sHHII", b"LOBJ", 16, 1, 32 + len(packed), 10)
-    header = b"LOGG" + struct.pack("<I", 144) + bytes(136)
-    body = container + struct.pack("<H6xI4x", 2, 2_000_000) + packed
-    path = tmp_path / "bomb.blf"
-    path.write_bytes(header + body)
-
-    can.require_bounded(path)
-    monkeypatch.setattr(can, "_LARGEST_CONTAINER", 1_000_000)
-    with pytest.raises(InvalidInputError, match=r"bomb\.blf: holds more than .* unpacked"):
-        can.require_bounded(path)
+        resolve("run.mf4", "Mz", names)

@@ -39,7 +39,7 @@ class RawChannels(NamedTuple):
 
 
 @cache
-def made() -> RawChannels:
+def raw_and_truth() -> RawChannels:
     drive = hand_path(5, 5.0, hand=Hand(quiet=0.5), load=LOAD, rate=RATE)
     M_z = simulate_bristles(drive, RigTyre(), bristles=400).M_z
     rng = np.random.default_rng(5)
@@ -52,7 +52,7 @@ def made() -> RawChannels:
 
 
 def usual() -> dict[str, Pipeline]:
-    levels = {"F_N": float(made().truth["F_N"][:40].mean())}
+    levels = {"F_N": float(raw_and_truth().truth["F_N"][:40].mean())}
     return {
         name: default_pipeline(volts, QUIET, level=levels.get(name, 0.0))
         for name, volts in VOLTS.items()
@@ -60,7 +60,7 @@ def usual() -> dict[str, Pipeline]:
 
 
 def recording(**changed: Any) -> Recording:
-    given: dict[str, Any] = {"raw": made().raw, "pipelines": usual(), **changed}
+    given: dict[str, Any] = {"raw": raw_and_truth().raw, "pipelines": usual(), **changed}
     return recording_from_raw("raw", rig=Rig(a=0.045, e=0.009), tyre=Tyre(k=2.4e6), **given)
 
 
@@ -70,13 +70,13 @@ def rms(values: Array) -> float:
 
 def every_fortieth(name: str) -> Array:
     """As in [Györök 2022]: offset off, then under-sampled."""
-    values = VOLTS[name] * made().raw[name].values
+    values = VOLTS[name] * raw_and_truth().raw[name].values
     return (values - values[: round(QUIET[1] * RATE)].mean())[::EVERY]
 
 
 @pytest.mark.parametrize("name", ["psi", "M_z"])
 def test_the_truth_comes_back(name: str) -> None:
-    truth = made().truth[name]
+    truth = raw_and_truth().truth[name]
     error, naive = rms(getattr(recording(), name) - truth), rms(every_fortieth(name) - truth)
     print(f"{name}: off by {error:.2g}, {error / np.ptp(truth):.2%} of range; under-sampled {naive:.2g}")
 
@@ -86,7 +86,7 @@ def test_the_truth_comes_back(name: str) -> None:
 
 
 def test_the_load_keeps_its_level() -> None:
-    error = recording().F_N - made().truth["F_N"]
+    error = recording().F_N - raw_and_truth().truth["F_N"]
 
     assert abs(error.mean()) < 0.5
     assert rms(error) < 0.005 * LOAD
@@ -94,13 +94,13 @@ def test_the_load_keeps_its_level() -> None:
 
 @pytest.mark.parametrize("name", ["psi", "M_z"])
 def test_hum_leaks_in_at_the_ends_by_less_than_half(name: str) -> None:
-    error = np.abs(getattr(recording(), name) - made().truth[name])
+    error = np.abs(getattr(recording(), name) - raw_and_truth().truth[name])
 
     assert max(error[:5].max(), error[-5:].max()) < 0.4 * HUM * abs(VOLTS[name])
 
 
 def test_nothing_is_shifted_in_time() -> None:
-    got, truth = recording().M_z, made().truth["M_z"]
+    got, truth = recording().M_z, raw_and_truth().truth["M_z"]
     shifts = range(-5, 6)
     off = [rms((np.roll(got, -shift) - truth)[10:-10]) for shift in shifts]
 
@@ -133,7 +133,7 @@ def test_scaled_and_offset_by_hand() -> None:
 
 
 @pytest.mark.parametrize(
-    ("step", "said"),
+    ("step", "message"),
     [
         (lambda: Scaled(factor=0), "factor"),
         (lambda: OffsetRemoved(start=1, stop=1), "0 <= start < stop"),
@@ -146,13 +146,13 @@ def test_scaled_and_offset_by_hand() -> None:
         (lambda: Channel(values=np.array([0, 1, np.nan]), rate=1), "sample 2 is not finite"),
     ],
 )
-def test_nonsense_is_refused(step: Any, said: str) -> None:
-    with pytest.raises(InvalidInputError, match=said):
+def test_nonsense_is_refused(step: Any, message: str) -> None:
+    with pytest.raises(InvalidInputError, match=message):
         step()
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("changes", "message"),
     [
         ({"psi": Pipeline((OffsetRemoved(start=0, stop=99),))}, "psi: the quiet stretch"),
         ({"M_z": Pipeline((LowPass(cutoff=2000),))}, "M_z: cutoff must be less than half the rate"),
@@ -161,12 +161,12 @@ def test_nonsense_is_refused(step: Any, said: str) -> None:
     ],
 )
 def test_a_step_that_cannot_be_done_names_its_channel(
-    changes: Mapping[str, Pipeline], said: str
+    changes: Mapping[str, Pipeline], message: str
 ) -> None:
-    with pytest.raises(InvalidInputError, match=said):
+    with pytest.raises(InvalidInputError, match=message):
         recording(pipelines=usual() | changes)
 
 
 def test_a_missing_channel_is_named() -> None:
     with pytest.raises(InvalidInputError, match="F_N needs a raw channel"):
-        recording(raw={name: made().raw[name] for name in ("psi", "M_z")})
+        recording(raw={name: raw_and_truth().raw[name] for name in ("psi", "M_z")})

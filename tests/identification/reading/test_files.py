@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from identification import read_rig
-from identification.reading import csvfile
-from identification.reading.csvfile import read_csv
 from identification.reading.files import LARGEST_FILE, read_bytes
+from identification.reading.formats import csvfile
+from identification.reading.formats.csvfile import read_csv
 from observers import Ekf, from_files
 from symbolic import InvalidInputError
 

@@ -1,5 +1,3 @@
-import contextlib
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, ClassVar
@@ -10,6 +8,7 @@ from scipy.io import savemat
 
 from identification.reading.recordings import Recording, read_recording
 from symbolic import InvalidInputError, Rig, Tolerances, Tyre
+from tests.identification.reading.logs import refused
 
 RIG = (Rig(a=0.04, e=0.009, J_A=0.15), Tyre(k=2.4e6, mu=1.6))
 N = 20
@@ -17,7 +16,6 @@ T = np.arange(N) / 100
 PSI = 0.1 * np.sin(20 * T)
 M_Z = -3 * PSI
 F_N = np.linspace(400, 410, N)
-AT_4 = np.arange(1, N + 1) == 4
 AFTER_3 = np.arange(1, N + 1) > 3
 
 
@@ -39,12 +37,9 @@ def write_mat(folder: Path, **changes: Any) -> Path:
     return path
 
 
-def message_of(path: Path, rig: tuple[Rig, Tyre] | None = RIG, *, torque_required: bool = True) -> str:
-    with pytest.raises(InvalidInputError) as caught:
-        read_recording(path, rig, torque_required=torque_required)
-    message = str(caught.value)
+def message_of(path: Path, rig: tuple[Rig, Tyre] | None = RIG) -> str:
+    message = refused(lambda path: read_recording(path, rig), path)
     assert message.startswith(f"{path}: ")
-    assert "\n" not in message
     return message.removeprefix(f"{path}: ")
 
 
@@ -52,75 +47,49 @@ class TestCsv:
     def test_reads(self, tmp_path: Path) -> None:
         recording = read_recording(write(tmp_path, rows_of()), RIG)
 
-        assert recording.name == "run"
+        assert (recording.name, recording.M, recording.ground) == ("run", None, None)
         assert (recording.rig, recording.tyre) == RIG
-        for read, given in [
-            (recording.t, T),
-            (recording.psi, PSI),
-            (recording.M_z, M_Z),
-            (recording.F_N, F_N),
-        ]:
+        for name, given in {"t": T, "psi": PSI, "M_z": M_Z, "F_N": F_N}.items():
+            read = getattr(recording, name)
             np.testing.assert_allclose(read, given, rtol=1e-9)
             assert read.dtype == np.float64
             assert not read.flags.writeable
-        assert recording.M is None
 
     def test_any_order_with_rate_steering_torque_and_strangers(self, tmp_path: Path) -> None:
         rows = rows_of(F_N, PSI * 7, T, M_Z + 1, PSI, M_Z, header="F_N,psi_dot,t, M ,psi,M_z")
         rows = [row + (",note" if number == 0 else ",dry") for number, row in enumerate(rows)]
         recording = read_recording(write(tmp_path, rows), RIG)
 
-        np.testing.assert_allclose(recording.psi_dot, PSI * 7, rtol=1e-9)
-        assert recording.M is not None
-        np.testing.assert_allclose(recording.M, M_Z + 1, rtol=1e-9)
-        np.testing.assert_allclose(recording.t, T)
+        for name, given in {"t": T, "psi": PSI, "psi_dot": PSI * 7, "M": M_Z + 1}.items():
+            np.testing.assert_allclose(getattr(recording, name), given, rtol=1e-9)
 
     @pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
-    def test_byte_order_mark_line_ends_and_trailing_blank_lines(self, tmp_path: Path, end: str) -> None:
-        rows = ["\ufeff# measured on Monday", "", *rows_of(), "", "  ", ""]
+    def test_byte_order_mark_line_ends_blank_lines_and_quotes(self, tmp_path: Path, end: str) -> None:
+        quoted = [",".join(f'"{field}"' for field in row.split(",")) for row in rows_of()]
+        rows = ["\ufeff# measured on Monday", "", *quoted, "", "  ", ""]
         plain = read_recording(write(tmp_path, rows_of()), RIG)
         recording = read_recording(write(tmp_path, rows, end=end), RIG)
 
         np.testing.assert_array_equal(recording.M_z, plain.M_z)
 
-    def test_quoted_fields(self, tmp_path: Path) -> None:
-        rows = [",".join(f'"{field}"' for field in row.split(",")) for row in rows_of()]
-
-        assert read_recording(write(tmp_path, rows), RIG).t.size == N
-
-    def test_comment_lines_override_the_rig(self, tmp_path: Path) -> None:
+    def test_comment_lines_go_before_the_rig(self, tmp_path: Path) -> None:
         rows = ["# a = 0.045", "#k=7e4", "# b_t = 1.5", "# operator = B", *rows_of()]
         recording = read_recording(write(tmp_path, rows), RIG)
+        alone = read_recording(write(tmp_path, ["# e = 0", *rows]))
 
         assert recording.rig == Rig(a=0.045, e=0.009, J_A=0.15, b_t=1.5)
         assert recording.tyre == Tyre(k=7e4, mu=1.6)
-
-    def test_comment_lines_replace_the_rig(self, tmp_path: Path) -> None:
-        rows = ["# a = 0.045", "# e = 0", "# k = 7e4", *rows_of()]
-
-        assert read_recording(write(tmp_path, rows)).rig == Rig(a=0.045, e=0.0)
+        assert (alone.rig, alone.tyre) == (Rig(a=0.045, e=0.0, b_t=1.5), Tyre(k=7e4))
 
     @pytest.mark.parametrize("sign", ["+-", "+/-", "±"])
     def test_tolerances_and_ground(self, tmp_path: Path, sign: str) -> None:
         lines = [f"# a = 0.05 {sign} 0.0025", f"#load=1{sign}0.01", "# ground = steel plate"]
-        read = read_recording(write(tmp_path, [*lines, *rows_of(T, PSI, M_Z, F_N)]), RIG)
+        rig = replace(RIG[0], tolerances=Tolerances(a=0.001, e=0.002))
+        read = read_recording(write(tmp_path, [*lines, *rows_of()]), (rig, RIG[1]))
 
         assert read.rig.a == 0.05
-        assert read.rig.tolerances == Tolerances(a=0.0025, load=0.01)
+        assert read.rig.tolerances == Tolerances(a=0.0025, e=0.002, load=0.01)
         assert read.ground == "steel plate"
-
-    def test_tolerances_of_the_rig_hold_where_the_recording_says_nothing(self, tmp_path: Path) -> None:
-        rig = replace(RIG[0], tolerances=Tolerances(a=0.001, e=0.002))
-        rows = ["# e = 0.008 +- 0.0005", *rows_of(T, PSI, M_Z, F_N)]
-        read = read_recording(write(tmp_path, rows), (rig, RIG[1]))
-
-        assert read.rig.tolerances == Tolerances(a=0.001, e=0.0005)
-        assert read.ground is None
-
-    def test_without_rig_says_what_to_do(self, tmp_path: Path) -> None:
-        path = write(tmp_path, ["# a = 0.045", *rows_of()])
-
-        assert message_of(path, None).startswith("e and k not known; name a rig file (--rig")
 
     @pytest.mark.parametrize("missing", ["", "NaN", " nan "])
     def test_gaps(self, tmp_path: Path, missing: str) -> None:
@@ -138,12 +107,10 @@ class TestCsv:
         assert np.isfinite(recording.psi_dot).all()
 
     def test_empty_rate_column_is_derived(self, tmp_path: Path) -> None:
+        derived = read_recording(write(tmp_path, rows_of()), RIG).psi_dot
         rows = [row + (",psi_dot" if number == 0 else ",") for number, row in enumerate(rows_of())]
-        derived = read_recording(write(tmp_path, rows_of()), RIG)
 
-        np.testing.assert_array_equal(
-            read_recording(write(tmp_path, rows), RIG).psi_dot, derived.psi_dot
-        )
+        np.testing.assert_array_equal(read_recording(write(tmp_path, rows), RIG).psi_dot, derived)
 
     @pytest.mark.parametrize("header", ["t,psi,F_N", "t,psi,F_N,M_z"])
     def test_torque_may_be_dispensable(self, tmp_path: Path, header: str) -> None:
@@ -154,48 +121,42 @@ class TestCsv:
         assert "M_z" in message_of(path)
 
 
-def edit(row: int, text: str) -> Callable[[list[str]], None]:
-    """Replaces a row; the header is row 1."""
-
-    def apply(rows: list[str]) -> None:
-        rows[row - 1] = text
-
-    return apply
-
-
 @pytest.mark.parametrize(
-    ("change", "fault"),
+    ("number", "row", "fault"),
     [
-        (
-            edit(1, "t,psi,F_N"),
-            "row 1: column M_z missing from the header 't,psi,F_N'; expected t,",
-        ),
-        (edit(1, "t psi M_z F_N"), "row 1: columns t, psi, M_z, F_N missing from the header"),
-        (edit(1, "t;psi;M_z;F_N"), "row 2: has 1 fields, the header has 4 (and "),
-        (edit(1, "t,psi,M_z,F_N,t"), "row 1: two columns are named t; one allowed"),
-        (edit(7, "0.05,abc,0,400"), "row 7: psi = 'abc' is not a number; allowed: a finite number"),
-        (edit(7, "0.05,0,1_0,400"), "row 7: M_z = '1_0' is not a number"),
-        (edit(7, "0.05,0,0"), "row 7: has 3 fields, the header has 4"),
-        (edit(7, "0,05,0,0,400"), "row 7: has 5 fields, the header has 4"),
-        (edit(7, ""), "row 7: has 0 fields, the header has 4"),
-        (edit(7, "0.01,0,0,400"), "row 7: time runs backwards: t = 0.01 s after 0.04 s; t must"),
-        (edit(7, "0.04,0,0,400"), "row 7: time repeats: t = 0.04 s after 0.04 s; t must increase"),
-        (edit(7, ",0,0,400"), "row 7: t is missing; every sample needs its time"),
-        (edit(7, "NaN,0,0,400"), "row 7: t is missing"),
-        (edit(7, "0.05,inf,0,400"), "row 7: psi is infinite; allowed: a finite number, empty or"),
-        (edit(7, "0.05,0,-inf,400"), "row 7: M_z is infinite"),
-        (edit(7, "0.05,0,0,1e999"), "row 7: F_N is infinite"),
-        (edit(7, "inf,0,0,400"), "row 7: t is infinite"),
-        (edit(7, "0.05,0,0,0"), "row 7: F_N = 0 N; a vertical load is greater than 0"),
-        (edit(7, "0.05,0,0,-400"), "row 7: F_N = -400 N; a vertical load is greater than 0"),
-        (edit(7, '0.05,0,0,"400'), "row 7: "),
+        (1, "t,psi,F_N", "column M_z missing from the header 't,psi,F_N'; expected t,"),
+        (1, "t psi M_z F_N", "columns t, psi, M_z, F_N missing from the header"),
+        (1, "t,psi,M_z,F_N,t", "two columns are named t; one allowed"),
+        (7, "0.05,abc,0,400", "psi = 'abc' is not a number; allowed: a finite number"),
+        (7, "0.05,0,1_0,400", "M_z = '1_0' is not a number"),
+        (7, "0.05,0,0", "has 3 fields, the header has 4"),
+        (7, "0,05,0,0,400", "has 5 fields, the header has 4"),
+        (7, "", "has 0 fields, the header has 4"),
+        (7, "0.01,0,0,400", "time runs backwards: t = 0.01 s after 0.04 s; t must"),
+        (7, "0.04,0,0,400", "time repeats: t = 0.04 s after 0.04 s; t must increase"),
+        (7, ",0,0,400", "t is missing; every sample needs its time"),
+        (7, "NaN,0,0,400", "t is missing"),
+        (7, "0.05,inf,0,400", "psi is infinite; allowed: a finite number, empty or"),
+        (7, "0.05,0,-inf,400", "M_z is infinite"),
+        (7, "0.05,0,0,1e999", "F_N is infinite"),
+        (7, "inf,0,0,400", "t is infinite"),
+        (7, "0.05,0,0,0", "F_N = 0 N; a vertical load is greater than 0"),
+        (7, "0.05,0,0,-400", "F_N = -400 N; a vertical load is greater than 0"),
+        (7, '0.05,0,0,"400', ""),
+        (7, "0.03,0,0," + "4" * 200_000, "is not CSV: "),
     ],
 )
-def test_csv_faults(tmp_path: Path, change: Callable[[list[str]], None], fault: str) -> None:
+def test_faults_of_a_row(tmp_path: Path, number: int, row: str, fault: str) -> None:
     rows = rows_of()
-    change(rows)
+    rows[number - 1] = row
 
-    assert message_of(write(tmp_path, rows)).startswith(fault)
+    assert message_of(write(tmp_path, rows)).startswith(f"row {number}: {fault}")
+
+
+def test_a_header_with_another_delimiter(tmp_path: Path) -> None:
+    message = message_of(write(tmp_path, ["t;psi;M_z;F_N", *rows_of()[1:]]))
+
+    assert message.startswith("row 2: has 1 fields, the header has 4 (and ")
 
 
 @pytest.mark.parametrize(
@@ -264,6 +225,7 @@ def test_nothing_but_gaps(tmp_path: Path, column: str) -> None:
 
 
 GARBAGE = np.random.default_rng(0).integers(0, 256, 500, dtype=np.uint8).tobytes()
+OTHER_LETTERS = "# Messung in Łódź\n# a = 0.04\nt,psi,M_z,F_N\n".encode("cp1250")
 
 
 @pytest.mark.parametrize("name", ["run.csv", "run.mat", "run"])
@@ -275,40 +237,26 @@ def test_no_recording_at_all(tmp_path: Path, name: str, content: bytes) -> None:
     assert message_of(path).startswith(("is empty", "row ", "is not", "is a MATLAB 7.3", "is damaged"))
 
 
-def test_text_that_is_not_utf_8(tmp_path: Path) -> None:
-    path = tmp_path / "run.csv"
-    path.write_bytes("# Messung in Łódź\n# a = 0.04\nt,psi,M_z,F_N\n".encode("cp1250"))
+@pytest.mark.parametrize(
+    ("content", "fault"),
+    [
+        (b"# a = 1\n", "has no header; expected t,psi,M_z,F_N"),
+        (OTHER_LETTERS, "row 1: is not text, byte 0xa3 is not UTF-8; save"),
+    ],
+)
+def test_no_table(tmp_path: Path, content: bytes, fault: str) -> None:
+    (tmp_path / "run.csv").write_bytes(content)
 
-    assert message_of(path).startswith("row 1: is not text, byte 0xa3 is not UTF-8; save")
-
-
-def test_only_comments(tmp_path: Path) -> None:
-    assert message_of(write(tmp_path, ["# a = 1"])) == "has no header; expected t,psi,M_z,F_N"
-
-
-def test_field_too_long_for_csv(tmp_path: Path) -> None:
-    rows = rows_of()
-    rows[4] = "0.03,0,0," + "4" * 200_000
-
-    assert message_of(write(tmp_path, rows)).startswith("row 5: is not CSV: ")
+    assert message_of(tmp_path / "run.csv").startswith(fault)
 
 
-@pytest.mark.parametrize("name", ["none.csv", "none.mat"])
-def test_missing_file(tmp_path: Path, name: str) -> None:
-    assert message_of(tmp_path / name) == "no such file"
+@pytest.mark.parametrize("suffix", [".csv", ".mat"])
+def test_no_file(tmp_path: Path, suffix: str) -> None:
+    (tmp_path / f"folder{suffix}").mkdir()
 
-
-@pytest.mark.parametrize("name", ["folder.csv", "folder.mat"])
-def test_directory(tmp_path: Path, name: str) -> None:
-    (tmp_path / name).mkdir()
-
-    assert message_of(tmp_path / name) == "is a directory, expected a file"
-
-
-def test_path_through_a_file(tmp_path: Path) -> None:
-    path = write(tmp_path, rows_of()) / "run.csv"
-
-    assert message_of(path).startswith("cannot be read: ")
+    assert message_of(tmp_path / f"none{suffix}") == "no such file"
+    assert message_of(tmp_path / f"folder{suffix}") == "is a directory, expected a file"
+    assert message_of(write(tmp_path, rows_of()) / f"run{suffix}").startswith("cannot be read: ")
 
 
 class TestMat:
@@ -354,11 +302,7 @@ class TestMat:
             ({"Psi": np.eye(4)}, "Psi must be one row or column, it is 4x4"),
             ({"Psi": np.zeros((0, 0))}, "Psi must be one row or column, it is 0x0"),
             ({"Psi": PSI * np.nan}, "every psi is missing, a number is needed"),
-            ({"Mz": M_Z * np.nan}, "every M_z is missing"),
-            ({"Mz": np.where(AT_4, np.inf, M_Z)}, "sample 4: M_z is infinite"),
             ({"Fz": np.where(AFTER_3, -F_N, F_N)}, "sample 4: F_N = -4"),
-            ({"time": np.where(AT_4, np.nan, T)}, "sample 4: t is missing"),
-            ({"time": np.where(AT_4, 0, T)}, "sample 4: time runs backwards"),
             ({"a": 0.0}, "scalar a: a must be a finite number greater than 0 m, got 0"),
             ({"a": [0.04, 0.05]}, "a must be one number, it holds 2"),
             ({"e": -0.05}, "scalar e: e must lie between -a and a"),
@@ -379,24 +323,6 @@ class TestMat:
         path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512) + b"\x89HDF")
 
         assert message_of(path).startswith(("is a MATLAB 7.3 (HDF5) file; save it", "is damaged"))
-
-    @pytest.mark.parametrize("kept", [64, 128, 131, 200, 600])
-    def test_cut_short(self, tmp_path: Path, kept: int) -> None:
-        path = write_mat(tmp_path)
-        path.write_bytes(path.read_bytes()[:kept])
-
-        assert message_of(path).startswith(("is damaged", "variable"))
-
-    def test_damaged_anywhere_never_escapes(self, tmp_path: Path) -> None:
-        path = write_mat(tmp_path)
-        whole = path.read_bytes()
-        random = np.random.default_rng(1)
-        for position in random.integers(116, len(whole), 200):
-            damaged = bytearray(whole)
-            damaged[position] ^= int(random.integers(1, 256))
-            path.write_bytes(damaged)
-            with contextlib.suppress(InvalidInputError):
-                read_recording(path)
 
 
 class TestRecording:

@@ -2,8 +2,10 @@ from pathlib import Path
 
 import pytest
 
-from identification.reading.rigfile import read_rig, with_declared
+from identification.reading.rigfile import read_rig, rig_of_table, rig_text
+from identification.reading.table import Table
 from symbolic import InvalidInputError, Rig, Tolerances, Tyre
+from tests.identification.reading.logs import refused
 
 COMPLETE = "[rig]\na = 0.04\ne = 0.009\nJ_A = 0.15\nb_t = 1\n\n[tyre]\nk = 2438000\nmu = 1.67\n"
 
@@ -40,51 +42,44 @@ def test_tolerances(tmp_path: Path) -> None:
     )
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "fault"),
-    [
-        ("a = 0.04", "a = { value = 0.04 }", "[rig] a lacks its tolerance; write {"),
-        ("a = 0.04", "a = { tolerance = 0.01 }", "[rig] a lacks its value; write {"),
-        ("a = 0.04", "a = { value = 0.04, tol = 1 }", "[rig] a holds an unknown 'tol'; allowed: value"),
-        ("a = 0.04", 'a = { value = 0.04, tolerance = "1" }', "[rig] a: its tolerance must be a number"),
-        (
-            "a = 0.04",
-            "a = { value = 0.04, tolerance = -1 }",
-            "a: its tolerance must be a finite number of",
-        ),
-        (
-            "a = 0.04",
-            "a = { value = 0.04, tolerance = 0.035 }",
-            "a must stay greater than e and 0 within",
-        ),
-        ("e = 0.009", "e = { value = 0, tolerance = inf }", "e: its tolerance must be a finite number"),
-        (
-            "J_A = 0.15",
-            "load = { value = 1.1, tolerance = 0.1 }",
-            "[rig] load must have the value 1: it has",
-        ),
-        (
-            "J_A = 0.15",
-            "load = { tolerance = 1 }",
-            "load: its tolerance must be a finite number of at least",
-        ),
-        ("J_A = 0.15", "zero = 0.2", "[rig] zero must have the value 0: it has a tolerance alone"),
-        ("J_A = 0.15", "J_A = { value = 0.15, tolerance = 0.1 }", "[rig] J_A must be a number, got"),
-    ],
-)
-def test_faults_of_tolerances(tmp_path: Path, old: str, new: str, fault: str) -> None:
-    path = write(tmp_path, COMPLETE.replace(old, new))
-    with pytest.raises(InvalidInputError) as caught:
-        read_rig(path)
-    message = str(caught.value)
-    assert message.startswith(f"{path}: {fault}")
-    assert "\n" not in message
+TOLERANCES = [
+    ("a", "{ value = 0.04 }", "[rig] a lacks its tolerance; write {"),
+    ("a", "{ tolerance = 0.01 }", "[rig] a lacks its value; write {"),
+    ("a", "{ value = 0.04, tol = 1 }", "[rig] a holds an unknown 'tol'; allowed: value"),
+    ("a", '{ value = 0.04, tolerance = "1" }', "[rig] a: its tolerance must be a number"),
+    ("a", "{ value = 0.04, tolerance = -1 }", "a: its tolerance must be a finite number of"),
+    ("a", "{ value = 0.04, tolerance = 0.035 }", "a must stay greater than e and 0 within"),
+    ("e", "{ value = 0, tolerance = inf }", "e: its tolerance must be a finite number"),
+    ("load", "{ value = 1.1, tolerance = 0.1 }", "[rig] load must have the value 1: it has"),
+    ("load", "{ tolerance = 1 }", "load: its tolerance must be a finite number of at least"),
+    ("zero", "0.2", "[rig] zero must have the value 0: it has a tolerance alone"),
+    ("J_A", "{ value = 0.15, tolerance = 0.1 }", "[rig] J_A must be a number, got"),
+]
+VALUES = [
+    ("a", '"4 cm"', "[rig] a must be a number, got '4 cm'"),
+    ("a", "true", "[rig] a must be a number, got 'True'"),
+    ("a", "[0.04]", "[rig] a must be a number, got '[0.04]'"),
+    ("a", "0", "a must be a finite number greater than 0 m, got 0"),
+    ("a", "nan", "a must be a finite number greater than 0 m, got nan"),
+    ("e", "-0.04", "e must lie between -a and a, here -0.04 and 0.04 m, got -0.04"),
+    ("k", "-1", "k must be a finite number greater than 0 N/m^2, got -1"),
+    ("mu", "0.0", "mu must be a finite number greater than 0, got 0"),
+    ("b_t", "-1", "b_t must be a number from 0 to 10000 N m s/rad, got -1"),
+    ("a", "40", "a must be given in metres, at most 1 m in size, got 40; if these are"),
+    ("e", "-9", "e must be given in metres, at most 1 m in size, got -9; if these are"),
+    ("a", "inf", "a must be a finite number greater than 0 m, got inf"),
+    ("k", "1" + "0" * 400, "[tyre] holds a number too large to compute with"),
+    ("a", "", "is not valid TOML: "),
+]
 
 
-def test_reads_past_a_byte_order_mark(tmp_path: Path) -> None:
-    path = write(tmp_path, "\ufeff" + COMPLETE.replace("\n", "\r\n"))
+@pytest.mark.parametrize(("name", "value", "fault"), TOLERANCES + VALUES)
+def test_faults_of_a_value(tmp_path: Path, name: str, value: str, fault: str) -> None:
+    lines = [line for line in COMPLETE.splitlines() if not line.startswith(f"{name} =")]
+    lines.insert(lines.index("[tyre]") + (name in ("k", "mu")), f"{name} = {value}")
+    path = write(tmp_path, "\n".join(lines))
 
-    assert read_rig(str(path))[0].a == 0.04
+    assert refused(read_rig, path).startswith(f"{path}: {fault}")
 
 
 @pytest.mark.parametrize(
@@ -93,80 +88,67 @@ def test_reads_past_a_byte_order_mark(tmp_path: Path) -> None:
         ("[rig]", "[rigg]", "unknown section or key 'rigg'; allowed: [rig], [tyre]"),
         ("[rig]", "x = 1\n[rig]", "unknown section or key 'x'"),
         ("[tyre]\nk = 2438000\nmu = 1.67\n", "", "section [tyre] is missing; it holds k, mu"),
+        (COMPLETE, "rig = 3\n[tyre]\nk = 1\n", "section [rig] is missing"),
         ("a = 0.04\n", "", "[rig] a is missing; required: a, e"),
         ("e = 0.009\n", "", "[rig] e is missing; required: a, e"),
         ("k = 2438000\n", "", "[tyre] k is missing; required: k"),
         ("J_A", "J", "[rig] unknown key 'J'; allowed: a, e, J_A, b_t, slide_rate"),
-        ("a = 0.04", 'a = "4 cm"', "[rig] a must be a number, got '4 cm'"),
-        ("a = 0.04", "a = true", "[rig] a must be a number, got 'True'"),
-        ("a = 0.04", "a = [0.04]", "[rig] a must be a number, got '[0.04]'"),
-        ("a = 0.04", "a = 0", "a must be a finite number greater than 0 m, got 0"),
-        ("a = 0.04", "a = nan", "a must be a finite number greater than 0 m, got nan"),
-        ("e = 0.009", "e = -0.04", "e must lie between -a and a, here -0.04 and 0.04 m, got -0.04"),
-        ("k = 2438000", "k = -1", "k must be a finite number greater than 0 N/m^2, got -1"),
-        ("mu = 1.67", "mu = 0.0", "mu must be a finite number greater than 0, got 0"),
-        ("b_t = 1", "b_t = -1", "b_t must be a number from 0 to 10000 N m s/rad, got -1"),
-        ("a = 0.04", "a = 40", "a must be given in metres, at most 1 m in size, got 40; if these are"),
-        ("e = 0.009", "e = -9", "e must be given in metres, at most 1 m in size, got -9; if these are"),
-        ("a = 0.04", "a = inf", "a must be a finite number greater than 0 m, got inf"),
-        ("k = 2438000", "k = 1" + "0" * 400, "[tyre] holds a number too large to compute with"),
-        ("a = 0.04", "a = ", "is not valid TOML: "),
         ("e = 0.009", "a = 0.05", "is not valid TOML: "),
+        (COMPLETE, "", "is empty"),
+        (COMPLETE, "[rig]\na = 1 # \udce9\n", "row 2"),
+        (COMPLETE, "[rig]\n\0", "row 2"),
     ],
 )
-def test_faults(tmp_path: Path, old: str, new: str, fault: str) -> None:
-    path = write(tmp_path, COMPLETE.replace(old, new, 1))
-
-    with pytest.raises(InvalidInputError) as caught:
-        read_rig(path)
-
-    message = str(caught.value)
-    assert message.startswith(f"{path}: {fault}")
-    assert "\n" not in message
-
-
-def test_section_that_is_a_value(tmp_path: Path) -> None:
-    path = write(tmp_path, "rig = 3\n[tyre]\nk = 1\n")
-
-    with pytest.raises(InvalidInputError, match=r"section \[rig\] is missing"):
-        read_rig(path)
-
-
-def test_missing_file_and_directory(tmp_path: Path) -> None:
-    with pytest.raises(InvalidInputError, match=r"none\.toml: no such file$"):
-        read_rig(tmp_path / "none.toml")
-    with pytest.raises(InvalidInputError, match="is a directory"):
-        read_rig(tmp_path)
-
-
-@pytest.mark.parametrize(
-    ("content", "fault"),
-    [(b"", "is empty"), (b"[rig]\na = 1 # \xe9\n", "row 2"), (b"[rig]\n\0", "row 2")],
-)
-def test_no_text(tmp_path: Path, content: bytes, fault: str) -> None:
+def test_faults_of_a_file(tmp_path: Path, old: str, new: str, fault: str) -> None:
     path = tmp_path / "rig.toml"
-    path.write_bytes(content)
+    path.write_bytes(COMPLETE.replace(old, new, 1).encode("utf-8", "surrogateescape"))
 
-    with pytest.raises(InvalidInputError, match=fault):
-        read_rig(path)
+    assert refused(read_rig, path).startswith(f"{path}: {fault}")
+
+
+def test_a_file_that_is_none(tmp_path: Path) -> None:
+    assert refused(read_rig, tmp_path / "none.toml").endswith("none.toml: no such file")
+    assert "is a directory" in refused(read_rig, tmp_path)
+
+
+def declared(nominal: tuple[Rig, Tyre] | None, values: dict[str, float]) -> tuple[Rig, Tyre]:
+    table = Table(
+        path=Path("run.csv"),
+        columns={},
+        declared=values,
+        faults=(),
+        place=lambda name: f"line of {name}",
+    )
+    return rig_of_table(table, nominal)
 
 
 def test_declared_values_go_first() -> None:
     nominal = (Rig(a=0.04, e=0.009, J_A=0.15), Tyre(k=6e4, mu=0.8))
 
-    assert with_declared(nominal, {}) == nominal
-    assert with_declared(nominal, {"a": 0.05, "b_t": 1.0, "k": 7e4}) == (
+    assert declared(nominal, {}) == nominal
+    assert declared(nominal, {"a": 0.05, "b_t": 1.0, "k": 7e4}) == (
         Rig(a=0.05, e=0.009, J_A=0.15, b_t=1.0),
         Tyre(k=7e4, mu=0.8),
     )
+    assert declared(None, {"a": 0.04, "e": 0.0, "k": 6e4}) == (Rig(a=0.04, e=0), Tyre(k=6e4))
 
 
-def test_declared_in_millimetres() -> None:
-    with pytest.raises(InvalidInputError, match=r"^a must be given in metres, .* write 0\.045$"):
-        with_declared((Rig(a=0.04, e=0.009), Tyre(k=6e4)), {"a": 45.0})
+@pytest.mark.parametrize(
+    ("nominal", "value", "fault"),
+    [
+        ((Rig(a=0.04, e=0.009), Tyre(k=6e4)), 45.0, r"line of a: a must be given in metres, .* 0\.045$"),
+        (None, 0.04, r"e and k not known; name a rig file \(--rig"),
+    ],
+)
+def test_faults_of_declared_values(nominal: tuple[Rig, Tyre] | None, value: float, fault: str) -> None:
+    with pytest.raises(InvalidInputError, match=f"^run.csv: {fault}"):
+        declared(nominal, {"a": value})
 
 
-def test_declared_alone_must_be_complete() -> None:
-    assert with_declared(None, {"a": 0.04, "e": 0.0, "k": 6e4}) == (Rig(a=0.04, e=0), Tyre(k=6e4))
-    with pytest.raises(InvalidInputError, match=r"^e and k not known; name a rig file \(--rig"):
-        with_declared(None, {"a": 0.04})
+def test_what_is_written_is_read_again(tmp_path: Path) -> None:
+    within = Tolerances(a=0.002, e=1e-3, load=0.02, zero=0.1)
+    for rig, tyre in (
+        (Rig(a=0.045, e=0.009), Tyre(k=2.4e6)),
+        (Rig(a=0.1 / 3, e=-0.01, J_A=0.14, b_t=1.5, tolerances=within), Tyre(k=2.4e6 / 7, mu=1.2)),
+    ):
+        assert read_rig(write(tmp_path, rig_text(rig, tyre))) == (rig, tyre)

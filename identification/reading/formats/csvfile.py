@@ -7,14 +7,22 @@ import csv
 import re
 from array import array
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
-from identification.reading.channels import COLUMNS, map_hint, resolved, unit_of_name
-from identification.reading.csvdialect import Numbers, delimiter_of, read_letters, units_in
+from identification.reading.channels import (
+    COLUMNS,
+    ChannelFile,
+    Samples,
+    map_hint,
+    resolve,
+    unit_of_name,
+)
+from identification.reading.clock import tabulate
+from identification.reading.formats.csvdialect import Numbers, delimiter_of, read_letters, units_in
 from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
 from identification.reading.signal_map import NO_MAP, SignalMap
 from identification.reading.table import MOST_SAMPLES, OPTIONAL_COLUMNS, Fault, Table
@@ -64,15 +72,17 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
     names = [field.strip() for field in fields]
     header = _header(path, number, names, needed, signals)
     rows, units = _units(rows, header)
-    units = {column: units.get(column, unit_of_name(names[at])) for column, at in header.items()}
     columns, numbers, faults = _columns(path, header, len(names), rows, Numbers(delimiter))
-    for column, values in columns.items():
-        where = f"{path}: row {number}: {excerpt(names[header[column]])}"
-        values *= signals.of(column).scale(column, units[column], where)
-    return Table(
-        path=path,
-        columns=columns,
+    by_name = {names[at]: column for column, at in header.items()}
+    file = ChannelFile(
+        names=list(by_name),
+        read=lambda name: Samples(
+            values=columns[by_name[name]], unit=units.get(by_name[name], unit_of_name(name))
+        ),
         declared=heading.declared,
+    )
+    return replace(
+        tabulate(path, file, needed, signals),
         faults=faults,
         place=lambda of: f"row {numbers[of] if isinstance(of, int) else places[of]}",
         tolerances=heading.tolerances,
@@ -164,10 +174,8 @@ def _header(
     """The index of each column."""
     found = {}
     for column in COLUMNS:
-        name = resolved(path, signals.of(column).channel, names, by_part=False)
-        if name is not None and names.count(name) > 1:
-            raise InvalidInputError(f"{path}: row {row}: two columns are named {name}; one allowed")
-        if name is not None:
+        wanted = signals.of(column).channel
+        if (name := resolve(f"{path}: row {row}", wanted, names, by_part=False)) is not None:
             found[column] = names.index(name)
     missing = [c for c in COLUMNS if c not in found and (c in needed or c in signals.signals)]
     if missing:

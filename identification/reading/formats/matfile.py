@@ -7,6 +7,7 @@ arrays alone; `scipy.io.loadmat` reads everything, but a damaged file can end th
 import struct
 import zlib
 from collections.abc import Container, Iterator, Mapping, Sequence
+from dataclasses import replace
 from math import prod
 from pathlib import Path
 from typing import NamedTuple
@@ -14,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.channels import map_hint
+from identification.reading.channels import COLUMNS, ChannelFile, Samples, map_hint
+from identification.reading.clock import tabulate
 from identification.reading.files import read_bytes, require_readable
 from identification.reading.rigfile import DECLARABLE
 from identification.reading.signal_map import NO_MAP, SignalMap
@@ -22,14 +24,14 @@ from identification.reading.table import MOST_SAMPLES, Array, Table
 from symbolic import TOLERATED, InvalidInputError
 from symbolic.tables.parsing import naming
 
-_VARIABLES = {"t": "time", "psi": "Psi", "M_z": "Mz", "F_N": "Fz"}
+VARIABLES = {"t": "time", "psi": "Psi", "M_z": "Mz", "F_N": "Fz"}
 """Variable of each column."""
 HALF_LENGTH_TOLERANCE = 0.0025
 """Half-lengths in the published files are whole multiples of 5 mm [m].
 
 A scalar `a_tolerance` in a file goes before it."""
-_WANTED = {*_VARIABLES.values(), *DECLARABLE, *(f"{name}_tolerance" for name in TOLERATED)}
-"""Columns, values of the rig, and how far off these may be."""
+_SCALARS = (*DECLARABLE, *(f"{name}_tolerance" for name in TOLERATED))
+"""Values of the rig, and how far off these may be."""
 _HDF5 = (b"MATLAB 7.3", b"\x89HDF")
 _HEADER_BYTES = 128
 _NUMBERS = {
@@ -57,9 +59,10 @@ def read_mat(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
         InvalidInputError: not a MATLAB 5 file, a variable is missing, of another length or not of
             real numbers.
     """
-    variables = _VARIABLES | {column: signal.channel for column, signal in signals.signals.items()}
-    content = _load(path, {*_WANTED, *variables.values()})
-    asked = [name for name in variables if name in needed or name in signals.signals]
+    mapped = {column: signal.channel for column, signal in signals.signals.items()}
+    variables = VARIABLES | mapped
+    content = _load(path, {*_SCALARS, *variables.values()})
+    asked = [name for name in variables if name in needed or name in mapped]
     missing = [name for name in asked if variables[name] not in content]
     if missing:
         absent, expected = (", ".join(variables[name] for name in some) for some in (missing, asked))
@@ -67,31 +70,16 @@ def read_mat(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
             f"{path}: variable{'s' * (len(missing) > 1)} {absent} missing; expected {expected}"
             f"{map_hint(missing, list(content))}"
         )
-    columns = {
-        name: _vector(path, variable, content[variable])
-        * signals.of(name).scale(name, "", f"{path}: {variable}")
-        for name, variable in variables.items()
-        if variable in content
-    }
-    for name, values in columns.items():
-        if values.size != columns["t"].size:
-            raise InvalidInputError(
-                f"{path}: {variables[name]} holds {values.size} samples, {variables['t']} holds "
-                f"{columns['t'].size}; equal numbers are needed"
-            )
-    declared = {name: _scalar(path, name, content[name]) for name in DECLARABLE if name in content}
-    tolerances = {"a": HALF_LENGTH_TOLERANCE} if "a" in content else {}
-    for name in TOLERATED:
-        if f"{name}_tolerance" in content:
-            tolerances[name] = _scalar(path, f"{name}_tolerance", content[f"{name}_tolerance"])
-    return Table(
-        path=path,
-        columns=columns,
-        declared=declared,
-        faults=(),
-        place=lambda of: f"sample {of + 1}" if isinstance(of, int) else f"scalar {of}",
-        tolerances=tolerances,
+    scalars = {name: _scalar(path, name, content[name]) for name in _SCALARS if name in content}
+    file = ChannelFile(
+        names=list(content),
+        read=lambda name: Samples(values=_vector(path, name, content[name])),
+        declared={name: value for name, value in scalars.items() if name in DECLARABLE},
+        aliases={column: [VARIABLES[column]] if column in VARIABLES else [] for column in COLUMNS},
     )
+    own = {name: scalars[f"{name}_tolerance"] for name in TOLERATED if f"{name}_tolerance" in scalars}
+    published = {"a": HALF_LENGTH_TOLERANCE} if "a" in content else {}
+    return replace(tabulate(path, file, needed, signals), tolerances=published | own)
 
 
 def is_hdf5(path: Path) -> bool:

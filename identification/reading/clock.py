@@ -1,0 +1,138 @@
+"""The columns of a recording out of the channels of a file, in SI units and on one clock."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from identification.reading.channels import (
+    ChannelFile,
+    Samples,
+    bare_name,
+    missing_channels,
+    resolve_columns,
+)
+from identification.reading.signal_map import SignalMap, SignalSource
+from identification.reading.table import MOST_SAMPLES, Array, Table
+from symbolic import InvalidInputError
+from symbolic.tables.parsing import naming
+
+_FASTER = 1.5
+"""Ratio of samples from which the angle is sampled faster than the torque."""
+_SAME_INSTANT = 1e-5
+"""Samples of two channels so close are taken at once [s]."""
+_GAP = 5.0
+"""Periods of a channel beyond which it is not interpolated."""
+
+
+def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: SignalMap) -> Table:
+    """The columns of a recording out of the channels of a file, in SI units.
+
+    A channel with a time of its own goes onto the clock of the torque, by linear interpolation between
+    its neighbours. Where the angle is sampled faster its instants join, the torque missing there.
+
+    Args:
+        path: the file.
+        file: its channels.
+        needed: columns that the file must hold.
+        signals: where columns come from.
+
+    Raises:
+        InvalidInputError: a channel is missing, has samples of another number, or an unknown unit.
+    """
+    names = resolve_columns(path, file, needed, signals)
+    read = {column: file.read(name) for column, name in names.items() if column != "t"}
+    own_clocks = "t" not in signals.signals and all(s.times is not None for s in read.values())
+    if not own_clocks:
+        if "t" not in names:
+            raise missing_channels(path, ["t"], file.names, signals)
+        read = {"t": file.read(names["t"]), **read}
+    sources = {
+        column: signals.signals.get(column, SignalSource(channel=bare_name(names[column])))
+        for column in read
+    }
+    in_si = {}
+    for column, samples in read.items():
+        with naming(f"{path}: {names[column]}"):
+            in_si[column] = replace(samples, values=_in_si(column, samples, sources[column]))
+    remarks: dict[str, list[str]] = {}
+    for column, samples in read.items():
+        if samples.remark:
+            remarks.setdefault(samples.remark, []).append(names[column])
+    as_stored = {column: samples.values for column, samples in in_si.items()}
+    columns = _on_one_clock(path, in_si) if own_clocks else as_stored
+    return Table(
+        path=path,
+        columns=columns,
+        declared=file.declared,
+        faults=(),
+        place=lambda of: f"sample {of + 1}" if isinstance(of, int) else f"scalar {of}",
+        sources=sources,
+        remarks=[f"{', '.join(channels)}: {remark}" for remark, channels in remarks.items()],
+    )
+
+
+def remapped(table: Table, needed: Sequence[str], signals: SignalMap) -> Table:
+    """A table with a map applied to its columns; for readers that know none.
+
+    Raises:
+        InvalidInputError: the table lacks a mapped column.
+    """
+    file = ChannelFile(names=tuple(table.columns), read=lambda name: Samples(values=table.columns[name]))
+    mapped = tabulate(table.path, file, needed, signals)
+    return replace(table, columns=mapped.columns, sources=mapped.sources)
+
+
+def _in_si(column: str, samples: Samples, source: SignalSource) -> Array:
+    """The values as numbers; instants and durations of a time as seconds, instants since the first."""
+    values = np.asarray(samples.values)
+    if column == "t" and values.dtype.kind in "mM":
+        if source.scale("t", "") != 1:
+            raise InvalidInputError(f"has a unit of its own; write --map t={source.channel}")
+        since: Any = values - values[:1] if values.dtype.kind == "M" else values
+        seconds: Array = since / np.timedelta64(1, "s")
+        return seconds
+    if values.ndim != 1 or values.dtype.kind not in "fiub":
+        raise InvalidInputError(f"the channel of {column} must be one row of real numbers")
+    with np.errstate(invalid="ignore"):
+        return values.astype(np.float64) * source.scale(column, samples.unit)
+
+
+def _on_one_clock(path: Path, columns: Mapping[str, Samples]) -> dict[str, Array]:
+    clocks = {column: np.asarray(s.times, dtype=np.float64) for column, s in columns.items()}
+    first = next(iter(clocks.values()))
+    if all(np.array_equal(clock, first) for clock in clocks.values()):
+        with np.errstate(invalid="ignore"):  # a time that is infinite is a fault of its sample
+            since = first - first[:1]
+        return {"t": since, **{column: s.values for column, s in columns.items()}}
+    for column, clock in clocks.items():
+        if clock.size < 2 or not (np.diff(clock) > 0).all():
+            raise InvalidInputError(f"{path}: the times of {column} must increase from sample to sample")
+    torque = next((c for c in ("M_z", "M") if c in clocks), "psi")
+    clock = clocks[torque]
+    if clocks["psi"].size > _FASTER * clock.size:
+        clock = np.union1d(clock, clocks["psi"])
+        clock = clock[np.append(True, np.diff(clock) >= _SAME_INSTANT)]
+    if clock.size > MOST_SAMPLES:
+        raise InvalidInputError(f"{path}: holds {clock.size} samples, at most {MOST_SAMPLES} allowed")
+    table = {"t": clock - clock[0]}
+    for column, samples in columns.items():
+        hold = column in ("M_z", "M")
+        table[column] = _at(
+            clock, clocks[column], samples.values, nearest=hold and clock is not clocks[column]
+        )
+    return table
+
+
+def _at(clock: Array, times: Array, values: Array, *, nearest: bool) -> Array:
+    """A channel at other times; NaN in its gaps and, for a torque, where it was not sampled."""
+    after = np.clip(np.searchsorted(times, clock), 1, times.size - 1)
+    if nearest and clock.size > times.size:
+        closest = np.where(clock - times[after - 1] < times[after] - clock, after - 1, after)
+        return np.where(np.abs(times[closest] - clock) < _SAME_INSTANT, values[closest], np.nan)
+    gap = times[after] - times[after - 1] > _GAP * float(np.median(np.diff(times)))
+    outside = (clock < times[0]) | (clock > times[-1])
+    exact = (times[after] == clock) | (times[after - 1] == clock)
+    return np.where((gap & ~exact) | outside, np.nan, np.interp(clock, times, values))
