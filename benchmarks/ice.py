@@ -94,7 +94,7 @@ def outcome(task: tuple[IceCase, int]) -> IceOutcome:
         made = make_steering_recording(
             seed, constant_friction(mu), tyre=tyre, load=load, duration=min(duration, 8.0), rate=500.0
         )
-        columns, settings["measurement_model"] = {"M": made.M}, SteeringTorque()
+        columns, settings["measurement_model"] = {"M": made.M + zero}, SteeringTorque()
     elif case.effects != "none":
         name = EFFECTS[seed % len(EFFECTS)]
         made = plant_effect(name, seed, tyre=tyre, load=load, duration=duration, share=0.05)

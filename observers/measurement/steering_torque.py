@@ -63,7 +63,7 @@ class SteeringTorque:
         stiffness: k over its nominal value is a state [1].
     """
 
-    zero: bool = False
+    zero: bool = True
     stiffness: bool = False
     # The rate is estimated.
     channels: ClassVar[tuple[str, ...]] = ("psi", "F_N", "M")
@@ -86,7 +86,7 @@ class SteeringTorque:
         """M_z = J_A psi'' + b_t psi' - M of the middle one of three blocks of samples."""
         values, noise = named(RIG, rig), named(TUNING_FIELDS, tuning)["psi_noise"]
         known = ca.logic_and(is_known(sample["psi"]), is_known(sample["M"]))
-        known = ca.logic_and(known, sample["dt"] <= USUAL_STEP)
+        known = ca.logic_and(known, sample["dt"] <= 1.05 * USUAL_STEP)
         sums = {
             name: ca.if_else(known, before[name] + add * sample["dt"], 0)
             for name, add in (("time", 1), ("psi_sum", sample["psi"]), ("M_sum", sample["M"]))

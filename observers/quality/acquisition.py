@@ -15,7 +15,14 @@ import casadi as ca
 from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import is_known, retained
 from observers.protocol import OUTPUT, Status
-from observers.quality.branches import POINTS, TRACK, build_branch, build_sensitivity, build_track
+from observers.quality.branches import (
+    POINTS,
+    START,
+    TRACK,
+    build_branch,
+    build_sensitivity,
+    build_track,
+)
 from observers.quality.hypotheses import (
     LIMITS,
     MOST_ERROR,
@@ -47,12 +54,13 @@ FORGIVING = 10.0
 """Independent samples over which a doubt is forgotten while the model explains the torque."""
 OWN = (
     *("acquiring", "phase", "scale", "scale_std", "excess", "F_N", "F_N_first"),
-    *("squares", "weight", "doubt", "again"),
+    *("squares", "weight", "doubt", "again", "streak", "lost"),
 )
 """Whether friction is being acquired; 1 where the verdict is due; s that the torque is divided by, and
 the standard deviation of ln s [1]; what s adds to the relative deviation of mu [1]; last load and the
 first one [N]; sum of the squares of the innovations, and that of their weights; independent samples that
-were not explained; 1 after a change of the ground."""
+were not explained; 1 after a change of the ground; torques in a row, computed from the steering torque,
+that friction does not explain, and 1 once there were too many."""
 HANDOVER = ("log_mu", "log_mu_variance", "M_0", "M_0_variance")
 """What is handed over: moments of ln mu and of the torque's zero [N m], as the estimator counts them."""
 KEPT = (Status.MISSING, Status.HELD, Status.RESET)
@@ -132,8 +140,11 @@ def build_search() -> ca.Function:
     size, _, _ = build_error()(torque, F_N, tyre[1], 0, 0, 1, 0)
     was = named(TRACK, parts["track"])
     turned = (was["extreme"] - at) * was["direction"]
-    # Within the angle's noise of the farthest angle, the wheel may or may not have turned back.
+    # Within the angle's noise, the wheel may or may not have turned from rest, or back.
     uncertain = ca.logic_and(turned > 0, turned <= numbers["psi_noise"])
+    away = ca.fabs(at - was["origin"])
+    rests = ca.logic_and(was["direction"] == 0, away <= START * numbers["psi_noise"])
+    uncertain = ca.logic_or(uncertain, rests)
     counts = ca.logic_and(ca.logic_and(known, phase == 0), ca.logic_not(uncertain))
     track, points, turns, share = build_track()(
         parts["track"], parts["points"], at, size, numbers["psi_noise"], counts
@@ -195,6 +206,7 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
         "excess": GAIN_SHARE * ca.fmax(0, excess),
         "squares": 0,
         "weight": 0,
+        "streak": 0,
         "doubt": doubted(own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"]),
     }
     variance = verdict["variance"] + ca.fmin(HANDED**2 * by_error, MOST_VARIANCE)

@@ -22,6 +22,8 @@ POINTS = 4
 """Turning points that are remembered, the place of rest included."""
 FRACTION = 0.25
 """Share of a branch's travel that is worth one independent sample of the model's error [1]."""
+START = 2.0
+"""Deviations of the angle's noise by which a wheel at rest may seem to turn [1]."""
 SHORTEST = 1e-9
 """Least travel that something is divided by [rad]."""
 LEAST_SHARE = 1e-3
@@ -57,7 +59,7 @@ def build_turn() -> ca.Function:
 def _turned(was: Parts, psi: Expression, slack: Expression) -> tuple[Parts, Expression, Expression]:
     """The branch after a sample, whether the wheel has turned back, and the farthest angle before."""
     direction, extreme = was["direction"], was["extreme"]
-    starts = ca.logic_and(direction == 0, ca.fabs(psi - was["origin"]) > slack)
+    starts = ca.logic_and(direction == 0, ca.fabs(psi - was["origin"]) > START * slack)
     onward = (psi - extreme) * direction >= 0
     back = (extreme - psi) * direction > slack
     heading = ca.if_else(psi > was["origin"], 1, -1)

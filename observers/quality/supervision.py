@@ -47,6 +47,7 @@ from observers.quality.hypotheses import (
     SEARCH,
     VAGUE,
     VERDICT,
+    build_error,
     build_restart,
     build_start,
     limits_of,
@@ -58,6 +59,10 @@ from observers.tuning import TUNING_FIELDS
 from symbolic import full_slide_torque
 from symbolic.functions import named_function
 
+BEYOND, IN_A_ROW = 8.0, 5
+"""Deviations by which a torque computed from the steering torque differs from the predicted one, and so
+often in a row, if the ground has changed: the estimator's measurement is the angle there, which a torque
+moves little."""
 EXCESS = 1.5
 """Mean square of the innovations by branches, over `Tuning.explained`, that is too much [1]."""
 SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
@@ -81,15 +86,20 @@ def initial(psi: Expression, F_N: Expression, zero_std: Expression) -> dict[str,
 
 
 @cache
-def build_tracking() -> ca.Function:
-    """A sample while the estimator tracks: (own, output, share, widest, tyre, limits) -> (own, output).
+def build_tracking(*, is_computed: bool) -> ca.Function:
+    """A sample while the estimator tracks.
 
-    The output in torques as they were measured, and the consistency of the innovations by branches. What
-    is left of k's error moves mu as long as the patch slides in part.
+    (own, verdict, output, share, widest, M_z, added, tyre, limits) -> (own, output): the output in
+    torques as they were measured, and the consistency of the innovations by branches. What is left of
+    k's error moves mu as long as the patch slides in part.
+
+    Args:
+        is_computed: M_z is computed from the steering torque, and compared with the predicted one.
     """
     inputs = symbols(
-        ca.SX, own=len(OWN), output=len(OUTPUT), share=1, widest=1, tyre=3, limits=len(LIMITS)
-    )
+        ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), share=1, widest=1, M_z=1, added=1,
+        tyre=3, limits=len(LIMITS),
+    )  # fmt: skip
     own, output = named(OWN, inputs["own"]), named(OUTPUT, inputs["output"])
     limits = named(LIMITS, inputs["limits"])
     known = output["nis"] < SENSIBLE
@@ -98,6 +108,10 @@ def build_tracking() -> ca.Function:
     squares = older * own["squares"] + share * ca.if_else(known, ca.fmin(output["nis"], LARGEST), 0)
     weight = older * own["weight"] + share
     too_much = ca.logic_and(weight >= LEAST_SAMPLES, squares > EXCESS * limits["explained"] * weight)
+    if is_computed:
+        zero = named(VERDICT, inputs["verdict"])["zero"]
+        own["streak"] = _torques_beyond(inputs, own, output["M_z_predicted"] + zero, limits["error"])
+        too_much = ca.logic_or(too_much, own["streak"] > IN_A_ROW / 2)
     wrong = ca.logic_or(too_much, has_flag(output["status"], Status.INCONSISTENT))
     doubt = doubted(own["doubt"], share, wrong)
     results = {name: output[name] * own["scale"] for name in SCALED}
@@ -117,21 +131,34 @@ def build_tracking() -> ca.Function:
         "status": with_flag(status, Status.SUSPECT, mu - 2 * std > GREATEST_FRICTION),
     }
     after = own | {"squares": squares, "weight": weight, "doubt": doubt}
+    after["lost"] = own["streak"] >= IN_A_ROW
     outputs = {"own_next": vector_of(OWN, after), "result": vector_of(OUTPUT, results)}
     return named_function("follow_output", inputs, outputs, cse=True)
 
 
+def _torques_beyond(inputs: Parts, own: Parts, predicted: Expression, error: Expression) -> Expression:
+    """Torques in a row, up to now, that differ from the predicted one [N m] by more than `BEYOND`."""
+    known = is_known(inputs["M_z"])
+    M_z = ca.if_else(known, inputs["M_z"], predicted)
+    reach = ca.fmax(ca.fabs(M_z), ca.fabs(predicted))
+    a = inputs["tyre"][1]
+    _, variance, _ = build_error()(M_z, own["F_N"], a, inputs["added"], reach, 1, error)
+    beyond = (M_z - predicted) ** 2 > BEYOND**2 * variance
+    return ca.if_else(known, ca.if_else(beyond, own["streak"] + 1, 0), own["streak"])
+
+
 @cache
-def build_following() -> ca.Function:
+def build_following(*, is_computed: bool) -> ca.Function:
     """A sample while the estimator tracks, with inputs and outputs as of `build_acquiring`."""
     inputs = supervision_symbols()
-    search, verdict, own, output, psi, _, _, tyre, limits = inputs.values()
+    search, verdict, own, output, psi, M_z, added, tyre, limits = inputs.values()
     parts = SEARCH.split(search)
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
     known = is_known(named(OUTPUT, output)["nis"])
     track, share = build_turn()(parts["track"], at, named(LIMITS, limits)["psi_noise"], known)
     widest = named(TRACK, track)["widest"]
-    own, result = build_tracking()(own, output, share, widest, tyre, limits)
+    track_output = build_tracking(is_computed=is_computed)
+    own, result = track_output(own, verdict, output, share, widest, M_z, added, tyre, limits)
     search = SEARCH.join({**parts, "track": track})
     nothing = ca.MX(ca.DM.zeros(len(HANDOVER)))
     return ca.Function("follow", [*inputs.values()], [search, verdict, own, nothing, result])
@@ -173,7 +200,7 @@ def build_supervised_step(
     block, psi, M_z, added = measurement_model.observed_torque(last, now, rig, tuning)
     # A wheel that is lifted says nothing.
     M_z = ca.if_else(ca.logic_and(is_known(now["F_N"]), ca.logic_not(loaded)), float("nan"), M_z)
-    changed = has_flag(named(OUTPUT, output)["status"], Status.RESET)
+    changed = ca.logic_or(has_flag(named(OUTPUT, output)["status"], Status.RESET), own["lost"])
     anew = ca.logic_and(changed, own["acquiring"] == 0)
     own["again"] = ca.logic_or(own["again"], anew)
     limits = limits_of(fields, patch.misfit, own["again"])
@@ -181,10 +208,10 @@ def build_supervised_step(
     std = fields["zero_std"] * full_slide_torque(own["F_N"], rig[0])
     searched = SEARCH.join(before)
     search = only_if(anew, build_restart(), (searched, own["scale"], zero, std), searched)
-    own["phase"] = ca.if_else(anew, 0, own["phase"])
+    own["lost"], own["phase"] = ca.MX(0), ca.if_else(anew, 0, own["phase"])
     own["acquiring"] = ca.logic_or(own["acquiring"], changed)
     acquire = build_acquiring(patch, is_scaled=bool(scaled))
-    either = ca.Function.if_else("supervise", acquire, build_following())
+    either = ca.Function.if_else("supervise", acquire, build_following(is_computed=bool(names)))
     search, verdict, own_next, handover, output = either(
         own["acquiring"], search, before["verdict"], vector_of(OWN, own), output, psi, M_z, added, tyre,
         limits,

@@ -32,7 +32,7 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
         hypotheses.build_hypothesis(),
         hypotheses.build_error(),
         hypotheses.build_verdict().expand("verdict_of", {"cse": True}),
-        supervision.build_tracking(),
+        supervision.build_tracking(is_computed=bool(observer.measurement_model.torque_state)),
         acquisition.build_conclusion(
             equivalent_patch(observer.model, observer.values, observer.rig),
             is_scaled=bool(observer.measurement_model.scaled),
@@ -115,7 +115,8 @@ def _terms(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "own": acquisition.OWN, "track": branches.TRACK, "parts": hypotheses.PER_HYPOTHESIS,
         "limits": hypotheses.LIMITS, "hypotheses": hypotheses.RATIOS,
-        "ratios": hypotheses.RATIOS, "points": branches.POINTS, "verdict": len(hypotheses.VERDICT),
+        "ratios": hypotheses.RATIOS, "points": branches.POINTS, "start": repr(branches.START),
+        "verdict": len(hypotheses.VERDICT),
         "block": len(torque_state), "handover": len(acquisition.HANDOVER),
         "vague": repr(hypotheses.VAGUE), "slid": repr(hypotheses.SLID), "least_load": repr(LEAST_LOAD),
         "restart_std": repr(hypotheses.RESTART_STD), "a": literal["a"],

@@ -28,6 +28,7 @@ from reference_rig import (
     Hand,
     RigTyre,
     constant_friction,
+    friction_step,
     make_recording,
     make_steering_recording,
 )
@@ -223,3 +224,32 @@ def test_the_leverage_of_k_is_that_of_the_exact_patch(e: float) -> None:
         share = float(build_sensitivity()(turn, np.log(mu), load, tyre))
         found = float(stiffness_leverage(turn, mu, load, ca.DM(tyre)))
         assert 0.9 < found / (1 / share - 1) < 1.6
+
+
+@pytest.mark.parametrize(
+    ("before", "after"), [(0.8, 0.1), pytest.param(0.5, 0.05, marks=pytest.mark.long)]
+)
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
+def test_a_fall_of_the_ground_is_known_from_the_steering_torque(
+    kind: Any, before: float, after: float
+) -> None:
+    """The innovation is that of the angle, which friction moves little: the torque has to tell."""
+    made = make_steering_recording(5, friction_step(4.0, before, after), tyre=RigTyre(k=K), rate=500.0)
+    observer = kind(model=Model(), values={"k": K}, rig=RIG, measurement_model=SteeringTorque())
+    estimates = run(observer, made.t, made.psi, made.F_N, M=made.M + 0.1)
+
+    mu = np.where(made.t < 4.0, before, after)
+    wrong = estimates.usable & (np.abs(estimates.mu - mu) > 3 * estimates.mu_std)
+    assert np.mean(wrong) < 0.03
+    assert estimates.usable[-1]
+    assert abs(estimates.mu[-1] - after) < 2 * estimates.mu_std[-1]
+
+
+def test_a_parked_wheel_is_not_suspected() -> None:
+    """An encoder that toggles one step of 14 bits turns no wheel."""
+    rng, n = np.random.default_rng(3), 3000
+    psi = rng.integers(0, 2, n) * 2 * np.pi / 2**14
+    ekf = Ekf(model=Model(), values={"k": K}, rig=RIG)
+    estimates = run(ekf, np.arange(n) * 0.01, psi, np.full(n, 400.0), 0.03 * rng.standard_normal(n))
+    assert not (estimates.status & Status.SUSPECT).any()
+    assert not estimates.usable.any()

@@ -109,9 +109,10 @@ static void set_numbers(${real} *numbers, const ${real} *values, int32_t count) 
 static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} added, const ${real} *tyre, const ${real} *limits) {
     const bool known = is_known(psi) && is_known(M_z);
     const ${real} torque = known ? M_z : 0.0, at = is_known(psi) ? psi : state->track[TRACK_EXTREME];
-    /* Within the angle's noise of the farthest angle, the wheel may or may not have turned back. */
-    const ${real} turned = (state->track[TRACK_EXTREME] - at) * state->track[TRACK_DIRECTION];
-    const bool is_certain = !((turned > 0.0) && (turned <= limits[LIMIT_PSI_NOISE]));
+    /* Within the angle's noise, the wheel may or may not have turned from rest, or back. */
+    const ${real} direction = state->track[TRACK_DIRECTION], turned = (state->track[TRACK_EXTREME] - at) * direction;
+    const bool rests = (direction == 0.0) && (fabs(at - state->track[TRACK_ORIGIN]) <= ${start} * limits[LIMIT_PSI_NOISE]);
+    const bool is_certain = !(rests || ((turned > 0.0) && (turned <= limits[LIMIT_PSI_NOISE])));
     const bool weighs = known && is_certain && (state->own[OWN_PHASE] == 0.0);
     const ${real} counts = weighs ? 1.0 : 0.0;
     ${real} track[TRACKS], points[POINTS], turns[POINTS], own[OWNS], handed[${handover}];
@@ -135,12 +136,12 @@ static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} ad
 }
 
 /* A sample while the estimator tracks. */
-static void follow(${name}_state_t *state, ${real} psi, const ${real} *tyre, const ${real} *limits) {
+static void follow(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} added, const ${real} *tyre, const ${real} *limits) {
     const ${real} at = is_known(psi) ? psi : state->track[TRACK_EXTREME];
     const ${real} known = is_known(state->output[OUT_NIS]) ? 1.0 : 0.0;
     ${real} track[TRACKS], own[OWNS], share;
     turn(state->track, at, limits[LIMIT_PSI_NOISE], known, track, &share);
-    follow_output(state->own, state->output, share, track[TRACK_WIDEST], tyre, limits, own, state->result);
+    follow_output(state->own, state->verdict, state->output, share, track[TRACK_WIDEST], M_z, added, tyre, limits, own, state->result);
     set_numbers(state->track, track, TRACKS);
     set_numbers(state->own, own, OWNS);
 }
@@ -153,13 +154,14 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
     ${real} block[${block}];
 %% endif
     const bool lifted = is_known(sample[2]) && !(sample[2] >= ${least_load} * state->own[OWN_F_N_FIRST]);
-    const bool changed = (status & ${NAME}_RESET) != 0;
+    const bool changed = ((status & ${NAME}_RESET) != 0) || (state->own[OWN_LOST] != 0.0);
     if (is_known(sample[2]) && !lifted) {
         state->own[OWN_F_N] = sample[2];
     }
     if (changed && state->own[OWN_ACQUIRING] == 0.0) {
         state->own[OWN_AGAIN] = 1.0;
     }
+    state->own[OWN_LOST] = 0.0;
     observe_torque(${"state->block, " if block}sample, state->own[OWN_AGAIN]${constants_at}, ${"block, " if block}&psi, &M_z, &added, limits);
 %% if block
     set_numbers(state->block, block, ${block});
@@ -176,7 +178,7 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
     if (state->own[OWN_ACQUIRING] != 0.0) {
         acquire(state, psi, M_z, added, tyre, limits);
     } else {
-        follow(state, psi, tyre, limits);
+        follow(state, psi, M_z, added, tyre, limits);
     }
     return (int32_t)state->result[OUT_STATUS];
 }
