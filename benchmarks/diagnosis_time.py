@@ -30,7 +30,7 @@ PARTS = (
     ("trajectory.py", "simulate", "simulating recordings with derivatives"),
     ("trials.py", "run_trial", "the fits around them"),
     ("discriminating_experiment.py", "propose", "proposing experiments"),
-    ("build_diagnosis.py", "build_diagnosis", "residuals, deviations, signatures"),
+    ("build.py", "build_diagnosis", "residuals, deviations, signatures"),
 )
 """File, function and what it does; a function calls only those above it."""
 
@@ -78,7 +78,7 @@ def print_parts(training: list[Recording], holdout: list[Recording]) -> None:
     print(f"{whole:8.1f} s  all")
     inside = 0.0
     for file, name, meaning in PARTS:
-        calls, cumulative = found.get((file, name), (0, 0.0))
+        calls, cumulative = found[file, name]
         # The last two simulate a little of their own; what is inside them is small beside the fits.
         own = cumulative - inside if name in ("kernel_source", "simulate", "run_trial") else cumulative
         inside = cumulative

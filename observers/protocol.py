@@ -90,20 +90,20 @@ _REMEDIES = {
     Status.HELD: "angle, load or steering torque missing, the last one used: check the sensor if it"
     " lasts",
     Status.REJECTED: "measurement beyond the gate, rejected: if it lasts without a reset,"
-    " raise Tuning.gate or Tuning.noise",
+    " raise gate or noise of the tuning",
     Status.RESET: "the ground has changed, mu is being learnt anew: wait until informed",
     Status.BOUND: "mu is on its bound: check k, a, F_N and the sign of the torque, or widen the bounds",
     Status.UNSETTLED: "the last Gauss-Newton step moved mu by more than its standard deviation: raise"
-    " Mhe.iterations",
+    " iterations",
     Status.NO_ROOT: "no mu explains the torque, the nearest was taken: check k and a, or use Ekf or Mhe",
     Status.INCONSISTENT: "model and stated error do not explain the torque, mu_std is too small: check"
-    " units, a, F_N and k, find what the model lacks (brushgrip diagnose), or raise Tuning.error",
+    " units, a, F_N and k, find what the model lacks (brushgrip diagnose), or raise error of the tuning",
     Status.IMPLAUSIBLE: "a value is beyond its limit or psi jumps, and is left out: check the sensor, or"
     " raise the limits of the tuning",
     Status.ACQUIRING: "friction is being acquired: turn on, or turn back once, and where that does not"
     " help, correct k or declare its tolerance",
     Status.SUSPECT: "an input looks wrong by its unit, its sign, its gear or its sensor, or k, a and F_N"
-    " do not belong to this tyre: Loop.suspicions names it",
+    " do not belong to this tyre",
 }
 
 

@@ -1,1 +1,1 @@
-"""The commands, one file each: what a user types and reads. `tasks` does the work."""
+"""The commands, one file each: the options of each as a frozen dataclass, and what it does with them."""

@@ -113,7 +113,7 @@ class Inputs:
         }
 
     def part(self, of: slice) -> "Inputs":
-        """The inputs of some of the recordings, whose labels are theirs among these."""
+        """Inputs of the recordings in a slice, labelled anew so that labels differ within it."""
         paths = list(self.paths.values())[of]
         return replace(self, paths=dict(zip(unique_labels(paths), paths, strict=True)))
 

@@ -16,13 +16,13 @@ from brushgrip.pictures.style import (
     MEASURED,
     QUIET,
     legend_above,
-    literal,
     ordered,
     picture,
     set_title,
 )
 from brushgrip.wording.formatting import outcome, percent, plain, signed
 from identification import Candidate, Diagnosis, Proposal, Series, Signatures
+from identification.loops import literal
 
 Stage = tuple[Signatures, str, str]
 """Signatures of one stage of the model, their colour and their label."""

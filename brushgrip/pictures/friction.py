@@ -10,7 +10,8 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.pictures.style import AFTER, MEASURED, TRACKS, legend_above, literal, picture
+from brushgrip.pictures.style import AFTER, MEASURED, TRACKS, legend_above, picture
+from identification.loops import literal
 
 BAND = 2.0
 """Standard deviations to either side of the estimate."""

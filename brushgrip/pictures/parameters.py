@@ -7,8 +7,9 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
-from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, literal, picture
+from brushgrip.pictures.style import AFTER, BEFORE, MEASURED, legend_above, picture
 from identification import LIMIT, FittedVibration, FreeDecay, Profile
+from identification.loops import literal
 from identification.thesis import DecrementEstimate
 
 MOST_VIBRATIONS = 3

@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from identification import Diagnosis, Series
+from identification.loops import literal
 
 MEASURED, BEFORE, AFTER, QUIET = "#3c3c3c", "#e07b00", "#0063a8", "#b9bec4"
 """Dark grey, orange, blue and light grey; people with colour blindness tell them apart."""
@@ -98,8 +99,3 @@ def set_title(axes: Axes, series: Series, text: str = "") -> None:
     """Put the name of a recording and its use (held out, training) over the axes."""
     role = "held out" if series.held_out else "training"
     axes.set_title(f"{literal(series.name)} ({role}){text}")
-
-
-def literal(text: str) -> str:
-    """The text without formulas: a dollar sign in a file's name is escaped."""
-    return text.replace("$", r"\$")

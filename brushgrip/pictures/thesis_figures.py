@@ -16,10 +16,10 @@ from brushgrip.pictures.style import (
     QUIET,
     TRACKS,
     legend_above,
-    literal,
     picture,
 )
 from identification import Recording
+from identification.loops import literal
 from observers import ZoneHistory
 
 _COLOURS = (*TRACKS, MEASURED, "#c9a500", "#79b4e0")

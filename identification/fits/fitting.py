@@ -72,7 +72,7 @@ class Fit:
         return tuple(owner in self.residuals for owner, _ in self.labels)
 
     def cost(self, recordings: Sequence[Recording]) -> float:
-        """The sum of its loss over the samples of these recordings, which it was fitted to [1]."""
+        """Loss summed over the samples of these recordings, which must be among those fitted [1]."""
         return sum(cost(self.loss, r) for r in over_range(self.residuals, recordings).values())
 
 

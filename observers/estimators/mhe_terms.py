@@ -1,7 +1,7 @@
 """One sample of a window as casadi Functions: prediction, elimination, substitution, acceptance.
 
 `observers.estimators.mhe_step` maps them over the window in Python; generated C loops over the same
-Functions, see `observers.embedded.compact_mhe`.
+Functions, see `observers.embedded.estimators.window`.
 """
 
 from functools import cache

@@ -75,7 +75,7 @@ def _has_tuning(kind: Callable[..., Any]) -> bool:
 
 
 def read_rig_file(path: str | Path) -> tuple[Rig, Tyre]:
-    """Rig and tyre of a rig file, see `symbolic.tables.model_tables.rig_from_tables`.
+    """Rig and tyre of a rig file, see `symbolic.tables.rig_tables.rig_from_tables`.
 
     Raises:
         InvalidInputError: the file cannot be read or is no rig file; one line says what is wrong.

@@ -261,7 +261,7 @@ def hand_over(parts: Layout, states: tuple[str, ...], state: Expression, handed:
 
 
 def _empty_window(window: Parts) -> dict[str, ca.MX]:
-    """A window that holds but the last step: nothing is measured in it, nothing moves before.
+    """A window with nothing but the last step: no measurement, no motion before it.
 
     window has the newest states, and their covariance, of which the variances are kept.
     """

@@ -51,11 +51,11 @@ calls quick beside wide registers. glibc's exp and log of several numbers are ri
 last place; the macro merely shows them."""
 
 LOOPS = ("-O3", "-fno-semantic-interposition", "-D__FAST_MATH__", "-lmvec")
-"""With these the loops of `bristle_kernel.c` do so too."""
+"""Flags that give the loops of `bristle_kernel.c` glibc's vector exp and log."""
 UNWRITABLE = (errno.EACCES, errno.EPERM, errno.EROFS, errno.ENOSPC, errno.EDQUOT)
 """Errors by which a folder cannot take a library."""
 _WARNED: set[str] = set()
-"""Compilers that failed, of which a warning has told."""
+"""Compilers whose failure has been warned of."""
 
 
 @cache

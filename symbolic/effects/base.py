@@ -10,7 +10,7 @@ import casadi as ca
 from symbolic.bristles import BristleTraits
 from symbolic.errors import InvalidInputError
 
-# Whatever a hook speaks of comes from here.
+# Re-exported: a file with an effect imports all its types from here.
 from symbolic.patch import Expression as Expression
 from symbolic.patch import Patch
 from symbolic.patch import Signals as Signals

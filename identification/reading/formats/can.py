@@ -22,7 +22,7 @@ from symbolic import InvalidInputError
 LARGEST_DATABASE = 20_000_000
 """Of a DBC file [bytes]."""
 LONGEST_FRAME, LONGEST_TRANSPORT = 64, 1785
-"""Of a message in one frame of CAN FD, and in several of SAE J1939, which are extended [bytes]."""
+"""Longest message in one frame of CAN FD, and in the several extended frames of SAE J1939 [bytes]."""
 _LARGEST_STANDARD = 0x7FF
 """Identifier of a frame; larger ones are extended, even where a DBC file does not say so."""
 _BLANK = r"(?:\s|//.*)"
@@ -31,7 +31,7 @@ _SIGNAL = re.compile(
     rf"\bSG_{_BLANK}+(\w+)(?:{_BLANK}+\w+)?{_BLANK}*:{_BLANK}*[-+]?(\d+){_BLANK}*\|{_BLANK}*[-+]?(\d+)"
 )
 _ROUNDING = 1e-6
-"""Of a float at the end of its range, relative to it."""
+"""Relative rounding error of a float at the end of its range."""
 
 
 @contextmanager

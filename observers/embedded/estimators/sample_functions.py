@@ -18,7 +18,7 @@ from observers.tuning import TUNING_FIELDS
 from symbolic import DECLARED
 
 TORQUE = {"log_mu": "BY_MU", "stiffness": "BY_STIFFNESS", "psi": "BY_ANGLE"}
-"""Place in a torque of C of its derivative by what a state stands for: mu, k over nominal, the angle."""
+"""Index constant in C of the torque's derivative, by the state: mu, k over nominal, the angle."""
 
 
 def vector_function(name: str, inputs: Sequence[ca.MX], **outputs: ca.MX) -> ca.Function:
