@@ -4,8 +4,8 @@
 
 Each fault at mu = 0.05, 0.3, 0.8 and 1.5, for 5 s and 14 s, on an otherwise exact rig, and once more
 with k, half-length and load drawn from the tolerances that count where none is declared. Counted are
-runs in which more than 1 % of the samples are usable and beyond three deviations. A load that is off by a
-factor is friction off by that factor: below what any ground holds, nothing tells them apart.
+runs in which more than 1 % of the samples are usable and beyond three deviations. A load that is off by
+a factor is friction off by that factor: below what any ground holds, nothing tells them apart.
 """
 
 import argparse

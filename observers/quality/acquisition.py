@@ -54,13 +54,14 @@ FORGIVING = 10.0
 """Independent samples over which a doubt is forgotten while the model explains the torque."""
 OWN = (
     *("acquiring", "phase", "scale", "scale_std", "excess", "F_N", "F_N_first"),
-    *("squares", "weight", "doubt", "again", "streak", "lost"),
+    *("squares", "weight", "doubt", "again", "streak", "lost", "predicted", "predicted_before"),
 )
 """Whether friction is being acquired; 1 where the verdict is due; s that the torque is divided by, and
 the standard deviation of ln s [1]; what s adds to the relative deviation of mu [1]; last load and the
 first one [N]; sum of the squares of the innovations, and that of their weights; independent samples that
 were not explained; 1 after a change of the ground; torques in a row, computed from the steering torque,
-that friction does not explain, and 1 once there were too many."""
+that friction does not explain, and 1 once there were too many; the torques predicted at the last two of
+them [N m]."""
 HANDOVER = ("log_mu", "log_mu_variance", "M_0", "M_0_variance")
 """What is handed over: moments of ln mu and of the torque's zero [N m], as the estimator counts them."""
 KEPT = (Status.MISSING, Status.HELD, Status.RESET)
@@ -140,11 +141,12 @@ def build_search() -> ca.Function:
     size, _, _ = build_error()(torque, F_N, tyre[1], 0, 0, 1, 0)
     was = named(TRACK, parts["track"])
     turned = (was["extreme"] - at) * was["direction"]
-    # Within the angle's noise, the wheel may or may not have turned from rest, or back.
+    # Within the angle's noise of the farthest angle, the wheel may or may not have turned back.
     uncertain = ca.logic_and(turned > 0, turned <= numbers["psi_noise"])
+    # At rest that noise is no turn: the torque tells its zero.
     away = ca.fabs(at - was["origin"])
     rests = ca.logic_and(was["direction"] == 0, away <= START * numbers["psi_noise"])
-    uncertain = ca.logic_or(uncertain, rests)
+    at = ca.if_else(rests, was["origin"], at)
     counts = ca.logic_and(ca.logic_and(known, phase == 0), ca.logic_not(uncertain))
     track, points, turns, share = build_track()(
         parts["track"], parts["points"], at, size, numbers["psi_noise"], counts

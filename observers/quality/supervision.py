@@ -63,6 +63,8 @@ BEYOND, IN_A_ROW = 8.0, 5
 """Deviations by which a torque computed from the steering torque differs from the predicted one, and so
 often in a row, if the ground has changed: the estimator's measurement is the angle there, which a torque
 moves little."""
+MOST_ZERO = 3.0
+"""Deviations of the torque's zero before the first sample within which it stays [1]."""
 EXCESS = 1.5
 """Mean square of the innovations by branches, over `Tuning.explained`, that is too much [1]."""
 SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
@@ -110,7 +112,9 @@ def build_tracking(*, is_computed: bool) -> ca.Function:
     too_much = ca.logic_and(weight >= LEAST_SAMPLES, squares > EXCESS * limits["explained"] * weight)
     if is_computed:
         zero = named(VERDICT, inputs["verdict"])["zero"]
-        own["streak"] = _torques_beyond(inputs, own, output["M_z_predicted"] + zero, limits["error"])
+        own |= _torques_beyond(
+            inputs, own, output["M_z_predicted"] * own["scale"] + zero, limits["error"]
+        )
         too_much = ca.logic_or(too_much, own["streak"] > IN_A_ROW / 2)
     wrong = ca.logic_or(too_much, has_flag(output["status"], Status.INCONSISTENT))
     doubt = doubted(own["doubt"], share, wrong)
@@ -136,15 +140,22 @@ def build_tracking(*, is_computed: bool) -> ca.Function:
     return named_function("follow_output", inputs, outputs, cse=True)
 
 
-def _torques_beyond(inputs: Parts, own: Parts, predicted: Expression, error: Expression) -> Expression:
-    """Torques in a row, up to now, that differ from the predicted one [N m] by more than `BEYOND`."""
-    known = is_known(inputs["M_z"])
+def _torques_beyond(inputs: Parts, own: Parts, predicted: Expression, error: Expression) -> Parts:
+    """Torques in a row, up to now, that differ from the predicted one [N m] by more than `BEYOND`.
+
+    A torque is of the time between the last two that were computed, so that it is held against the range
+    of the predictions since.
+    """
+    known, before = is_known(inputs["M_z"]), (own["predicted"], own["predicted_before"])
     M_z = ca.if_else(known, inputs["M_z"], predicted)
+    low, high = (limit(predicted, limit(*before)) for limit in (ca.fmin, ca.fmax))
+    away = ca.fmax(ca.fmax(M_z - high, low - M_z), 0)
     reach = ca.fmax(ca.fabs(M_z), ca.fabs(predicted))
     a = inputs["tyre"][1]
     _, variance, _ = build_error()(M_z, own["F_N"], a, inputs["added"], reach, 1, error)
-    beyond = (M_z - predicted) ** 2 > BEYOND**2 * variance
-    return ca.if_else(known, ca.if_else(beyond, own["streak"] + 1, 0), own["streak"])
+    streak = ca.if_else(away**2 > BEYOND**2 * variance, own["streak"] + 1, 0)
+    after = {"streak": streak, "predicted": predicted, "predicted_before": own["predicted"]}
+    return {name: ca.if_else(known, value, own[name]) for name, value in after.items()}
 
 
 @cache
@@ -206,6 +217,8 @@ def build_supervised_step(
     limits = limits_of(fields, patch.misfit, own["again"])
     zero = own["scale"] * _newest(parts, measurement_model, after, "M_0")
     std = fields["zero_std"] * full_slide_torque(own["F_N"], rig[0])
+    # Garbage may have moved the zero of the estimator anywhere.
+    zero = ca.fmax(-MOST_ZERO * std, ca.fmin(MOST_ZERO * std, zero))
     searched = SEARCH.join(before)
     search = only_if(anew, build_restart(), (searched, own["scale"], zero, std), searched)
     own["lost"], own["phase"] = ca.MX(0), ca.if_else(anew, 0, own["phase"])

@@ -116,6 +116,7 @@ def _terms(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str, Any]:
         "own": acquisition.OWN, "track": branches.TRACK, "parts": hypotheses.PER_HYPOTHESIS,
         "limits": hypotheses.LIMITS, "hypotheses": hypotheses.RATIOS,
         "ratios": hypotheses.RATIOS, "points": branches.POINTS, "start": repr(branches.START),
+        "most_zero": repr(supervision.MOST_ZERO),
         "verdict": len(hypotheses.VERDICT),
         "block": len(torque_state), "handover": len(acquisition.HANDOVER),
         "vague": repr(hypotheses.VAGUE), "slid": repr(hypotheses.SLID), "least_load": repr(LEAST_LOAD),

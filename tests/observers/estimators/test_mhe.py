@@ -67,9 +67,10 @@ def test_sticking_wheel_leaves_the_kalman_filter(window: int, iterations: int) -
     samples = samples_of({**columns, "psi": np.nan_to_num(psi)})
     samples = [s if np.isfinite(p) else replace(s, psi=nan) for s, p in zip(samples, psi, strict=True)]
     for ours, theirs in zip(states_of(estimator, samples), states_of(filter_, samples), strict=True):
-        x = ours["x"].reshape(3, -1)[:, -1]
-        np.testing.assert_allclose(x[1], theirs["x"][1], rtol=0, atol=1e-12)
-        np.testing.assert_allclose(x[2], theirs["x"][2], rtol=0, atol=1e-10)
+        x = ours["x"].reshape(4, -1)[:, -1]
+        for name, atol in (("psi", 1e-12), ("psi_dot", 1e-10)):
+            at = filter_.states.index(name)
+            np.testing.assert_allclose(x[at], theirs["x"][at], rtol=0, atol=atol)
         one, other = (o.estimate(s) for o, s in ((estimator, ours), (filter_, theirs)))
         assert one.mu_std == pytest.approx(other.mu_std, rel=1e-6)
 

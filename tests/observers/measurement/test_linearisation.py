@@ -167,7 +167,7 @@ def test_noise_of_a_torque_counts_by_time() -> None:
 
 
 def test_angle_has_its_own_noise() -> None:
-    read = build_measurement(SteeringTorque())
+    read = build_measurement(SteeringTorque(zero=False))
     _, _, weight, _, huber_scale, _ = read(
         np.zeros(3), 0.0, np.zeros(2), clean(), NUMBERS, TUNING.vector
     )
@@ -179,7 +179,7 @@ def test_angle_has_its_own_noise() -> None:
 def test_a_held_steering_torque_is_worth_less_the_longer_it_is_held() -> None:
     x, slopes = np.zeros(3), np.zeros(2)
     doubt = {
-        time: motion_of(SteeringTorque(), x, 0.0, slopes, last=clean(M_age=time))[2][2]
+        time: motion_of(SteeringTorque(zero=False), x, 0.0, slopes, last=clean(M_age=time))[2][2]
         for time in (0.0, 0.05, 0.1, 5.0)
     }
     kick, slide = 0.008, 0.375 * 410.0 * RIG.a
@@ -199,7 +199,7 @@ def push(t: Any) -> Any:
 
 def leapfrogged(steps: Array) -> tuple[Array, Array]:
     """Angle at the samples and rate in the middle before each, the wheel driven by `push`."""
-    measurement_model = SteeringTorque()
+    measurement_model = SteeringTorque(zero=False)
     times = np.concatenate([[0.0], np.cumsum(steps)])
     x, made = np.array([1.0, 0.0, 0.0]), []
     last = clean(psi=0.0, M=push(0.0), dt=0.0)
@@ -241,7 +241,7 @@ def test_wheel_on_a_spring_follows_its_equation_of_motion_to_second_order(jitter
 
 
 def test_undamped_wheel_keeps_its_energy_and_damping_takes_it() -> None:
-    motion = build_motion(SteeringTorque())
+    motion = build_motion(SteeringTorque(zero=False))
     for b_t, keeps in ((0.0, True), (RIG.b_t, False), (1e4, False)):
         x, energy = ca.DM([1.0, 0.01, 0.0]), []
         for _ in range(2000):
@@ -256,8 +256,10 @@ def test_undamped_wheel_keeps_its_energy_and_damping_takes_it() -> None:
 def test_zero_of_the_channel_pushes_the_wheel() -> None:
     x = np.array([1.0, 0.5, 0.0, 0.0])
     pushed, *_ = motion_of(SteeringTorque(zero=True), x, 0.0, np.zeros(2), last=clean(M=0.0))
-    steered, *_ = motion_of(SteeringTorque(), x[[0, 2, 3]], 0.0, np.zeros(2), last=clean(M=0.5))
-    held, *_ = motion_of(SteeringTorque(), x[[0, 2, 3]], -0.5, np.zeros(2), last=clean(M=0.5))
+    steered, *_ = motion_of(
+        SteeringTorque(zero=False), x[[0, 2, 3]], 0.0, np.zeros(2), last=clean(M=0.5)
+    )
+    held, *_ = motion_of(SteeringTorque(zero=False), x[[0, 2, 3]], -0.5, np.zeros(2), last=clean(M=0.5))
 
     np.testing.assert_allclose(pushed[2:], steered[1:], rtol=1e-14)
     assert pushed[3] > 0

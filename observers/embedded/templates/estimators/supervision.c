@@ -67,8 +67,10 @@ static void begin_supervision(${name}_state_t *state, const ${real} *sample) {
 /* The search for a new ground: what the patch was before its last turn back is forgotten. */
 static void restart_search(${name}_state_t *state, ${real} zero_std) {
     const ${real} scale = state->own[OWN_SCALE], reach = state->track[TRACK_REACH];
+    /* Garbage may have moved the zero of the estimator anywhere. */
+    const ${real} zero = scale * ${zero_state}, most = ${most_zero} * zero_std;
     int32_t i;
-    begin_search(state, scale, ${restart_std}, scale * ${zero_state}, zero_std);
+    begin_search(state, scale, ${restart_std}, (zero > most) ? most : ((zero < -most) ? -most : zero), zero_std);
     state->track[TRACK_REACH] = reach;
     state->track[TRACK_COUNT] = state->track[TRACK_DIRECTION] == 0.0 ? 1.0 : 2.0;
     state->points[0] = state->track[TRACK_ORIGIN] + ${slid} * state->track[TRACK_DIRECTION];
@@ -108,11 +110,13 @@ static void set_numbers(${real} *numbers, const ${real} *values, int32_t count) 
 /* A sample while friction is acquired: torques are weighed and the verdict is given in turn. */
 static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} added, const ${real} *tyre, const ${real} *limits) {
     const bool known = is_known(psi) && is_known(M_z);
-    const ${real} torque = known ? M_z : 0.0, at = is_known(psi) ? psi : state->track[TRACK_EXTREME];
-    /* Within the angle's noise, the wheel may or may not have turned from rest, or back. */
-    const ${real} direction = state->track[TRACK_DIRECTION], turned = (state->track[TRACK_EXTREME] - at) * direction;
-    const bool rests = (direction == 0.0) && (fabs(at - state->track[TRACK_ORIGIN]) <= ${start} * limits[LIMIT_PSI_NOISE]);
-    const bool is_certain = !(rests || ((turned > 0.0) && (turned <= limits[LIMIT_PSI_NOISE])));
+    const ${real} torque = known ? M_z : 0.0, given = is_known(psi) ? psi : state->track[TRACK_EXTREME];
+    /* Within the angle's noise of the farthest angle, the wheel may or may not have turned back. */
+    const ${real} direction = state->track[TRACK_DIRECTION], turned = (state->track[TRACK_EXTREME] - given) * direction;
+    const bool is_certain = !((turned > 0.0) && (turned <= limits[LIMIT_PSI_NOISE]));
+    /* At rest that noise is no turn: the torque tells its zero. */
+    const ${real} away = fabs(given - state->track[TRACK_ORIGIN]);
+    const ${real} at = ((direction == 0.0) && (away <= ${start} * limits[LIMIT_PSI_NOISE])) ? state->track[TRACK_ORIGIN] : given;
     const bool weighs = known && is_certain && (state->own[OWN_PHASE] == 0.0);
     const ${real} counts = weighs ? 1.0 : 0.0;
     ${real} track[TRACKS], points[POINTS], turns[POINTS], own[OWNS], handed[${handover}];
