@@ -215,10 +215,8 @@ def build_supervised_step(
     anew = ca.logic_and(changed, own["acquiring"] == 0)
     own["again"] = ca.logic_or(own["again"], anew)
     limits = limits_of(fields, patch.misfit, own["again"])
-    zero = own["scale"] * _newest(parts, measurement_model, after, "M_0")
     std = fields["zero_std"] * full_slide_torque(own["F_N"], rig[0])
-    # Garbage may have moved the zero of the estimator anywhere.
-    zero = ca.fmax(-MOST_ZERO * std, ca.fmin(MOST_ZERO * std, zero))
+    zero = _zero_within(own["scale"] * _newest(parts, measurement_model, after, "M_0"), std)
     searched = SEARCH.join(before)
     search = only_if(anew, build_restart(), (searched, own["scale"], zero, std), searched)
     own["lost"], own["phase"] = ca.MX(0), ca.if_else(anew, 0, own["phase"])
@@ -238,6 +236,11 @@ def build_supervised_step(
     }  # fmt: skip
     outputs = {"state_next": ca.vertcat(after, added_parts.join(state_next)), "output": output}
     return named_function(step.name(), inputs, outputs)
+
+
+def _zero_within(zero: Expression, std: Expression) -> Expression:
+    """The torque's zero [N m] in its range before the first sample; garbage may have moved it anywhere."""
+    return ca.fmax(-MOST_ZERO * std, ca.fmin(MOST_ZERO * std, zero))
 
 
 def _newest(
