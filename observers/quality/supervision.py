@@ -239,7 +239,7 @@ def build_supervised_step(
 
 
 def _zero_within(zero: Expression, std: Expression) -> Expression:
-    """The torque's zero [N m] in its range before the first sample; garbage may have moved it anywhere."""
+    """The torque's zero [N m] in its range before the first sample; garbage may have moved it far."""
     return ca.fmax(-MOST_ZERO * std, ca.fmin(MOST_ZERO * std, zero))
 
 
