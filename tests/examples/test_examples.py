@@ -155,7 +155,8 @@ def test_embedded_round_trip_measured(tmp_path: Path, measured_dir: Path) -> Non
     assert "fem4_ident, 2201 samples, MHE" in text
     assert len(trips) == 4
     assert all(double <= 1e-12 for double, *_ in trips[::2])
-    assert all(single < 5e-6 for _, single, _ in trips[1::2])
+    # The largest of them is that of samples while friction is acquired.
+    assert all(single < 2e-5 for _, single, _ in trips[1::2])
 
 
 @pytest.mark.long

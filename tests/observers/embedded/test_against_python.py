@@ -122,9 +122,11 @@ def compare_recording(generated: Generate, path: Path, observer: Any) -> None:
     off = np.abs(generated(observer, SINGLE).run(rounded) - generated(observer, DOUBLE).run(rounded))[
         :, 0
     ]
-    print(f"single precision: mu off by {off.max():.1e}, after 1 s by {off[100:].max():.1e}")
-    assert off.max() < 5e-5
-    assert off[100:].max() < 5e-6
+    tracked = off[100:][(expected.status[100:] & Status.ACQUIRING) == 0]
+    print(f"single precision: mu off by {off.max():.1e}, later by {tracked.max(initial=0.0):.1e}")
+    # While friction is acquired, at a deviation of 0.2 and more, the moments of the mixture round.
+    assert off.max() < 1e-4
+    assert tracked.max(initial=0.0) < 5e-6
 
 
 @pytest.mark.parametrize(
