@@ -73,3 +73,16 @@ def test_an_estimator_alone_does_not_check(recording: RigRecording) -> None:
     for sample in converted(samples_of(columns_of(recording)), {"psi": 180 / np.pi}):
         loop(sample)
     assert loop.suspicions == ()
+
+
+def test_a_torque_that_was_clipped_stays_suspected(recording: RigRecording) -> None:
+    columns = columns_of(recording)
+    most = 0.5 * np.abs(columns["M_z"]).max()
+    samples = samples_of({**columns, "M_z": np.clip(columns["M_z"], -most, most)})
+    loop = Loop(make(Ekf, acquire=True))
+    flags = [bool(loop(sample).status & Status.SUSPECT) for sample in samples]
+
+    named = [cause for cause in loop.suspicions if "the same" in cause or "clip" in cause]
+    assert named, loop.suspicions
+    # Also where the torque lies between the ends of the sensor again.
+    assert all(flags[flags.index(True) :])
