@@ -18,6 +18,7 @@ from observers.protocol import OUTPUT, Status
 from observers.quality.branches import (
     POINTS,
     START,
+    PATHS,
     TRACK,
     build_branch,
     build_sensitivity,
@@ -90,21 +91,21 @@ DECLARED_PATCH = EquivalentPatch()
 def build_weighing() -> ca.Function:
     """All hypotheses after a torque.
 
-    (hypotheses, turns, F_N, M_z, variance, share, tyre) -> hypotheses.
+    (hypotheses, turns, F_N, M_z, variance, share, tyre) -> hypotheses; turns (POINTS, PATHS) [rad].
     """
     count, rows = len(RATIOS), build_hypothesis().numel_in(0)
     inputs = symbols(
-        ca.MX, hypotheses=(rows, count), turns=POINTS, F_N=1, M_z=1, variance=1, share=1, tyre=3
+        ca.MX, hypotheses=(rows, count), turns=(POINTS, PATHS), F_N=1, M_z=1, variance=1, share=1, tyre=3
     )
     hypotheses, turns, F_N, M_z, variance, share, tyre = inputs.values()
-    lanes = count * POINTS
+    lanes = count * POINTS * PATHS
     branches = build_branch().map(lanes)(
-        ca.vec(ca.repmat(turns, 1, count)).T, ca.DM([*range(POINTS)] * count).T,
-        ca.DM(RATIOS.repeat(POINTS)).T, ca.repmat(F_N, 1, lanes), ca.repmat(tyre, 1, lanes),
+        ca.vec(ca.repmat(ca.vec(turns), 1, count)).T, ca.DM([*range(POINTS)] * count * PATHS).T,
+        ca.DM(RATIOS.repeat(POINTS * PATHS)).T, ca.repmat(F_N, 1, lanes), ca.repmat(tyre, 1, lanes),
     )  # fmt: skip
-    expected = ca.sum1(ca.reshape(branches, POINTS, count))
+    expected = ca.reshape(ca.sum1(ca.reshape(branches, POINTS, PATHS * count)), PATHS, count)
     given = (ca.repmat(each, 1, count) for each in (M_z, variance, share))
-    after = build_hypothesis().map(count)(hypotheses, expected, *given)
+    after = build_hypothesis().map(count)(hypotheses, *ca.vertsplit(expected), *given)
     return named_function("weigh", inputs, {"hypotheses_next": after})
 
 
@@ -149,7 +150,7 @@ def build_search() -> ca.Function:
     at = ca.if_else(rests, was["origin"], at)
     counts = ca.logic_and(ca.logic_and(known, phase == 0), ca.logic_not(uncertain))
     track, points, turns, share = build_track()(
-        parts["track"], parts["points"], at, size, numbers["psi_noise"], counts
+        parts["track"], parts["points"], at, torque, size, numbers["psi_noise"], counts
     )
     after = named(TRACK, track)
     _, variance, noisy = build_error()(
@@ -158,7 +159,7 @@ def build_search() -> ca.Function:
     weighed = (parts["hypotheses"], turns, F_N, torque, variance, share, tyre)
     hypotheses = only_if(counts, build_weighing(), weighed, parts["hypotheses"])
     after["explained"] += ca.if_else(counts, noisy, 0)
-    judged = (hypotheses, after["explained"], limits)
+    judged = (hypotheses, after["explained"], after["reach"], limits)
     found = {"track": vector_of(TRACK, after), "points": points, "hypotheses": hypotheses}
     outputs = {
         "search_next": SEARCH.join(found),
@@ -191,7 +192,8 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
     sensitivity = build_sensitivity()(inputs["widest"], verdict["log_ratio"], own["F_N"], inputs["tyre"])
     by_error = error / sensitivity**2
     decided = ca.logic_and(verdict["variance"] + by_error < DECIDED**2, verdict["verified"])
-    decided = ca.logic_and(decided, own["phase"] == 1)
+    # The estimator begins with a patch free of torque.
+    decided = ca.logic_and(ca.logic_and(decided, verdict["wiped"]), own["phase"] == 1)
     spread = limits["stiffness_std"] ** 2
     doubtful = verdict["var_log_gain"] + SHRINK**2 * error
     log_scale = verdict["log_gain"] * spread / (spread + doubtful)

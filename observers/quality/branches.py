@@ -4,6 +4,10 @@ The memory of the patch is its turning points: from one to the next the torque c
 branch, by Masing's rules, `symbolic.masing` and [Györök 2022], section 2.2. A loop that closes is
 forgotten. At most `POINTS` turning points are kept: friction is acquired within a few turns.
 
+What the patch was before the first sample is not known. Two paths stand for its extremes: free of
+torque, and turned so far that it slid, to the side that the torque at rest tells. Both paths end in the
+same loop as soon as the patch has slid as a whole.
+
 A branch gives information by the logarithm of its travel, `FRACTION` of it one independent sample of a
 model's error: the shape of a loop scales with friction, so that ice, on which all is over within 0.02
 rad, tells as much as asphalt.
@@ -20,6 +24,10 @@ from symbolic.masing import virgin_torque
 
 POINTS = 4
 """Turning points that are remembered, the place of rest included."""
+PATHS = 2
+"""Paths to the first sample: of a patch free of torque, and of one that slid."""
+SLID = 1.0
+"""Turn after which the patch slides as a whole [rad]."""
 FRACTION = 0.25
 """Share of a branch's travel that is worth one independent sample of the model's error [1]."""
 START = 2.0
@@ -34,10 +42,14 @@ MEMORY = 40.0
 """Independent samples after which older ones are forgotten."""
 ERRORS = 2.0
 """Squares of the model's error, over its variance, that an independent sample may have [1]."""
-TRACK = ("count", "direction", "extreme", "origin", "progress", "reach", "explained", "widest")
+TRACK = (
+    *("count", "direction", "extreme", "origin", "progress", "reach", "explained", "widest"),
+    *("count_slid", "rest"),
+)
 """Turning points in use; direction of travel, 0 at rest; farthest angle on the branch, and where it
 began [rad]; travel of the branch that has been counted [rad]; greatest torque so far [N m]; squares
-that errors and noise explain [1]; widest turn of a branch so far, that of a virgin one [rad]."""
+that errors and noise explain [1]; widest turn of a branch so far, that of a virgin one [rad]; turning
+points in use if the patch slid before the first sample; sum of the torques at rest [N m]."""
 
 
 @cache
@@ -93,15 +105,51 @@ def _widest(after: Parts) -> Expression:
 def build_track() -> ca.Function:
     """All branches after a sample: their turns add up.
 
-    (track, points, psi, size, slack, counts) -> (track, points, turns, share).
-    turns (POINTS,) [rad] are those of the branches, oldest first, whose torques add up; the first one is
-    virgin. size is that of the torque [N m]; the rest as for `build_turn`.
+    (track, points, psi, torque, size, slack, counts) -> (track, points, turns, share).
+    points and turns (POINTS, PATHS) have a column for each path; turns [rad] are those of the branches,
+    oldest first, whose torques add up; the first one is virgin. torque is the measured one and size its
+    size less its noise [N m]; the rest as for `build_turn`.
     """
-    inputs = symbols(ca.SX, track=len(TRACK), points=POINTS, psi=1, size=1, slack=1, counts=1)
-    track, points, psi, size, slack, counts = inputs.values()
+    inputs = symbols(
+        ca.SX, track=len(TRACK), points=(POINTS, PATHS), psi=1, torque=1, size=1, slack=1, counts=1
+    )
+    track, points, psi, torque, size, slack, counts = inputs.values()
     was = named(TRACK, track)
     after, back, farthest = _turned(was, psi, slack)
-    count = was["count"]
+    rested, starts = was["direction"] == 0, was["direction"] != after["direction"]
+    after["rest"] += ca.if_else(ca.logic_and(rested, counts), torque, 0)
+    # The torque of the ground points against the turn.
+    side = ca.if_else(after["rest"] > 0, -1, 1)
+    free, slid = ca.horzsplit(points)
+    slid = ca.vertcat(ca.if_else(rested, was["origin"] - side * SLID, slid[0]), slid[1:])
+    returns = ca.logic_or(back, ca.logic_and(rested, starts * after["direction"] * side < 0))
+    free, after["count"] = _path(free, was["count"], psi, after["direction"], back, farthest)
+    slid, after["count_slid"] = _path(
+        slid, was["count_slid"], psi, after["direction"], returns, farthest
+    )
+    after, share = _counted({**after, "origin": _at(free, after["count"] - 1)}, counts)
+    older = retained(share, MEMORY)
+    after |= {
+        "reach": ca.fmax(ca.if_else(counts, older, 1) * was["reach"], size),
+        "widest": _widest(after),
+        "explained": ca.if_else(counts, older * was["explained"] + ERRORS * share, was["explained"]),
+    }
+    outputs = {
+        "track_next": vector_of(TRACK, after),
+        "points_next": ca.horzcat(free, slid),
+        "turns": ca.horzcat(
+            _turns(free, after["count"], psi), _turns(slid, after["count_slid"], psi)
+        ),
+        "share": share,
+    }
+    return named_function("track", inputs, outputs, cse=True)
+
+
+def _path(
+    points: Expression, count: Expression, psi: Expression, direction: Expression, back: Expression,
+    farthest: Expression,
+) -> tuple[Expression, Expression]:  # fmt: skip
+    """Turning points of a path and their number after a sample."""
     # Where all places are taken, the outermost loop is dropped.
     full = ca.logic_and(back, count == POINTS)
     shifted = ca.vertcat(points[0], points[3:], points[-2:])
@@ -112,28 +160,19 @@ def build_track() -> ca.Function:
     count = count + back
     for _ in range(POINTS // 2):
         closing = ca.if_else(count == 2, 2 * points[0] - points[1], _at(points, count - 2))
-        closed = ca.logic_and(count >= 2, (psi - closing) * after["direction"] > 0)
+        closed = ca.logic_and(count >= 2, (psi - closing) * direction > 0)
         count = ca.if_else(closed, ca.fmax(count - 2, 1), count)
-    after, share = _counted({**after, "origin": _at(points, count - 1)}, counts)
+    return points, count
+
+
+def _turns(points: Expression, count: Expression, psi: Expression) -> Expression:
+    """Turn of each branch [rad]."""
     turns = [
         ca.if_else(count > i + 1, points[min(i + 1, POINTS - 1)] - points[i], 0)
         + ca.if_else(count == i + 1, psi - points[i], 0)
         for i in range(POINTS)
     ]
-    older = retained(share, MEMORY)
-    after = {**after, "count": count}
-    after |= {
-        "reach": ca.fmax(ca.if_else(counts, older, 1) * was["reach"], size),
-        "widest": _widest(after),
-        "explained": ca.if_else(counts, older * was["explained"] + ERRORS * share, was["explained"]),
-    }
-    outputs = {
-        "track_next": vector_of(TRACK, after),
-        "points_next": points,
-        "turns": ca.vertcat(*turns),
-        "share": share,
-    }
-    return named_function("track", inputs, outputs, cse=True)
+    return ca.vertcat(*turns)
 
 
 def _at(vector: Expression, index: Expression) -> Expression:

@@ -26,7 +26,7 @@ from observers.layout import (
     vector_of,
 )
 from observers.measurement.torque_error import is_stated, retained
-from observers.quality.branches import MEMORY, POINTS, TRACK
+from observers.quality.branches import MEMORY, PATHS, POINTS, SLID, TRACK
 from symbolic import full_slide_torque
 from symbolic.functions import named_function
 
@@ -57,12 +57,20 @@ UNEXPLAINED = 60.0
 errors and noise explain [1]."""
 NOISIER = 4.0
 """Squares of the noise, over its variance, that a sample may have: a sensor is twice as noisy [1]."""
-PER_HYPOTHESIS = ("log_likelihood", "gain", "zero", "var_gain", "cov", "var_zero")
-"""Logarithm of the likelihood; s [1] and M_0 [N m] with their covariance."""
+UNKNOWN = ("gain", "zero", "twist")
+"""What a hypothesis leaves open: s [1], M_0 [N m], and s times the share of the twist [1]."""
+COVARIANCE = (
+    *("var_gain", "cov_gain_zero", "cov_gain_twist"),
+    *("var_zero", "cov_zero_twist", "var_twist"),
+)
+PER_HYPOTHESIS = ("log_likelihood", *UNKNOWN, *COVARIANCE, "left")
+"""Logarithm of the likelihood; the unknowns with their covariance; torque that the twist may make [N m]."""
+PLACES = tuple((i, j) for j in range(len(UNKNOWN)) for i in range(j, len(UNKNOWN)))
+"""Row and column of each element of `COVARIANCE`."""
 SEARCH = Layout(
     (
         ("track", len(TRACK), 1),
-        ("points", POINTS, 1),
+        ("points", POINTS, PATHS),
         ("hypotheses", len(PER_HYPOTHESIS), len(RATIOS)),
     )
 )
@@ -72,19 +80,22 @@ LIMITS = (
     *("mu_floor", "least", "greatest", "explained"),
 )
 """Fields of the tuning that acquisition and supervision need."""
-SLID = 1.0
-"""Turn after which the patch slides as a whole [rad]."""
+TWIST_STD = 0.5
+"""Standard deviation of the share in which the patch was twisted before the first sample, over s [1]."""
+WIPED = 0.1
+"""Share of the torque that the twist before the first sample may make at the handover [1]."""
 RESTART_STD = 0.1
 """Standard deviation of s, known once, in a later acquisition [1]."""
 PATH_ERROR = 0.05
 """Least error of a model on a path that began on another ground [1]."""
 VERDICT = (
     *("log_mu", "variance", "log_ratio", "zero", "var_zero", "log_gain", "var_log_gain"),
-    *("verified", "suspect", "unexplained"),
+    *("verified", "suspect", "unexplained", "wiped"),
 )
 """Mean and variance of ln mu under the declared stiffness, and ln mu at the declared k; mean and
 variance of M_0 [N m]; mean and variance of ln s from the torque alone; whether s is what the tolerances
-allow, whether it is not, and whether no hypothesis explains the torque: 0 or 1."""
+allow, whether it is not, whether no hypothesis explains the torque, and whether the twist before the
+first sample no longer matters: 0 or 1."""
 
 
 def limits_of(tuning: Parts, misfit: float, again: Expression) -> Expression:
@@ -109,11 +120,12 @@ def build_start() -> ca.Function:
     psi, gain, gain_std, zero, zero_std = inputs.values()
     part: dict[str, Expression] = dict.fromkeys(PER_HYPOTHESIS, 0)
     part |= {"gain": gain, "zero": zero, "var_gain": gain_std**2, "var_zero": zero_std**2}
+    part["var_twist"] = TWIST_STD**2
     track: dict[str, Expression] = dict.fromkeys(TRACK, 0)
-    track |= {"count": 1, "extreme": psi, "origin": psi}
+    track |= {"count": 1, "count_slid": 1, "extreme": psi, "origin": psi}
     parts = {
         "track": vector_of(TRACK, track),
-        "points": ca.repmat(psi, POINTS),
+        "points": ca.repmat(psi, POINTS, PATHS),
         "hypotheses": ca.repmat(vector_of(PER_HYPOTHESIS, part), 1, len(RATIOS)),
     }
     return named_function("search_start", inputs, {"search": SEARCH.join(parts)})
@@ -131,9 +143,17 @@ def build_restart() -> ca.Function:
     track = named(TRACK, SEARCH.split(search)["track"])
     origin, direction = track["origin"], track["direction"]
     fresh = SEARCH.split(build_start()(origin, gain, RESTART_STD, zero, zero_std))
-    track |= {"count": ca.if_else(direction == 0, 1, 2), "explained": 0, "widest": 0}
+    count = ca.if_else(direction == 0, 1, 2)
+    track |= {"count": count, "count_slid": count, "explained": 0, "widest": 0}
     points = ca.vertcat(origin + direction * SLID, ca.repmat(origin, POINTS - 1))
-    parts = {**fresh, "track": vector_of(TRACK, track), "points": points}
+    # What the patch was before is no question.
+    hypotheses = ca.MX(fresh["hypotheses"])
+    hypotheses[PER_HYPOTHESIS.index("var_twist"), :] = 0
+    parts = {
+        "track": vector_of(TRACK, track),
+        "points": ca.repmat(points, 1, PATHS),
+        "hypotheses": hypotheses,
+    }
     return named_function("restart", inputs, {"search_next": SEARCH.join(parts)})
 
 
@@ -157,39 +177,46 @@ def build_error() -> ca.Function:
 
 @cache
 def build_hypothesis() -> ca.Function:
-    """One hypothesis after a torque: (part, expected, measured, variance, share) -> part_next.
+    """One hypothesis after a torque: (part, free, slid, measured, variance, share) -> part_next.
 
-    part is in the order of `PER_HYPOTHESIS`, expected the torque at s = 1 [N m], variance that of the
+    part is in the order of `PER_HYPOTHESIS`; free and slid are the torques at s = 1 of a patch that was
+    free of torque before the first sample, and of one that slid [N m]; variance is that of the
     measurement's error [N^2 m^2], share that of an independent sample.
     """
-    inputs = symbols(ca.SX, part=len(PER_HYPOTHESIS), expected=1, measured=1, variance=1, share=1)
-    part, expected, measured, variance, share = inputs.values()
-    older = retained(share, MEMORY)
-    was = {
-        name: (older if name == "log_likelihood" else 1 / older if "var" in name or name == "cov" else 1)
-        * value
-        for name, value in named(PER_HYPOTHESIS, part).items()
-    }
-    by_gain = was["var_gain"] * expected + was["cov"]
-    by_zero = was["cov"] * expected + was["var_zero"]
-    spread = by_gain * expected + by_zero
-    innovation = measured - was["gain"] * expected - was["zero"]
+    inputs = symbols(
+        ca.SX, part=len(PER_HYPOTHESIS), free=1, slid=1, measured=1, variance=1, share=1
+    )
+    part, free, slid, measured, variance, share = inputs.values()
+    older, was = retained(share, MEMORY), named(PER_HYPOTHESIS, part)
+    x = ca.vertcat(*(was[name] for name in UNKNOWN))
+    P = _symmetric([was[name] / older for name in COVARIANCE])
+    H = ca.vertcat(free, 1, slid - free)
+    by = P @ H
+    spread, innovation = ca.dot(H, by), measured - ca.dot(H, x)
     size = ca.fabs(innovation) / ca.sqrt(spread + variance)
     # Huber's loss as a variance that grows with the innovation.
     variance = variance + (spread + variance) * ca.fmax(size / ROBUST - 1, 0)
     total = spread + variance
     cost = ca.if_else(size > ROBUST, ROBUST * size - ROBUST**2 / 2, size**2 / 2)
-    gain, zero = by_gain / total, by_zero / total
-    after = {
-        "log_likelihood": was["log_likelihood"] - cost - ca.log(total / variance) / 2,
-        "gain": was["gain"] + gain * innovation,
-        "zero": was["zero"] + zero * innovation,
-        "var_gain": ca.fmax(was["var_gain"] - gain * by_gain, 1e-9),
-        "cov": was["cov"] - gain * by_zero,
-        "var_zero": ca.fmax(was["var_zero"] - zero * by_zero, 0),
+    x, P = x + by / total * innovation, P - by @ by.T / total
+    after = dict(zip(UNKNOWN, ca.vertsplit(x), strict=True))
+    after |= {name: P[place] for name, place in zip(COVARIANCE, PLACES, strict=True)}
+    after |= {name: ca.fmax(after[name], 0) for name in ("var_zero", "var_twist")}
+    after |= {
+        "log_likelihood": older * was["log_likelihood"] - cost - ca.log(total / variance) / 2,
+        "var_gain": ca.fmax(after["var_gain"], 1e-9),
+        "left": (ca.fabs(after["twist"]) + ca.sqrt(after["var_twist"])) * ca.fabs(slid - free),
     }
     outputs = {"part_next": vector_of(PER_HYPOTHESIS, after)}
     return named_function("hypothesis", inputs, outputs, cse=True)
+
+
+def _symmetric(values: list[Expression]) -> Expression:
+    """The matrix with these elements in `PLACES`, and below them."""
+    matrix = ca.SX.zeros(len(UNKNOWN), len(UNKNOWN))
+    for (i, j), value in zip(PLACES, values, strict=True):
+        matrix[i, j] = matrix[j, i] = value
+    return matrix
 
 
 def _moments(
@@ -224,13 +251,14 @@ def _moments(
 
 @cache
 def build_verdict() -> ca.Function:
-    """What the hypotheses say together: (hypotheses, explained, limits) -> `VERDICT`.
+    """What the hypotheses say together: (hypotheses, explained, reach, limits) -> `VERDICT`.
 
-    hypotheses (6, G) has a row for each of `PER_HYPOTHESIS`, limits is in the order of `LIMITS`. `EVEN`
+    hypotheses (11, G) has a row for each of `PER_HYPOTHESIS`, explained and reach are as in `TRACK`,
+    limits is in the order of `LIMITS`. `EVEN`
     of the prior of ln mu is even over all hypotheses: the tuning's alone would exclude ice.
     """
     count = (len(PER_HYPOTHESIS), len(RATIOS))
-    inputs = symbols(ca.MX, hypotheses=count, explained=1, limits=len(LIMITS))
+    inputs = symbols(ca.MX, hypotheses=count, explained=1, reach=1, limits=len(LIMITS))
     limits, grid = named(LIMITS, inputs["limits"]), ca.DM(np.log(RATIOS))
     rows = (row.T for row in ca.vertsplit(inputs["hypotheses"]))
     parts = dict(zip(PER_HYPOTHESIS, rows, strict=True))
@@ -246,12 +274,13 @@ def build_verdict() -> ca.Function:
     known = ca.fmax((parts["gain"] / variance + 1 / stiffness) * joint, LEAST_GAIN)
     log_mu, var_log_mu = _moments(declared, grid + ca.log(known), joint / known**2)
     log_ratio, _ = _moments(declared, ca.MX(grid), 0 * gain)
-    slope = parts["cov"] / variance
+    slope = parts["cov_gain_zero"] / variance
     zero, var_zero = _moments(
         declared,
         parts["zero"] + slope * (known - parts["gain"]),
-        ca.fmax(parts["var_zero"] - slope * parts["cov"] + slope**2 * joint, 0),
+        ca.fmax(parts["var_zero"] - slope * parts["cov_gain_zero"] + slope**2 * joint, 0),
     )
+    left, _ = _moments(declared, parts["left"], 0 * gain)
     # Without a prior of s: even in ln s.
     even = parts["log_likelihood"] + ca.log(variance) / 2 - ca.log(gain)
     log_gain, var_gain = _moments(even, ca.log(gain), ca.fmin(variance / gain**2, 2))
@@ -264,5 +293,6 @@ def build_verdict() -> ca.Function:
         "var_zero": var_zero, "log_gain": log_gain, "var_log_gain": var_gain,
         "verified": inside > SURE[0], "suspect": inside < -SURE[1],
         "unexplained": squares > inputs["explained"] + UNEXPLAINED,
+        "wiped": left <= WIPED * inputs["reach"],
     }  # fmt: skip
     return named_function("verdict", inputs, {"verdict": vector_of(VERDICT, outputs)}, cse=True)
