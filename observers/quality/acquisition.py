@@ -51,18 +51,21 @@ GAIN_FREE, GAIN_SHARE = 0.5, 0.5
 torque's scale, as a standard deviation [1]."""
 DOUBTED, MOST_DOUBT = 2.0, 10.0
 """Independent samples that the model has not explained before it is doubted, and the most that count."""
+HOPELESS = 8.0
+"""Independent samples not explained after which friction is acquired anew."""
 FORGIVING = 10.0
 """Independent samples over which a doubt is forgotten while the model explains the torque."""
 OWN = (
     *("acquiring", "phase", "scale", "scale_std", "excess", "F_N", "F_N_first"),
     *("squares", "weight", "doubt", "again", "streak", "lost", "predicted", "predicted_before"),
+    "confirmed",
 )
 """Whether friction is being acquired; 1 where the verdict is due; s that the torque is divided by, and
 the standard deviation of ln s [1]; what s adds to the relative deviation of mu [1]; last load and the
 first one [N]; sum of the squares of the innovations, and that of their weights; independent samples that
 were not explained; 1 after a change of the ground; torques in a row, computed from the steering torque,
-that friction does not explain, and 1 once there were too many; the torques predicted at the last two of
-them [N m]."""
+that friction does not explain, and 1 where friction is acquired anew; the torques predicted at the last
+two of them [N m]; 1 once the model has explained the torque since the handover."""
 HANDOVER = ("log_mu", "log_mu_variance", "M_0", "M_0_variance")
 """What is handed over: moments of ln mu and of the torque's zero [N m], as the estimator counts them."""
 KEPT = (Status.MISSING, Status.HELD, Status.RESET)
@@ -211,8 +214,10 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
         "squares": 0,
         "weight": 0,
         "streak": 0,
+        "confirmed": 0,
         "doubt": doubted(own["doubt"], inputs["counted"] * inputs["share"], verdict["unexplained"]),
     }
+    after["lost"] = after["doubt"] > HOPELESS
     variance = verdict["variance"] + ca.fmin(HANDED**2 * by_error, MOST_VARIANCE)
     handover = {
         "log_mu": verdict["log_mu"] - ca.log(after["scale"] * patch.friction),

@@ -29,7 +29,8 @@ PATHS = 2
 SLID = 1.0
 """Turn after which the patch slides as a whole [rad]."""
 FRACTION = 0.25
-"""Share of a branch's travel that is worth one independent sample of the model's error [1]."""
+"""Growth of a branch's travel, in its logarithm, that is worth one independent sample of the model's
+error [1]."""
 START = 2.0
 """Deviations of the angle's noise by which a wheel at rest may seem to turn [1]."""
 SHORTEST = 1e-9
@@ -54,14 +55,14 @@ points in use if the patch slid before the first sample; sum of the torques at r
 
 @cache
 def build_turn() -> ca.Function:
-    """The present branch alone after a sample: (track, psi, slack, counts) -> (track, share).
+    """The present branch alone after a sample: (track, psi, slack, least, counts) -> (track, share).
 
-    slack is the turn back that is no noise [rad]; counts is 0 where the sample's torque is not used.
-    share is that of an independent sample.
+    slack is the turn back that is no noise, least the travel at which a branch begins to tell something
+    [rad]; counts is 0 where the sample's torque is not used. share is that of an independent sample.
     """
-    inputs = symbols(ca.SX, track=len(TRACK), psi=1, slack=1, counts=1)
+    inputs = symbols(ca.SX, track=len(TRACK), psi=1, slack=1, least=1, counts=1)
     after, back, _ = _turned(named(TRACK, inputs["track"]), inputs["psi"], inputs["slack"])
-    after, share = _counted(after, inputs["counts"])
+    after, share = _counted(after, inputs["counts"], inputs["least"])
     after = {**after, "count": ca.if_else(back, ca.fmax(2, after["count"]), after["count"])}
     after["widest"] = _widest(after)
     outputs = {"track_next": vector_of(TRACK, after), "share": share}
@@ -86,13 +87,16 @@ def _turned(was: Parts, psi: Expression, slack: Expression) -> tuple[Parts, Expr
     return after, back, extreme
 
 
-def _counted(after: Parts, counts: Expression) -> tuple[Parts, Expression]:
-    """The track with its progress, and the share of an independent sample that it is worth."""
+def _counted(after: Parts, counts: Expression, least: Expression) -> tuple[Parts, Expression]:
+    """The track with its progress, and the share of an independent sample that it is worth.
+
+    least is the travel at which a branch begins to tell something [rad].
+    """
     travel = ca.fabs(after["extreme"] - after["origin"])
-    gained = ca.fmax(travel - after["progress"], 0)
-    share = ca.fmax(LEAST_SHARE, ca.fmin(1, gained / ca.fmax(FRACTION * travel, SHORTEST)))
+    counted = ca.fmax(after["progress"], ca.fmax(least, SHORTEST))
+    share = ca.fmin(1, ca.log(ca.fmax(travel / counted, 1)) / FRACTION)
     progress = ca.if_else(counts, travel, after["progress"])
-    return {**after, "progress": progress}, share
+    return {**after, "progress": progress}, ca.fmax(LEAST_SHARE, share)
 
 
 def _widest(after: Parts) -> Expression:
@@ -127,7 +131,7 @@ def build_track() -> ca.Function:
     slid, after["count_slid"] = _path(
         slid, was["count_slid"], psi, after["direction"], returns, farthest
     )
-    after, share = _counted({**after, "origin": _at(free, after["count"] - 1)}, counts)
+    after, share = _counted({**after, "origin": _at(free, after["count"] - 1)}, counts, START * slack)
     older = retained(share, MEMORY)
     after |= {
         "reach": ca.fmax(ca.if_else(counts, older, 1) * was["reach"], size),
@@ -137,9 +141,7 @@ def build_track() -> ca.Function:
     outputs = {
         "track_next": vector_of(TRACK, after),
         "points_next": ca.horzcat(free, slid),
-        "turns": ca.horzcat(
-            _turns(free, after["count"], psi), _turns(slid, after["count_slid"], psi)
-        ),
+        "turns": ca.horzcat(_turns(free, after["count"], psi), _turns(slid, after["count_slid"], psi)),
         "share": share,
     }
     return named_function("track", inputs, outputs, cse=True)
@@ -222,6 +224,18 @@ def stiffness_leverage(
         F_N: load [N].
         tyre: k, a and e.
     """
-    k, a, _ = named(("k", "a", "e"), tyre).values()
-    turn = widest * 4 * a**2 * k / (3 * F_N * mu)
+    turn = widest / sliding_turn(mu, F_N, tyre)
     return 1.6 / ca.fmax(turn + turn**2, 1e-3)
+
+
+def sliding_turn(mu: Expression, F_N: Expression, tyre: Expression) -> Expression:
+    """Turn at which the patch begins to slide at its ends [rad], e = 0; arguments as above."""
+    k, a, _ = named(("k", "a", "e"), tyre).values()
+    return 3 * F_N * mu / (4 * a**2 * k)
+
+
+@cache
+def build_sliding() -> ca.Function:
+    """`sliding_turn`: (mu, F_N, tyre) -> turn."""
+    inputs = symbols(ca.SX, mu=1, F_N=1, tyre=3)
+    return named_function("sliding", inputs, {"turn": sliding_turn(*inputs.values())})

@@ -133,16 +133,16 @@ def build_start() -> ca.Function:
 
 @cache
 def build_restart() -> ca.Function:
-    """The search for a new ground: (search, gain, zero, zero_std) -> search.
+    """The search anew: (search, gain, gain_std, zero, zero_std) -> search.
 
     What the patch was before its last turn back is forgotten: it slid to the other side. The hypotheses
     begin anew about s and the torque's zero [N m], which are known.
     """
-    inputs = symbols(ca.MX, search=SEARCH.size, gain=1, zero=1, zero_std=1)
-    search, gain, zero, zero_std = inputs.values()
+    inputs = symbols(ca.MX, search=SEARCH.size, gain=1, gain_std=1, zero=1, zero_std=1)
+    search, gain, gain_std, zero, zero_std = inputs.values()
     track = named(TRACK, SEARCH.split(search)["track"])
     origin, direction = track["origin"], track["direction"]
-    fresh = SEARCH.split(build_start()(origin, gain, RESTART_STD, zero, zero_std))
+    fresh = SEARCH.split(build_start()(origin, gain, gain_std, zero, zero_std))
     count = ca.if_else(direction == 0, 1, 2)
     track |= {"count": count, "count_slid": count, "explained": 0, "widest": 0}
     points = ca.vertcat(origin + direction * SLID, ca.repmat(origin, POINTS - 1))
@@ -183,9 +183,7 @@ def build_hypothesis() -> ca.Function:
     free of torque before the first sample, and of one that slid [N m]; variance is that of the
     measurement's error [N^2 m^2], share that of an independent sample.
     """
-    inputs = symbols(
-        ca.SX, part=len(PER_HYPOTHESIS), free=1, slid=1, measured=1, variance=1, share=1
-    )
+    inputs = symbols(ca.SX, part=len(PER_HYPOTHESIS), free=1, slid=1, measured=1, variance=1, share=1)
     part, free, slid, measured, variance, share = inputs.values()
     older, was = retained(share, MEMORY), named(PER_HYPOTHESIS, part)
     x = ca.vertcat(*(was[name] for name in UNKNOWN))

@@ -34,6 +34,7 @@ from observers.protocol import OUTPUT, SAMPLE, Status
 from observers.quality.acquisition import (
     DOUBTED,
     HANDOVER,
+    HOPELESS,
     OWN,
     EquivalentPatch,
     build_acquiring,
@@ -41,9 +42,10 @@ from observers.quality.acquisition import (
     only_if,
     supervision_symbols,
 )
-from observers.quality.branches import TRACK, build_turn, stiffness_leverage
+from observers.quality.branches import TRACK, build_turn, sliding_turn, stiffness_leverage
 from observers.quality.hypotheses import (
     LIMITS,
+    RESTART_STD,
     SEARCH,
     VAGUE,
     VERDICT,
@@ -65,6 +67,10 @@ often in a row, if the ground has changed: the estimator's measurement is the an
 moves little."""
 MOST_ZERO = 3.0
 """Deviations of the torque's zero before the first sample within which it stays [1]."""
+CONFIRMS = 0.5
+"""Turn at which a branch begins to tell friction, over that at which the patch begins to slide [1]."""
+AFTERWARDS = 4.0
+"""Independent samples not explained that a new acquisition begins with at most."""
 EXCESS = 1.5
 """Mean square of the innovations by branches, over `Tuning.explained`, that is too much [1]."""
 SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
@@ -135,7 +141,12 @@ def build_tracking(*, is_computed: bool) -> ca.Function:
         "status": with_flag(status, Status.SUSPECT, mu - 2 * std > GREATEST_FRICTION),
     }
     after = own | {"squares": squares, "weight": weight, "doubt": doubt}
-    after["lost"] = own["streak"] >= IN_A_ROW
+    explains = ca.logic_and(weight >= LEAST_SAMPLES, ca.logic_not(wrong))
+    after["confirmed"] = ca.logic_or(own["confirmed"], explains)
+    # Once, if the ground changed while friction was acquired: a model that is wrong explains no ground.
+    retried = ca.logic_or(own["again"], after["confirmed"])
+    hopeless = ca.logic_and(doubt > HOPELESS, ca.logic_not(retried))
+    after["lost"] = ca.logic_or(own["streak"] >= IN_A_ROW, hopeless)
     outputs = {"own_next": vector_of(OWN, after), "result": vector_of(OUTPUT, results)}
     return named_function("follow_output", inputs, outputs, cse=True)
 
@@ -166,7 +177,8 @@ def build_following(*, is_computed: bool) -> ca.Function:
     parts = SEARCH.split(search)
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
     known = is_known(named(OUTPUT, output)["nis"])
-    track, share = build_turn()(parts["track"], at, named(LIMITS, limits)["psi_noise"], known)
+    least = CONFIRMS * sliding_turn(named(OUTPUT, output)["mu"], named(OWN, own)["F_N"], tyre)
+    track, share = build_turn()(parts["track"], at, named(LIMITS, limits)["psi_noise"], least, known)
     widest = named(TRACK, track)["widest"]
     track_output = build_tracking(is_computed=is_computed)
     own, result = track_output(own, verdict, output, share, widest, M_z, added, tyre, limits)
@@ -212,15 +224,18 @@ def build_supervised_step(
     # A wheel that is lifted says nothing.
     M_z = ca.if_else(ca.logic_and(is_known(now["F_N"]), ca.logic_not(loaded)), float("nan"), M_z)
     changed = ca.logic_or(has_flag(named(OUTPUT, output)["status"], Status.RESET), own["lost"])
-    anew = ca.logic_and(changed, own["acquiring"] == 0)
-    own["again"] = ca.logic_or(own["again"], anew)
+    tracked = own["acquiring"] == 0
+    own["again"] = ca.logic_or(own["again"], ca.logic_and(changed, tracked))
     limits = limits_of(fields, patch.misfit, own["again"])
     std = fields["zero_std"] * full_slide_torque(own["F_N"], rig[0])
     zero = _zero_within(own["scale"] * _newest(parts, measurement_model, after, "M_0"), std)
     searched = SEARCH.join(before)
-    search = only_if(anew, build_restart(), (searched, own["scale"], zero, std), searched)
-    own["lost"], own["phase"] = ca.MX(0), ca.if_else(anew, 0, own["phase"])
-    own["acquiring"] = ca.logic_or(own["acquiring"], changed)
+    begun = (searched, own["scale"], ca.if_else(tracked, RESTART_STD, VAGUE), zero, std)
+    anew = ca.logic_or(ca.logic_and(changed, tracked), own["lost"])
+    search = only_if(anew, build_restart(), begun, searched)
+    own["phase"] = ca.if_else(anew, 0, own["phase"])
+    own["doubt"] = ca.if_else(anew, ca.fmin(own["doubt"], AFTERWARDS), own["doubt"])
+    own["lost"], own["acquiring"] = ca.MX(0), ca.logic_or(own["acquiring"], changed)
     acquire = build_acquiring(patch, is_scaled=bool(scaled))
     either = ca.Function.if_else("supervise", acquire, build_following(is_computed=bool(names)))
     search, verdict, own_next, handover, output = either(

@@ -28,6 +28,7 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
     functions = [
         branches.build_track().expand("follow_turns", {"cse": True}),
         branches.build_turn(),
+        branches.build_sliding(),
         branches.build_branch(),
         hypotheses.build_hypothesis(),
         hypotheses.build_error(),
@@ -61,7 +62,7 @@ def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], bo
     sizes = {
         "own": len(acquisition.OWN), "verdict": len(hypotheses.VERDICT),
         "block": len(observer.measurement_model.torque_state),
-        "track": len(branches.TRACK), "points": branches.POINTS, "result": len(OUTPUT),
+        "track": len(branches.TRACK), "points": branches.POINTS * branches.PATHS, "result": len(OUTPUT),
     }  # fmt: skip
     fields = ", ".join(f"{name}[{size}]" for name, size in sizes.items() if size)
     rows, columns = len(hypotheses.RATIOS), len(hypotheses.PER_HYPOTHESIS)
@@ -115,11 +116,12 @@ def _terms(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "own": acquisition.OWN, "track": branches.TRACK, "parts": hypotheses.PER_HYPOTHESIS,
         "limits": hypotheses.LIMITS, "hypotheses": hypotheses.RATIOS,
-        "ratios": hypotheses.RATIOS, "points": branches.POINTS, "start": repr(branches.START),
+        "ratios": hypotheses.RATIOS, "points": branches.POINTS, "paths": branches.PATHS, "start": repr(branches.START),
+        "confirms": repr(supervision.CONFIRMS), "afterwards": repr(supervision.AFTERWARDS),
         "most_zero": repr(supervision.MOST_ZERO),
         "verdict": len(hypotheses.VERDICT),
         "block": len(torque_state), "handover": len(acquisition.HANDOVER),
-        "vague": repr(hypotheses.VAGUE), "slid": repr(hypotheses.SLID), "least_load": repr(LEAST_LOAD),
+        "vague": repr(hypotheses.VAGUE), "slid": repr(branches.SLID), "twist_std": repr(hypotheses.TWIST_STD), "least_load": repr(LEAST_LOAD),
         "restart_std": repr(hypotheses.RESTART_STD), "a": literal["a"],
         "tyre": [f"{literal['k']} * {patch.stiffness!r}", literal["a"], literal["e"]],
         # Deviation of the torque's zero before the first sample [N m].

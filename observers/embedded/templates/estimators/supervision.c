@@ -1,8 +1,8 @@
 /* Supervision: friction is acquired among hypotheses before the estimator tracks it. -------------------------- */
 
-enum { HYPOTHESES = ${ratios|length}, POINTS = ${points} };
+enum { HYPOTHESES = ${ratios|length}, POINTS = ${points}, PATHS = ${paths} };
 /* Own numbers of the supervision, the present branch of the path with what the torques so far were worth, the tuning, and
-   moments of stiffness over the declared one [1] and zero [N m] under a hypothesis. */
+   moments of stiffness over the declared one [1], zero [N m] and twist [1] under a hypothesis. */
 %% for prefix, names in (("OWN", own), ("TRACK", track), ("LIMIT", limits), ("PART", parts))
 enum {
 %% for name in names
@@ -15,17 +15,20 @@ enum {
 /* mu at the declared k under each hypothesis [1]. */
 static const ${real} RATIOS[HYPOTHESES] = {${ratios|join(", ")}};
 
-/* The hypotheses begin anew: mean and deviation of the stiffness over the declared one [1], of the zero [N m]. */
-static void begin_search(${name}_state_t *state, ${real} gain, ${real} gain_std, ${real} zero, ${real} zero_std) {
-    int32_t i;
+/* The hypotheses begin anew: mean and deviation of the stiffness over the declared one [1], of the zero [N m]; deviation of
+   the twist before the first sample [1]. */
+static void begin_search(${name}_state_t *state, ${real} gain, ${real} gain_std, ${real} zero, ${real} zero_std, ${real} twist_std) {
+    int32_t i, j;
     for (i = 0; i < HYPOTHESES; ++i) {
         ${real} *part = state->hypotheses[i];
-        part[PART_LOG_LIKELIHOOD] = 0.0;
+        for (j = 0; j < PARTS; ++j) {
+            part[j] = 0.0;
+        }
         part[PART_GAIN] = gain;
         part[PART_ZERO] = zero;
         part[PART_VAR_GAIN] = gain_std * gain_std;
-        part[PART_COV] = 0.0;
         part[PART_VAR_ZERO] = zero_std * zero_std;
+        part[PART_VAR_TWIST] = twist_std * twist_std;
     }
     state->track[TRACK_REACH] = 0.0;
     state->track[TRACK_EXPLAINED] = 0.0;
@@ -51,9 +54,10 @@ static void begin_supervision(${name}_state_t *state, const ${real} *sample) {
         state->track[i] = 0.0;
     }
     state->track[TRACK_COUNT] = 1.0;
+    state->track[TRACK_COUNT_SLID] = 1.0;
     state->track[TRACK_EXTREME] = sample[0];
     state->track[TRACK_ORIGIN] = sample[0];
-    for (i = 0; i < POINTS; ++i) {
+    for (i = 0; i < POINTS * PATHS; ++i) {
         state->points[i] = sample[0];
     }
 %% if block
@@ -61,37 +65,45 @@ static void begin_supervision(${name}_state_t *state, const ${real} *sample) {
         state->block[i] = 0.0;
     }
 %% endif
-    begin_search(state, 1.0, ${vague}, 0.0, ${zero_std});
+    begin_search(state, 1.0, ${vague}, 0.0, ${zero_std}, ${twist_std});
 }
 
-/* The search for a new ground: what the patch was before its last turn back is forgotten. */
-static void restart_search(${name}_state_t *state, ${real} zero_std) {
+/* The search anew: what the patch was before its last turn back is forgotten. */
+static void restart_search(${name}_state_t *state, ${real} gain_std, ${real} zero_std) {
     const ${real} scale = state->own[OWN_SCALE], reach = state->track[TRACK_REACH];
     /* Garbage may have moved the zero of the estimator anywhere. */
     const ${real} zero = scale * ${zero_state}, most = ${most_zero} * zero_std;
     int32_t i;
-    begin_search(state, scale, ${restart_std}, (zero > most) ? most : ((zero < -most) ? -most : zero), zero_std);
+    begin_search(state, scale, gain_std, (zero > most) ? most : ((zero < -most) ? -most : zero), zero_std, 0.0);
     state->track[TRACK_REACH] = reach;
     state->track[TRACK_COUNT] = state->track[TRACK_DIRECTION] == 0.0 ? 1.0 : 2.0;
-    state->points[0] = state->track[TRACK_ORIGIN] + ${slid} * state->track[TRACK_DIRECTION];
-    for (i = 1; i < POINTS; ++i) {
+    state->track[TRACK_COUNT_SLID] = state->track[TRACK_COUNT];
+    for (i = 0; i < POINTS * PATHS; ++i) {
         state->points[i] = state->track[TRACK_ORIGIN];
+        if (i % POINTS == 0) {
+            state->points[i] += ${slid} * state->track[TRACK_DIRECTION];
+        }
     }
     state->own[OWN_PHASE] = 0.0;
+    if (state->own[OWN_DOUBT] > ${afterwards}) {
+        state->own[OWN_DOUBT] = ${afterwards};
+    }
 }
 
 /* All hypotheses after a torque [N m] of this variance. */
 static void weigh_torque(${name}_state_t *state, const ${real} *turns, const ${real} *tyre, ${real} M_z, ${real} variance, ${real} share) {
-    const int32_t count = (int32_t)state->track[TRACK_COUNT];
-    int32_t i, j;
+    const int32_t counts[PATHS] = {(int32_t)state->track[TRACK_COUNT], (int32_t)state->track[TRACK_COUNT_SLID]};
+    int32_t i, j, path;
     for (i = 0; i < HYPOTHESES; ++i) {
-        ${real} expected = 0.0, part[PARTS];
-        for (j = 0; j < count; ++j) {
-            ${real} M;
-            branch(turns[j], (${real})j, RATIOS[i], state->own[OWN_F_N], tyre, &M);
-            expected += M;
+        ${real} expected[PATHS] = {0.0, 0.0}, part[PARTS];
+        for (path = 0; path < PATHS; ++path) {
+            for (j = 0; j < counts[path]; ++j) {
+                ${real} M;
+                branch(turns[POINTS * path + j], (${real})j, RATIOS[i], state->own[OWN_F_N], tyre, &M);
+                expected[path] += M;
+            }
         }
-        hypothesis(state->hypotheses[i], expected, M_z, variance, share, part);
+        hypothesis(state->hypotheses[i], expected[0], expected[1], M_z, variance, share, part);
         for (j = 0; j < PARTS; ++j) {
             state->hypotheses[i][j] = part[j];
         }
@@ -119,18 +131,18 @@ static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} ad
     const ${real} at = ((direction == 0.0) && (away <= ${start} * limits[LIMIT_PSI_NOISE])) ? state->track[TRACK_ORIGIN] : given;
     const bool weighs = known && is_certain && (state->own[OWN_PHASE] == 0.0);
     const ${real} counts = weighs ? 1.0 : 0.0;
-    ${real} track[TRACKS], points[POINTS], turns[POINTS], own[OWNS], handed[${handover}];
+    ${real} track[TRACKS], points[POINTS * PATHS], turns[POINTS * PATHS], own[OWNS], handed[${handover}];
     ${real} share, size, variance, noisy;
     torque_error(torque, state->own[OWN_F_N], tyre[1], 0.0, 0.0, 1.0, 0.0, &size, &variance, &noisy);
-    follow_turns(state->track, state->points, at, size, limits[LIMIT_PSI_NOISE], counts, track, points, turns, &share);
+    follow_turns(state->track, state->points, at, torque, size, limits[LIMIT_PSI_NOISE], counts, track, points, turns, &share);
     set_numbers(state->track, track, TRACKS);
-    set_numbers(state->points, points, POINTS);
+    set_numbers(state->points, points, POINTS * PATHS);
     if (weighs) {
         torque_error(torque, state->own[OWN_F_N], tyre[1], added, track[TRACK_REACH], share, limits[LIMIT_ERROR], &size, &variance, &noisy);
         state->track[TRACK_EXPLAINED] += noisy;
         weigh_torque(state, turns, tyre, torque, variance, share);
     } else if (state->own[OWN_PHASE] != 0.0) {
-        verdict_of(&state->hypotheses[0][0], state->track[TRACK_EXPLAINED], limits, state->verdict);
+        verdict_of(&state->hypotheses[0][0], state->track[TRACK_EXPLAINED], state->track[TRACK_REACH], limits, state->verdict);
     } else {
         /* Without a torque there is nothing to weigh. */
     }
@@ -143,8 +155,9 @@ static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} ad
 static void follow(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} added, const ${real} *tyre, const ${real} *limits) {
     const ${real} at = is_known(psi) ? psi : state->track[TRACK_EXTREME];
     const ${real} known = is_known(state->output[OUT_NIS]) ? 1.0 : 0.0;
-    ${real} track[TRACKS], own[OWNS], share;
-    turn(state->track, at, limits[LIMIT_PSI_NOISE], known, track, &share);
+    ${real} track[TRACKS], own[OWNS], share, least;
+    sliding(state->output[OUT_MU], state->own[OWN_F_N], tyre, &least);
+    turn(state->track, at, limits[LIMIT_PSI_NOISE], ${confirms} * least, known, track, &share);
     follow_output(state->own, state->verdict, state->output, share, track[TRACK_WIDEST], M_z, added, tyre, limits, own, state->result);
     set_numbers(state->track, track, TRACKS);
     set_numbers(state->own, own, OWNS);
@@ -158,11 +171,12 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
     ${real} block[${block}];
 %% endif
     const bool lifted = is_known(sample[2]) && !(sample[2] >= ${least_load} * state->own[OWN_F_N_FIRST]);
-    const bool changed = ((status & ${NAME}_RESET) != 0) || (state->own[OWN_LOST] != 0.0);
+    const bool tracked = state->own[OWN_ACQUIRING] == 0.0, lost = state->own[OWN_LOST] != 0.0;
+    const bool changed = ((status & ${NAME}_RESET) != 0) || lost;
     if (is_known(sample[2]) && !lifted) {
         state->own[OWN_F_N] = sample[2];
     }
-    if (changed && state->own[OWN_ACQUIRING] == 0.0) {
+    if (changed && tracked) {
         state->own[OWN_AGAIN] = 1.0;
     }
     state->own[OWN_LOST] = 0.0;
@@ -174,8 +188,8 @@ static int32_t supervise(${name}_state_t *state, const ${real} *sample, int32_t 
         M_z = (${real})NAN;
     }
     if (changed) {
-        if (state->own[OWN_ACQUIRING] == 0.0) {
-            restart_search(state, limits[LIMIT_ZERO_STD] * 0.375 * state->own[OWN_F_N] * ${a});
+        if (tracked || lost) {
+            restart_search(state, tracked ? ${restart_std} : ${vague}, limits[LIMIT_ZERO_STD] * 0.375 * state->own[OWN_F_N] * ${a});
         }
         state->own[OWN_ACQUIRING] = 1.0;
     }
