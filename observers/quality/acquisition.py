@@ -16,9 +16,9 @@ from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import is_known, retained
 from observers.protocol import OUTPUT, Status
 from observers.quality.branches import (
+    PATHS,
     POINTS,
     START,
-    PATHS,
     TRACK,
     build_branch,
     build_sensitivity,
@@ -56,16 +56,16 @@ HOPELESS = 8.0
 FORGIVING = 10.0
 """Independent samples over which a doubt is forgotten while the model explains the torque."""
 OWN = (
-    *("acquiring", "phase", "scale", "scale_std", "excess", "F_N", "F_N_first"),
+    *("acquiring", "phase", "scale", "excess", "F_N", "F_N_first"),
     *("squares", "weight", "doubt", "again", "streak", "lost", "predicted", "predicted_before"),
     "confirmed",
 )
-"""Whether friction is being acquired; 1 where the verdict is due; s that the torque is divided by, and
-the standard deviation of ln s [1]; what s adds to the relative deviation of mu [1]; last load and the
-first one [N]; sum of the squares of the innovations, and that of their weights; independent samples that
-were not explained; 1 after a change of the ground; torques in a row, computed from the steering torque,
-that friction does not explain, and 1 where friction is acquired anew; the torques predicted at the last
-two of them [N m]; 1 once the model has explained the torque since the handover."""
+"""Whether friction is being acquired; 1 where the verdict is due; s that the torque is divided by [1];
+what s adds to the relative deviation of mu [1]; last load and the first one [N]; sum of the squares of
+the innovations, and that of their weights; independent samples that were not explained; 1 after a change
+of the ground; torques in a row, computed from the steering torque, that friction does not explain, and 1
+where friction is acquired anew; the torques predicted at the last two of them [N m]; 1 once the model
+has explained the torque since the handover."""
 HANDOVER = ("log_mu", "log_mu_variance", "M_0", "M_0_variance")
 """What is handed over: moments of ln mu and of the torque's zero [N m], as the estimator counts them."""
 KEPT = (Status.MISSING, Status.HELD, Status.RESET)
@@ -199,17 +199,13 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
     decided = ca.logic_and(ca.logic_and(decided, verdict["wiped"]), own["phase"] == 1)
     spread = limits["stiffness_std"] ** 2
     doubtful = verdict["var_log_gain"] + SHRINK**2 * error
-    log_scale = verdict["log_gain"] * spread / (spread + doubtful)
-    scale_variance = doubtful * spread / (spread + doubtful)
-    if not is_scaled:
-        log_scale, scale_variance = 0, scale_variance + log_scale**2
+    log_scale = verdict["log_gain"] * spread / (spread + doubtful) if is_scaled else 0
     excess = ca.exp(ca.fabs(verdict["log_gain"])) - 1 - GAIN_FREE * limits["stiffness_std"]
     after = own | {
         "acquiring": ca.logic_not(decided),
         # Without a torque there is nothing to give a verdict on.
         "phase": ca.if_else(own["phase"] == 1, 0, inputs["counted"]),
         "scale": ca.if_else(decided, ca.exp(log_scale), 1),
-        "scale_std": ca.sqrt(scale_variance),
         "excess": GAIN_SHARE * ca.fmax(0, excess),
         "squares": 0,
         "weight": 0,

@@ -64,7 +64,6 @@ def build_turn() -> ca.Function:
     after, back, _ = _turned(named(TRACK, inputs["track"]), inputs["psi"], inputs["slack"])
     after, share = _counted(after, inputs["counts"], inputs["least"])
     after = {**after, "count": ca.if_else(back, ca.fmax(2, after["count"]), after["count"])}
-    after["widest"] = _widest(after)
     outputs = {"track_next": vector_of(TRACK, after), "share": share}
     return named_function("turn", inputs, outputs, cse=True)
 
@@ -209,27 +208,14 @@ def build_sensitivity() -> ca.Function:
     return named_function("sensitivity", inputs, outputs, cse=True)
 
 
-def stiffness_leverage(
-    widest: Expression, mu: Expression, F_N: Expression, tyre: Expression
-) -> Expression:
-    """Relative error of mu by one of k, -d ln mu / d ln k at the torque of a turn [1].
-
-    The torque is homogeneous of degree 1 in (mu, k): the leverage is 1 / S - 1, S as of
-    `build_sensitivity`. Of the turn over that at which the patch begins to slide at its ends, v, it is
-    nearly 1.6 / (v + v^2), for e = 0 within -3 and +23 % from v = 0.05 on.
+def sliding_turn(mu: Expression, F_N: Expression, tyre: Expression) -> Expression:
+    """Turn at which the patch begins to slide at its ends [rad], e = 0.
 
     Args:
-        widest: turn of a virgin branch [rad].
         mu: friction [1].
         F_N: load [N].
         tyre: k, a and e.
     """
-    turn = widest / sliding_turn(mu, F_N, tyre)
-    return 1.6 / ca.fmax(turn + turn**2, 1e-3)
-
-
-def sliding_turn(mu: Expression, F_N: Expression, tyre: Expression) -> Expression:
-    """Turn at which the patch begins to slide at its ends [rad], e = 0; arguments as above."""
     k, a, _ = named(("k", "a", "e"), tyre).values()
     return 3 * F_N * mu / (4 * a**2 * k)
 

@@ -64,7 +64,8 @@ COVARIANCE = (
     *("var_zero", "cov_zero_twist", "var_twist"),
 )
 PER_HYPOTHESIS = ("log_likelihood", *UNKNOWN, *COVARIANCE, "left")
-"""Logarithm of the likelihood; the unknowns with their covariance; torque that the twist may make [N m]."""
+"""Logarithm of the likelihood; the unknowns with their covariance; torque that the twist may
+make [N m]."""
 PLACES = tuple((i, j) for j in range(len(UNKNOWN)) for i in range(j, len(UNKNOWN)))
 """Row and column of each element of `COVARIANCE`."""
 SEARCH = Layout(
@@ -217,6 +218,12 @@ def _symmetric(values: list[Expression]) -> Expression:
     return matrix
 
 
+def _weights(log_weight: Expression) -> Expression:
+    """Weights (G,) that sum to 1."""
+    weight = ca.exp(log_weight - ca.mmax(log_weight))
+    return weight / ca.sum1(weight)
+
+
 def _moments(
     log_weight: Expression, value: Expression, variance: Expression
 ) -> tuple[Expression, Expression]:
@@ -226,9 +233,7 @@ def _moments(
     best and its neighbours.
     """
     count, grid, numbers = len(RATIOS), ca.DM(np.log(RATIOS)), ca.DM(range(len(RATIOS)))
-    best = ca.mmax(log_weight)
-    weight = ca.exp(log_weight - best)
-    weight = weight / ca.sum1(weight)
+    best, weight = ca.mmax(log_weight), _weights(log_weight)
     mean = ca.dot(weight, value)
     broad = ca.dot(weight, (value - mean) ** 2 + variance)
     width = ca.dot(weight, (grid - ca.dot(weight, grid)) ** 2)
@@ -278,7 +283,6 @@ def build_verdict() -> ca.Function:
         parts["zero"] + slope * (known - parts["gain"]),
         ca.fmax(parts["var_zero"] - slope * parts["cov_gain_zero"] + slope**2 * joint, 0),
     )
-    left, _ = _moments(declared, parts["left"], 0 * gain)
     # Without a prior of s: even in ln s.
     even = parts["log_likelihood"] + ca.log(variance) / 2 - ca.log(gain)
     log_gain, var_gain = _moments(even, ca.log(gain), ca.fmin(variance / gain**2, 2))
@@ -291,6 +295,6 @@ def build_verdict() -> ca.Function:
         "var_zero": var_zero, "log_gain": log_gain, "var_log_gain": var_gain,
         "verified": inside > SURE[0], "suspect": inside < -SURE[1],
         "unexplained": squares > inputs["explained"] + UNEXPLAINED,
-        "wiped": left <= WIPED * inputs["reach"],
+        "wiped": ca.dot(_weights(declared), parts["left"]) <= WIPED * inputs["reach"],
     }  # fmt: skip
     return named_function("verdict", inputs, {"verdict": vector_of(VERDICT, outputs)}, cse=True)

@@ -42,7 +42,7 @@ from observers.quality.acquisition import (
     only_if,
     supervision_symbols,
 )
-from observers.quality.branches import TRACK, build_turn, sliding_turn, stiffness_leverage
+from observers.quality.branches import TRACK, build_turn, sliding_turn
 from observers.quality.hypotheses import (
     LIMITS,
     RESTART_STD,
@@ -97,15 +97,14 @@ def initial(psi: Expression, F_N: Expression, zero_std: Expression) -> dict[str,
 def build_tracking(*, is_computed: bool) -> ca.Function:
     """A sample while the estimator tracks.
 
-    (own, verdict, output, share, widest, M_z, added, tyre, limits) -> (own, output): the output in
-    torques as they were measured, and the consistency of the innovations by branches. What is left of
-    k's error moves mu as long as the patch slides in part.
+    (own, verdict, output, share, M_z, added, tyre, limits) -> (own, output): the output in
+    torques as they were measured, and the consistency of the innovations by branches.
 
     Args:
         is_computed: M_z is computed from the steering torque, and compared with the predicted one.
     """
     inputs = symbols(
-        ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), share=1, widest=1, M_z=1, added=1,
+        ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), share=1, M_z=1, added=1,
         tyre=3, limits=len(LIMITS),
     )  # fmt: skip
     own, output = named(OWN, inputs["own"]), named(OUTPUT, inputs["output"])
@@ -126,10 +125,8 @@ def build_tracking(*, is_computed: bool) -> ca.Function:
     doubt = doubted(own["doubt"], share, wrong)
     results = {name: output[name] * own["scale"] for name in SCALED}
     mu = ca.fmax(limits["least"], ca.fmin(limits["greatest"], results["mu"]))
-    leverage = stiffness_leverage(inputs["widest"], output["mu"], own["F_N"], inputs["tyre"])
-    # The estimator's variance has k's error in it where it was acquired, and then averages it out.
-    relative = ca.fmax((output["mu_std"] / output["mu"]) ** 2, (leverage * own["scale_std"]) ** 2)
-    grown = ca.sqrt(relative + own["excess"] ** 2) * output["mu"] / output["mu_std"]
+    grown = ca.sqrt((output["mu_std"] / output["mu"]) ** 2 + own["excess"] ** 2)
+    grown *= output["mu"] / output["mu_std"]
     std = results["mu_std"] * grown
     status = with_flag(output["status"], Status.INCONSISTENT, ca.logic_or(too_much, doubt > DOUBTED))
     status = with_flag(status, Status.ACQUIRING, weight < LEAST_SAMPLES)
@@ -179,9 +176,8 @@ def build_following(*, is_computed: bool) -> ca.Function:
     known = is_known(named(OUTPUT, output)["nis"])
     least = CONFIRMS * sliding_turn(named(OUTPUT, output)["mu"], named(OWN, own)["F_N"], tyre)
     track, share = build_turn()(parts["track"], at, named(LIMITS, limits)["psi_noise"], least, known)
-    widest = named(TRACK, track)["widest"]
     track_output = build_tracking(is_computed=is_computed)
-    own, result = track_output(own, verdict, output, share, widest, M_z, added, tyre, limits)
+    own, result = track_output(own, verdict, output, share, M_z, added, tyre, limits)
     search = SEARCH.join({**parts, "track": track})
     nothing = ca.MX(ca.DM.zeros(len(HANDOVER)))
     return ca.Function("follow", [*inputs.values()], [search, verdict, own, nothing, result])

