@@ -125,7 +125,7 @@ def compare_recording(generated: Generate, path: Path, observer: Any) -> None:
     ]
     tracked = off[100:][(expected.status[100:] & Status.ACQUIRING) == 0]
     print(f"single precision: mu off by {off.max():.1e}, later by {tracked.max(initial=0.0):.1e}")
-    # While friction is acquired, at a deviation of 0.2 and more, hypotheses with large covariances round.
+    # While friction is acquired, hypotheses with large covariances round.
     assert off.max() < 1e-3
     assert tracked.max(initial=0.0) < 5e-6
 
@@ -179,8 +179,8 @@ def test_a_change_of_the_ground_under_bristles(generated: Generate, kind: Any) -
 def test_creep_with_a_compliance_in_single_precision(
     generated: Generate, name: str, recording: RigRecording
 ) -> None:
-    # The table of Wright's function and two evaluations of the patch stand for searches to rounding; while
-    # friction is acquired, hypotheses with large covariances round.
+    # The table of Wright's function and two evaluations of the patch stand for searches to rounding.
+    # While friction is acquired, hypotheses with large covariances round.
     observer = observer_named(name)
     rows = SINGLE.round(with_gaps(recording)[: PART[type(observer)]])
     off = np.abs(generated(observer, SINGLE).run(rows) - python_estimates(observer, rows))
