@@ -29,6 +29,8 @@ from symbolic.slip import REFERENCE_SPEED, REST_SPEED
 OMEGA = (-12, 24)
 """Arguments between which Wright's function is a table; it is e^x before and x - ln x ... beyond."""
 OMEGA_KNOTS_PER_UNIT = 4
+MOST_COARSE = 5
+"""Of so many bristles one at most stands for its neighbours while a turn is tried, in single precision."""
 
 
 def has_bristles(observer: ModelObserver) -> bool:
@@ -53,11 +55,12 @@ def bristles(observer: ModelObserver, real: Real) -> PatchCode:
     arrays = (4 if terms["relaxation"] else 2) + terms["compliant"]
     numbers = effects.own + 6 + terms["compliant"] * (2 + terms["relaxation"])
     kept = ["M_z", "by_mu", "mu", *(("angle", "by_angle") if angle_is_state(observer) else ())]
+    tried = tried_table(table, terms["coarse"], real) if terms["coarse"] else ""
     return PatchCode(
         observer=observer,
         real=real,
         torque_model=LinearTorque(by_stiffness=False, slides=True),
-        functions="\n".join([c_records("bristle", table, real.c_type), *written]),
+        functions="\n".join([c_records("bristle", table, real.c_type), tried, *written]),
         templates=("patches/bristles.c", *(("patches/bristles_window.c",) if window else ())),
         type_template="patches/bristles_type.c",
         terms=terms | {"stiff": repr(float(-(table["moment"] * table["lever"]).sum()))},
@@ -86,7 +89,8 @@ def bristle_terms(effects: EffectExpressions, real: Real) -> dict[str, Any]:
         "branched_by_mu": " + branch_by_mu" if branched else "",
         "relaxation": branched, "creep": creep, "grows": traits.growth is not None,
         "limited": bool(traits.limits), "static_limit": traits.growth is None and not traits.limits,
-        "compliant": compliant, "evaluations": (2 if real is SINGLE else 7) if compliant else 1,
+        "compliant": compliant, "evaluations": 7, "coarse_steps": 1,
+        "coarse": _coarse(patch.bristles) if compliant and real is SINGLE else 0,
         "balance_steps": 1 if _is_linear(deflection) else BALANCE_STEPS,
         "rest_factor": 1 + creep * float(np.log(REST_SPEED / REFERENCE_SPEED)),
         "log_reference": log_reference, "offset": log_reference - (1 / creep if creep else 0.0),
@@ -122,14 +126,28 @@ def bristle_table(effects: EffectExpressions, terms: dict[str, Any]) -> dict[str
     numbers = np.asarray(geometry.coefficients(effects.inputs())).ravel()
     n = patch.bristles
     tables = {"lever": numbers[:n], "moment": numbers[2 * n : 3 * n]}
-    if terms["compliant"]:
-        tables["moment_lever"] = tables["moment"] * tables["lever"]
+    tables["moment_lever"] = tables["moment"] * tables["lever"]
     if terms["grows"]:
         return tables | {"place": SPAN * np.asarray(patch.nodes()[0]).ravel()}
     tables["pressure"] = pressure = numbers[n : 2 * n]
     if terms["creep"] and terms["static_limit"]:
         tables |= {"inverse_pressure": 1 / pressure, "log_pressure": np.log(pressure)}
     return tables
+
+
+def _coarse(bristles: int) -> int:
+    """Of how many bristles one is tried, a divisor of their number."""
+    return max(n for n in range(1, MOST_COARSE + 1, 2) if bristles % n == 0)
+
+
+def tried_table(table: dict[str, NDArray[np.float64]], coarse: int, real: Real) -> str:
+    """C of the bristles by which a turn is tried: which they are, and the moment of their neighbours."""
+    moments = table["moment"].reshape(-1, coarse).sum(axis=1)
+    rows = [f"    {{{coarse * i + coarse // 2}, {m!r}}}," for i, m in enumerate(moments.tolist())]
+    return (
+        f"typedef struct {{\n    int32_t at;\n    {real.c_type} moment;\n}} tried_t;\n\n"
+        f"static const tried_t tried_of[{len(rows)}] = {{\n" + "\n".join(rows) + "\n};\n"
+    )
 
 
 def _is_linear(deflection: ca.Function | None) -> bool:
