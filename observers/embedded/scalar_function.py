@@ -1,5 +1,6 @@
 """Functions of scalars: parameters as numbers, exponentials that are known, and their C."""
 
+import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -127,17 +128,23 @@ def without_inputs(function: ca.Function, names: Collection[str]) -> ca.Function
 
 
 def estimator_c(function: ca.Function, real: Real, names: Mapping[str, Sequence[str]]) -> str:
-    """C of a Function of scalars of an estimator, with the logarithm of math.h.
+    """C of a Function of scalars of an estimator; comment and functions as of `described`."""
+    text = c_function(function.name(), function, real.c_type, VECTORS)
+    return described(function, function.name(), text, names)
 
-    That of `templates/numbers.c` has no answer for 0 and NAN, which an estimator passes on. A comment
-    says what it does, and names the elements of vectors, as far as `names` has them.
+
+def described(
+    function: ca.Function, name: str, text: str, names: Mapping[str, Sequence[str]]
+) -> str:
+    """C of a Function with a comment, exp and log being those of `templates/numbers.c` for any number.
+
+    The comment says what it does, and names the elements of vectors, as far as `names` has them.
     """
     vectors = dict.fromkeys(v.removesuffix("_next").removeprefix("first_") for v in _vectors(function))
     legend = "; ".join(f"{vector}: {', '.join(names[vector])}" for vector in vectors if vector in names)
-    about = [ABOUT.get(function.name(), ""), f"Elements of {legend}." if legend else ""]
+    about = [ABOUT.get(name, ""), f"Elements of {legend}." if legend else ""]
     comment = f"/* {' '.join(filter(None, about))} */\n" if any(about) else ""
-    text = c_function(function.name(), function, real.c_type, VECTORS)
-    return comment + text.replace("natural_log(", "log(")
+    return comment + re.sub(r"\b(?:natural_)?(log|exp)\(", r"any_\1(", text)
 
 
 def _vectors(function: ca.Function) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ them. What is used once stands where it is used, a condition is a `bool`, a choi
 """
 
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import casadi as ca
@@ -58,37 +58,47 @@ class _Writer:
 
     def named(self, term: Term) -> Term:
         """The term as a variable of its own, unless it is a name or a number already."""
-        if _is_atom(term.text):
+        if is_atom(term.text):
             return term
         name = f"t{len(self.statements)}"
         kind = "bool" if term.is_condition else self.real
-        self.statements.append(f"    const {kind} {name} = {_stripped(term.text)};")
+        self.statements.append(f"    const {kind} {name} = {stripped(term.text)};")
         return Term(name, term.is_condition)
 
-    def as_real(self, term: Term) -> str:
-        return f"({term.text} ? 1.0 : 0.0)" if term.is_condition else term.text
 
-    def operation(self, code: int, terms: list[Term]) -> Term:
-        """C of one operation."""
-        if code in LOGIC or (code == ca.OP_IF_ELSE_ZERO):
-            conditions = [t.text if t.is_condition else f"({t.text} != 0.0)" for t in terms]
-            if code == ca.OP_NOT:
-                return Term(f"(!{conditions[0]})", True)
-            if code == ca.OP_IF_ELSE_ZERO:
-                return Term(f"({conditions[0]} ? {self.as_real(terms[1])} : 0.0)")
-            return Term(f"({conditions[0]} {INFIX[code]} {conditions[1]})", True)
-        texts = [self.as_real(term) for term in terms]
-        if code in INFIX:
-            return Term(f"({texts[0]} {INFIX[code]} {texts[1]})", code in COMPARISONS)
-        if code in CALLS:
-            return Term(f"{CALLS[code]}({', '.join(map(_stripped, texts))})")
-        simple = {
-            ca.OP_ASSIGN: "{0}", ca.OP_NEG: "(-{0})", ca.OP_SQ: "({0} * {0})", ca.OP_INV: "(1.0 / {0})",
-            ca.OP_TWICE: "({0} + {0})", ca.OP_SIGN: "({0} > 0.0 ? 1.0 : ({0} < 0.0 ? -1.0 : 0.0))",
-        }  # fmt: skip
-        if code not in simple:
-            raise BrushgripError(f"no C is known for operation {code} of CasADi")
-        return Term(simple[code].format(*texts))
+def as_real(term: Term) -> str:
+    """C of a value as a number."""
+    return f"({term.text} ? 1.0 : 0.0)" if term.is_condition else term.text
+
+
+def operation(code: int, terms: Sequence[Term]) -> Term:
+    """C of one operation.
+
+    Raises:
+        BrushgripError: it has no C here.
+    """
+    if code in LOGIC or (code == ca.OP_IF_ELSE_ZERO):
+        conditions = [t.text if t.is_condition else f"({t.text} != 0.0)" for t in terms]
+        if code == ca.OP_NOT:
+            return Term(f"(!{conditions[0]})", True)
+        if code == ca.OP_IF_ELSE_ZERO:
+            return Term(f"({conditions[0]} ? {as_real(terms[1])} : 0.0)")
+        return Term(f"({conditions[0]} {INFIX[code]} {conditions[1]})", True)
+    texts = [as_real(term) for term in terms]
+    if code in INFIX:
+        return Term(f"({texts[0]} {INFIX[code]} {texts[1]})", code in COMPARISONS)
+    if code in CALLS:
+        if code in (ca.OP_FMIN, ca.OP_FMAX) and _is_number(texts[0]):
+            # Compilers then know that the second is not NaN.
+            texts.reverse()
+        return Term(f"{CALLS[code]}({', '.join(map(stripped, texts))})")
+    simple = {
+        ca.OP_ASSIGN: "{0}", ca.OP_NEG: "(-{0})", ca.OP_SQ: "({0} * {0})", ca.OP_INV: "(1.0 / {0})",
+        ca.OP_TWICE: "({0} + {0})", ca.OP_SIGN: "({0} > 0.0 ? 1.0 : ({0} < 0.0 ? -1.0 : 0.0))",
+    }  # fmt: skip
+    if code not in simple:
+        raise BrushgripError(f"no C is known for operation {code} of CasADi")
+    return Term(simple[code].format(*texts))
 
 
 def c_function(
@@ -125,17 +135,17 @@ def c_function(
         if code == ca.OP_OUTPUT:
             i, j = function.instruction_output(k)
             target = f"{function.name_out(i)}[{j}]"
-            text = _stripped(writer.as_real(terms[operands[k][0]]))
+            text = stripped(as_real(terms[operands[k][0]]))
             writer.statements.append(f"    {target} = {text};")
             continue
         if code == ca.OP_CONST:
-            terms[k] = Term(_number(function.instruction_constant(k), real))
+            terms[k] = Term(number(function.instruction_constant(k), real))
         elif code == ca.OP_INPUT:
             i, j = function.instruction_input(k)
             scalar = _is_scalar(function, i, vectors)
             terms[k] = Term(function.name_in(i) + ("" if scalar else f"[{j}]"))
         else:
-            term = writer.operation(code, [terms[source] for source in operands[k]])
+            term = operation(code, [terms[source] for source in operands[k]])
             keep = uses[k] > 1 or len(term.text) > LONGEST
             terms[k] = writer.named(term) if keep else term
     return _definition(name, function, real, writer.statements, vectors)
@@ -170,7 +180,7 @@ def c_records(name: str, columns: Mapping[str, NDArray[np.float64]], real: str) 
     """A type with a field a column, and a constant array of it: `name_t` and `name_of`."""
     count = len(next(iter(columns.values())))
     rows = [
-        "    {" + ", ".join(_number(float(values[i]), real) for values in columns.values()) + "},"
+        "    {" + ", ".join(number(float(values[i]), real) for values in columns.values()) + "},"
         for i in range(count)
     ]
     return (
@@ -179,7 +189,8 @@ def c_records(name: str, columns: Mapping[str, NDArray[np.float64]], real: str) 
     )
 
 
-def _number(value: float, real: str) -> str:
+def number(value: float, real: str) -> str:
+    """C of a number, NaN and infinity too."""
     if np.isnan(value):
         return f"(({real})NAN)"
     if np.isinf(value):
@@ -187,12 +198,17 @@ def _number(value: float, real: str) -> str:
     return f"({value!r})" if value < 0 else repr(float(value))
 
 
-def _is_atom(text: str) -> bool:
+def is_atom(text: str) -> bool:
+    """True for a name, an element or a number."""
     return text.replace("_", "").replace("[", "").replace("]", "").replace(".", "").isalnum()
 
 
-def _stripped(text: str) -> str:
-    """Without the parentheses around all of it."""
+def _is_number(text: str) -> bool:
+    return text.lstrip("(-").rstrip(")").replace(".", "").replace("e", "").replace("-", "").isdigit()
+
+
+def stripped(text: str) -> str:
+    """C without the parentheses around all of it."""
     if not (text.startswith("(") and text.endswith(")")):
         return text
     depth = 0

@@ -29,8 +29,8 @@ from symbolic.slip import REFERENCE_SPEED, REST_SPEED
 OMEGA = (-12, 24)
 """Arguments between which Wright's function is a table; it is e^x before and x - ln x ... beyond."""
 OMEGA_KNOTS_PER_UNIT = 4
-MOST_COARSE = 5
-"""Of so many bristles one at most stands for its neighbours while a turn is tried, in single precision."""
+MOST_COARSE, LEAST_TRIED = 5, 16
+"""In single precision a turn is tried on one of so many bristles at most, and on so many at least."""
 
 
 def has_bristles(observer: ModelObserver) -> bool:
@@ -89,7 +89,7 @@ def bristle_terms(effects: EffectExpressions, real: Real) -> dict[str, Any]:
         "branched_by_mu": " + branch_by_mu" if branched else "",
         "relaxation": branched, "creep": creep, "grows": traits.growth is not None,
         "limited": bool(traits.limits), "static_limit": traits.growth is None and not traits.limits,
-        "compliant": compliant, "evaluations": 7, "coarse_steps": 1,
+        "compliant": compliant, "evaluations": 7,
         "coarse": _coarse(patch.bristles) if compliant and real is SINGLE else 0,
         "balance_steps": 1 if _is_linear(deflection) else BALANCE_STEPS,
         "rest_factor": 1 + creep * float(np.log(REST_SPEED / REFERENCE_SPEED)),
@@ -104,12 +104,14 @@ def bristle_terms(effects: EffectExpressions, real: Real) -> dict[str, Any]:
 
 
 def _omega() -> dict[str, Any]:
-    """The table of Wright's function: its value, and its slope times the spacing."""
+    """The table of Wright's function: a cubic of the place between two knots."""
     intervals = (OMEGA[1] - OMEGA[0]) * OMEGA_KNOTS_PER_UNIT
     w = wrightomega(np.linspace(*OMEGA, intervals + 1))
-    slopes = w / (1 + w) / OMEGA_KNOTS_PER_UNIT
+    slopes, rise = w / (1 + w) / OMEGA_KNOTS_PER_UNIT, np.diff(w)
+    bend = slopes[:-1] + slopes[1:] - 2 * rise
+    cubics = np.column_stack([w[:-1], slopes[:-1], rise - slopes[:-1] - bend, bend])
     return {
-        "omega": [f"{v:.9g}, {s:.9g}" for v, s in zip(w, slopes, strict=True)],
+        "omega": [", ".join(f"{number:.9g}" for number in cubic) for cubic in cubics],
         "omega_from": float(OMEGA[0]), "omega_intervals": intervals,
         "omega_knots_per_unit": float(OMEGA_KNOTS_PER_UNIT),
     }  # fmt: skip
@@ -136,8 +138,9 @@ def bristle_table(effects: EffectExpressions, terms: dict[str, Any]) -> dict[str
 
 
 def _coarse(bristles: int) -> int:
-    """Of how many bristles one is tried, a divisor of their number."""
-    return max(n for n in range(1, MOST_COARSE + 1, 2) if bristles % n == 0)
+    """Of how many bristles the middle one is tried, a divisor of their number."""
+    divisors = [n for n in range(1, MOST_COARSE + 1, 2) if bristles % n == 0]
+    return max(n for n in divisors if n == 1 or bristles // n >= LEAST_TRIED)
 
 
 def tried_table(table: dict[str, NDArray[np.float64]], coarse: int, real: Real) -> str:

@@ -11,7 +11,7 @@ import casadi as ca
 from observers.embedded.patches.effect_expressions import TERMS, EffectExpressions
 from observers.embedded.patches.interface import PatchCode, angle_is_state, window_of
 from observers.embedded.patches.linear_torque import LinearTorque
-from observers.embedded.scalar_type import Real
+from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.model_observer import ModelObserver
 from symbolic import Model, full_slide_level
 from symbolic.compilation.scalar_c import c_function
@@ -64,7 +64,7 @@ def corners(observer: ModelObserver, real: Real, *, with_rig: bool = False) -> P
         terms={
             **(of_state if with_rig else numbers), "depth": DEPTH,
             "with_rig": with_rig, "own": expressions.own, "terms": TERMS, "effects": effects,
-            "angle_is_state": by_angle, "bristles": 0, "creep": 0.0, "single": False,
+            "angle_is_state": by_angle, "bristles": 0, "creep": 0.0, "single": real is SINGLE,
         },
         k="state->patch.k" if with_rig else k,
         bytes=(3 * DEPTH + 2 + 5 * with_rig + expressions.own) * real.size + 8 + DEPTH,

@@ -28,6 +28,8 @@ pytestmark = needs_compiler
 Array = NDArray[np.float64]
 MU = 1.3
 EXACT = Model(corners=96)
+CAP = DEPTH - 2
+"""With so many corners one is dropped before the next sample."""
 STEERING = observer_of(Ekf, DECLARED, SteeringTorque())
 
 
@@ -135,7 +137,7 @@ def test_is_the_exact_patch(patch: Patch, psi: Array, varying: bool) -> None:
     actual = patch.run(psi, F_N)
     M_z, by_mu = exact(psi, F_N)
 
-    assert actual.corners.max() < DEPTH, "the path overflows the patch, which is another test"
+    assert actual.corners.max() < CAP, "the path overflows the patch, which is another test"
     np.testing.assert_allclose(actual.M_z, M_z, rtol=0, atol=1e-11 * max(1e-3, np.ptp(M_z)))
     np.testing.assert_allclose(actual.by_mu, by_mu, rtol=0, atol=1e-9 * max(1e-3, np.ptp(M_z)))
 
@@ -188,9 +190,9 @@ def test_overflow_drops_the_corner_of_least_torque(patch: Patch, path: str, most
     by_vectors = np.abs(with_equal_capacity(psi, steady(t.size)) - M_z).max()
     print(f"{path}: off by {off / range_:.1e} of range, by vectors {by_vectors / range_:.1e}")
 
-    assert actual.corners.max() == DEPTH or path == "noise"
+    assert actual.corners.max() >= CAP or path == "noise"
     assert off < most * range_
-    assert off < max(1.1 * by_vectors, 1e-12 * range_)
+    assert off == pytest.approx(by_vectors, abs=1e-12 * range_)
 
 
 def test_a_swinging_load_needs_more_corners_than_there_are(patch: Patch) -> None:
@@ -204,9 +206,9 @@ def test_a_swinging_load_needs_more_corners_than_there_are(patch: Patch) -> None
     slope_off = np.abs(actual.by_mu - by_mu).max() / np.ptp(by_mu)
     print(f"{actual.corners.max():.0f} corners, off by {off:.1e} of range, slope by {slope_off:.1e}")
 
-    assert actual.corners.max() == DEPTH
+    assert actual.corners.max() >= CAP
     assert off < 1e-3
-    assert off < 1.1 * np.abs(with_equal_capacity(psi, F_N) - M_z).max() / np.ptp(M_z)
+    np.testing.assert_allclose(actual.M_z, with_equal_capacity(psi, F_N), atol=1e-10)
     assert slope_off < 2e-2
     assert (np.abs(actual.M_z) < 0.5 * MU * F_N * RIG.a).all()
 

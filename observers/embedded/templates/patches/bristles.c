@@ -334,7 +334,7 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
     ${real} own_next[${own}];
 %% endif
     follow_t follow;
-%% if compliant or own
+%% if compliant and not coarse or own
     int32_t i;
 %% endif
     (void)stiffness;
@@ -363,23 +363,21 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
     /* Newton's steps from the slope of the last sample; after the last one the patch is taken as linear. */
     goal = terms[TERM_PSI] - patch->angle;
     slope = patch->slope;
-    turn = 0.0;
 %% if coarse
+    M_z = balanced_torque(patch->M_z + slope * goal, slope, terms[TERM_F_N]);
+    deflection(M_z, terms[TERM_F_N], &deflected, &by_torque);
+    turn = goal + deflected;
     M_z = patch->M_z;
-    for (i = 0; i <= ${coarse_steps}; ++i) {
-        M_z = balanced_torque(M_z + slope * (goal - turn), slope, terms[TERM_F_N]);
-        deflection(M_z, terms[TERM_F_N], &deflected, &by_torque);
-        turn = goal + deflected;
-        if (i < ${coarse_steps}) {
-            M_z = patch->M_z;
-            try_turn(patch, &follow, terms, &limits, turn, &M_z, &slope);
-        }
-    }
+    try_turn(patch, &follow, terms, &limits, turn, &M_z, &slope);
+    M_z = balanced_torque(M_z + slope * (goal - turn), slope, terms[TERM_F_N]);
+    deflection(M_z, terms[TERM_F_N], &deflected, &by_torque);
+    turn = goal + deflected;
 %% else
     for (i = 0; i < BRISTLES; ++i) {
         follow_friction(patch, &follow, i);
     }
     M_z = patch->M_z;
+    turn = 0.0;
     for (i = 0; i < ${evaluations}; ++i) {
         const ${real} before = turn;
         M_z = balanced_torque(M_z + slope * (goal - turn), slope, terms[TERM_F_N]);
