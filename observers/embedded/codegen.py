@@ -101,9 +101,12 @@ def source_texts(
         "result": result,
         "bytes": _state_size(body, real, terms["constants_size"], len(START) * terms["checked"]),
         "version": "",
+        "layout": "",
     }
-    digest = hashlib.sha256(render("observer.c", terms).encode()).hexdigest()[:12]
+    text = render("observer.h", terms) + render("observer.c", terms)
+    digest = hashlib.sha256(text.encode()).hexdigest()[:12]
     terms["version"] = f"brushgrip {release()} {observer.name} {real.c_type} {digest}"
+    terms["layout"] = digest[:8]
     templates = {
         f"{name}.h": "observer.h", f"{name}.c": "observer.c", "main.c": "main.c", "check.c": "check.c",
         f"{name}.hpp": "observer.hpp", f"{name}_sfun.c": "sfunction.c",
@@ -119,8 +122,8 @@ def source_texts(
 
 
 def _state_size(body: Body, real: Real, constants: int, checked: int) -> int:
-    """Bytes of a state: its body, output, constants, eight numbers, two integers, padded to a number."""
-    size = body.bytes + (len(OUTPUT) + 8 + checked + constants) * real.size + 8
+    """Bytes of a state: its body, output, constants, eight numbers, four integers, padded to a number."""
+    size = body.bytes + (len(OUTPUT) + 8 + checked + constants) * real.size + 16
     return -(-size // real.size) * real.size
 
 
@@ -144,6 +147,7 @@ def template_terms(
         "digits": real.digits,
         "tolerance": "1e-3" if real is SINGLE else "1e-9",
         "title": f"{observer.title}; {real.c_type}.",
+        "rig_comment": _rig_comment(observer, tunable),
         "torque": observer.channel,
         "torques": SAMPLE[len(SIGNALS) :],
         "raw_torques": "".join(
@@ -179,6 +183,15 @@ def template_terms(
         "least_first_load": repr(LEAST_FIRST_LOAD),
         **changed,
     }
+
+
+def _rig_comment(observer: FunctionObserver, tunable: Tunable) -> str:
+    """The tyre's stiffness and the geometry that the code is for, where it has them."""
+    rig, values = observer.rig, observer.values
+    given = [f"k = {values['k']:g} N/m^2"] if "k" in values else []
+    given += [f"a = {rig.a:g} m", f"e = {rig.e:g} m"]
+    later = "; others at run time" if tunable == "all" else ""
+    return f"For {', '.join(given)}{later}."
 
 
 def _evidence_code(observer: FunctionObserver, real: Real) -> str:

@@ -28,9 +28,10 @@ def decreasing(count: int = 20, first: float = 0.3, last: float = 0.03) -> list[
     return [size * (-1) ** i for i, size in enumerate(np.linspace(first, last, count))]
 
 
-def at_random(count: int = 30) -> list[float]:
-    """Angles at random [rad]."""
-    return [*np.random.default_rng(4).uniform(-0.3, 0.3, count)]
+def at_random(count: int = 32) -> list[float]:
+    """Angles at random to either side, of sizes that shrink twice [rad]."""
+    sizes = np.random.default_rng(4).uniform(0.75, 1.0, count) * 0.32 * 0.93 ** (np.arange(count) % 16)
+    return [float(size) * (-1) ** i for i, size in enumerate(sizes)]
 
 
 PARKING = [
@@ -42,15 +43,15 @@ ORDINARY: dict[str, list[float]] = {
     "decreasing": decreasing(), "parking": PARKING, "random": at_random(),
 }  # fmt: skip
 """Turning points of ordinary steering [rad]."""
-NESTED = decreasing(40, last=0.02)
+NESTED = decreasing(36, last=0.05)
 """Turning points of steering that fills the patch with corners [rad]."""
 
 
-def path(targets: Sequence[float]) -> Array:
-    """Angles (n,) from one turning point to the next, of half a cosine each [rad]."""
+def path(targets: Sequence[float], pace: float = PACE) -> Array:
+    """Angles (n,) from rest to one turning point after the other, in half a cosine each [rad]."""
     pieces, here = [np.zeros(20)], 0.0
     for target in targets:
-        count = max(4, round(abs(target - here) / PACE * RATE))
+        count = max(4, round(abs(target - here) / pace * RATE))
         share = (1 - np.cos(np.pi * np.arange(1, count + 1) / count)) / 2
         pieces.append(here + (target - here) * share)
         here = target
@@ -59,8 +60,24 @@ def path(targets: Sequence[float]) -> Array:
 
 def samples_along(targets: Sequence[float], observer: Any) -> Array:
     """Samples (n, 5) psi, psi_dot, torque, F_N, dt of a wheel that the observer's model explains."""
-    psi, rng = path(targets), np.random.default_rng(3)
-    t = np.arange(psi.size) / RATE
+    return _samples(path(targets), observer)
+
+
+def samples_at_the_cap(observer: Any) -> Array:
+    """The same of a patch full of corners, then turned out through all of them at once, twice.
+
+    The second time the torque is three times what the model explains, so that friction is acquired on.
+    """
+    nested = path(NESTED, pace=2.0)
+    away = np.concatenate([nested, nested[-1] + 0.08 * np.arange(1, 8)])
+    back = np.concatenate([-nested, -nested[-1] - 0.08 * np.arange(1, 8)])
+    rows = [_samples(psi, observer) for psi in (away, back)]
+    rows[1][:, 2] *= 3.0
+    return np.concatenate(rows)
+
+
+def _samples(psi: Array, observer: Any) -> Array:
+    rng, t = np.random.default_rng(3), np.arange(psi.size) / RATE
     F_N = 400 * (1 + 0.03 * np.sin(1.3 * t) + 0.003 * rng.standard_normal(psi.size))
     rate = np.gradient(psi, 1 / RATE)
     signals = np.vstack([psi, rate, F_N, np.full_like(psi, 1 / RATE)])
