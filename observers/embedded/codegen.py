@@ -23,6 +23,7 @@ from observers.embedded.generated_files import mark, release, require_usable, wr
 from observers.embedded.own_names import with_prefix
 from observers.embedded.reference_samples import reference_table
 from observers.embedded.run_time_parameters import parameter_terms, run_time_parameters
+from observers.embedded.scalar_function import with_meanings
 from observers.embedded.scalar_type import SINGLE, Real, in_type
 from observers.embedded.status import STATUS_FLAGS
 from observers.embedded.templating import Body, render
@@ -219,7 +220,7 @@ def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any
         "arg": code.arg, "res": code.res, "initial": pair[0].name(), "step": pair[1].name(),
     }  # fmt: skip
     return Body(
-        core=code.text,
+        core=with_meanings(code.text),
         stepping=render("stepping.c", {**terms, **calls}),
         private=f"    {real.c_type} values[2][{size}]; /* before and after a sample */\n"
         f"    {real.c_type} scratch[{reals}];\n"

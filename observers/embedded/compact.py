@@ -110,8 +110,16 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> Body:
 def _names(observer: ModelObserver) -> dict[str, tuple[str, ...]]:
     """Names of the elements of vectors, by those of the vectors."""
     states, slopes = observer.states, directions(observer.measurement_model)
+    pairs = [(row, column) for column in states for row in states]
+    # Column by column: P = U D U', U being upper triangular with ones on its diagonal.
+    order = {state: i for i, state in enumerate(states)}
+    factor = tuple(
+        f"D of {r}" if r == c else f"U of {r} by {c}" if order[r] < order[c] else "0" for r, c in pairs
+    )
+    covariance = tuple(f"variance of {r}" if r == c else f"covariance of {r}, {c}" for r, c in pairs)
     return {
         "sample": SAMPLE, "last": CLEAN, "now": CLEAN, "x": states, "mean": states, "newest": states,
         "slopes": slopes, "counts": COUNTS, "monitor": MONITOR, "output": OUTPUT, "result": OUTPUT,
         "own": OWN, "track": TRACK, "part": PER_HYPOTHESIS, "limits": LIMITS, "verdict": VERDICT,
+        "factor": factor, "P": covariance,
     }  # fmt: skip

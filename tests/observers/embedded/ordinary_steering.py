@@ -60,7 +60,7 @@ def path(targets: Sequence[float], pace: float = PACE) -> Array:
 
 def samples_along(targets: Sequence[float], observer: Any) -> Array:
     """Samples (n, 5) psi, psi_dot, torque, F_N, dt of a wheel that the observer's model explains."""
-    return _samples(path(targets), observer)
+    return samples_of_path(path(targets), observer)
 
 
 def samples_at_the_cap(observer: Any) -> Array:
@@ -71,12 +71,13 @@ def samples_at_the_cap(observer: Any) -> Array:
     nested = path(NESTED, pace=2.0)
     away = np.concatenate([nested, nested[-1] + 0.08 * np.arange(1, 8)])
     back = np.concatenate([-nested, -nested[-1] - 0.08 * np.arange(1, 8)])
-    rows = [_samples(psi, observer) for psi in (away, back)]
+    rows = [samples_of_path(psi, observer) for psi in (away, back)]
     rows[1][:, 2] *= 3.0
     return np.concatenate(rows)
 
 
-def _samples(psi: Array, observer: Any) -> Array:
+def samples_of_path(psi: Array, observer: Any) -> Array:
+    """Samples (n, 5) along angles (n,) [rad], torque and load with noise."""
     rng, t = np.random.default_rng(3), np.arange(psi.size) / RATE
     F_N = 400 * (1 + 0.03 * np.sin(1.3 * t) + 0.003 * rng.standard_normal(psi.size))
     rate = np.gradient(psi, 1 / RATE)
