@@ -68,6 +68,12 @@ class Patch:
         moment, by_scale, by_psi, corners = actual.astype(float).T
         return PatchPath(K * moment, by_scale, K * by_psi, corners)
 
+    def number(self, name: str, x: float) -> float:
+        """A function of a number by its name."""
+        function = getattr(self._library, name)
+        function.restype = number = getattr(ctypes, f"c_{self.real.c_type}")
+        return float(function(number(x)))
+
 
 @pytest.fixture(scope="session")
 def patch(generated: Generate) -> Patch:
@@ -256,3 +262,22 @@ def test_no_turn_is_so_far_that_the_patch_never_comes_back(single_patch: Patch, 
     expected = exact(np.concatenate([[np.sign(far) * 50], swing]), steady(401))[0]
 
     np.testing.assert_allclose(actual.M_z[-300:], expected[-300:], atol=0.02)
+
+
+def test_exp_and_log_of_single_precision(single_patch: Patch) -> None:
+    for x in np.linspace(-86, 86, 3001):
+        rounded = float(np.float32(x))
+        assert single_patch.number("exp_of", rounded) == pytest.approx(np.exp(rounded), rel=3e-7)
+    for y in np.geomspace(1e-37, 1e37, 3001):
+        rounded = float(np.float32(y))
+        error = abs(single_patch.number("log_of", rounded) - np.log(rounded))
+        assert error < 2e-7 * max(1.0, abs(np.log(rounded)))
+
+
+def test_exp_and_log_of_numbers_at_their_ends(single_patch: Patch) -> None:
+    exp, log = (lambda x, name=name: single_patch.number(name, x) for name in ("exp_of", "log_of"))
+
+    assert [exp(x) for x in (-np.inf, -200.0, 0.0, 200.0, np.inf)] == [0.0, 0.0, 1.0, np.inf, np.inf]
+    assert [log(x) for x in (0.0, 1.0, np.inf)] == [-np.inf, 0.0, np.inf]
+    assert log(1e-42) == pytest.approx(np.log(np.float32(1e-42)), rel=1e-6)
+    assert np.isnan([exp(np.nan), log(np.nan), log(-1.0)]).all()

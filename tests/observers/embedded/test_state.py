@@ -10,7 +10,7 @@ import pytest
 
 from observers import ESTIMATE
 from observers.embedded import SINGLE
-from observers.embedded.status import STATUS_FLAGS
+from observers.embedded.status import REFUSED
 from reference_rig import RigRecording
 from tests.observers.embedded.conftest import Generate
 from tests.observers.embedded.generated_code import (
@@ -23,7 +23,6 @@ from tests.observers.embedded.generated_code import (
 )
 
 pytestmark = needs_compiler
-REFUSED = next(number for flag, number, _ in STATUS_FLAGS if flag == "REFUSED")
 
 
 def header(code: GeneratedCode) -> str:
