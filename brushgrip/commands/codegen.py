@@ -40,8 +40,8 @@ class CodegenRequest:
     rig: NAME_set_parameters in C, described by NAME.a2l for calibration tools, and tunable parameters
     of an FMU.
 
-    The prior is that of the tuning (--tune mu=0.8,mu_std=0.2), not the mu of the rig file. Before
-    anything is written, a line says what a step will cost.
+    The prior is that of the tuning (--tune mu=0.8,mu_std=0.2), not the mu of the rig file. The first
+    line says what a step will cost.
 
     Files that an earlier codegen wrote are replaced; any other file in the way is a fault.
     """
@@ -122,8 +122,9 @@ class CodegenRequest:
             generation.append_origin(files, comment(self.rig, self.model))
             inputs.keep(finals)
             require_replaceable(finals)
-            say(f"{f'{size:,} bytes a wheel, ' if size else ''}{cost}")
-            say(generation.prior(observer.tuning, self.rig))
+        # After the files are there: whoever reads the first line alone has them all the same.
+        say(f"{f'{size:,} bytes a wheel, ' if size else ''}{cost}")
+        say(generation.prior(observer.tuning, self.rig))
         generation.remove_stale(self.out / f"{self.name}.a2l", finals)
         if found is not None:
             for line in (found.ground_taken(self.ground), other_rig(observer.rig, self.model)):

@@ -23,6 +23,7 @@ from observers.embedded.generated_files import mark, release, require_usable, wr
 from observers.embedded.own_names import with_prefix
 from observers.embedded.reference_samples import reference_table
 from observers.embedded.run_time_parameters import parameter_terms, run_time_parameters
+from observers.embedded.scalar_function import with_meanings
 from observers.embedded.scalar_type import SINGLE, Real, in_type
 from observers.embedded.status import STATUS_FLAGS
 from observers.embedded.templating import Body, render
@@ -101,9 +102,12 @@ def source_texts(
         "result": result,
         "bytes": _state_size(body, real, terms["constants_size"], len(START) * terms["checked"]),
         "version": "",
+        "layout": "",
     }
-    digest = hashlib.sha256(render("observer.c", terms).encode()).hexdigest()[:12]
+    text = render("observer.h", terms) + render("observer.c", terms)
+    digest = hashlib.sha256(text.encode()).hexdigest()[:12]
     terms["version"] = f"brushgrip {release()} {observer.name} {real.c_type} {digest}"
+    terms["layout"] = digest[:8]
     templates = {
         f"{name}.h": "observer.h", f"{name}.c": "observer.c", "main.c": "main.c", "check.c": "check.c",
         f"{name}.hpp": "observer.hpp", f"{name}_sfun.c": "sfunction.c",
@@ -119,8 +123,8 @@ def source_texts(
 
 
 def _state_size(body: Body, real: Real, constants: int, checked: int) -> int:
-    """Bytes of a state: its body, output, constants, eight numbers, two integers, padded to a number."""
-    size = body.bytes + (len(OUTPUT) + 8 + checked + constants) * real.size + 8
+    """Bytes of a state: its body, output, constants, eight numbers, four integers, padded to a number."""
+    size = body.bytes + (len(OUTPUT) + 8 + checked + constants) * real.size + 16
     return -(-size // real.size) * real.size
 
 
@@ -144,6 +148,7 @@ def template_terms(
         "digits": real.digits,
         "tolerance": "1e-3" if real is SINGLE else "1e-9",
         "title": f"{observer.title}; {real.c_type}.",
+        "rig_comment": _rig_comment(observer, tunable),
         "torque": observer.channel,
         "torques": SAMPLE[len(SIGNALS) :],
         "raw_torques": "".join(
@@ -181,6 +186,15 @@ def template_terms(
     }
 
 
+def _rig_comment(observer: FunctionObserver, tunable: Tunable) -> str:
+    """The tyre's stiffness and the geometry that the code is for, where it has them."""
+    rig, values = observer.rig, observer.values
+    given = [f"k = {values['k']:g} N/m^2"] if "k" in values else []
+    given += [f"a = {rig.a:g} m", f"e = {rig.e:g} m"]
+    later = "; others at run time" if tunable == "all" else ""
+    return f"For {', '.join(given)}{later}."
+
+
 def _evidence_code(observer: FunctionObserver, real: Real) -> str:
     """C of the evidence of a wrong unit, sign or sensor."""
     return c_function("gather_evidence", build_evidence(observer.channel), real.c_type)
@@ -206,7 +220,7 @@ def _casadi_body(observer: FunctionObserver, real: Real, terms: Mapping[str, Any
         "arg": code.arg, "res": code.res, "initial": pair[0].name(), "step": pair[1].name(),
     }  # fmt: skip
     return Body(
-        core=code.text,
+        core=with_meanings(code.text),
         stepping=render("stepping.c", {**terms, **calls}),
         private=f"    {real.c_type} values[2][{size}]; /* before and after a sample */\n"
         f"    {real.c_type} scratch[{reals}];\n"

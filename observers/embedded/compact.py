@@ -11,12 +11,16 @@ from observers.embedded.estimators.filter import compact_filter
 from observers.embedded.estimators.interface import EstimatorCode
 from observers.embedded.estimators.measurement_traits import follows_correction
 from observers.embedded.estimators.sample_functions import sample_functions
-from observers.embedded.estimators.supervision import supervised, supervision_functions
+from observers.embedded.estimators.supervision import (
+    rolled_verdict,
+    supervised,
+    supervision_functions,
+)
 from observers.embedded.estimators.window import compact_window
 from observers.embedded.patches.bristles import bristles, has_bristles
 from observers.embedded.patches.corners import corners, has_corners
 from observers.embedded.patches.interface import PatchCode
-from observers.embedded.scalar_function import estimator_c
+from observers.embedded.scalar_function import described, estimator_c
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
 from observers.estimators.ekf import Ekf
@@ -39,6 +43,8 @@ ESTIMATORS: Mapping[type, Callable[[PatchCode, Constants], EstimatorCode]] = {
     Mhe: compact_window,
 }
 """Estimators in compact C; a subclass may compute something else."""
+ANY = ("any_log", "any_exp")
+"""Functions of `templates/numbers.c` that have an answer to any number."""
 
 
 def compact_patch(observer: FunctionObserver, real: Real, tunable: Tunable = "") -> PatchCode | None:
@@ -79,13 +85,20 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> Body:
     functions = [*sample_functions(observer), *estimator.functions]
     functions += supervision_functions(observer, constants)
     names = {**_names(observer), **estimator.names}
-    written = "\n".join(estimator_c(function, real, names) for function in functions)
+    texts = [estimator_c(function, real, names) for function in functions]
+    if observer.acquire:
+        verdict, text = rolled_verdict(observer, real, terms["tunable"])
+        texts.append(described(verdict, "verdict_of", text, names))
+    written = "\n".join(texts)
     of_patch = "\n".join([patch.functions, *(render(name, values) for name in patch.templates)])
-    used = [name for name in ELEMENTARY if f"{name}(" in written + of_patch]
+    stepping = render(estimator.template, values)
+    used = [name for name in (*ELEMENTARY, *ANY) if f"{name}(" in written + of_patch + stepping]
+    if observer.acquire:
+        used.append("any_exp")
     elementary = render("numbers.c", {**values, "used": used})
     body = Body(
         core=elementary + render("patches/interface.c", values) + written + of_patch,
-        stepping=render(estimator.template, values),
+        stepping=stepping,
         private=estimator.private.replace("NAME", name),
         bytes=estimator.bytes + patch.bytes,
         types=render(patch.type_template, values) + estimator.types.replace("NAME", name),
@@ -97,8 +110,16 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> Body:
 def _names(observer: ModelObserver) -> dict[str, tuple[str, ...]]:
     """Names of the elements of vectors, by those of the vectors."""
     states, slopes = observer.states, directions(observer.measurement_model)
+    pairs = [(row, column) for column in states for row in states]
+    # Column by column: P = U D U', U being upper triangular with ones on its diagonal.
+    order = {state: i for i, state in enumerate(states)}
+    factor = tuple(
+        f"D of {r}" if r == c else f"U of {r} by {c}" if order[r] < order[c] else "0" for r, c in pairs
+    )
+    covariance = tuple(f"variance of {r}" if r == c else f"covariance of {r}, {c}" for r, c in pairs)
     return {
         "sample": SAMPLE, "last": CLEAN, "now": CLEAN, "x": states, "mean": states, "newest": states,
         "slopes": slopes, "counts": COUNTS, "monitor": MONITOR, "output": OUTPUT, "result": OUTPUT,
         "own": OWN, "track": TRACK, "part": PER_HYPOTHESIS, "limits": LIMITS, "verdict": VERDICT,
+        "factor": factor, "P": covariance,
     }  # fmt: skip

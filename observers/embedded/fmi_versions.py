@@ -2,6 +2,11 @@
 
 from dataclasses import dataclass
 
+BASE = {
+    "1": {}, "rad": {"rad": 1}, "m": {"m": 1}, "s": {"s": 1}, "kg": {"kg": 1},
+    "N": {"kg": 1, "m": 1, "s": -2},
+}  # fmt: skip
+"""Units of the library by those of FMI, with their exponents."""
 _AT = "const fmi{}ValueReference at[], size_t count"
 
 
@@ -39,6 +44,22 @@ class Version:
     def fmi(self) -> str:
         """Beginning of every name."""
         return f"fmi{self.number}"
+
+
+def base_unit(unit: str) -> str:
+    """The BaseUnit of a unit such as N.m/rad; empty where FMI has none for it, as for 1/sqrt(s)."""
+    exponents: dict[str, int] = {}
+    above, *below = unit.split("/")
+    for sign, part in ((1, above), *((-1, part) for part in below)):
+        for factor in part.split("."):
+            name, _, power = factor.partition("^")
+            if name not in BASE or not (power or "1").isdigit():
+                return ""
+            for base, exponent in BASE[name].items():
+                exponents[base] = exponents.get(base, 0) + sign * exponent * int(power or 1)
+    order = [base for base in ("kg", "m", "s", "rad") if exponents.get(base)]
+    attributes = "".join(f' {base}="{exponents[base]}"' for base in order)
+    return f"<BaseUnit{attributes}/>"
 
 
 def unused(parameters: str) -> str:

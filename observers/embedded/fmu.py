@@ -17,7 +17,7 @@ from pathlib import Path
 
 from observers.embedded.codegen import INPUTS_OF, TORQUE_MEANING, source_texts, template_terms
 from observers.embedded.constants import Tunable
-from observers.embedded.fmi_versions import VERSIONS, Version, unused
+from observers.embedded.fmi_versions import VERSIONS, Version, base_unit, unused
 from observers.embedded.generated_files import require_replaceable
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.embedded.templating import render
@@ -164,6 +164,9 @@ def _texts(
         "types": TYPES,
         "first_parameter": FIRST_PARAMETER,
     }
+    variables = [*terms["inputs"], *OUTPUTS]
+    units = ["1", "s", *(v.unit for v in variables if v.unit), *(p["fmi_unit"] for p in terms["parameters"])]
+    terms["units"] = [(unit, base_unit(unit)) for unit in dict.fromkeys(units)]
     of_version = {**terms, **vars(version), "fmi": version.fmi, "unused": unused}
     archive = {
         "modelDescription.xml": render(f"fmu/{version.description}", terms),

@@ -219,6 +219,9 @@ def parameter_terms(
                 **{f.name: getattr(p, f.name) for f in fields(p)},
                 "literal": real.literal(p.value),
                 "start": repr(p.value).replace("inf", "INF"),
+                "fmi_unit": p.unit.replace(" ", "."),
+                "least": repr(_least(p, real)) if isfinite(p.lower) else "",
+                "most": repr(float(p.upper)) if isfinite(p.upper) else "",
                 "condition": p.condition(real),
                 "range": p.range,
             }

@@ -1,21 +1,46 @@
 """Functions of scalars: parameters as numbers, exponentials that are known, and their C."""
 
+import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import casadi as ca
 
 from observers.embedded.scalar_type import Real
-from symbolic.compilation.scalar_c import c_function
+from symbolic.compilation.scalar_c import Comments, c_function
 
 VECTORS = frozenset({"x", "mean", "factor", "P", "costate", "newest", "slopes", "own"})
 """Inputs that are vectors in C even where they have one element, as an estimator of one state has."""
 
+BETWEEN: Mapping[str, Sequence[str]] = {
+    "predicted_x": (), "predicted_factor": (),
+    "innovation": ("innovation: measured less expected torque or angle; 0 without a measurement",),
+    "innovation_variance": ("variance of the innovation",),
+    "accepted": ("accepted by the gate, or a reset",), "reset": ("the ground has changed",),
+}  # fmt: skip
+"""Outputs of a filter's step that are steps between, with comments on their elements."""
+SECTIONS = {
+    "predicted_x": "Predict: the states at the sample, and the factor of their covariance.",
+    "innovation": "Innovation, with its variance.",
+    "accepted": "Gate: an outlier is left out, several in a row are another ground.",
+    "x_next": "Update of the states, within their bounds, and of their factor.",
+    "last_next": "What the next sample needs.",
+    "result": "Output.",
+}
+"""Titles of the steps, before the first statement of each."""
 
 ABOUT = {
     "clean": "The sample with missing values imputed.",
     "patch_signals": "What reaches the patch: angle, rate, load, time.",
     "filter": "Prediction, innovation, gate, update; exp(x[log_mu]) before the sample is mu.",
+    "ekf_step": "A sample: prediction, patch, innovation and gate, update, output.",
+    "motion": "Prediction: the states at the sample, their derivatives A, the variances Q of their walk.",
+    "predict_covariance": "Prediction of the factor U D U' of the covariance.",
+    "patch_update": "The patch after a sample: memory, M_z and its slopes.",
+    "innovation": "Innovation, its variance, gate and monitor.",
+    "gate": "An outlier is left out, several in a row are another ground.",
+    "monitor": "Whether the innovations drift to one side, or are larger than their variance.",
+    "update_covariance": "Update of the factor U D U' by a measurement, and the gain.",
     "retentions": "Shares of the memory's derivative by mu that a walk of mu and a new ground leave.",
     "predict": "Prediction to the sample.",
     "test_innovation": "Innovation and gate.",
@@ -127,18 +152,44 @@ def without_inputs(function: ca.Function, names: Collection[str]) -> ca.Function
 
 
 def estimator_c(function: ca.Function, real: Real, names: Mapping[str, Sequence[str]]) -> str:
-    """C of a Function of scalars of an estimator, with the logarithm of math.h.
+    """C of a Function of scalars of an estimator; comment and functions as of `described`."""
+    outputs = [function.name_out(i) for i in range(function.n_out())]
+    elements = {name: names[_vector(name)] for name in outputs if _vector(name) in names}
+    comments = Comments(elements=elements)
+    if function.name() == "filter":
+        between = {**BETWEEN, **elements}
+        comments = Comments(sections=SECTIONS, elements=between, between=tuple(BETWEEN))
+    text = c_function(function.name(), function, real.c_type, VECTORS, comments)
+    return described(function, function.name(), text, names)
 
-    That of `templates/numbers.c` has no answer for 0 and NAN, which an estimator passes on. A comment
-    says what it does, and names the elements of vectors, as far as `names` has them.
+
+def described(
+    function: ca.Function, name: str, text: str, names: Mapping[str, Sequence[str]]
+) -> str:
+    """C of a Function with a comment, exp and log being those of `templates/numbers.c` for any number.
+
+    The comment says what it does, and names the elements of vectors, as far as `names` has them.
     """
-    vectors = dict.fromkeys(v.removesuffix("_next").removeprefix("first_") for v in _vectors(function))
-    legend = "; ".join(f"{vector}: {', '.join(names[vector])}" for vector in vectors if vector in names)
-    about = [ABOUT.get(function.name(), ""), f"Elements of {legend}." if legend else ""]
+    sizes = {function.name_in(i): function.numel_in(i) for i in range(function.n_in())}
+    sizes |= {function.name_out(i): function.numel_out(i) for i in range(function.n_out())}
+    vectors = {_vector(name): size for name, size in sizes.items()}
+    known = [name for name, size in vectors.items() if name in names and len(names[name]) == size]
+    legend = "; ".join(f"{vector}: {', '.join(names[vector])}" for vector in known)
+    about = [ABOUT.get(name, ""), f"Elements of {legend}." if legend else ""]
     comment = f"/* {' '.join(filter(None, about))} */\n" if any(about) else ""
-    text = c_function(function.name(), function, real.c_type, VECTORS)
-    return comment + text.replace("natural_log(", "log(")
+    return comment + re.sub(r"\b(?:natural_)?(log|exp)\(", r"any_\1(", text)
 
 
-def _vectors(function: ca.Function) -> tuple[str, ...]:
-    return (*function.name_in(), *function.name_out())
+def _vector(name: str) -> str:
+    """The vector that an output is the next of, the first of, or predicts."""
+    return name.removesuffix("_next").removeprefix("first_").removeprefix("predicted_")
+
+
+def with_meanings(text: str) -> str:
+    """C of CasADi's with a word on each of its functions that has a name here."""
+
+    def told(line: re.Match[str]) -> str:
+        about = ABOUT.get(line[1], "")
+        return f"/* {about} {line[1]}:{line[2]} */" if about else line[0]
+
+    return re.sub(r"^/\* (\w+):(.*) \*/$", told, text, flags=re.MULTILINE)

@@ -41,7 +41,12 @@ from observers.patch.update import (
     update_signals,
 )
 from observers.protocol import OUTPUT
-from observers.quality.innovation_gate import COUNTS, InnovationTest, huber_weight
+from observers.quality.innovation_gate import (
+    COUNTS,
+    InnovationTest,
+    huber_weight,
+    innovation_variance,
+)
 from observers.quality.innovation_monitor import MONITOR
 from symbolic import GEOMETRY, InvalidInputError
 from symbolic.functions import named_function
@@ -112,17 +117,36 @@ def build_step(
     model: PatchModel, measurement_model: MeasurementModel, iterations: int = 1
 ) -> ca.Function:
     """One sample of the filter: (state, sample, constants) -> (state_next, output)."""
+    inputs, outputs, _ = _step(model, measurement_model, iterations)
+    return named_function("ekf_step", inputs, outputs)
+
+
+@cache
+def build_commented_step(model: PatchModel, measurement_model: MeasurementModel) -> ca.Function:
+    """The same, of one iteration, with what stands between as outputs before these.
+
+    (state, sample, constants) -> (predicted_x, predicted_factor, innovation, innovation_variance,
+    accepted, reset, state_next, output).
+    """
+    inputs, outputs, between = _step(model, measurement_model, 1)
+    return named_function("ekf_step", inputs, {**between, **outputs})
+
+
+def _step(
+    model: PatchModel, measurement_model: MeasurementModel, iterations: int
+) -> tuple[dict[str, ca.MX], dict[str, ca.MX], dict[str, ca.MX]]:
+    """Inputs and outputs of a step, and what stands between."""
     parts = layout(model, measurement_model)
     inputs = step_symbols(model, parts)
     before = parts.split(inputs["state"])
     sample = StepSample.of(model, measurement_model, inputs, before["last"])
-    predicted, factor, memory = _predict(sample, before)
+    predicted, predicted_factor, memory = _predict(sample, before)
     # A measured angle does not depend on the patch at the sample itself; a measured torque does.
     follows_angle = angle_is_state(measurement_model)
     patch = before if follows_angle else _update_patch(sample, memory, predicted)
-    P = covariance(factor)
+    P = covariance(predicted_factor)
     test = sample.test(before, predicted, P, patch["M_z"], patch["slopes"])
-    correct = _correction(sample, predicted, factor, test)
+    correct = _correction(sample, predicted, predicted_factor, test)
     x, factor = correct(test.innovation, test.H)
     for _ in range(0 if measurement_model.is_linear else iterations - 1):
         patch = _update_patch(sample, memory, x)
@@ -140,7 +164,12 @@ def build_step(
         **patch, "x": x, "factor": factor, "last": sample.now, "counts": test.counts_next,
         "monitor": test.monitor_next, "output": output,
     }  # fmt: skip
-    return named_function("ekf_step", inputs, {"state_next": parts.join(state_next), "output": output})
+    between = {
+        "predicted_x": predicted, "predicted_factor": predicted_factor, "innovation": test.innovation,
+        "innovation_variance": innovation_variance(test.H_P_H, test.weight, test.huber_scale),
+        "accepted": test.accepted, "reset": test.reset,
+    }  # fmt: skip
+    return inputs, {"state_next": parts.join(state_next), "output": output}, between
 
 
 def _predict(sample: StepSample, before: Parts) -> tuple[ca.MX, ca.MX, Parts]:

@@ -4,8 +4,9 @@ The Function is expanded to scalar operations, which are written in the order in
 them. What is used once stands where it is used, a condition is a `bool`, a choice is `?:`.
 """
 
+import re
 from collections import Counter
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import casadi as ca
@@ -56,44 +57,82 @@ class _Writer:
     real: str
     statements: list[str] = field(default_factory=list)
 
-    def named(self, term: Term) -> Term:
+    def named(self, term: Term, about: str = "") -> Term:
         """The term as a variable of its own, unless it is a name or a number already."""
-        if _is_atom(term.text):
+        if is_atom(term.text):
+            begin = (f"    const {self.real} {term.text} = ", f"    const bool {term.text} = ")
+            for i, statement in enumerate(self.statements):
+                if statement.startswith(begin) and about not in statement:
+                    self.statements[i] = statement + about
             return term
         name = f"t{len(self.statements)}"
         kind = "bool" if term.is_condition else self.real
-        self.statements.append(f"    const {kind} {name} = {_stripped(term.text)};")
+        self.statements.append(f"    const {kind} {name} = {stripped(term.text)};{about}")
         return Term(name, term.is_condition)
 
-    def as_real(self, term: Term) -> str:
-        return f"({term.text} ? 1.0 : 0.0)" if term.is_condition else term.text
 
-    def operation(self, code: int, terms: list[Term]) -> Term:
-        """C of one operation."""
-        if code in LOGIC or (code == ca.OP_IF_ELSE_ZERO):
-            conditions = [t.text if t.is_condition else f"({t.text} != 0.0)" for t in terms]
-            if code == ca.OP_NOT:
-                return Term(f"(!{conditions[0]})", True)
-            if code == ca.OP_IF_ELSE_ZERO:
-                return Term(f"({conditions[0]} ? {self.as_real(terms[1])} : 0.0)")
-            return Term(f"({conditions[0]} {INFIX[code]} {conditions[1]})", True)
-        texts = [self.as_real(term) for term in terms]
-        if code in INFIX:
-            return Term(f"({texts[0]} {INFIX[code]} {texts[1]})", code in COMPARISONS)
-        if code in CALLS:
-            return Term(f"{CALLS[code]}({', '.join(map(_stripped, texts))})")
-        simple = {
-            ca.OP_ASSIGN: "{0}", ca.OP_NEG: "(-{0})", ca.OP_SQ: "({0} * {0})", ca.OP_INV: "(1.0 / {0})",
-            ca.OP_TWICE: "({0} + {0})", ca.OP_SIGN: "({0} > 0.0 ? 1.0 : ({0} < 0.0 ? -1.0 : 0.0))",
-        }  # fmt: skip
-        if code not in simple:
-            raise BrushgripError(f"no C is known for operation {code} of CasADi")
-        return Term(simple[code].format(*texts))
+def as_real(term: Term) -> str:
+    """C of a value as a number."""
+    return f"({term.text} ? 1.0 : 0.0)" if term.is_condition else term.text
+
+
+def operation(code: int, terms: Sequence[Term]) -> Term:
+    """C of one operation.
+
+    Raises:
+        BrushgripError: it has no C here.
+    """
+    if code in LOGIC or (code == ca.OP_IF_ELSE_ZERO):
+        conditions = [t.text if t.is_condition else f"({t.text} != 0.0)" for t in terms]
+        if code == ca.OP_NOT:
+            return Term(f"(!{conditions[0]})", True)
+        if code == ca.OP_IF_ELSE_ZERO:
+            return Term(f"({conditions[0]} ? {as_real(terms[1])} : 0.0)")
+        return Term(f"({conditions[0]} {INFIX[code]} {conditions[1]})", True)
+    texts = [as_real(term) for term in terms]
+    if code in INFIX:
+        return Term(f"({texts[0]} {INFIX[code]} {texts[1]})", code in COMPARISONS)
+    if code in CALLS:
+        if code in (ca.OP_FMIN, ca.OP_FMAX) and _is_number(texts[0]):
+            # Compilers then know that the second is not NaN.
+            texts.reverse()
+        return Term(f"{CALLS[code]}({', '.join(map(stripped, texts))})")
+    simple = {
+        ca.OP_ASSIGN: "{0}", ca.OP_NEG: "(-{0})", ca.OP_SQ: "({0} * {0})", ca.OP_INV: "(1.0 / {0})",
+        ca.OP_TWICE: "({0} + {0})", ca.OP_SIGN: "({0} > 0.0 ? 1.0 : ({0} < 0.0 ? -1.0 : 0.0))",
+    }  # fmt: skip
+    if code not in simple:
+        raise BrushgripError(f"no C is known for operation {code} of CasADi")
+    return Term(simple[code].format(*texts))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comments:
+    """What stands beside the statements of a function.
+
+    Attributes:
+        sections: for the first of some outputs, what is computed from here on.
+        elements: for an output, what each of its elements is.
+        between: outputs that are no parameters in C: the statement that computes one gets a comment.
+    """
+
+    sections: Mapping[str, str] = field(default_factory=dict)
+    elements: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    between: Collection[str] = ()
+
+    def of(self, output: str, element: int) -> str:
+        """Of an element of an output; empty where none is known."""
+        names = self.elements.get(output, ())
+        return f" /* {names[element]} */" if element < len(names) else ""
+
+
+NO_COMMENTS = Comments()
 
 
 def c_function(
-    name: str, function: ca.Function, real: str, vectors: Collection[str] = ("own", "own_by")
-) -> str:
+    name: str, function: ca.Function, real: str, vectors: Collection[str] = ("own", "own_by"),
+    comments: Comments = NO_COMMENTS,
+) -> str:  # fmt: skip
     """A static C function: scalars by value, vectors by pointer, one pointer an output.
 
     Args:
@@ -101,6 +140,7 @@ def c_function(
         function: its inputs and outputs are columns, and their names those of the parameters.
         real: the type of every number.
         vectors: inputs that are vectors even if they have one element, as an effect's own memory may.
+        comments: beside its statements.
 
     Raises:
         BrushgripError: an operation has no C here.
@@ -108,37 +148,81 @@ def c_function(
     function = function.expand()
     writer = _Writer(real)
     steps = range(function.n_instructions())
+    operands = _operands(function)
+    needed = _needed(function, operands, comments)
     uses: Counter[int] = Counter()
-    last: dict[int, int] = {}
-    operands: dict[int, list[int]] = {}
     for k in steps:
-        if function.instruction_id(k) not in (ca.OP_CONST, ca.OP_INPUT):
-            operands[k] = [last[slot] for slot in function.instruction_input(k)]
+        if k in operands and k in needed:
             weight = 2 if function.instruction_id(k) in TWICE_USED else 1
             uses.update(dict.fromkeys(set(operands[k]), weight))
             uses.update(operands[k][1:] if len(set(operands[k])) < len(operands[k]) else [])
-        if function.instruction_id(k) != ca.OP_OUTPUT:
-            last[function.instruction_output(k)[0]] = k
     terms: dict[int, Term] = {}
+    section = _sections(function, comments)
     for k in steps:
         code = function.instruction_id(k)
+        if k in section:
+            writer.statements.append(f"    /* {section[k]} */")
         if code == ca.OP_OUTPUT:
             i, j = function.instruction_output(k)
-            target = f"{function.name_out(i)}[{j}]"
-            text = _stripped(writer.as_real(terms[operands[k][0]]))
-            writer.statements.append(f"    {target} = {text};")
+            output, term = function.name_out(i), terms.get(operands[k][0])
+            about = comments.of(output, j)
+            if term is None:
+                continue
+            if output in comments.between:
+                terms[operands[k][0]] = writer.named(term, about)
+            else:
+                text = stripped(as_real(term))
+                writer.statements.append(f"    {output}[{j}] = {text};{about}")
+            continue
+        if k not in needed:
             continue
         if code == ca.OP_CONST:
-            terms[k] = Term(_number(function.instruction_constant(k), real))
+            terms[k] = Term(number(function.instruction_constant(k), real))
         elif code == ca.OP_INPUT:
             i, j = function.instruction_input(k)
             scalar = _is_scalar(function, i, vectors)
             terms[k] = Term(function.name_in(i) + ("" if scalar else f"[{j}]"))
         else:
-            term = writer.operation(code, [terms[source] for source in operands[k]])
+            term = operation(code, [terms[source] for source in operands[k]])
             keep = uses[k] > 1 or len(term.text) > LONGEST
             terms[k] = writer.named(term) if keep else term
-    return _definition(name, function, real, writer.statements, vectors)
+    return _definition(name, function, real, writer.statements, vectors, comments)
+
+
+def _operands(function: ca.Function) -> dict[int, list[int]]:
+    """Instructions whose results an instruction takes."""
+    last: dict[int, int] = {}
+    operands: dict[int, list[int]] = {}
+    for k in range(function.n_instructions()):
+        if function.instruction_id(k) not in (ca.OP_CONST, ca.OP_INPUT):
+            operands[k] = [last[slot] for slot in function.instruction_input(k)]
+        if function.instruction_id(k) != ca.OP_OUTPUT:
+            last[function.instruction_output(k)[0]] = k
+    return operands
+
+
+def _needed(function: ca.Function, operands: Mapping[int, list[int]], comments: Comments) -> set[int]:
+    """Instructions on which an output depends that is a parameter in C."""
+    needed: set[int] = set()
+    for k in reversed(range(function.n_instructions())):
+        is_output = function.instruction_id(k) == ca.OP_OUTPUT
+        if is_output and function.name_out(function.instruction_output(k)[0]) not in comments.between:
+            needed.add(k)
+        if k in needed:
+            needed.update(operands.get(k, ()))
+    return needed
+
+
+def _sections(function: ca.Function, comments: Comments) -> dict[int, str]:
+    """Titles by the instruction after the last one of the output before."""
+    titles, begin, seen = {}, 0, ""
+    for k in range(function.n_instructions()):
+        if function.instruction_id(k) == ca.OP_OUTPUT:
+            output = function.name_out(function.instruction_output(k)[0])
+            if output != seen and output in comments.sections:
+                titles[begin] = comments.sections[output]
+            begin, seen = k + 1, output
+    return titles
 
 
 def _is_scalar(function: ca.Function, i: int, vectors: Collection[str]) -> bool:
@@ -146,17 +230,19 @@ def _is_scalar(function: ca.Function, i: int, vectors: Collection[str]) -> bool:
 
 
 def _definition(
-    name: str, function: ca.Function, real: str, statements: list[str], vectors: Collection[str]
-) -> str:
+    name: str, function: ca.Function, real: str, statements: list[str], vectors: Collection[str],
+    comments: Comments,
+) -> str:  # fmt: skip
     inputs = [
         f"{real} {function.name_in(i)}" if _is_scalar(function, i, vectors)
         else f"const {real} *{function.name_in(i)}"
         for i in range(function.n_in()) if function.numel_in(i) > 0
     ]  # fmt: skip
     outputs = [
-        f"{real} *{function.name_out(i)}" for i in range(function.n_out()) if function.numel_out(i) > 0
-    ]
-    text = "\n".join(statements)
+        f"{real} *{function.name_out(i)}" for i in range(function.n_out())
+        if function.numel_out(i) > 0 and function.name_out(i) not in comments.between
+    ]  # fmt: skip
+    text = re.sub(r"/\*.*?\*/", "", "\n".join(statements))
     unused = [
         f"    (void){function.name_in(i)};"
         for i in range(function.n_in())
@@ -170,7 +256,7 @@ def c_records(name: str, columns: Mapping[str, NDArray[np.float64]], real: str) 
     """A type with a field a column, and a constant array of it: `name_t` and `name_of`."""
     count = len(next(iter(columns.values())))
     rows = [
-        "    {" + ", ".join(_number(float(values[i]), real) for values in columns.values()) + "},"
+        "    {" + ", ".join(number(float(values[i]), real) for values in columns.values()) + "},"
         for i in range(count)
     ]
     return (
@@ -179,7 +265,8 @@ def c_records(name: str, columns: Mapping[str, NDArray[np.float64]], real: str) 
     )
 
 
-def _number(value: float, real: str) -> str:
+def number(value: float, real: str) -> str:
+    """C of a number, NaN and infinity too."""
     if np.isnan(value):
         return f"(({real})NAN)"
     if np.isinf(value):
@@ -187,12 +274,17 @@ def _number(value: float, real: str) -> str:
     return f"({value!r})" if value < 0 else repr(float(value))
 
 
-def _is_atom(text: str) -> bool:
+def is_atom(text: str) -> bool:
+    """True for a name, an element or a number."""
     return text.replace("_", "").replace("[", "").replace("]", "").replace(".", "").isalnum()
 
 
-def _stripped(text: str) -> str:
-    """Without the parentheses around all of it."""
+def _is_number(text: str) -> bool:
+    return text.lstrip("(-").rstrip(")").replace(".", "").replace("e", "").replace("-", "").isdigit()
+
+
+def stripped(text: str) -> str:
+    """C without the parentheses around all of it."""
     if not (text.startswith("(") and text.endswith(")")):
         return text
     depth = 0

@@ -1,6 +1,7 @@
 import json
 import shutil
 import subprocess
+import sys
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
@@ -178,6 +179,19 @@ def test_says_beforehand_what_a_step_costs(codegen: Run, out: Path) -> None:
     said = codegen(*alone).out.splitlines()
     assert "more than 100,000 instructions of a Cortex-M4F a step: an MHE of two samples" in said[0]
     assert "the rig file's mu = 1.2 is not used, --tune mu=1.2" in said[1]
+
+
+def test_whoever_reads_the_first_line_alone_has_the_files(rig: Path, out: Path) -> None:
+    command = [sys.executable, "-m", "brushgrip", "codegen", "--rig", str(rig), "--observer", "ekf"]
+    with subprocess.Popen(
+        [*command, "--out", str(out), "--name", "grip"], stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        process.stdout.close()
+
+    assert "instructions of a Cortex-M4F a step" in line
+    assert sorted(path.name for path in out.iterdir()) == sorted(FILES)
 
 
 def test_tuning_and_window_are_in_the_code(codegen: Run, out: Path) -> None:

@@ -18,7 +18,7 @@ from observers.embedded.estimators.sample_functions import (
 )
 from observers.embedded.patches.interface import PatchCode
 from observers.embedded.scalar_function import inputs_used, with_known_exponential, without_inputs
-from observers.estimators.ekf import build_step, layout
+from observers.estimators.ekf import build_commented_step, layout
 from observers.estimators.initial_state import build_initial_state
 from observers.estimators.udu import covariance
 from observers.layout import Layout
@@ -83,14 +83,18 @@ def _begin(patch: PatchCode, constants: Constants, parts: Layout, kept: list[str
 
 
 def _step(patch: PatchCode, constants: Constants, parts: Layout) -> ca.Function:
-    """(parts, memory, sample, mu) -> (parts after, output); mu is exp of ln mu before the sample."""
+    """(parts, memory, sample, mu) -> (steps between, parts after, output).
+
+    mu is exp of ln mu before the sample; the steps between are those of `SECTIONS`.
+    """
     model = patch.observer.measurement_model
-    step = build_step(patch.torque_model, model)
+    step = build_commented_step(patch.torque_model, model)
     before = {name: ca.MX.sym(name, rows * columns) for name, rows, columns in parts.fields}
     sample, vector = (ca.MX.sym(step.name_in(i), step.numel_in(i)) for i in (1, 2))
-    state_next, output = step(ca.vertcat(*before.values()), sample, vector)
+    *between, state_next, output = step(ca.vertcat(*before.values()), sample, vector)
     after = parts.split(state_next)
-    outputs = {f"{n}_next": after[n] for n in before if n not in (*PATCH, "memory", "output")}
+    outputs = dict(zip((step.name_out(i) for i in range(len(between))), between, strict=True))
+    outputs |= {f"{n}_next": after[n] for n in before if n not in (*PATCH, "memory", "output")}
     memory = before.pop("memory")
     inputs = [*before.values(), memory, sample, ca.MX.sym("mu"), vector]
     flat = constants.fill("filter", vector_function("filter", inputs, **outputs, result=output))

@@ -9,7 +9,9 @@ from typing import Any
 
 import casadi as ca
 
-from observers.embedded.constants import Constants
+from observers.embedded.constants import Constants, Tunable
+from observers.embedded.patches.corners import moment_of_corner
+from observers.embedded.rolled_c import rolled_c
 from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
 from observers.estimators.model_observer import ModelObserver
@@ -19,6 +21,7 @@ from observers.protocol import OUTPUT, SAMPLE
 from observers.quality import acquisition, branches, hypotheses, supervision
 from observers.quality.equivalent_patch import equivalent_patch
 from observers.tuning import TUNING_FIELDS
+from symbolic.zones import FAR
 
 
 def supervision_functions(observer: ModelObserver, constants: Constants) -> list[ca.Function]:
@@ -29,10 +32,9 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
         branches.build_track().expand("follow_turns", {"cse": True}),
         branches.build_turn(),
         branches.build_sliding(),
-        branches.build_branch(),
+        _edge(observer, constants.tunable == "all"),
         hypotheses.build_hypothesis(),
         hypotheses.build_error(),
-        hypotheses.build_verdict().expand("verdict_of", {"cse": True}),
         supervision.build_tracking(is_computed=bool(observer.measurement_model.torque_state)),
         acquisition.build_conclusion(
             equivalent_patch(observer.model, observer.values, observer.rig),
@@ -40,6 +42,28 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
         ),
     ]
     return [*functions, _observe_torque(observer, constants)]
+
+
+def _edge(observer: ModelObserver, tunable: bool) -> ca.Function:
+    """(z, a, e) -> moment that a stuck patch has beyond z, over k [m^3], `symbolic.unit_moment`."""
+    z, *geometry = (ca.SX.sym(name) for name in ("z", "a", "e"))
+    given = geometry if tunable else [ca.SX(observer.rig.a), ca.SX(observer.rig.e)]
+    moment = moment_of_corner(z, *given)[0]
+    return ca.Function("beyond", [z, *geometry], [moment], ["z", "a", "e"], ["moment"], {"cse": True})
+
+
+def rolled_verdict(observer: ModelObserver, real: Real, tunable: Tunable) -> tuple[ca.Function, str]:
+    """The verdict of the hypotheses, and its C as loops over them.
+
+    Of its limits those are numbers that are the tuning's, without `tunable`.
+    """
+    verdict, begin = hypotheses.build_verdict(), len(observer.model.coordinates) + len(RIG)
+    numbers = {
+        hypotheses.LIMITS.index(name): float(observer.constants[begin + TUNING_FIELDS.index(name)])
+        for name in ("mu", "mu_std", "stiffness_std")
+    }
+    known = {} if tunable else {"limits": numbers}
+    return verdict, rolled_c("verdict_of", verdict, len(hypotheses.RATIOS), real.c_type, known)
 
 
 def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], body: Body) -> Body:
@@ -123,7 +147,7 @@ def _terms(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str, Any]:
         "verdict": len(hypotheses.VERDICT),
         "block": len(torque_state), "handover": len(acquisition.HANDOVER),
         "vague": repr(hypotheses.VAGUE), "slid": repr(branches.SLID), "least_load": repr(LEAST_LOAD),
-        "restart_std": repr(hypotheses.RESTART_STD), "a": literal["a"],
+        "restart_std": repr(hypotheses.RESTART_STD), "far": repr(FAR), "a": literal["a"],
         "tyre": [f"{literal['k']} * {patch.stiffness!r}", literal["a"], literal["e"]],
         # Deviation of the torque's zero before the first sample [N m].
         "zero_std": f"{literal['zero_std']} * slide" if zero_std is None else repr(zero_std),

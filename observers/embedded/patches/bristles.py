@@ -29,6 +29,8 @@ from symbolic.slip import REFERENCE_SPEED, REST_SPEED
 OMEGA = (-12, 24)
 """Arguments between which Wright's function is a table; it is e^x before and x - ln x ... beyond."""
 OMEGA_KNOTS_PER_UNIT = 4
+MOST_COARSE, LEAST_TRIED = 5, 16
+"""In single precision a turn is tried on one of so many bristles at most, and on so many at least."""
 
 
 def has_bristles(observer: ModelObserver) -> bool:
@@ -53,11 +55,12 @@ def bristles(observer: ModelObserver, real: Real) -> PatchCode:
     arrays = (4 if terms["relaxation"] else 2) + terms["compliant"]
     numbers = effects.own + 6 + terms["compliant"] * (2 + terms["relaxation"])
     kept = ["M_z", "by_mu", "mu", *(("angle", "by_angle") if angle_is_state(observer) else ())]
+    tried = tried_table(table, terms["coarse"], real) if terms["coarse"] else ""
     return PatchCode(
         observer=observer,
         real=real,
         torque_model=LinearTorque(by_stiffness=False, slides=True),
-        functions="\n".join([c_records("bristle", table, real.c_type), *written]),
+        functions="\n".join([c_records("bristle", table, real.c_type), tried, *written]),
         templates=("patches/bristles.c", *(("patches/bristles_window.c",) if window else ())),
         type_template="patches/bristles_type.c",
         terms=terms | {"stiff": repr(float(-(table["moment"] * table["lever"]).sum()))},
@@ -86,7 +89,8 @@ def bristle_terms(effects: EffectExpressions, real: Real) -> dict[str, Any]:
         "branched_by_mu": " + branch_by_mu" if branched else "",
         "relaxation": branched, "creep": creep, "grows": traits.growth is not None,
         "limited": bool(traits.limits), "static_limit": traits.growth is None and not traits.limits,
-        "compliant": compliant, "evaluations": (2 if real is SINGLE else 7) if compliant else 1,
+        "compliant": compliant, "evaluations": 7,
+        "coarse": _coarse(patch.bristles) if compliant and real is SINGLE else 0,
         "balance_steps": 1 if _is_linear(deflection) else BALANCE_STEPS,
         "rest_factor": 1 + creep * float(np.log(REST_SPEED / REFERENCE_SPEED)),
         "log_reference": log_reference, "offset": log_reference - (1 / creep if creep else 0.0),
@@ -100,12 +104,14 @@ def bristle_terms(effects: EffectExpressions, real: Real) -> dict[str, Any]:
 
 
 def _omega() -> dict[str, Any]:
-    """The table of Wright's function: its value, and its slope times the spacing."""
+    """The table of Wright's function: a cubic of the place between two knots."""
     intervals = (OMEGA[1] - OMEGA[0]) * OMEGA_KNOTS_PER_UNIT
     w = wrightomega(np.linspace(*OMEGA, intervals + 1))
-    slopes = w / (1 + w) / OMEGA_KNOTS_PER_UNIT
+    slopes, rise = w / (1 + w) / OMEGA_KNOTS_PER_UNIT, np.diff(w)
+    bend = slopes[:-1] + slopes[1:] - 2 * rise
+    cubics = np.column_stack([w[:-1], slopes[:-1], rise - slopes[:-1] - bend, bend])
     return {
-        "omega": [f"{v:.9g}, {s:.9g}" for v, s in zip(w, slopes, strict=True)],
+        "omega": [", ".join(f"{number:.9g}" for number in cubic) for cubic in cubics],
         "omega_from": float(OMEGA[0]), "omega_intervals": intervals,
         "omega_knots_per_unit": float(OMEGA_KNOTS_PER_UNIT),
     }  # fmt: skip
@@ -122,14 +128,29 @@ def bristle_table(effects: EffectExpressions, terms: dict[str, Any]) -> dict[str
     numbers = np.asarray(geometry.coefficients(effects.inputs())).ravel()
     n = patch.bristles
     tables = {"lever": numbers[:n], "moment": numbers[2 * n : 3 * n]}
-    if terms["compliant"]:
-        tables["moment_lever"] = tables["moment"] * tables["lever"]
+    tables["moment_lever"] = tables["moment"] * tables["lever"]
     if terms["grows"]:
         return tables | {"place": SPAN * np.asarray(patch.nodes()[0]).ravel()}
     tables["pressure"] = pressure = numbers[n : 2 * n]
     if terms["creep"] and terms["static_limit"]:
         tables |= {"inverse_pressure": 1 / pressure, "log_pressure": np.log(pressure)}
     return tables
+
+
+def _coarse(bristles: int) -> int:
+    """Of how many bristles the middle one is tried, a divisor of their number."""
+    divisors = [n for n in range(1, MOST_COARSE + 1, 2) if bristles % n == 0]
+    return max(n for n in divisors if n == 1 or bristles // n >= LEAST_TRIED)
+
+
+def tried_table(table: dict[str, NDArray[np.float64]], coarse: int, real: Real) -> str:
+    """C of the bristles by which a turn is tried: which they are, and the moment of their neighbours."""
+    moments = table["moment"].reshape(-1, coarse).sum(axis=1)
+    rows = [f"    {{{coarse * i + coarse // 2}, {m!r}}}," for i, m in enumerate(moments.tolist())]
+    return (
+        f"typedef struct {{\n    int32_t at;\n    {real.c_type} moment;\n}} tried_t;\n\n"
+        f"static const tried_t tried_of[{len(rows)}] = {{\n" + "\n".join(rows) + "\n};\n"
+    )
 
 
 def _is_linear(deflection: ca.Function | None) -> bool:

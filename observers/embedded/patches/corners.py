@@ -11,19 +11,16 @@ import casadi as ca
 from observers.embedded.patches.effect_expressions import TERMS, EffectExpressions
 from observers.embedded.patches.interface import PatchCode, angle_is_state, window_of
 from observers.embedded.patches.linear_torque import LinearTorque
-from observers.embedded.scalar_type import Real
+from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.model_observer import ModelObserver
 from symbolic import Model, full_slide_level
 from symbolic.compilation.scalar_c import c_function
 from symbolic.compliance import deflection_of
-from symbolic.deformation import edge_distance, edge_moment, unit_moment
+from symbolic.deformation import edge_distance, unit_moment
 
-DEPTH = 32
-"""Corners of the patch, as many as in Python; beyond, the one that contributes least to M_z is dropped.
-A wheel that swings to rest under an angle noise of 2e-4 rad makes a corner with every swing and a few
-more with the noise: 16 are too few, the torque is then off by 1 % of its range."""
-STORED_CORNERS = 8
-"""Corners stored with a sample; what the others add to the torque is stored as linear in mu / k."""
+DEPTH = Model().corners
+"""Corners of the patch, as many as in Python, of which the one that contributes least to M_z is dropped
+where fewer than three places are free, as in `symbolic.zones`: up to 29 are exact."""
 
 
 def has_corners(observer: ModelObserver) -> bool:
@@ -38,7 +35,7 @@ def corners(observer: ModelObserver, real: Real, *, with_rig: bool = False) -> P
     """The patch of an observer for which `has_corners` holds; k and rig at run time, if asked for."""
     effects, a, e = bool(observer.model.effects), observer.rig.a, observer.rig.e
     with_rig, k = with_rig and not effects, repr(float(observer.values["k"]))
-    expressions, window, stored = EffectExpressions(observer), window_of(observer), STORED_CORNERS
+    expressions, window = EffectExpressions(observer), window_of(observer)
     by_angle = angle_is_state(observer)
     functions = {"unit_moment": corner(observer, with_rig=with_rig)}
     if effects:
@@ -54,7 +51,8 @@ def corners(observer: ModelObserver, real: Real, *, with_rig: bool = False) -> P
         "a": "patch->geometry[0]", "k": "patch->k", "level": "patch->level",
         "still_moment": "patch->still_moment", "geometry": ", patch->geometry",
     }  # fmt: skip
-    kept = f"slope[{window}], lost[{window}][2], xi[{window}][{stored}], d[{window}][{stored}]"
+    kept = f"slope[{window}], xi[{window}][{DEPTH}], d[{window}][{DEPTH}]"
+    kept += f", beside[{window}]" if effects else ""
     kept += f", angle[{window}], by_angle[{window}]" if by_angle else ""
     return PatchCode(
         observer=observer,
@@ -64,15 +62,15 @@ def corners(observer: ModelObserver, real: Real, *, with_rig: bool = False) -> P
         templates=("patches/corners.c", f"patches/corners_{'window' if window else 'filter'}.c"),
         type_template="patches/corners_type.c",
         terms={
-            **(of_state if with_rig else numbers), "depth": DEPTH, "stored": stored,
+            **(of_state if with_rig else numbers), "depth": DEPTH,
             "with_rig": with_rig, "own": expressions.own, "terms": TERMS, "effects": effects,
-            "angle_is_state": by_angle, "bristles": 0, "creep": 0.0, "single": False,
+            "angle_is_state": by_angle, "bristles": 0, "creep": 0.0, "single": real is SINGLE,
         },
         k="state->patch.k" if with_rig else k,
         bytes=(3 * DEPTH + 2 + 5 * with_rig + expressions.own) * real.size + 8 + DEPTH,
         kept=f"    {real.c_type} {kept};\n",
         kept_integers=f"    int8_t corners[{window}];\n",
-        kept_bytes=(3 + 2 * stored + 2 * by_angle) * real.size + 1,
+        kept_bytes=(1 + 2 * DEPTH + effects + 2 * by_angle) * real.size + 1,
         follows_mu=False,
         takes_rig=not effects,
     )  # fmt: skip
@@ -83,15 +81,24 @@ def corner(observer: ModelObserver, *, with_rig: bool) -> ca.Function:
 
     With `with_rig` (z, geometry), the half-length and the caster length.
     """
-    z, width = ca.SX.sym("z"), ca.SX.sym("width", 2)
+    z = ca.SX.sym("z")
     geometry = ca.SX.sym("geometry", 2) if with_rig else ca.SX([observer.rig.a, observer.rig.e])
-    a, e = ca.vertsplit(geometry)
-    arms = (a - e, a + e)
-    moment = sum(edge_moment(z, w, a, arm) for w, arm in zip(ca.vertsplit(width), arms, strict=True))
-    outputs = ca.vertcat(moment, ca.jacobian(moment, z))
-    widths = ca.vertcat(*(edge_distance(z, a, arm) for arm in arms))
-    outputs = ca.substitute(outputs, width, widths)
+    outputs = moment_of_corner(z, *ca.vertsplit(geometry))
     inputs = {"z": z, "geometry": geometry} if with_rig else {"z": z}
     return ca.Function(
         "corner", list(inputs.values()), [outputs], list(inputs), ["moment"], {"cse": True}
     )
+
+
+def moment_of_corner(z: ca.SX, a: ca.SX, e: ca.SX) -> ca.SX:
+    """`symbolic.deformation.unit_moment` and its derivative by z, with the integrals multiplied out.
+
+    With w the distance of the edge at which |xi| = z, the derivative is that at a fixed w,
+    -int p |x - e| dx, and G = int (x - e)^2 dx + z dG/dz: a third of the operations of the quadrature.
+    """
+    moment, by_z = ca.SX(0), ca.SX(0)
+    for arm in (a - e, a + e):
+        w = edge_distance(z, a, arm)
+        moment += w * (arm * (arm - w) + w * w * (1 / 3))
+        by_z -= w * w * (a * arm + w * (w * 0.25 - (2 * a + arm) * (1 / 3)))
+    return ca.vertcat(moment + z * by_z, by_z)

@@ -8,7 +8,7 @@ static inline ${real} lesser(${real} x, ${real} y) { return x < y || y != y ? x 
 static inline ${real} greater(${real} x, ${real} y) { return x > y || y != y ? x : y; }
 %% endif
 
-%% if "natural_log" in used
+%% if "natural_log" in used or "any_log" in used
 %% if single
 /* ln x to 1e-7 for x > 0 that is no subnormal: exponent and mantissa by their bits, and the series of artanh. */
 static inline float natural_log(float x) {
@@ -28,42 +28,77 @@ static inline float natural_log(float x) {
 static inline ${real} natural_log(${real} x) { return log(x); }
 %% endif
 %% endif
+%% if "any_log" in used
+%% if single
+/* ln of any number; what is 0, negative, huge or NAN is left to math.h. */
+static inline float any_log(float x) {
+    uint32_t bits;
+    (void)memcpy(&bits, &x, sizeof bits);
+    return bits - 0x00800000u < 0x7F000000u ? natural_log(x) : log(x);
+}
+%% else
+static inline double any_log(double x) { return log(x); }
+%% endif
+%% endif
+%% if "any_exp" in used
+%% if single
+/* e^x to 1e-7: a power of two by its bits, and a polynomial; 0 below 1e-38; what is huge or NAN is left
+   to math.h.
+   Source: Moshier, Cephes mathematical library, expf. */
+static inline float any_exp(float x) {
+    float power, rest, shift;
+    uint32_t bits;
+    if (!(fabs(x) < 87.0)) {
+        return x < 0.0 ? 0.0 : exp(x);
+    }
+    bits = (uint32_t)(x * 1.44269504 + 127.5);
+    shift = (float)bits - 127.0;
+    rest = x - shift * 0.693359375 + shift * 2.12194440e-4;
+    bits <<= 23;
+    (void)memcpy(&power, &bits, sizeof power);
+    return power * (1.0 + rest + rest * rest * (0.5 + rest * (1.66666655e-1 + rest * (4.16657959e-2 + rest * (8.33345191e-3 + rest * (1.39819999e-3 + rest * 1.98756915e-4))))));
+}
+%% else
+static inline double any_exp(double x) { return exp(x); }
+%% endif
+%% endif
 %% if creep
 
-%% if single
-/* Wright's function: value, and slope times spacing. */
-static const float omega_of[${omega|length}][2] = {
+/* Wright's function between two knots: a cubic through values and slopes. */
+static const ${real} omega_of[${omega|length}][4] = {
 %% for knot in omega
     {${knot}},
 %% endfor
 };
 
-/* The root w of w + ln w = x between two knots, a cubic through values and slopes; right to 1e-5 of w. */
-static inline float wright_omega(float x) {
-    const float place = (greater(x, ${omega_from}) - ${omega_from}) * ${omega_knots_per_unit};
-    if (place < ${omega_intervals}.0) {
-        const int32_t i = (int32_t)place;
-        const float t = place - (float)i, *at = omega_of[i], *next = omega_of[i + 1];
-        const float rise = next[0] - at[0], bend = at[1] + next[1] - 2.0 * rise;
-        return at[0] + t * (at[1] + t * (rise - at[1] - bend + t * bend));
-    }
-    {
-        const float log_x = natural_log(x), share = log_x / x;
-        return x - log_x + share * (1.0 + 0.5 * (log_x - 2.0) / x);
-    }
-}
+%% if single
+/* The root w of w + ln w = x; right to 1e-5 of w. */
 %% else
-/* The root w of w + ln w = x: a guess, and three steps of fourth order.
+/* The root w of w + ln w = x: right to 1e-5, and a step of fourth order.
    Source: Fritsch, Shafer, Crowley, Algorithm 443, Comm. ACM 16 (1973) 123. */
-static double wright_omega(double x) {
-    double w = x < 1.0 ? exp(x) / (1.0 + exp(x)) : x - log(x) * (1.0 - 1.0 / x);
-    int i;
-    for (i = 0; i < 3; ++i) {
+%% endif
+static inline ${real} wright_omega(${real} x) {
+    const ${real} place = (x - ${omega_from}) * ${omega_knots_per_unit};
+    ${real} w;
+    if (place < ${omega_intervals}.0) {
+        const int32_t i = place > 0.0 ? (int32_t)place : 0;
+        const ${real} t = place > 0.0 ? place - (${real})i : 0.0, *of = omega_of[i];
+        w = of[0] + t * (of[1] + t * (of[2] + t * of[3]));
+    } else {
+        const ${real} log_x = natural_log(x), share = log_x / x;
+        w = x - log_x + share * (1.0 + 0.5 * (log_x - 2.0) / x);
+    }
+%% if not single
+    if (place > 0.0) {
         const double residual = x - w - log(w);
         const double a = 2.0 * (1.0 + w) * (1.0 + w + 0.66666666666666667 * residual);
         w *= 1.0 + residual / (1.0 + w) * (a - residual) / (a - 2.0 * residual);
+    } else {
+        /* As e^x, less its square. */
+        w = exp(x);
+        w *= 1.0 - w * (1.0 - 1.5 * w);
     }
+%% endif
     return w;
 }
-%% endif
 %% endif

@@ -43,6 +43,8 @@ static void clear_state(${name}_state_t *state) {
 void ${name}_init(${name}_state_t *state) {
 %% endif
     int32_t i;
+    state->layout = ${NAME}_STATE_LAYOUT;
+    state->size = (uint32_t)sizeof *state;
     for (i = 0; i < OUTPUTS; ++i) {
         state->output[i] = (${real})NAN;
     }
@@ -128,10 +130,28 @@ static int32_t gather_sample(${name}_state_t *state, const ${name}_sample_t *sam
 %% endif
 
 ${stepping}
+/* A state of this code and of its parameters. */
+static bool is_own(const ${name}_state_t *state) {
+    return state->layout == ${NAME}_STATE_LAYOUT && state->size == (uint32_t)sizeof *state;
+}
+
+int32_t ${name}_restore(${name}_state_t *state, const void *stored, uint32_t size) {
+    uint32_t words[2];
+    if (state == NULL || stored == NULL || size != (uint32_t)sizeof *state) {
+        return 1;
+    }
+    (void)memcpy(words, stored, sizeof words);
+    if (words[0] != ${NAME}_STATE_LAYOUT || words[1] != size) {
+        return 1;
+    }
+    (void)memcpy(state, stored, sizeof *state);
+    return 0;
+}
+
 int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample) {
     ${real} passed[4], now[${torques|length + 4}];
     int32_t implausible, suspect = 0, status;
-    if (state == NULL) {
+    if (state == NULL || !is_own(state)) {
         return ${NAME}_REFUSED;
     }
     if (!(sample != NULL && sample->dt > 0.0 && sample->dt <= ${longest_step})) {
@@ -185,6 +205,15 @@ void ${name}_estimate(const ${name}_state_t *state, ${name}_estimate_t *estimate
     if (state == NULL || estimate == NULL) {
         return;
     }
+    if (!is_own(state)) {
+%% for name in numbers
+        estimate->${name} = (${real})NAN;
+%% endfor
+        estimate->informed = 0;
+        estimate->usable = 0;
+        estimate->status = ${NAME}_REFUSED;
+        return;
+    }
 %% for name in numbers
     estimate->${name} = state->${result}[OUT_${name|upper}];
 %% endfor
@@ -194,4 +223,4 @@ void ${name}_estimate(const ${name}_state_t *state, ${name}_estimate_t *estimate
     estimate->usable = estimate->informed != 0 && estimate->status == ${NAME}_USED;
 }
 
-const char *${name}_version(void) { return "${version}"; }
+const char *${name}_version(void) { return ${NAME}_VERSION; }

@@ -3,6 +3,7 @@
    ${title}
 
    ${generated}
+   ${rig_comment}
    C99 without heap, recursion, input, output or static variables: any number of observers may run at once, also
    in different threads, each with a state of its own.
 
@@ -67,8 +68,15 @@ typedef struct {
 extern const volatile ${name}_parameters_t ${name}_defaults;
 
 %% endif
+/* Version of the code: generator, observer, type of numbers, and a digest of code and parameters. */
+#define ${NAME}_VERSION "${version}"
+/* The first two words of every state: what code it belongs to, by the digest above, and its size in bytes. */
+#define ${NAME}_STATE_LAYOUT 0x${layout}u
+#define ${NAME}_STATE_BYTES ${bytes}u
+
 ${types}/* One observer, ${bytes} bytes; its fields are private. */
 typedef struct {
+    uint32_t layout, size;
     ${real} output[${output|length}];
 %% if checked
     ${real} evidence[${evidence_start|length}];
@@ -87,10 +95,11 @@ void ${name}_init(${name}_state_t *state);
 /* Advances the observer by one sample and returns the sample's status. The patch is at rest at the angle of
    the first sample with a known psi and a load of at least 0.001 N; until then the estimate is the prior. A sample
    that is NULL or whose dt is out of range is ignored, with status ${NAME}_REFUSED. The same status means that no finite estimate
-   resulted. */
+   resulted, or that the state is none of this code: not initialised, or of another version. */
 int32_t ${name}_step(${name}_state_t *state, const ${name}_sample_t *sample);
 
-/* Writes the estimate after the last sample; nothing where an argument is NULL. */
+/* Writes the estimate after the last sample; nothing where an argument is NULL. Of a state that is none of this code all
+   numbers are NAN, and the status is ${NAME}_REFUSED. */
 void ${name}_estimate(const ${name}_state_t *state, ${name}_estimate_t *estimate);
 
 %% if tunable
@@ -111,7 +120,11 @@ int32_t ${name}_check_parameters(const ${name}_parameters_t *parameters);
 int32_t ${name}_set_parameters(${name}_state_t *state, const volatile ${name}_parameters_t *parameters);
 
 %% endif
-/* Version of the code: generator, observer, type of numbers, and a digest of code and parameters. */
+/* Goes on from a state that was stored as bytes, ${NAME}_STATE_BYTES of them. Returns 0; 1 where they are those of another
+   code, of other parameters, or of another size: the observer then stays as it is. */
+int32_t ${name}_restore(${name}_state_t *state, const void *stored, uint32_t size);
+
+/* ${NAME}_VERSION, of the code that runs. */
 const char *${name}_version(void);
 
 #ifdef __cplusplus

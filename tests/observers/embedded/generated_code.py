@@ -181,25 +181,25 @@ class RunningCode:
         for name in ("state_size", "fuzz", "wander"):
             getattr(library, name).restype = ctypes.c_int64
         self._state = ctypes.create_string_buffer(library.state_size() + 64)
-        library.brushgrip_init(self._at)
+        library.brushgrip_init(self.at)
 
     def reset(self) -> None:
         """Forget everything."""
-        self.code.library.brushgrip_reset(self._at)
+        self.code.library.brushgrip_reset(self.at)
 
     def run(self, samples: Array) -> Array:
         """Estimates after samples (n, 5), as `GeneratedCode.run`."""
         inputs = np.ascontiguousarray(samples, self.code.real.dtype)
         estimates = np.empty((len(inputs), len(ESTIMATE)), self.code.real.dtype)
         count = ctypes.c_int64(len(inputs))
-        self.code.library.run_on(self._at, count, _pointer(inputs), _pointer(estimates))
+        self.code.library.run_on(self.at, count, _pointer(inputs), _pointer(estimates))
         return estimates.astype(float)
 
     def fuzz(self, count: int, seed: int, usual: list[float]) -> tuple[int, int]:
         """Of count samples with random bytes: how many leave an invalid estimate, or are refused."""
         refused = ctypes.c_int64()
         invalid = self.code.library.fuzz(
-            self._at, ctypes.c_int64(count), ctypes.c_uint64(seed), *self._numbers(usual),
+            self.at, ctypes.c_int64(count), ctypes.c_uint64(seed), *self._numbers(usual),
             ctypes.byref(refused),
         )  # fmt: skip
         return int(invalid), refused.value
@@ -210,12 +210,12 @@ class RunningCode:
         step = type(bounds[0])(turn)
         return int(
             self.code.library.wander(
-                self._at, ctypes.c_int64(count), ctypes.c_uint64(seed), typical, step, *bounds
+                self.at, ctypes.c_int64(count), ctypes.c_uint64(seed), typical, step, *bounds
             )
         )
 
     @property
-    def _at(self) -> ctypes.c_void_p:
+    def at(self) -> ctypes.c_void_p:
         """The state, aligned as any type of C may have to be."""
         return ctypes.c_void_p(-(-ctypes.addressof(self._state) // 64) * 64)
 

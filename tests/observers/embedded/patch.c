@@ -1,4 +1,4 @@
-/* Functions for a test of the patch, which is static in generated code. */
+/* Functions for tests of what is static in generated code. */
 #include "brushgrip.c"
 
 void patch_init(brushgrip_patch_t *patch, REAL psi) { brushgrip_clear_patch(patch, psi); }
@@ -14,3 +14,7 @@ void patch_run(brushgrip_patch_t *patch, int64_t count, const REAL *psi, const R
         rows[4 * i + 3] = (REAL)patch->corners;
     }
 }
+
+/* Functions of numbers that generated code has of its own. */
+REAL exp_of(REAL x) { return brushgrip_any_exp(x); }
+REAL log_of(REAL x) { return brushgrip_any_log(x); }

@@ -15,6 +15,7 @@ from observers import ESTIMATE, AligningTorque, Ekf, Mhe, Status, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real, generate_fmu
 from observers.embedded.fmu import is_host
 from symbolic import InvalidInputError, Tyre, compiler
+from symbolic.parameters import STIFFNESS
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.conftest import Generate, Unpacked
 from tests.observers.embedded.fmu_instance import instances
@@ -294,3 +295,22 @@ def test_parameters_can_be_tuned(tmp_path: Path, samples: Array) -> None:
         for one, observer in ((usual, EKF), (tuned, other)):
             expected = python_estimates(observer, rows)
             np.testing.assert_allclose(one.steps(samples[:100]), expected, rtol=1e-6, atol=1e-7)
+
+
+@versions
+def test_parameters_have_units_and_ranges(tmp_path: Path, version: int) -> None:
+    archive = generate_fmu(EKF, tmp_path, SINGLE, version=version, tunable="all")
+    description = fmpy.read_model_description(str(archive))
+    named = {v.name: v for v in description.modelVariables if v.causality == "parameter"}
+    k, zero_walk = named["parameters.k"], named["parameters.zero_walk"]
+    bases = {unit.name: unit.baseUnit for unit in description.unitDefinitions}
+    stiffness = bases["N/m^2"]
+
+    assert all(variable.unit in bases and variable.min is not None for variable in named.values())
+    assert (k.unit, float(k.min), float(k.max)) == ("N/m^2", *STIFFNESS)
+    assert (stiffness.kg, stiffness.m, stiffness.s) == (1, -1, -2)
+    assert zero_walk.unit == "1/sqrt(s)"
+    assert float(named["parameters.mu"].min) > 0
+    assert named["parameters.gate"].max is None
+    for variable in named.values():
+        assert float(variable.min) <= float(variable.start)

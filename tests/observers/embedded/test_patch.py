@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE
-from observers.embedded.patches.corners import DEPTH, STORED_CORNERS
+from observers.embedded.patches.corners import DEPTH
 from reference_rig import RigTyre, hand_path, simulate_bristles
 from symbolic import Model, full_slide_level, simulate
 from tests.observers.conftest import RIG, K
@@ -28,6 +28,8 @@ pytestmark = needs_compiler
 Array = NDArray[np.float64]
 MU = 1.3
 EXACT = Model(corners=96)
+CAP = DEPTH - 2
+"""With so many corners one is dropped before the next sample."""
 STEERING = observer_of(Ekf, DECLARED, SteeringTorque())
 
 
@@ -65,6 +67,12 @@ class Patch:
         )
         moment, by_scale, by_psi, corners = actual.astype(float).T
         return PatchPath(K * moment, by_scale, K * by_psi, corners)
+
+    def number(self, name: str, x: float) -> float:
+        """A function of a number by its name."""
+        function = getattr(self._library, name)
+        function.restype = number = getattr(ctypes, f"c_{self.real.c_type}")
+        return float(function(number(x)))
 
 
 @pytest.fixture(scope="session")
@@ -135,7 +143,7 @@ def test_is_the_exact_patch(patch: Patch, psi: Array, varying: bool) -> None:
     actual = patch.run(psi, F_N)
     M_z, by_mu = exact(psi, F_N)
 
-    assert actual.corners.max() < DEPTH, "the path overflows the patch, which is another test"
+    assert actual.corners.max() < CAP, "the path overflows the patch, which is another test"
     np.testing.assert_allclose(actual.M_z, M_z, rtol=0, atol=1e-11 * max(1e-3, np.ptp(M_z)))
     np.testing.assert_allclose(actual.by_mu, by_mu, rtol=0, atol=1e-9 * max(1e-3, np.ptp(M_z)))
 
@@ -188,9 +196,9 @@ def test_overflow_drops_the_corner_of_least_torque(patch: Patch, path: str, most
     by_vectors = np.abs(with_equal_capacity(psi, steady(t.size)) - M_z).max()
     print(f"{path}: off by {off / range_:.1e} of range, by vectors {by_vectors / range_:.1e}")
 
-    assert actual.corners.max() == DEPTH or path == "noise"
+    assert actual.corners.max() >= CAP or path == "noise"
     assert off < most * range_
-    assert off < max(1.1 * by_vectors, 1e-12 * range_)
+    assert off == pytest.approx(by_vectors, abs=1e-12 * range_)
 
 
 def test_a_swinging_load_needs_more_corners_than_there_are(patch: Patch) -> None:
@@ -204,9 +212,9 @@ def test_a_swinging_load_needs_more_corners_than_there_are(patch: Patch) -> None
     slope_off = np.abs(actual.by_mu - by_mu).max() / np.ptp(by_mu)
     print(f"{actual.corners.max():.0f} corners, off by {off:.1e} of range, slope by {slope_off:.1e}")
 
-    assert actual.corners.max() == DEPTH
+    assert actual.corners.max() >= CAP
     assert off < 1e-3
-    assert off < 1.1 * np.abs(with_equal_capacity(psi, F_N) - M_z).max() / np.ptp(M_z)
+    np.testing.assert_allclose(actual.M_z, with_equal_capacity(psi, F_N), atol=1e-10)
     assert slope_off < 2e-2
     assert (np.abs(actual.M_z) < 0.5 * MU * F_N * RIG.a).all()
 
@@ -242,7 +250,7 @@ def test_more_corners_than_a_window_stores(generated: Generate, patch: Patch) ->
     off = np.abs(estimates - expected)[:, 0].max()
     print(f"{deepest:.0f} corners, mu off by {off:.1e}")
 
-    assert deepest > STORED_CORNERS
+    assert deepest > 8
     assert off < 1e-9
 
 
@@ -254,3 +262,22 @@ def test_no_turn_is_so_far_that_the_patch_never_comes_back(single_patch: Patch, 
     expected = exact(np.concatenate([[np.sign(far) * 50], swing]), steady(401))[0]
 
     np.testing.assert_allclose(actual.M_z[-300:], expected[-300:], atol=0.02)
+
+
+def test_exp_and_log_of_single_precision(single_patch: Patch) -> None:
+    for x in np.linspace(-86, 86, 3001):
+        rounded = float(np.float32(x))
+        assert single_patch.number("exp_of", rounded) == pytest.approx(np.exp(rounded), rel=3e-7)
+    for y in np.geomspace(1e-37, 1e37, 3001):
+        rounded = float(np.float32(y))
+        error = abs(single_patch.number("log_of", rounded) - np.log(rounded))
+        assert error < 2e-7 * max(1.0, abs(np.log(rounded)))
+
+
+def test_exp_and_log_of_numbers_at_their_ends(single_patch: Patch) -> None:
+    exp, log = (lambda x, name=name: single_patch.number(name, x) for name in ("exp_of", "log_of"))
+
+    assert [exp(x) for x in (-np.inf, -200.0, 0.0, 200.0, np.inf)] == [0.0, 0.0, 1.0, np.inf, np.inf]
+    assert [log(x) for x in (0.0, 1.0, np.inf)] == [-np.inf, 0.0, np.inf]
+    assert log(1e-42) == pytest.approx(np.log(np.float32(1e-42)), rel=1e-6)
+    assert np.isnan([exp(np.nan), log(np.nan), log(-1.0)]).all()

@@ -50,7 +50,7 @@ static void hand_over(${name}_state_t *state, const ${real} *handed) {
     for (i = 0; i < ${monitor}; ++i) {
         ${own_state}monitor[i] = 0.0;
     }
-    state->output[OUT_MU] = exp(handed[0]);
+    state->output[OUT_MU] = any_exp(handed[0]);
 %% if follows_mu
     forget_sensitivity(&state->patch, 0.0);
 %% endif

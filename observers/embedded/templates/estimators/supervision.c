@@ -90,17 +90,26 @@ static void restart_search(${name}_state_t *state, ${real} gain_std, ${real} zer
     }
 }
 
-/* All hypotheses after a torque [N m] of this variance. */
+/* All hypotheses after a torque [N m] of this variance. From one turning point to the next the torque changes by that of
+   a branch: the patch sticks, less what is beyond the place up to which it slides; that place is as mu over k. */
 static void weigh_torque(${name}_state_t *state, const ${real} *turns, const ${real} *tyre, ${real} M_z, ${real} variance, ${real} share) {
     const int32_t counts[PATHS] = {(int32_t)state->track[TRACK_COUNT], (int32_t)state->track[TRACK_COUNT_SLID]};
+    ${real} place[PATHS * POINTS], stuck;
     int32_t i, j, path;
+    beyond(0.0, tyre[1], tyre[2], &stuck);
+    for (j = 0; j < PATHS * POINTS; ++j) {
+        /* A branch that begins at a turning point is the virgin one at twice the scale. */
+        const ${real} turn = fabs(j % POINTS == 0 ? turns[j] : 0.5 * turns[j]);
+        place[j] = 3.0 * state->own[OWN_F_N] / (4.0 * tyre[1] * tyre[1] * tyre[1] * tyre[0] * turn);
+    }
     for (i = 0; i < HYPOTHESES; ++i) {
         ${real} expected[PATHS] = {0.0, 0.0}, part[PARTS];
         for (path = 0; path < PATHS; ++path) {
-            for (j = 0; j < counts[path]; ++j) {
-                ${real} M;
-                branch(turns[POINTS * path + j], (${real})j, RATIOS[i], state->own[OWN_F_N], tyre, &M);
-                expected[path] += M;
+            for (j = POINTS * path; j < POINTS * path + counts[path]; ++j) {
+                const ${real} z = RATIOS[i] * place[j];
+                ${real} slides;
+                beyond(z < ${far} ? z : ${far}, tyre[1], tyre[2], &slides);
+                expected[path] -= tyre[0] * turns[j] * (stuck - slides);
             }
         }
         hypothesis(state->hypotheses[i], expected[0], expected[1], M_z, variance, share, part);

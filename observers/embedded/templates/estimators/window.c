@@ -18,7 +18,7 @@ enum {
 
 /* M_z [N m] of a sample at states x, with its derivatives. */
 static void torque_at(const ${name}_state_t *state, int32_t at, const ${real} *x, ${real} *torque) {
-    kept_torque(state, at, exp(x[${log_mu}]), ${stiffness}, torque);
+    kept_torque(state, at, any_exp(x[${log_mu}]), ${stiffness}, torque);
 %% if angle_is_state
     torque[M_Z] += state->by_angle[at] * (x[${psi}] - state->angle[at]);
     torque[BY_ANGLE] = state->by_angle[at];
@@ -151,7 +151,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
 %% if not follows_correction
     /* The patch at the angle of the sample. */
     patch_signals(newest, now, signals);
-    follow_sample(state, at, signals, exp(newest[${log_mu}]), ${stiffness_newest}, retention[0], slide);
+    follow_sample(state, at, signals, any_exp(newest[${log_mu}]), ${stiffness_newest}, retention[0], slide);
 %% endif
     for (i = 0; i < STATES; ++i) {
         state->x[at][i] = newest[i];
@@ -177,7 +177,7 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
 %% if follows_correction
     /* The patch follows the corrected angle. */
     patch_signals(state->x[at], now, signals);
-    follow_sample(state, at, signals, exp(state->x[at][${log_mu}]), ${stiffness_corrected}, retention[0], slide);
+    follow_sample(state, at, signals, any_exp(state->x[at][${log_mu}]), ${stiffness_corrected}, retention[0], slide);
     torque_at(state, at, state->x[at], torque);
     test[TEST_EXPECTED] = torque[M_Z];
 %% endif

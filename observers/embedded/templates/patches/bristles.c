@@ -1,6 +1,6 @@
 /* The contact patch: ${bristles} bristles. Deformation q and stress are over half-length and stiffness [1]. */
 
-enum { BRISTLES = ${bristles} };
+enum { BRISTLES = ${bristles}${", TRIED = BRISTLES / %d" % coarse if coarse} };
 %% include "patches/terms.c"
 
 /* Limit of a bristle over mu. */
@@ -170,33 +170,53 @@ static inline void follow_friction(${name}_patch_t *restrict patch, const follow
 }
 
 %% if compliant
-/* Torque and slope of the patch after a turn; no bristle turns yet. */
-static void try_turn(${name}_patch_t *restrict patch, const follow_t *restrict follow, const ${real} *terms, const limits_t *restrict limits, ${real} turn, ${real} *M_z, ${real} *slope) {
+/* Torque and slope of the patch after a turn; no bristle turns yet.
+%% if coarse
+   One of ${coarse} bristles stands for its neighbours: M_z is that of all before, with what these make of the turn.
+%% endif
+   */
+static void try_turn(const ${name}_patch_t *restrict patch, ${"const follow_t *restrict follow, " if coarse}const ${real} *restrict terms, const limits_t *restrict limits, ${real} turn, ${real} *M_z, ${real} *slope) {
     ${real} total = 0.0, by_turn = 0.0;
-    int32_t i;
+    int32_t j;
 %% if not relaxation
     (void)terms;
 %% endif
-    for (i = 0; i < BRISTLES; ++i) {
+    for (j = 0; j < ${"TRIED" if coarse else "BRISTLES"}; ++j) {
+%% if coarse
+        const int32_t i = tried_of[j].at;
+        /* As `follow_friction` will leave it. */
+        const ${real} by_mu = (patch->q_by_mu[i] + patch->follows[i] * follow->further_by_mu) * follow->retention;
+        const ${real} q = patch->q[i] + patch->follows[i] * follow->further + by_mu * follow->change;
+        const ${real} moment = tried_of[j].moment;
+%% if relaxation
+        const ${real} share = follow->gain * patch->follows[i];
+        const ${real} branch = patch->branch[i] + share * follow->further + (patch->branch_by_mu[i] + share * follow->further_by_mu) * follow->retention * follow->change;
+%% endif
+%% else
+        const int32_t i = j;
+        const ${real} q = patch->q[i], moment = bristle_of[i].moment;
+%% if relaxation
+        const ${real} branch = patch->branch[i];
+%% endif
+%% endif
         const ${real} stretch = -bristle_of[i].lever * turn;
         const ${real} pressure = limit_over_scale(limits, i);
         const ${real} rest_limit = limits->${"rest_scale" if creep else "scale"} * pressure;
-        ${real} stress, follows = 1.0;
-        follow_friction(patch, follow, i);
+        ${real} follows = 1.0;
 %% if relaxation
-        stress = patch->q[i] + patch->branch[i] * terms[TERM_DECAY] + (1.0 + terms[TERM_GAIN]) * stretch;
+        ${real} stress = q + branch * terms[TERM_DECAY] + (1.0 + terms[TERM_GAIN]) * stretch;
 %% else
-        stress = patch->q[i] + stretch;
+        ${real} stress = q + stretch;
 %% endif
         if (fabs(stress) > rest_limit) {
             const slip_t now = slip_of(stress, pressure, rest_limit, limits, i);
             stress -= ${gained}now.slip;
             follows -= now.by_stress;
         }
-        total += bristle_of[i].moment * stress;
-        by_turn -= bristle_of[i].moment_lever * follows;
+        total += moment * ${"(stress - q%s)" % (" - branch" if relaxation) if coarse else "stress"};
+        by_turn -= moment * bristle_of[i].lever * follows;
     }
-    *M_z = total;
+    *M_z = ${"*M_z + " if coarse}total;
     *slope = ${gained}by_turn;
 }
 
@@ -252,7 +272,7 @@ static void begin_patch(${name}_patch_t *patch, const ${real} *signals, ${real} 
 
 /* Every bristle after a turn, its derivative by mu at that turn${", and by how much it follows the turn" if compliant}.
    sums: torque, its derivative by the turn and by mu. */
-static void turn_bristles(${name}_patch_t *restrict patch, ${"" if compliant else "const follow_t *follow, "}const ${real} *restrict terms, const limits_t *restrict limits, ${real} turn, ${real} *sums) {
+static void turn_bristles(${name}_patch_t *restrict patch, ${"const follow_t *follow, " if coarse or not compliant}const ${real} *restrict terms, const limits_t *restrict limits, ${real} turn, ${real} *sums) {
 %% if relaxation
     const ${real} gain = terms[TERM_GAIN];
 %% endif
@@ -263,7 +283,7 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"" if compliant els
 %% endif
     for (i = 0; i < BRISTLES; ++i) {
         const ${real} stretch = -bristle_of[i].lever * turn;
-%% if compliant
+%% if compliant and not coarse
         const ${real} q = patch->q[i] + stretch;
 %% else
         const ${real} q = (follow_friction(patch, follow, i), patch->q[i] + stretch);
@@ -295,7 +315,7 @@ static void turn_bristles(${name}_patch_t *restrict patch, ${"" if compliant els
         total += bristle_of[i].moment * patch->q[i];
         by_mu += bristle_of[i].moment * patch->q_by_mu[i];
 %% endif
-        by_turn -= bristle_of[i].${"moment_lever" if compliant else "moment * bristle_of[i].lever"} * follow_turn;
+        by_turn -= bristle_of[i].moment_lever * follow_turn;
     }
     sums[0] = total;
     sums[1] = ${gained}by_turn;
@@ -314,7 +334,7 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
     ${real} own_next[${own}];
 %% endif
     follow_t follow;
-%% if compliant or own
+%% if compliant and not coarse or own
     int32_t i;
 %% endif
     (void)stiffness;
@@ -342,23 +362,35 @@ static void advance_patch(${name}_patch_t *patch, const ${real} *signals, ${real
 %% if compliant
     /* Newton's steps from the slope of the last sample; after the last one the patch is taken as linear. */
     goal = terms[TERM_PSI] - patch->angle;
-    M_z = patch->M_z;
     slope = patch->slope;
+%% if coarse
+    M_z = balanced_torque(patch->M_z + slope * goal, slope, terms[TERM_F_N]);
+    deflection(M_z, terms[TERM_F_N], &deflected, &by_torque);
+    turn = goal + deflected;
+    M_z = patch->M_z;
+    try_turn(patch, &follow, terms, &limits, turn, &M_z, &slope);
+    M_z = balanced_torque(M_z + slope * (goal - turn), slope, terms[TERM_F_N]);
+    deflection(M_z, terms[TERM_F_N], &deflected, &by_torque);
+    turn = goal + deflected;
+%% else
+    for (i = 0; i < BRISTLES; ++i) {
+        follow_friction(patch, &follow, i);
+    }
+    M_z = patch->M_z;
     turn = 0.0;
     for (i = 0; i < ${evaluations}; ++i) {
+        const ${real} before = turn;
         M_z = balanced_torque(M_z + slope * (goal - turn), slope, terms[TERM_F_N]);
         deflection(M_z, terms[TERM_F_N], &deflected, &by_torque);
         turn = goal + deflected;
-        if (i == ${evaluations} - 1) {
+        /* Newton's error is the square of the last step. */
+        if (i == ${evaluations} - 1 || (i > 0 && fabs(turn - before) < 1e-10)) {
             break;
         }
-        try_turn(patch, &follow, terms, &limits, turn, &M_z, &slope);
-        follow.retention = 1.0;
-        follow.change = 0.0;
-        follow.further = 0.0;
-        follow.further_by_mu = 0.0;
+        try_turn(patch, terms, &limits, turn, &M_z, &slope);
     }
-    turn_bristles(patch, terms, &limits, turn, sums);
+%% endif
+    turn_bristles(patch, ${"&follow, " if coarse}terms, &limits, turn, sums);
     slope = sums[1];
     M_z = balanced_torque(sums[0] + slope * (goal - turn), slope, terms[TERM_F_N]);
     deflection(M_z, terms[TERM_F_N], &deflected, &by_torque);

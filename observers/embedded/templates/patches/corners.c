@@ -18,6 +18,8 @@
 #define FAR_OUT 1e15
 /* A turn this far from rest has wiped out what was before, and its digits are lost to the sums of slopes [rad]. */
 #define FAR_TURN 100.0
+/* Places that are free before a sample: with more than ${depth} - PLACES corners, the least one is dropped, as in Python. */
+#define PLACES 3
 
 %% if with_rig
 /* The stiffness k, the half-length a and the caster length e, and what follows from them alone. */
@@ -76,10 +78,12 @@ static void drop_corner(${name}_patch_t *patch, ${real} scale) {
     --patch->corners;
 }
 
-/* One more corner behind all others. clipped: 1 where a stretch at the limit begins, -1 where it ends. */
-static void add_corner(${name}_patch_t *patch, ${real} scale, ${real} xi, ${real} r, ${real} d, int8_t clipped) {
+/* One more corner behind all others; where there is no place for it, its change of slope is that of the last one.
+   clipped: 1 where a stretch at the limit begins, -1 where it ends. */
+static void add_corner(${name}_patch_t *patch, ${real} xi, ${real} r, ${real} d, int8_t clipped) {
     if (patch->corners == ${depth}) {
-        drop_corner(patch, scale);
+        patch->d[${depth} - 1] += d;
+        return;
     }
     patch->xi[patch->corners] = xi;
     patch->r[patch->corners] = r;
@@ -92,7 +96,7 @@ static void add_corner(${name}_patch_t *patch, ${real} scale, ${real} xi, ${real
 
 /* The corners from `first` on, which is beyond the limit, anew: those beyond are replaced by the points at
    which their two stretches cross it. */
-static void clip_from(${name}_patch_t *patch, int32_t first, ${real} turn, ${real} level, ${real} scale) {
+static void clip_from(${name}_patch_t *patch, int32_t first, ${real} turn, ${real} level) {
     ${real} xi[${depth}], r[${depth}], d[${depth}];
     ${real} slope = patch->rest - patch->angle, slope_before, xi_in = 0.0, r_in = 0.0;
     const int32_t count = patch->corners - first;
@@ -120,19 +124,19 @@ static void clip_from(${name}_patch_t *patch, int32_t first, ${real} turn, ${rea
         const ${real} limit = r[i] > 0.0 ? level : -level;
         const ${real} out = last ? -turn : slope + d[i];
         if (fabs(r[i]) <= level) {
-            add_corner(patch, scale, xi[i], r[i], out - slope_before, 0);
+            add_corner(patch, xi[i], r[i], out - slope_before, 0);
             slope_before = out;
         } else {
             if (r[i] > 0.0 ? r_in <= level : r_in >= -level) {
                 const ${real} x = xi_in + (limit - r_in) / (r[i] - r_in) * (xi[i] - xi_in);
-                add_corner(patch, scale, x, limit, -slope_before, 1);
+                add_corner(patch, x, limit, -slope_before, 1);
                 slope_before = 0.0;
             }
             if (last ? (r[i] > 0.0 ? turn > 0.0 : turn < 0.0)
                      : (r[i] > 0.0 ? r[i + 1] <= level : r[i + 1] >= -level)) {
                 const ${real} x = last ? xi[i] + (r[i] - limit) / turn
                                      : xi[i] + (limit - r[i]) / (r[i + 1] - r[i]) * (xi[i + 1] - xi[i]);
-                add_corner(patch, scale, x, limit, out - slope_before, -1);
+                add_corner(patch, x, limit, out - slope_before, -1);
                 slope_before = out;
             }
         }
@@ -148,6 +152,9 @@ static void turn_patch(${name}_patch_t *patch, ${real} psi, ${real} level, ${rea
     int32_t i, first = -1;
     if (fabs(psi - patch->rest) > FAR_TURN) {
         clear_patch(patch, psi > patch->angle ? psi - FAR_TURN / 2.0 : psi + FAR_TURN / 2.0);
+    }
+    if (patch->corners > ${depth} - PLACES) {
+        drop_corner(patch, scale);
     }
     turn = psi - patch->angle;
     patch->is_turning = fabs(turn) > STILL;
@@ -170,7 +177,7 @@ static void turn_patch(${name}_patch_t *patch, ${real} psi, ${real} level, ${rea
         xi = patch->xi[patch->corners - 1];
     }
     if (first >= 0) {
-        clip_from(patch, first, turn, level, scale);
+        clip_from(patch, first, turn, level);
     }
     if (patch->is_turning == 0) {
         return;
@@ -178,10 +185,11 @@ static void turn_patch(${name}_patch_t *patch, ${real} psi, ${real} level, ${rea
     /* The tail comes from the last corner, as it was, and reaches the far limit where it has not yet. */
     level = turn > 0.0 ? -level : level;
     if (turn > 0.0 ? r > level : r < level) {
-        add_corner(patch, scale, xi + (r - level) / turn, level, turn, 1);
+        add_corner(patch, xi + (r - level) / turn, level, turn, 1);
     }
 }
 
+%% if angle_is_state or not window
 /* Moment of the patch over k [m^3 rad], its derivative by scale, and, where it is used, by the angle. */
 static void patch_moment(const ${name}_patch_t *patch, ${real} scale, ${real} *moment) {
     ${real} total = (patch->rest - patch->angle) * ${still_moment}, by_scale = 0.0, by_angle = -${still_moment};
@@ -205,6 +213,7 @@ static void patch_moment(const ${name}_patch_t *patch, ${real} scale, ${real} *m
     moment[2] = by_angle;
 }
 
+%% endif
 static void begin_patch(${name}_patch_t *patch, const ${real} *signals, ${real} mu) {
     (void)mu;
 %% if effects

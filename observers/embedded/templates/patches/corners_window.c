@@ -1,24 +1,13 @@
 
-/* Stores the patch with a sample; of more corners than fit, those that contribute least to M_z are dropped, and
-   what is lost is stored as linear in the scale mu / k: the torque at the scale of now and its derivative stay. */
-static void store_patch(${name}_state_t *state, int32_t at, ${real} scale) {
-    ${name}_patch_t patch = state->patch;
-    ${real} whole[3] = {0.0, 0.0, 0.0}, left[3] = {0.0, 0.0, 0.0};
+/* Stores the patch with a sample. */
+static void store_patch(${name}_state_t *state, int32_t at) {
+    const ${name}_patch_t *patch = &state->patch;
     int32_t i;
-    if (patch.corners > ${stored}) {
-        patch_moment(&patch, scale, whole);
-        while (patch.corners > ${stored}) {
-            drop_corner(&patch, scale);
-        }
-        patch_moment(&patch, scale, left);
-    }
-    state->lost[at][1] = whole[1] - left[1];
-    state->lost[at][0] = whole[0] - left[0] - scale * state->lost[at][1];
-    state->slope[at] = patch.rest - patch.angle;
-    state->corners[at] = (int8_t)patch.corners;
-    for (i = 0; i < patch.corners; ++i) {
-        state->xi[at][i] = patch.xi[i];
-        state->d[at][i] = patch.d[i];
+    state->slope[at] = patch->rest - patch->angle;
+    state->corners[at] = (int8_t)patch->corners;
+    for (i = 0; i < patch->corners; ++i) {
+        state->xi[at][i] = patch->xi[i];
+        state->d[at][i] = patch->d[i];
     }
 }
 
@@ -28,15 +17,14 @@ static void kept_torque(const ${name}_state_t *state, int32_t at, ${real} mu, ${
     const ${name}_patch_t *patch = &state->patch;
 %% endif
     const ${real} k = ${k} * stiffness, scale = mu / k;
-    ${real} total = state->slope[at] * ${still_moment} + state->lost[at][0] + scale * state->lost[at][1];
-    ${real} by_scale = state->lost[at][1], moment[2];
+    ${real} total = state->slope[at] * ${still_moment}, by_scale = 0.0, moment[2];
     int32_t i;
     for (i = 0; i < state->corners[at]; ++i) {
         unit_moment(smaller(scale * state->xi[at][i], FAR_OUT)${geometry}, moment);
         total += state->d[at][i] * moment[0];
         by_scale += state->d[at][i] * moment[1] * state->xi[at][i];
     }
-    torque[M_Z] = k * total;
+    torque[M_Z] = k * total${" + state->beside[at]" if effects};
     torque[BY_MU] = by_scale;
     torque[BY_STIFFNESS] = ${k} * (total - scale * by_scale);
 }
@@ -53,8 +41,9 @@ static void begin_kept(${name}_state_t *state, const ${real} *signals) {
 %% endif
     for (i = 0; i < ${window}; ++i) {
         state->slope[i] = 0.0;
-        state->lost[i][0] = ${"terms[TERM_TORQUE] / " ~ k if effects and angle_is_state else "0.0"};
-        state->lost[i][1] = 0.0;
+%% if effects
+        state->beside[i] = ${"terms[TERM_TORQUE]" if angle_is_state else "0.0"};
+%% endif
         state->corners[i] = 0;
 %% if angle_is_state
         state->angle[i] = 0.0;
@@ -80,9 +69,8 @@ static void follow_sample(${name}_state_t *state, int32_t at, const ${real} *sig
         state->angle[at] = signals[0];
     }
 %% endif
-    store_patch(state, at, scale);
+    store_patch(state, at);
 %% if effects
-    /* The torque beside the patch does not depend on mu. */
-    state->lost[at][0] += beside[0] / k;
+    state->beside[at] = beside[0];
 %% endif
 }
