@@ -98,17 +98,27 @@ def rolling(time: float) -> Fault:
     }  # fmt: skip
 
 
+def _after(before: Any, inputs: Any) -> Inputs:
+    """The inputs after angles [rad] that nobody recorded; they end at the first recorded one."""
+    psi = np.concatenate([before[:-1] - before[-1], inputs["psi"]])
+    drive = free_path(PERIOD * np.arange(psi.size), psi, load=400.0, rate=1 / PERIOD)
+    M_z = simulate_bristles(drive, inputs["tyre"], bristles=500).M_z
+    return {**inputs, "M_z": M_z[before.size - 1 :]}
+
+
 def twisted(turn: float) -> Fault:
-    """A patch that stood twisted at the first sample, after a turn [rad] that nobody recorded."""
+    """A patch that stood twisted at the first sample, after a turn [rad]."""
+    return lambda inputs, _: _after(np.linspace(0, turn, 200), inputs)
+
+
+def released(turn: float) -> Fault:
+    """A wheel that was turned so far [rad], then let go: it turned back until its torque was 0."""
 
     def fault(inputs: Any, _: Any) -> Inputs:
-        ahead = np.linspace(-turn, 0, 200)[:-1]
-        drive = free_path(
-            PERIOD * np.arange(199 + inputs["psi"].size), np.concatenate([ahead, inputs["psi"]]),
-            load=400.0, rate=1 / PERIOD,
-        )  # fmt: skip
-        M_z = simulate_bristles(drive, inputs["tyre"], bristles=500).M_z[199:]
-        return {**inputs, "M_z": M_z}
+        psi = np.concatenate([np.linspace(0, turn, 200), np.linspace(turn, -turn, 2000)])
+        drive = free_path(PERIOD * np.arange(psi.size), psi, load=400.0, rate=1 / PERIOD)
+        back = simulate_bristles(drive, inputs["tyre"], bristles=500).M_z[200:] * turn > 0
+        return _after(psi[: 201 + int(np.argmax(back))], inputs)
 
     return fault
 
@@ -147,7 +157,8 @@ FAULTS: dict[str, Fault] = {
     **{f"{n} × {f:g}": scaled(n, f) for n, f in product(("k", "a"), (0.8, 1.25))},
     "k × 0.5": scaled("k", 0.5), "k × 2": scaled("k", 2.0), "a × 0.95": scaled("a", 0.95),
     "a × 1.05": scaled("a", 1.05), "dry friction 0.5 N m": rubbing(0.5),
-    **{f"patch twisted by {turn:g} rad at the start": twisted(turn) for turn in (0.02, 0.1, 0.3)},
+    **{f"patch twisted by {turn:g} rad at the start": twisted(turn) for turn in (0.02, -0.02, 0.1, 0.3)},
+    **{f"wheel turned by {turn:g} rad, then let go": released(turn) for turn in (0.1, -0.1, 0.3, -0.3)},
     "torque noise 1 N m": noisy("M_z", 1.0), "psi noise 0.01 rad": noisy("psi", 0.01),
 }  # fmt: skip
 TOLERATED = {
