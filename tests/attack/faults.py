@@ -21,10 +21,10 @@ DISK_LINES = 3
 
 
 @cache
-def undisturbed(quick: bool) -> tuple[bytes, float]:
+def undisturbed(quick: bool, kind: type[Sandbox] = Sandbox) -> tuple[bytes, float]:
     """The result of a run without fault, and how long it took [s]."""
     with tempfile.TemporaryDirectory() as folder:
-        sandbox = Sandbox(Path(folder), quick)
+        sandbox = kind(Path(folder), quick)
         start = time.monotonic()
         ended = sandbox.run()
         if ended.status or sandbox.left() or not sandbox.result():
@@ -33,12 +33,15 @@ def undisturbed(quick: bool) -> tuple[bytes, float]:
 
 
 def attempt(
-    fault: Callable[[Sandbox, random.Random], str | None], number: int, quick: bool = False
+    fault: Callable[[Sandbox, random.Random], str | None],
+    number: int,
+    quick: bool = False,
+    kind: type[Sandbox] = Sandbox,
 ) -> str | None:
     """One fault and the same command again; a line on what went wrong."""
-    expected, _ = undisturbed(quick)
+    expected, _ = undisturbed(quick, kind)
     with tempfile.TemporaryDirectory() as folder:
-        sandbox = Sandbox(Path(folder), quick)
+        sandbox = kind(Path(folder), quick)
         wrong = fault(sandbox, random.Random(number)) or sandbox.nobody_left()
         if wrong is None:
             again = sandbox.run()
@@ -59,12 +62,15 @@ def ended_well(ended: Ended, statuses: tuple[int, ...] = ENDED_BY_FAULT, most: i
 
 
 def killed(by: signal.Signals, sandbox: Sandbox, chance: random.Random) -> str | None:
-    """The signal at any instant, half of the time while Python imports."""
+    """The signal at any instant, half of the time while Python imports; Ctrl-C to the whole group."""
     run = sandbox.start()
     sandbox.listens(run)
-    longest = chance.choice((2.0, undisturbed(sandbox.quick)[1]))
+    longest = chance.choice((2.0, undisturbed(sandbox.quick, type(sandbox))[1]))
     time.sleep(chance.uniform(0, longest))
-    run.send_signal(by)
+    if by == signal.SIGINT and run.poll() is None:
+        os.killpg(run.pid, by)
+    else:
+        run.send_signal(by)
     ended = sandbox.finish(run)
     return None if by == signal.SIGKILL else ended_well(ended, (*ENDED_BY_FAULT, -by), most=1)
 
@@ -72,7 +78,7 @@ def killed(by: signal.Signals, sandbox: Sandbox, chance: random.Random) -> str |
 def loses_a_worker(sandbox: Sandbox, chance: random.Random) -> str | None:
     """One of the processes of the search is killed at any instant."""
     run = sandbox.start()
-    end = time.monotonic() + chance.uniform(0.2, 0.9) * undisturbed(sandbox.quick)[1]
+    end = time.monotonic() + chance.uniform(0.2, 0.9) * undisturbed(sandbox.quick, type(sandbox))[1]
     while time.monotonic() < end and run.poll() is None:
         time.sleep(0.05)
     for pid in sandbox.processes():
@@ -123,7 +129,7 @@ def two_at_once(sandbox: Sandbox, chance: random.Random) -> str | None:
     ends = [first.wait(), sandbox.finish(second).status]
     if ends != [0, 0]:
         return f"two at once ended with {ends}"
-    return None if sandbox.result() == undisturbed(sandbox.quick)[0] else "two at once: another result"
+    return None if sandbox.result() == undisturbed(sandbox.quick, type(sandbox))[0] else "two at once: another result"
 
 
 def has_no_home(sandbox: Sandbox, chance: random.Random) -> str | None:

@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from time import monotonic
 
 from tests.attack import (
+    batches,
     command_lines,
     disks,
     faults,
@@ -28,7 +29,7 @@ from tests.attack.attack_class import Attack, Classes, Effort, Outcome
 
 MODULES = (
     *(fuzzing, properties, long_runs, generated_c),
-    *(command_lines, names, faults, disks, foreign),
+    *(command_lines, names, faults, disks, foreign, batches),
 )
 CLASSES: Classes = {name: attack for module in MODULES for name, attack in module.CLASSES.items()}
 """All classes in the order of the table."""
