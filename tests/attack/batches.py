@@ -1,4 +1,4 @@
-"""Batches over recordings of every format: killed, interrupted, two at once, over quota, off a cluster."""
+"""Batches over every format: killed, interrupted, two at once, over quota, without their cluster."""
 
 import ctypes.util
 import json

@@ -21,15 +21,17 @@ from tests.attack import (
     foreign,
     fuzzing,
     generated_c,
+    hosts,
     long_runs,
     names,
     properties,
+    tampered,
 )
 from tests.attack.attack_class import Attack, Classes, Effort, Outcome
 
 MODULES = (
     *(fuzzing, properties, long_runs, generated_c),
-    *(command_lines, names, faults, disks, foreign, batches),
+    *(command_lines, names, hosts, tampered, faults, disks, foreign, batches),
 )
 CLASSES: Classes = {name: attack for module in MODULES for name, attack in module.CLASSES.items()}
 """All classes in the order of the table."""

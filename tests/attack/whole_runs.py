@@ -18,6 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SMALL_RUN = Path(__file__).with_name("small_run.py")
 EVERY = 5
 """Of so many samples of the embedded recordings one is used."""
+SEARCH = ("diagnose", "train_a.csv", "--holdout", "holdout_c.csv", "--rig", "rig.toml")
 LONGEST = 600.0
 """No run takes longer [s]."""
 FILES = ("diagnosis.json", "model.json")
@@ -72,7 +73,7 @@ class Sandbox:
     @property
     def words(self) -> tuple[str, ...]:
         """The command line but for --out and --jobs."""
-        return ("diagnose", "train_a.csv", "--holdout", "holdout_c.csv", "--rig", "rig.toml")
+        return SEARCH
 
     def start(
         self,
