@@ -16,7 +16,8 @@ from pathlib import Path
 
 from identification import read_recording, read_rig
 from tests.attack.attack_class import Effort, Outcome, one_by_one
-from tests.attack.faults import ENDED_BY_FAULT, attempt, ended_well, killed, two_at_once
+from tests.attack.faults import ENDED_BY_FAULT, attempt, ended_well, two_at_once
+from tests.attack.faults import FAULTS as RUNS
 from tests.attack.whole_runs import ROOT, Sandbox
 from tests.attack.workplace import workplace
 from tests.identification.reading.logs import MAP, OWN_CLOCK, WRITERS, as_logged
@@ -163,8 +164,8 @@ def loses_its_scheduler(sandbox: Sandbox, chance: random.Random) -> str | None:
 
 
 FAULTS: dict[str, Callable[[Sandbox, random.Random], str | None]] = {
-    "batch_killed": partial(killed, signal.SIGKILL),
-    "batch_interrupted": partial(killed, signal.SIGINT),
+    "batch_killed": RUNS["run_killed"],
+    "batch_interrupted": RUNS["run_interrupted"],
     "batch_two_at_once": two_at_once,
     "batch_no_scheduler": loses_its_scheduler,
 }

@@ -2,7 +2,6 @@
 
 import os
 import random
-import resource
 import signal
 import tempfile
 import time
@@ -18,6 +17,14 @@ ENDED_BY_FAULT = (0, 1, 2, 130)
 
 DISK_LINES = 3
 """Of a run without room: that trials cannot be kept, where those before are, and the fault."""
+SIGNALS = {
+    "killed": "SIGKILL",
+    "terminated": "SIGTERM",
+    "interrupted": "SIGINT",
+    "hung_up": "SIGHUP",
+    "quit": "SIGQUIT",
+}
+"""What ends a run, by the name of the class."""
 
 
 @cache
@@ -97,6 +104,8 @@ def _command(pid: int) -> bytes:
 
 def files_are_small(sandbox: Sandbox, chance: random.Random) -> str | None:
     """No file may be longer than so many bytes: what is written is lost as on a full disk."""
+    import resource  # Not on Windows, where this file is imported all the same.
+
     size = chance.choice((0, 100, 3000, 20_000, 100_000, 500_000))
 
     def limit() -> None:
@@ -143,11 +152,11 @@ def has_no_home(sandbox: Sandbox, chance: random.Random) -> str | None:
 
 
 FAULTS: dict[str, Callable[[Sandbox, random.Random], str | None]] = {
-    "run_killed": partial(killed, signal.SIGKILL),
-    "run_terminated": partial(killed, signal.SIGTERM),
-    "run_interrupted": partial(killed, signal.SIGINT),
-    "run_hung_up": partial(killed, signal.SIGHUP),
-    "run_quit": partial(killed, signal.SIGQUIT),
+    **{
+        f"run_{name}": partial(killed, getattr(signal, by))
+        for name, by in SIGNALS.items()
+        if hasattr(signal, by)
+    },
     "run_loses_worker": loses_a_worker,
     "run_file_limit": files_are_small,
     "run_damaged_trials": keeps_damaged_trials,

@@ -1,7 +1,6 @@
 """The short form of the faults of whole runs."""
 
 import os
-import resource
 import subprocess
 import sys
 from functools import partial
@@ -43,6 +42,7 @@ def test_a_disk_that_takes_nothing(read_only: bool) -> None:
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_limit_of_file_size(command: str, tmp_path: Path) -> None:
     """As by `ulimit -f`; Python lets a write beyond it fail in place of ending the process."""
+    resource = pytest.importorskip("resource")
     place_inputs(tmp_path, "x.csv", "x.toml", "x.json")
     before = sorted(tmp_path.iterdir())
     words = [word.replace("{0}", "x") for word in COMMANDS[command]]
