@@ -16,6 +16,7 @@ from time import monotonic
 from tests.attack import (
     batches,
     command_lines,
+    contents,
     disks,
     faults,
     foreign,
@@ -26,11 +27,13 @@ from tests.attack import (
     names,
     properties,
     tampered,
+    temporary_folders,
+    threads,
 )
 from tests.attack.attack_class import Attack, Classes, Effort, Outcome
 
 MODULES = (
-    *(fuzzing, properties, long_runs, generated_c),
+    *(fuzzing, properties, long_runs, generated_c, contents, threads, temporary_folders),
     *(command_lines, names, hosts, tampered, faults, disks, foreign, batches),
 )
 CLASSES: Classes = {name: attack for module in MODULES for name, attack in module.CLASSES.items()}

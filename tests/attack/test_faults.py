@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.attack.batches import FAULTS as BATCHES
+from tests.attack.batches import Batch
 from tests.attack.disks import fault_of_disk, may_mount
 from tests.attack.faults import FAULTS, attempt
 from tests.attack.foreign import FAULTS as FOREIGN
@@ -31,6 +33,11 @@ def test_the_same_command_goes_on(name: str) -> None:
 @pytest.mark.parametrize("name", FOREIGN)
 def test_nothing_foreign_changes_the_result(name: str) -> None:
     assert attempt(FOREIGN[name], 1, quick=True) is None
+
+
+@pytest.mark.parametrize("name", ["batch_killed", "batch_no_scheduler"])
+def test_the_same_batch_again(name: str) -> None:
+    assert attempt(BATCHES[name], 1, kind=Batch) is None
 
 
 @pytest.mark.skipif(not may_mount(), reason="only root may mount")
