@@ -1,10 +1,14 @@
-"""Threads that read, compile and estimate at once, and processes that are forked amid them."""
+"""Threads that read, compile and estimate at once, and processes that are forked amid them.
+
+A fork while another thread builds or loads a model may leave a lock of CasADi held for ever in the
+child: threads compile in rounds without forks alone, and observers have taken their first step before.
+"""
 
 import os
 import signal
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from pathlib import Path
 from random import Random
@@ -89,7 +93,8 @@ def stages(chance: Random) -> str | None:
         return None if (folder / "x").is_file() else "a folder in use was removed"
 
 
-WORK: tuple[Callable[[Random], str | None], ...] = (reads, compiles, estimates, stages)
+Work = Callable[[Random], str | None]
+WORK: tuple[Work, ...] = (reads, compiles, estimates, stages)
 IN_CHILD = (reads_without_libraries, compiles, estimates, stages)
 
 
@@ -120,31 +125,34 @@ def _in_child(seed: int) -> str | None:
 
 
 def attack_threads(effort: Effort) -> Outcome:
-    """Rounds of four threads, each of which does everything at random, and of forks meanwhile."""
+    """Rounds of four threads: in turn everything at random, and all but compiling, with forks."""
     goes_on, failures, done = effort.rounds(), set[str](), [0]
     for path, signals in _whole_files():
         expected(path, signals)
-    observers()
+    for i in range(8):
+        estimates(Random(i))
 
-    def work(seed: int, end: float) -> None:
+    def work(seed: int, end: float, kinds: Sequence[Work]) -> None:
         chance = Random(seed)
         while time.monotonic() < end:
             try:
-                fault = chance.choice(WORK)(chance)
+                fault = chance.choice(kinds)(chance)
             except Exception as error:
                 fault = f"{type(error).__name__}: {error}"
             done[0] += 1
             if fault:
                 failures.add(fault)
 
+    forks = True
     while goes_on(done[0]) and len(failures) < 5:
-        end = time.monotonic() + SECONDS
+        forks, end = not forks, time.monotonic() + SECONDS
+        kinds = [one for one in WORK if not (forks and one is compiles)]
         threads = [
-            threading.Thread(target=work, args=(effort.seed + done[0] + i, end)) for i in range(4)
+            threading.Thread(target=work, args=(effort.seed + done[0] + i, end, kinds)) for i in range(4)
         ]
         for thread in threads:
             thread.start()
-        while time.monotonic() < end and len(failures) < 5:
+        while forks and time.monotonic() < end and len(failures) < 5:
             if fault := _in_child(effort.seed + done[0]):
                 failures.add(fault)
             done[0] += len(IN_CHILD)
