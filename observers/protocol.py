@@ -1,5 +1,6 @@
 """Interface of every observer of the friction coefficient: pure functions, the state is passed."""
 
+import reprlib
 from collections.abc import Mapping
 from dataclasses import astuple, dataclass, replace
 from enum import IntFlag
@@ -38,7 +39,7 @@ class Sample:
         M: steering torque, of the hand or motor on the wheel [N m], where that is measured.
 
     Raises:
-        InvalidInputError: dt is not greater than 0 and at most an hour.
+        InvalidInputError: dt is not greater than 0 and at most an hour, or a value is no number.
     """
 
     psi: float
@@ -49,7 +50,11 @@ class Sample:
     M: float = float("nan")
 
     def __post_init__(self) -> None:
-        """Check the one number that must be there."""
+        """Check that all are numbers, and the one that must be there."""
+        for name in SAMPLE:
+            # Of other types some become a number here; a control loop gives floats.
+            if type(value := getattr(self, name)) is not float:
+                object.__setattr__(self, name, _number(name, value))
         if not 0 < self.dt <= LONGEST_STEP:
             raise InvalidInputError(
                 f"a sample needs dt > 0 s and at most {LONGEST_STEP:g} s, got dt = {self.dt}"
@@ -59,6 +64,19 @@ class Sample:
     def numbers(self) -> tuple[float, ...]:
         """All numbers in the order of `SAMPLE`."""
         return astuple(self)
+
+
+def _number(name: str, value: Any) -> float:
+    """A value of another type as a float; a truth value, too, and an array without dimension."""
+    try:
+        if isinstance(value, str | bytes) or np.ndim(value) or np.iscomplexobj(value):
+            raise TypeError
+        return float(value)
+    except (TypeError, ValueError, OverflowError):
+        raise InvalidInputError(
+            f"a sample needs one number for {name}, NaN where it is missing, got"
+            f" {type(value).__name__} {reprlib.repr(value)}"
+        ) from None
 
 
 class Status(IntFlag):

@@ -7,7 +7,10 @@ A test marked `long` is a campaign at full size; a smaller one beside it belongs
 test with many cases the quick tier takes `MOST_CASES`, spread evenly; the others count as long.
 """
 
+import inspect
 import os
+import re
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -35,9 +38,19 @@ MOST_CASES = 8
 ROOT = Path(__file__).resolve().parent.parent
 
 
+NOT_ON_WINDOWS = re.compile(
+    r"#!/bin/sh|/dev/|/proc|preexec_fn|symlink_to|\.chmod\(|import resource|command_lines|map\(attempt"
+    r"|os\.(fork|mkfifo|umask|kill|geteuid)|signal\.SIG(ALRM|HUP|INT|KILL|TERM)|resource\."
+)
+"""What a test cannot do there; such a test is skipped."""
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Leaves all but some cases of a wide test to the long tier."""
+    """Leaves all but some cases of a wide test to the long tier, and on Windows what that lacks."""
+    for item in items if sys.platform == "win32" else ():
+        if isinstance(item, pytest.Function) and NOT_ON_WINDOWS.search(inspect.getsource(item.function)):
+            item.add_marker(pytest.mark.skip(reason="calls what Windows lacks"))
     cases: dict[str, list[pytest.Item]] = {}
     for item in items:
         if item.get_closest_marker("long") is None:

@@ -4,7 +4,6 @@ import platform
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from html import escape
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ import numpy as np
 from brushgrip.comparison.cases import SETTLED
 from brushgrip.comparison.scores import PUBLISHED, CaseScores, MethodSummary
 from brushgrip.outputs.console import print_table, print_text
+from symbolic.compilation.system import processor
 
 NOTE = (
     "RMSE of the effective friction μ_eff (μ on the declared model) against the declared μ, from"
@@ -92,7 +92,10 @@ def comparison_dict(results: Sequence[CaseScores], rows: Sequence[MethodSummary]
     """
     return {
         "settled": SETTLED,
-        "machine": {"processor": processor(), "python": platform.python_version()},
+        "machine": {
+            "processor": processor("model name") or platform.processor() or platform.machine(),
+            "python": platform.python_version(),
+        },
         "published": [asdict(row) for row in PUBLISHED],
         "methods": [asdict(row) for row in rows],
         "recordings": [
@@ -116,18 +119,6 @@ def comparison_dict(results: Sequence[CaseScores], rows: Sequence[MethodSummary]
             for result in results
         ],
     }
-
-
-def processor() -> str:
-    """Name of the processor that the times were measured on."""
-    try:
-        text = Path("/proc/cpuinfo").read_text(encoding="utf-8")
-    except OSError:
-        text = ""
-    names = [
-        line.partition(":")[2].strip() for line in text.splitlines() if line.startswith("model name")
-    ]
-    return names[0] if names else platform.processor() or platform.machine()
 
 
 def _markdown(table: TextTable) -> str:

@@ -97,17 +97,19 @@ def require_own_folder(document: Path, made: Provenance, *, force: bool) -> tupl
     try:
         if not document.is_file() or document.stat().st_size > _LARGEST:
             return ()
-        there = json.loads(document.read_text("utf-8")).get(KEY) or {}
-    except (OSError, ValueError, AttributeError, RecursionError):
+        there = json.loads(document.read_text("utf-8"))[KEY]
+    except (OSError, ValueError, LookupError, TypeError, RecursionError):
         there = {}
+    there = there if isinstance(there, dict) else {}
     plain = json.loads(json.dumps(made))
     if not force and any(there.get(key) != plain[key] for key in _SAME):
         when = f" of {there['time_utc']}" if isinstance(there.get("time_utc"), str) else ""
         raise InvalidInputError(
             f"{document.parent}: holds another run{when}; name another folder, or --force replaces it"
         )
-    names = there.get("files", [])
-    return tuple(n for n in names if isinstance(n, str) and Path(n).name == n and n not in ("", ".."))
+    names = there.get("files")
+    plain_names = (n for n in names if isinstance(n, str)) if isinstance(names, list) else ()
+    return tuple(n for n in plain_names if Path(n).name == n and n not in ("", "..") and n.isprintable())
 
 
 def other_rig(rig: Rig, model: Path | None) -> str:

@@ -1,6 +1,7 @@
 """Standard output and standard error on any terminal: other encodings, a full disk, a closed pipe."""
 
 import codecs
+import errno
 import os
 import sys
 import unicodedata
@@ -53,5 +54,8 @@ def fault_of_output() -> str | None:
     except OSError as error:
         # Else the interpreter tries once more at its end, and says so in a traceback.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return "" if isinstance(error, BrokenPipeError) else str(error.strerror or error)
+        # On Windows a closed pipe is an invalid argument.
+        closed_there = sys.platform == "win32" and error.errno == errno.EINVAL
+        is_closed = isinstance(error, BrokenPipeError) or closed_there
+        return "" if is_closed else str(error.strerror or error)
     return None

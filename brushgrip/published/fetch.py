@@ -1,10 +1,13 @@
 """The published measurements, downloaded or copied; every file is checked against its digest."""
 
+import errno
+import io
 import os
 import shutil
 from collections.abc import Callable
 from importlib.resources import files
 from pathlib import Path
+from typing import Any
 
 import pooch
 
@@ -17,7 +20,16 @@ REGISTRY = files("brushgrip.published").joinpath("published.txt")
 
 _SIMULATIONS_BESIDE = "thesis_simulation"
 RETRIES = 2
+LARGEST = 20_000_000
+"""Bytes that no published file has; a host that delivers more is not heard out."""
 TIMEOUT = 30.0
+
+
+class _Bounded(io.FileIO):
+    def write(self, content: Any) -> int:
+        if self.tell() + len(content) > LARGEST:
+            raise OSError(errno.EFBIG, os.strerror(errno.EFBIG))
+        return super().write(content)
 
 
 class FetchError(BrushgripError):
@@ -96,7 +108,7 @@ def _download(published: pooch.Pooch, names: list[str], say: Callable[[str], Non
         say(f"{number}/{len(names)} {name}")
         url = published.get_url(name)
         try:
-            published.fetch(name, downloader=pooch.HTTPDownloader(timeout=TIMEOUT))
+            published.fetch(name, downloader=deliver)
         except ValueError:
             raise FetchError(
                 f"{name}: what {url} delivers has not the published digest "
@@ -107,6 +119,12 @@ def _download(published: pooch.Pooch, names: list[str], say: Callable[[str], Non
                 f"{name}: cannot be downloaded from {url} ({type(error).__name__}); try "
                 f"again, or set {LOCAL_COPY} to a folder that holds the files"
             ) from None
+
+
+def deliver(url: str, place: str, published: pooch.Pooch) -> None:
+    """What pooch downloads with: like its own, but no more than `LARGEST`."""
+    with _Bounded(place, "w") as file:
+        pooch.HTTPDownloader(timeout=TIMEOUT)(url, file, published)
 
 
 def _is_whole(published: pooch.Pooch, path: Path) -> bool:

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from brushgrip.inputs.recordings import LOCAL_COPY, download_folder
 from brushgrip.outputs.atomic import staged_directory
-from brushgrip.published.fetch import RETRIES, TIMEOUT, FetchError
+from brushgrip.published.fetch import RETRIES, FetchError, deliver
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
@@ -97,9 +97,10 @@ def _is_whole(path: Path, digest: str) -> bool:
 
 def _loaded(path: Path) -> dict[str, Array]:
     try:
-        with np.load(path) as arrays:
-            return {name: arrays[name] for name in CHANNELS}
-    except (OSError, ValueError, KeyError) as error:
+        # Opened here: numpy leaves open what it cannot read.
+        with path.open("rb") as file, np.load(file) as arrays:
+            return {name: np.asarray(arrays[name], dtype=float) for name in CHANNELS}
+    except Exception as error:  # a damaged archive may raise anything
         raise InvalidInputError(f"{path}: is no run of the friction damper ({error})") from None
 
 
@@ -117,13 +118,13 @@ def _downloaded(address: str, name: str) -> dict[str, Array]:
     """The channels of a run: of an earthquake columns of one array, of a harmonic run one array each."""
     kind, run = name.split("_")
     if kind == "earthquake":
-        table = _array(f"{address}/validation/{run}.npy")
+        table = _array(f"{address}/validation/{run}.npy", len(CHANNELS))
         return dict(zip(CHANNELS, table.T, strict=True))
-    channels = {c: _array(f"{address}/{c}/test{int(run)}.npy").ravel() for c in CHANNELS[1:]}
+    channels = {c: _array(f"{address}/{c}/test{int(run)}.npy", 1).ravel() for c in CHANNELS[1:]}
     return {"t": np.arange(channels["F"].size) / _RATE} | channels
 
 
-def _array(url: str) -> Array:
+def _array(url: str, columns: int) -> Array:
     pooch.get_logger().setLevel("ERROR")
     try:
         with TemporaryDirectory() as folder:
@@ -134,10 +135,10 @@ def _array(url: str) -> Array:
                 registry={"part.npy": None},
                 urls={"part.npy": quote(url, safe=":/")},
                 retry_if_failed=RETRIES,
-            ).fetch("part.npy", downloader=pooch.HTTPDownloader(timeout=TIMEOUT))
-            array: Array = np.load(path, allow_pickle=False)
-            return array
-    except (OSError, ValueError) as error:
+            ).fetch("part.npy", downloader=deliver)
+            array = np.asarray(np.load(path, allow_pickle=False), dtype=float)
+            return array.reshape(-1, columns)
+    except Exception as error:  # neither a host nor a damaged array keeps to some kinds of error
         raise FetchError(
             f"{url}: cannot be downloaded ({type(error).__name__}); try again, or set {LOCAL_COPY} to a"
             " folder that holds the runs"

@@ -3,7 +3,6 @@
 import csv
 import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,7 +26,7 @@ from brushgrip.pictures import draw_friction
 from brushgrip.running.cluster import executor_at
 from brushgrip.wording.formatting import csv_text, estimates_summary
 from identification import Recording, read_rig
-from identification.selection.trial_runner import Submit, workers
+from identification.selection.trial_runner import Submit, completed, workers
 from observers import ESTIMATE, Estimates, Status
 from symbolic import BrushgripError, InvalidInputError
 
@@ -146,7 +145,7 @@ def estimate_all(
     """What became of each task, in their order; the fault of one does not keep the others."""
     futures = {submit(estimate_one, task): i for i, task in enumerate(tasks)}
     outcomes: dict[int, EstimateOutcome] = {}
-    for future in as_completed(futures):
+    for future in completed(futures):
         outcomes[futures[future]] = future.result()
         if len(outcomes) < len(tasks):
             report("estimating friction", len(outcomes), len(tasks))

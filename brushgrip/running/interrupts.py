@@ -31,6 +31,7 @@ class Interruptions:
             "SIGINT": signal.default_int_handler,
             "SIGTERM": signal.SIG_DFL,
             "SIGHUP": signal.SIG_DFL,
+            "SIGBREAK": signal.SIG_DFL,
         }
         for name, handler in usual.items():
             number = getattr(signal, name, None)

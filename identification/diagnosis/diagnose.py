@@ -22,7 +22,13 @@ from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteri
 from identification.selection.journal import Journal
 from identification.selection.search_step import SearchStep
 from identification.selection.stepwise_search import Progress, Search, silent
-from identification.selection.trial_runner import Effects, TrialRunner, jobs_of, workers
+from identification.selection.trial_runner import (
+    Effects,
+    TrialRunner,
+    jobs_of,
+    results_of,
+    workers,
+)
 from identification.selection.trials import RANKING
 from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named
 
@@ -129,4 +135,4 @@ def _proposals(
         effects: runner.submit(propose, found, rival, runner.thinned_training, criteria)
         for (effects, _), found, rival in zip(starts[::2], fits[::2], fits[1::2], strict=True)
     }
-    return {effects: future.result() for effects, future in futures.items()}
+    return results_of(futures)

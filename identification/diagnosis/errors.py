@@ -19,7 +19,7 @@ from identification.fits.problem import torque_range
 from identification.fits.values import Values, initial_guess
 from identification.reading.recordings import Recording
 from identification.residuals.model_error import model_error
-from identification.selection.trial_runner import Submit
+from identification.selection.trial_runner import Submit, results_of
 from identification.selection.trials import RANKING, Trial, fit_own_parameters, model_of, thin
 from symbolic import TOLERATED, ModelError
 
@@ -133,7 +133,7 @@ def left_out_residuals(
         left.name: submit(_left_out, trial, [r for n, r in thinned.items() if n != left.name], left)
         for left in recordings
     }
-    return {name: future.result() for name, future in futures.items()}
+    return results_of(futures)
 
 
 def _left_out(trial: Trial, others: Sequence[Recording], left: Recording) -> Array:

@@ -3,13 +3,13 @@
 import os
 import pickle
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import BrokenExecutor, CancelledError, Executor, Future, as_completed
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Executor, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from identification.fits.loss import Loss
 from identification.fits.values import Values
@@ -22,6 +22,9 @@ from symbolic import BrushgripError, Effect, InvalidInputError
 Effects = tuple[Effect, ...]
 Submit = Callable[..., Future[Any]]
 """Takes a function and its arguments, returns the future of its result."""
+Key = TypeVar("Key")
+_BETWEEN_WAITS = 0.5
+"""Time for which a wait is not looked up from [s]."""
 THREADS = ("OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "OMP_NUM_THREADS")
 """What the libraries of linear algebra read once, when they are loaded."""
 
@@ -97,7 +100,7 @@ class TrialRunner:
         }
         done = len(tasks) - len(futures)
         report(done)
-        for future in as_completed(futures):
+        for future in completed(futures):
             i, done = futures[future], done + 1
             trials[i] = self._note(tasks[i], future.result())
             report(done)
@@ -141,6 +144,21 @@ def values_for(present: Trial, effects: Sequence[Effect]) -> Values:
         grounds={name: of_the_set(ground) for name, ground in values.grounds.items()},
         rig={} if lengths_changed else values.rig,
     )
+
+
+def completed(futures: Iterable[Future[Any]]) -> Iterator[Future[Any]]:
+    """Futures in the order in which they are done. On Windows Ctrl-C is heard between waits alone."""
+    pending = set(futures)
+    while pending:
+        done, pending = wait(pending, _BETWEEN_WAITS, FIRST_COMPLETED)
+        yield from done
+
+
+def results_of(futures: Mapping[Key, Future[Any]]) -> dict[Key, Any]:
+    """The result of each future; the first fault is raised at once."""
+    for future in completed(futures.values()):
+        future.result()
+    return {key: future.result() for key, future in futures.items()}
 
 
 def jobs_of(jobs: int | None) -> int:

@@ -12,14 +12,15 @@ import signal
 import threading
 import time
 import traceback
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import contextmanager, suppress
+from contextlib import suppress
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import Connection
 from typing import Any
 
 from symbolic import BrushgripError
+from symbolic.compilation.system import deaf_children, interrupt_main_thread
 
 GRACE = 3.0
 """Time that a process has to clean up before it is killed [s]."""
@@ -101,7 +102,7 @@ class _Worker:
         context = get_context("spawn")
         self.connection, other = context.Pipe()
         self.process = context.Process(target=_serve, args=(other,), daemon=True)
-        with _without_interruptions():
+        with deaf_children():
             self.process.start()
         # From here on only the process holds the other end, and its end shows.
         other.close()
@@ -135,19 +136,6 @@ class _Worker:
         return f"signal {-code}" if code < 0 else f"exit status {code}"
 
 
-@contextmanager
-def _without_interruptions() -> Iterator[None]:
-    """Processes started within ignore Ctrl-C; only the first process acts on it."""
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
 def _serve(connection: Connection) -> None:
     """Answer requests until the other end of the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
@@ -168,8 +156,7 @@ def _end_with_parent() -> None:
     if parent is None:
         return
     parent.join()
-    if hasattr(signal, "pthread_kill"):
-        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGTERM)
+    if interrupt_main_thread():
         time.sleep(GRACE)
     os._exit(1)
 

@@ -16,6 +16,8 @@ from observers.estimates import Estimates
 from observers.interfaces.run import as_estimates
 from observers.protocol import ESTIMATE, FunctionObserver
 from symbolic import InvalidInputError, compiler
+from symbolic.compilation.system import LIBRARY_SUFFIX
+from symbolic.compilation.toolchain import library_line, run_compiler
 
 Array = NDArray[np.float64]
 COMPILER_FLAGS = ("-std=c99", "-O2", "-fno-math-errno", "-fPIC", "-shared", "-I.")
@@ -71,13 +73,14 @@ def compile_native(observer: FunctionObserver, real: Real = SINGLE) -> NativeObs
     if command is None:
         raise InvalidInputError("no C compiler was found; set CC, or put cc on the path")
     terms = {"name": _NAME, "real": real.c_type, "torque": observer.channel, "estimate": ESTIMATE}
-    with tempfile.TemporaryDirectory() as scratch:
+    # What is loaded stays on Windows.
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as scratch:
         folder = Path(scratch)
         generate(observer, folder, real, name=_NAME)
         (folder / "run.c").write_text(render("run.c", terms), encoding="utf-8")
-        arguments = [command, *COMPILER_FLAGS, f"{_NAME}.c", "run.c", "-o", "native.so", "-lm"]
+        library = f"{_NAME}{LIBRARY_SUFFIX}"
         try:
-            subprocess.run(arguments, cwd=folder, check=True, capture_output=True, timeout=300)
-            return NativeObserver(real=real, library=ctypes.CDLL(str(folder / "native.so")))
+            run_compiler(library_line(command, [f"{_NAME}.c", "run.c"], library, COMPILER_FLAGS), folder)
+            return NativeObserver(real=real, library=ctypes.CDLL(str(folder / library)))
         except (OSError, subprocess.SubprocessError) as error:
             raise InvalidInputError(f"the generated C was not compiled by {command}: {error}") from None

@@ -4,6 +4,7 @@ They are those of the model, the rig and the tuning, in physical units, as `valu
 have them. C checks a block as these classes do, and fills the vector of constants from it.
 """
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from math import inf, isfinite
@@ -105,7 +106,8 @@ def run_time_parameters(observer: FunctionObserver, tunable: Tunable) -> tuple[R
     """The parameters of an observer that C takes at run time.
 
     Raises:
-        InvalidInputError: the observer is no `Ekf` and no `Mhe`, or has no model and tuning as these do.
+        InvalidInputError: the observer is no `Ekf` and no `Mhe`, or has no model and tuning as these do;
+            a name of an effect cannot be one in C, or two parameters have the same.
     """
     if not isinstance(observer, ModelObserver):
         raise InvalidInputError(
@@ -113,7 +115,16 @@ def run_time_parameters(observer: FunctionObserver, tunable: Tunable) -> tuple[R
             f" {type(observer).__name__}; generate its code without them"
         )
     tuning = _of_tuning(observer)
-    return (*_of_model(observer), *_of_rig(observer), *tuning) if tunable == "all" else tuple(tuning)
+    if tunable != "all":
+        return tuple(tuning)
+    found = (*_of_model(observer), *_of_rig(observer), *tuning)
+    names = Counter(parameter.field for parameter in found)
+    if bad := [name for name, count in names.items() if count > 1 or not name.isascii()]:
+        raise InvalidInputError(
+            f"parameters at run time need names of their own in ASCII, EFFECT_PARAMETER, got {bad[0]!r};"
+            " choose another name for the effect"
+        )
+    return found
 
 
 def _of_model(observer: ModelObserver) -> list[RunTimeParameter]:
@@ -189,7 +200,7 @@ def calibration_terms(parameters: Sequence[RunTimeParameter], real: Real) -> dic
     ranges = [
         {
             "field": p.field, "unit": p.unit, "offset": i * real.size, "about": f"{p.about}: {p.range}",
-            "least": _least(p, real), "most": min(p.upper, most),
+            "least": _least(p, real), "most": max(min(p.upper, most), -most),
         }
         for i, p in enumerate(parameters)
     ]  # fmt: skip
@@ -202,7 +213,7 @@ def _least(parameter: RunTimeParameter, real: Real) -> float:
     """The least value that is allowed, which a calibration tool may offer."""
     if parameter.is_open and parameter.lower == 0:
         return float(np.finfo(real.dtype).tiny)
-    return max(parameter.lower, -real.greatest)
+    return min(max(parameter.lower, -real.greatest), real.greatest)
 
 
 def parameter_terms(

@@ -183,18 +183,19 @@ class CasadiObserver:
         )
 
     def step(self, state: ObserverState, sample: Sample) -> ObserverState:
-        """The state after one more sample; the state given is not changed."""
-        size = self._parts.size
-        if state.values.size != size:
-            raise InvalidInputError(
-                f"the state has {state.values.size} numbers, this observer's has {size};"
-                " it belongs to another observer"
-            )
-        return ObserverState(self._step(state.values, sample), state.layout)
+        """The state after one more sample; the state given is not changed.
+
+        Raises:
+            InvalidInputError: the state is that of another observer, or NaN.
+        """
+        return ObserverState(self._step(self._own(state), sample), self._parts)
 
     def estimate(self, state: ObserverState) -> Estimate:
-        """The estimate of a state."""
-        mu, std, predicted, mu_eff, mu_eff_std, M_slide, nis, status = state["output"].tolist()
+        """The estimate of a state; errors as of `step`."""
+        output = self._own(state)[self._parts.places["output"][0]]
+        mu, std, predicted, mu_eff, mu_eff_std, M_slide, nis, status = output.tolist()
+        if mu != mu or status != status:
+            raise InvalidInputError("state has NaN in its output; begin anew with init")
         return Estimate(
             mu=mu, mu_std=std, M_z_predicted=predicted,
             informed=std < self.informed_below * mu and not int(status) & UNINFORMED,
@@ -230,6 +231,35 @@ class CasadiObserver:
     def _parts(self) -> Layout:
         evidence = (("evidence", EVIDENCE.size, 1),) if self.is_checked else ()
         return Layout((*self.layout.fields, ("screen", SCREEN.size, 1), *evidence))
+
+    def _own(self, state: ObserverState) -> Array:
+        """The numbers of a state, where it is one of this observer."""
+        if not isinstance(state, ObserverState):
+            raise InvalidInputError(
+                f"state must be what init or step returned, got {type(state).__name__}"
+            )
+        values, parts = state.values, self._parts
+        if (state.layout is not parts and state.layout != parts) or values.shape != (parts.size,):
+            raise InvalidInputError(
+                f"state has {values.size} numbers, this observer's has {parts.size}, or others;"
+                " it belongs to another observer"
+            )
+        for at in self._filled:
+            # The quickest test for a NaN.
+            if not values[at].dot(values[at]) >= 0:
+                raise InvalidInputError("state has NaN; begin anew with init")
+        return values
+
+    @cached_property
+    def _filled(self) -> list[slice]:
+        """Where a state is never NaN, as far as it has these parts; neighbours in one slice."""
+        filled: list[slice] = []
+        for at in (
+            self._parts.places[n][0] for n in ("memory", "x", "factor") if n in self._parts.places
+        ):
+            joins = bool(filled) and filled[-1].stop == at.start
+            filled.append(slice(filled.pop().start if joins else at.start, at.stop))
+        return filled
 
     @cached_property
     def _step(self) -> CompiledStep:

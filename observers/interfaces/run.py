@@ -73,8 +73,9 @@ def arrange(
     Returns:
         Samples, one a column with rows in the order of `SAMPLE`, shape (6, n), and the index.
     """
-    t, psi, F_N = (np.asarray(channel, dtype=float) for channel in (t, psi, F_N))
-    M_z, psi_dot, M = (None if c is None else np.asarray(c, dtype=float) for c in (M_z, psi_dot, M))
+    t, psi, F_N = (_numbers(n, c) for n, c in (("t", t), ("psi", psi), ("F_N", F_N)))
+    optional = (("M_z", M_z), ("psi_dot", psi_dot), ("M", M))
+    M_z, psi_dot, M = (None if c is None else _numbers(n, c) for n, c in optional)
     F_N = np.full(t.shape, F_N) if F_N.ndim == 0 else F_N
     _check(t, {"psi": psi, "F_N": F_N, "M_z": M_z, "psi_dot": psi_dot, "M": M})
     torque = M if observer.channel == "M" else M_z
@@ -109,6 +110,15 @@ def as_estimates(t: Array, rows: Array) -> Estimates:
         usable=usable == 1,
         status=np.where(np.isfinite(status), status, int(Status.MISSING)).astype(int),
     )
+
+
+def _numbers(name: str, channel: Array) -> Array:
+    try:
+        if np.iscomplexobj(channel):
+            raise TypeError
+        return np.asarray(channel, dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        raise InvalidInputError(f"{name} must hold numbers, NaN where one is missing") from None
 
 
 def _check(t: Array, channels: Mapping[str, Array | None]) -> None:

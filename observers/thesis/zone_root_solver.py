@@ -111,8 +111,12 @@ class ZoneRootSolver:
         return ZoneRootState(rest=first.psi, raw=self.mu, mu=self.mu)
 
     def step(self, state: ZoneRootState, sample: Sample) -> ZoneRootState:
-        """The state after one more sample; it keeps the estimate if angle, load or torque is missing."""
-        state = self._turn(state, sample)
+        """The state after one more sample; it keeps the estimate if angle, load or torque is missing.
+
+        Raises:
+            InvalidInputError: the state is that of another observer, or NaN.
+        """
+        state = self._turn(_own(state), sample)
         if not (isfinite(state.rest) and isfinite(state.F_N)):
             return replace(state, M_z_predicted=nan, solved=False)
         torque = curve(branch(state.zones, state.psi), state.F_N, self.k, self.rig)
@@ -139,8 +143,9 @@ class ZoneRootSolver:
         of information.
         `informed` is an addition, and lenient: once a root was found while the patch slid noticeably it
         stays True, through full stick and through samples without a root. `ZoneRootState.solved` tells
-        those.
+        those. Errors are those of `step`.
         """
+        state = _own(state)
         return Estimate(
             mu=state.mu,
             mu_std=nan,
@@ -166,6 +171,14 @@ class ZoneRootSolver:
         else:
             status |= Status.HELD
         return replace(state, rest=rest, psi=psi, F_N=F_N, zones=zones, status=status)
+
+
+def _own(state: ZoneRootState) -> ZoneRootState:
+    if not isinstance(state, ZoneRootState):
+        raise InvalidInputError(f"state must be what init or step returned, got {type(state).__name__}")
+    if not (state.mu > 0 and state.raw > 0):
+        raise InvalidInputError("state has NaN in mu; begin anew with init")
+    return state
 
 
 def nearest(

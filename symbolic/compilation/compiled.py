@@ -6,12 +6,9 @@ import hashlib
 import logging
 import os
 import platform
-import shutil
-import signal
 import subprocess
 import tempfile
 from collections.abc import Callable
-from contextlib import suppress
 from functools import cache, partial
 from pathlib import Path
 from typing import TypeVar
@@ -19,7 +16,9 @@ from typing import TypeVar
 import casadi as ca
 
 from symbolic.compilation.library_cache import distrust, private_cache, replacement_cache
+from symbolic.compilation.system import LIBRARY_SUFFIX, processor
 from symbolic.compilation.temporary_folder import temporary_folder
+from symbolic.compilation.toolchain import found_compiler, library_line, run_compiler
 from symbolic.errors import one_line
 
 _LOG = logging.getLogger(__name__)
@@ -27,7 +26,7 @@ Loaded = TypeVar("Loaded")
 FLAGS = (
     "-O2",
     "-ftree-vectorize",
-    "-march=native",
+    "-mcpu=native" if platform.machine() in ("arm64", "aarch64") else "-march=native",
     "-fno-math-errno",
     "-fno-trapping-math",
     "-fPIC",
@@ -60,10 +59,10 @@ _WARNED: set[str] = set()
 
 @cache
 def compiler() -> str | None:
-    """The C compiler in use, `CC` or cc; None where there is none or `BRUSHGRIP_INTERPRET` is set."""
+    """The C compiler in use, see `found_compiler`; None where `BRUSHGRIP_INTERPRET` is set, too."""
     if os.environ.get("BRUSHGRIP_INTERPRET"):
         return None
-    return shutil.which(os.environ.get("CC", "cc"))
+    return found_compiler(os.environ)
 
 
 def compiled(function: ca.Function, *, vectorised: bool = False) -> ca.Function:
@@ -110,10 +109,10 @@ def _warn_once(command: str, line: str) -> None:
 def _accepts(command: str, flags: tuple[str, ...]) -> bool:
     """Whether the compiler takes these flags beside the usual ones, tried on a program of one line."""
     with tempfile.TemporaryDirectory() as scratch:
-        source = Path(scratch) / "try.c"
-        source.write_text("int one(void) { return 1; }\n")
+        (Path(scratch) / "try.c").write_text("int one(void) { return 1; }\n", "utf-8")
         try:
-            _run([command, str(source), *FLAGS, *flags, "-o", str(source.with_suffix(".so"))])
+            line = library_line(command, ["try.c"], f"try{LIBRARY_SUFFIX}", (*FLAGS, *flags))
+            run_compiler(line, Path(scratch))
         except (OSError, subprocess.SubprocessError):
             return False
     return True
@@ -122,11 +121,7 @@ def _accepts(command: str, flags: tuple[str, ...]) -> bool:
 @cache
 def _processor() -> str:
     """What -march=native stands for here, so that a cache shared by machines stays right."""
-    try:
-        text = Path("/proc/cpuinfo").read_text()
-    except OSError:
-        return " ".join(platform.uname())
-    return next((line for line in text.splitlines() if line.startswith("flags")), text)
+    return processor("flags") or processor("Features") or " ".join(platform.uname())
 
 
 def compiled_source(name: str, source: str) -> ctypes.CDLL | None:
@@ -156,7 +151,7 @@ def _library(
     """Load a library of the cache; build it first where the cache has none that loads."""
     text = "\0".join((source, command, _processor(), *flags)).encode()
     folder, stem = private_cache(), f"{name}_{_digest(text)}"
-    for library in folder.glob(f"{stem}_*.so"):
+    for library in folder.glob(f"{stem}_*{LIBRARY_SUFFIX}"):
         if _is_sound(library):
             try:
                 return load(str(library))
@@ -180,35 +175,21 @@ def _library(
 def _built(source: str, command: str, flags: tuple[str, ...], stem: Path) -> Path:
     """Build a library, which appears in the cache whole or not at all."""
     with temporary_folder(stem.parent) as scratch:
-        c_file, built = scratch / "function.c", scratch / "function.so"
-        c_file.write_text(source)
-        _run([command, str(c_file), *flags, "-o", str(built), "-lm"])
+        (scratch / "function.c").write_text(source, "utf-8")
+        built = scratch / f"function{LIBRARY_SUFFIX}"
+        run_compiler(library_line(command, ["function.c"], built.name, flags), scratch)
         built.chmod(0o700)
         with built.open("rb+") as content:
             digest = _digest(stem.name.encode() + content.read())
             os.fsync(content.fileno())
-        return built.replace(f"{stem}_{digest}.so")
-
-
-def _run(line: list[str]) -> None:
-    """Run a compiler on the source that is named first; an interrupt ends all that it has started."""
-    environment = {**os.environ, "TMPDIR": str(Path(line[1]).parent)}
-    silent = subprocess.DEVNULL
-    # A session of its own: the processes that it starts are in one group, which can be killed whole.
-    with subprocess.Popen(
-        line, stdout=silent, stderr=silent, env=environment, start_new_session=True
-    ) as running:
+        final = stem.with_name(f"{stem.name}_{digest}{LIBRARY_SUFFIX}")
         try:
-            status = running.wait(timeout=300)
-        except BaseException:
-            if hasattr(os, "killpg"):
-                with suppress(ProcessLookupError):
-                    os.killpg(running.pid, signal.SIGKILL)
-            running.kill()
-            running.wait()
-            raise
-    if status:
-        raise subprocess.CalledProcessError(status, line[0])
+            return built.replace(final)
+        except PermissionError:
+            # On Windows nobody replaces what another process has loaded; it is the same.
+            if not _is_sound(final):
+                raise
+            return final
 
 
 def _is_sound(library: Path) -> bool:

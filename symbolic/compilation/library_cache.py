@@ -9,10 +9,11 @@ import stat
 import tempfile
 from pathlib import Path
 
+from symbolic.compilation.system import LIBRARY_SUFFIX, own_id
 from symbolic.compilation.temporary_folder import claim_folder
 
 _LOG = logging.getLogger(__name__)
-LIBRARY = re.compile(r"\w+_[0-9a-f]{24}_[0-9a-f]{24}\.so")
+LIBRARY = re.compile(r"\w+_[0-9a-f]{24}_[0-9a-f]{24}" + re.escape(LIBRARY_SUFFIX))
 """Names of libraries of the cache: Function, digest of what was compiled, digest of the content."""
 
 
@@ -58,13 +59,13 @@ def _close_to_group(folder: Path) -> None:
 
     An earlier release made the folder so where the umask is 002, as it is where every user has a group.
     """
-    if not hasattr(os, "geteuid"):
+    if (owner := own_id()) is None:
         return
     status = folder.stat()
-    if status.st_uid != os.geteuid() or status.st_mode & 0o022 != 0o020:
+    if status.st_uid != owner or status.st_mode & 0o022 != 0o020:
         return
     folder.chmod(stat.S_IMODE(status.st_mode) & ~0o020)
-    for library in folder.glob("*.so"):
+    for library in folder.glob(f"*{LIBRARY_SUFFIX}"):
         if LIBRARY.fullmatch(library.name):
             library.unlink(missing_ok=True)
 
@@ -75,7 +76,7 @@ def _distrust_parents(folder: Path) -> str | None:
     Where the sticky bit is set, as for /tmp, nobody can rename a folder of another user. A folder in the
     temporary folder is taken as it is, as its replacement would stand there too.
     """
-    if not hasattr(os, "geteuid") or folder.parent == Path(tempfile.gettempdir()).resolve():
+    if own_id() is None or folder.parent == Path(tempfile.gettempdir()).resolve():
         return None
     for parent in folder.parents:
         mode = parent.stat().st_mode
@@ -86,10 +87,10 @@ def _distrust_parents(folder: Path) -> str | None:
 
 def distrust(path: Path) -> str | None:
     """Why others could have changed what is at a path; None where they could not, or nobody can tell."""
-    if not hasattr(os, "geteuid"):
+    if (owner := own_id()) is None:
         return None
     status = path.lstat()
-    if status.st_uid != os.geteuid():
+    if status.st_uid != owner:
         return "belongs to another user"
     return "may be written by other users" if status.st_mode & 0o022 else None
 

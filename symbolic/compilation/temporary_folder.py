@@ -14,10 +14,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-try:
-    import fcntl
-except ImportError:  # Windows
-    fcntl = None  # type: ignore[assignment]
+from symbolic.compilation.system import lock_folder
 
 PREFIX = f".brushgrip-{re.sub(r'[^A-Za-z0-9]', '', platform.node())[:32]}-"
 """Of their names. A folder shared over a network may not show the locks of another machine."""
@@ -49,7 +46,7 @@ def claim_folder(parent: Path) -> tuple[Path, int | None]:
     while True:
         folder = Path(tempfile.mkdtemp(prefix=PREFIX, dir=parent))
         try:
-            lock = _lock(folder)
+            lock = lock_folder(folder)
         except BlockingIOError:
             continue  # Another process found it before it was locked, and removes it.
         except OSError:
@@ -68,25 +65,7 @@ def _remove_abandoned(parent: Path) -> None:
         for folder in parent.iterdir():
             if folder.name.startswith(PREFIX):
                 with suppress(OSError):
-                    lock = _lock(folder)
+                    lock = lock_folder(folder)
                     if lock is not None:
                         shutil.rmtree(folder, ignore_errors=True)
                         os.close(lock)
-
-
-def _lock(folder: Path) -> int | None:
-    """Locks a folder; returns the descriptor, None where the system has no such locks.
-
-    Raises:
-        BlockingIOError: another process has locked it.
-        OSError: it is not there, or no folder, or the file system has no locks.
-    """
-    if fcntl is None:
-        return None
-    descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW)
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except BaseException:
-        os.close(descriptor)
-        raise
-    return descriptor

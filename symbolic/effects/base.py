@@ -16,6 +16,8 @@ from symbolic.patch import Patch
 from symbolic.patch import Signals as Signals
 
 Scope = Literal["tyre", "ground", "recording"]
+_QUOTES = frozenset("\"'<>&\\")
+"""Signs that end a text in C, XML or A2L, or begin something else there."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,7 +76,14 @@ class Parameter:
         return math.inf if value == 0 else 1 / value
 
     def __post_init__(self) -> None:
-        """Check that the start lies within the bounds."""
+        """Check that the start lies within the bounds, and what generated files quote."""
+        if not self.name.isidentifier():
+            raise InvalidInputError(f"a parameter's name must be an identifier, got {self.name!r}")
+        if not self.unit.isprintable() or set(self.unit) & _QUOTES or {"*", "/"} <= set(self.unit):
+            raise InvalidInputError(
+                f"parameter {self.name}: a unit must be a few plain signs, as in 'N m/rad', got"
+                f" {self.unit!r}"
+            )
         self.require_within(self.start, f"parameter {self.name}: start")
         if self.fixed and self.scope != "tyre":
             raise InvalidInputError(f"parameter {self.name}: a fixed parameter belongs to the tyre")

@@ -4,7 +4,7 @@ import contextlib
 import io
 import os
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from random import Random
@@ -141,10 +141,12 @@ def folder() -> Iterator[Path]:
             yield here
 
 
-def outcome_of(arguments: Sequence[str]) -> tuple[object, str]:
+def outcome_of(
+    arguments: Sequence[str], environment: Mapping[str, str] | None = None
+) -> tuple[object, str]:
     """Exit status, or the exception that got out, and standard error; nothing is estimated."""
     out, err = io.StringIO(), io.StringIO()
-    hidden = {"BRUSHGRIP_DATA": "nowhere", "XDG_DATA_HOME": "nowhere"}
+    hidden = {"BRUSHGRIP_DATA": "nowhere", "XDG_DATA_HOME": "nowhere", **(environment or {})}
     with (
         mock.patch.object(cluster, "PATIENCE", "1s"),
         mock.patch.object(identification, "diagnose", _refuse),

@@ -2,7 +2,6 @@
 
 import os
 import random
-import resource
 import signal
 import tempfile
 import time
@@ -18,13 +17,21 @@ ENDED_BY_FAULT = (0, 1, 2, 130)
 
 DISK_LINES = 3
 """Of a run without room: that trials cannot be kept, where those before are, and the fault."""
+SIGNALS = {
+    "killed": "SIGKILL",
+    "terminated": "SIGTERM",
+    "interrupted": "SIGINT",
+    "hung_up": "SIGHUP",
+    "quit": "SIGQUIT",
+}
+"""What ends a run, by the name of the class."""
 
 
 @cache
-def undisturbed(quick: bool) -> tuple[bytes, float]:
+def undisturbed(quick: bool, kind: type[Sandbox] = Sandbox) -> tuple[bytes, float]:
     """The result of a run without fault, and how long it took [s]."""
     with tempfile.TemporaryDirectory() as folder:
-        sandbox = Sandbox(Path(folder), quick)
+        sandbox = kind(Path(folder), quick)
         start = time.monotonic()
         ended = sandbox.run()
         if ended.status or sandbox.left() or not sandbox.result():
@@ -33,12 +40,15 @@ def undisturbed(quick: bool) -> tuple[bytes, float]:
 
 
 def attempt(
-    fault: Callable[[Sandbox, random.Random], str | None], number: int, quick: bool = False
+    fault: Callable[[Sandbox, random.Random], str | None],
+    number: int,
+    quick: bool = False,
+    kind: type[Sandbox] = Sandbox,
 ) -> str | None:
     """One fault and the same command again; a line on what went wrong."""
-    expected, _ = undisturbed(quick)
+    expected, _ = undisturbed(quick, kind)
     with tempfile.TemporaryDirectory() as folder:
-        sandbox = Sandbox(Path(folder), quick)
+        sandbox = kind(Path(folder), quick)
         wrong = fault(sandbox, random.Random(number)) or sandbox.nobody_left()
         if wrong is None:
             again = sandbox.run()
@@ -59,12 +69,15 @@ def ended_well(ended: Ended, statuses: tuple[int, ...] = ENDED_BY_FAULT, most: i
 
 
 def killed(by: signal.Signals, sandbox: Sandbox, chance: random.Random) -> str | None:
-    """The signal at any instant, half of the time while Python imports."""
+    """The signal at any instant, half of the time while Python imports; Ctrl-C to the whole group."""
     run = sandbox.start()
     sandbox.listens(run)
-    longest = chance.choice((2.0, undisturbed(sandbox.quick)[1]))
+    longest = chance.choice((2.0, undisturbed(sandbox.quick, type(sandbox))[1]))
     time.sleep(chance.uniform(0, longest))
-    run.send_signal(by)
+    if by == signal.SIGINT and run.poll() is None:
+        os.killpg(run.pid, by)
+    else:
+        run.send_signal(by)
     ended = sandbox.finish(run)
     return None if by == signal.SIGKILL else ended_well(ended, (*ENDED_BY_FAULT, -by), most=1)
 
@@ -72,7 +85,7 @@ def killed(by: signal.Signals, sandbox: Sandbox, chance: random.Random) -> str |
 def loses_a_worker(sandbox: Sandbox, chance: random.Random) -> str | None:
     """One of the processes of the search is killed at any instant."""
     run = sandbox.start()
-    end = time.monotonic() + chance.uniform(0.2, 0.9) * undisturbed(sandbox.quick)[1]
+    end = time.monotonic() + chance.uniform(0.2, 0.9) * undisturbed(sandbox.quick, type(sandbox))[1]
     while time.monotonic() < end and run.poll() is None:
         time.sleep(0.05)
     for pid in sandbox.processes():
@@ -91,6 +104,8 @@ def _command(pid: int) -> bytes:
 
 def files_are_small(sandbox: Sandbox, chance: random.Random) -> str | None:
     """No file may be longer than so many bytes: what is written is lost as on a full disk."""
+    import resource  # Not on Windows, where this file is imported all the same.
+
     size = chance.choice((0, 100, 3000, 20_000, 100_000, 500_000))
 
     def limit() -> None:
@@ -123,7 +138,8 @@ def two_at_once(sandbox: Sandbox, chance: random.Random) -> str | None:
     ends = [first.wait(), sandbox.finish(second).status]
     if ends != [0, 0]:
         return f"two at once ended with {ends}"
-    return None if sandbox.result() == undisturbed(sandbox.quick)[0] else "two at once: another result"
+    expected, _ = undisturbed(sandbox.quick, type(sandbox))
+    return None if sandbox.result() == expected else "two at once: another result"
 
 
 def has_no_home(sandbox: Sandbox, chance: random.Random) -> str | None:
@@ -136,11 +152,11 @@ def has_no_home(sandbox: Sandbox, chance: random.Random) -> str | None:
 
 
 FAULTS: dict[str, Callable[[Sandbox, random.Random], str | None]] = {
-    "run_killed": partial(killed, signal.SIGKILL),
-    "run_terminated": partial(killed, signal.SIGTERM),
-    "run_interrupted": partial(killed, signal.SIGINT),
-    "run_hung_up": partial(killed, signal.SIGHUP),
-    "run_quit": partial(killed, signal.SIGQUIT),
+    **{
+        f"run_{name}": partial(killed, getattr(signal, by))
+        for name, by in SIGNALS.items()
+        if hasattr(signal, by)
+    },
     "run_loses_worker": loses_a_worker,
     "run_file_limit": files_are_small,
     "run_damaged_trials": keeps_damaged_trials,

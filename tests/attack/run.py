@@ -14,21 +14,27 @@ from collections.abc import Sequence
 from time import monotonic
 
 from tests.attack import (
+    batches,
     command_lines,
+    contents,
     disks,
     faults,
     foreign,
     fuzzing,
     generated_c,
+    hosts,
     long_runs,
     names,
     properties,
+    tampered,
+    temporary_folders,
+    threads,
 )
 from tests.attack.attack_class import Attack, Classes, Effort, Outcome
 
 MODULES = (
-    *(fuzzing, properties, long_runs, generated_c),
-    *(command_lines, names, faults, disks, foreign),
+    *(fuzzing, properties, long_runs, generated_c, contents, threads, temporary_folders),
+    *(command_lines, names, hosts, tampered, faults, disks, foreign, batches),
 )
 CLASSES: Classes = {name: attack for module in MODULES for name, attack in module.CLASSES.items()}
 """All classes in the order of the table."""

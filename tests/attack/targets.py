@@ -54,13 +54,16 @@ FORMATS: dict[str, tuple[str, str, str]] = {
     "ros_bag": ("rosbags", "run.bag", ROS),
     "ros_mcap": ("rosbags", "run.mcap", ROS),
     "ros_db3": ("rosbags", "run.db3", ROS),
+    "ros_yaml": ("rosbags", "metadata.yaml", ROS),
 }
 """Library, file under attack and map of signals of each class."""
 BESIDE = {
     "can_blf": ("run.dbc",), "can_asc": ("run.dbc",), "can_log": ("run.dbc",), "can_dbc": ("run.log",),
-    "ros_mcap": ("mcap/metadata.yaml",), "ros_db3": ("db3/metadata.yaml",),
+    "ros_mcap": ("mcap/metadata.yaml",), "ros_db3": ("db3/metadata.yaml",), "ros_yaml": ("run.mcap",),
 }  # fmt: skip
 """Whole files, of the folder `beside` of the corpus, that lie with the one under attack."""
+READ_ALONG = {"can_dbc": "run.log", "ros_yaml": "run.mcap"}
+"""The recording, where what is under attack is only read along with it."""
 
 
 def _written(content: bytes, suffix: str) -> Path:
@@ -93,7 +96,7 @@ def _format(name: str) -> Target:
 
     def target(content: bytes) -> None:
         (folder() / file).write_bytes(content)
-        path = folder() / ("run.log" if name == "can_dbc" else file)
+        path = folder() / READ_ALONG.get(name, file)
         with refused_in_a_line():
             check_recording(read_recording(path, RIG, torque_required=False, signals=signals))
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from tests.attack import fuzzing
 from tests.attack.attack_class import Effort, Outcome, one_by_one
 from tests.attack.command_lines import attempt
-from tests.attack.run import attack_all, main
+from tests.attack.run import CLASSES, attack_all, main
 from tests.attack.targets import BROKE, FORMATS, TARGETS, broken, seeds
 from tests.attack.workplace import PREFIX, sweep, workplace
 
@@ -53,6 +53,18 @@ def test_any_bytes(content: bytes) -> None:
 
 def test_command_lines() -> None:
     assert [fault for fault in map(attempt, range(12)) if fault] == []
+
+
+@pytest.mark.parametrize(
+    "name", ["fetch", "fetch_local", "model_values", pytest.param("contents", marks=pytest.mark.long),
+             pytest.param("temporary_folders", marks=pytest.mark.long),
+             pytest.param("threads_and_fork", marks=pytest.mark.long),
+             pytest.param("diagnosis_values", marks=pytest.mark.long)],
+)  # fmt: skip
+def test_the_short_form(name: str) -> None:
+    if name not in CLASSES:
+        pytest.skip("not on this system")
+    assert CLASSES[name](Effort(seconds=4, inputs=40, seed=7)).failures == ()
 
 
 def test_no_file_under_attack_stays() -> None:

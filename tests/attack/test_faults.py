@@ -1,7 +1,6 @@
 """The short form of the faults of whole runs."""
 
 import os
-import resource
 import subprocess
 import sys
 from functools import partial
@@ -9,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.attack.batches import FAULTS as BATCHES
+from tests.attack.batches import Batch
 from tests.attack.disks import fault_of_disk, may_mount
 from tests.attack.faults import FAULTS, attempt
 from tests.attack.foreign import FAULTS as FOREIGN
@@ -34,6 +35,11 @@ def test_nothing_foreign_changes_the_result(name: str) -> None:
     assert attempt(FOREIGN[name], 1, quick=True) is None
 
 
+@pytest.mark.parametrize("name", ["batch_killed", "batch_no_scheduler"])
+def test_the_same_batch_again(name: str) -> None:
+    assert attempt(BATCHES[name], 1, kind=Batch) is None
+
+
 @pytest.mark.skipif(not may_mount(), reason="only root may mount")
 @pytest.mark.parametrize("read_only", [False, True])
 def test_a_disk_that_takes_nothing(read_only: bool) -> None:
@@ -43,6 +49,7 @@ def test_a_disk_that_takes_nothing(read_only: bool) -> None:
 @pytest.mark.parametrize("command", COMMANDS)
 def test_a_limit_of_file_size(command: str, tmp_path: Path) -> None:
     """As by `ulimit -f`; Python lets a write beyond it fail in place of ending the process."""
+    resource = pytest.importorskip("resource")
     place_inputs(tmp_path, "x.csv", "x.toml", "x.json")
     before = sorted(tmp_path.iterdir())
     words = [word.replace("{0}", "x") for word in COMMANDS[command]]

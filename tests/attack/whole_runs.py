@@ -1,6 +1,6 @@
-"""Whole runs of a search on small recordings, in a sandbox of their own.
+"""Whole runs on small recordings, each in a sandbox of its own: a search, or a batch of estimates.
 
-A run is of three candidates, interpreted, with two processes. What a fault left is tested by the same
+A search is of three candidates, interpreted, with two processes. What a fault left is tested by the same
 command given again: it ends with the result of a run without fault, to the last digit; nobody is left.
 """
 
@@ -10,7 +10,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,6 +18,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SMALL_RUN = Path(__file__).with_name("small_run.py")
 EVERY = 5
 """Of so many samples of the embedded recordings one is used."""
+SEARCH = ("diagnose", "train_a.csv", "--holdout", "holdout_c.csv", "--rig", "rig.toml")
 LONGEST = 600.0
 """No run takes longer [s]."""
 FILES = ("diagnosis.json", "model.json")
@@ -69,18 +70,23 @@ class Sandbox:
         """Where the results are."""
         return self.folder / "work" / "out"
 
+    @property
+    def words(self) -> tuple[str, ...]:
+        """The command line but for --out and --jobs."""
+        return SEARCH
+
     def start(
         self,
         environment: Mapping[str, str] | None = None,
         before: Callable[[], None] | None = None,
         out: str = "out",
+        further: Sequence[str] = ("--jobs", "2"),
     ) -> subprocess.Popen[str]:
         """A run that has just begun, in a group of its own."""
         log = (self.folder / "err").open("w")
-        words = ["diagnose", "train_a.csv", "--holdout", "holdout_c.csv", "--rig", "rig.toml"]
         with log:
             return subprocess.Popen(
-                [sys.executable, str(SMALL_RUN), *words, "--out", out, "--jobs", "2"],
+                [sys.executable, str(SMALL_RUN), *self.words, "--out", out, *further],
                 cwd=self.folder / "work",
                 env=self._environment() | dict(environment or {}),
                 stdout=subprocess.DEVNULL,

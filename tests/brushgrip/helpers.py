@@ -55,11 +55,11 @@ def serve(
     asked: list[str] = []
 
     def downloader(**_: Any) -> Callable[..., None]:
-        def deliver(url: str, output_file: str, _: Any) -> None:
+        def deliver(url: str, output_file: Any, _: Any) -> None:
             asked.append(url)
             if unquote(url) not in contents:
                 raise ConnectionError(url)
-            write(Path(output_file), contents[unquote(url)])
+            write(Path(output_file.name), contents[unquote(url)])
 
         return deliver
 

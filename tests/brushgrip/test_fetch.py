@@ -1,6 +1,7 @@
 import hashlib
 import re
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -151,6 +152,25 @@ class TestDownload:
         serve(monkeypatch, SERVED | {f"{URL}/rig/run2.mat": b"<html>"}, Path.write_bytes)
         with pytest.raises(FetchError, match=r"^run2\.mat: what https.* has not the published"):
             fetch(tmp_path / "out")
+        assert list(tmp_path.iterdir()) == []
+
+    def test_a_host_without_end_is_not_heard_out(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        given: list[int] = []
+
+        def endless(**_: Any) -> Any:
+            def deliver(_url: str, file: Any, _published: Any) -> None:
+                while len(given) < 1000:
+                    given.append(file.write(bytes(100_000)))
+
+            return deliver
+
+        monkeypatch.setattr(fetching.pooch, "HTTPDownloader", endless)
+        with pytest.raises(FetchError, match=r"run1\.mat: cannot be downloaded"):
+            fetch(tmp_path / "out")
+
+        assert sum(given) == fetching.LARGEST
         assert list(tmp_path.iterdir()) == []
 
     def test_no_network(self, tmp_path: Path) -> None:

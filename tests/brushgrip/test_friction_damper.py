@@ -98,9 +98,25 @@ def test_runs_beside_a_local_copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
     fetched(tmp_path / "out")
 
-    (tmp_path / "second_rig" / "harmonic_00.npz").write_bytes(b"no archive")
-    with pytest.raises(InvalidInputError, match=r"harmonic_00.npz: is no run of the friction damper"):
-        fetched(tmp_path / "elsewhere")
+    path = tmp_path / "second_rig" / "harmonic_00.npz"
+    whole = path.read_bytes()
+    damaged = whole.replace(b"descr", b"\xff" * 5)
+    for content in (b"no archive", b"", whole[:-30], whole[:60], damaged):
+        path.write_bytes(content)
+        with pytest.raises(
+            InvalidInputError, match=r"harmonic_00.npz: is no run of the friction damper"
+        ):
+            fetched(tmp_path / "elsewhere")
+
+
+@pytest.mark.parametrize("shape", [(), (7, 3), (0,), (5, 4, 2)])
+def test_arrays_of_another_shape_are_refused(
+    shape: tuple[int, ...], tmp_path: Path, served: dict[str, np.ndarray]
+) -> None:
+    served[f"{ADDRESS}/validation/DuzceMCE.npy"] = np.ones(shape)
+
+    with pytest.raises(FetchError, match=r"DuzceMCE"):
+        friction_damper.fetch_friction_damper(tmp_path / "out")
 
 
 def test_the_command_names_the_licence(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -50,6 +50,16 @@ def test_inputs_have_their_digests_and_the_command_stands_there(recordings: list
     assert made["settings"] == {"robust": 0.1}
 
 
+@pytest.mark.parametrize("files", [5, "old.png", None, {"old.png": 1}, [5, None, "a\0.png", "old.png"]])
+def test_files_to_clear_are_plain_names(files: Any, recordings: list[Path], tmp_path: Path) -> None:
+    made = provenance_of(recordings)
+    document = tmp_path / "diagnosis.json"
+    document.write_text(json.dumps({"provenance": {**made, "files": files}}))
+
+    expected = ("old.png",) if isinstance(files, list) else ()
+    assert require_own_folder(document, made, force=False) == expected
+
+
 def test_the_same_run_may_replace_itself(recordings: list[Path], tmp_path: Path) -> None:
     made = provenance_of(recordings, robust=None, ground=[])
     document = write_result(tmp_path, made | {"time_utc": "2020-01-01T00:00:00+00:00"})
@@ -58,7 +68,9 @@ def test_the_same_run_may_replace_itself(recordings: list[Path], tmp_path: Path)
     assert require_own_folder(tmp_path / "none.json", made, force=False) == ()
 
 
-@pytest.mark.parametrize("change", ["input", "order", "setting", "signals", "no provenance", "damaged"])
+@pytest.mark.parametrize(
+    "change", ["input", "order", "setting", "signals", "no provenance", "damaged", "text"]
+)
 def test_another_run_is_not_replaced_unless_forced(
     recordings: list[Path], tmp_path: Path, change: str
 ) -> None:
@@ -66,8 +78,9 @@ def test_another_run_is_not_replaced_unless_forced(
     robust, signals = (0.1 if change == "setting" else None), {"t": 1} if change == "signals" else {}
     if change == "input":
         recordings[1].write_text("other")
-    if change in ("no provenance", "damaged"):
-        document.write_text("{}" if change == "no provenance" else "{")
+    texts = {"no provenance": "{}", "damaged": "{", "text": '{"provenance": "run"}'}
+    if change in texts:
+        document.write_text(texts[change])
     order = recordings[::-1] if change == "order" else recordings
     made = provenance_of(order, signals=signals, robust=robust)
 

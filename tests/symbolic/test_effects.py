@@ -239,3 +239,19 @@ def test_values_out_of_bounds_are_refused() -> None:
         InvalidInputError, match=r"pressure_skew.skew must lie in \[-0.95, 0.95\] 1, got 2"
     ):
         model.theta({"mu": 1.0, "k": 2e6, "pressure_skew.skew": 2})
+
+
+@pytest.mark.parametrize(("name", "unit"), [
+    ("a b", "1"), ("", "1"), ("\udcff", "1"), ("%s", "1"), ("c", "two\nlines"), ("c", 'N "m"'),
+    ("c", "<b>"), ("c", "a&b"), ("c", "*/"), ("c", "/*"), ("c", "\\"), ("c", "\x1b[2J"), ("c", "\u2028"),
+])  # fmt: skip
+def test_names_and_units_that_files_cannot_quote_are_refused(name: str, unit: str) -> None:
+    with pytest.raises(InvalidInputError, match=r"identifier|plain signs"):
+        Parameter(name=name, unit=unit, neutral=0.0, start=1.0, lower=0.0, upper=2.0, scale=1.0)
+
+
+@pytest.mark.parametrize("unit", ["N m/rad", "N·m/°", "µm", "%", "m^2", "1", ""])
+def test_other_units_stand(unit: str) -> None:
+    settings = {"neutral": 0.0, "start": 1.0, "lower": 0.0, "upper": 2.0, "scale": 1.0}
+
+    assert Parameter(name="c", unit=unit, **settings).unit == unit

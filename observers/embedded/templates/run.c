@@ -2,6 +2,9 @@
    dt; each output is a row ${estimate|join(", ")}. */
 #include "${name}.h"
 
+#ifdef _WIN32
+__declspec(dllexport)
+#endif
 void run(int64_t count, const ${real} *samples, ${real} *outputs) {
     static ${name}_state_t state;
     int64_t i;

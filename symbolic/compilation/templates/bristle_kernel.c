@@ -7,7 +7,11 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#ifdef _MSC_VER
+#define INLINE static __forceinline
+#else
 #define INLINE static inline __attribute__((always_inline, unused))
+#endif
 #define natural_log log
 INLINE double lesser(double x, double y) { return x < y ? x : y; }
 INLINE double greater(double x, double y) { return x > y ? x : y; }
@@ -83,6 +87,9 @@ static double balanced_torque(const double *stress, const coefficients_t *at, do
 %% endif
 /* Advances memory and its derivatives by `count` samples of four signals. seeds: the directions, each in the
    parameters, a, e and a factor on the load. torque: M_z after each sample; by: its derivatives, a row a sample. */
+#ifdef _WIN32
+__declspec(dllexport)
+#endif
 void run(int64_t count, int64_t directions, const double *signals, const double *theta, const double *geometry,
          const double *seeds, double *memory, double *memory_by, double *torque, double *by) {
     int64_t n, j;

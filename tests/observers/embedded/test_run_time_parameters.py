@@ -2,7 +2,7 @@
 
 import ctypes
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from observers import ESTIMATE, AligningTorque, CasadiObserver, Ekf, Mhe, SteeringTorque
 from observers.embedded import DOUBLE, SINGLE, Real, Tunable, generate
 from observers.embedded.run_time_parameters import run_time_parameters
-from symbolic import InvalidInputError, Model
+from symbolic import Effect, InvalidInputError, Model, Parameter
 from tests.observers.conftest import RIG, K
 from tests.observers.embedded.generated_code import (
     CREEP,
@@ -171,3 +171,27 @@ def test_an_observer_without_tuning_has_no_parameters() -> None:
 
     with pytest.raises(InvalidInputError, match="those of an Ekf or an Mhe, got Own"):
         run_time_parameters(Own(model=Model(), values={"k": K}, rig=RIG), "tuning")
+
+
+@dataclass(frozen=True, kw_only=True)
+class NamedSpring(Effect):
+    """A spring under a name of choice."""
+
+    name: str
+    summary: str = "a spring"
+    parameters: tuple[Parameter, ...] = ()
+
+    def torque(self, signals: Any, values: Any) -> Any:
+        return -values[self.parameters[0].name] * signals.psi
+
+
+@pytest.mark.parametrize(("effect", "parameter"), [("slide", "rate"), ("mu", "walk"), ("größe", "c")])
+def test_a_name_that_c_cannot_have_is_refused(effect: str, parameter: str) -> None:
+    declared = Parameter(name=parameter, unit="1", neutral=0.0, start=1.0, lower=0, upper=2, scale=1.0)
+    spring = NamedSpring(name=effect, parameters=(declared,))
+    values = {"k": K, f"{effect}.{parameter}": 1.0}
+    observer = Ekf(model=Model(effects=(spring,)), values=values, rig=OTHER_RIG)
+
+    assert run_time_parameters(observer, "tuning")
+    with pytest.raises(InvalidInputError, match="names of their own in ASCII"):
+        run_time_parameters(observer, "all")

@@ -1,0 +1,164 @@
+"""Threads that read, compile and estimate at once, and processes that are forked amid them.
+
+A fork while another thread builds or loads a model may leave a lock of CasADi held for ever in the
+child: threads compile in rounds without forks alone, and observers have taken their first step before.
+"""
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Sequence
+from functools import cache
+from pathlib import Path
+from random import Random
+
+import casadi as ca
+import numpy as np
+
+from identification import parse_signals, read_model, read_recording
+from observers import Loop, Sample
+from symbolic import compiled
+from symbolic.compilation.temporary_folder import temporary_folder
+from tests.attack.attack_class import Effort, Outcome
+from tests.attack.long_runs import observers
+from tests.attack.targets import CORPUS, FORMATS, RIG
+from tests.attack.workplace import workplace
+
+SECONDS = 3.0
+"""Of one round [s]."""
+PATIENCE = 60.0
+"""A child that takes longer hangs [s]."""
+
+
+@cache
+def _whole_files() -> list[tuple[Path, str]]:
+    own = [(CORPUS / "csv" / "plain.csv", ""), (CORPUS / "mat" / "plain.mat", "")]
+    logs = ("tdms", "parquet", "hdf5", "mdf")
+    return own + [(sorted((CORPUS / n).iterdir())[0], FORMATS[n][2]) for n in logs]
+
+
+def _read(path: Path, signals: str) -> bytes:
+    chosen = parse_signals(signals) if signals else None
+    return read_recording(path, RIG, torque_required=False, signals=chosen or "").psi.tobytes()
+
+
+@cache
+def expected(path: Path, signals: str) -> bytes:
+    """What a single thread reads."""
+    return _read(path, signals)
+
+
+def reads(chance: Random) -> str | None:
+    """A file of any format."""
+    path, signals = chance.choice(_whole_files())
+    return None if _read(path, signals) == expected(path, signals) else f"{path.name} is read otherwise"
+
+
+def reads_without_libraries(chance: Random) -> str | None:
+    """A table or a model: what a child may read while a thread of its parent is in a library in C."""
+    read_model(CORPUS / "model_json" / "declared.json")
+    path, signals = chance.choice(_whole_files()[:2])
+    return None if _read(path, signals) == expected(path, signals) else f"{path.name} is read otherwise"
+
+
+def compiles(chance: Random) -> str | None:
+    """A Function that others may be compiling too."""
+    factor = chance.randrange(30)
+    x = ca.SX.sym("x")
+    value = compiled(ca.Function("times", [x], [factor * x]))(2.0)
+    return None if float(value) == 2 * factor else f"{factor} * 2 is {value}"
+
+
+def estimates(chance: Random) -> str | None:
+    """A loop of its own around an observer of all."""
+    observer = observers()[chance.choice(("ekf", "root"))]
+    loops, psi = (Loop(observer), Loop(observer)), 0.0
+    for _ in range(50):
+        psi += chance.uniform(-0.02, 0.02)
+        sample = Sample(psi=psi, psi_dot=np.nan, F_N=400.0, dt=0.01, M_z=-8 * np.tanh(9 * psi))
+        one, other = (repr(loop(sample)) for loop in loops)
+        if one != other:
+            return f"{one} is not {other}"
+    return None
+
+
+def stages(chance: Random) -> str | None:
+    """A temporary folder in a place of all."""
+    place = workplace() / "stages"
+    place.mkdir(exist_ok=True)
+    with temporary_folder(place) as folder:
+        (folder / "x").write_text("x")
+        time.sleep(chance.uniform(0, 0.002))
+        return None if (folder / "x").is_file() else "a folder in use was removed"
+
+
+Work = Callable[[Random], str | None]
+WORK: tuple[Work, ...] = (reads, compiles, estimates, stages)
+IN_CHILD = (reads_without_libraries, compiles, estimates, stages)
+
+
+def _in_child(seed: int) -> str | None:
+    """A forked process does of everything; what it says, or that it hangs."""
+    out, into = os.pipe()
+    child = os.fork()
+    if child == 0:
+        said = "raised"
+        try:
+            said = next(filter(None, (work(Random(seed)) for work in IN_CHILD)), "")
+        except BaseException as error:
+            said = f"{type(error).__name__}: {error}"
+        finally:
+            os.write(into, said.encode()[:1000])
+            os._exit(0)
+    os.close(into)
+    end = time.monotonic() + PATIENCE
+    while os.waitpid(child, os.WNOHANG)[0] == 0:
+        if time.monotonic() > end:
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
+            os.close(out)
+            return "a forked process hangs"
+        time.sleep(0.01)
+    with os.fdopen(out) as pipe:
+        return f"in a forked process: {said}" if (said := pipe.read()) else None
+
+
+def attack_threads(effort: Effort) -> Outcome:
+    """Rounds of four threads: in turn everything at random, and all but compiling, with forks."""
+    goes_on, failures, done = effort.rounds(), set[str](), [0]
+    for path, signals in _whole_files():
+        expected(path, signals)
+    for i in range(8):
+        estimates(Random(i))
+
+    def work(seed: int, end: float, kinds: Sequence[Work]) -> None:
+        chance = Random(seed)
+        while time.monotonic() < end:
+            try:
+                fault = chance.choice(kinds)(chance)
+            except Exception as error:
+                fault = f"{type(error).__name__}: {error}"
+            done[0] += 1
+            if fault:
+                failures.add(fault)
+
+    forks = True
+    while goes_on(done[0]) and len(failures) < 5:
+        forks, end = not forks, time.monotonic() + SECONDS
+        kinds = [one for one in WORK if not (forks and one is compiles)]
+        threads = [
+            threading.Thread(target=work, args=(effort.seed + done[0] + i, end, kinds)) for i in range(4)
+        ]
+        for thread in threads:
+            thread.start()
+        while forks and time.monotonic() < end and len(failures) < 5:
+            if fault := _in_child(effort.seed + done[0]):
+                failures.add(fault)
+            done[0] += len(IN_CHILD)
+        for thread in threads:
+            thread.join()
+    return Outcome(inputs=done[0], failures=tuple(sorted(failures)))
+
+
+CLASSES = {"threads_and_fork": attack_threads} if hasattr(os, "fork") else {}
