@@ -51,6 +51,7 @@ class FrictionTrack:
             narrow.
         reference: effective friction to compare with [1], None where unknown.
         reference_label: where the reference comes from.
+        last_status: of the last sample.
     """
 
     name: str
@@ -63,6 +64,14 @@ class FrictionTrack:
     inconsistent: NDArray[np.bool_] | None = None
     reference: float | None = None
     reference_label: str = "declared μ"
+    last_status: Status = Status.USED
+
+    @property
+    def last_usable(self) -> int | None:
+        """The last sample on the last ground on which a controller may act; None for none."""
+        since = self.changes[-1] if self.changes.size else -np.inf
+        known = np.flatnonzero(self.usable & (self.t >= since))
+        return int(known[-1]) if known.size else None
 
 
 def model_observer(
@@ -244,4 +253,5 @@ def friction_track(
         changes=estimates.t[estimates.status & Status.RESET != 0],
         inconsistent=estimates.status & Status.INCONSISTENT != 0,
         reference=recording.tyre.mu,
+        last_status=Status(int(estimates.status[-1])),
     )

@@ -1,5 +1,6 @@
 """`brushgrip estimate` on one recording: its table, its picture, and what it refuses."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -152,7 +153,8 @@ def test_says_that_the_ground_has_changed(
     columns = {name: getattr(recorded, name) for name in ("t", "psi", "M_z", "F_N")}
     summary, _ = estimate(write_csv("ground.csv", columns), observer=observer).out.splitlines()
 
-    assert summary.startswith("ground: mu = 0.4")
+    # What was usable before is the friction of another ground.
+    assert summary.startswith("ground: friction is not known since a new ground was noticed at 9.1")
     assert "1 change of the ground" in summary
     assert table_of(tmp_path / "mu.csv")["mu"][-1] == pytest.approx(0.4, abs=0.1)
 
@@ -175,6 +177,68 @@ def test_other_units_and_signs_are_refused_by_name(
 
     estimate(wrong).refused("wrong", cause)
     assert not (tmp_path / "mu.csv").exists()
+
+
+def test_without_a_file_to_write_the_line_suffices(
+    estimate: Run, run: Run, simulated: Path, rig: Path, tmp_path: Path
+) -> None:
+    estimate(simulated)
+    told = estimate(simulated).out.splitlines()[0]
+    (tmp_path / "mu.csv").unlink()
+    before = contents(tmp_path)
+    outcome = run("estimate", "--rig", rig, simulated)  # The default observer is the EKF.
+
+    assert (outcome.status, outcome.out) == (0, f"{told}\n")
+    assert contents(tmp_path) == before
+    assert run("estimate", "--rig", rig, simulated, "--picture", "only.png").status == 0
+    assert (tmp_path / "only.png").read_bytes().startswith(b"\x89PNG")
+    assert run("estimate", "--rig", rig, simulated, "--picture", "only.pdf").status == 2
+
+
+def test_says_what_a_model_gives(estimate: Run, simulated: Path, tmp_path: Path) -> None:
+    basis = '"basis": {"training": 1, "holdout": 0, "grades": {}}'
+    (tmp_path / "model.json").write_text(MODEL.replace('"effects"', f'{basis}, "effects"'))
+
+    assert estimate(simulated, "--model", "model.json").out.startswith(
+        "model.json gives k = 2.4·10⁶ N/m². It stands on 1 recording, nothing judged it."
+    )
+
+
+def test_a_part_of_a_recording(
+    estimate: Run, simulated: Path, write_csv: Write, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    columns = table_of(simulated)
+    part = {name: values[30:50] for name, values in columns.items()}
+    estimate(simulated, "--from", 0.3, "--to", 0.49)
+    trimmed = (tmp_path / "mu.csv").read_text()
+    warned = [record.message for record in caplog.records]
+    estimate(write_csv("part.csv", part), out="part_mu.csv")
+
+    np.testing.assert_allclose(table_of(tmp_path / "mu.csv")["t"], part["t"])
+    assert len(trimmed.splitlines()) == 21
+    assert any("begins at 0.3 s with a torque of " in message for message in warned)
+    origin = json.loads((tmp_path / "mu.provenance.json").read_text())
+    assert origin["settings"]["span"] == [0.3, 0.49]
+    estimate(simulated, "--from", 0.3, "--to", 0.35).refused(
+        "5 samples from 0.3 to 0.35 s", "0 to 0.59 s"
+    )
+
+
+def test_the_angle_of_the_steering_wheel(
+    estimate: Run, simulated: Path, write_csv: Write, tmp_path: Path
+) -> None:
+    columns = table_of(simulated)
+    estimate(simulated)
+    wanted = table_of(tmp_path / "mu.csv")
+    geared = write_csv("geared.csv", columns | {"psi": 15 * columns["psi"]})
+    assert estimate(geared, "--steering-ratio", 15).status == 0
+    of = table_of(tmp_path / "mu.csv")
+
+    np.testing.assert_allclose(of["mu"], wanted["mu"], rtol=1e-6)
+    assert json.loads((tmp_path / "mu.provenance.json").read_text())["settings"]["steering_ratio"] == 15
+    both = estimate(geared, "--steering-ratio", 15, "--map", "psi=1/15*psi")
+    both.refused("the map of channels has a factor for psi already, psi=0.0666666666667*psi")
+    estimate(geared, "--steering-ratio", 0).refused("--steering-ratio must be finite and greater than 0")
 
 
 def test_tuning_by_name(estimate: Run, simulated: Path, tmp_path: Path) -> None:
