@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgrip.estimation.map_remedies import with_remedy
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.tunings import ChosenTuning
 from identification import FoundModel, Recording
@@ -213,10 +214,10 @@ def require_plausible(recording: Recording) -> None:
 
 def implausible(recordings: Sequence[Recording]) -> list[str]:
     """A line for each recording that looks like one in other units, or of the other sign."""
-    return [f"{r.name}: {'; '.join(suspects)}" for r in recordings if (suspects := _suspects(r))]
+    return [f"{r.name}: {suspects}" for r in recordings if (suspects := _suspects(r))]
 
 
-def _suspects(recording: Recording) -> Sequence[str]:
+def _suspects(recording: Recording) -> str:
     channel = "M_z" if has_aligning_torque(recording) else "M"
     torque = recording.M_z if channel == "M_z" else recording.M
     columns = zip(
@@ -225,7 +226,7 @@ def _suspects(recording: Recording) -> Sequence[str]:
         np.asarray(torque).tolist(), strict=True,
     )  # fmt: skip
     samples = (Sample(psi=p, psi_dot=np.nan, F_N=F, dt=dt, **{channel: m}) for p, F, dt, m in columns)
-    return suspicions_of(samples, recording.rig, channel)
+    return with_remedy(recording, suspicions_of(samples, recording.rig, channel), channel)
 
 
 def has_aligning_torque(recording: Recording) -> bool:

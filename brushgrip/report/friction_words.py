@@ -28,7 +28,8 @@ def usable_until(track: FrictionTrack) -> str:
         return f"{_share(track)}, to the end"
     why = meaning(track.last_status)
     if at is None and track.usable.any():
-        return f"{_share(track)}, but not since a new ground was noticed at {track.changes[-1]:.1f} s: {why}"
+        since = f"{track.changes[-1]:.1f} s"
+        return f"{_share(track)}, but not since a new ground was noticed at {since}: {why}"
     if at is None:
         return f"never: {why}"
     return f"{_share(track)}, to {track.t[at]:.1f} of {track.t[end]:.1f} s: {why}"

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from brushgrip.estimation.map_remedies import ANGLE, SIGN, UNITS
+from observers.quality.plausibility import EVIDENCE, causes
 from reference_rig import make_ground_recording, make_steering_recording
 from tests.brushgrip.helpers import Run, Write, contents, table_of
 
@@ -160,23 +162,55 @@ def test_says_that_the_ground_has_changed(
 
 
 @pytest.mark.parametrize(
-    ("column", "factor", "cause"),
+    ("column", "factor", "cause", "remedy"),
     [
-        ("psi", 180 / np.pi, "degrees"),
-        ("t", 1e3, "milliseconds"),
-        ("F_N", 1e-3, "kN"),
-        ("M_z", -1.0, "other sign"),
+        ("psi", 180 / np.pi, "degrees", "psi=psi:deg or psi=1/15*psi"),
+        ("psi", 5 * 180 / np.pi, "degrees", "psi=psi:deg"),
+        ("psi", 15 * 180 / np.pi, "steering wheel's in degrees", "psi=1/15*psi:deg"),
+        ("t", 1e3, "milliseconds", "t=t:ms"),
+        ("F_N", 1e-3, "kN", "F_N=F_N:kN"),
+        ("M_z", 1e3, "N mm", "M_z=M_z:mNm"),
+        ("M_z", -1.0, "other sign", "M_z=-M_z"),
     ],
 )
 def test_other_units_and_signs_are_refused_by_name(
     estimate: Run, write_csv: Write, simulated: Path, tmp_path: Path, column: str, factor: float,
-    cause: str,
+    cause: str, remedy: str,
 ) -> None:  # fmt: skip
     columns = table_of(simulated)
     wrong = write_csv("wrong.csv", columns | {column: factor * columns[column]})
+    entry, _, other = remedy.partition(" or ")
+    outcome = estimate(wrong)
 
-    estimate(wrong).refused("wrong", cause)
+    outcome.refused("wrong", cause, f"--map {entry}", other)
     assert not (tmp_path / "mu.csv").exists()
+    assert ("with your steering ratio for 15" in outcome.err) == ("1/15" in remedy)
+    assert estimate(wrong, "--map", entry).status == 0
+
+
+def test_one_map_mends_all_that_is_wrong(estimate: Run, write_csv: Write, simulated: Path) -> None:
+    columns = table_of(simulated)
+    wrong = {
+        "Zeit": columns["t"],
+        "psi": columns["psi"],
+        "Moment": -columns["M_z"],
+        "F_N": columns["F_N"] / 1e3,
+    }
+    path = write_csv("wrong.csv", dict.fromkeys(("t", "M_z")) | wrong)
+    outcome = estimate(path, "--map", "t=Zeit,M_z=Moment")
+    remedy = outcome.err.strip().partition("--map ")[2]
+
+    assert remedy == "t=Zeit,M_z=-Moment,F_N=F_N:kN"
+    assert estimate(path, "--map", remedy).status == 0
+
+
+def test_every_suspected_cause_but_a_broken_sensor_has_a_map() -> None:
+    places = EVIDENCE.places
+    named = list(causes(dict.fromkeys(places, 1.0)))
+    without = [cause for cause in named if not cause.startswith((*UNITS, ANGLE, SIGN))]
+
+    assert len(named) == 6
+    assert [cause.split(":")[0] for cause in without] == ["the torque is clipped or frozen"]
 
 
 def test_without_a_file_to_write_the_line_suffices(
