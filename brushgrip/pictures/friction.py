@@ -31,7 +31,7 @@ OVERVIEW_WIDTH = 5.6
 class LineStyle(NamedTuple):
     """How a track is drawn.
 
-    Where two observers agree, a thin line of dots lies on a broad one, and a band that is an
+    Where two observers agree, a thin dark line of dots lies on a broad light one, and a band that is an
     outline on one that is filled: both are visible.
     """
 
@@ -43,8 +43,8 @@ class LineStyle(NamedTuple):
 
 STYLES = (
     LineStyle(TRACKS[0]),
-    LineStyle(TRACKS[1], width=3.4),
-    LineStyle("#c2185b", (0, (1.0, 1.6)), 1.6, filled=False),
+    LineStyle("#5fa8dc", width=4.0),
+    LineStyle("#7a0c43", (0, (2.0, 1.6)), 1.5, filled=False),
     LineStyle(TRACKS[3], (0, (4, 3)), 1.2, filled=False),
 )
 """Styles in the order of labels; a single track has the second's colour."""

@@ -96,7 +96,6 @@ _WORDS: Mapping[str, tuple[str, Callable[[float | None], str], str]] = {
     ),
 }
 """Label, text and meaning of each of `FIGURES`."""
-_SPREAD = "Standard deviation between the last estimates of its recordings, over their mean."
 
 
 def friction_groups(outcome: FrictionOutcome) -> list[str]:
@@ -113,13 +112,23 @@ def friction_figures(outcome: FrictionOutcome) -> list[tuple[str, list[str], str
         label, text, words = _WORDS[figure]
         means = [[text(outcome.means(stage, names)[figure]) for stage in stages] for names in groups]
         rows.append((label, [" → ".join(pair) for pair in means], words))
-    before, after = (outcome.spread(stage) for stage in stages)
-    for ground in before:
-        both = f"{_percent(before[ground], 1)} → {_percent(after[ground], 1)}"
-        rows.append(
-            (f"difference on {ground}, all recordings", [both, *[""] * (len(groups) - 1)], _SPREAD)
-        )
     return rows
+
+
+def ground_spreads(outcome: FrictionOutcome) -> str:
+    """How much the recordings on each ground differ, in a sentence; empty where that is not known."""
+    before, after = (outcome.spread(stage) for stage in outcome.stages.values())
+    parts = [
+        f"{_percent(before[ground], 1)} → {_percent(after[ground], 1)} on {ground}"
+        for ground in before
+        if before[ground] is not None
+    ]
+    if not parts:
+        return ""
+    return (
+        f"Between recordings the last estimates differ by {listed(parts)}: their standard deviation over"
+        " their mean, all recordings."
+    )
 
 
 def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:

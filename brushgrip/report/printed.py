@@ -2,7 +2,7 @@
 
 from brushgrip.estimation.friction_outcome import FrictionOutcome, found_model
 from brushgrip.outputs.console import print_table, print_text, say
-from brushgrip.report.friction_words import friction_figures, friction_groups
+from brushgrip.report.friction_words import friction_figures, friction_groups, ground_spreads
 from brushgrip.report.tables import friction_by_ground
 from brushgrip.wording.formatting import (
     error_columns,
@@ -64,6 +64,8 @@ def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
         headings = ("figure", *friction_groups(outcome))
         title = "Friction by the declared model → by the model found, mean over recordings"
         print_table(title, headings, figures, right=True)
+        if spreads := ground_spreads(outcome):
+            print_text(spreads)
     print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
     for note in diagnosis.notes:
         print_text(f"note: {note}")

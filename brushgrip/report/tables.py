@@ -32,7 +32,7 @@ from identification import Diagnosis, Signature
 
 
 @dataclass(frozen=True, kw_only=True)
-class Table:
+class ReportTable:
     """A table whose first column names its rows.
 
     Attributes:
@@ -50,7 +50,7 @@ class Table:
     narrow: bool = False
 
 
-def friction_by_ground(friction: FrictionOutcome) -> Table:
+def friction_by_ground(friction: FrictionOutcome) -> ReportTable:
     """Friction of each recording, by ground: what the first screen shows."""
     tracks, named = friction.by(FOUND), any(friction.grounds)
     rows = [
@@ -59,7 +59,7 @@ def friction_by_ground(friction: FrictionOutcome) -> Table:
         for name in names
         if name in tracks
     ]
-    return Table(
+    return ReportTable(
         caption="Friction μ_eff ± 95 % band at the last usable sample, and share of usable samples",
         headings=("recording", *["ground"][:named], "μ_eff", "usable"),
         rows=rows,
@@ -67,10 +67,10 @@ def friction_by_ground(friction: FrictionOutcome) -> Table:
     )
 
 
-def friction_meaning(friction: FrictionOutcome) -> Table:
+def friction_meaning(friction: FrictionOutcome) -> ReportTable:
     """Figures of settling and coverage, each with what it means."""
     groups = friction_groups(friction)
-    return Table(
+    return ReportTable(
         caption="Mean over recordings: by the declared model → by the model found",
         headings=("figure", *groups, "in plain words"),
         rows=[(label, *figures, words) for label, figures, words in friction_figures(friction)],
@@ -78,7 +78,7 @@ def friction_meaning(friction: FrictionOutcome) -> Table:
     )
 
 
-def friction_by_recording(friction: FrictionOutcome) -> Table:
+def friction_by_recording(friction: FrictionOutcome) -> ReportTable:
     """How each recording's estimate came to its end."""
 
     def pair(name: str, figure: str, text: str, factor: float = 1.0) -> str:
@@ -98,7 +98,7 @@ def friction_by_recording(friction: FrictionOutcome) -> Table:
         for names in friction.grounds.values()
         for name in names
     ]
-    return Table(
+    return ReportTable(
         caption="Each recording; with an arrow: by the declared model → by the model found",
         headings=(
             *("recording", "used for", "μ_eff by the declared model", "time to settle [s]"),
@@ -109,10 +109,10 @@ def friction_by_recording(friction: FrictionOutcome) -> Table:
     )
 
 
-def friction_by_observer(tracks: Sequence[FrictionTrack]) -> Table:
+def friction_by_observer(tracks: Sequence[FrictionTrack]) -> ReportTable:
     """Friction by every observer at its last usable sample."""
     labels = dict.fromkeys(t.reference_label for t in tracks if t.reference is not None)
-    return Table(
+    return ReportTable(
         caption="Friction μ_eff ± 95 % band by the last usable sample"
         + (f"; reference: {listed(list(labels))}" if labels else ""),
         headings=("recording", "observer", "μ_eff", "reference", "usable"),
@@ -127,21 +127,21 @@ def friction_by_observer(tracks: Sequence[FrictionTrack]) -> Table:
     )
 
 
-def torque_errors(diagnosis: Diagnosis) -> Table:
+def torque_errors(diagnosis: Diagnosis) -> ReportTable:
     """Mean errors of the three stages of the model."""
     stages = {
         "declared, parameters as given": diagnosis.declared,
         "before, parameters refitted": diagnosis.before,
         "after, with the effects found": diagnosis.after,
     }
-    return Table(
+    return ReportTable(
         caption="Root mean square torque error, averaged over recordings",
         headings=("model", *error_columns(diagnosis).values()),
         rows=[(label, *error_figures(diagnosis, errors)) for label, errors in stages.items()],
     )
 
 
-def errors_by_recording(diagnosis: Diagnosis) -> Table:
+def errors_by_recording(diagnosis: Diagnosis) -> ReportTable:
     """Errors of each recording; those that got worse are marked."""
     stages = {"declared": diagnosis.declared, "before": diagnosis.before, "after": diagnosis.after}
     both = {name: stages[name] for name in ("before", "after")}
@@ -165,7 +165,7 @@ def errors_by_recording(diagnosis: Diagnosis) -> Table:
                 *[Markup('<span class="worse">▲ worse</span>') if name in worse else ""][: len(worse)],
             ]
         )
-    return Table(
+    return ReportTable(
         caption="Root mean square torque error of each recording, in N m and in % of its torque range",
         headings=[*headings, *[""][: len(worse)]],
         rows=rows,
@@ -173,11 +173,11 @@ def errors_by_recording(diagnosis: Diagnosis) -> Table:
     )
 
 
-def correlations(diagnosis: Diagnosis) -> Table:
+def correlations(diagnosis: Diagnosis) -> ReportTable:
     """What the residual follows, before and after, the strongest before first."""
     after = {s.signal: s for s in diagnosis.signatures_after.signatures}
     before = sorted(diagnosis.signatures_before.signatures, key=lambda s: -abs(s.correlation))
-    return Table(
+    return ReportTable(
         caption="Correlation of the residual with each signal; in brackets the limit that chance exceeds"
         " in 1 of 100 cases, * beyond it",
         headings=("signal", "before", "after", "usual cause"),
@@ -194,9 +194,9 @@ def _correlation(signature: Signature) -> str:
     return f"{signature.correlation:+.2f}{mark} ({signature.band:.2f})".replace("-", "−")
 
 
-def candidates(diagnosis: Diagnosis) -> Table:
+def candidates(diagnosis: Diagnosis) -> ReportTable:
     """Every candidate's first step."""
-    return Table(
+    return ReportTable(
         caption="Candidates, each alone beside the declared model, as ranked; error in % of range",
         headings=("effect", "description", "error", "ΔBIC", "outcome"),
         rows=[
@@ -210,9 +210,9 @@ def candidates(diagnosis: Diagnosis) -> Table:
     )
 
 
-def effects(diagnosis: Diagnosis) -> Table:
+def effects(diagnosis: Diagnosis) -> ReportTable:
     """The effects found."""
-    return Table(
+    return ReportTable(
         caption="In order of selection; error and ΔBIC of each beside those above it, all fitted to the"
         " whole recordings",
         headings=(
@@ -231,9 +231,9 @@ def effects(diagnosis: Diagnosis) -> Table:
     )
 
 
-def all_parameters(diagnosis: Diagnosis) -> Table:
+def all_parameters(diagnosis: Diagnosis) -> ReportTable:
     """Every parameter of the final model."""
-    return Table(
+    return ReportTable(
         caption="All parameters of the final model, with the recording that a value belongs to. The"
         " deviations are those of the fit: how well half-length and load are known, usually 4 % of μ,"
         " comes on top, and is part of the bands of friction",
@@ -250,10 +250,10 @@ def all_parameters(diagnosis: Diagnosis) -> Table:
     )
 
 
-def files_read(made: Mapping[str, Any]) -> Table:
+def files_read(made: Mapping[str, Any]) -> ReportTable:
     """Files that were read, with their digests."""
     files = [*made["inputs"], *filter(None, (made.get("rig"), made.get("model")))]
-    return Table(
+    return ReportTable(
         caption="Files that were read, and the digest of the model that was written",
         headings=("file", "SHA-256, first 16 digits"),
         rows=[

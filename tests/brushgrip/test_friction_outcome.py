@@ -7,7 +7,12 @@ import numpy as np
 import pytest
 
 from brushgrip.estimation.friction_outcome import offline_friction
-from brushgrip.report.friction_words import friction_figures, friction_groups, paragraph_to_send
+from brushgrip.report.friction_words import (
+    friction_figures,
+    friction_groups,
+    ground_spreads,
+    paragraph_to_send,
+)
 from brushgrip.report.tables import friction_by_ground
 from identification import FoundModel
 from symbolic import Model, Rig, effects_named
@@ -29,6 +34,15 @@ def test_training_and_held_out_recordings_are_reported_apart() -> None:
 def test_without_held_out_recordings_all_are_training() -> None:
     assert "holdout" not in make_outcome().to_dict()["before"]
     assert friction_groups(make_outcome()) == ["training"]
+
+
+def test_the_spread_of_a_ground_is_that_of_all_its_recordings() -> None:
+    judged = replace(make_outcome("c"), grounds={"ice": ("a", "b"), "": ("c",), "snow": ("d",)})
+
+    assert ground_spreads(judged).startswith(
+        "Between recordings the last estimates differ by 0.0 % → 0.0 % on ice:"
+    )
+    assert ground_spreads(make_outcome()) == ""
 
 
 def test_friction_is_that_of_the_last_usable_sample() -> None:
