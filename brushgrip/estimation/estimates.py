@@ -1,6 +1,6 @@
 """Friction over recordings: observers by name, their estimates, and tracks of friction to draw."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -219,14 +219,20 @@ def implausible(recordings: Sequence[Recording]) -> list[str]:
 
 def _suspects(recording: Recording) -> str:
     channel = "M_z" if has_aligning_torque(recording) else "M"
+    return with_remedy(recording, suspicions_of(samples_of(recording), recording.rig, channel), channel)
+
+
+def samples_of(recording: Recording) -> Iterator[Sample]:
+    """The samples of a recording as a sensor gives them, with the torque that an observer takes."""
+    channel = "M_z" if has_aligning_torque(recording) else "M"
     torque = recording.M_z if channel == "M_z" else recording.M
+    rate = recording.psi_dot if recording.psi_dot_recorded else np.full(recording.t.size, np.nan)
     columns = zip(
-        measured_angle(recording).tolist(), recording.F_N.tolist(),
+        measured_angle(recording).tolist(), rate.tolist(), recording.F_N.tolist(),
         np.diff(recording.t, prepend=2 * recording.t[0] - recording.t[1]).tolist(),
         np.asarray(torque).tolist(), strict=True,
     )  # fmt: skip
-    samples = (Sample(psi=p, psi_dot=np.nan, F_N=F, dt=dt, **{channel: m}) for p, F, dt, m in columns)
-    return with_remedy(recording, suspicions_of(samples, recording.rig, channel), channel)
+    return (Sample(psi=p, psi_dot=w, F_N=F, dt=dt, **{channel: m}) for p, w, F, dt, m in columns)
 
 
 def has_aligning_torque(recording: Recording) -> bool:

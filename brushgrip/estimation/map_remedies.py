@@ -1,13 +1,14 @@
 """The map of channels that mends a recording whose unit, gear or sign looks wrong."""
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from identification import Recording
-from identification.reading.signal_map import FOR_RATIO, SignalSource
+from identification.reading.signal_map import FOR_RATIO, USUAL_RATIO, SignalSource
 
 SURELY_DEGREES = 4 * math.pi
 """No steering wheel turns further [rad]; what is beyond is in degrees."""
@@ -19,6 +20,10 @@ UNITS = {
     "the torque looks like N mm": ("", "mNm"),
 }
 """Column and unit by the beginning of a suspected cause; the torque has no column of its own."""
+SCALE = re.compile(r"the torque grows with the angle (\S+) times as k, a and F_N say")
+GEARED, LEAST_SCALE = 0.25, 0.03
+"""Below the first a steering ratio may be missing, at the second the torque may be in kN m. The slope of
+the stick phase tells no more: where the patch slides soon, a ratio of 15 shows as 0.14."""
 ANGLE, SIGN = "psi looks like degrees", "psi or the torque has the other sign"
 
 
@@ -31,7 +36,7 @@ def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str
         torque: column of the torque that was measured, `M_z` or `M`.
     """
     changed: dict[str, SignalSource] = {}
-    angle = ""
+    angle = ratio = ""
     for cause in causes:
         for beginning, (column, unit) in UNITS.items():
             if cause.startswith(beginning):
@@ -41,12 +46,16 @@ def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str
             changed[torque] = replace(source, factor=-source.factor)
         if cause.startswith(ANGLE):
             angle = "psi"
+        if (scale := SCALE.match(cause)) and float(scale[1]) < GEARED:
+            ratio = f"; if psi is the steering wheel's: --steering-ratio {USUAL_RATIO}{FOR_RATIO}"
+            if float(scale[1]) < LEAST_SCALE:
+                kilo = replace(_source(recording, torque), unit="kNm").as_map(torque)
+                ratio += f"; if the torque is in kN m: --map {kilo}"
     given = {c: s for c, s in recording.sources.items() if s != SignalSource(channel=c)}
     maps = {column: source.as_map(column) for column, source in (given | changed).items()}
     why = "; ".join(causes)
     if not changed and not angle:
-        return why
-    ratio = ""
+        return why + ratio
     if angle:
         maps["psi"], ratio = _angle(recording)
     return f"{why}: --map {','.join(maps.values())}{ratio}"

@@ -100,13 +100,13 @@ _WORDS: Mapping[str, tuple[str, Callable[[float | None], str], str]] = {
 
 def friction_groups(outcome: FrictionOutcome) -> list[str]:
     """Labels of the groups that `friction_figures` has values of: those held out first."""
-    return [GROUP_LABELS[group] for group in reversed(outcome.groups())]
+    return [GROUP_LABELS[group] for group in list(outcome.groups())[::-1]]
 
 
 def friction_figures(outcome: FrictionOutcome) -> list[tuple[str, list[str], str]]:
     """Rows of a table: a label, the figure before → after for each group, and what it means."""
     rows = []
-    groups = list(reversed(outcome.groups().values()))
+    groups = list(outcome.groups().values())[::-1]
     stages = outcome.stages.values()
     for figure in FIGURES:
         label, text, words = _WORDS[figure]

@@ -18,6 +18,7 @@ from brushgrip.estimation.estimates import (
     observer_factory,
     require_plausible,
 )
+from brushgrip.estimation.suspected import suspected_cause
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.pipeline import Inputs, staged_files, write_text
 from brushgrip.inputs.tunings import ChosenTuning
@@ -180,7 +181,10 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
             label = ("declared model" if found is None else "model found") + ", smoothed" * task.smooth
             draw_friction(stages[-1], [friction_track(task.observer, recording, estimates, label)])
     ground = found.ground_taken(recording.ground) if found else ""
-    lines = (f"{recording.name}: {line}" for line in (ground, estimates_summary(estimates)) if line)
+    told = [ground, estimates_summary(estimates)]
+    if last_usable(estimates) is None:
+        told.append(suspected_cause(factory, recording, found, estimates))
+    lines = (f"{recording.name}: {line}" for line in told if line)
     return EstimateOutcome(row=row_of(recording, estimates), lines=tuple(lines))
 
 
@@ -216,7 +220,7 @@ def row_of(recording: Recording, estimates: Estimates) -> Row:
 
 def printed_rows(rows: Sequence[Row]) -> tuple[Sequence[str], list[tuple[str, ...]]]:
     """Headings and rows of the table on the screen."""
-    cells = []
+    cells: list[tuple[str, ...]] = []
     for row in rows:
         mu, std = row["mu_eff"], row["mu_eff_std"]
         known = isinstance(mu, float) and isinstance(std, float)

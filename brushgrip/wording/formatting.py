@@ -84,7 +84,8 @@ def error_percentages(diagnosis: Diagnosis) -> tuple[str, str, str]:
 def judged_errors(diagnosis: Diagnosis) -> tuple[float, float]:
     """The size of that error before and after [1]."""
     _, key = _judged_by(diagnosis)
-    return tuple(float(stage.summary()[key]) for stage in (diagnosis.before, diagnosis.after))
+    before, after = diagnosis.before.summary()[key], diagnosis.after.summary()[key]
+    return (math.nan if before is None else before), (math.nan if after is None else after)
 
 
 def error_columns(diagnosis: Diagnosis) -> dict[str, str]:

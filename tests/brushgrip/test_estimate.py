@@ -264,15 +264,45 @@ def test_the_angle_of_the_steering_wheel(
     columns = table_of(simulated)
     estimate(simulated)
     wanted = table_of(tmp_path / "mu.csv")
+    rate = {"psi_dot": np.gradient(columns["psi"], columns["t"])}
+    estimate(write_csv("rated.csv", columns | rate))
+    rated = table_of(tmp_path / "mu.csv")
     geared = write_csv("geared.csv", columns | {"psi": 15 * columns["psi"]})
     assert estimate(geared, "--steering-ratio", 15).status == 0
     of = table_of(tmp_path / "mu.csv")
+    both_geared = columns | {"psi": 15 * columns["psi"], "psi_dot": 15 * rate["psi_dot"]}
+    estimate(write_csv("both.csv", both_geared), "--steering-ratio", 15, out="both_mu.csv")
 
     np.testing.assert_allclose(of["mu"], wanted["mu"], rtol=1e-6)
+    np.testing.assert_allclose(table_of(tmp_path / "both_mu.csv")["nis"], rated["nis"], rtol=1e-6)
     assert json.loads((tmp_path / "mu.provenance.json").read_text())["settings"]["steering_ratio"] == 15
     both = estimate(geared, "--steering-ratio", 15, "--map", "psi=1/15*psi")
     both.refused("the map of channels has a factor for psi already, psi=0.0666666666667*psi")
     estimate(geared, "--steering-ratio", 0).refused("--steering-ratio must be finite and greater than 0")
+
+
+@pytest.mark.parametrize(
+    ("column", "factor", "said"),
+    [
+        ("psi", 15.0, "; if psi is the steering wheel's: --steering-ratio 15, with your steering ratio"),
+        ("M_z", 1e-3, "; if the torque is in kN m: --map M_z=M_z:kNm"),
+        ("M_z", 0.3, "check the torque's unit and gear"),
+    ],
+)
+def test_a_scale_that_no_sample_alone_betrays_is_named(
+    estimate: Run, run: Run, write_csv: Write, rig: Path, tmp_path: Path, column: str, factor: float,
+    said: str,
+) -> None:  # fmt: skip
+    # Small turns, so that an angle of the steering wheel stays below a right angle.
+    t = np.arange(500) * 0.01
+    columns = {"t": t, "psi": 0.08 * np.sin(2.0 * t), "F_N": np.full(500, 400.0), "M_z": np.zeros(500)}
+    run("simulate", "--rig", rig, write_csv("bare.csv", columns), "--out", tmp_path / "torque.csv")
+    columns["M_z"] = table_of(tmp_path / "torque.csv")["M_z"]
+    columns[column] = factor * columns[column]
+    outcome = estimate(write_csv("scaled.csv", columns))
+
+    assert "scaled: friction is not known, usable in 0 % of 500 samples" in outcome.out
+    assert said in outcome.out
 
 
 def test_tuning_by_name(estimate: Run, simulated: Path, tmp_path: Path) -> None:

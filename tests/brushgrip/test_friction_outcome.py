@@ -11,7 +11,9 @@ from brushgrip.report.friction_words import (
     friction_figures,
     friction_groups,
     ground_spreads,
+    known_friction,
     paragraph_to_send,
+    usable_until,
 )
 from brushgrip.report.tables import friction_by_ground
 from identification import FoundModel
@@ -55,6 +57,9 @@ def test_friction_is_that_of_the_last_usable_sample() -> None:
     ]  # fmt: skip
     assert rows["c"] == ["ice", "–", "never: friction is being acquired"]
     assert rows["d"][2] == "never: the patch has not slid far enough to tell friction"
+    moved = replace(TRACKS[1], changes=np.array([7.5]))
+    assert (moved.last_usable, known_friction(moved)) == (None, "–")
+    assert usable_until(moved).startswith("27 %, but not since a new ground was noticed at 7.5 s: ")
     document = judged.to_dict()["after"]["recordings"]
     assert (document["b"]["last_usable"], document["b"]["usable_mu_eff"]) == (7.0, 1.1)
     assert document["c"]["usable_mu_eff"] is None
