@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import as_completed
 from contextlib import contextmanager
 from dataclasses import dataclass
+from math import isfinite, nan
 from pathlib import Path
 
 import numpy as np
@@ -208,8 +209,8 @@ def row_of(recording: Recording, estimates: Estimates) -> Row:
         "ground": recording.ground or "",
         "samples": estimates.t.size,
         "duration": float(estimates.t[-1] - estimates.t[0]),
-        **{name: "" if at is None else float(getattr(estimates, name)[at]) for name in FRICTION},
-        "last_usable": "" if at is None else float(estimates.t[at]),
+        **{name: nan if at is None else float(getattr(estimates, name)[at]) for name in FRICTION},
+        "last_usable": nan if at is None else float(estimates.t[at]),
         "usable": float(estimates.usable.mean()),
         "informed": float(estimates.informed.mean()),
         **{name: share(flag) for name, flag in FLAGS.items()},
@@ -223,9 +224,9 @@ def printed_rows(rows: Sequence[Row]) -> tuple[Sequence[str], list[tuple[str, ..
     cells: list[tuple[str, ...]] = []
     for row in rows:
         mu, std = row["mu_eff"], row["mu_eff_std"]
-        known = isinstance(mu, float) and isinstance(std, float)
+        known = isinstance(mu, float) and isfinite(mu)
         usable = f"{100 * float(row['usable']):.0f} %" if row["usable"] != "" else "–"
-        remark = str(row["fault"]) or ("" if known else "no usable sample")
+        remark = str(row["fault"]) or ("" if known else "not known")
         friction = band(float(mu), float(std)) if known else "–"
         cells.append((str(row["recording"]), str(row["ground"]) or "–", friction, usable, remark))
     return ("recording", "ground", "mu_eff", "usable samples", "remark"), cells

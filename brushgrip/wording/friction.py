@@ -64,7 +64,7 @@ def estimates_summary(estimates: Estimates) -> str:
         counts[Status.ACQUIRING] = 0
     # Whether the deviation can be believed goes before what happened to samples.
     first = [flag for flag in (Status.SUSPECT, Status.INCONSISTENT) if counts[flag]]
-    most_frequent = first[0] if first else max(counts, key=lambda flag: counts[flag])
+    most_frequent = max(first or counts, key=lambda flag: counts[flag])
     number = counts[most_frequent]
     if number:
         return f"{line}; {number} {_plural(number, 'sample')}: {_on_command_line(most_frequent.remedy)}"

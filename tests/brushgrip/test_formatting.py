@@ -208,6 +208,11 @@ def test_what_is_taken_from_a_model(model: FoundModel, words: str) -> None:
         ([Status.MISSING], "1 sample: no measurement"),
         ([Status.MISSING | Status.HELD, Status.HELD], "2 samples: angle, load or steering torque"),
         ([Status.REJECTED] * 2 + [Status.MISSING] * 3, "2 samples rejected; 3 samples: no measurement"),
+        (
+            [Status.SUSPECT] * 2 + [Status.INCONSISTENT] + [Status.HELD] * 4,
+            "; 2 samples: an input looks",
+        ),
+        ([Status.SUSPECT] + [Status.INCONSISTENT] * 2 + [Status.HELD] * 4, "; 2 samples: model and"),
         ([Status.RESET], "1 change of the ground; 1 sample: the ground has changed"),
         (
             [Status.RESET] * 2 + [Status.REJECTED],
