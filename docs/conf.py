@@ -30,6 +30,8 @@ default_role = "code"
 # The gallery's settings hold functions.
 suppress_warnings = ["config.cache"]
 autodoc_typehints = "description"
+# Else what a dataclass documents as its attributes is listed as parameters once more.
+autodoc_typehints_description_target = "documented"
 autodoc_member_order = "bysource"
 autodoc_default_options = {"members": True, "show-inheritance": True}
 napoleon_use_ivar = True

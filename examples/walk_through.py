@@ -1,10 +1,11 @@
-"""From the declared model to the one found, on the measured recordings: writes a page with its figures.
+"""From the declared model to the one found, on the measured recordings: writes two pages with figures.
 
     python examples/walk_through.py [DATA] --out docs/evidence/measured.md
 
-DATA holds the recordings (`brushgrip fetch`); default: see published.py. The text
-of the page is walk_through.in.md beside this script; every number and picture in it is made here. Some
-minutes on two cores.
+DATA holds the recordings (`brushgrip fetch`); default: see published.py. What came out goes to OUT, how
+it was found to measured_search.md beside it. Their text is in walk_through.in.md and
+walk_through_search.in.md beside this script; every number and picture in them is made here. Some minutes
+on two cores.
 """
 
 import argparse
@@ -56,7 +57,10 @@ SPOKEN_OF = (
     },
 )
 """Effects that the text of the page explains: of the search with four held out, and with none."""
-TEMPLATE = Path(__file__).with_name("walk_through.in.md")
+TEMPLATE, SEARCH_TEMPLATE = (
+    Path(__file__).with_name(f"walk_through{part}.in.md") for part in ("", "_search")
+)
+SEARCH = "measured_search.md"
 
 
 def errors_table(diagnosis: Diagnosis) -> str:
@@ -226,8 +230,10 @@ def main() -> None:
         if {effect.name for effect in diagnosis.effects} != names:
             print(f"the text of {TEMPLATE.name} describes other effects: revise it", file=sys.stderr)
     draw(options.out.with_suffix(""), split)
-    page = TEMPLATE.read_text("utf-8").format_map(figures(split, seconds, whole, recordings))
-    options.out.write_text(page, encoding="utf-8", newline="\n")
+    told = figures(split, seconds, whole, recordings)
+    for template, path in ((TEMPLATE, options.out), (SEARCH_TEMPLATE, options.out.with_name(SEARCH))):
+        page = template.read_text("utf-8").format_map(told)
+        path.write_text(page, encoding="utf-8", newline="\n")
     print(f"{options.out}: held out {figures_line(split, whole)}")
 
 

@@ -35,7 +35,7 @@ from symbolic.model import DECLARED, GEOMETRY, SIGNALS, Model
 from symbolic.motion import TorqueProfile, WheelMotion, simulate_motion
 from symbolic.parameters import RIG_RANGES, TOLERATED, Rig, Tolerances, Tyre
 from symbolic.patch import Expression
-from symbolic.tables.found_model import FoundModel, units_of
+from symbolic.tables.found_model import FoundModel, ModelBasis, units_of
 from symbolic.tables.model_error import ModelError
 from symbolic.tables.model_tables import model_from_tables
 from symbolic.tables.rig_tables import rig_from_tables
@@ -59,6 +59,7 @@ __all__ = [
     "FoundModel",
     "InvalidInputError",
     "Model",
+    "ModelBasis",
     "ModelError",
     "Parameter",
     "Relaxation",

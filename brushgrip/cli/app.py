@@ -117,7 +117,8 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 def _run(arguments: Sequence[str]) -> int:
     """The exit status of a command line; what went wrong is said."""
-    given = flags_first(repeat_lists(arguments))
+    # A command line without anything asks what there is.
+    given = flags_first(repeat_lists(arguments)) or ["--help"]
     said_by, speech = COMMAND_LINE.set(tuple(arguments)), SPEECH.set(SPEECH.get())
     try:
         status = app(args=given, prog_name="brushgrip", standalone_mode=False)

@@ -47,8 +47,10 @@ class CodegenRequest:
     """
 
     rig: Annotated[Path, option("--rig", metavar="R", help="Rig file (TOML).")]
-    observer: Annotated[GeneratedObserver, option("--observer", help="Observer to write.")]
     out: OutFolder
+    observer: Annotated[
+        GeneratedObserver, option("--observer", help="Observer to write; ekf if left out.")
+    ] = GeneratedObserver.EKF
     model: ModelFile = None
     effects: EffectModules = None
     tuning: TuningProfile = None

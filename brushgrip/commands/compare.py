@@ -22,7 +22,7 @@ class CompareRequest(RecordingRequest):
     Without --declared, errors refer to mu of the author's file, of the published surface, or of the rig.
     """
 
-    out: OutJson
+    out: OutJson = None
     model: ModelFile = None
     author: Annotated[
         Path | None,
@@ -88,7 +88,8 @@ class CompareRequest(RecordingRequest):
             summaries = summarise(results, methods)
             document = comparison_dict(results, summaries) | {KEY: made}
             staged = dict(zip(finals, stages, strict=True))
-            write_text(staged[self.out], json_text(document))
+            if self.out is not None:
+                write_text(staged[self.out], json_text(document))
             if self.table is not None:
                 write_text(
                     staged[self.table], markdown_text(results, summaries) + markdown_comment(made)
@@ -97,7 +98,8 @@ class CompareRequest(RecordingRequest):
                 draw_boxes(staged[self.picture], results, [row.method for row in summaries])
         print_comparison(results, summaries)
         show(document)
-        say(f"wrote {', '.join(map(str, finals))}")
+        if finals:
+            say(f"wrote {', '.join(map(str, finals))}")
 
     def _finals(self) -> list[Path]:
         from itertools import combinations

@@ -29,7 +29,7 @@ class DemoRequest:
         from shutil import copyfile
 
         import identification
-        from brushgrip.estimation.friction_outcome import estimate_friction, friction_outcome
+        from brushgrip.estimation.friction_outcome import friction_outcome
         from brushgrip.outputs.atomic import staged_directory
         from brushgrip.outputs.console import progress
         from brushgrip.outputs.provenance import require_own_folder
@@ -49,7 +49,6 @@ class DemoRequest:
                 result = identification.diagnose(recordings, holdout, progress=report)
                 report("estimating friction", 0, 1)
                 outcome = friction_outcome(recordings, holdout, result)
-                tracks = estimate_friction(holdout, result)
-            content = write_diagnosis(stage, result, outcome, tracks, made)
+            content = write_diagnosis(stage, result, outcome, made)
             copyfile(inputs.rig or RIG, stage / RIG)
         finish_diagnosis(self.out, earlier, content, result, outcome)

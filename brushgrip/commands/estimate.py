@@ -1,8 +1,9 @@
 """`brushgrip estimate`."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -17,29 +18,40 @@ from brushgrip.commands.options import (
 )
 from brushgrip.inputs.choices import ObserverName
 
+if TYPE_CHECKING:
+    from brushgrip.running.batch import EstimateOutcome
+
 
 @dataclass(frozen=True, kw_only=True)
 class EstimateRequest(GroundRequest):
     """Estimate friction over time, causally, one row a sample.
 
-    Columns t,mu,mu_std,M_z_predicted,informed,usable,mu_eff,mu_eff_std,M_slide,nis,status. The effective
-    friction mu_eff compares between models: the torque M_slide [N m] of a steady full slide over that of
-    the declared patch with mu = 1; nis is the square of measured minus predicted over its variance.
+    Friction by the last usable sample is printed; --out writes all samples, and a picture beside them.
+
+    Columns of OUT.csv: t,mu,mu_std,M_z_predicted,informed,usable,mu_eff,mu_eff_std,M_slide,nis,status.
+    Act on friction where usable is 1. mu_eff is effective friction, which compares between models: the
+    torque M_slide [N m] of a steady full slide over that of the declared patch with mu = 1. mu is that
+    of the model's own law. informed and usable are 0 or 1, status is a number; nis is the square of
+    measured minus predicted over its variance. With root, the method of [Györök 2022], deviations and
+    nis are empty.
 
     From the aligning torque M_z, or, where the recording has none, from the steering torque M; that
-    takes J_A and b_t of the rig. informed and usable are 0 or 1, status a
-    number; act on friction where usable is 1; deviations and nis are empty with
-    root, the method of [Györök 2022], which has none. A picture of mu_eff(t) goes beside OUT.csv.
-    With --smooth an estimate knows later samples too, for those who work offline.
+    takes J_A and b_t of the rig. With --smooth an estimate knows later samples too, for those who work
+    offline.
 
-    Several recordings go to OUT_<recording>.csv, without pictures, and friction at the end of each to a
-    row of --summary, which suffices for itself. What is wrong with a recording stands in its row; the
-    others are estimated all the same, and the exit status is 2. A text in --summary that a spreadsheet
-    would take for a formula begins with an apostrophe.
+    Several recordings go to OUT_<recording>.csv, without pictures, and to rows of --summary. There
+    friction is that of the last usable sample, at last_usable [s]; changes counts changes of the ground;
+    all columns of flags are shares of the samples, 0 to 1. What is wrong with a recording stands in its
+    row; the others are estimated all the same, and the exit status is 2. A text in --summary that a
+    spreadsheet would take for a formula begins with an apostrophe.
     """
 
-    observer: Annotated[ObserverName, option("--observer", help="Observer to use.")]
-    out: Annotated[Path | None, file_option("--out", "OUT.csv")] = None
+    observer: Annotated[ObserverName, option("--observer", help="Observer to use; ekf if left out.")] = (
+        ObserverName.EKF
+    )
+    out: Annotated[
+        Path | None, file_option("--out", "OUT.csv", "Table to write with a row for each sample.")
+    ] = None
     summary: Annotated[
         Path | None,
         file_option("--summary", "TABLE.csv", "Table to write with a row for each recording."),
@@ -62,7 +74,7 @@ class EstimateRequest(GroundRequest):
         from brushgrip.inputs.pipeline import staged_tables, table_path, write_text
         from brushgrip.inputs.tunings import chosen_tuning
         from brushgrip.outputs.atomic import is_same_file
-        from brushgrip.outputs.console import say, show
+        from brushgrip.outputs.console import say
         from brushgrip.running.batch import (
             EstimateTask,
             estimate_all,
@@ -70,6 +82,7 @@ class EstimateRequest(GroundRequest):
             summary_table,
             task_submission,
         )
+        from brushgrip.wording.friction import model_taken
         from symbolic import InvalidInputError
 
         tuning = chosen_tuning(self.tuning, self.tune)
@@ -91,20 +104,42 @@ class EstimateRequest(GroundRequest):
         settings = {"observer": self.observer.value, "tuning": tuning and tuning.to_dict()}
         if self.summary and any(is_same_file(self.summary, table) for table in tables):
             raise InvalidInputError(f"{self.summary}: --summary and --out must name different files")
-        with staged_tables(inputs, finals, (finals or tables)[0], settings, tables) as stages:
+        with staged_tables(inputs, finals, settings, tables) as stages:
             if alone:
-                tasks = [replace(tasks[0], out=stages[0], picture=stages[1])]
+                staged = dict(zip(finals, stages, strict=True))
+                picture = next((path for path in finals if path != self.out), None)
+                tasks = [
+                    replace(tasks[0], out=staged.get(self.out), picture=staged.get(picture))  # type: ignore[arg-type]
+                ]
             with task_submission(inputs, tasks, self.jobs, self.scheduler) as (submit, report):
                 outcomes = estimate_all(tasks, submit, report)
             if alone and (fault := outcomes[0].fault):
                 raise fault
-            rows = [outcome.row for outcome in outcomes]
             if self.summary:
-                write_text(stages[0], summary_table(rows))
+                write_text(stages[0], summary_table([outcome.row for outcome in outcomes]))
+        if found := inputs.found():
+            say(f"{self.model} gives {model_taken(found)}.")
+        self._say(outcomes, finals)
+
+    def _say(self, outcomes: "Sequence[EstimateOutcome]", finals: Sequence[Path]) -> None:
+        """Print what was estimated.
+
+        Raises:
+            InvalidInputError: a recording could not be.
+        """
+        from brushgrip.outputs.console import print_table, say, show
+        from brushgrip.running.batch import printed_rows
+        from symbolic import InvalidInputError
+
+        rows = [outcome.row for outcome in outcomes]
         faults = [row for row in rows if row["fault"]]
-        estimated = f"estimated {len(rows) - len(faults)} of {len(rows)} recordings"
-        for line in outcomes[0].lines if alone else (estimated,):
-            say(line)
+        if len(rows) == 1 and not self.summary:
+            for line in outcomes[0].lines:
+                say(line)
+        else:
+            if not self.summary:
+                print_table("Friction ± 95 % band, last usable", *printed_rows(rows), overflow="fold")
+            say(f"estimated {len(rows) - len(faults)} of {len(rows)} recordings")
         if finals:
             say(f"wrote {' and '.join(map(str, finals))}")
         show(rows)

@@ -23,7 +23,7 @@ class IdentifyRequest:
             help="Recordings of the wheel swinging freely after an impact: one or more after the flag.",
         ),
     ]
-    out: OutJson
+    out: OutJson = None
     rig: RigFile = None
     channel_map: ChannelMap = None
     write_rig: Annotated[
@@ -45,28 +45,31 @@ class IdentifyRequest:
         from identification.thesis import estimate_by_decrement
         from symbolic import BrushgripError, InvalidInputError
 
-        image, written = self.out.with_suffix(".png"), self.write_rig
-        if image == self.out:
+        written = self.write_rig
+        results = [self.out, self.out.with_suffix(".png")] if self.out else []
+        if len(set(results)) == 1:
             raise InvalidInputError(
                 f"{self.out}: the result needs a name such as .json; .png is its picture"
             )
-        if written and any(is_same_file(written, other) for other in (self.out, image)):
+        if written and any(is_same_file(written, other) for other in results):
             raise InvalidInputError(f"{written}: --write-rig and --out must name different files")
-        finals = [self.out, image, *([written] if written else [])]
+        finals = [*results, *([written] if written else [])]
         inputs = locate_inputs(self.free_decay, rig=self.rig, channel_map=self.channel_map)
         inputs.keep(finals)
         decays = inputs.decays()
         declared = declared_rig(decays, self.rig) if written else None
-        with staged_files(finals) as (table, drawing, *rest):
+        with staged_files(finals) as stages:
             result = identification.identify_free_decay(decays)
             if not result.converged:
                 raise BrushgripError(f"k and b_t were {result.status}: {result.remedy}")
             decrement = estimate_by_decrement(decays)
             document = free_decay_document(result, decrement) | {KEY: inputs.provenance()}
-            write_text(table, json_text(document))
-            draw_free_decay(drawing, result, decrement)
+            if results:
+                write_text(stages[0], json_text(document))
+                draw_free_decay(stages[1], result, decrement)
             if declared:
-                write_text(rest[0], identified_rig_text(*declared, self.rig, result))
+                write_text(stages[-1], identified_rig_text(*declared, self.rig, result))
         print_free_decay(result, decrement)
-        say(f"wrote {listed(list(map(str, finals)))}")
+        if finals:
+            say(f"wrote {listed(list(map(str, finals)))}")
         show(document)

@@ -142,7 +142,24 @@ EffectModules = Annotated[
     ),
 ]
 OutFile = Annotated[Path, file_option("--out", "OUT.csv")]
-OutJson = Annotated[Path, file_option("--out", "OUT.json")]
+OutJson = Annotated[
+    Path | None, file_option("--out", "OUT.json", "File to write; left out, the tables here suffice.")
+]
+From = Annotated[
+    float | None,
+    option("--from", metavar="T", help="Use samples from this time on, as the recording counts it [s]."),
+]
+To = Annotated[float | None, option("--to", metavar="T", help="Use samples up to this time [s].")]
+SteeringRatio = Annotated[
+    float | None,
+    option(
+        "--steering-ratio",
+        metavar="RATIO",
+        help="Angle of the steering wheel over that of the wheel, such as 15: psi and psi_dot are"
+        " divided by it. A torque from the steering wheel's shaft needs its own"
+        " factor: --map M_z=-15*Torque.",
+    ),
+]
 OutFolder = Annotated[Path, folder_option()]
 Jobs = Annotated[
     int | None,
@@ -172,6 +189,9 @@ class RecordingRequest:
     recordings: RecordingNames
     rig: RigFile = None
     channel_map: ChannelMap = None
+    steering_ratio: SteeringRatio = None
+    begin: From = None
+    end: To = None
     effects: EffectModules = None
 
     def inputs(self, more: Sequence[str] = (), **options: Any) -> "Inputs":
@@ -182,6 +202,8 @@ class RecordingRequest:
             [*self.recordings, *more],
             rig=self.rig,
             channel_map=self.channel_map,
+            steering_ratio=self.steering_ratio,
+            span=(self.begin, self.end),
             effects=self.effects,
             **options,
         )

@@ -39,7 +39,7 @@ class SimulateRequest(GroundRequest):
         inputs = self.model_inputs()
         finals = [table_path(self.out, name, len(inputs.paths)) for name in inputs.paths]
         settings = {"mu": self.mu, "ground": list(self.ground or ())}
-        with staged_tables(inputs, finals, self.out, settings) as stages:
+        with staged_tables(inputs, finals, settings, out=self.out) as stages:
             recordings, found = inputs.recordings(torque_required=False), inputs.found()
             models = [model_and_values(recording, found, self.mu) for recording in recordings]
             for recording, (model, values), stage in zip(recordings, models, stages, strict=True):

@@ -1,6 +1,6 @@
 """Friction over recordings: observers by name, their estimates, and tracks of friction to draw."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from brushgrip.estimation.map_remedies import with_remedy
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.tunings import ChosenTuning
 from identification import FoundModel, Recording
@@ -51,6 +52,7 @@ class FrictionTrack:
             narrow.
         reference: effective friction to compare with [1], None where unknown.
         reference_label: where the reference comes from.
+        last_status: of the last sample.
     """
 
     name: str
@@ -63,6 +65,14 @@ class FrictionTrack:
     inconsistent: NDArray[np.bool_] | None = None
     reference: float | None = None
     reference_label: str = "declared μ"
+    last_status: Status = Status.USED
+
+    @property
+    def last_usable(self) -> int | None:
+        """The last sample on the last ground on which a controller may act; None for none."""
+        since = self.changes[-1] if self.changes.size else -np.inf
+        known = np.flatnonzero(self.usable & (self.t >= since))
+        return int(known[-1]) if known.size else None
 
 
 def model_observer(
@@ -204,19 +214,25 @@ def require_plausible(recording: Recording) -> None:
 
 def implausible(recordings: Sequence[Recording]) -> list[str]:
     """A line for each recording that looks like one in other units, or of the other sign."""
-    return [f"{r.name}: {'; '.join(suspects)}" for r in recordings if (suspects := _suspects(r))]
+    return [f"{r.name}: {suspects}" for r in recordings if (suspects := _suspects(r))]
 
 
-def _suspects(recording: Recording) -> Sequence[str]:
+def _suspects(recording: Recording) -> str:
+    channel = "M_z" if has_aligning_torque(recording) else "M"
+    return with_remedy(recording, suspicions_of(samples_of(recording), recording.rig, channel), channel)
+
+
+def samples_of(recording: Recording) -> Iterator[Sample]:
+    """The samples of a recording as a sensor gives them, with the torque that an observer takes."""
     channel = "M_z" if has_aligning_torque(recording) else "M"
     torque = recording.M_z if channel == "M_z" else recording.M
+    rate = recording.psi_dot if recording.psi_dot_recorded else np.full(recording.t.size, np.nan)
     columns = zip(
-        measured_angle(recording).tolist(), recording.F_N.tolist(),
+        measured_angle(recording).tolist(), rate.tolist(), recording.F_N.tolist(),
         np.diff(recording.t, prepend=2 * recording.t[0] - recording.t[1]).tolist(),
         np.asarray(torque).tolist(), strict=True,
     )  # fmt: skip
-    samples = (Sample(psi=p, psi_dot=np.nan, F_N=F, dt=dt, **{channel: m}) for p, F, dt, m in columns)
-    return suspicions_of(samples, recording.rig, channel)
+    return (Sample(psi=p, psi_dot=w, F_N=F, dt=dt, **{channel: m}) for p, w, F, dt, m in columns)
 
 
 def has_aligning_torque(recording: Recording) -> bool:
@@ -244,4 +260,5 @@ def friction_track(
         changes=estimates.t[estimates.status & Status.RESET != 0],
         inconsistent=estimates.status & Status.INCONSISTENT != 0,
         reference=recording.tyre.mu,
+        last_status=Status(int(estimates.status[-1])),
     )

@@ -1,6 +1,6 @@
 """What a found model does for friction: the EKF's estimates before and after, recording by recording."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -19,8 +19,13 @@ from observers import FrictionQuality, friction_quality, friction_spread
 
 Stage = Mapping[str, FrictionQuality]
 """The quality of the estimates on each recording, by name."""
-GROUP_LABELS = {"training": "training", "holdout": "held out"}
-"""Labels of `FrictionOutcome.groups`."""
+MODELS = ("declared model", "model found")
+DECLARED, FOUND, WINDOW = (f"EKF, {MODELS[0]}", f"EKF, {MODELS[1]}", f"MHE, {MODELS[1]}")
+"""Labels of tracks."""
+MOST_COMPARED = 6
+"""Most recordings whose friction over time is shown by every observer."""
+FIGURES = ("settling", "drift", "relative_band", "coverage", "reference_coverage")
+"""Figures of `FrictionQuality` that are averaged over recordings."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -33,17 +38,28 @@ class FrictionOutcome:
         grounds: names of the recordings of each ground, those without one under an empty name.
         holdout: names of the recordings to which no shared parameter was fitted; their errors still
             chose the effects.
+        tracks: friction over time of every recording by `DECLARED` and `FOUND`, and of some by `WINDOW`.
     """
 
     before: Stage
     after: Stage
     grounds: Mapping[str, tuple[str, ...]]
     holdout: tuple[str, ...] = ()
+    tracks: tuple[FrictionTrack, ...] = ()
 
     @property
     def stages(self) -> Mapping[str, Stage]:
         """Both stages by name."""
         return {"before": self.before, "after": self.after}
+
+    def by(self, label: str) -> dict[str, FrictionTrack]:
+        """The tracks of an observer, `DECLARED`, `FOUND` or `WINDOW`, by recording."""
+        return {track.name: track for track in self.tracks if track.label == label}
+
+    @property
+    def compared(self) -> tuple[FrictionTrack, ...]:
+        """All tracks of the recordings that have one by every observer."""
+        return tuple(track for track in self.tracks if track.name in self.by(WINDOW))
 
     def groups(self) -> Mapping[str, tuple[str, ...]]:
         """Names of the training and, where there are any, of the held-out recordings."""
@@ -51,9 +67,9 @@ class FrictionOutcome:
         return {"training": training, **({"holdout": self.holdout} if self.holdout else {})}
 
     def means(self, stage: Stage, names: Sequence[str] | None = None) -> dict[str, float | None]:
-        """The figures of `LABELS`, each averaged over those of the recordings that have it."""
+        """The figures of `FIGURES`, each averaged over those of the recordings that have it."""
         chosen = [stage[name] for name in (stage if names is None else names)]
-        return {figure: _mean([getattr(quality, figure) for quality in chosen]) for figure in LABELS}
+        return {figure: _mean([getattr(quality, figure) for quality in chosen]) for figure in FIGURES}
 
     def spread(self, stage: Stage) -> dict[str, float | None]:
         """Coefficient of variation of the final mu_eff on each ground [1]; None below two recordings."""
@@ -70,10 +86,25 @@ class FrictionOutcome:
                 "mean": self.means(stage),
                 **{group: {"mean": self.means(stage, names)} for group, names in self.groups().items()},
                 "spread": self.spread(stage),
-                "recordings": {recording: asdict(quality) for recording, quality in stage.items()},
+                "recordings": {
+                    recording: asdict(quality) | usable_part(self.by(label).get(recording))
+                    for recording, quality in stage.items()
+                },
             }
-            for name, stage in self.stages.items()
+            for (name, stage), label in zip(self.stages.items(), (DECLARED, FOUND), strict=True)
         }
+
+
+def usable_part(track: FrictionTrack | None) -> dict[str, float | None]:
+    """Share of usable samples [1], and time [s] and friction [1] of the last; None without any."""
+    if track is None:
+        return {}
+    at = track.last_usable
+    known = {"last_usable": track.t, "usable_mu_eff": track.mu, "usable_mu_eff_std": track.mu_std}
+    return {
+        "usable": float(track.usable.mean()),
+        **{name: None if at is None else float(values[at]) for name, values in known.items()},
+    }
 
 
 def found_model(diagnosis: Diagnosis) -> FoundModel:
@@ -84,6 +115,7 @@ def found_model(diagnosis: Diagnosis) -> FoundModel:
         own={},
         grounds=diagnosis.values.grounds,
         error=diagnosis.model_error,
+        basis=diagnosis.basis,
     )
 
 
@@ -96,42 +128,38 @@ def fitted_model(diagnosis: Diagnosis) -> FoundModel:
 def friction_outcome(
     training: Sequence[Recording], holdout: Sequence[Recording], diagnosis: Diagnosis
 ) -> FrictionOutcome | None:
-    """The EKF over every recording by both models; None where a recording has no aligning torque."""
+    """The EKF over every recording by both models; None where a recording has no aligning torque.
+
+    The moving-horizon estimator goes over `MOST_COMPARED` of them too, those held out first.
+    """
     recordings = [*training, *holdout]
     if not recordings or not all(has_aligning_torque(recording) for recording in recordings):
         return None
-    factory = OBSERVERS[ObserverName.EKF]
+    compared = {recording.name for recording in [*holdout, *training][:MOST_COMPARED]}
     found, fitted = found_model(diagnosis), fitted_model(diagnosis)
-    references = {recording.name: offline_friction(fitted, recording) for recording in recordings}
-    before, after = (
-        {r.name: friction_quality(observe(factory, r, model), references[r.name]) for r in recordings}
-        for model in (None, found)
-    )
+    before, after, tracks = {}, {}, []
+    for recording in recordings:
+        name, reference = recording.name, offline_friction(fitted, recording)
+        runs = [(ObserverName.EKF, None), (ObserverName.EKF, found)]
+        runs += [(ObserverName.MHE, found)] if name in compared else []
+        estimates = [observe(OBSERVERS[observer], recording, model) for observer, model in runs]
+        before[name], after[name] = (friction_quality(one, reference) for one in estimates[:2])
+        tracks += [
+            replace(
+                friction_track(observer, recording, one, MODELS[model is not None]),
+                reference=reference,
+                reference_label="μ_eff fitted to the whole recording",
+            )
+            for (observer, model), one in zip(runs, estimates, strict=True)
+        ]
     grounds: dict[str, tuple[str, ...]] = {}
     for recording in recordings:
         ground = recording.ground or ""
         grounds[ground] = (*grounds.get(ground, ()), recording.name)
     held_out = tuple(recording.name for recording in holdout)
-    return FrictionOutcome(before=before, after=after, grounds=grounds, holdout=held_out)
-
-
-def estimate_friction(recordings: Sequence[Recording], diagnosis: Diagnosis) -> list[FrictionTrack]:
-    """Friction over each recording: EKF on the declared model, EKF and MHE on the model found."""
-    found, fitted = found_model(diagnosis), fitted_model(diagnosis)
-    runs: list[tuple[ObserverName, FoundModel | None, str]] = [
-        (ObserverName.EKF, None, "declared model"),
-        (ObserverName.EKF, found, "model found"),
-        (ObserverName.MHE, found, "model found"),
-    ]
-    return [
-        replace(
-            friction_track(observer, recording, observe(OBSERVERS[observer], recording, model), label),
-            reference=offline_friction(fitted, recording),
-            reference_label="μ_eff fitted to the whole recording",
-        )
-        for recording in recordings
-        for observer, model, label in runs
-    ]
+    return FrictionOutcome(
+        before=before, after=after, grounds=grounds, holdout=held_out, tracks=tuple(tracks)
+    )
 
 
 def offline_friction(found: FoundModel, recording: Recording) -> float:
@@ -158,48 +186,3 @@ def offline_friction(found: FoundModel, recording: Recording) -> float:
 def _mean(figures: Sequence[float | None]) -> float | None:
     known = [figure for figure in figures if figure is not None]
     return float(np.mean(known)) if known else None
-
-
-def friction_figures(outcome: FrictionOutcome) -> list[tuple[str, list[str]]]:
-    """Rows of a table, before and after: a label, and figures of training and held-out recordings."""
-    stages = outcome.stages.values()
-    rows = []
-    for group, names in outcome.groups().items():
-        means = [outcome.means(stage, names) for stage in stages]
-        rows += [
-            (f"{GROUP_LABELS[group]}: {label}", [text(mean[figure]) for mean in means])
-            for figure, (label, text) in LABELS.items()
-        ]
-    spreads = [outcome.spread(stage) for stage in stages]
-    return rows + [
-        (f"spread between recordings on {ground}", [_share(spread[ground]) for spread in spreads])
-        for ground in spreads[0]
-    ]
-
-
-def end_friction(quality: FrictionQuality) -> str:
-    """The effective friction at the end, with its deviation."""
-    return f"{quality.mu_eff:.3f} ± {quality.mu_eff_std:.3f}"
-
-
-def whole_percent(share: float | None) -> str:
-    """A share as a whole percentage, a dash where there is none."""
-    return "–" if share is None else f"{100 * share:.0f} %"
-
-
-def _share(share: float | None) -> str:
-    return "–" if share is None else f"{100 * share:.1f} %"
-
-
-def _decimal(value: float | None) -> str:
-    return "–" if value is None else f"{value:.1f}"
-
-
-LABELS: Mapping[str, tuple[str, Callable[[float | None], str]]] = {
-    "settling": ("settled within 10 %, mean [s]", _decimal),
-    "drift": ("drift over the second half, mean", whole_percent),
-    "coverage": ("bands that hold the end", whole_percent),
-    "reference_coverage": ("bands that hold the offline fit", whole_percent),
-    "relative_band": ("standard deviation over μ_eff, median of informed samples", _share),
-}
-"""Figures of `FrictionQuality` that are averaged over recordings: label and text of each."""

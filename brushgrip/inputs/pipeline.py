@@ -27,10 +27,13 @@ from identification import (
     read_rig,
     read_signals,
 )
+from identification.reading.adjusting import geared, trimmed
 from identification.reading.readers import files_beside
 from symbolic import Effect, InvalidInputError
 
 Content = TypeVar("Content")
+WHOLE = (None, None)
+"""Span of a whole recording."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +47,9 @@ class Inputs:
         signals: where columns come from.
         effects: of the user's own.
         grounds: what `--ground` says, by label.
+        span: first and last time that is used of each recording [s]; None for all of it.
+        steering_ratio: angle of the steering wheel, which was recorded, over the wheel's; None where the
+            wheel's was.
     """
 
     paths: Mapping[str, Path]
@@ -53,6 +59,8 @@ class Inputs:
     signals: SignalMap
     effects: tuple[Effect, ...]
     grounds: Mapping[str, str]
+    span: tuple[float | None, float | None] = WHOLE
+    steering_ratio: float | None = None
 
     def recordings(self, *, torque_required: bool = True, causal: bool = False) -> list[Recording]:
         """The recordings in order, each on its ground.
@@ -74,9 +82,16 @@ class Inputs:
         if torque_required:
             self._require_distinct(read, same_samples, ", either for training or held out")
         return [
-            replace(recording, name=label, ground=self.grounds.get(label, recording.ground))
+            self._adjusted(
+                replace(recording, name=label, ground=self.grounds.get(label, recording.ground))
+            )
             for label, recording in zip(self.paths, read, strict=True)
         ]
+
+    def _adjusted(self, recording: Recording) -> Recording:
+        if self.steering_ratio is not None:
+            recording = geared(recording, self.steering_ratio)
+        return trimmed(recording, *self.span)
 
     def decays(self) -> list[Decay]:
         """The free vibrations in order.
@@ -124,6 +139,10 @@ class Inputs:
 
     def provenance(self, **settings: object) -> Provenance:
         """The provenance of what is written now; settings are options that change the result."""
+        if self.span != WHOLE:
+            settings["span"] = list(self.span)
+        if self.steering_ratio is not None:
+            settings["steering_ratio"] = self.steering_ratio
         return provenance_of(self.files, self.rig, self.model, self.signals.to_dict(), **settings)
 
 
@@ -132,6 +151,8 @@ def locate_inputs(
     *,
     rig: Path | None = None,
     channel_map: str | None = None,
+    steering_ratio: float | None = None,
+    span: tuple[float | None, float | None] = WHOLE,
     model: Path | None = None,
     effects: Sequence[str] | None = None,
     ground: Sequence[str] | None = None,
@@ -143,6 +164,8 @@ def locate_inputs(
         names: recordings.
         rig: rig file; None where the recordings know their rig.
         channel_map: what `--map` says; goes before the rig file's [signals].
+        steering_ratio: what `--steering-ratio` says.
+        span: what `--from` and `--to` say [s].
         model: model file, None for the declared model.
         effects: modules of the user's own effects, which are imported.
         ground: what `--ground` says.
@@ -160,6 +183,11 @@ def locate_inputs(
     signals = SignalMap() if rig is None else read_signals(rig)
     if channel_map is not None:
         signals = signals.updated(parse_signals(channel_map))
+    if steering_ratio is not None and abs(signals.of("psi").factor) != 1:
+        raise InvalidInputError(
+            f"--steering-ratio {steering_ratio:g}: the map of channels has a factor for psi already,"
+            f" {signals.of('psi').as_map('psi')}; give one of them"
+        )
     paths = dict(zip(unique_labels(located), located, strict=True))
     files = [*located, *effect_files(effects, own), *files_beside(located, signals)]
     return Inputs(
@@ -170,6 +198,8 @@ def locate_inputs(
         signals=signals,
         effects=own,
         grounds=grounds_by_name(list(paths), ground, bare=one_ground),
+        span=span,
+        steering_ratio=steering_ratio,
     )
 
 
@@ -188,23 +218,27 @@ def staged_files(finals: Sequence[Path]) -> Iterator[list[Path]]:
 def staged_tables(
     inputs: Inputs,
     finals: Sequence[Path],
-    out: Path,
     settings: Mapping[str, object],
     others: Sequence[Path] = (),
+    out: Path | None = None,
 ) -> Iterator[list[Path]]:
     """Paths to write to, in the order of the final files, with their provenance in a file beside `out`.
 
     Args:
         inputs: what the tables are made from.
         finals: files to write.
-        out: the file that the provenance stands beside.
         settings: options that change the result.
         others: files that are written elsewhere.
+        out: the file that the provenance stands beside; the first of all if left out.
 
     Raises:
         InvalidInputError: a file would overwrite what is read, or cannot be written.
     """
-    told = beside(out)
+    written = [*([] if out is None else [out]), *finals, *others]
+    if not written:
+        yield []
+        return
+    told = beside(written[0])
     inputs.keep([*others, *finals, told])
     made = inputs.provenance(**settings)
     with staged_files([*finals, told]) as (*stages, origin):

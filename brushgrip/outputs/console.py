@@ -15,7 +15,7 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 from rich.progress import Progress as ProgressBar
-from rich.table import Table
+from rich.table import Column, Table
 
 from brushgrip.outputs.speech import RESULT, SPEECH, Speech
 from brushgrip.wording.formatting import json_text
@@ -86,15 +86,17 @@ def progress() -> Iterator[Progress]:
     if not screen.is_terminal:
         yield _plain_lines(screen)
         return
+    # What is done is cut off before bar and count are.
+    described = Column(ratio=1, no_wrap=True, overflow="ellipsis")
     columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-        TextColumn("left in this step:"),
-        TimeRemainingColumn(),
+        TextColumn("{task.description}", markup=False, table_column=described),
+        BarColumn(bar_width=12),
+        MofNCompleteColumn(table_column=Column(no_wrap=True)),
+        TimeElapsedColumn(table_column=Column(no_wrap=True)),
+        TextColumn("left:", table_column=Column(no_wrap=True)),
+        TimeRemainingColumn(table_column=Column(no_wrap=True)),
     )
-    with ProgressBar(*columns, console=screen, transient=True) as bar:
+    with ProgressBar(*columns, console=screen, transient=True, expand=True) as bar:
         task = bar.add_task("reading", total=None)
 
         def report(message: str, done: int, total: int) -> None:

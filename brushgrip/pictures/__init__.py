@@ -11,7 +11,7 @@ from brushgrip.pictures.diagnosis import (
     draw_residuals,
     draw_signatures,
 )
-from brushgrip.pictures.friction import draw_friction
+from brushgrip.pictures.friction import draw_friction, draw_overview
 from brushgrip.pictures.parameters import draw_free_decay, draw_profile
 from brushgrip.pictures.thesis_figures import draw_boxes, draw_zones
 
@@ -22,6 +22,7 @@ __all__ = [
     "draw_free_decay",
     "draw_friction",
     "draw_loops",
+    "draw_overview",
     "draw_profile",
     "draw_residuals",
     "draw_signatures",

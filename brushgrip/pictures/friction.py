@@ -1,7 +1,8 @@
 """Friction over time with its band."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -15,24 +16,46 @@ from identification.loops import literal
 
 BAND = 2.0
 """Standard deviations to either side of the estimate."""
-DASHES = ("-", "-", (0, (4, 3)), (0, (1, 2)))
-"""Strokes in the order of `TRACKS`; where two observers agree, both lines are visible."""
 CHANGE = (0, (1, 1.5))
 """Stroke of a change of the ground."""
 DOUBTED = "////"
 """Hatch of a band that is too narrow."""
-LineStyle = tuple[str, str | tuple[int, tuple[int, int]]]
-"""Colour and stroke."""
+RECORDINGS = ("#0063a8", "#e07b00", "#008f6b", "#a0559c", "#6b4a2b", "#c0392b", "#4d5966", "#8aa01f")
+"""Colours of recordings on one ground; where there are more, they begin again and have no names."""
+MOST_GROUNDS = 4
+"""Grounds in the overview; all stand in the table beside it."""
+OVERVIEW_WIDTH = 5.6
+"""Of the overview, so that its letters can be read on a telephone [in]."""
+
+
+class LineStyle(NamedTuple):
+    """How a track is drawn.
+
+    Where two observers agree, a thin dark line of dots lies on a broad light one, and a band that is an
+    outline on one that is filled: both are visible.
+    """
+
+    colour: str
+    stroke: str | tuple[int, tuple[float, float]] = "-"
+    width: float = 1.8
+    filled: bool = True
+
+
+STYLES = (
+    LineStyle(TRACKS[0]),
+    LineStyle("#5fa8dc", width=4.0),
+    LineStyle("#7a0c43", (0, (2.0, 1.6)), 1.5, filled=False),
+    LineStyle(TRACKS[3], (0, (4, 3)), 1.2, filled=False),
+)
+"""Styles in the order of labels; a single track has the second's colour."""
 
 
 def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
     """Draw one panel per recording; bold where the estimate is usable, pale elsewhere."""
     names = list(dict.fromkeys(track.name for track in tracks))
     labels = list(dict.fromkeys(track.label for track in tracks))
-    palette = TRACKS if len(labels) > 1 else (AFTER,)
-    line_styles: dict[str, LineStyle] = {
-        label: (palette[i % len(palette)], DASHES[i % len(DASHES)]) for i, label in enumerate(labels)
-    }
+    styles = STYLES if len(labels) > 1 else (LineStyle(AFTER),)
+    line_styles = {label: styles[i % len(styles)] for i, label in enumerate(labels)}
     with picture(path, 1.1 + 2.4 * len(names)) as figure:
         panels = figure.subplots(len(names), 1, squeeze=False)[:, 0]
         for axes, name in zip(panels, names, strict=True):
@@ -48,12 +71,17 @@ def draw_friction(path: Path, tracks: Sequence[FrictionTrack]) -> None:
 
 
 def _track(axes: Axes, track: FrictionTrack, line_style: LineStyle) -> None:
-    colour, stroke = line_style
+    colour, stroke, width, filled = line_style
     low, high = track.mu - BAND * track.mu_std, track.mu + BAND * track.mu_std
-    for where, alpha in ((track.usable, 0.18), (~track.usable, 0.06)):
-        axes.fill_between(track.t, low, high, where=where.tolist(), color=colour, alpha=alpha, lw=0)
-    axes.plot(track.t, track.mu, color=colour, lw=0.8, alpha=0.45)
-    axes.plot(track.t, np.where(track.usable, track.mu, np.nan), color=colour, lw=1.8, ls=stroke)
+    if filled:
+        for where, alpha in ((track.usable, 0.18), (~track.usable, 0.06)):
+            axes.fill_between(track.t, low, high, where=where.tolist(), color=colour, alpha=alpha, lw=0)
+    else:
+        for edge in (low, high):
+            shown = np.where(track.usable, edge, np.nan)
+            axes.plot(track.t, shown, color=colour, lw=0.6 * width, ls=stroke, alpha=0.6)
+    axes.plot(track.t, track.mu, color=colour, lw=0.8, alpha=0.45, ls=stroke)
+    axes.plot(track.t, np.where(track.usable, track.mu, np.nan), color=colour, lw=width, ls=stroke)
     if track.inconsistent is not None and track.inconsistent.any():
         axes.fill_between(
             track.t, low, high, where=track.inconsistent.tolist(), facecolor="none", edgecolor=colour,
@@ -63,6 +91,38 @@ def _track(axes: Axes, track: FrictionTrack, line_style: LineStyle) -> None:
         axes.axvline(instant, color=colour, lw=0.9, ls=CHANGE, alpha=0.7)
     if track.reference is not None:
         axes.axhline(track.reference, color=MEASURED, lw=1.0, ls="--")
+
+
+def draw_overview(path: Path, tracks_by_ground: Mapping[str, Sequence[FrictionTrack]]) -> None:
+    """Draw one panel per ground with a line for each recording, bold where the estimate is usable."""
+    grounds = list(tracks_by_ground.items())[:MOST_GROUNDS]
+    with picture(path, 0.7 + 2.2 * len(grounds), OVERVIEW_WIDTH) as figure:
+        panels = figure.subplots(len(grounds), 1, squeeze=False, sharex=True)[:, 0]
+        for axes, (ground, tracks) in zip(panels, grounds, strict=True):
+            named = len(tracks) <= len(RECORDINGS)
+            for number, track in enumerate(tracks):
+                _overview_line(axes, track, RECORDINGS[number % len(RECORDINGS)])
+            if ground or not named:
+                count = "" if named else f", {len(tracks)} recordings"
+                axes.set_title(literal(ground or "all grounds") + count)
+            axes.set_ylabel("friction μ_eff [1]")
+            axes.set_ylim(*_limits(tracks))
+            axes.margins(x=0.01)
+            if named:
+                axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=4, handlelength=1.2)
+        panels[-1].set_xlabel("time since the beginning [s]")
+
+
+def _overview_line(axes: Axes, track: FrictionTrack, colour: str) -> None:
+    t, low, high = (
+        track.t - track.t[0], track.mu - BAND * track.mu_std, track.mu + BAND * track.mu_std,
+    )  # fmt: skip
+    axes.fill_between(t, low, high, where=track.usable.tolist(), color=colour, alpha=0.13, lw=0)
+    # Before the first usable sample a line tells nothing.
+    shown = np.where(np.logical_or.accumulate(track.usable), track.mu, np.nan)
+    axes.plot(t, shown if track.usable.any() else track.mu, color=colour, lw=0.7, alpha=0.4)
+    usable = np.where(track.usable, track.mu, np.nan)
+    axes.plot(t, usable, color=colour, lw=2.0, label=literal(track.name))
 
 
 def _limits(tracks: Sequence[FrictionTrack]) -> tuple[float, float]:
@@ -86,13 +146,13 @@ def _limits(tracks: Sequence[FrictionTrack]) -> tuple[float, float]:
 
 def _key(tracks: Sequence[FrictionTrack], line_styles: dict[str, LineStyle]) -> list[Artist]:
     key: list[Artist] = [
-        Line2D([], [], color=colour, lw=1.8, ls=stroke, label=label)
-        for label, (colour, stroke) in line_styles.items()
+        Line2D([], [], color=style.colour, lw=style.width, ls=style.stroke, label=label)
+        for label, style in line_styles.items()
     ]
     if any(np.isfinite(track.mu_std).any() for track in tracks):
         label = f"± {BAND:.0f} standard deviations"
         key.append(Patch(color="#777777", alpha=0.25, lw=0, label=label))
-    key.append(Line2D([], [], color="#777777", lw=0.8, alpha=0.6, label="pale: rests on the prior"))
+    key.append(Line2D([], [], color="#777777", lw=0.8, alpha=0.6, label="pale: not usable"))
     if any(track.inconsistent is not None and track.inconsistent.any() for track in tracks):
         label = "hatched: model and stated error do not explain it"
         key.append(Patch(facecolor="none", edgecolor="#777777", lw=0, hatch=DOUBTED, label=label))

@@ -22,7 +22,7 @@ MEASURED, BEFORE, AFTER, QUIET = "#3c3c3c", "#e07b00", "#0063a8", "#b9bec4"
 TRACKS = (BEFORE, AFTER, "#008f6b", "#a0559c")
 """Colours of estimates of friction; the declared model comes first."""
 WIDTH = 10.0
-"""Width of every picture [in]."""
+"""Width of most pictures [in]."""
 
 _DPI = 110
 _SOURCE, _BEGINNING = "brushgrip", 1024
@@ -47,12 +47,12 @@ _STYLE: dict[Any, Any] = {
 
 
 @contextmanager
-def picture(path: Path, height: float) -> Iterator[Figure]:
-    """An empty figure of the common width, written to `path` (PNG) in the end; height in inches."""
+def picture(path: Path, height: float, width: float = WIDTH) -> Iterator[Figure]:
+    """An empty figure, of the common width if none is given [in], written to `path` (PNG) in the end."""
     with rc_context(_STYLE), catch_warnings():
         # A name in a script that the font lacks is drawn as boxes.
         filterwarnings("ignore", message="Glyph .* missing from font")
-        figure = Figure(figsize=(WIDTH, height), layout="constrained", facecolor="white")
+        figure = Figure(figsize=(width, height), layout="constrained", facecolor="white")
         yield figure
         figure.savefig(path, dpi=_DPI, metadata={"Software": None, "Source": _SOURCE})
         collected = _VECTORS.get()

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_outcome import FrictionOutcome
 from brushgrip.inputs.pipeline import write_text
 from brushgrip.outputs.console import say, show
@@ -39,7 +38,6 @@ def write_diagnosis(
     folder: Path,
     diagnosis: Diagnosis,
     outcome: FrictionOutcome | None = None,
-    friction: Sequence[FrictionTrack] = (),
     made: Provenance | None = None,
 ) -> dict[str, Any]:
     """Writes diagnosis.json, model.json, report.html and the pictures into an existing folder.
@@ -48,7 +46,6 @@ def write_diagnosis(
         folder: to write to.
         diagnosis: the result of the search.
         outcome: friction before and after, None where none was estimated.
-        friction: estimates of friction over time to show in the report, may be empty.
         made: where the results come from; None for a run outside a command.
 
     Returns:
@@ -58,7 +55,7 @@ def write_diagnosis(
     model = json.loads(model_text(diagnosis)) | {KEY: dict(made)}
     write_text(folder / MODEL, json_text(model))
     told = {**made, "model": {"name": MODEL, "sha256": digest_of(folder / MODEL)}}
-    write_report(folder, diagnosis, friction, outcome, told)
+    write_report(folder, diagnosis, outcome.compared if outcome else (), outcome, told)
     content = diagnosis.to_dict() | {
         "friction": outcome.to_dict() if outcome else None,
         KEY: {**told, "files": sorted({DIAGNOSIS, *(path.name for path in folder.iterdir())})},

@@ -7,36 +7,39 @@ from inspect import getmembers, isfunction
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from jinja2 import Environment, PackageLoader, StrictUndefined
+from markupsafe import Markup
 
-from brushgrip.estimation import friction_outcome
 from brushgrip.estimation.estimates import FrictionTrack
-from brushgrip.estimation.friction_outcome import FrictionOutcome
+from brushgrip.estimation.friction_outcome import FOUND, FrictionOutcome, found_model
 from brushgrip.pictures import (
     draw_candidates,
     draw_experiment,
     draw_friction,
     draw_loops,
+    draw_overview,
     draw_residuals,
     draw_signatures,
 )
 from brushgrip.pictures.diagnosis import MOST_RECORDINGS
 from brushgrip.pictures.style import is_drawn_by_us, vectors
+from brushgrip.report import friction_words, tables
 from brushgrip.wording import formatting, verdict
-from identification import Diagnosis, Signature
+from brushgrip.wording import friction as friction_wording
+from identification import Diagnosis
 
 PAGE, TEMPLATE = "report.html", "report.html.j2"
 EXPERIMENT = "experiment_{}"
 """Picture of the experiment that is proposed for an effect, by its name."""
-STEMS = ("loops", "residuals", "signatures", "candidates", "friction", EXPERIMENT.format(r"\w+"))
+DRAWN = ("loops", "residuals", "signatures", "candidates", "friction", "overview")
+STEMS = (*DRAWN, EXPERIMENT.format(r"\w+"))
 """Pictures of a report, by their names without suffix."""
 _PICTURES = re.compile(rf"({'|'.join(STEMS)})\.png")
 _LARGEST_DRAWING = 3_000_000
 """Bytes of a drawing that the page takes."""
 _MOST_SAMPLES = 100_000
 """Samples of all recordings that are drawn as lines; of more the page takes points."""
-_WORDS = (formatting, verdict, friction_outcome)
+_WORDS = (formatting, verdict, friction_wording, friction_words)
 """Modules whose public functions the template uses, as functions and as filters."""
 
 
@@ -61,7 +64,7 @@ def write_report(
     """
     samples = sum(series.t.size for series in diagnosis.series)
     with vectors(wanted=samples <= _MOST_SAMPLES) as drawings:
-        _draw_pictures(folder, diagnosis, friction)
+        _draw_pictures(folder, diagnosis, friction, outcome)
     template = _environment(folder, drawings).get_template(TEMPLATE)
     contents = _contents(diagnosis, friction, outcome, made)
     text = template.render(
@@ -71,7 +74,9 @@ def write_report(
         friction_outcome=outcome,
         made=made,
         residuals_shown=min(MOST_RECORDINGS, len(diagnosis.series)),
-        signatures=_signature_pairs(diagnosis),
+        compared=len({track.name for track in friction}),
+        model=found_model(diagnosis),
+        tables=tables,
         strong=diagnosis.criteria.strong,
         clear=diagnosis.criteria.clear,
     )
@@ -88,7 +93,8 @@ def _contents(
 ) -> list[tuple[str, str]]:
     """Anchors and titles of the sections that the page has, in order."""
     sections = [
-        ("friction", "Friction", outcome is not None),
+        ("causes", "What was found", True),
+        ("friction", "Settling and coverage", outcome is not None),
         ("tracks", "Friction over time", bool(friction)),
         ("errors", "Torque errors", True),
         ("loops", "Hysteresis loops", True),
@@ -116,8 +122,15 @@ def remove_stale_pictures(folder: Path, written: Container[str]) -> None:
             path.unlink()
 
 
-def _draw_pictures(folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack]) -> None:
-    loops, residuals, signatures, candidates, tracks = (folder / f"{stem}.png" for stem in STEMS[:5])
+def _draw_pictures(
+    folder: Path,
+    diagnosis: Diagnosis,
+    friction: Sequence[FrictionTrack],
+    outcome: FrictionOutcome | None,
+) -> None:
+    loops, residuals, signatures, candidates, tracks, overview = (
+        folder / f"{stem}.png" for stem in DRAWN
+    )
     draw_loops(loops, diagnosis)
     draw_residuals(residuals, diagnosis)
     draw_signatures(signatures, diagnosis.signatures_before, diagnosis.signatures_after)
@@ -128,6 +141,10 @@ def _draw_pictures(folder: Path, diagnosis: Diagnosis, friction: Sequence[Fricti
             draw_experiment(folder / f"{EXPERIMENT.format(effect.name)}.png", effect.experiment)
     if friction:
         draw_friction(tracks, friction)
+    if outcome:
+        own = outcome.by(FOUND)
+        by_ground = {g: [own[n] for n in names if n in own] for g, names in outcome.grounds.items()}
+        draw_overview(overview, by_ground)
 
 
 def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
@@ -136,7 +153,7 @@ def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
         loader=PackageLoader("brushgrip.report"),
         autoescape=True,
         undefined=StrictUndefined,
-        finalize=_keep_percent,
+        finalize=_keep_units,
         trim_blocks=True,
         lstrip_blocks=True,
         keep_trailing_newline=True,
@@ -147,7 +164,6 @@ def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
         for name, word in getmembers(module, isfunction)
         if word.__module__ == module.__name__  # Others came by import.
     }
-    words |= {"correlation": _correlation, "final_friction": _final_friction}
     environment.filters |= words
     environment.globals |= words | {
         "grades": verdict.GRADES,
@@ -156,9 +172,11 @@ def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:
     return environment
 
 
-def _keep_percent(value: Any) -> Any:
-    """A text whose percent signs stay on the line of their numbers."""
-    return value.replace(" %", "\N{NO-BREAK SPACE}%") if isinstance(value, str) else value
+def _keep_units(value: Any) -> Any:
+    """A text whose percent signs and deviations stay on the line of their numbers."""
+    if not isinstance(value, str) or isinstance(value, Markup):
+        return value
+    return re.sub(r" (%|±) ?", lambda sign: sign[0].replace(" ", "\N{NO-BREAK SPACE}"), value)
 
 
 def _data_address(png: Path, drawing: bytes | None) -> str:
@@ -167,20 +185,3 @@ def _data_address(png: Path, drawing: bytes | None) -> str:
     if drawing is not None and len(drawing) <= _LARGEST_DRAWING:
         kind, content = "svg+xml", drawing
     return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
-
-
-def _signature_pairs(diagnosis: Diagnosis) -> list[tuple[Signature, Signature]]:
-    """Signatures before and after, a pair per signal, the strongest correlation before first."""
-    after = {signature.signal: signature for signature in diagnosis.signatures_after.signatures}
-    before = sorted(diagnosis.signatures_before.signatures, key=lambda s: -abs(s.correlation))
-    return [(signature, after[signature.signal]) for signature in before]
-
-
-def _correlation(signature: Signature) -> str:
-    mark = "*" if signature.leaves_band else ""
-    return f"{signature.correlation:+.2f}{mark} ({signature.band:.2f})".replace("-", "−")
-
-
-def _final_friction(track: FrictionTrack) -> str:
-    value, std = float(track.mu[-1]), float(track.mu_std[-1])
-    return f"{value:.3f} ± {std:.3f}" if np.isfinite(std) else f"{value:.3f}"

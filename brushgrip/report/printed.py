@@ -1,7 +1,9 @@
 """Results of a diagnosis and of free vibrations as lines and tables on the screen."""
 
-from brushgrip.estimation.friction_outcome import FrictionOutcome, friction_figures
+from brushgrip.estimation.friction_outcome import FrictionOutcome, found_model
 from brushgrip.outputs.console import print_table, print_text, say
+from brushgrip.report.friction_words import friction_figures, friction_groups, ground_spreads
+from brushgrip.report.tables import friction_by_ground
 from brushgrip.wording.formatting import (
     error_columns,
     error_figures,
@@ -12,6 +14,7 @@ from brushgrip.wording.formatting import (
     residual_structure,
     sentence,
 )
+from brushgrip.wording.friction import model_taken
 from brushgrip.wording.verdict import GRADES, explained_grade, headline
 from identification import (
     Diagnosis,
@@ -31,8 +34,11 @@ def say_ground(recording: Recording, found: FoundModel | None) -> None:
 
 
 def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None) -> None:
-    """Print errors, effects and the unexplained residual on standard output."""
+    """Print the finding, friction, errors, effects and the unexplained residual on standard output."""
     print_text(headline(diagnosis), style="bold")
+    if outcome:
+        friction = friction_by_ground(outcome)
+        print_table(friction.caption, friction.headings, friction.rows, overflow="fold")
     stages = {"declared": diagnosis.declared, "before": diagnosis.before, "after": diagnosis.after}
     print_table(
         "Torque error, root mean square",
@@ -54,12 +60,16 @@ def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
         if effect.experiment:
             print_text(f"next experiment: {sentence(effect.experiment.sentence)}")
     if outcome:
-        figures = [(label, *values) for label, values in friction_figures(outcome)]
-        headings = ("figure", *outcome.stages)
-        print_table("Effective friction by the EKF", headings, figures, right=True)
+        figures = [(label, *values) for label, values, _ in friction_figures(outcome)]
+        headings = ("figure", *friction_groups(outcome))
+        title = "Friction by the declared model → by the model found, mean over recordings"
+        print_table(title, headings, figures, right=True)
+        if spreads := ground_spreads(outcome):
+            print_text(spreads)
     print_text(f"{residual_structure(diagnosis)} {sentence(diagnosis.unexplained.evidence)}")
     for note in diagnosis.notes:
         print_text(f"note: {note}")
+    print_text(f"model.json gives estimate {model_taken(found_model(diagnosis))}.")
 
 
 def _effect_row(effect: FoundEffect) -> tuple[str, ...]:

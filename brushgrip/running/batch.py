@@ -5,6 +5,7 @@ import io
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from math import isfinite, nan
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +18,7 @@ from brushgrip.estimation.estimates import (
     observer_factory,
     require_plausible,
 )
+from brushgrip.estimation.suspected import suspected_cause
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.pipeline import Inputs, staged_files, write_text
 from brushgrip.inputs.tunings import ChosenTuning
@@ -24,35 +26,38 @@ from brushgrip.outputs.atomic import check_picture_name
 from brushgrip.outputs.console import Progress, progress
 from brushgrip.pictures import draw_friction
 from brushgrip.running.cluster import executor_at
-from brushgrip.wording.formatting import csv_text, estimates_summary
+from brushgrip.wording.formatting import csv_text
+from brushgrip.wording.friction import band, estimates_summary, last_usable
 from identification import Recording, read_rig
 from identification.selection.trial_runner import Submit, completed, workers
 from observers import ESTIMATE, Estimates, Status
 from symbolic import BrushgripError, InvalidInputError
 
-COUNTED = {
+FLAGS = {
     "rejected": Status.REJECTED,
-    "changes": Status.RESET,
     "inconsistent": Status.INCONSISTENT,
     "acquiring": Status.ACQUIRING,
     "suspect": Status.SUSPECT,
     "bound": Status.BOUND,
     "implausible": Status.IMPLAUSIBLE,
 }
-"""Columns of the summary that count samples by their flags: rejected, changes of the ground, not
-explained by model and stated error, friction being acquired, an input suspect, mu on its bound, a value
+"""Columns of the summary with the share of samples that have a flag [1]: rejected, not explained by
+model and stated error, friction being acquired, an input suspect, mu on its bound, a value
 implausible."""
-FRICTION = ("mu", "mu_std", "mu_eff", "mu_eff_std")
-"""Columns of the summary with friction at the end of a recording [1]."""
+FRICTION = ("mu_eff", "mu_eff_std", "mu", "mu_std")
+"""Columns of the summary with friction by the last usable sample on the last ground [1]; empty without
+one."""
 COLUMNS = (
     *("recording", "ground", "samples", "duration"),
     *FRICTION,
-    *("informed", "usable"),
-    *COUNTED,
-    "fault",
+    *("last_usable", "usable", "informed"),
+    *FLAGS,
+    *("changes", "fault"),
 )
-"""Columns of the summary; duration [s], share of informed and of usable samples [1], and what is wrong
-with a recording."""
+"""Columns of the summary; duration and last_usable [s], share of usable and of informed samples [1],
+number of changes of the ground, and what is wrong with a recording."""
+DIGITS = 5
+"""Significant digits of a number in the summary."""
 FORMULA = ("=", "+", "-", "@", "\t", "\r")
 """Beginnings of a text that spreadsheets take for a formula."""
 Row = Mapping[str, str | int | float]
@@ -100,18 +105,18 @@ def outputs_of(
     """Files that are written beside the tables of a batch: the summary, or all of a single recording.
 
     Raises:
-        InvalidInputError: nothing would be written, or a name is not one for what it names.
+        InvalidInputError: a name is not one for what it names.
     """
     if alone:
         if out is None:
-            raise InvalidInputError("Missing option '--out'; it names the table to write")
+            if picture is not None:
+                check_picture_name(picture)
+            return [picture] if picture else []
         if out.suffix.lower() == ".png":
             raise InvalidInputError(f"{out}: the table needs a name such as .csv; .png is its picture")
         image = picture or out.with_suffix(".png")
         check_picture_name(image)
         return [out, image]
-    if out is None and summary is None:
-        raise InvalidInputError("--out and --summary are both missing; name a table to write")
     if picture is not None:
         raise InvalidInputError("--picture is that of one recording without --summary; leave it out")
     return [summary] if summary else []
@@ -174,9 +179,12 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
             write_text(stages[0], csv_text(columns))
         if task.picture:
             label = ("declared model" if found is None else "model found") + ", smoothed" * task.smooth
-            draw_friction(stages[1], [friction_track(task.observer, recording, estimates, label)])
+            draw_friction(stages[-1], [friction_track(task.observer, recording, estimates, label)])
     ground = found.ground_taken(recording.ground) if found else ""
-    lines = (f"{recording.name}: {line}" for line in (ground, estimates_summary(estimates)) if line)
+    told = [ground, estimates_summary(estimates)]
+    if last_usable(estimates) is None:
+        told.append(suspected_cause(factory, recording, found, estimates))
+    lines = (f"{recording.name}: {line}" for line in told if line)
     return EstimateOutcome(row=row_of(recording, estimates), lines=tuple(lines))
 
 
@@ -190,17 +198,37 @@ def _read(inputs: Inputs) -> Recording:
 
 def row_of(recording: Recording, estimates: Estimates) -> Row:
     """The row of a recording that has been estimated."""
+    at = last_usable(estimates)
+
+    def share(flag: Status) -> float:
+        return float(np.count_nonzero(estimates.status & flag)) / estimates.t.size
+
     return {
         "recording": recording.name,
         "ground": recording.ground or "",
         "samples": estimates.t.size,
         "duration": float(estimates.t[-1] - estimates.t[0]),
-        **{name: float(getattr(estimates, name)[-1]) for name in FRICTION},
-        "informed": float(estimates.informed.mean()),
+        **{name: nan if at is None else float(getattr(estimates, name)[at]) for name in FRICTION},
+        "last_usable": nan if at is None else float(estimates.t[at]),
         "usable": float(estimates.usable.mean()),
-        **{name: int(np.count_nonzero(estimates.status & flag)) for name, flag in COUNTED.items()},
+        "informed": float(estimates.informed.mean()),
+        **{name: share(flag) for name, flag in FLAGS.items()},
+        "changes": int(np.count_nonzero(estimates.status & Status.RESET)),
         "fault": "",
     }
+
+
+def printed_rows(rows: Sequence[Row]) -> tuple[Sequence[str], list[tuple[str, ...]]]:
+    """Headings and rows of the table on the screen."""
+    cells: list[tuple[str, ...]] = []
+    for row in rows:
+        mu, std = row["mu_eff"], row["mu_eff_std"]
+        known = isinstance(mu, float) and isfinite(mu)
+        usable = f"{100 * float(row['usable']):.0f} %" if row["usable"] != "" else "–"
+        remark = str(row["fault"]) or ("" if known else "not known")
+        friction = band(float(mu), float(std)) if known else "–"
+        cells.append((str(row["recording"]), str(row["ground"]) or "–", friction, usable, remark))
+    return ("recording", "ground", "mu_eff", "usable samples", "remark"), cells
 
 
 def summary_table(rows: Sequence[Row]) -> str:
@@ -215,4 +243,6 @@ def summary_table(rows: Sequence[Row]) -> str:
 def _cell(value: str | int | float) -> str | int | float:
     if isinstance(value, str):
         return f"'{value}" if value.startswith(FORMULA) else value
-    return "" if value != value else value
+    if isinstance(value, int):
+        return value
+    return "" if value != value else f"{value:.{DIGITS}g}"

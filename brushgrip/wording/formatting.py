@@ -2,16 +2,13 @@
 
 import json
 import math
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
 from identification import Diagnosis, Errors, FreeDecay, ParameterEstimate
 from identification.thesis import DecrementEstimate
-from observers import Estimates, Status
 from symbolic import EFFECTS
 
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -80,9 +77,15 @@ def parameters(estimates: Mapping[str, ParameterEstimate]) -> str:
 
 def error_percentages(diagnosis: Diagnosis) -> tuple[str, str, str]:
     """The error that judges the model: its name, and its size before and after."""
-    before, after = diagnosis.before.summary(), diagnosis.after.summary()
-    kind, key = _judged_by(diagnosis)
-    return kind, percent(before[key]), percent(after[key])
+    before, after = judged_errors(diagnosis)
+    return _judged_by(diagnosis)[0], percent(before), percent(after)
+
+
+def judged_errors(diagnosis: Diagnosis) -> tuple[float, float]:
+    """The size of that error before and after [1]."""
+    _, key = _judged_by(diagnosis)
+    before, after = diagnosis.before.summary()[key], diagnosis.after.summary()[key]
+    return (math.nan if before is None else before), (math.nan if after is None else after)
 
 
 def error_columns(diagnosis: Diagnosis) -> dict[str, str]:
@@ -163,51 +166,6 @@ def _power(value: float, std: float) -> tuple[float, int]:
 def _four_digits(number: float, factor: int) -> str:
     text = f"{number:.4g}".replace("-", "−")
     return f"{text}·10{str(factor).translate(_SUPERSCRIPTS)}" if factor else text
-
-
-def estimates_summary(estimates: Estimates) -> str:
-    """Friction at the end, rejected samples, and the remedy of the most frequent fault, in one line."""
-    counts = {flag: int(np.count_nonzero(estimates.status & flag)) for flag in Status if flag}
-    parts = [_final_friction(estimates)]
-    if rejected := counts[Status.REJECTED]:
-        parts.append(f"{rejected} {_plural(rejected, 'sample')} rejected")
-    if changes := counts[Status.RESET]:
-        parts.append(f"{changes} {_plural(changes, 'change')} of the ground")
-    line = ", ".join(parts)
-    if estimates.usable.any():
-        # Friction is always acquired first.
-        counts[Status.ACQUIRING] = 0
-    # Whether the deviation can be believed goes before what happened to samples.
-    first = [flag for flag in (Status.SUSPECT, Status.INCONSISTENT) if counts[flag]]
-    most_frequent = first[0] if first else max(counts, key=lambda flag: counts[flag])
-    number = counts[most_frequent]
-    return (
-        f"{line}; {number} {_plural(number, 'sample')}: {_on_command_line(most_frequent.remedy)}"
-        if number
-        else line
-    )
-
-
-def _on_command_line(remedy: str) -> str:
-    """A remedy that names options where it names values of a tuning."""
-    return re.sub(r"\bTuning\.(\w+)", r"\1 (--tune \1=...)", remedy)
-
-
-def _final_friction(estimates: Estimates) -> str:
-    friction = _with_deviation("mu", estimates.mu[-1], estimates.mu_std[-1])
-    # On the declared model the two are the same.
-    if abs(estimates.mu_eff[-1] - estimates.mu[-1]) > 5e-4:
-        friction += ", " + _with_deviation("mu_eff", estimates.mu_eff[-1], estimates.mu_eff_std[-1])
-    share = f"usable in {100 * estimates.usable.mean():.0f} % of {estimates.t.size} samples"
-    return f"{friction} at the end, {share}"
-
-
-def _with_deviation(name: str, value: float, std: float) -> str:
-    return f"{name} = {value:.3f}" + (f" ± {std:.3f}" if np.isfinite(std) else "")
-
-
-def _plural(count: int, noun: str) -> str:
-    return noun if count == 1 else f"{noun}s"
 
 
 def csv_text(columns: Mapping[str, NDArray[Any]]) -> str:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from brushgrip.wording.formatting import error_percentages, listed, plain
+from brushgrip.wording.formatting import error_percentages, judged_errors, listed, percent, plain
 from identification import Diagnosis, FoundEffect
 from identification.diagnosis.found_effects import CLEAR_ERRORS
 
@@ -17,7 +17,7 @@ COMMON_NAMES = {"mu": "friction μ", "k": "bristle stiffness k"}
 
 
 def headline(diagnosis: Diagnosis) -> str:
-    """The result of a diagnosis in one sentence."""
+    """The result of a diagnosis in one sentence; what is unexplained goes first if it is the larger."""
     kind, before, after = error_percentages(diagnosis)
     if not diagnosis.effects:
         verdict = (
@@ -26,7 +26,21 @@ def headline(diagnosis: Diagnosis) -> str:
             else "The declared model misses nothing that these recordings could show"
         )
         return f"{verdict}: {kind} error {after} of range."
-    return f"{_found(diagnosis)}: {kind} error {before} → {after} of range."
+    found = _found(diagnosis)
+    if diagnosis.unexplained.present:
+        rest = percent(diagnosis.unexplained.structured)
+        if _rest_is_larger(diagnosis):
+            found = f"Something unknown remains, {rest} of range; {found[:1].lower()}{found[1:]}"
+        else:
+            found = f"{found}; {rest} of range stay unexplained"
+    return f"{found}: {kind} error {before} → {after} of range."
+
+
+def _rest_is_larger(diagnosis: Diagnosis) -> bool:
+    """Whether more is unexplained than the effects found explain, or none of them is clear."""
+    before, after = judged_errors(diagnosis)
+    clear = any(effect.grade in ("strong", "ambiguous") for effect in diagnosis.effects)
+    return not clear or diagnosis.unexplained.structured > before - after
 
 
 def _found(diagnosis: Diagnosis) -> str:

@@ -10,7 +10,7 @@ from identification.loops import literal
 from identification.residuals.signatures import Signatures
 from identification.residuals.unexplained import Unexplained
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
-from symbolic import Model, ModelError
+from symbolic import Model, ModelBasis, ModelError
 from symbolic.tables.markup import html_table
 
 if TYPE_CHECKING:
@@ -86,6 +86,15 @@ class Diagnosis:
         count = f"{len(self.recordings)} recordings, {len(self.holdout)} held out"
         rows = [*errors, *(effects or [("effects", "none is missing")]), ("unexplained", left)]
         return html_table(f"Diagnosis of {count}", rows)
+
+    @property
+    def basis(self) -> ModelBasis:
+        """What the final model stands on."""
+        return ModelBasis(
+            training=len(self.recordings),
+            holdout=len(self.holdout),
+            grades={effect.name: effect.grade for effect in self.effects},
+        )
 
     @property
     def representative(self) -> Series:

@@ -3,11 +3,11 @@
 import re
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
 
-from identification.reading.signal_map import NO_MAP, SignalMap
+from identification.reading.signal_map import FOR_RATIO, NO_MAP, SignalMap, SignalSource
 from identification.reading.table import OPTIONAL_COLUMNS, REQUIRED_COLUMNS, Array
 from identification.reading.units import is_unit, unit_at_end
 from symbolic import InvalidInputError
@@ -17,6 +17,8 @@ COLUMNS = (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS)
 MOST_NAMES = 20
 """Names of channels that a message lists."""
 _WITH_UNIT = re.compile(r"(.*?)\s*[\[(]([^\])]*)[\])]\s*")
+_STEERING_WHEEL = re.compile(r"steering.?wheel|hand.?wheel|lenkrad|volant|^(swa|swt|sas)", re.IGNORECASE)
+"""Names of a channel that belongs to the steering wheel, not to the wheel about its kingpin."""
 _USUAL_NAMES = {
     "t": ("time", "zeit", "timestamp", "sec"),
     "psi": ("psi", "angle", "winkel", "steer", "yaw", "lenk"),
@@ -53,12 +55,14 @@ class ChannelFile:
         declared: values that the file gives for a, e, k, mu, J_A, b_t.
         aliases: names under which a format keeps a column, tried in turn where the map is silent; a
             column that is not in it has its own name.
+        own_clocks: whether channels come with their times, so that none has to hold them.
     """
 
     names: Sequence[str]
     read: Callable[[str], Samples]
     declared: Mapping[str, float] = field(default_factory=dict)
     aliases: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    own_clocks: bool = False
 
 
 Opener = Callable[[Path, SignalMap], AbstractContextManager[ChannelFile]]
@@ -84,6 +88,7 @@ def resolve_columns(
         elif mapped or (asked and column != "t"):
             absent.append(column)
     if absent:
+        absent += ["t"] if not file.own_clocks and "t" not in (*full, *absent) else []
         raise missing_channels(path, absent, file.names, signals)
     return full
 
@@ -154,9 +159,17 @@ def map_hint(absent: Sequence[str], names: Sequence[str], signals: SignalMap = N
             parts.append(f"{column}=CHANNEL")
             continue
         left.remove(guess)
-        unit = "" if is_unit(column, unit_of_name(guess)) else unit_at_end(column, guess)
-        parts.append(f"{column}={bare_name(guess)}{unit and f':{unit}'}")
-    return f"; say which is which, such as --map '{','.join(parts)}'" if names else ""
+        name = bare_name(guess)
+        unit = "" if is_unit(column, unit_of_name(guess)) else unit_at_end(column, name)
+        source = SignalSource(channel=name, unit=unit or None)
+        geared = column in ("psi", "psi_dot", "M_z", "M") and bool(_STEERING_WHEEL.search(name))
+        # The hand turns the wheel, M_z is the moment of the ground on it.
+        turned = replace(source, factor=-1.0) if column == "M_z" and geared else source
+        parts.append(turned.as_geared(column) if geared else source.as_map(column))
+    if not names:
+        return ""
+    ratio = FOR_RATIO if any("15*" in part for part in parts) else ""
+    return f"; say which is which, such as --map '{','.join(parts)}'{ratio}"
 
 
 def _likely(column: str, names: Sequence[str]) -> str | None:

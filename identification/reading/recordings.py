@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -14,7 +14,7 @@ from identification.reading.channels import ChannelFile, Samples, unit_of_name
 from identification.reading.clock import tabulate
 from identification.reading.readers import READERS, Reader, read_table
 from identification.reading.rigfile import read_rig, rig_of_table
-from identification.reading.signal_map import NO_MAP, SignalMap, parse_signals
+from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, parse_signals
 from identification.reading.smoothing import smoothed_rate
 from identification.reading.table import MIN_SAMPLES, Table, check, required_columns
 from symbolic import InvalidInputError, Rig, Tyre
@@ -59,6 +59,7 @@ class Recording:
         rig: the rig as declared.
         tyre: the tyre as declared.
         ground: name of what the wheel stands on; None where unknown.
+        sources: channel of each column in the file, for messages.
 
     Raises:
         InvalidInputError: shapes differ, time does not increase, a load is not greater than 0, or a
@@ -77,6 +78,7 @@ class Recording:
     rig: Rig
     tyre: Tyre
     ground: str | None = None
+    sources: Mapping[str, SignalSource] = field(default_factory=dict)
 
     def __repr__(self) -> str:
         """One line: the name, how many samples, how long, and on what."""
@@ -113,15 +115,15 @@ class Recording:
 
     def __post_init__(self) -> None:
         """Freeze the arrays and check them."""
-        for field in ("t", "psi", "psi_dot", "M_z", "F_N", "M"):
-            value = getattr(self, field)
+        for name in ("t", "psi", "psi_dot", "M_z", "F_N", "M"):
+            value = getattr(self, name)
             if value is not None:
-                object.__setattr__(self, field, self._frozen(field, value))
+                object.__setattr__(self, name, self._frozen(name, value))
         if self.t.size < 3:
             raise InvalidInputError(f"{self.name}: {self.t.size} samples, at least 3 needed")
-        for field in ("t", "psi", "psi_dot", "F_N"):
-            if not np.isfinite(getattr(self, field)).all():
-                raise InvalidInputError(f"{self.name}: {field} must be finite throughout")
+        for name in ("t", "psi", "psi_dot", "F_N"):
+            if not np.isfinite(getattr(self, name)).all():
+                raise InvalidInputError(f"{self.name}: {name} must be finite throughout")
         if np.isinf(self.M_z).any():
             raise InvalidInputError(f"{self.name}: M_z must be finite, or NaN where missing")
         if not (np.diff(self.t) > 0).all():
@@ -163,11 +165,11 @@ class Recording:
         check(table, needed)
         return recording_of(table, rig, name, causal=causal)
 
-    def _frozen(self, field: str, value: ArrayLike) -> Array:
+    def _frozen(self, name: str, value: ArrayLike) -> Array:
         array = np.array(value, dtype=np.float64)
         if array.shape != np.shape(self.t) or array.ndim != 1:
             raise InvalidInputError(
-                f"{self.name}: {field} has shape {array.shape}, t has {np.shape(self.t)}; "
+                f"{self.name}: {name} has shape {array.shape}, t has {np.shape(self.t)}; "
                 "equal one-dimensional shapes are needed"
             )
         array.setflags(write=False)
@@ -231,6 +233,7 @@ def recording_of(
         rig=own_rig,
         tyre=own_tyre,
         ground=table.ground,
+        sources=table.sources,
     )
 
 

@@ -13,6 +13,9 @@ from symbolic import InvalidInputError
 from symbolic.tables.parsing import LARGEST_TABLES, excerpt, floats, naming, shown, toml_of
 from symbolic.tables.rig_tables import SIGNALS
 
+USUAL_RATIO = 15
+"""Stands for the steering ratio in a map that is proposed [1]."""
+FOR_RATIO = f", with your steering ratio for {USUAL_RATIO}"
 DBC = "dbc"
 """Key of the file that says how signals lie in the messages of a CAN bus."""
 LEAST_FACTOR, LARGEST_FACTOR = 1e-12, 1e12
@@ -71,6 +74,12 @@ class SignalSource:
         factor = "" if abs(self.factor) == 1 else f"{abs(self.factor):.12g}*"
         unit = "" if self.unit is None else f":{self.unit}"
         return f"{column}={'-' * (self.factor < 0)}{factor}{self.channel}{unit}"
+
+    def as_geared(self, column: str) -> str:
+        """The same with a steering ratio: an angle over it, a moment times it."""
+        times = f"1/{USUAL_RATIO}" if column in ("psi", "psi_dot") else f"{USUAL_RATIO}"
+        unit = "" if self.unit is None else f":{self.unit}"
+        return f"{column}={'-' * (self.factor < 0)}{times}*{self.channel}{unit}"
 
     def to_dict(self) -> dict[str, str | float | None]:
         """As in a rig file."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.signal_map import SignalSource
+from identification.reading.signal_map import FOR_RATIO, SignalSource
 from identification.reading.units import UNITS, unit_at_end
 from symbolic import InvalidInputError
 
@@ -180,7 +180,11 @@ def _other_unit(table: Table, column: str) -> str:
     if not smaller:
         return ""
     unit = unit_at_end(column, source.channel) or smaller[-1][1]
-    return f"; if it is in another unit: --map {replace(source, unit=unit).as_map(column)}"
+    other = replace(source, unit=unit)
+    if column == "psi" and unit == "deg" and abs(source.factor) == 1:
+        # As degrees it is still beyond a right angle, so that it is the steering wheel's.
+        return f"; if it is the steering wheel's in degrees: --map {other.as_geared(column)}{FOR_RATIO}"
+    return f"; if it is in another unit: --map {other.as_map(column)}"
 
 
 def _other_sign(table: Table) -> str:

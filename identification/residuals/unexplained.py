@@ -19,10 +19,14 @@ LEAST_RATIO = 1.15
 
 @dataclass(frozen=True, kw_only=True)
 class Unexplained:
-    """Whether the residual has structure, and the evidence in plain words."""
+    """Whether the residual has structure, the evidence in plain words, and how large the structure is.
+
+    `structured` is the residual without the torque channel's white noise, root mean square over range.
+    """
 
     present: bool
     evidence: str
+    structured: float = 0.0
 
 
 def white_noise(torque: Array) -> float:
@@ -66,5 +70,7 @@ def unexplained(
         f" structured part {structured:.2%}, correlated over {correlated:.0f} samples"
     )
     if not present:
-        return Unexplained(present=False, evidence=f"{opening}: nothing beyond noise")
-    return Unexplained(present=True, evidence=f"{opening}. {followed.reading}")
+        return Unexplained(
+            present=False, evidence=f"{opening}: nothing beyond noise", structured=structured
+        )
+    return Unexplained(present=True, evidence=f"{opening}. {followed.reading}", structured=structured)

@@ -11,6 +11,31 @@ from symbolic.tables.model_error import ModelError
 
 
 @dataclass(frozen=True, kw_only=True)
+class ModelBasis:
+    """What a found model stands on.
+
+    Attributes:
+        training: recordings that its shared values were fitted to.
+        holdout: further recordings, which judged it.
+        grades: how sure each effect is, by name: strong, weak, ambiguous or stands_in.
+
+    Raises:
+        InvalidInputError: a count is no whole number of at least 0.
+    """
+
+    training: int
+    holdout: int
+    grades: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check the counts."""
+        for name in ("training", "holdout"):
+            count = getattr(self, name)
+            if isinstance(count, bool) or not isinstance(count, int) or count < 0:
+                raise InvalidInputError(f"{name} must be a whole number of at least 0, got {count}")
+
+
+@dataclass(frozen=True, kw_only=True)
 class FoundModel:
     """A model that a diagnosis found.
 
@@ -22,6 +47,7 @@ class FoundModel:
         rig: what became of the declared values that have a tolerance, by recording: `a`, `e`, `load`, a
             factor on the recorded load, and `zero`, that of the torque channel.
         error: how wrong the model is on recordings that it was not fitted to; None where unknown.
+        basis: what it stands on; None in a file that does not tell it.
     """
 
     model: Model
@@ -30,6 +56,7 @@ class FoundModel:
     grounds: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     rig: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     error: ModelError | None = None
+    basis: ModelBasis | None = None
 
     def values_for(
         self, recording: str, mu: float | None = None, ground: str | None = None

@@ -12,7 +12,7 @@ from symbolic.effects.library import effects_named
 from symbolic.errors import InvalidInputError
 from symbolic.model import Model
 from symbolic.parameters import TOLERATED
-from symbolic.tables.found_model import FoundModel, units_of
+from symbolic.tables.found_model import FoundModel, ModelBasis, units_of
 from symbolic.tables.model_error import ModelError
 from symbolic.tables.parsing import excerpt, floats, naming, shown
 
@@ -25,8 +25,8 @@ def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> Found
 
     It holds `version`, `effects` (names), `tyre` (values by name; `shared` in older files), and may hold
     `grounds`, `recordings` and `rig` (a table of values for each ground or recording), `units` (by
-    name), which must be those of the parameters: nothing is converted, and `model_error` (`spread`,
-    `correlation_time`).
+    name), which must be those of the parameters: nothing is converted, `model_error` (`spread`,
+    `correlation_time`), and `basis` (`training`, `holdout`, `grades`).
 
     Args:
         document: the tables.
@@ -60,8 +60,10 @@ def model_from_tables(document: object, effects: Iterable[Effect] = ()) -> Found
         {place.split(".", 1)[1]: table for place, table in tables.items()}
         for tables in (grounds, own, rig)
     )
-    error = _model_error(document)
-    return FoundModel(model=model, tyre=tyre, own=own, grounds=grounds, rig=rig, error=error)
+    error, basis = _model_error(document), _basis(document)
+    return FoundModel(
+        model=model, tyre=tyre, own=own, grounds=grounds, rig=rig, error=error, basis=basis
+    )
 
 
 def _effects_from_tables(document: Mapping[str, Any], own: Iterable[Effect]) -> tuple[Effect, ...]:
@@ -117,3 +119,17 @@ def _model_error(document: Mapping[str, Any]) -> ModelError | None:
         )
     with naming("model_error"):
         return ModelError(**values)
+
+
+def _basis(document: Mapping[str, Any]) -> ModelBasis | None:
+    table = document.get("basis")
+    if table is None:
+        return None
+    if not isinstance(table, dict) or set(table) != {"training", "holdout", "grades"}:
+        raise InvalidInputError("'basis' must hold training, holdout and grades, nothing else")
+    grades = table["grades"]
+    if not isinstance(grades, dict) or not all(isinstance(grade, str) for grade in grades.values()):
+        raise InvalidInputError("'basis.grades' must be a table of texts")
+    _check_names("basis.grades", grades, document["effects"], "the model has")
+    with naming("basis"):
+        return ModelBasis(**table)

@@ -44,7 +44,7 @@ VALUES = (
     *("mu_walk=1,mu_walk=2", "reset_after=1.5", "steel", "steel=run.csv", "=run.csv", "steel=", ","),
     *("tcp://127.0.0.1:1", "tcp://", "nobody:99999999", "friction-damper"),
 )
-_READING = ("--rig", "--map", "--effects")
+_READING = ("--rig", "--map", "--effects", "--steering-ratio", "--from", "--to")
 OPTIONS = {
     "simulate": (*_READING, "--model", "--out", "--ground", "--mu"),
     "estimate": (
@@ -73,6 +73,7 @@ READ = ("--rig", "--model", "--holdout", "--free-decay", "--train")
 """Options that name a file to be read; so does the word behind the command."""
 FILES = ("run.csv", "link.csv", "rig.toml", "model.json")
 _ODD, _RARE = 0.3, 0.05
+_SELDOM = ("--scheduler", "--steering-ratio", "--from", "--to")
 _NONE = ("identify", "codegen", "fetch", "demo")
 """Commands without recordings."""
 
@@ -120,7 +121,7 @@ def command_line(random: Random) -> list[str]:
         usual = USUAL.get(option)
         if option in FLAGS:
             words += [option] * (random.random() < _ODD)
-        elif random.random() < _ODD * (_RARE if option == "--scheduler" else 1):
+        elif random.random() < _ODD * (_RARE if option in _SELDOM else 1):
             words += [option, random.choice((*NAMES, *VALUES))]
         elif usual is not None and random.random() > _ODD / 10:
             words += [option, usual]

@@ -2,6 +2,8 @@
 
 import numpy as np
 
+from brushgrip.estimation.estimates import FrictionTrack
+from brushgrip.estimation.friction_outcome import FOUND, FrictionOutcome
 from identification.diagnosis.findings import Candidate, Errors, FoundEffect, Series
 from identification.diagnosis.result import Diagnosis
 from identification.experiments.proposals import Proposal
@@ -10,6 +12,7 @@ from identification.fits.values import ParameterEstimate, Values
 from identification.residuals.signals import RESIDUAL_SIGNALS, effects_leaving
 from identification.residuals.signatures import Autocorrelation, Signature, Signatures
 from identification.residuals.unexplained import Unexplained
+from observers import FrictionQuality, Status
 from symbolic import EFFECTS, Model, effects_named
 
 
@@ -141,7 +144,9 @@ def make_diagnosis(
             )
             for i, (name, effect) in enumerate(EFFECTS.items())
         ),
-        unexplained=Unexplained(present=unexplained, evidence="follows psi_dot <by> 0.4 & F_N"),
+        unexplained=Unexplained(
+            present=unexplained, evidence="follows psi_dot <by> 0.4 & F_N", structured=0.012
+        ),
         parameters={
             "k": ParameterEstimate(value=2.4312e6, std=1.2e4, unit="N/m^2"),
             **{f"mu [{n}]": ParameterEstimate(value=1.3, std=0.012, unit="1") for n in names},
@@ -157,3 +162,37 @@ def make_diagnosis(
         series=tuple(_series(name, i, name in holdout) for i, name in enumerate(names)),
         notes=tuple(f"{name} got worse" for name in worse),
     )
+
+
+def _quality(settling: float) -> FrictionQuality:
+    return FrictionQuality(
+        mu_eff=1.0, mu_eff_std=0.1, settling=settling, drift=0.1, coverage=1.0, relative_band=0.1,
+        reference_coverage=settling / 10,
+    )  # fmt: skip
+
+
+def make_outcome(*holdout: str) -> FrictionOutcome:
+    """Figures of friction of the recordings a, b, c and d."""
+    before = {name: _quality(s) for name, s in (("a", 1.0), ("b", 2.0), ("c", 6.0), ("d", 8.0))}
+    after = {name: _quality(1.0) for name in before}
+    return FrictionOutcome(before=before, after=after, grounds={"": tuple(before)}, holdout=holdout)
+
+
+def _track(name: str, usable: slice, value: float, status: Status = Status.USED) -> FrictionTrack:
+    """Friction that ends at 9, but for the samples that are usable."""
+    t = np.linspace(0.0, 10.0, 11)
+    known = np.zeros(11, dtype=bool)
+    known[usable] = True
+    mu = np.where(known, value, 9.0)
+    return FrictionTrack(
+        name=name, label=FOUND, t=t, mu=mu, mu_std=np.full(11, 0.05), usable=known, last_status=status
+    )  # fmt: skip
+
+
+TRACKS = (
+    _track("a", slice(5, None), 1.2),
+    _track("b", slice(5, 8), 1.1, Status.INCONSISTENT | Status.HELD),
+    _track("c", slice(0, 0), 1.0, Status.ACQUIRING),
+    _track("d", slice(0, 0), 1.0),
+)
+"""Of these recordings: usable to the end, usable for a while, and twice never."""

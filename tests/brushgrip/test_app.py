@@ -114,7 +114,15 @@ print(*sorted(heavy & set(sys.modules)), file=sys.stderr)
 
     assert process.stderr == "\n"
     assert process.stdout.count("--help") > 8
-    assert process.stdout.count("--out") == 8
+    assert process.stdout.count("  --out ") == 8
+
+
+def test_a_bare_command_line_prints_the_help(run: Run) -> None:
+    bare = run()
+
+    assert (bare.status, bare.err) == (0, "")
+    assert bare.out == run("--help").out
+    assert bare.out.startswith("Usage: brushgrip [OPTIONS] COMMAND [ARGS]...\n")
 
 
 def test_the_door_opens_late() -> None:

@@ -38,10 +38,15 @@ def test_each_is_estimated_as_if_alone(estimate: Run, write_csv: Write, tmp_path
 
     assert outcome.status == 0
     assert outcome.out == f"estimated 3 of 3 recordings\nwrote {table}\n"
+    printed = estimate(*paths).out
+    assert "estimated 3 of 3 recordings" in printed
+    assert all(f"│ {name} " in printed for name in "abc")
     assert (tmp_path / "mu_b.csv").read_text() == alone.read_text()
     assert [row["ground"] for row in rows.values()] == ["steel", "ice", "steel"]
-    assert float(rows["b"]["mu"]) == columns["mu"][-1]
-    assert float(rows["b"]["informed"]) == pytest.approx(columns["informed"].mean(), rel=1e-12)
+    at = np.flatnonzero(columns["usable"])[-1]
+    assert rows["b"]["mu"] == f"{columns['mu'][at]:.5g}"
+    assert rows["b"]["last_usable"] == f"{columns['t'][at]:.5g}"
+    assert float(rows["b"]["informed"]) == pytest.approx(columns["informed"].mean(), rel=1e-4)
     assert (rows["b"]["samples"], rows["b"]["mu_std"], rows["b"]["fault"]) == ("60", "", "")
     assert float(rows["b"]["duration"]) == pytest.approx(0.59)
 
@@ -81,7 +86,6 @@ def test_a_summary_of_one(estimate: Run, write_csv: Write, tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("options", "said"),
     [
-        ([], "--out and --summary are both missing"),
         (["--summary", "t.csv", "--picture", "p.png"], "--picture is that of one recording"),
         (["--summary", "a.csv"], "would overwrite what is read"),
         (["--summary", "t_a.csv", "--out", "t.csv"], "must name different files"),

@@ -18,8 +18,8 @@ from tests.brushgrip.factories import make_diagnosis
 from tests.brushgrip.helpers import Outcome, Run, Write, contents, table_of
 
 FILES = [
-    "candidates.png", "diagnosis.json", "experiment_carcass_torsion.png", "loops.png", "model.json",
-    "report.html", "residuals.png", "signatures.png",
+    "candidates.png", "diagnosis.json", "experiment_carcass_torsion.png", "friction.png", "loops.png",
+    "model.json", "overview.png", "report.html", "residuals.png", "signatures.png",
 ]  # fmt: skip
 Diagnose = Callable[..., Outcome]
 
@@ -284,7 +284,7 @@ class TestDemo:
     def test_runs_on_the_embedded_recordings(
         self, run: Run, asked: list[Any], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
     ) -> None:
-        monkeypatch.setattr(friction_outcome, "estimate_friction", lambda *_: [])
+        monkeypatch.setattr(friction_outcome, "friction_outcome", lambda *_: None)
         outcome = run("demo", "--out", tmp_path / "out")
         (training, held_out, _) = asked[0]
 
@@ -297,10 +297,13 @@ class TestDemo:
     @pytest.mark.usefixtures("interpreted")
     def test_friction_by_both_models_and_every_observer(self, write_csv: Write, rig: Path) -> None:
         recordings = locate_inputs([str(write_csv("held.csv"))], rig=rig).recordings()
-        tracks = friction_outcome.estimate_friction(recordings, make_diagnosis(("a",), ("held",)))
+        outcome = friction_outcome.friction_outcome([], recordings, make_diagnosis(("a",), ("held",)))
+        assert outcome is not None
+        tracks = outcome.tracks
 
         labels = ["EKF, declared model", "EKF, model found", "MHE, model found"]
         assert [track.label for track in tracks] == labels
+        assert outcome.compared == tracks
         assert {track.reference for track in tracks} == {1.3}
         assert all(track.mu.size == 60 for track in tracks)
 

@@ -1,14 +1,17 @@
 """Pictures of a diagnosis: signatures of the residual, and experiments."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib.image
 import numpy as np
 import pytest
 
-from brushgrip.pictures import draw_experiment, draw_signatures
+from brushgrip.estimation.estimates import FrictionTrack
+from brushgrip.pictures import draw_experiment, draw_friction, draw_overview, draw_signatures
+from brushgrip.pictures.friction import RECORDINGS, STYLES
 from brushgrip.pictures.style import AFTER, BEFORE, QUIET
-from tests.brushgrip.factories import experiment, signatures
+from tests.brushgrip.factories import TRACKS, experiment, signatures
 
 
 def share(picture: np.ndarray, colour: str) -> float:
@@ -45,6 +48,30 @@ def test_longer_bars_cover_more(tmp_path: Path) -> None:
         shares.append(share(matplotlib.image.imread(path), BEFORE))
 
     assert shares[1] > 2 * shares[0]
+
+
+def test_two_observers_that_agree_are_both_visible(tmp_path: Path, tracks: list[FrictionTrack]) -> None:
+    ekf = replace(tracks[1], mu=np.full(500, 1.3))
+    path = tmp_path / "friction.png"
+    draw_friction(path, [tracks[0], ekf, replace(ekf, label="MHE, model found")])
+    # Below the legend, which has both.
+    picture = matplotlib.image.imread(path)[90:]
+
+    assert min(share(picture, STYLES[i].colour) for i in (1, 2)) > 2e-4
+
+
+def test_the_overview_has_a_line_for_each_recording(tmp_path: Path) -> None:
+    path = tmp_path / "overview.png"
+    draw_overview(path, {"ice": TRACKS[:1], "steel": TRACKS[1:2]})
+    alone = matplotlib.image.imread(path)
+    draw_overview(path, {"": TRACKS[:2]})
+    together = matplotlib.image.imread(path)
+
+    # The first colour on each ground; a second only where two share one.
+    assert share(alone, RECORDINGS[0]) > 1e-3
+    assert share(alone, RECORDINGS[1]) < 1e-4
+    assert share(together, RECORDINGS[1]) > 1e-3
+    assert alone.shape[0] > 1.5 * together.shape[0]
 
 
 @pytest.mark.parametrize("load", [0.0, 30.0], ids=["held", "changed"])

@@ -1,10 +1,13 @@
 """`brushgrip estimate` on one recording: its table, its picture, and what it refuses."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from brushgrip.estimation.map_remedies import ANGLE, SIGN, UNITS
+from observers.quality.plausibility import EVIDENCE, causes
 from reference_rig import make_ground_recording, make_steering_recording
 from tests.brushgrip.helpers import Run, Write, contents, table_of
 
@@ -152,29 +155,154 @@ def test_says_that_the_ground_has_changed(
     columns = {name: getattr(recorded, name) for name in ("t", "psi", "M_z", "F_N")}
     summary, _ = estimate(write_csv("ground.csv", columns), observer=observer).out.splitlines()
 
-    assert summary.startswith("ground: mu = 0.4")
+    # What was usable before is the friction of another ground.
+    assert summary.startswith("ground: friction is not known since a new ground was noticed at 9.1")
     assert "1 change of the ground" in summary
     assert table_of(tmp_path / "mu.csv")["mu"][-1] == pytest.approx(0.4, abs=0.1)
 
 
 @pytest.mark.parametrize(
-    ("column", "factor", "cause"),
+    ("column", "factor", "cause", "remedy"),
     [
-        ("psi", 180 / np.pi, "degrees"),
-        ("t", 1e3, "milliseconds"),
-        ("F_N", 1e-3, "kN"),
-        ("M_z", -1.0, "other sign"),
+        ("psi", 180 / np.pi, "degrees", "psi=psi:deg or psi=1/15*psi"),
+        ("psi", 5 * 180 / np.pi, "degrees", "psi=psi:deg"),
+        ("psi", 15 * 180 / np.pi, "steering wheel's in degrees", "psi=1/15*psi:deg"),
+        ("t", 1e3, "milliseconds", "t=t:ms"),
+        ("F_N", 1e-3, "kN", "F_N=F_N:kN"),
+        ("M_z", 1e3, "N mm", "M_z=M_z:mNm"),
+        ("M_z", -1.0, "other sign", "M_z=-M_z"),
     ],
 )
 def test_other_units_and_signs_are_refused_by_name(
     estimate: Run, write_csv: Write, simulated: Path, tmp_path: Path, column: str, factor: float,
-    cause: str,
+    cause: str, remedy: str,
 ) -> None:  # fmt: skip
     columns = table_of(simulated)
     wrong = write_csv("wrong.csv", columns | {column: factor * columns[column]})
+    entry, _, other = remedy.partition(" or ")
+    outcome = estimate(wrong)
 
-    estimate(wrong).refused("wrong", cause)
+    outcome.refused("wrong", cause, f"--map {entry}", other)
     assert not (tmp_path / "mu.csv").exists()
+    assert ("with your steering ratio for 15" in outcome.err) == ("1/15" in remedy)
+    assert estimate(wrong, "--map", entry).status == 0
+
+
+def test_one_map_mends_all_that_is_wrong(estimate: Run, write_csv: Write, simulated: Path) -> None:
+    columns = table_of(simulated)
+    wrong = {
+        "Zeit": columns["t"],
+        "psi": columns["psi"],
+        "Moment": -columns["M_z"],
+        "F_N": columns["F_N"] / 1e3,
+    }
+    path = write_csv("wrong.csv", dict.fromkeys(("t", "M_z")) | wrong)
+    outcome = estimate(path, "--map", "t=Zeit,M_z=Moment")
+    remedy = outcome.err.strip().partition("--map ")[2]
+
+    assert remedy == "t=Zeit,M_z=-Moment,F_N=F_N:kN"
+    assert estimate(path, "--map", remedy).status == 0
+
+
+def test_every_suspected_cause_but_a_broken_sensor_has_a_map() -> None:
+    places = EVIDENCE.places
+    named = list(causes(dict.fromkeys(places, 1.0)))
+    without = [cause for cause in named if not cause.startswith((*UNITS, ANGLE, SIGN))]
+
+    assert len(named) == 6
+    assert [cause.split(":")[0] for cause in without] == ["the torque is clipped or frozen"]
+
+
+def test_without_a_file_to_write_the_line_suffices(
+    estimate: Run, run: Run, simulated: Path, rig: Path, tmp_path: Path
+) -> None:
+    estimate(simulated)
+    told = estimate(simulated).out.splitlines()[0]
+    (tmp_path / "mu.csv").unlink()
+    before = contents(tmp_path)
+    outcome = run("estimate", "--rig", rig, simulated)  # The default observer is the EKF.
+
+    assert (outcome.status, outcome.out) == (0, f"{told}\n")
+    assert contents(tmp_path) == before
+    assert run("estimate", "--rig", rig, simulated, "--picture", "only.png").status == 0
+    assert (tmp_path / "only.png").read_bytes().startswith(b"\x89PNG")
+    assert run("estimate", "--rig", rig, simulated, "--picture", "only.pdf").status == 2
+
+
+def test_says_what_a_model_gives(estimate: Run, simulated: Path, tmp_path: Path) -> None:
+    basis = '"basis": {"training": 1, "holdout": 0, "grades": {}}'
+    (tmp_path / "model.json").write_text(MODEL.replace('"effects"', f'{basis}, "effects"'))
+
+    assert estimate(simulated, "--model", "model.json").out.startswith(
+        "model.json gives k = 2.4·10⁶ N/m². It stands on 1 recording, nothing judged it."
+    )
+
+
+def test_a_part_of_a_recording(
+    estimate: Run, simulated: Path, write_csv: Write, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    columns = table_of(simulated)
+    part = {name: values[30:50] for name, values in columns.items()}
+    estimate(simulated, "--from", 0.3, "--to", 0.49)
+    trimmed = (tmp_path / "mu.csv").read_text()
+    warned = [record.message for record in caplog.records]
+    estimate(write_csv("part.csv", part), out="part_mu.csv")
+
+    np.testing.assert_allclose(table_of(tmp_path / "mu.csv")["t"], part["t"])
+    assert len(trimmed.splitlines()) == 21
+    assert any("begins at 0.3 s with a torque of " in message for message in warned)
+    origin = json.loads((tmp_path / "mu.provenance.json").read_text())
+    assert origin["settings"]["span"] == [0.3, 0.49]
+    estimate(simulated, "--from", 0.3, "--to", 0.35).refused(
+        "5 samples from 0.3 to 0.35 s", "0 to 0.59 s"
+    )
+
+
+def test_the_angle_of_the_steering_wheel(
+    estimate: Run, simulated: Path, write_csv: Write, tmp_path: Path
+) -> None:
+    columns = table_of(simulated)
+    estimate(simulated)
+    wanted = table_of(tmp_path / "mu.csv")
+    rate = {"psi_dot": np.gradient(columns["psi"], columns["t"])}
+    estimate(write_csv("rated.csv", columns | rate))
+    rated = table_of(tmp_path / "mu.csv")
+    geared = write_csv("geared.csv", columns | {"psi": 15 * columns["psi"]})
+    assert estimate(geared, "--steering-ratio", 15).status == 0
+    of = table_of(tmp_path / "mu.csv")
+    both_geared = columns | {"psi": 15 * columns["psi"], "psi_dot": 15 * rate["psi_dot"]}
+    estimate(write_csv("both.csv", both_geared), "--steering-ratio", 15, out="both_mu.csv")
+
+    np.testing.assert_allclose(of["mu"], wanted["mu"], rtol=1e-6)
+    np.testing.assert_allclose(table_of(tmp_path / "both_mu.csv")["nis"], rated["nis"], rtol=1e-6)
+    assert json.loads((tmp_path / "mu.provenance.json").read_text())["settings"]["steering_ratio"] == 15
+    both = estimate(geared, "--steering-ratio", 15, "--map", "psi=1/15*psi")
+    both.refused("the map of channels has a factor for psi already, psi=0.0666666666667*psi")
+    estimate(geared, "--steering-ratio", 0).refused("--steering-ratio must be finite and greater than 0")
+
+
+@pytest.mark.parametrize(
+    ("column", "factor", "said"),
+    [
+        ("psi", 15.0, "; if psi is the steering wheel's: --steering-ratio 15, with your steering ratio"),
+        ("M_z", 1e-3, "; if the torque is in kN m: --map M_z=M_z:kNm"),
+        ("M_z", 0.3, "check the torque's unit and gear"),
+    ],
+)
+def test_a_scale_that_no_sample_alone_betrays_is_named(
+    estimate: Run, run: Run, write_csv: Write, rig: Path, tmp_path: Path, column: str, factor: float,
+    said: str,
+) -> None:  # fmt: skip
+    # Small turns, so that an angle of the steering wheel stays below a right angle.
+    t = np.arange(500) * 0.01
+    columns = {"t": t, "psi": 0.08 * np.sin(2.0 * t), "F_N": np.full(500, 400.0), "M_z": np.zeros(500)}
+    run("simulate", "--rig", rig, write_csv("bare.csv", columns), "--out", tmp_path / "torque.csv")
+    columns["M_z"] = table_of(tmp_path / "torque.csv")["M_z"]
+    columns[column] = factor * columns[column]
+    outcome = estimate(write_csv("scaled.csv", columns))
+
+    assert "scaled: friction is not known, usable in 0 % of 500 samples" in outcome.out
+    assert said in outcome.out
 
 
 def test_tuning_by_name(estimate: Run, simulated: Path, tmp_path: Path) -> None:

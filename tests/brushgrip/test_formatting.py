@@ -1,5 +1,6 @@
 import json
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -7,7 +8,6 @@ import pytest
 
 from brushgrip.wording.formatting import (
     csv_text,
-    estimates_summary,
     indistinguishable_effects,
     is_worse,
     json_text,
@@ -19,9 +19,11 @@ from brushgrip.wording.formatting import (
     sentence,
     torque,
 )
+from brushgrip.wording.friction import band, estimates_summary, model_taken
 from brushgrip.wording.verdict import headline
-from identification import ParameterEstimate
+from identification import FoundModel, ParameterEstimate
 from observers import Estimates, Status
+from symbolic import Model, ModelBasis, ModelError, effects_named
 from tests.brushgrip.factories import make_diagnosis
 
 
@@ -69,7 +71,10 @@ def test_listed() -> None:
     assert listed(["a", "b", "c"], "or") == "a, b or c"
 
 
-FOUND = "The declared model misses carcass torsion and torque offset: held-out error 4.30 % → 2.37 %"
+FOUND = (
+    "The declared model misses carcass torsion and torque offset; 1.20 % of range stay unexplained:"
+    " held-out error 4.30 % → 2.37 %"
+)
 
 
 @pytest.mark.parametrize(
@@ -116,15 +121,19 @@ def test_worse() -> None:
     assert [name for name in diagnosis.after.nrmse if is_worse(diagnosis, name)] == ["held_d"]
 
 
-def estimates(*status: Status, std: float = 0.02, off: float = 0.0) -> Estimates:
+def estimates(
+    *status: Status, std: float = 0.02, off: float = 0.0, last: int | None = None
+) -> Estimates:
+    """Friction that rises from 1 to 1.25; usable in the second half, to the sample `last`."""
     size = len(status)
+    places = np.arange(size)
     return Estimates(
         t=np.arange(size) * 0.01,
         mu=np.linspace(1.0, 1.25, size),
         mu_std=np.full(size, std),
         M_z_predicted=np.zeros(size),
         informed=np.arange(size) >= size / 2,
-        usable=np.arange(size) >= size / 2,
+        usable=(places >= size / 2) & (places <= (size if last is None else last)),
         mu_eff=np.linspace(1.0, 1.25, size) + off,
         mu_eff_std=np.full(size, 2 * std),
         M_slide=np.ones(size),
@@ -136,17 +145,61 @@ def estimates(*status: Status, std: float = 0.02, off: float = 0.0) -> Estimates
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({}, "mu = 1.250 ± 0.020 at the end, usable in 50 % of 4 samples"),
-        # It is named where it differs.
+        ({}, "mu_eff = 1.25 ± 0.08 (95 % band) at the end, usable in 50 % of 4 samples"),
+        # The model's own mu is named where it differs.
         (
             {"off": -0.1},
-            "mu = 1.250 ± 0.020, mu_eff = 1.150 ± 0.040 at the end, usable in 50 % of 4 samples",
+            "mu_eff = 1.15 ± 0.08 (95 % band) at the end, usable in 50 % of 4 samples"
+            " (mu = 1.25 in the model's own law, which compares with no other)",
         ),
-        ({"std": np.nan}, "mu = 1.250 at the end, usable in 50 % of 4 samples"),
+        ({"std": np.nan}, "mu_eff = 1.25 at the end, usable in 50 % of 4 samples"),
+        (
+            {"last": 2},
+            "mu_eff = 1.17 ± 0.08 (95 % band) at 0.02 s, last usable, usable in 25 % of 4 samples",
+        ),
+        (
+            {"last": 0},
+            "friction is not known, usable in 0 % of 4 samples: the patch has not slid far enough"
+            " to tell friction",
+        ),
     ],
 )
-def test_friction_at_the_end(options: dict[str, float], words: str) -> None:
+def test_friction_at_the_end(options: dict[str, Any], words: str) -> None:
     assert estimates_summary(estimates(*[Status.USED] * 4, **options)) == words
+
+
+def test_a_narrow_band_has_a_digit_more() -> None:
+    assert band(0.0512, 0.004) == "0.051 ± 0.008"
+    assert band(1.234, 0.05) == "1.23 ± 0.10"
+    assert band(math.nan, 0.05) == "–"
+
+
+def found_model(training: int, holdout: int, **grades: str) -> FoundModel:
+    return FoundModel(
+        model=Model(effects=effects_named(["carcass_torsion", "torque_offset"])),
+        tyre={"k": 2.4e6, "carcass_torsion.k_t": 390.0},
+        own={},
+        error=ModelError(spread=0.03, correlation_time=1.0),
+        basis=ModelBasis(training=training, holdout=holdout, grades=grades),
+    )
+
+
+@pytest.mark.parametrize(
+    ("model", "words"),
+    [
+        (
+            found_model(1, 0, carcass_torsion="weak", torque_offset="strong"),
+            "carcass torsion (weak), k = 2.4·10⁶ N/m² and the model's error, 3.00 % of the torque; not"
+            " torque offset, which belongs to a recording. It stands on 1 recording, nothing judged it;"
+            " 1 of 2 effects may be chance or stand in for another",
+        ),
+        (found_model(2, 0), "It stands on 2 recordings, each left out in turn judged it"),
+        (found_model(4, 3), "It stands on 4 recordings, 3 held out judged it"),
+        (replace(found_model(1, 0), basis=None), "does not say how many recordings that stands on"),
+    ],
+)
+def test_what_is_taken_from_a_model(model: FoundModel, words: str) -> None:
+    assert words in model_taken(model)
 
 
 @pytest.mark.parametrize(
@@ -155,6 +208,11 @@ def test_friction_at_the_end(options: dict[str, float], words: str) -> None:
         ([Status.MISSING], "1 sample: no measurement"),
         ([Status.MISSING | Status.HELD, Status.HELD], "2 samples: angle, load or steering torque"),
         ([Status.REJECTED] * 2 + [Status.MISSING] * 3, "2 samples rejected; 3 samples: no measurement"),
+        (
+            [Status.SUSPECT] * 2 + [Status.INCONSISTENT] + [Status.HELD] * 4,
+            "; 2 samples: an input looks",
+        ),
+        ([Status.SUSPECT] + [Status.INCONSISTENT] * 2 + [Status.HELD] * 4, "; 2 samples: model and"),
         ([Status.RESET], "1 change of the ground; 1 sample: the ground has changed"),
         (
             [Status.RESET] * 2 + [Status.REJECTED],

@@ -1,44 +1,92 @@
 """Friction before and after: what belongs to training and held-out recordings, and the offline fit."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from brushgrip.estimation.friction_outcome import FrictionOutcome, friction_figures, offline_friction
+from brushgrip.estimation.friction_outcome import offline_friction
+from brushgrip.report.friction_words import (
+    friction_figures,
+    friction_groups,
+    ground_spreads,
+    known_friction,
+    paragraph_to_send,
+    usable_until,
+)
+from brushgrip.report.tables import friction_by_ground
 from identification import FoundModel
-from observers import FrictionQuality
 from symbolic import Model, Rig, effects_named
-
-
-def quality(settling: float) -> FrictionQuality:
-    return FrictionQuality(
-        mu_eff=1.0, mu_eff_std=0.1, settling=settling, drift=0.1, coverage=1.0, relative_band=0.1,
-        reference_coverage=settling / 10,
-    )  # fmt: skip
-
-
-def outcome(*holdout: str) -> FrictionOutcome:
-    before = {name: quality(s) for name, s in (("a", 1.0), ("b", 2.0), ("c", 6.0), ("d", 8.0))}
-    after = {name: quality(1.0) for name in before}
-    return FrictionOutcome(before=before, after=after, grounds={"": tuple(before)}, holdout=holdout)
+from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome
 
 
 def test_training_and_held_out_recordings_are_reported_apart() -> None:
-    before = outcome("c", "d").to_dict()["before"]
+    before = make_outcome("c", "d").to_dict()["before"]
 
     assert before["mean"]["settling"] == 4.25
     assert before["training"]["mean"]["settling"] == 1.5
     assert before["holdout"]["mean"]["settling"] == 7.0
     assert before["holdout"]["mean"]["reference_coverage"] == pytest.approx(0.7)
-    rows = dict(friction_figures(outcome("c", "d")))
-    assert rows["training: settled within 10 %, mean [s]"] == ["1.5", "1.0"]
-    assert rows["held out: settled within 10 %, mean [s]"] == ["7.0", "1.0"]
+    rows = {label: values for label, values, _ in friction_figures(make_outcome("c", "d"))}
+    assert friction_groups(make_outcome("c", "d")) == ["held out", "training"]
+    assert rows["time to settle"] == ["7.0 s → 1.0 s", "1.5 s → 1.0 s"]
 
 
 def test_without_held_out_recordings_all_are_training() -> None:
-    assert "holdout" not in outcome().to_dict()["before"]
-    assert not any(label.startswith("held out") for label, _ in friction_figures(outcome()))
+    assert "holdout" not in make_outcome().to_dict()["before"]
+    assert friction_groups(make_outcome()) == ["training"]
+
+
+def test_the_spread_of_a_ground_is_that_of_all_its_recordings() -> None:
+    judged = replace(make_outcome("c"), grounds={"ice": ("a", "b"), "": ("c",), "snow": ("d",)})
+
+    assert ground_spreads(judged).startswith(
+        "Between recordings the last estimates differ by 0.0 % → 0.0 % on ice:"
+    )
+    assert ground_spreads(make_outcome()) == ""
+
+
+def test_friction_is_that_of_the_last_usable_sample() -> None:
+    judged = replace(make_outcome("c"), tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
+    rows = {name: cells for name, *cells in friction_by_ground(judged).rows}
+
+    assert rows["a"] == ["ice", "1.20 ± 0.10", "55 %, to the end"]
+    assert rows["b"] == [
+        "ice", "1.10 ± 0.10", "27 %, to 7.0 of 10.0 s: the model does not explain the torque",
+    ]  # fmt: skip
+    assert rows["c"] == ["ice", "–", "never: friction is being acquired"]
+    assert rows["d"][2] == "never: the patch has not slid far enough to tell friction"
+    moved = replace(TRACKS[1], changes=np.array([7.5]))
+    assert (moved.last_usable, known_friction(moved)) == (None, "–")
+    assert usable_until(moved).startswith("27 %, but not since a new ground was noticed at 7.5 s: ")
+    document = judged.to_dict()["after"]["recordings"]
+    assert (document["b"]["last_usable"], document["b"]["usable_mu_eff"]) == (7.0, 1.1)
+    assert document["c"]["usable_mu_eff"] is None
+
+
+def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
+    judged = replace(make_outcome("c"), tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
+    text = paragraph_to_send(make_diagnosis(("a", "b", "d"), ("c",)), judged)
+
+    assert "is on ice 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a); not known in c and d." in text
+    assert "Of b it is the last value that could be relied on." in text
+    assert "9.00" not in text
+    assert "of its range instead of 4.30 %, on recordings that the tyre's" in text
+    assert "1.20 % of range remain that no known effect explains." in text
+
+
+def test_the_paragraph_is_as_sure_as_the_grades() -> None:
+    diagnosis = make_diagnosis(("a", "b"), ("c",))
+    torsion, offset = diagnosis.effects
+    graded = replace(
+        diagnosis, effects=(replace(torsion, grade="ambiguous"), replace(offset, grade="weak"))
+    )
+    text = paragraph_to_send(graded, replace(make_outcome("c"), tracks=TRACKS))
+
+    assert "leaves out carcass torsion (the carcass twists in series with the patch)." in text
+    assert "These recordings do not tell carcass torsion from patch width." in text
+    assert "There are weak signs of torque offset, which may be chance." in text
 
 
 def test_the_offline_fit_counts_the_length_that_was_fitted() -> None:

@@ -12,7 +12,7 @@ from brushgrip.pictures import draw_signatures
 from brushgrip.report import page as report
 from brushgrip.report.page import write_report
 from identification import Diagnosis, SelectionCriteria
-from tests.brushgrip.factories import make_diagnosis
+from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome
 
 PNG = b"\x89PNG\r\n\x1a\n"
 VOID = {"meta", "img", "link", "br", "input"}
@@ -60,7 +60,7 @@ def no_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
     def blank(path: Path, *_: object) -> None:
         path.write_bytes(PNG)
 
-    for name in ("candidates", "experiment", "friction", "loops", "residuals", "signatures"):
+    for name in ("candidates", "experiment", "friction", "loops", "overview", "residuals", "signatures"):
         monkeypatch.setattr(report, f"draw_{name}", blank)
     monkeypatch.setattr(report, "MOST_RECORDINGS", 3)
 
@@ -112,9 +112,9 @@ def test_page_says_everything_in_order(full: Path) -> None:
     page = Page(full.read_text("utf-8"))
 
     assert page.headings == [
-        "The declared model misses carcass torsion and torque offset: "
+        "The declared model misses carcass torsion and torque offset; 1.20 % of range stay unexplained: "
         "held-out error 4.30 % → 2.37 % of range.",
-        "In short",
+        "What was found",
         "Contents",
         "Friction over time",
         "Torque errors",
@@ -132,6 +132,31 @@ def test_page_says_everything_in_order(full: Path) -> None:
     assert "k_t = 391.2 ± 4.2 N m/rad" in page.text
     assert "These recordings cannot tell carcass torsion from patch width." in page.text
     assert "Follows psi_dot <by> 0.4 & F_N." in page.text
+
+
+@pytest.mark.usefixtures("no_drawing")
+def test_the_first_screen_says_what_friction_is(tmp_path: Path) -> None:
+    outcome = replace(make_outcome("c"), tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
+    text = write_report(tmp_path, make_diagnosis(("a", "b", "d"), ("c",)), (), outcome).read_text(
+        "utf-8"
+    )
+    page = Page(text)
+    first, rest = page.text.split("What was found", 1)
+
+    assert "1.20 ± 0.10" in first
+    assert "never: friction is being acquired" in first
+    assert "Of b it is the last value that could be relied on." in first
+    assert "Share of the informed samples whose 95 % band holds the last estimate." in rest
+    assert "It stands on 3 recordings, 1 held out judged it" in rest
+    assert page.headings[1:5] == ["To send", "What was found", "Contents", "Settling and coverage"]
+
+
+def test_on_a_narrow_screen_every_cell_has_its_heading(full: Path) -> None:
+    text = full.read_text("utf-8")
+    for table in re.findall(r"<table.*?</table>", text, re.DOTALL):
+        headings = re.findall(r"<th scope=\"col\"[^>]*>(.*?)</th>", table)
+        for row in re.findall(r"<tr>\n?<th scope=\"row\".*?</tr>", table, re.DOTALL):
+            assert re.findall(r'<td[^>]*data-heading="(.*?)"', row) == headings[1:]
 
 
 @pytest.mark.usefixtures("no_drawing")

@@ -55,19 +55,43 @@ def test_a_parameter_close_to_no_effect_is_a_hint() -> None:
 
 
 def test_only_clear_effects_are_said_to_be_missing() -> None:
-    diagnosis = make_diagnosis()
-    assert headline(graded(diagnosis, "strong", "weak")).startswith(
+    diagnosis, explained = make_diagnosis(), make_diagnosis(unexplained=False)
+    assert headline(graded(explained, "strong", "weak")).startswith(
         "The declared model misses carcass torsion; there are weak signs of torque offset: held-out"
     )
-    weak = headline(graded(diagnosis, "weak", "weak"))
+    weak = headline(graded(explained, "weak", "weak"))
     assert weak.startswith("There are only weak signs of carcass torsion and torque offset: ")
     assert "misses" not in weak
     assert headline(graded(diagnosis, "ambiguous", "strong")).startswith(
-        "The declared model misses carcass torsion (or patch width) and torque offset: "
+        "The declared model misses carcass torsion (or patch width) and torque offset; 1.20 % of range"
+        " stay unexplained: "
     )
-    assert headline(graded(diagnosis, "stands_in", "stands_in")).startswith(
+    assert headline(graded(explained, "stands_in", "stands_in")).startswith(
         "Carcass torsion and torque offset stand in for something unknown: "
     )
+
+
+@pytest.mark.parametrize(
+    ("structured", "grade", "first"),
+    [
+        (0.0308, "strong", True),
+        # Found: 4.30 % before, 2.37 % after.
+        (0.0194, "strong", True),
+        (0.0192, "strong", False),
+        (0.0001, "weak", True),
+    ],
+)
+def test_what_is_unexplained_goes_first_where_it_is_the_larger(
+    structured: float, grade: Grade, first: bool
+) -> None:
+    diagnosis = graded(make_diagnosis(), grade, "weak")
+    line = headline(
+        replace(diagnosis, unexplained=replace(diagnosis.unexplained, structured=structured))
+    )
+
+    assert line.startswith("Something unknown remains, ") == first
+    assert f"{100 * structured:.2f} % of range" in line
+    assert line.endswith(": held-out error 4.30 % → 2.37 % of range.")
 
 
 @pytest.mark.parametrize(

@@ -1,8 +1,10 @@
 """The code on the pages runs: Python blocks and commands, in the order of the page."""
 
+import importlib
 import re
 import shlex
 import shutil
+from inspect import isfunction
 from pathlib import Path
 from typing import Any
 
@@ -66,6 +68,23 @@ def test_the_page_of_effects_has_the_whole_library() -> None:
         name: ", ".join(f"`{p.name}` [{p.unit}]" for p in effect.parameters)
         for name, effect in KNOWN.items()
     }
+
+
+@pytest.mark.parametrize("package", ["observers", "identification", "symbolic"])
+def test_every_public_class_and_function_is_on_its_page_once(package: str) -> None:
+    module = importlib.import_module(package)
+    public = {name: getattr(module, name) for name in module.__all__}
+    page = (ROOT / "docs" / "reference" / "api" / f"{package}.md").read_text(encoding="utf-8")
+    listed = re.findall(rf"^\.\. auto\w+:: {package}\.(\w+)$", page, re.MULTILINE)
+    # What identification passes on stands on the page of symbolic.
+    own = {
+        name
+        for name, it in public.items()
+        if (isinstance(it, type) or isfunction(it)) and it.__module__.partition(".")[0] == package
+    }
+
+    assert len(set(listed)) == len(listed)
+    assert own <= set(listed) <= set(public)
 
 
 @pytest.mark.long

@@ -17,9 +17,13 @@ def test_a_page_begins_as_its_script_says(name: str) -> None:
     assert page.startswith(importlib.import_module(name).OPENING)
 
 
-def test_the_measured_page_is_its_template_with_figures() -> None:
-    template = (ROOT / "examples" / "walk_through.in.md").read_text(encoding="utf-8")
-    rest = (EVIDENCE / "measured.md").read_text(encoding="utf-8")
+@pytest.mark.parametrize(
+    ("template_name", "page"),
+    [("walk_through", "measured"), ("walk_through_search", "measured_search")],
+)
+def test_a_measured_page_is_its_template_with_figures(template_name: str, page: str) -> None:
+    template = (ROOT / "examples" / f"{template_name}.in.md").read_text(encoding="utf-8")
+    rest = (EVIDENCE / f"{page}.md").read_text(encoding="utf-8")
     *texts, last = re.split(r"\{\w+\}", template)
     for text in texts:
         _, found, rest = rest.partition(text)

@@ -73,7 +73,9 @@ def open_can(path: Path, signals: SignalMap) -> Iterator[ChannelFile]:
         times, values = decoded(message, buses[name])
         return _valid(path, name, signal, times, values[signal.name])
 
-    yield ChannelFile(names=[*names, *(name for name in places if buses[name])], read=read)
+    yield ChannelFile(
+        names=[*names, *(name for name in places if buses[name])], read=read, own_clocks=True
+    )
 
 
 def _database(cantools: Any, dbc: Path) -> Any:

@@ -50,7 +50,7 @@ def open_mdf(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
                 times=np.asarray(signal.timestamps, dtype=np.float64),
             )
 
-        yield ChannelFile(names=list(places), read=read)
+        yield ChannelFile(names=list(places), read=read, own_clocks=True)
 
 
 def _require_ends(path: Path) -> None:

@@ -47,7 +47,7 @@ def open_ros(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
                 values.append(_value(message, field))
             return Samples(values=np.array(values), times=np.array(times))
 
-        yield ChannelFile(names=list(fields), read=read)
+        yield ChannelFile(names=list(fields), read=read, own_clocks=True)
 
 
 def _stamp(message: Any, recorded: int) -> int:

@@ -59,7 +59,7 @@ def open_tdms(path: Path, _: SignalMap) -> Iterator[ChannelFile]:
             unit = str(channel.properties.get("unit_string", ""))
             return Samples(values=values, unit=unit, times=clock(name, values.size), remark=remark)
 
-        yield ChannelFile(names=list(channels), read=read)
+        yield ChannelFile(names=list(channels), read=read, own_clocks=True)
 
 
 def _require_whole(path: Path) -> bool:

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from identification import Values, model_text, read_model
-from symbolic import InvalidInputError, Model, ModelError, effects_named
+from symbolic import InvalidInputError, Model, ModelBasis, ModelError, effects_named
 
 SHARED = {"k": 2.4e6, "carcass_torsion.k_t": 390.0}
 OWN = {"a": {"mu": 1.3, "torque_offset.M_0": 0.1}, "b": {"mu": 1.2, "torque_offset.M_0": -0.2}}
@@ -39,14 +39,18 @@ def message_of(path: Path) -> str:
 def test_round_trip(tmp_path: Path) -> None:
     model = Model(effects=effects_named(CONTENT["effects"]), corners=16)
     error = ModelError(spread=0.03, correlation_time=0.4)
-    diagnosis = SimpleNamespace(model=model, values=Values(tyre=SHARED, own=OWN), model_error=error)
+    basis = ModelBasis(training=2, holdout=0, grades={"carcass_torsion": "weak"})
+    diagnosis = SimpleNamespace(
+        model=model, values=Values(tyre=SHARED, own=OWN), model_error=error, basis=basis
+    )
     text = model_text(diagnosis)  # type: ignore[arg-type]
     found = read_model(write(tmp_path, text))
 
     table = {"spread": 0.03, "correlation_time": 0.4}
     expected = {**CONTENT, "grounds": {}, "rig": {}, "units": UNITS, "model_error": table}
-    assert json.loads(text) == expected
-    assert found.error == error
+    told = {"training": 2, "holdout": 0, "grades": {"carcass_torsion": "weak"}}
+    assert json.loads(text) == {**expected, "basis": told}
+    assert (found.error, found.basis) == (error, basis)
     assert text.endswith("}\n")
     assert found.model.effects == model.effects
     assert (found.tyre, found.own) == (SHARED, OWN)
@@ -80,10 +84,13 @@ def test_values_of_a_ground(tmp_path: Path) -> None:
     found = read_model(write(tmp_path, GROUNDS))
     model = Model(effects=effects_named(GROUNDS["effects"]))
     values = Values(tyre={}, own=found.own, grounds=found.grounds, rig=found.rig)
-    written = model_text(SimpleNamespace(model=model, values=values, model_error=None))  # type: ignore[arg-type]
+    basis = ModelBasis(training=1, holdout=0)
+    diagnosis = SimpleNamespace(model=model, values=values, model_error=None, basis=basis)
+    written = model_text(diagnosis)  # type: ignore[arg-type]
 
     assert json.loads(written) == {
         **GROUNDS,
+        "basis": {"training": 1, "holdout": 0, "grades": {}},
         "units": {"mu": "1", "k": "N/m^2", "frictional_creep.c": "1"},
     }
     assert found.values_for("a", ground="steel") == {"mu": 1.3, "k": 5.4e6, "frictional_creep.c": 0.2}
@@ -110,7 +117,7 @@ def test_what_may_be_left_out(tmp_path: Path) -> None:
         assert read_model(write(tmp_path, {**CONTENT, "units": units})).tyre == SHARED
     content = {name: value for name, value in CONTENT.items() if name != "recordings"}
     bare = read_model(write(tmp_path, content))
-    assert (bare.own, bare.error) == ({}, None)
+    assert (bare.own, bare.error, bare.basis) == ({}, None, None)
 
 
 @pytest.mark.parametrize(
@@ -150,6 +157,10 @@ def test_what_may_be_left_out(tmp_path: Path) -> None:
             {"model_error": {"spread": 0.03, "correlation_time": 0}},
             "model_error: correlation_time must be a finite number greater than 0 s, got 0.0",
         ),
+        ({"basis": {"training": 1}}, "'basis' must hold training, holdout and grades"),
+        ({"basis": {"training": -1, "holdout": 0, "grades": {}}}, "basis: training must be a whole"),
+        ({"basis": {"training": 1, "holdout": 0, "grades": {"x": "weak"}}}, "basis.grades holds an"),
+        ({"basis": {"training": 1, "holdout": 0, "grades": {"torque_offset": 1}}}, "'basis.grades'"),
         ({**GROUNDS, "grounds": {}}, "'grounds' lacks k [N/m^2]"),
         ({**GROUNDS, "grounds": []}, "'grounds' must hold one table per ground"),
         ({**GROUNDS, "grounds": {"steel": {"k": 5e6}}}, "'grounds.steel' lacks frictional_creep.c [1]"),

@@ -1,6 +1,7 @@
 """Maps of channels to columns: their text, their section of a rig file, and what they do to samples."""
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,8 @@ from identification import (
     read_rig,
     read_signals,
 )
+from identification.reading.channels import ChannelFile, Samples
+from identification.reading.clock import tabulate
 from identification.reading.signal_map import signals_text
 from identification.reading.units import factor_of
 from symbolic import InvalidInputError, Rig, Tyre
@@ -119,6 +122,27 @@ def test_columns_named_otherwise_are_listed_and_a_map_is_proposed(tmp_path: Path
         read_recording(path, RIG, torque_required=False)
     with pytest.raises(InvalidInputError, match=r"such as --map 't=Zeit,psi=Winkel,F_N=Last'$"):
         read_recording(path, RIG, torque_required=False, signals="M=Moment")
+
+
+def test_a_proposal_has_time_units_and_the_steering_ratio(tmp_path: Path) -> None:
+    path = write(tmp_path / "run.csv", "time_ms,SteeringWheelAngle_deg,SteeringWheelTorque,Load_kN")
+    message = refused(lambda path: read_recording(path, RIG), path)
+    assert message.endswith(
+        "--map 't=time_ms:ms,psi=1/15*SteeringWheelAngle_deg:deg,M_z=-15*SteeringWheelTorque,"
+        "F_N=Load_kN:kN', with your steering ratio for 15"
+    )
+    read_recording(path, RIG, signals=message.partition("--map '")[2].partition("'")[0])
+
+
+def test_a_proposal_for_channels_without_clocks_has_the_time(tmp_path: Path) -> None:
+    named = ChannelFile(
+        names=["Zeit", "Winkel", "M_z", "F_N"], read=lambda _: Samples(values=np.ones(9))
+    )
+    for own_clocks, proposal in ((False, "'psi=Winkel,t=Zeit'"), (True, "'psi=Winkel'")):
+        file = replace(named, own_clocks=own_clocks)
+        with pytest.raises(InvalidInputError) as caught:
+            tabulate(tmp_path, file, ["t", "psi", "M_z", "F_N"], SignalMap())
+        assert str(caught.value).endswith(f"--map {proposal}")
 
 
 def test_a_ratio_is_a_fraction(tmp_path: Path) -> None:

@@ -65,6 +65,7 @@ def test_structure_is_reported_with_what_it_follows(recording: Recording, plante
     said = rest(recording, slow + noise_of(recording))
 
     assert said.present
+    assert said.structured == pytest.approx(0.01, rel=0.15)
     assert f"{word} (+" in said.evidence
     assert "\n" not in said.evidence
 

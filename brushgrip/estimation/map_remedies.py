@@ -1,0 +1,79 @@
+"""The map of channels that mends a recording whose unit, gear or sign looks wrong."""
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from identification import Recording
+from identification.reading.signal_map import FOR_RATIO, USUAL_RATIO, SignalSource
+
+SURELY_DEGREES = 4 * math.pi
+"""No steering wheel turns further [rad]; what is beyond is in degrees."""
+RIGHT_ANGLE = 90.0
+"""No wheel is steered beyond it [deg]."""
+UNITS = {
+    "time looks like milliseconds": ("t", "ms"),
+    "F_N looks like kN": ("F_N", "kN"),
+    "the torque looks like N mm": ("", "mNm"),
+}
+"""Column and unit by the beginning of a suspected cause; the torque has no column of its own."""
+SCALE = re.compile(r"the torque grows with the angle (\S+) times as k, a and F_N say")
+GEARED, LEAST_SCALE = 0.25, 0.03
+"""Below the first a steering ratio may be missing, at the second the torque may be in kN m. The slope of
+the stick phase tells no more: where the patch slides soon, a ratio of 15 shows as 0.14."""
+ANGLE, SIGN = "psi looks like degrees", "psi or the torque has the other sign"
+
+
+def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str:
+    """The suspected causes in one line, with the whole map that mends them.
+
+    Args:
+        recording: which looks wrong.
+        causes: some of those of `observers.quality.plausibility`.
+        torque: column of the torque that was measured, `M_z` or `M`.
+    """
+    changed: dict[str, SignalSource] = {}
+    angle = ratio = ""
+    for cause in causes:
+        for beginning, (column, unit) in UNITS.items():
+            if cause.startswith(beginning):
+                changed[column or torque] = replace(_source(recording, column or torque), unit=unit)
+        if cause.startswith(SIGN):
+            source = changed.get(torque, _source(recording, torque))
+            changed[torque] = replace(source, factor=-source.factor)
+        if cause.startswith(ANGLE):
+            angle = "psi"
+        if (scale := SCALE.match(cause)) and float(scale[1]) < GEARED:
+            ratio = f"; if psi is the steering wheel's: --steering-ratio {USUAL_RATIO}{FOR_RATIO}"
+            if float(scale[1]) < LEAST_SCALE:
+                kilo = replace(_source(recording, torque), unit="kNm").as_map(torque)
+                ratio += f"; if the torque is in kN m: --map {kilo}"
+    given = {c: s for c, s in recording.sources.items() if s != SignalSource(channel=c)}
+    maps = {column: source.as_map(column) for column, source in (given | changed).items()}
+    why = "; ".join(causes)
+    if not changed and not angle:
+        return why + ratio
+    if angle:
+        maps["psi"], ratio = _angle(recording)
+    return f"{why}: --map {','.join(maps.values())}{ratio}"
+
+
+def _source(recording: Recording, column: str) -> SignalSource:
+    return recording.sources.get(column, SignalSource(channel=column))
+
+
+def _angle(recording: Recording) -> tuple[str, str]:
+    """The entry of the angle, and what to say of the ratio."""
+    source, largest = _source(recording, "psi"), float(np.abs(recording.psi).max())
+    degrees = replace(source, unit="deg")
+    if source.unit is not None:
+        return source.as_geared("psi"), FOR_RATIO
+    if largest > RIGHT_ANGLE:
+        return degrees.as_geared("psi"), FOR_RATIO
+    if largest > SURELY_DEGREES:
+        return degrees.as_map("psi"), ""
+    geared = source.as_geared("psi")
+    return degrees.as_map("psi"), f", or {geared} if it is the steering wheel's{FOR_RATIO}"

@@ -1,0 +1,37 @@
+"""What an observer suspects of a recording, in words, where no sample of it could be used."""
+
+from itertools import islice
+
+import numpy as np
+
+from brushgrip.estimation.estimates import (
+    ObserverFactory,
+    has_aligning_torque,
+    samples_of,
+)
+from brushgrip.estimation.map_remedies import with_remedy
+from identification import FoundModel, Recording
+from observers import Estimates, Loop, Status
+
+MOST_REPLAYED = 20_000
+"""Samples that go through the observer once more, one by one."""
+
+
+def suspected_cause(
+    factory: ObserverFactory, recording: Recording, found: FoundModel | None, estimates: Estimates
+) -> str:
+    """The cause of `Status.SUSPECT` with what mends it; empty where nothing is suspected.
+
+    Args:
+        factory: of the observer that made the estimates.
+        recording: the signals.
+        found: the model that a diagnosis found, None for the declared one.
+        estimates: over the recording.
+    """
+    flagged = np.flatnonzero(estimates.status[:MOST_REPLAYED] & Status.SUSPECT)
+    if not flagged.size:
+        return ""
+    loop = Loop(factory(recording, found))
+    for sample in islice(samples_of(recording), int(flagged[-1]) + 1):
+        loop(sample)
+    return with_remedy(recording, loop.suspicions, "M_z" if has_aligning_torque(recording) else "M")

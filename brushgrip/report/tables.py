@@ -1,0 +1,267 @@
+"""The tables of the report: captions, headings and cells as text."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from markupsafe import Markup
+
+from brushgrip.estimation.estimates import FrictionTrack
+from brushgrip.estimation.friction_outcome import DECLARED, FOUND, FrictionOutcome
+from brushgrip.report.friction_words import (
+    friction_figures,
+    friction_groups,
+    known_friction,
+    usable_until,
+)
+from brushgrip.wording.formatting import (
+    all_worse,
+    error_columns,
+    error_figures,
+    listed,
+    outcome,
+    parameters,
+    percent,
+    plain,
+    quantity,
+    signed,
+    torque,
+)
+from brushgrip.wording.verdict import GRADES, plain_parameter
+from identification import Diagnosis, Signature
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReportTable:
+    """A table whose first column names its rows.
+
+    Attributes:
+        caption: over the table.
+        headings: of the columns.
+        rows: cells as text, one row each.
+        words: columns that hold words; the others hold numbers, to the right.
+        narrow: no wider than its content.
+    """
+
+    caption: str
+    headings: Sequence[str]
+    rows: Sequence[Sequence[str]]
+    words: Sequence[int] = ()
+    narrow: bool = False
+
+
+def friction_by_ground(friction: FrictionOutcome) -> ReportTable:
+    """Friction of each recording, by ground: what the first screen shows."""
+    tracks, named = friction.by(FOUND), any(friction.grounds)
+    rows = [
+        (name, *[ground or "–"][:named], known_friction(tracks[name]), usable_until(tracks[name]))
+        for ground, names in friction.grounds.items()
+        for name in names
+        if name in tracks
+    ]
+    return ReportTable(
+        caption="Friction μ_eff ± 95 % band at the last usable sample, and share of usable samples",
+        headings=("recording", *["ground"][:named], "μ_eff", "usable"),
+        rows=rows,
+        words=(1, 3) if named else (2,),
+    )
+
+
+def friction_meaning(friction: FrictionOutcome) -> ReportTable:
+    """Figures of settling and coverage, each with what it means."""
+    groups = friction_groups(friction)
+    return ReportTable(
+        caption="Mean over recordings: by the declared model → by the model found",
+        headings=("figure", *groups, "in plain words"),
+        rows=[(label, *figures, words) for label, figures, words in friction_figures(friction)],
+        words=(len(groups) + 1,),
+    )
+
+
+def friction_by_recording(friction: FrictionOutcome) -> ReportTable:
+    """How each recording's estimate came to its end."""
+
+    def pair(name: str, figure: str, text: str, factor: float = 1.0) -> str:
+        values = [getattr(stage[name], figure) for stage in friction.stages.values()]
+        return " → ".join("–" if v is None else text.format(factor * v) for v in values)
+
+    declared = friction.by(DECLARED)
+    rows = [
+        (
+            name,
+            "held out" if name in friction.holdout else "training",
+            known_friction(declared[name]) if name in declared else "–",
+            pair(name, "settling", "{:.1f}"),
+            pair(name, "coverage", "{:.0f} %", 100),
+            pair(name, "reference_coverage", "{:.0f} %", 100),
+        )
+        for names in friction.grounds.values()
+        for name in names
+    ]
+    return ReportTable(
+        caption="Each recording; with an arrow: by the declared model → by the model found",
+        headings=(
+            *("recording", "used for", "μ_eff by the declared model", "time to settle [s]"),
+            *("bands that hold the end", "bands that hold the fit"),
+        ),
+        rows=rows,
+        words=(1,),
+    )
+
+
+def friction_by_observer(tracks: Sequence[FrictionTrack]) -> ReportTable:
+    """Friction by every observer at its last usable sample."""
+    labels = dict.fromkeys(t.reference_label for t in tracks if t.reference is not None)
+    return ReportTable(
+        caption="Friction μ_eff ± 95 % band by the last usable sample"
+        + (f"; reference: {listed(list(labels))}" if labels else ""),
+        headings=("recording", "observer", "μ_eff", "reference", "usable"),
+        rows=[
+            (
+                *(t.name, t.label, known_friction(t)),
+                *("–" if t.reference is None else f"{t.reference:.3f}", usable_until(t)),
+            )
+            for t in tracks
+        ],
+        words=(1, 4),
+    )
+
+
+def torque_errors(diagnosis: Diagnosis) -> ReportTable:
+    """Mean errors of the three stages of the model."""
+    stages = {
+        "declared, parameters as given": diagnosis.declared,
+        "before, parameters refitted": diagnosis.before,
+        "after, with the effects found": diagnosis.after,
+    }
+    return ReportTable(
+        caption="Root mean square torque error, averaged over recordings",
+        headings=("model", *error_columns(diagnosis).values()),
+        rows=[(label, *error_figures(diagnosis, errors)) for label, errors in stages.items()],
+    )
+
+
+def errors_by_recording(diagnosis: Diagnosis) -> ReportTable:
+    """Errors of each recording; those that got worse are marked."""
+    stages = {"declared": diagnosis.declared, "before": diagnosis.before, "after": diagnosis.after}
+    both = {name: stages[name] for name in ("before", "after")}
+    worse = all_worse(diagnosis)
+    headings = ["recording", "used for"]
+    headings += [f"{stage} [{unit}]" for unit in ("N m", "%") for stage in stages]
+    headings += [f"left out, {stage} [%]" for stage in both if diagnosis.after.left_out]
+    headings += [f"nothing refitted, {stage} [%]" for stage in both if diagnosis.after.unrefitted]
+    rows = []
+    for name in (*diagnosis.recordings, *diagnosis.holdout):
+        row = [name, "held out" if name in diagnosis.holdout else "training"]
+        row += [torque(errors.rmse[name]) for errors in stages.values()]
+        row += [percent(errors.nrmse[name]) for errors in stages.values()]
+        if diagnosis.after.left_out:
+            row += [percent(errors.left_out[name]) for errors in both.values()]
+        if diagnosis.after.unrefitted:
+            row += [percent(errors.unrefitted.get(name)) for errors in both.values()]
+        rows.append(
+            [
+                *row,
+                *[Markup('<span class="worse">▲ worse</span>') if name in worse else ""][: len(worse)],
+            ]
+        )
+    return ReportTable(
+        caption="Root mean square torque error of each recording, in N m and in % of its torque range",
+        headings=[*headings, *[""][: len(worse)]],
+        rows=rows,
+        words=(1,),
+    )
+
+
+def correlations(diagnosis: Diagnosis) -> ReportTable:
+    """What the residual follows, before and after, the strongest before first."""
+    after = {s.signal: s for s in diagnosis.signatures_after.signatures}
+    before = sorted(diagnosis.signatures_before.signatures, key=lambda s: -abs(s.correlation))
+    return ReportTable(
+        caption="Correlation of the residual with each signal; in brackets the limit that chance exceeds"
+        " in 1 of 100 cases, * beyond it",
+        headings=("signal", "before", "after", "usual cause"),
+        rows=[
+            (s.signal, _correlation(s), _correlation(after[s.signal]), s.reading if s.stands_out else "")
+            for s in before
+        ],
+        words=(3,),
+    )
+
+
+def _correlation(signature: Signature) -> str:
+    mark = "*" if signature.leaves_band else ""
+    return f"{signature.correlation:+.2f}{mark} ({signature.band:.2f})".replace("-", "−")
+
+
+def candidates(diagnosis: Diagnosis) -> ReportTable:
+    """Every candidate's first step."""
+    return ReportTable(
+        caption="Candidates, each alone beside the declared model, as ranked; error in % of range",
+        headings=("effect", "description", "error", "ΔBIC", "outcome"),
+        rows=[
+            (
+                *(plain(c.name), c.summary, percent(c.holdout_nrmse), signed(c.delta_bic)),
+                outcome(diagnosis, c.name),
+            )
+            for c in diagnosis.candidates
+        ],
+        words=(1, 4),
+    )
+
+
+def effects(diagnosis: Diagnosis) -> ReportTable:
+    """The effects found."""
+    return ReportTable(
+        caption="In order of selection; error and ΔBIC of each beside those above it, all fitted to the"
+        " whole recordings",
+        headings=(
+            *("effect", "grade", "description", "belongs to", "parameters ± standard deviation"),
+            *("error with it", "ΔBIC", "indistinguishable from"),
+        ),
+        rows=[
+            (
+                *(plain(e.name), GRADES[e.grade], e.summary, e.scope, parameters(e.parameters)),
+                *(percent(e.holdout_nrmse_after), signed(e.delta_bic)),
+                listed([plain(name) for name in e.indistinguishable_from], "or") or "–",
+            )
+            for e in diagnosis.effects
+        ],
+        words=(1, 2, 3, 4, 7),
+    )
+
+
+def all_parameters(diagnosis: Diagnosis) -> ReportTable:
+    """Every parameter of the final model."""
+    return ReportTable(
+        caption="All parameters of the final model, with the recording that a value belongs to. The"
+        " deviations are those of the fit: how well half-length and load are known, usually 4 % of μ,"
+        " comes on top, and is part of the bands of friction",
+        headings=("parameter", "value ± standard deviation", ""),
+        rows=[
+            (
+                *(plain_parameter(name), quantity(estimate)),
+                "not determined by these recordings" if estimate.std is None else "",
+            )
+            for name, estimate in diagnosis.parameters.items()
+        ],
+        words=(2,),
+        narrow=True,
+    )
+
+
+def files_read(made: Mapping[str, Any]) -> ReportTable:
+    """Files that were read, with their digests."""
+    files = [*made["inputs"], *filter(None, (made.get("rig"), made.get("model")))]
+    return ReportTable(
+        caption="Files that were read, and the digest of the model that was written",
+        headings=("file", "SHA-256, first 16 digits"),
+        rows=[
+            (
+                file["name"],
+                Markup('<code title="{0}">{1}</code>').format(file["sha256"], file["sha256"][:16]),
+            )
+            for file in files
+        ],
+        words=(1,),
+    )

@@ -1,0 +1,139 @@
+"""Friction in words: a value with its band, an estimate in one line, what a model file gives."""
+
+import math
+import re
+
+import numpy as np
+
+from brushgrip.wording.formatting import listed, percent, plain, quantity
+from brushgrip.wording.verdict import GRADES
+from identification import FoundModel, ParameterEstimate
+from observers import Estimates, Status
+
+BAND = 2.0
+"""Standard deviations to either side that hold 95 of 100 values [1]."""
+COARSE = 0.02
+"""A band at least so wide to either side is given to the hundredth [1]."""
+REASONS = {
+    Status.SUSPECT: "an input looks wrong",
+    Status.INCONSISTENT: "the model does not explain the torque",
+    Status.BOUND: "μ is on its bound",
+    Status.ACQUIRING: "friction is being acquired",
+    Status.RESET: "the ground has changed",
+}
+"""Why a sample is not usable, the gravest first; of others the remedy says it."""
+
+
+def band(value: float, std: float) -> str:
+    """A friction coefficient with its 95 % band, to the hundredth, or the thousandth if narrow."""
+    if not math.isfinite(value):
+        return "–"
+    if not math.isfinite(std):
+        return f"{value:.2f}"
+    half = BAND * std
+    digits = 2 if half >= COARSE else 3
+    return f"{value:.{digits}f} ± {half:.{digits}f}"
+
+
+def last_usable(estimates: Estimates) -> int | None:
+    """The last sample on the last ground on which a controller may act; None for none."""
+    changes = np.flatnonzero(estimates.status & Status.RESET)
+    known = np.flatnonzero(estimates.usable)
+    known = known[known >= (changes[-1] if changes.size else 0)]
+    return int(known[-1]) if known.size else None
+
+
+def meaning(status: Status) -> str:
+    """Why a sample is not usable, without the remedy."""
+    if reason := next((text for flag, text in REASONS.items() if flag in status), ""):
+        return reason
+    return status.remedy.partition(":")[0] or "the patch has not slid far enough to tell friction"
+
+
+def estimates_summary(estimates: Estimates) -> str:
+    """Friction by the last usable sample, rejected ones, and the remedy of the most frequent fault."""
+    counts = {flag: int(np.count_nonzero(estimates.status & flag)) for flag in Status if flag}
+    parts = [_last_friction(estimates)]
+    if rejected := counts[Status.REJECTED]:
+        parts.append(f"{rejected} {_plural(rejected, 'sample')} rejected")
+    if changes := counts[Status.RESET]:
+        parts.append(f"{changes} {_plural(changes, 'change')} of the ground")
+    line = ", ".join(parts)
+    if estimates.usable.any():
+        # Friction is always acquired first.
+        counts[Status.ACQUIRING] = 0
+    # Whether the deviation can be believed goes before what happened to samples.
+    first = [flag for flag in (Status.SUSPECT, Status.INCONSISTENT) if counts[flag]]
+    most_frequent = max(first or counts, key=lambda flag: counts[flag])
+    number = counts[most_frequent]
+    if number:
+        return f"{line}; {number} {_plural(number, 'sample')}: {_on_command_line(most_frequent.remedy)}"
+    return line if estimates.usable.any() else f"{line}: {meaning(Status.USED)}"
+
+
+def _on_command_line(remedy: str) -> str:
+    """A remedy that names options where it names values of a tuning."""
+    return re.sub(r"\bTuning\.(\w+)", r"\1 (--tune \1=...)", remedy)
+
+
+def _last_friction(estimates: Estimates) -> str:
+    at = last_usable(estimates)
+    share = f"usable in {100 * estimates.usable.mean():.0f} % of {estimates.t.size} samples"
+    if at is None:
+        changes = estimates.t[estimates.status & Status.RESET != 0]
+        since = (
+            f" since a new ground was noticed at {changes[-1]:.4g} s" if estimates.usable.any() else ""
+        )
+        return f"friction is not known{since}, {share}"
+    mu, std = float(estimates.mu_eff[at]), float(estimates.mu_eff_std[at])
+    friction = f"mu_eff = {band(mu, std)}" + " (95 % band)" * math.isfinite(std)
+    where = "at the end" if at == estimates.t.size - 1 else f"at {estimates.t[at]:.4g} s, last usable"
+    line = f"{friction} {where}, {share}"
+    # On the declared model the two are the same.
+    if abs(mu - estimates.mu[at]) > 5e-4:
+        line += f" (mu = {estimates.mu[at]:.2f} in the model's own law, which compares with no other)"
+    return line
+
+
+def _plural(count: int, noun: str) -> str:
+    return noun if count == 1 else f"{noun}s"
+
+
+def model_taken(found: FoundModel) -> str:
+    """What an observer takes from a model file, and on how many recordings that stands."""
+    basis, model = found.basis, found.model
+    grades = {} if basis is None else basis.grades
+    scopes = {effect.name: {p.scope for p in effect.parameters} for effect in model.effects}
+    own = [name for name, scope in scopes.items() if scope == {"recording"}]
+    parts = [
+        plain(name) + (f" ({GRADES.get(grades[name], grades[name])})" if name in grades else "")
+        for name in scopes
+        if name not in own
+    ]
+    if "k" in found.tyre:
+        stiffness = ParameterEstimate(value=found.tyre["k"], std=None, unit="N/m^2")
+        parts.append(f"k = {quantity(stiffness)}")
+    else:
+        parts.append("k of the ground")
+    if found.error is not None:
+        parts.append(f"the model's error, {percent(found.error.share)} of the torque")
+    line = listed(parts)
+    if own:
+        line += f"; not {listed([plain(name) for name in own])}, which belongs to a recording"
+    return f"{line}. {_standing(found)}"
+
+
+def _standing(found: FoundModel) -> str:
+    basis = found.basis
+    if basis is None:
+        return "The file does not say how many recordings that stands on"
+    count = f"{basis.training} recording{'s' * (basis.training != 1)}"
+    if basis.holdout:
+        judged = f"{basis.holdout} held out judged it"
+    elif basis.training > 1:
+        judged = "each left out in turn judged it"
+    else:
+        judged = "nothing judged it"
+    weak = sum(grade in ("weak", "stands_in") for grade in basis.grades.values())
+    doubt = f"; {weak} of {len(basis.grades)} effects may be chance or stand in for another" * bool(weak)
+    return f"It stands on {count}, {judged}{doubt}"
