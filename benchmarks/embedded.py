@@ -2,21 +2,24 @@
 
     python benchmarks/embedded.py [--every]
 
-The code runs along the embedded recording train_a, on the steering torque along a simulated wheel,
-compiled with -O2, in single precision where nothing else is said; double precision is software on these
-processors. Here it is timed, the least of many runs. The emulator counts instructions, which are no
-cycles, and `at most` is the longest step also of samples that no wheel gives; flash holds what is needed
-of math.h and memcpy, stack is what a step touches; mu off by is the largest difference from Python.
-`measured run` is the model that `diagnose` found in the measured recordings; --every adds each effect of
-the library alone. Then the problem of `observers_step.py`, in C, in Python and by do-mpc where it is
-installed, all in one run. Needs gcc or clang; for the targets arm-none-eabi-gcc with newlib, and
-qemu-system-arm; for do-mpc pip install 'brushgrip[benchmarks]'.
+The code runs along the ordinary steering of `tests/observers/embedded/ordinary_steering.py`: a wheel
+that swings to and fro ever less far, a parking manoeuvre, angles at random, whose patch has 7 corners in
+the mean and up to 21. It is compiled with -O2, in single precision where nothing else is said; double
+precision is software on these processors. Here it is timed, the least of many runs. The emulator counts
+instructions, which are no cycles. `at most` is the longest step also of a patch that is full of corners,
+while friction is acquired, and of samples that no wheel gives; flash holds what is needed of math.h and
+memcpy, stack is what a step touches; mu off by is the largest difference from Python along the wheel
+that swings. `measured run` is the model that `diagnose` found in the measured recordings; --every adds
+each effect of the library alone. Then the problem of `observers_step.py`, in C, in Python and by do-mpc
+where it is installed, all in one run. Needs gcc or clang; for the targets arm-none-eabi-gcc with newlib,
+and qemu-system-arm; for do-mpc pip install 'brushgrip[benchmarks]'.
 """
 
 import importlib.util
 import subprocess
 import sys
 import tempfile
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -27,14 +30,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from benchmarks import observers_step
 from benchmarks.timing import seconds
 from benchmarks.with_do_mpc import WARM, Running
-from identification import read_recording
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque
-from observers.embedded import DOUBLE, SINGLE
-from reference_rig import make_steering_recording
+from observers.embedded import DOUBLE, SINGLE, Real
 from symbolic import EFFECTS as EFFECTS_OF_LIBRARY
-from symbolic import Model, Tyre, parameter_name
-from tests.observers.conftest import RIG, K
-from tests.observers.embedded.cortex.target import M4F, M7, TOOLS, run_on, tools_installed
+from symbolic import Model, parameter_name
+from tests.observers.conftest import K
+from tests.observers.embedded.cortex.target import M4F, M7, TOOLS, Board, run_on, tools_installed
 from tests.observers.embedded.generated_code import (
     DECLARED,
     EFFECTS,
@@ -44,19 +45,15 @@ from tests.observers.embedded.generated_code import (
     observer_of,
     python_estimates,
 )
-from tests.observers.factories import columns_of, samples_of
+from tests.observers.embedded.ordinary_steering import ORDINARY, samples_along, samples_at_the_cap
 
 ROUNDS = 30
-RECORDING = Path(__file__).resolve().parents[1] / "examples" / "recordings" / "train_a.csv"
+DOUBLES = (
+    ("EKF, declared", Ekf, DECLARED),
+    ("MHE of 50, declared", Mhe, DECLARED),
+    ("EKF, measured run", Ekf, MEASURED_RUN),
+)
 TIMER = Path(__file__).with_name("embedded_timer.c")
-
-
-def samples() -> np.ndarray:
-    """The recording as samples (n, 5)."""
-    recording = read_recording(RECORDING, (RIG, Tyre(k=K, mu=1.2)))
-    step = np.diff(recording.t, prepend=2 * recording.t[0] - recording.t[1])
-    nothing = np.full(recording.t.size, np.nan)
-    return SINGLE.round(np.column_stack([recording.psi, nothing, recording.M_z, recording.F_N, step]))
 
 
 def microseconds(code: GeneratedCode, rows: np.ndarray) -> float:
@@ -100,11 +97,40 @@ def adversarial(count: int = 300) -> np.ndarray:
     return SINGLE.round(rows)
 
 
-def steered() -> np.ndarray:
-    """A steered wheel as samples (n, 5) with the steering torque."""
-    recording = make_steering_recording(5, duration=7.0, rate=100.0)
-    sequence = samples_of(columns_of(recording))
-    return SINGLE.round(np.array([(s.psi, np.nan, s.M, s.F_N, s.dt) for s in sequence]))
+@dataclass(frozen=True, kw_only=True)
+class Counted:
+    """What a step takes on a board.
+
+    Attributes:
+        mean, ordinary: instructions in ordinary steering, in the mean and at most.
+        most: instructions at most, see above.
+        flash, state, stack: bytes.
+    """
+
+    mean: float
+    ordinary: int
+    most: int
+    flash: int
+    state: int
+    stack: int
+
+
+def counted(board: Board, code: GeneratedCode) -> Counted:
+    """Counts along ordinary steering, steering that fills the patch, and samples that no wheel gives."""
+    paths = [samples_along(targets, code.observer) for targets in ORDINARY.values()]
+    usual = [run_on(board, code, SINGLE.round(rows)) for rows in paths]
+    worst = [
+        run_on(board, code, rows)
+        for rows in (SINGLE.round(samples_at_the_cap(code.observer)), adversarial())
+    ]
+    return Counted(
+        mean=float(np.average([cost.instructions for cost in usual], weights=[len(r) for r in paths])),
+        ordinary=max(cost.most for cost in usual),
+        most=max(cost.most for cost in (*usual, *worst)),
+        flash=usual[0].flash,
+        state=usual[0].state,
+        stack=max(cost.stack for cost in (*usual, *worst)),
+    )
 
 
 def models(every: bool) -> dict[str, dict[str, Any]]:
@@ -117,18 +143,17 @@ def models(every: bool) -> dict[str, dict[str, Any]]:
     return named
 
 
-def row(name: str, observer: Any, rows: np.ndarray) -> str:
+def row(name: str, observer: Any, real: Real = SINGLE) -> str:
     """A row of the table."""
+    rows = real.round(samples_along(ORDINARY["decreasing"], observer))
     with tempfile.TemporaryDirectory() as folder:
-        code = generate_code(observer, SINGLE, Path(folder))
-        expected = python_estimates(observer, rows)
-        off = np.abs(code.run(rows) - expected)[:, 0].max()
+        code = generate_code(observer, real, Path(folder))
+        off = np.abs(code.run(rows) - python_estimates(observer, rows))[:, 0].max()
         cells = [name, f"{microseconds(code, rows):.2f}", f"{off:.0e}"]
         for board in (M4F, M7) if tools_installed() else ():
-            usual, worst = (run_on(board, code, part) for part in (rows, adversarial()))
-            most = max(usual.most, worst.most)
-            cells += [f"{usual.instructions:.0f}", f"{most}", f"{usual.flash}", f"{usual.state}"]
-            cells += [f"{max(usual.stack, worst.stack)}"]
+            cost = counted(board, code)
+            cells += [f"{cost.mean:,.0f}", f"{cost.ordinary:,}", f"{cost.most:,}"]
+            cells += [f"{cost.flash:,}", f"{cost.state:,}", f"{cost.stack:,}"]
     return "| " + " | ".join(cells) + " |"
 
 
@@ -136,33 +161,23 @@ def table(every: bool) -> None:
     """Print the table: observer, model and torque against what they cost."""
     heads = ["", "us here", "mu off by"]
     for board in (M4F, M7):
-        heads += [f"{board.name}: instructions", "at most", "flash", "state", "stack"]
+        heads += [f"{board.name}: mean", "ordinary, at most", "at most", "flash", "state", "stack"]
     print("| " + " | ".join(heads) + " |\n|" + "---|" * len(heads), flush=True)
-    aligning = samples()[:700]
     for name, model in models(every).items():
-        print(row(f"EKF, {name}", observer_of(Ekf, model, AligningTorque()), aligning), flush=True)
-        print(row(f"MHE of 50, {name}", observer_of(Mhe, model, AligningTorque()), aligning), flush=True)
+        print(row(f"EKF, {name}", observer_of(Ekf, model, AligningTorque())), flush=True)
+        print(row(f"MHE of 50, {name}", observer_of(Mhe, model, AligningTorque())), flush=True)
         if any(effect.sensor for effect in model["model"].effects):
             continue
         for kind, title in ((Ekf, "EKF"), (Mhe, "MHE of 50")):
             steering = observer_of(kind, model, SteeringTorque())
-            print(row(f"{title}, {name}, steering torque", steering, steered()), flush=True)
+            print(row(f"{title}, {name}, steering torque", steering), flush=True)
+    for name, kind, model in DOUBLES:
+        print(row(f"{name}, double", observer_of(kind, model, AligningTorque()), DOUBLE), flush=True)
 
 
 def main() -> None:
-    """Print the table, what double precision costs, and the ratios to Python and do-mpc."""
+    """Print the table, and the ratios to Python and do-mpc."""
     table("--every" in sys.argv)
-    rows = samples()
-    for name, kind in (("EKF, declared, double", Ekf), ("MHE of 50, the same", Mhe)):
-        with tempfile.TemporaryDirectory() as folder:
-            code = generate_code(observer_of(kind, DECLARED, AligningTorque()), DOUBLE, Path(folder))
-            print(f"{name:22}here {microseconds(code, rows):8.2f} us a step")
-            for board in (M4F, M7) if tools_installed() else ():
-                cost = run_on(board, code, rows[:700])
-                print(
-                    f"{'':22}{board.name} {cost.instructions:9.0f} instructions, at most {cost.most:7};"
-                    f" flash {cost.flash:6}, state {cost.state:6}, stack {cost.stack:5} bytes"
-                )
     if not tools_installed():
         print(f"no target: {TOOLS}")
     beside_python()

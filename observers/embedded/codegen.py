@@ -123,7 +123,7 @@ def source_texts(
 
 
 def _state_size(body: Body, real: Real, constants: int, checked: int) -> int:
-    """Bytes of a state: its body, output, constants, eight numbers, four integers, padded to a number."""
+    """Bytes of a state: body, output, constants, eight numbers, four integers, padded to a number."""
     size = body.bytes + (len(OUTPUT) + 8 + checked + constants) * real.size + 16
     return -(-size // real.size) * real.size
 

@@ -1,36 +1,81 @@
 """What generated C costs on a Cortex-M4F, estimated before any of it is compiled.
 
-Counts of `benchmarks/embedded.py` in single precision, put into a formula: what a step takes, what a
-bristle takes each time that the patch is evaluated, what a window takes for each of its samples, and
-what supervision adds. It is within a fifth of what is counted in single precision while friction is
-tracked. Where CasADi writes vectors, no more than the order of magnitude is known.
+Counts of `benchmarks/embedded.py`, put into a formula: what a step takes, what a corner of the exact
+patch or a bristle takes, what a window takes for each of its samples, and what supervision adds. The
+mean is that of ordinary steering, whose patch has `CORNERS` corners; the greatest is that of a patch
+full of corners, or whose bristles all slide, while friction is acquired. Both are within a fifth of what
+is counted, the greatest not below. Where CasADi writes vectors, no more than the order of magnitude is
+known.
 """
 
 from dataclasses import dataclass
 
 from observers.embedded.compact import compact_patch
 from observers.embedded.constants import Tunable
+from observers.embedded.patches.corners import DEPTH
 from observers.embedded.patches.interface import PatchCode
 from observers.embedded.scalar_type import SINGLE, Real
 from observers.estimators.mhe import Mhe
 from observers.protocol import FunctionObserver
 
 ERROR = 0.2
-"""Share by which an estimate in single precision differs from the count at most [1]."""
+"""Share by which an estimate differs from the count at most [1]."""
+MARGIN = 1.05
+"""Of the greatest, so that no count is above it."""
+CORNERS, MOST_CORNERS = 7, DEPTH - 2
+"""Corners of the patch in ordinary steering, and at most."""
 VECTORS = 100_000
-"""Instructions that vector code takes at least."""
-STEP, CORNERS, CORNER_EFFECT = 800, 300, 500
-BRISTLE, LIMIT, FURTHER = 33, 21, 6
-"""For each bristle and evaluation: friction alone; a limit that varies; each effect beyond two."""
-SAMPLE_EXACT, SAMPLE_BRISTLES = 550, 325
-"""For each sample of a window."""
-TUNABLE_STEP, TUNABLE_SAMPLE = 220, 260
-"""What these take more where the tuning is taken at run time."""
-TRACKING, ACQUIRING = 650, 13_200
-"""What supervision takes more while the estimator tracks, and at most while friction is acquired."""
-STEERING = 1.15
+"""Instructions that vector code takes at least, in single precision."""
 SOFT_DOUBLE = 40
-"""Factors of the steering torque, and of double precision, which this processor's unit lacks."""
+"""Factor of double precision on these, which this processor's unit lacks."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Instructions:
+    """Instructions of the parts of a step, in one type of number; pairs are in the mean, and at most.
+
+    Attributes:
+        step: an EKF without its patch.
+        corner, drop: each corner of the exact patch; where there are too many, that one is dropped.
+        bristle: each bristle.
+        compliant, limit, creep: more for each behind a compliance, for a limit that varies, for creep.
+        sample, sample_corner, sample_bristles: each sample of a window on the exact patch, each corner
+            of it, and each sample on bristles.
+        tracking: more with supervision; acquiring, and with a tuning at run time: at most.
+        tunable, tunable_sample: more for a tuning at run time.
+    """
+
+    step: int
+    corner: int
+    drop: int
+    bristle: tuple[int, int]
+    compliant: tuple[int, int]
+    limit: tuple[int, int]
+    creep: tuple[int, int]
+    sample: int
+    sample_corner: int
+    sample_bristles: int
+    tracking: int
+    acquiring: tuple[int, int]
+    tunable: int
+    tunable_sample: int
+
+
+FLOAT = Instructions(
+    step=920, corner=82, drop=1_200, bristle=(31, 40), compliant=(17, 18), limit=(45, 45),
+    creep=(47, 77), sample=354, sample_corner=62, sample_bristles=316, tracking=800,
+    acquiring=(6_900, 8_300), tunable=300, tunable_sample=220,
+)  # fmt: skip
+DOUBLE = Instructions(
+    step=24_500, corner=5_700, drop=52_000, bristle=(5_000, 7_000), compliant=(4_000, 5_000),
+    limit=(3_000, 3_000), creep=(15_800, 35_000), sample=14_700, sample_corner=5_400,
+    sample_bristles=13_000, tracking=18_000, acquiring=(467_000, 530_000), tunable=10_000,
+    tunable_sample=8_000,
+)  # fmt: skip
+STEERING, STEERING_SAMPLE, STEERING_CORNER = 1.44, 3.25, 1.29
+"""Factors of the steering torque on a step, on a sample of a window, and on a corner of it."""
+RIG_CORNER = 1.29
+"""Factor on a corner of a rig that is taken at run time."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,15 +83,22 @@ class Cost:
     """What a step of generated C takes.
 
     Attributes:
-        instructions: of a Cortex-M4F, on average; at least, where `vectors` holds; None where none of
-            its kind was counted.
-        acquiring: what the longest step takes more while friction is acquired.
-        error: share by which the count differs at most [1]; None where that is not known.
+        instructions: of a Cortex-M4F in ordinary steering, on average; at least, where `vectors`
+            holds; None where none of its kind was counted.
+        at_most: in any step; None where that is not known.
+        corner: for each corner of the patch, `corners` in ordinary steering and `most_corners` at most,
+            which is in the numbers above; 0 on bristles.
+        acquiring: for the longest step while friction is acquired, which is in `at_most`.
+        error: share by which a count differs at most [1]; None where that is not known.
         vectors: CasADi writes the code, as vectors: no loop is known for this observer.
         remedy: what would change that, empty where nothing need.
     """
 
     instructions: int | None
+    at_most: int | None = None
+    corner: int = 0
+    corners: int = CORNERS
+    most_corners: int = MOST_CORNERS
     acquiring: int = 0
     error: float | None = None
     vectors: bool = False
@@ -57,50 +109,69 @@ class Cost:
         if self.instructions is None:
             return "instructions of such a step were not counted; benchmarks/embedded.py counts them"
         count = f"{self.instructions:,} instructions of a Cortex-M4F a step"
-        more = f"; up to {self.acquiring:,} more while friction is acquired" if self.acquiring else ""
         if self.vectors:
-            return f"more than {count}: {self.remedy}{more}"
-        if self.error is None:
-            return f"of the order of {count}{more}"
-        return f"about {count}, within {self.error:.0%}{more}"
+            return f"more than {count}: {self.remedy}"
+        most = f", at most {self.at_most:,}" if self.at_most else ""
+        count = f"about {count} in ordinary steering{most}"
+        if self.error is not None:
+            count += f", within {self.error:.0%}"
+        if self.corner:
+            count += f"; {self.corner:,} for each corner of the patch, from {self.corners} to"
+            count += f" {self.most_corners}"
+        return count
 
 
 def estimated_cost(observer: FunctionObserver, real: Real = SINGLE, tunable: Tunable = "") -> Cost:
     """What a step of an observer will take; `tunable` as for `generate`."""
-    single = real is SINGLE
-    factor = 1 if single else SOFT_DOUBLE
+    factor = 1 if real is SINGLE else SOFT_DOUBLE
     patch = compact_patch(observer, SINGLE)
     if patch is None:
         return Cost(instructions=VECTORS * factor, vectors=True, remedy=_remedy(observer))
     if tunable == "all" and not patch.takes_rig:
         remedy = "take the tuning alone at run time (--tunable tuning), a tenth of that or less"
         return Cost(instructions=VECTORS * factor, vectors=True, remedy=remedy)
-    steered, effects = "psi" in patch.observer.states, patch.observer.model.effects
-    window = 0
-    if isinstance(observer, Mhe):
-        if steered or (effects and not patch.terms["bristles"]):
-            return Cost(instructions=None)
-        each = SAMPLE_BRISTLES if patch.terms["bristles"] else SAMPLE_EXACT
-        window = observer.window * (each + TUNABLE_SAMPLE * bool(tunable))
-    of_patch = CORNERS + CORNER_EFFECT * bool(effects)
-    if patch.terms["bristles"]:
-        of_patch = _bristles(patch)
-    step = STEP + TUNABLE_STEP * bool(tunable) + TRACKING * patch.observer.acquire
-    count = (step + of_patch + window) * (STEERING if steered else 1) * factor
-    known = single and (patch.terms["bristles"] or not effects)
+    of, effects = FLOAT if real is SINGLE else DOUBLE, patch.observer.model.effects
+    on_bristles = bool(patch.terms["bristles"])
+    if isinstance(observer, Mhe) and effects and not on_bristles:
+        return Cost(instructions=None)
+    corner = 0.0 if on_bristles else _corner(patch, of, tunable)
+    step, acquiring = _step(patch, of, tunable), of.acquiring[bool(tunable)] * patch.observer.acquire
+    mean = step + of.tracking * patch.observer.acquire + CORNERS * corner
+    most = step + acquiring + MOST_CORNERS * corner + of.drop * bool(corner)
+    if on_bristles:
+        mean, most = mean + _bristles(patch, of, 0), most + _bristles(patch, of, 1)
     return Cost(
-        instructions=int(round(count, -2)),
-        acquiring=ACQUIRING * factor * patch.observer.acquire,
-        error=ERROR if known else None,
+        instructions=int(round(mean, -2)),
+        at_most=int(round(MARGIN * most, -2)),
+        corner=round(corner),
+        acquiring=acquiring,
+        error=ERROR,
     )
 
 
-def _bristles(patch: PatchCode) -> int:
-    """Instructions of the patch."""
+def _step(patch: PatchCode, of: Instructions, tunable: Tunable) -> float:
+    """Instructions of a step without corners, bristles and supervision."""
+    window, steered = getattr(patch.observer, "window", 0), "psi" in patch.observer.states
+    each = of.sample_bristles if patch.terms["bristles"] else of.sample
+    if steered:
+        each *= STEERING_SAMPLE
+    step = of.step * (STEERING if steered else 1.0) + of.tunable * bool(tunable)
+    return step + window * (each + of.tunable_sample * bool(tunable))
+
+
+def _corner(patch: PatchCode, of: Instructions, tunable: Tunable) -> float:
+    """Instructions that each corner of the patch adds."""
+    window, steered = getattr(patch.observer, "window", 0), "psi" in patch.observer.states
+    each = of.corner + window * of.sample_corner * (STEERING_CORNER if steered else 1.0)
+    return each * (RIG_CORNER if tunable == "all" else 1.0)
+
+
+def _bristles(patch: PatchCode, of: Instructions, at: int) -> float:
+    """Instructions of the bristles, in the mean or at most."""
     terms = patch.terms
-    varies = bool(terms["creep"]) or terms["limited"] or terms["grows"]
-    each = BRISTLE + LIMIT * varies + FURTHER * max(len(patch.observer.model.effects) - 2, 0)
-    return int(terms["bristles"] * (2 if terms["compliant"] else 1) * each)
+    each = of.bristle[at] + of.compliant[at] * bool(terms["compliant"])
+    each += of.limit[at] * bool(terms["limited"] or terms["grows"])
+    return float(terms["bristles"] * (each + of.creep[at] * bool(terms["creep"])))
 
 
 def _remedy(observer: FunctionObserver) -> str:

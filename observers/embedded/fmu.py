@@ -165,7 +165,12 @@ def _texts(
         "first_parameter": FIRST_PARAMETER,
     }
     variables = [*terms["inputs"], *OUTPUTS]
-    units = ["1", "s", *(v.unit for v in variables if v.unit), *(p["fmi_unit"] for p in terms["parameters"])]
+    units = [
+        "1",
+        "s",
+        *(v.unit for v in variables if v.unit),
+        *(p["fmi_unit"] for p in terms["parameters"]),
+    ]
     terms["units"] = [(unit, base_unit(unit)) for unit in dict.fromkeys(units)]
     of_version = {**terms, **vars(version), "fmi": version.fmi, "unused": unused}
     archive = {

@@ -1,61 +1,25 @@
 """C of a Function of vectors of one length, as loops: `scalar_c` would write it out for each element.
 
 The Function is one of `MX`: operations element by element, sums and maxima. Operations that wait for
-the same sums are computed in one loop. What depends on no input is a table, and the choice of an
-element, `dot(numbers == place, vector)`, an index, as is the place of a maximum.
+the same sums are computed in one loop.
 """
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import casadi as ca
-import numpy as np
-from numpy.typing import NDArray
 
-from symbolic import BrushgripError
+from observers.embedded.rolled_values import (
+    CHOICE,
+    PLACE,
+    REDUCTIONS,
+    Known,
+    Value,
+    ValueReader,
+    schedule,
+)
 from symbolic.compilation.scalar_c import LONGEST, Term, as_real, number, operation, stripped
-
-Array = NDArray[np.float64]
-REDUCTIONS = {ca.OP_DOT: "0.0", ca.OP_MMAX: "-({real})INFINITY"}
-"""Operations that make a scalar of vectors, and what they begin with."""
-CHOICE = ca.OP_GETNONZEROS
-"""Code of the choice of one element: operands index and vector."""
-PLACE = -2
-"""Code of the last place of a maximum."""
-SUM = ca.OP_DOT
-Known = Mapping[str, Mapping[int, float]]
-
-
-@dataclass(eq=False)
-class Value:
-    """A scalar or a vector of the Function.
-
-    Attributes:
-        code: its operation; -1 for an input or a constant.
-        operands: of that.
-        is_vector: one element a round.
-        level: a scalar is known before the loop of this number, a vector can be computed in it.
-        constant: elements that are numbers.
-        text: C of it; `{i}` stands for the index of an element.
-        is_condition: the C is a `bool`.
-        is_placed: a maximum whose place is used.
-        loop: number of the loop that computes a vector.
-        stored: a vector that another loop, or an index, reads.
-        uses: how often it is an operand.
-    """
-
-    code: int = -1
-    operands: tuple["Value", ...] = ()
-    is_vector: bool = False
-    level: int = 0
-    constant: Array | None = None
-    text: str = ""
-    is_condition: bool = False
-    is_placed: bool = False
-    loop: int = 10**6
-    stored: bool = False
-    uses: int = 0
 
 
 def rolled_c(name: str, function: ca.Function, length: int, real: str, known: Known) -> str:
@@ -74,10 +38,10 @@ def rolled_c(name: str, function: ca.Function, length: int, real: str, known: Kn
     inputs = [ca.MX.sym(function.name_in(i), *function.size_in(i)) for i in range(function.n_in())]
     results = ca.vertsplit(function.call(inputs, True, False)[0])
     names = [f"y{i}" for i in range(len(results))]
-    reader = _Reader(ca.Function(name, inputs, results, function.name_in(), names), length, known)
+    reader = ValueReader(ca.Function(name, inputs, results, function.name_in(), names), length, known)
     outputs = reader.outputs()
-    _schedule(reader.values, outputs)
-    body = _Writer(length, real).body(reader.values, outputs, function.name_out(0))
+    schedule(reader.values, outputs)
+    body = LoopWriter(length, real).body(reader.values, outputs, function.name_out(0))
     arguments = ", ".join(
         f"{real} {s.name()}" if s.numel() == 1 else f"const {real} *{s.name()}" for s in inputs
     )
@@ -85,143 +49,7 @@ def rolled_c(name: str, function: ca.Function, length: int, real: str, known: Kn
 
 
 @dataclass
-class _Reader:
-    """Values of a Function in the order of its instructions."""
-
-    function: ca.Function
-    length: int
-    known: Known
-    values: list[Value] = field(default_factory=list)
-
-    def outputs(self) -> list[Value]:
-        """The scalars that the Function returns."""
-        slots: dict[int, list[Value]] = {}
-        results: list[Value] = []
-        for k in range(self.function.n_instructions()):
-            code, given = self.function.instruction_id(k), self.function.instruction_input(k)
-            to = self.function.instruction_output(k)
-            if code == ca.OP_OUTPUT:
-                results += slots[given[0]]
-            elif code == ca.OP_INPUT:
-                slots[to[0]] = self._input(given[0])
-            elif code in (ca.OP_TRANSPOSE, ca.OP_RESHAPE):
-                # Vectors are rows of an input, whichever way they lie.
-                slots[to[0]] = slots[given[0]]
-            elif code in (ca.OP_HORZSPLIT, ca.OP_VERTSPLIT):
-                parts = slots[given[0]]
-                if len(parts) != len(to):
-                    raise _unknown(code)
-                slots |= {slot: [part] for slot, part in zip(to, parts, strict=True) if slot >= 0}
-            elif code == ca.OP_CONST:
-                elements = np.asarray(ca.evalf(self.function.instruction_MX(k)), float).ravel()
-                slots[to[0]] = [_constant(elements)]
-            elif any(len(slots[slot]) != 1 for slot in given):
-                raise _unknown(code)
-            else:
-                slots[to[0]] = [self._operation(code, [slots[slot][0] for slot in given])]
-        return results
-
-    def _input(self, at: int) -> list[Value]:
-        """Scalars, or the rows of a matrix."""
-        name, (rows, columns) = self.function.name_in(at), self.function.size_in(at)
-        if columns == self.length:
-            texts = [f"{name}[{rows} * {{i}} + {j}]" for j in range(rows)]
-            return [Value(is_vector=True, text=text) for text in texts]
-        numbers = self.known.get(name, {})
-        texts = [f"{name}[{j}]" for j in range(rows)] if rows > 1 else [name]
-        return [
-            Value(text=text, constant=np.array([numbers[j]]) if j in numbers else None)
-            for j, text in enumerate(texts)
-        ]
-
-    def _operation(self, code: int, operands: Sequence[Value]) -> Value:
-        if code == ca.OP_MTIMES:
-            code, operands = SUM, [_summed(operands)]
-        is_reduction = code in REDUCTIONS
-        known = [o.constant for o in operands]
-        if not is_reduction and all(c is not None for c in known):
-            elements = [c for c in known if c is not None]
-            return _constant(_evaluated(code, elements))
-        level = max(o.level + (is_reduction and o.is_vector) for o in operands)
-        is_vector = not is_reduction and any(o.is_vector for o in operands)
-        value = Value(code, tuple(operands), is_vector, level)
-        if choice := _choice(value, self.length):
-            index, vector = value.operands = choice
-            value.code, value.level = CHOICE, max(index.level, vector.level + (vector.code >= 0))
-        elif greatest := _place(value, self.length):
-            value.code, value.operands, value.level = PLACE, (greatest,), greatest.level
-            greatest.is_placed = True
-        self.values.append(value)
-        return value
-
-
-def _constant(elements: Array) -> Value:
-    # As good as a scalar where all are equal.
-    if (elements == elements[0]).all():
-        elements = elements[:1]
-    return Value(is_vector=elements.size > 1, constant=elements)
-
-
-def _evaluated(code: int, elements: Sequence[Array]) -> Array:
-    """An operation on numbers."""
-    numbers = [ca.MX(ca.DM(each)) for each in elements]
-    result = (ca.MX.unary if len(numbers) == 1 else ca.MX.binary)(code, *numbers)
-    return np.asarray(ca.evalf(result), float).ravel()
-
-
-def _summed(operands: Sequence[Value]) -> Value:
-    """The vector of 0 + ones @ vector."""
-    start, ones, vector = operands
-    for given, expected in ((start, 0.0), (ones, 1.0)):
-        if given.constant is None or not (given.constant == expected).all():
-            raise _unknown(ca.OP_MTIMES)
-    return vector
-
-
-def _choice(value: Value, length: int) -> tuple[Value, Value] | None:
-    """Index and vector of dot(numbers == index, vector)."""
-    if value.code != ca.OP_DOT or len(value.operands) != 2:
-        return None
-    for mask, vector in (value.operands, value.operands[::-1]):
-        pairs = (mask.operands, mask.operands[::-1]) if mask.code == ca.OP_EQ else ()
-        for numbers, index in pairs:
-            if np.array_equal(numbers.constant, np.arange(length)) and not index.is_vector:
-                return index, vector
-    return None
-
-
-def _place(value: Value, length: int) -> Value | None:
-    """The maximum whose last place is mmax(numbers * (maximum <= vector))."""
-    if value.code != ca.OP_MMAX or value.operands[0].code != ca.OP_MUL:
-        return None
-    product = value.operands[0].operands
-    pairs = (product, product[::-1])
-    for numbers, mask in pairs:
-        if mask.code == ca.OP_LE and np.array_equal(numbers.constant, np.arange(length)):
-            greatest, vector = mask.operands
-            if greatest.code == ca.OP_MMAX and greatest.operands == (vector,):
-                return greatest
-    return None
-
-
-def _schedule(values: Sequence[Value], outputs: Sequence[Value]) -> None:
-    """In which loop each vector is computed, as late as possible, and which are stored."""
-    for value in outputs:
-        value.uses += 1
-    for value in reversed(values):
-        if value.uses == 0:
-            continue
-        value.loop = max(value.level, value.loop) if value.loop < 10**6 else value.level
-        reads = value.loop if value.is_vector else value.level - 1
-        for operand in value.operands:
-            operand.uses += 1 + (value.code == ca.OP_SQ)
-            if operand.is_vector and operand.code >= 0:
-                operand.stored |= value.code == CHOICE or operand.loop not in (10**6, reads)
-                operand.loop = min(operand.loop, reads)
-
-
-@dataclass
-class _Writer:
+class LoopWriter:
     length: int
     real: str
     tables: list[str] = field(default_factory=list)
@@ -318,7 +146,3 @@ class _Writer:
     def _name(self) -> str:
         self.count += 1
         return f"v{self.count}"
-
-
-def _unknown(code: int) -> BrushgripError:
-    return BrushgripError(f"operation {code} of CasADi on these operands cannot be rolled into loops")

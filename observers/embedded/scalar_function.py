@@ -7,7 +7,8 @@ from typing import Any
 import casadi as ca
 
 from observers.embedded.scalar_type import Real
-from symbolic.compilation.scalar_c import Comments, c_function
+from symbolic.compilation.c_comments import Comments
+from symbolic.compilation.scalar_c import c_function
 
 VECTORS = frozenset({"x", "mean", "factor", "P", "costate", "newest", "slopes", "own"})
 """Inputs that are vectors in C even where they have one element, as an estimator of one state has."""
@@ -34,7 +35,7 @@ ABOUT = {
     "patch_signals": "What reaches the patch: angle, rate, load, time.",
     "filter": "Prediction, innovation, gate, update; exp(x[log_mu]) before the sample is mu.",
     "ekf_step": "A sample: prediction, patch, innovation and gate, update, output.",
-    "motion": "Prediction: the states at the sample, their derivatives A, the variances Q of their walk.",
+    "motion": "Prediction: the states at the sample, their derivatives A, the variances Q of a walk.",
     "predict_covariance": "Prediction of the factor U D U' of the covariance.",
     "patch_update": "The patch after a sample: memory, M_z and its slopes.",
     "innovation": "Innovation, its variance, gate and monitor.",
@@ -163,9 +164,7 @@ def estimator_c(function: ca.Function, real: Real, names: Mapping[str, Sequence[
     return described(function, function.name(), text, names)
 
 
-def described(
-    function: ca.Function, name: str, text: str, names: Mapping[str, Sequence[str]]
-) -> str:
+def described(function: ca.Function, name: str, text: str, names: Mapping[str, Sequence[str]]) -> str:
     """C of a Function with a comment, exp and log being those of `templates/numbers.c` for any number.
 
     The comment says what it does, and names the elements of vectors, as far as `names` has them.

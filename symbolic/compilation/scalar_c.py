@@ -13,6 +13,13 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symbolic.compilation.c_comments import (
+    NO_COMMENTS,
+    Comments,
+    needed_by,
+    operands_of,
+    sections_of,
+)
 from symbolic.errors import BrushgripError
 
 INFIX = {
@@ -106,29 +113,6 @@ def operation(code: int, terms: Sequence[Term]) -> Term:
     return Term(simple[code].format(*texts))
 
 
-@dataclass(frozen=True, kw_only=True)
-class Comments:
-    """What stands beside the statements of a function.
-
-    Attributes:
-        sections: for the first of some outputs, what is computed from here on.
-        elements: for an output, what each of its elements is.
-        between: outputs that are no parameters in C: the statement that computes one gets a comment.
-    """
-
-    sections: Mapping[str, str] = field(default_factory=dict)
-    elements: Mapping[str, Sequence[str]] = field(default_factory=dict)
-    between: Collection[str] = ()
-
-    def of(self, output: str, element: int) -> str:
-        """Of an element of an output; empty where none is known."""
-        names = self.elements.get(output, ())
-        return f" /* {names[element]} */" if element < len(names) else ""
-
-
-NO_COMMENTS = Comments()
-
-
 def c_function(
     name: str, function: ca.Function, real: str, vectors: Collection[str] = ("own", "own_by"),
     comments: Comments = NO_COMMENTS,
@@ -148,8 +132,8 @@ def c_function(
     function = function.expand()
     writer = _Writer(real)
     steps = range(function.n_instructions())
-    operands = _operands(function)
-    needed = _needed(function, operands, comments)
+    operands = operands_of(function)
+    needed = needed_by(function, operands, comments)
     uses: Counter[int] = Counter()
     for k in steps:
         if k in operands and k in needed:
@@ -157,7 +141,7 @@ def c_function(
             uses.update(dict.fromkeys(set(operands[k]), weight))
             uses.update(operands[k][1:] if len(set(operands[k])) < len(operands[k]) else [])
     terms: dict[int, Term] = {}
-    section = _sections(function, comments)
+    section = sections_of(function, comments)
     for k in steps:
         code = function.instruction_id(k)
         if k in section:
@@ -187,42 +171,6 @@ def c_function(
             keep = uses[k] > 1 or len(term.text) > LONGEST
             terms[k] = writer.named(term) if keep else term
     return _definition(name, function, real, writer.statements, vectors, comments)
-
-
-def _operands(function: ca.Function) -> dict[int, list[int]]:
-    """Instructions whose results an instruction takes."""
-    last: dict[int, int] = {}
-    operands: dict[int, list[int]] = {}
-    for k in range(function.n_instructions()):
-        if function.instruction_id(k) not in (ca.OP_CONST, ca.OP_INPUT):
-            operands[k] = [last[slot] for slot in function.instruction_input(k)]
-        if function.instruction_id(k) != ca.OP_OUTPUT:
-            last[function.instruction_output(k)[0]] = k
-    return operands
-
-
-def _needed(function: ca.Function, operands: Mapping[int, list[int]], comments: Comments) -> set[int]:
-    """Instructions on which an output depends that is a parameter in C."""
-    needed: set[int] = set()
-    for k in reversed(range(function.n_instructions())):
-        is_output = function.instruction_id(k) == ca.OP_OUTPUT
-        if is_output and function.name_out(function.instruction_output(k)[0]) not in comments.between:
-            needed.add(k)
-        if k in needed:
-            needed.update(operands.get(k, ()))
-    return needed
-
-
-def _sections(function: ca.Function, comments: Comments) -> dict[int, str]:
-    """Titles by the instruction after the last one of the output before."""
-    titles, begin, seen = {}, 0, ""
-    for k in range(function.n_instructions()):
-        if function.instruction_id(k) == ca.OP_OUTPUT:
-            output = function.name_out(function.instruction_output(k)[0])
-            if output != seen and output in comments.sections:
-                titles[begin] = comments.sections[output]
-            begin, seen = k + 1, output
-    return titles
 
 
 def _is_scalar(function: ca.Function, i: int, vectors: Collection[str]) -> bool:

@@ -106,6 +106,17 @@ def observer_named(name: str, **settings: Any) -> Any:
     return observer_of(KINDS[kind], MODELS[model], TORQUES[torque], **settings)
 
 
+def observer_of_budget(name: str) -> tuple[Any, list[str]]:
+    """The observer of a row of instructions.toml, and the words after its name."""
+    words = name.split()
+    return observer_named(" ".join(words[:3]), acquire="plain" not in words), words[3:]
+
+
+def tunable_of(words: list[str]) -> Tunable:
+    """What is taken at run time, of such words."""
+    return "all" if "all" in words else "tuning" if "tuning" in words else ""
+
+
 def cases(quick: str, long: str = "", *more: Any) -> list[Any]:
     """Parameters of a test: names, separated by semicolons, of the quick tier and of the other.
 

@@ -7,7 +7,8 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from observers.embedded.rolled_c import Known, rolled_c
+from observers.embedded.rolled_c import rolled_c
+from observers.embedded.rolled_values import Known
 from observers.quality.hypotheses import LIMITS, PER_HYPOTHESIS, RATIOS, build_verdict
 from symbolic import BrushgripError, compiler
 from tests.compile_once import compile_once

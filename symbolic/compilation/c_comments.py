@@ -1,0 +1,65 @@
+"""Comments on the C of a Function, and steps between that have one but are no results."""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import casadi as ca
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comments:
+    """What stands beside the statements of a function.
+
+    Attributes:
+        sections: for the first of some outputs, what is computed from here on.
+        elements: for an output, what each of its elements is.
+        between: outputs that are no parameters in C: the statement that computes one gets a comment.
+    """
+
+    sections: Mapping[str, str] = field(default_factory=dict)
+    elements: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    between: Collection[str] = ()
+
+    def of(self, output: str, element: int) -> str:
+        """Of an element of an output; empty where none is known."""
+        names = self.elements.get(output, ())
+        return f" /* {names[element]} */" if element < len(names) else ""
+
+
+NO_COMMENTS = Comments()
+
+
+def operands_of(function: ca.Function) -> dict[int, list[int]]:
+    """Instructions whose results an instruction takes, by its number."""
+    last: dict[int, int] = {}
+    operands: dict[int, list[int]] = {}
+    for k in range(function.n_instructions()):
+        if function.instruction_id(k) not in (ca.OP_CONST, ca.OP_INPUT):
+            operands[k] = [last[slot] for slot in function.instruction_input(k)]
+        if function.instruction_id(k) != ca.OP_OUTPUT:
+            last[function.instruction_output(k)[0]] = k
+    return operands
+
+
+def needed_by(function: ca.Function, operands: Mapping[int, list[int]], comments: Comments) -> set[int]:
+    """Instructions on which an output depends that is a parameter in C."""
+    needed: set[int] = set()
+    for k in reversed(range(function.n_instructions())):
+        is_output = function.instruction_id(k) == ca.OP_OUTPUT
+        if is_output and function.name_out(function.instruction_output(k)[0]) not in comments.between:
+            needed.add(k)
+        if k in needed:
+            needed.update(operands.get(k, ()))
+    return needed
+
+
+def sections_of(function: ca.Function, comments: Comments) -> dict[int, str]:
+    """Titles by the instruction after the last one of the output before."""
+    titles, begin, seen = {}, 0, ""
+    for k in range(function.n_instructions()):
+        if function.instruction_id(k) == ca.OP_OUTPUT:
+            output = function.name_out(function.instruction_output(k)[0])
+            if output != seen and output in comments.sections:
+                titles[begin] = comments.sections[output]
+            begin, seen = k + 1, output
+    return titles
