@@ -12,17 +12,24 @@ import numpy as np
 from reference_rig.car import Car
 from reference_rig.car_driver import handwheel_path
 from reference_rig.car_gear import Assistance, GearFriction, Joint
-from reference_rig.car_geometry import Kingpin, Linkage, ackermann_share
+from reference_rig.car_geometry import SIDES, Kingpin, Linkage, ackermann_share
 from reference_rig.car_motion import CarMotion, simulate_car
 from reference_rig.car_patch import CarTyre
 from reference_rig.car_recording import CarBus, CarRecording, record_car
 
+GEOMETRY = (
+    "wheelbase", "track", "lever", "lever_loss", "rack_travel", "pinion_radius", "ackermann",
+    "inclination", "caster", "scrub_radius", "trail", "wheel_radius", "torsion_bar", "motor_ratio",
+)  # fmt: skip
 TOLERANCES: Mapping[str, float] = {
-    "axle_load": 0.10, "half_length": 0.15, "half_width": 0.05, "k": 0.20, "gear_friction": 0.50,
-    "wheelbase": 0.03, "track": 0.03, "pinion_radius": 0.03, "lever": 0.03, "ackermann": 0.03,
-    "inclination": 0.03, "caster": 0.03, "scrub_radius": 0.03, "trail": 0.03, "torsion_bar": 0.03,
-    "motor_ratio": 0.03, "wheel_radius": 0.03,
-}  # fmt: skip
+    "axle_load": 0.10,
+    "half_length": 0.15,
+    "half_width": 0.05,
+    "k": 0.20,
+    "gear_friction": 0.50,
+    "gear_load_share": 0.50,
+    "moved_mass": 0.10,
+} | dict.fromkeys(GEOMETRY, 0.03)
 """By how much a declared value may be off, as a share of it."""
 LEAST_MU, LARGEST_MU = 0.05, 1.2
 ACKERMANN_AT = 0.6
@@ -146,26 +153,35 @@ def _friction(rng: np.random.Generator) -> GearFriction:
 
 def _known(car: Car) -> dict[str, float]:
     """True values of what is declared."""
-    small = 1e-3
-    angles = car.linkage.steer(1.0, small) - car.linkage.steer(1.0, -small)
-    motor = car.assistance
-    kingpin = car.kingpin
+    motor, kingpin = car.assistance, car.kingpin
+    lever, at_lock = (_mean_lever(car.linkage, rack) for rack in (0.0, 0.97 * car.lock))
     return {
         "axle_load": car.axle_load,
         "half_length": car.tyre.half_length,
         "half_width": car.tyre.half_width,
         "k": car.tyre.k,
         "gear_friction": car.friction.level,
+        "gear_load_share": car.friction.by_load,
+        "moved_mass": car.moved_mass,
         "wheelbase": car.wheelbase,
         "track": car.linkage.track + 2 * kingpin.scrub_radius,
+        "lever": lever,
+        "lever_loss": 1 - at_lock / lever,
+        "rack_travel": car.lock,
         "pinion_radius": car.pinion_radius,
-        "lever": 2 * small / angles,
         "ackermann": ackermann_share(car.linkage, car.wheelbase, ACKERMANN_AT * car.lock),
         "inclination": kingpin.inclination,
         "caster": kingpin.caster,
         "scrub_radius": kingpin.scrub_radius,
         "trail": kingpin.trail,
-        "torsion_bar": car.torsion_bar,
-        "motor_ratio": motor.ratio * motor.efficiency if motor else 1.0,
         "wheel_radius": kingpin.radius,
+        "torsion_bar": car.torsion_bar,
+        "motor_ratio": motor.ratio * motor.efficiency if motor else 0.0,
     }
+
+
+def _mean_lever(linkage: Linkage, rack: float) -> float:
+    """Way of the rack for one radian of the wheels' mean angle [m/rad]."""
+    small = 1e-4
+    turned = [linkage.steer(side, rack + small) - linkage.steer(side, rack - small) for side in SIDES]
+    return 4 * small / sum(turned)

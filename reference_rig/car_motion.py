@@ -100,7 +100,7 @@ def simulate_car(
             rows.append(row)
     table = np.array(rows)
     return CarMotion(
-        t=np.arange(len(rows)) * step * every,
+        t=np.arange(len(rows), dtype=np.float64) * (step * every),
         channels=dict(zip(CHANNELS, table.T, strict=True)),
         energy=state.energy | {"bristles": state.patches.energy},
     )
