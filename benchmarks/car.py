@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from observers import Status
 from reference_rig import TOLERANCES, CarRecording, FleetCar, draw_car
 
 Array = NDArray[np.float64]
@@ -53,10 +54,20 @@ class Judged:
     estimate: Array
     std: Array
     usable: NDArray[np.bool_]
+    status: NDArray[np.int64]
     half_turn: int
     """First sample after half a turn of the handwheel."""
     locks: int
     """First sample after both locks."""
+
+    @property
+    def refusal(self) -> str:
+        """The commonest status of what is not usable after half a turn."""
+        refused = self.status[self.half_turn :][~self.usable[self.half_turn :]]
+        if not refused.size:
+            return ""
+        values, counts = np.unique(refused, return_counts=True)
+        return str(Status(int(values[np.argmax(counts)])).name or "not informed").lower()
 
     @property
     def normal(self) -> Array:
@@ -136,7 +147,7 @@ def estimate(drawn: FleetCar, recording: CarRecording, sensing: str, observer: s
             raise RuntimeError(f"{recording.name}: {done.stderr.strip()}")
         with (folder / "mu.csv").open(encoding="utf-8", newline="") as file:
             rows = list(csv.DictReader(file))
-    wanted = ("t", "mu", "mu_std", "usable")
+    wanted = ("t", "mu", "mu_std", "usable", "status")
     return {key: np.array([float(row[key] or "nan") for row in rows]) for key in wanted}
 
 
@@ -155,6 +166,7 @@ def judge(seed: int, sensing: str, observer: str, *, full: bool, split: float) -
         estimate=got["mu"],
         std=got["mu_std"],
         usable=got["usable"] > 0.5,
+        status=got["status"].astype(int),
         half_turn=int(np.argmax(turned >= HALF_TURN)),
         locks=int(np.argmax(turned >= NEAR_LOCKS * stops)),
     )
@@ -170,7 +182,7 @@ def row(car: Judged) -> str:
     held = np.mean(car.normal[usable] <= 1.96) if usable.any() else np.nan
     how = f"{'brakes' if car.drawn.brake else 'free':7}{'motor' if car.drawn.by_rack else 'hand':6}"
     return (f"{car.drawn.seed:6}{car.mu[0]:7.3f}  {how}{shown}  {np.mean(usable):6.2f}{held:6.2f}"
-            f"{100 * car.beyond(3):7.2f}{100 * car.beyond(4):7.2f}")  # fmt: skip
+            f"{100 * car.beyond(3):7.2f}{100 * car.beyond(4):7.2f}  {car.refusal}")  # fmt: skip
 
 
 def summary(cars: list[Judged]) -> None:
@@ -211,7 +223,7 @@ def main() -> None:
     print(f"seeds {given.seed} to {given.seed + given.cars - 1} ({purpose}), {given.sensing},"
           f" {given.observer}; '-' marks an estimate that is not usable")  # fmt: skip
     print(f"{'seed':>6}{'mu':>7}  {'':13}{'180 deg':18}{'lock to lock':18}{'end':18}usable  held"
-          f"  >3s,%  >4s,%")  # fmt: skip
+          f"  >3s,%  >4s,%  refused as")  # fmt: skip
     cars = []
     for seed in range(given.seed, given.seed + given.cars):
         cars.append(
