@@ -10,7 +10,6 @@ About five seconds a car on one core.
 
 import argparse
 import csv
-import subprocess
 import sys
 import tempfile
 from collections.abc import Mapping
@@ -24,11 +23,11 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from brushgrip.cli.app import main as main_of_command
 from observers import Status
 from reference_rig import TOLERANCES, CarRecording, FleetCar, draw_car
 
 Array = NDArray[np.float64]
-ROOT = Path(__file__).resolve().parents[1]
 TUNING_SEED, JUDGING_SEED = 0, 10_000
 BANDS = (0.05, 0.11, 0.245, 0.54, 1.2)
 """Edges of the bands of mu, even in its logarithm."""
@@ -135,16 +134,13 @@ def estimate(drawn: FleetCar, recording: CarRecording, sensing: str, observer: s
             vehicle_toml(drawn.declared, brake=drawn.brake), encoding="utf-8"
         )
         write_recording(folder / "car.csv", recording, sensing)
-        command = [
-            sys.executable, "-m", "brushgrip", "estimate", "--vehicle", "car.toml",
-            "--observer", observer, "car.csv", "--out", "mu.csv",
-        ]  # fmt: skip
-        environment = {"PYTHONPATH": str(ROOT), "PATH": "/usr/bin:/bin", "HOME": name}
-        done = subprocess.run(
-            command, cwd=folder, env=environment, capture_output=True, text=True, check=False
-        )
-        if done.returncode:
-            raise RuntimeError(f"{recording.name}: {done.stderr.strip()}")
+        files = {key: str(folder / key) for key in ("car.toml", "car.csv", "mu.csv")}
+        command = ["--quiet", "estimate", "--vehicle", files["car.toml"], "--observer", observer]
+        try:
+            main_of_command([*command, files["car.csv"], "--out", files["mu.csv"]])
+        except SystemExit as done:
+            if done.code:
+                raise RuntimeError(f"{recording.name}: status {done.code}") from None
         with (folder / "mu.csv").open(encoding="utf-8", newline="") as file:
             rows = list(csv.DictReader(file))
     wanted = ("t", "mu", "mu_std", "usable", "status")
