@@ -48,8 +48,8 @@ class Judged:
     """One car: arrays of shape (n,)."""
 
     drawn: FleetCar
-    mu: tuple[float, float]
-    """Truth, least and greatest of both wheels [1]."""
+    mu: float
+    """Truth, mean of both wheels: what the axle can hold [1]."""
     estimate: Array
     std: Array
     usable: NDArray[np.bool_]
@@ -70,9 +70,8 @@ class Judged:
 
     @property
     def normal(self) -> Array:
-        """Error over the deviation [1]; against the nearer wheel where their friction differs."""
-        nearest = np.clip(self.estimate, *self.mu)
-        return np.abs(self.estimate - nearest) / self.std
+        """Size of the error over the deviation [1]."""
+        return np.abs(self.estimate - self.mu) / self.std
 
     def beyond(self, sigmas: float) -> float:
         """Share of all samples that are usable and beyond so many deviations [1]."""
@@ -158,7 +157,7 @@ def judge(seed: int, sensing: str, observer: str, *, full: bool, split: float) -
     stops = degrees(2 * drawn.car.lock / drawn.car.pinion_radius)
     return Judged(
         drawn=drawn,
-        mu=(min(drawn.car.mu), max(drawn.car.mu)),
+        mu=float(np.mean(drawn.car.mu)),
         estimate=got["mu"],
         std=got["mu_std"],
         usable=got["usable"] > 0.5,
@@ -177,7 +176,7 @@ def row(car: Judged) -> str:
     usable = car.usable
     held = np.mean(car.normal[usable] <= 1.96) if usable.any() else np.nan
     how = f"{'brakes' if car.drawn.brake else 'free':7}{'motor' if car.drawn.by_rack else 'hand':6}"
-    return (f"{car.drawn.seed:6}{car.mu[0]:7.3f}  {how}{shown}  {np.mean(usable):6.2f}{held:6.2f}"
+    return (f"{car.drawn.seed:6}{car.mu:7.3f}  {how}{shown}  {np.mean(usable):6.2f}{held:6.2f}"
             f"{100 * car.beyond(3):7.2f}{100 * car.beyond(4):7.2f}  {car.refusal}")  # fmt: skip
 
 
@@ -185,7 +184,7 @@ def summary(cars: list[Judged]) -> None:
     """The figures over all cars."""
     print("\nmu              cars  usable samples  in the 95 % band")
     for low, high in pairwise(BANDS):
-        chosen = [car for car in cars if low <= car.mu[0] < high]
+        chosen = [car for car in cars if low <= car.mu < high]
         usable = [car.normal[car.usable] for car in chosen]
         pool = np.concatenate(usable) if usable else np.empty(0)
         covered = f"{np.mean(pool <= 1.96):.3f}" if pool.size else "-"
