@@ -1,6 +1,6 @@
 """Cars drawn at random, and what their owners believe about them.
 
-Sources of the ranges stand beside them; "assumed" where no public figure was found.
+Sources of the ranges stand in docs/evidence/car_magnitudes.md, with those that are assumed.
 """
 
 from collections.abc import Mapping
