@@ -7,10 +7,19 @@ A tyre stands on a fine grid of bristles in plain NumPy. The rig shares no code 
 - `make_recording` and `make_campaign` record it with a hand's path and the sensors' noise.
 - `make_ground_recording` changes the friction with time, and `make_steering_recording` turns a
   wheel with inertia by its steering torque.
+- `draw_car` draws a car that is steered at standstill; `simulate_car` and `record_car` are its parts.
 - `make_impacts` and `make_tows` repeat the two identification experiments of [Györök 2022].
 """
 
 from reference_rig.campaign import Campaign, make_campaign, plant_effect, write_campaign
+from reference_rig.car import Car
+from reference_rig.car_driver import handwheel_path
+from reference_rig.car_fleet import TOLERANCES, FleetCar, draw_car
+from reference_rig.car_gear import Assistance, GearFriction, Joint
+from reference_rig.car_geometry import Kingpin, Linkage, ackermann_share
+from reference_rig.car_motion import CAR_STEP, CarMotion, simulate_car
+from reference_rig.car_patch import CarPatches, CarTyre, bristle_grid
+from reference_rig.car_recording import CarBus, CarRecording, record_car
 from reference_rig.ground import (
     WALK_KNOT,
     Friction,
@@ -84,6 +93,7 @@ from reference_rig.thesis_experiments import (
 from reference_rig.unmodelled import UNMODELLED_EFFECTS
 
 __all__ = [
+    "CAR_STEP",
     "CONTACT_HALF_LENGTHS",
     "FOURTEEN_BIT_STEP",
     "IMPACT_PULSE",
@@ -96,17 +106,30 @@ __all__ = [
     "SUBSTEPS",
     "THESIS_DAMPING",
     "THESIS_TYRE",
+    "TOLERANCES",
     "TOWING_LOADS",
     "UNMODELLED_EFFECTS",
     "WALK_KNOT",
     "Array",
+    "Assistance",
     "Campaign",
+    "Car",
+    "CarBus",
+    "CarMotion",
+    "CarPatches",
+    "CarRecording",
+    "CarTyre",
     "EffectValues",
+    "FleetCar",
     "Friction",
+    "GearFriction",
     "Grip",
     "GroundRecording",
     "Hand",
     "ImpactRecording",
+    "Joint",
+    "Kingpin",
+    "Linkage",
     "PlantedEffect",
     "RigDrive",
     "RigHistory",
@@ -116,12 +139,15 @@ __all__ = [
     "SteeringRecording",
     "Towing",
     "Wheel",
+    "ackermann_share",
     "add_outliers",
+    "bristle_grid",
     "build_effects",
     "constant_friction",
     "constant_turn",
     "contact_age",
     "delay_samples",
+    "draw_car",
     "drop_samples",
     "encode_angle",
     "free_path",
@@ -130,6 +156,7 @@ __all__ = [
     "friction_walk",
     "full_slide_moment",
     "hand_path",
+    "handwheel_path",
     "impact_rig_toml",
     "inertia",
     "jitter_instants",
@@ -143,10 +170,12 @@ __all__ = [
     "make_tows",
     "plant_effect",
     "quantise",
+    "record_car",
     "recording_csv",
     "rig_toml",
     "sample_instants",
     "simulate_bristles",
+    "simulate_car",
     "simulate_ground",
     "simulate_impact",
     "simulate_steering",

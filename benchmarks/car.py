@@ -1,0 +1,232 @@
+"""Does friction from a car's steering hold its band? Random independent cars against the observers.
+
+    python benchmarks/car.py --cars 20 --sensing rack --observer ekf
+    python benchmarks/car.py --cars 200 --seed 10000 --sensing pinion --observer mhe
+
+Seeds from TUNING_SEED on are for tuning, those from JUDGING_SEED on for judging; never tune on those.
+Every declared value is off within its tolerance, `--full-tolerance` puts each of them at an end of it.
+About five seconds a car on one core.
+"""
+
+import argparse
+import csv
+import sys
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from math import degrees
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from brushgrip.cli.app import main as main_of_command
+from observers import Status
+from reference_rig import TOLERANCES, CarRecording, FleetCar, draw_car
+
+Array = NDArray[np.float64]
+TUNING_SEED, JUDGING_SEED = 0, 10_000
+BANDS = (0.05, 0.11, 0.245, 0.54, 1.2)
+"""Edges of the bands of mu, even in its logarithm."""
+HALF_TURN = 180.0
+"""Way of the handwheel after which the band is read [deg]."""
+NEAR_LOCKS = 0.9
+"""Share of the way from stop to stop that counts as lock to lock [1]."""
+COLUMNS = {
+    "rack": ("rack", "F_rack"),
+    "pinion": ("handwheel", "T_bar", "T_motor"),
+    "handwheel": ("handwheel", "T_bar"),
+}
+"""Channels that a sensing takes."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Judged:
+    """One car: arrays of shape (n,)."""
+
+    drawn: FleetCar
+    mu: float
+    """Truth, mean of both wheels: what the axle can hold [1]."""
+    estimate: Array
+    std: Array
+    usable: NDArray[np.bool_]
+    status: NDArray[np.int64]
+    half_turn: int
+    """First sample after half a turn of the handwheel."""
+    locks: int
+    """First sample after both locks."""
+
+    @property
+    def refusal(self) -> str:
+        """The commonest status of what is not usable after half a turn."""
+        refused = self.status[self.half_turn :][~self.usable[self.half_turn :]]
+        if not refused.size:
+            return ""
+        values, counts = np.unique(refused, return_counts=True)
+        return str(Status(int(values[np.argmax(counts)])).name or "not informed").lower()
+
+    @property
+    def normal(self) -> Array:
+        """Size of the error over the deviation [1]."""
+        return np.abs(self.estimate - self.mu) / self.std
+
+    def beyond(self, sigmas: float) -> float:
+        """Share of all samples that are usable and beyond so many deviations [1]."""
+        return float(np.mean(self.usable & ~(self.normal <= sigmas)))
+
+
+def vehicle_toml(declared: Mapping[str, float], *, brake: bool) -> str:
+    """The vehicle file, with the tolerances where they are declared."""
+
+    def tolerated(name: str) -> str:
+        value = declared[name]
+        return f"{{ value = {value:.6g}, tolerance = {TOLERANCES[name] * value:.6g} }}"
+
+    lines = {
+        "front_axle_load": tolerated("axle_load"),
+        "tyre": '"205/55 R16"',
+        "pressure": "2.4e5",
+        "wheelbase": f"{declared['wheelbase']:.6g}",
+        "track": f"{declared['track']:.6g}",
+        "steering_ratio": f"{declared['lever'] / declared['pinion_radius']:.6g}",
+        "steering_arm": f"{declared['lever']:.6g}",
+        "half_length": tolerated("half_length"),
+        "contact_width": f"{2 * declared['half_width']:.6g}",
+        "stiffness": tolerated("k"),
+        "trail": f"{declared['trail']:.6g}",
+        "scrub_radius": f"{declared['scrub_radius']:.6g}",
+        "inclination": f"{declared['inclination']:.6g}",
+        "caster": f"{declared['caster']:.6g}",
+        "rack_travel": f"{declared['rack_travel']:.6g}",
+        "lever_loss": f"{declared['lever_loss']:.6g}",
+        "ackermann": f"{declared['ackermann']:.6g}",
+        "gear_friction": tolerated("gear_friction"),
+        "gear_load_share": f"{declared['gear_load_share']:.6g}",
+        "rack_mass": f"{declared['moved_mass']:.6g}",
+        "torsion_bar": f"{declared['torsion_bar']:.6g}",
+        "motor_ratio": f"{declared['motor_ratio']:.6g}",
+        "motor_efficiency": "1.0",
+        "brakes": "true" if brake else "false",
+        "geometry": f"{{ tolerance = {TOLERANCES['wheelbase']:g} }}",
+    }
+    return "[vehicle]\n" + "".join(f"{key} = {value}\n" for key, value in lines.items())
+
+
+def write_recording(path: Path, recording: CarRecording, sensing: str) -> None:
+    """The bus as a CSV; a car without assistance shows the torque at its handwheel as T_bar."""
+    names = ("t", *COLUMNS[sensing], "brake", "speed")
+    shown = {name: getattr(recording, name) for name in names}
+    if sensing == "handwheel":
+        shown["T_bar"] = recording.T_hand
+    table = np.column_stack([shown[name] for name in names])
+    np.savetxt(path, table, fmt="%.8g", delimiter=",", header=",".join(names), comments="")
+
+
+def estimate(drawn: FleetCar, recording: CarRecording, sensing: str, observer: str) -> dict[str, Array]:
+    """What the command line makes of the recording, by column."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "car.toml").write_text(
+            vehicle_toml(drawn.declared, brake=drawn.brake), encoding="utf-8"
+        )
+        write_recording(folder / "car.csv", recording, sensing)
+        files = {key: str(folder / key) for key in ("car.toml", "car.csv", "mu.csv")}
+        command = ["--quiet", "estimate", "--vehicle", files["car.toml"], "--observer", observer]
+        try:
+            main_of_command([*command, files["car.csv"], "--out", files["mu.csv"]])
+        except SystemExit as done:
+            if done.code:
+                raise RuntimeError(f"{recording.name}: status {done.code}") from None
+        with (folder / "mu.csv").open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+    wanted = ("t", "mu", "mu_std", "usable", "status")
+    return {key: np.array([float(row[key] or "nan") for row in rows]) for key in wanted}
+
+
+def judge(seed: int, sensing: str, observer: str, *, full: bool, split: float) -> Judged:
+    """Draw a car, steer it, estimate."""
+    drawn = draw_car(seed, assisted=sensing != "handwheel", full_tolerance=full, split=split)
+    recording = drawn.drive()
+    got = estimate(drawn, recording, sensing, observer)
+    # The truth at the rows' times: a reader may leave samples out.
+    handwheel = np.interp(got["t"], recording.t, np.degrees(recording.handwheel))
+    turned = np.maximum.accumulate(handwheel) - np.minimum.accumulate(handwheel)
+    stops = degrees(2 * drawn.car.lock / drawn.car.pinion_radius)
+    return Judged(
+        drawn=drawn,
+        mu=float(np.mean(drawn.car.mu)),
+        estimate=got["mu"],
+        std=got["mu_std"],
+        usable=got["usable"] > 0.5,
+        status=got["status"].astype(int),
+        half_turn=int(np.argmax(turned >= HALF_TURN)),
+        locks=int(np.argmax(turned >= NEAR_LOCKS * stops)),
+    )
+
+
+def row(car: Judged) -> str:
+    """One line about a car."""
+    at = [int(i) for i in (car.half_turn, car.locks, -1)]
+    shown = "  ".join(
+        f"{car.estimate[i]:6.3f} +- {car.std[i]:5.3f}{' ' if car.usable[i] else '-'}" for i in at
+    )
+    usable = car.usable
+    held = np.mean(car.normal[usable] <= 1.96) if usable.any() else np.nan
+    how = f"{'brakes' if car.drawn.brake else 'free':7}{'motor' if car.drawn.by_rack else 'hand':6}"
+    return (f"{car.drawn.seed:6}{car.mu:7.3f}  {how}{shown}  {np.mean(usable):6.2f}{held:6.2f}"
+            f"{100 * car.beyond(3):7.2f}{100 * car.beyond(4):7.2f}  {car.refusal}")  # fmt: skip
+
+
+def summary(cars: list[Judged]) -> None:
+    """The figures over all cars."""
+    print("\nmu              cars  usable samples  in the 95 % band")
+    for low, high in pairwise(BANDS):
+        chosen = [car for car in cars if low <= car.mu < high]
+        usable = [car.normal[car.usable] for car in chosen]
+        pool = np.concatenate(usable) if usable else np.empty(0)
+        covered = f"{np.mean(pool <= 1.96):.3f}" if pool.size else "-"
+        print(f"{low:5.3f} to {high:5.3f}{len(chosen):6}{pool.size:16}{covered:>18}")
+    worst = max(cars, key=lambda car: car.beyond(3))
+    bad = sum(car.beyond(3) > 0.01 for car in cars)
+    print(f"\nusable and beyond 3 sigma: worst car {100 * worst.beyond(3):.2f} % of its samples (seed"
+          f" {worst.drawn.seed}), more than 1 % in {bad} of {len(cars)} cars")  # fmt: skip
+    far = [car.drawn.seed for car in cars if car.beyond(4) > 0]
+    print(f"usable and beyond 4 sigma: {len(far)} cars {far[:12]}")
+    for name, label in (("half_turn", "180 deg of handwheel"), ("locks", "lock to lock")):
+        at = [(car, getattr(car, name)) for car in cars]
+        shares = [car.std[i] / car.estimate[i] for car, i in at if car.usable[i]]
+        median = f"{100 * np.median(shares):.1f} %" if shares else "-"
+        print(f"sigma/mu after {label}: median {median} over {len(shares)} usable of {len(cars)} cars")
+    never = [car.drawn.seed for car in cars if not car.usable.any()]
+    print(f"never usable: {len(never)} cars {never[:12]}")
+
+
+def main() -> None:
+    """Print a line a car and the summary."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--cars", type=int, default=20)
+    parser.add_argument("--seed", type=int, default=TUNING_SEED, help="first of the cars' seeds")
+    parser.add_argument("--sensing", choices=list(COLUMNS), default="rack")
+    parser.add_argument("--observer", choices=["ekf", "mhe"], default="ekf")
+    parser.add_argument("--full-tolerance", action="store_true", help="every value off by all of it")
+    parser.add_argument("--split", type=float, default=1.0, help="mu right over mu left")
+    given = parser.parse_args()
+    purpose = "judging" if given.seed >= JUDGING_SEED else "tuning"
+    print(f"seeds {given.seed} to {given.seed + given.cars - 1} ({purpose}), {given.sensing},"
+          f" {given.observer}; '-' marks an estimate that is not usable")  # fmt: skip
+    print(f"{'seed':>6}{'mu':>7}  {'':13}{'180 deg':18}{'lock to lock':18}{'end':18}usable  held"
+          f"  >3s,%  >4s,%  refused as")  # fmt: skip
+    cars = []
+    for seed in range(given.seed, given.seed + given.cars):
+        cars.append(
+            judge(seed, given.sensing, given.observer, full=given.full_tolerance, split=given.split)
+        )
+        print(row(cars[-1]), flush=True)
+    summary(cars)
+
+
+if __name__ == "__main__":
+    main()
