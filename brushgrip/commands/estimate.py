@@ -12,6 +12,7 @@ from brushgrip.commands.options import (
     Scheduler,
     TuningProfile,
     TuningValues,
+    VehicleFile,
     file_option,
     option,
 )
@@ -25,6 +26,9 @@ class EstimateRequest(GroundRequest):
     Columns t,mu,mu_std,M_z_predicted,informed,usable,mu_eff,mu_eff_std,M_slide,nis,status. The effective
     friction mu_eff compares between models: the torque M_slide [N m] of a steady full slide over that of
     the declared patch with mu = 1; nis is the square of measured minus predicted over its variance.
+
+    With --vehicle, from the steering of a car: its columns are rack or handwheel, F_rack or T_bar and
+    T_motor, and, where there, brake and speed. While the car rolls, the estimate is held.
 
     From the aligning torque M_z, or, where the recording has none, from the steering torque M; that
     takes J_A and b_t of the rig. informed and usable are 0 or 1, status a
@@ -40,6 +44,7 @@ class EstimateRequest(GroundRequest):
 
     observer: Annotated[ObserverName, option("--observer", help="Observer to use.")]
     out: Annotated[Path | None, file_option("--out", "OUT.csv")] = None
+    vehicle: VehicleFile = None
     summary: Annotated[
         Path | None,
         file_option("--summary", "TABLE.csv", "Table to write with a row for each recording."),
@@ -76,7 +81,7 @@ class EstimateRequest(GroundRequest):
         observer_factory(self.observer, tuning)
         alone = len(self.recordings) == 1 and self.summary is None
         finals = outputs_of(self.out, self.summary, self.picture, alone=alone)
-        inputs = self.model_inputs()
+        inputs = self.model_inputs(vehicle=self.vehicle)
         tasks = [
             EstimateTask(
                 inputs=one,

@@ -38,9 +38,10 @@ LEAST_FIRST_LOAD = 1e-3
 """Least load of a first sample [N]."""
 LEAST_LOAD = 0.05
 """Share of the first load below which a load is missing [1]: a torque weighs with 1 / F_N^2."""
-CLEAN = (*SAMPLE, "M_age", "F_N_first", "travel")
+CLEAN = (*SAMPLE, "M_age", "F_N_first", "travel", "slip", "dry")
 """Order of a cleaned sample: last valid values in place of missing ones; time since M was valid [s];
-load of the first sample [N]; turn since the last sample without its sign [rad]."""
+load of the first sample [N]; turn since the last sample without its sign [rad];
+presliding of a steering gear, -1 to 1, and the torque of its declared dry friction [N m]."""
 ROWS = (*CLEAN, "accepted", "jump")
 """Rows of a window's samples: a cleaned sample, whether it is accepted, and what a change of the
 ground adds to the variance of ln mu before it."""
@@ -88,6 +89,10 @@ class MeasurementModel(Hashable, Protocol):
     @property
     def torque_state(self) -> tuple[str, ...]:
         """Names of the numbers that `observed_torque` keeps."""
+
+    @property
+    def gear_spread(self) -> float:
+        """Standard deviation of a steering gear's dry friction over the declared one [1]; 0 without."""
 
     def observed_torque(
         self, before: Parts, sample: Parts, rig: Expression, tuning: Expression
@@ -186,6 +191,11 @@ class AligningTorque:
     def states(self) -> tuple[str, ...]:
         """Names of the states."""
         return select_states(log_mu=True, M_0=self.zero, stiffness=self.stiffness)
+
+    @property
+    def gear_spread(self) -> float:
+        """No gear stands between the sensor and the wheel."""
+        return 0.0
 
     def observed_torque(
         self, before: Parts, sample: Parts, rig: Expression, tuning: Expression

@@ -72,6 +72,7 @@ class SteeringTorque:
     # The wheel's inertia takes part of the torque.
     scaled: ClassVar[str] = ""
     torque_state: ClassVar[tuple[str, ...]] = BLOCK
+    gear_spread: ClassVar[float] = 0.0
 
     @property
     def states(self) -> tuple[str, ...]:

@@ -27,14 +27,13 @@ from observers.quality.hypotheses import (
     LIMITS,
     MOST_ERROR,
     RATIOS,
-    SEARCH,
-    VERDICT,
     build_error,
     build_hypothesis,
-    build_verdict,
+    search_layout,
 )
 from observers.quality.plausibility import GREATEST_FRICTION
 from observers.quality.screening import has_flag
+from observers.quality.verdict import VERDICT, build_verdict
 from symbolic.functions import named_function
 
 DECIDED = 0.15
@@ -62,8 +61,10 @@ first one [N]; sum of the squares of the innovations, and that of their weights;
 were not explained; 1 after a change of the ground; torques in a row, computed from the steering torque,
 that friction does not explain, and 1 once there were too many; the torques predicted at the last two of
 them [N m]."""
-HANDOVER = ("log_mu", "log_mu_variance", "M_0", "M_0_variance")
-"""What is handed over: moments of ln mu and of the torque's zero [N m], as the estimator counts them."""
+HANDED_STATES = ("log_mu", "M_0", "gear")
+"""States that are handed over."""
+HANDOVER = tuple(f"{name}{part}" for name in HANDED_STATES for part in ("", "_variance"))
+"""Their moments, as the estimator counts them."""
 KEPT = (Status.MISSING, Status.HELD, Status.RESET)
 """Flags of the estimator that count while friction is acquired."""
 
@@ -87,25 +88,32 @@ DECLARED_PATCH = EquivalentPatch()
 
 
 @cache
-def build_weighing() -> ca.Function:
+def build_weighing(gear: bool = False) -> ca.Function:
     """All hypotheses after a torque.
 
-    (hypotheses, turns, F_N, M_z, variance, share, tyre) -> hypotheses.
+    (hypotheses, turns, F_N, M_z, variance, share, tyre) -> hypotheses; with a gear the torque of its
+    declared friction [N m] is a further input.
     """
-    count, rows = len(RATIOS), build_hypothesis().numel_in(0)
+    count, rows = len(RATIOS), build_hypothesis(gear).numel_in(0)
     inputs = symbols(
-        ca.MX, hypotheses=(rows, count), turns=POINTS, F_N=1, M_z=1, variance=1, share=1, tyre=3
-    )
-    hypotheses, turns, F_N, M_z, variance, share, tyre = inputs.values()
+        ca.MX, hypotheses=(rows, count), turns=POINTS, F_N=1, M_z=1, variance=1, share=1, tyre=3,
+        **_dry(gear),
+    )  # fmt: skip
+    hypotheses, turns, F_N, M_z, variance, share, tyre, *dry = inputs.values()
     lanes = count * POINTS
     branches = build_branch().map(lanes)(
         ca.vec(ca.repmat(turns, 1, count)).T, ca.DM([*range(POINTS)] * count).T,
         ca.DM(RATIOS.repeat(POINTS)).T, ca.repmat(F_N, 1, lanes), ca.repmat(tyre, 1, lanes),
     )  # fmt: skip
     expected = ca.sum1(ca.reshape(branches, POINTS, count))
-    given = (ca.repmat(each, 1, count) for each in (M_z, variance, share))
-    after = build_hypothesis().map(count)(hypotheses, expected, *given)
+    given = (ca.repmat(each, 1, count) for each in (M_z, variance, share, *dry))
+    after = build_hypothesis(gear).map(count)(hypotheses, expected, *given)
     return named_function("weigh", inputs, {"hypotheses_next": after})
+
+
+def _dry(gear: bool) -> dict[str, int]:
+    """Size of the torque of a gear's friction, where there is a gear."""
+    return {"dry": 1} if gear else {}
 
 
 def only_if(
@@ -121,8 +129,8 @@ def only_if(
 
 
 @cache
-def build_search() -> ca.Function:
-    """One torque while friction is acquired.
+def build_search(gear: bool = False) -> ca.Function:
+    """One torque while friction is acquired; with a gear, dry is a further input.
 
     (search, verdict, phase, psi, F_N, M_z, added, tyre, limits) -> (search, verdict, share, counted).
     tyre is k, a and e; M_z [N m] is NaN where nothing is measured; added is the variance of the way to
@@ -130,11 +138,11 @@ def build_search() -> ca.Function:
     in turn, phase 0 and 1: half the work a sample.
     """
     inputs = symbols(
-        ca.MX, search=SEARCH.size, verdict=len(VERDICT), phase=1, psi=1, F_N=1, M_z=1, added=1, tyre=3,
-        limits=len(LIMITS),
+        ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), phase=1, psi=1, F_N=1, M_z=1,
+        added=1, tyre=3, limits=len(LIMITS), **_dry(gear),
     )  # fmt: skip
-    search, verdict, phase, psi, F_N, M_z, added, tyre, limits = inputs.values()
-    parts, numbers = SEARCH.split(search), named(LIMITS, limits)
+    search, verdict, phase, psi, F_N, M_z, added, tyre, limits, *dry = inputs.values()
+    parts, numbers = search_layout(gear).split(search), named(LIMITS, limits)
     known = ca.logic_and(is_known(psi), is_known(M_z))
     torque = ca.if_else(known, M_z, 0)
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
@@ -155,14 +163,14 @@ def build_search() -> ca.Function:
     _, variance, noisy = build_error()(
         torque, F_N, tyre[1], added, after["reach"], share, numbers["error"]
     )
-    weighed = (parts["hypotheses"], turns, F_N, torque, variance, share, tyre)
-    hypotheses = only_if(counts, build_weighing(), weighed, parts["hypotheses"])
+    weighed = (parts["hypotheses"], turns, F_N, torque, variance, share, tyre, *dry)
+    hypotheses = only_if(counts, build_weighing(gear), weighed, parts["hypotheses"])
     after["explained"] += ca.if_else(counts, noisy, 0)
     judged = (hypotheses, after["explained"], limits)
     found = {"track": vector_of(TRACK, after), "points": points, "hypotheses": hypotheses}
     outputs = {
-        "search_next": SEARCH.join(found),
-        "verdict_next": only_if(phase == 1, build_verdict(), judged, verdict),
+        "search_next": search_layout(gear).join(found),
+        "verdict_next": only_if(phase == 1, build_verdict(gear), judged, verdict),
         "share": share,
         "counted": counts,
     }
@@ -217,6 +225,8 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
         "log_mu_variance": variance,
         "M_0": verdict["zero"] / after["scale"],
         "M_0_variance": verdict["var_zero"],
+        "gear": verdict["gear"] / after["scale"],
+        "gear_variance": verdict["var_gear"],
     }
     results = _acquired_output(after, own, verdict, output, handover, limits)
     outputs = {
@@ -264,27 +274,27 @@ def _acquired_output(
     }
 
 
-def supervision_symbols() -> dict[str, ca.MX]:
+def supervision_symbols(gear: bool) -> dict[str, ca.MX]:
     """Inputs of a sample of the supervision, while friction is acquired and afterwards."""
     return symbols(
-        ca.MX, search=SEARCH.size, verdict=len(VERDICT), own=len(OWN), output=len(OUTPUT), psi=1, M_z=1,
-        added=1, tyre=3, limits=len(LIMITS),
+        ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), own=len(OWN), output=len(OUTPUT),
+        psi=1, M_z=1, added=1, tyre=3, limits=len(LIMITS), **_dry(gear),
     )  # fmt: skip
 
 
 @cache
-def build_acquiring(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
+def build_acquiring(patch: EquivalentPatch, *, is_scaled: bool, gear: bool) -> ca.Function:
     """A sample while friction is acquired, from the torque to what is handed over.
 
     Inputs of `supervision_symbols` -> (search, verdict, own, handover, output).
     """
-    inputs = supervision_symbols()
-    search, verdict, own, output, psi, M_z, added, tyre, limits = inputs.values()
+    inputs = supervision_symbols(gear)
+    search, verdict, own, output, psi, M_z, added, tyre, limits, *dry = inputs.values()
     numbers = named(OWN, own)
-    search, verdict, share, counted = build_search()(
-        search, verdict, numbers["phase"], psi, numbers["F_N"], M_z, added, tyre, limits
+    search, verdict, share, counted = build_search(gear)(
+        search, verdict, numbers["phase"], psi, numbers["F_N"], M_z, added, tyre, limits, *dry
     )
-    widest = named(TRACK, SEARCH.split(search)["track"])["widest"]
+    widest = named(TRACK, search_layout(gear).split(search)["track"])["widest"]
     conclude = build_conclusion(patch, is_scaled=is_scaled)
     results = conclude(own, verdict, output, widest, counted, share, tyre, limits)
     return ca.Function("acquire", [*inputs.values()], [search, verdict, *results])

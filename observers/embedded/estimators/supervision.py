@@ -14,9 +14,9 @@ from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named
-from observers.measurement.measurement_model import LEAST_LOAD, RIG
+from observers.measurement.measurement_model import CLEAN, LEAST_LOAD, RIG
 from observers.protocol import OUTPUT, SAMPLE
-from observers.quality import acquisition, branches, hypotheses, supervision
+from observers.quality import acquisition, branches, hypotheses, supervision, verdict
 from observers.quality.equivalent_patch import equivalent_patch
 from observers.tuning import TUNING_FIELDS
 
@@ -25,13 +25,14 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
     """The Functions that C calls beside those of the estimator; none without supervision."""
     if not observer.acquire:
         return []
+    gear = supervision.has_gear(observer.measurement_model)
     functions = [
         branches.build_track().expand("follow_turns", {"cse": True}),
         branches.build_turn(),
         branches.build_branch(),
-        hypotheses.build_hypothesis(),
+        hypotheses.build_hypothesis(gear),
         hypotheses.build_error(),
-        hypotheses.build_verdict().expand("verdict_of", {"cse": True}),
+        verdict.build_verdict(gear).expand("verdict_of", {"cse": True}),
         supervision.build_tracking(is_computed=bool(observer.measurement_model.torque_state)),
         acquisition.build_conclusion(
             equivalent_patch(observer.model, observer.values, observer.rig),
@@ -54,17 +55,18 @@ def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], bo
         return body
     handed = [
         {"index": observer.states.index(name), "at": acquisition.HANDOVER.index(name)}
-        for name in ("log_mu", "M_0")
+        for name in acquisition.HANDED_STATES
         if name in observer.states
     ]
     values = {**terms, **_terms(observer, terms), "handed": handed}
     sizes = {
-        "own": len(acquisition.OWN), "verdict": len(hypotheses.VERDICT),
+        "own": len(acquisition.OWN), "verdict": len(verdict.VERDICT),
         "block": len(observer.measurement_model.torque_state),
         "track": len(branches.TRACK), "points": branches.POINTS, "result": len(OUTPUT),
     }  # fmt: skip
     fields = ", ".join(f"{name}[{size}]" for name, size in sizes.items() if size)
-    rows, columns = len(hypotheses.RATIOS), len(hypotheses.PER_HYPOTHESIS)
+    parts = hypotheses.per_hypothesis(supervision.has_gear(observer.measurement_model))
+    rows, columns = len(hypotheses.RATIOS), len(parts)
     return replace(
         body,
         stepping=f"{body.stepping}\n{render('estimators/supervision.c', values)}",
@@ -112,17 +114,22 @@ def _terms(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str, Any]:
         observer.states,
         observer.measurement_model.torque_state,
     )
+    gear = supervision.has_gear(observer.measurement_model)
+    declared = f"{literal['zero_std']} * 0.375 * sample[2] * {literal['a']}"
     return {
-        "own": acquisition.OWN, "track": branches.TRACK, "parts": hypotheses.PER_HYPOTHESIS,
+        "own": acquisition.OWN, "track": branches.TRACK, "gear": gear,
+        "parts": hypotheses.per_hypothesis(gear),
+        "gear_spread": repr(float(observer.measurement_model.gear_spread)),
+        "dry": f"{terms['newest_last']}[{CLEAN.index('dry')}]",
         "limits": hypotheses.LIMITS, "hypotheses": hypotheses.RATIOS,
         "ratios": hypotheses.RATIOS, "points": branches.POINTS, "start": repr(branches.START),
         "most_zero": repr(supervision.MOST_ZERO),
-        "verdict": len(hypotheses.VERDICT),
+        "verdict": len(verdict.VERDICT),
         "block": len(torque_state), "handover": len(acquisition.HANDOVER),
         "vague": repr(hypotheses.VAGUE), "slid": repr(hypotheses.SLID), "least_load": repr(LEAST_LOAD),
         "restart_std": repr(hypotheses.RESTART_STD), "a": literal["a"],
         "tyre": [f"{literal['k']} * {patch.stiffness!r}", literal["a"], literal["e"]],
         # Deviation of the torque's zero before the first sample [N m].
-        "zero_std": f"{literal['zero_std']} * slide" if zero_std is None else repr(zero_std),
+        "zero_std": declared if zero_std is None else repr(zero_std),
         "zero_state": f"{terms['newest_x']}[{states.index('M_0')}]" if "M_0" in states else "0.0",
     }  # fmt: skip

@@ -21,8 +21,9 @@ from observers.quality.branches import (
     build_track,
     stiffness_leverage,
 )
-from observers.quality.hypotheses import LIMITS, PER_HYPOTHESIS, VERDICT, build_hypothesis, build_start
+from observers.quality.hypotheses import LIMITS, PER_HYPOTHESIS, build_hypothesis, build_start
 from observers.quality.tolerances import with_tolerances
+from observers.quality.verdict import VERDICT
 from observers.tuning import Tuning
 from reference_rig import (
     Hand,

@@ -26,6 +26,12 @@ static void begin_search(${name}_state_t *state, ${real} gain, ${real} gain_std,
         part[PART_VAR_GAIN] = gain_std * gain_std;
         part[PART_COV] = 0.0;
         part[PART_VAR_ZERO] = zero_std * zero_std;
+%% if gear
+        part[PART_GEAR] = 1.0;
+        part[PART_COV_GAIN_GEAR] = 0.0;
+        part[PART_COV_ZERO_GEAR] = 0.0;
+        part[PART_VAR_GEAR] = ${gear_spread} * ${gear_spread};
+%% endif
     }
     state->track[TRACK_REACH] = 0.0;
     state->track[TRACK_EXPLAINED] = 0.0;
@@ -34,7 +40,6 @@ static void begin_search(${name}_state_t *state, ${real} gain, ${real} gain_std,
 
 /* The state before the first sample. The first verdict, before any torque counts, is the prior. */
 static void begin_supervision(${name}_state_t *state, const ${real} *sample) {
-    const ${real} slide = 0.375 * sample[2] * ${a};
     int32_t i;
     for (i = 0; i < OWNS; ++i) {
         state->own[i] = 0.0;
@@ -91,7 +96,7 @@ static void weigh_torque(${name}_state_t *state, const ${real} *turns, const ${r
             branch(turns[j], (${real})j, RATIOS[i], state->own[OWN_F_N], tyre, &M);
             expected += M;
         }
-        hypothesis(state->hypotheses[i], expected, M_z, variance, share, part);
+        hypothesis(state->hypotheses[i], expected, M_z, variance, share${", " ~ dry if gear}, part);
         for (j = 0; j < PARTS; ++j) {
             state->hypotheses[i][j] = part[j];
         }
