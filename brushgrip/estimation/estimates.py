@@ -93,7 +93,8 @@ def model_observer(
         AligningTorque() if has_aligning_torque(recording) else SteeringTorque()
     )
     if recording.standstills is not None:
-        measurement_model = RackForce.of(recording.standstills.vehicle)
+        car = recording.standstills
+        measurement_model = RackForce.of(car.vehicle, brakes=car.brakes[0])
     return kind(
         model=model,
         values=values,
@@ -180,7 +181,10 @@ def _over_standstills(
     of_brakes = {}
     for brakes in set(standstills.brakes):
         rig, tyre = rig_of(standstills.vehicle, brakes=brakes)
-        of_brakes[brakes] = factory(replace(recording, rig=rig, tyre=tyre), found)
+        of_brakes[brakes] = factory(
+            replace(recording, rig=rig, tyre=tyre, standstills=replace(standstills, brakes=(brakes,))),
+            found,
+        )
     observers = [of_brakes[brakes] for brakes in standstills.brakes]
     channels = {name: getattr(recording, name) for name in ("t", "F_N", "M_z")}
     return run_standstills(observers, standstills.stretch, psi=measured_angle(recording), **channels)

@@ -22,7 +22,8 @@ from identification.reading.table import MIN_SAMPLES, Table
 from symbolic import InvalidInputError
 from symbolic.tables.parsing import LARGEST_TABLES, naming, toml_of
 from symbolic.tables.vehicle_tables import vehicle_from_tables
-from symbolic.vehicle.steering import aligning_torque, mean_angle, rack_force, rack_position
+from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
+from symbolic.vehicle.steering import mean_angle, rack_force, rack_position
 from symbolic.vehicle.vehicle import Vehicle
 
 Array = NDArray[np.float64]
@@ -80,11 +81,17 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
     if force is None:
         assert bar is not None
         force = rack_force(vehicle, bar, 0.0 if motor is None else motor)
-    psi = mean_angle(vehicle, s)
-    acceleration = _acceleration(columns["t"], s) if vehicle.rack_mass > 0 else 0.0
-    M_z = aligning_torque(vehicle, s, force, acceleration, np.sin(psi))
     standstills = standstills_of(columns, vehicle)
     stands = standstills.stretch >= 0
+    held = np.append(standstills.brakes, False)[standstills.stretch]
+    acceleration = _acceleration(columns["t"], s) if vehicle.rack_mass > 0 else 0.0
+    angles, torques = (
+        [of(*given, brakes=brakes) for brakes in (True, False)]
+        for of, given in (
+            (patch_angle, (vehicle, mean_angle(vehicle, s))),
+            (aligning_torque, (vehicle, s, force, acceleration)),
+        )
+    )
     if not stands.any():
         raise InvalidInputError(
             f"{table.path}: the car never stands for {MIN_SAMPLES} samples: speed stays above"
@@ -92,9 +99,9 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
         )
     of_wheel = {
         "t": columns["t"],
-        "psi": psi,
-        "M_z": np.where(stands, M_z, np.nan),
-        "F_N": np.full(psi.size, vehicle.wheel_load),
+        "psi": np.where(held, *angles),
+        "M_z": np.where(stands, np.where(held, *torques), np.nan),
+        "F_N": np.full(s.size, vehicle.wheel_load),
     }
     return replace(table, columns=of_wheel), standstills
 

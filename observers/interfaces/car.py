@@ -35,7 +35,11 @@ def car_observer(
         settings: further fields of the observer, such as `tuning`.
     """
     rig, tyre = rig_of(vehicle, brakes=brakes)
-    given = {"model": Model(), "values": {"k": tyre.k}, "measurement_model": RackForce.of(vehicle)}
+    given = {
+        "model": Model(),
+        "values": {"k": tyre.k},
+        "measurement_model": RackForce.of(vehicle, brakes=brakes),
+    }
     return kind(**(given | {"rig": rig} | settings))
 
 

@@ -16,19 +16,17 @@ from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import is_known, retained
 from observers.protocol import OUTPUT, Status
 from observers.quality.branches import (
-    POINTS,
     START,
     TRACK,
-    build_branch,
     build_sensitivity,
     build_track,
 )
 from observers.quality.hypotheses import (
     LIMITS,
     MOST_ERROR,
-    RATIOS,
     build_error,
-    build_hypothesis,
+    build_weighing,
+    dry_size,
     search_layout,
 )
 from observers.quality.plausibility import GREATEST_FRICTION
@@ -44,9 +42,8 @@ MOST_VARIANCE = 1.0
 """Variance of ln mu that the model's error makes at most [1]."""
 SHRINK = 4.0
 """Model errors that ln s is uncertain by [1]."""
-GAIN_FREE, GAIN_SHARE = 0.5, 0.5
-"""Deviations of the stiffness that are k's own; what is beyond counts with this share as an error of the
-torque's scale, as a standard deviation [1]."""
+GAIN_FREE = 0.5
+"""Deviations of the stiffness that are k's own; see `MeasurementModel.gain_share` for what is beyond."""
 DOUBTED, MOST_DOUBT = 2.0, 10.0
 """Independent samples that the model has not explained before it is doubted, and the most that count."""
 FORGIVING = 10.0
@@ -87,35 +84,6 @@ class EquivalentPatch:
 DECLARED_PATCH = EquivalentPatch()
 
 
-@cache
-def build_weighing(gear: bool = False) -> ca.Function:
-    """All hypotheses after a torque.
-
-    (hypotheses, turns, F_N, M_z, variance, share, tyre) -> hypotheses; with a gear the torque of its
-    declared friction [N m] is a further input.
-    """
-    count, rows = len(RATIOS), build_hypothesis(gear).numel_in(0)
-    inputs = symbols(
-        ca.MX, hypotheses=(rows, count), turns=POINTS, F_N=1, M_z=1, variance=1, share=1, tyre=3,
-        **_dry(gear),
-    )  # fmt: skip
-    hypotheses, turns, F_N, M_z, variance, share, tyre, *dry = inputs.values()
-    lanes = count * POINTS
-    branches = build_branch().map(lanes)(
-        ca.vec(ca.repmat(turns, 1, count)).T, ca.DM([*range(POINTS)] * count).T,
-        ca.DM(RATIOS.repeat(POINTS)).T, ca.repmat(F_N, 1, lanes), ca.repmat(tyre, 1, lanes),
-    )  # fmt: skip
-    expected = ca.sum1(ca.reshape(branches, POINTS, count))
-    given = (ca.repmat(each, 1, count) for each in (M_z, variance, share, *dry))
-    after = build_hypothesis(gear).map(count)(hypotheses, expected, *given)
-    return named_function("weigh", inputs, {"hypotheses_next": after})
-
-
-def _dry(gear: bool) -> dict[str, int]:
-    """Size of the torque of a gear's friction, where there is a gear."""
-    return {"dry": 1} if gear else {}
-
-
 def only_if(
     condition: Expression, function: ca.Function, inputs: Sequence[Expression], otherwise: Expression
 ) -> Any:
@@ -139,7 +107,7 @@ def build_search(gear: bool = False) -> ca.Function:
     """
     inputs = symbols(
         ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), phase=1, psi=1, F_N=1, M_z=1,
-        added=1, tyre=3, limits=len(LIMITS), **_dry(gear),
+        added=1, tyre=3, limits=len(LIMITS), **dry_size(gear),
     )  # fmt: skip
     search, verdict, phase, psi, F_N, M_z, added, tyre, limits, *dry = inputs.values()
     parts, numbers = search_layout(gear).split(search), named(LIMITS, limits)
@@ -163,6 +131,7 @@ def build_search(gear: bool = False) -> ca.Function:
     _, variance, noisy = build_error()(
         torque, F_N, tyre[1], added, after["reach"], share, numbers["error"]
     )
+    variance = variance + sum((d[1] ** 2 / share for d in dry), ca.MX(0))
     weighed = (parts["hypotheses"], turns, F_N, torque, variance, share, tyre, *dry)
     hypotheses = only_if(counts, build_weighing(gear), weighed, parts["hypotheses"])
     after["explained"] += ca.if_else(counts, noisy, 0)
@@ -178,7 +147,7 @@ def build_search(gear: bool = False) -> ca.Function:
 
 
 @cache
-def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
+def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool, gain_share: float) -> ca.Function:
     """A sample while friction is acquired.
 
     (own, verdict, output, widest, counted, share, tyre, limits) -> (own, handover, output), the second
@@ -187,6 +156,7 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
     Args:
         patch: the declared patch that stands for the model.
         is_scaled: the estimator's torque is divided by s.
+        gain_share: of s that is the torque's.
     """
     inputs = symbols(
         ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), widest=1, counted=1, share=1,
@@ -213,7 +183,7 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
         "phase": ca.if_else(own["phase"] == 1, 0, inputs["counted"]),
         "scale": ca.if_else(decided, ca.exp(log_scale), 1),
         "scale_std": ca.sqrt(scale_variance),
-        "excess": GAIN_SHARE * ca.fmax(0, excess),
+        "excess": gain_share * ca.fmax(0, excess),
         "squares": 0,
         "weight": 0,
         "streak": 0,
@@ -278,12 +248,14 @@ def supervision_symbols(gear: bool) -> dict[str, ca.MX]:
     """Inputs of a sample of the supervision, while friction is acquired and afterwards."""
     return symbols(
         ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), own=len(OWN), output=len(OUTPUT),
-        psi=1, M_z=1, added=1, tyre=3, limits=len(LIMITS), **_dry(gear),
+        psi=1, M_z=1, added=1, tyre=3, limits=len(LIMITS), **dry_size(gear),
     )  # fmt: skip
 
 
 @cache
-def build_acquiring(patch: EquivalentPatch, *, is_scaled: bool, gear: bool) -> ca.Function:
+def build_acquiring(
+    patch: EquivalentPatch, *, is_scaled: bool, gear: bool, gain_share: float
+) -> ca.Function:
     """A sample while friction is acquired, from the torque to what is handed over.
 
     Inputs of `supervision_symbols` -> (search, verdict, own, handover, output).
@@ -295,6 +267,6 @@ def build_acquiring(patch: EquivalentPatch, *, is_scaled: bool, gear: bool) -> c
         search, verdict, numbers["phase"], psi, numbers["F_N"], M_z, added, tyre, limits, *dry
     )
     widest = named(TRACK, search_layout(gear).split(search)["track"])["widest"]
-    conclude = build_conclusion(patch, is_scaled=is_scaled)
+    conclude = build_conclusion(patch, is_scaled=is_scaled, gain_share=gain_share)
     results = conclude(own, verdict, output, widest, counted, share, tyre, limits)
     return ca.Function("acquire", [*inputs.values()], [search, verdict, *results])

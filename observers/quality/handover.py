@@ -17,10 +17,11 @@ def newest_state(
     return state[at.start + rows * (columns - 1) + measurement_model.states.index(name)]
 
 
-def newest_of_sample(parts: Layout, state: Expression, name: str) -> Expression:
-    """A number of the newest sample, cleaned, by its name."""
+def newest_of_sample(parts: Layout, state: Expression, names: tuple[str, ...]) -> Expression:
+    """Numbers of the newest sample, cleaned, by their names."""
     at, (rows, columns) = parts.places["samples" if "samples" in parts.places else "last"]
-    return state[at.start + rows * (columns - 1) + CLEAN.index(name)]
+    first = at.start + rows * (columns - 1)
+    return ca.vertcat(*(state[first + CLEAN.index(name)] for name in names))
 
 
 def hand_over(parts: Layout, states: tuple[str, ...], state: Expression, handed: Parts) -> Expression:

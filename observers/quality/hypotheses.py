@@ -26,7 +26,7 @@ from observers.layout import (
     vector_of,
 )
 from observers.measurement.torque_error import is_stated, retained
-from observers.quality.branches import MEMORY, POINTS, TRACK
+from observers.quality.branches import MEMORY, POINTS, TRACK, build_branch
 from symbolic import full_slide_torque
 from symbolic.functions import named_function
 
@@ -202,3 +202,32 @@ def covariance_name(one: str, other: str) -> str:
         return f"var_{one}"
     pair = "_".join(sorted((one, other), key=("gain", "zero", "gear").index))
     return "cov" if pair == "gain_zero" else f"cov_{pair}"
+
+
+@cache
+def build_weighing(gear: bool = False) -> ca.Function:
+    """All hypotheses after a torque.
+
+    (hypotheses, turns, F_N, M_z, variance, share, tyre) -> hypotheses; with a gear the torque of its
+    declared friction [N m] is a further input.
+    """
+    count, rows = len(RATIOS), build_hypothesis(gear).numel_in(0)
+    inputs = symbols(
+        ca.MX, hypotheses=(rows, count), turns=POINTS, F_N=1, M_z=1, variance=1, share=1, tyre=3,
+        **dry_size(gear),
+    )  # fmt: skip
+    hypotheses, turns, F_N, M_z, variance, share, tyre, *dry = inputs.values()
+    lanes = count * POINTS
+    branches = build_branch().map(lanes)(
+        ca.vec(ca.repmat(turns, 1, count)).T, ca.DM([*range(POINTS)] * count).T,
+        ca.DM(RATIOS.repeat(POINTS)).T, ca.repmat(F_N, 1, lanes), ca.repmat(tyre, 1, lanes),
+    )  # fmt: skip
+    expected = ca.sum1(ca.reshape(branches, POINTS, count))
+    given = (ca.repmat(each, 1, count) for each in (M_z, variance, share, *(d[0] for d in dry)))
+    after = build_hypothesis(gear).map(count)(hypotheses, expected, *given)
+    return named_function("weigh", inputs, {"hypotheses_next": after})
+
+
+def dry_size(gear: bool) -> dict[str, int]:
+    """Size of the torque of a gear's friction with its deviation, where there is a gear."""
+    return {"dry": 2} if gear else {}

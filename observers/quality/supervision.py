@@ -236,12 +236,14 @@ def build_supervised_step(
     search = _search_of(anew, searched.join(before), own["scale"], zero, std, measurement_model)
     own["lost"], own["phase"] = ca.MX(0), ca.if_else(anew, 0, own["phase"])
     own["acquiring"] = ca.logic_or(own["acquiring"], changed)
-    acquire = build_acquiring(patch, is_scaled=bool(scaled), gear=gear)
+    acquire = build_acquiring(
+        patch, is_scaled=bool(scaled), gear=gear, gain_share=measurement_model.gain_share
+    )
     follow = build_following(is_computed=bool(names), gear=gear)
     either = ca.Function.if_else("supervise", acquire, follow)
     search, verdict, own_next, handover, output = either(
         own["acquiring"], search, before["verdict"], vector_of(OWN, own), output, psi, M_z, added, tyre,
-        limits, *([newest_of_sample(parts, after, "dry")] if gear else []),
+        limits, *([newest_of_sample(parts, after, ("dry", "dry_std"))] if gear else []),
     )  # fmt: skip
     handed = hand_over(parts, measurement_model.states, after, named(HANDOVER, handover))
     after = ca.if_else(own["acquiring"], handed, after)

@@ -21,8 +21,12 @@ TOLERATED_BY = {
     "gear_friction": "gear_friction",
 }
 """Tolerance of each key that may be declared with one, `{ value = ..., tolerance = ... }`."""
+FULL_ASPECT, DEFLECTION, INCH = 82, 0.2, 0.0254
+"""Height over width of a tyre whose size does not say [%]; share of the height by which it is squeezed
+under its load [1]; an inch [m]."""
 _TYRE = re.compile(
-    r"\s*(?:P|LT)?(?P<width>\d{3})\s*(?:/\s*\d{2})?\s*(?:Z?R|-|B)?\s*F?\s*\d{2}.*", re.IGNORECASE
+    r"\s*(?:P|LT)?(?P<width>\d{3})\s*(?:/\s*(?P<aspect>\d{2}))?\s*(?:Z?R|-|B)?\s*F?\s*(?P<rim>\d{2}).*",
+    re.IGNORECASE,
 )
 _KEYS = tuple(field.name for field in fields(Vehicle) if field.name not in ("tolerances", "tyre_width"))
 
@@ -53,7 +57,7 @@ def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
         )
     if missing := [name for name in REQUIRED if name not in section]:
         raise InvalidInputError(f"[{VEHICLE}] {', '.join(missing)} missing")
-    values: dict[str, Any] = {"tyre_width": tyre_width(section["tyre"])}
+    values: dict[str, Any] = dict(tyre_of(section["tyre"]))
     tolerances: dict[str, float] = {}
     for name, entry in section.items():
         if name == "geometry":
@@ -80,8 +84,8 @@ def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
         raise InvalidInputError(f"[{VEHICLE}] {error}") from None
 
 
-def tyre_width(size: object) -> float:
-    """Nominal width of a tyre [m] by its size, such as 195/65 R15.
+def tyre_of(size: object) -> dict[str, float]:
+    """Nominal width and loaded radius of a tyre [m] by its size, such as 195/65 R15.
 
     Raises:
         InvalidInputError: it is no size of a tyre.
@@ -91,7 +95,12 @@ def tyre_width(size: object) -> float:
         raise InvalidInputError(
             f'[{VEHICLE}] tyre must be a size such as "195/65 R15", got {shown(size)}'
         )
-    return int(found["width"]) / 1000
+    width = int(found["width"]) / 1000
+    height = width * int(found["aspect"] or FULL_ASPECT) / 100
+    return {
+        "tyre_width": width,
+        "wheel_radius": int(found["rim"]) * INCH / 2 + (1 - DEFLECTION) * height,
+    }
 
 
 def _tolerance(name: str, entry: object, keys: tuple[str, ...]) -> object:

@@ -8,21 +8,29 @@ r"""The steering by virtual work: rack, mean angle of the front wheels, lever, j
 
     F_R ds = -sum_j M_j dpsi_j + dU + F_f |ds| + m s'' ds
 
-    M_z = -r/2 (F_R - m s'') + J sin psi        the mean of both wheels' M_j, gear's friction in it
+    M_z = -r/2 (F_R - m s'') + J(psi)        the mean of both wheels' M_j, gear's friction in it
 
 r falls towards full lock: 1 / r = (1 + q (s / s_max)^2) / r_0. The angle is its integral, never a table
 of its own. The wheels' angles differ by 2 delta, delta = share (track / wheelbase) sin^2 psi / 2, from
 cot psi_o - cot psi_i = share track / wheelbase; M_z is a mean weighted by dpsi_j / dpsi.
 
-Jacking: a kingpin inclined by sigma and with caster tau moves the contact's middle, r_s outside and n
-behind its own point on the ground, down as the wheel turns: U = F_N (r_s sin sigma cos sigma - n sin tau
-cos tau)(1 - cos psi) for each wheel, and terms of other sign left and right, which cancel at even loads.
+Jacking: a kingpin inclined by sigma and with caster tau lowers the wheel as it turns. Its middle moves
+on a circle about the kingpin, and it stands on the lowest point of its rim, R below, as a disc that
+leans by the kingpin's angles. With the ground point r_s outside and n behind that of the kingpin, the
+terms that are alike left and right make the return torque of a wheel, to second order in sigma and tau,
+
+    J = F_N sin psi (r_s sin sigma cos sigma - n sin tau cos tau + R sin^2 sigma cos psi
+                     + R sin^2 tau (1 - cos psi)).
+
+Those of other sign left and right cancel at even loads.
 
 Sources: [Sharp 2003] for the mechanisms; the rotation is that about the kingpin's axis (Rodrigues).
 """
 
 from math import cos, sin
 from typing import Any
+
+import numpy as np
 
 from symbolic.vehicle.vehicle import Vehicle
 
@@ -54,17 +62,17 @@ def lock_angle(vehicle: Vehicle) -> float:
 
 def wheel_angles(vehicle: Vehicle, psi: Expression) -> tuple[Expression, Expression]:
     """Angles of the left and of the right wheel at a mean angle [rad]."""
-    import casadi as ca
-
-    delta = vehicle.ackermann * vehicle.track / vehicle.wheelbase * ca.sin(psi) ** 2 / 2
+    delta = vehicle.ackermann * vehicle.track / vehicle.wheelbase * np.sin(psi) ** 2 / 2
     return psi + delta, psi - delta
 
 
-def jacking_stiffness(vehicle: Vehicle) -> float:
-    """J, return torque of a wheel over the sine of its angle [N m]."""
+def jacking(vehicle: Vehicle, sine: Expression, cosine: Expression) -> Expression:
+    """J, return torque of a wheel by its angle's sine and cosine [N m]."""
     by_scrub = vehicle.scrub_radius * sin(vehicle.inclination) * cos(vehicle.inclination)
     by_trail = vehicle.trail * sin(vehicle.caster) * cos(vehicle.caster)
-    return vehicle.wheel_load * (by_scrub - by_trail)
+    by_inclination = vehicle.wheel_radius * sin(vehicle.inclination) ** 2 * cosine
+    by_caster = vehicle.wheel_radius * sin(vehicle.caster) ** 2 * (1 - cosine)
+    return vehicle.wheel_load * sine * (by_scrub - by_trail + by_inclination + by_caster)
 
 
 def rack_force(vehicle: Vehicle, torsion_bar: Expression, motor: Expression = 0.0) -> Expression:
@@ -76,19 +84,3 @@ def rack_force(vehicle: Vehicle, torsion_bar: Expression, motor: Expression = 0.
 def rack_position(vehicle: Vehicle, handwheel: Expression, torsion_bar: Expression) -> Expression:
     """Way of the rack [m] by the handwheel's angle [rad] less the twist of the torsion bar."""
     return vehicle.rack_gain * (handwheel - torsion_bar / vehicle.torsion_bar)
-
-
-def aligning_torque(
-    vehicle: Vehicle, s: Expression, force: Expression, acceleration: Expression, sine: Expression
-) -> Expression:
-    """M_z of the mean wheel [N m], the gear's friction in it, from the force on the rack [N].
-
-    Args:
-        vehicle: the vehicle.
-        s: way of the rack [m].
-        force: F_R [N].
-        acceleration: of the rack [m/s^2].
-        sine: of the mean angle at s.
-    """
-    driving = force - vehicle.rack_mass * acceleration
-    return -lever(vehicle, s) / 2 * driving + jacking_stiffness(vehicle) * sine

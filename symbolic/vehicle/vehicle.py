@@ -25,6 +25,7 @@ RANGES: dict[str, tuple[float, float, str]] = {
     "front_axle_load": (500.0, 60e3, "N"),
     "tyre_width": (0.1, 0.4, "m"),
     "pressure": (5e4, 1e6, "Pa"),
+    "wheel_radius": (0.15, 0.7, "m"),
     "wheelbase": (1.0, 7.0, "m"),
     "track": (0.8, 3.0, "m"),
     "steering_ratio": (5.0, 40.0, "1"),
@@ -47,6 +48,7 @@ RANGES: dict[str, tuple[float, float, str]] = {
     "motor_ratio": (0.0, 100.0, "1"),
     "motor_efficiency": (0.3, 1.0, "1"),
     "force_noise": (1.0, 2e3, "N"),
+    "force_error": (0.0, 2e3, "N"),
     "force_zero": (0.0, 2e3, "N"),
     "standstill": (1e-4, 1.0, "m/s"),
 }
@@ -91,6 +93,7 @@ class Vehicle:
         front_axle_load: of both front wheels [N].
         tyre_width: nominal, 0.205 of a 205/55 R16 [m].
         pressure: of inflation [Pa].
+        wheel_radius: of a loaded front wheel [m].
         wheelbase, track: of the car, the latter in front [m].
         steering_ratio: turn of the handwheel over the mean angle of the wheels, straight ahead [1].
         steering_arm: way of the rack over the mean angle of the wheels, straight ahead [m/rad].
@@ -110,6 +113,8 @@ class Vehicle:
         motor_ratio: of the assistance, turn of the motor over that of the pinion [1].
         motor_efficiency: of that gear [1].
         force_noise: white error of the force on the rack, of one sample in 10 ms [N].
+        force_error: error of it that lasts for tenths of a second, by ripple of the motor, inertia and
+            play, as a standard deviation [N].
         force_zero: how far off its zero may be [N].
         standstill: speed up to which the car stands [m/s].
         brakes: whether the wheels are held by the brakes where no signal says so.
@@ -124,6 +129,7 @@ class Vehicle:
     pressure: float
     wheelbase: float
     track: float
+    wheel_radius: float = 0.3
     steering_ratio: float = 15.0
     steering_arm: float = 0.125
     half_length: float | None = None
@@ -138,12 +144,13 @@ class Vehicle:
     ackermann: float = 0.6
     gear_friction: float = 200.0
     gear_load_share: float = 0.02
-    presliding: float = 3e-4
+    presliding: float = 6e-5
     rack_mass: float = 0.0
     torsion_bar: float = 115.0
     motor_ratio: float = 0.0
     motor_efficiency: float = 0.9
     force_noise: float = 40.0
+    force_error: float = 60.0
     force_zero: float = 60.0
     standstill: float = 0.02
     brakes: bool = True

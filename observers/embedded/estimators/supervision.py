@@ -37,6 +37,7 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
         acquisition.build_conclusion(
             equivalent_patch(observer.model, observer.values, observer.rig),
             is_scaled=bool(observer.measurement_model.scaled),
+            gain_share=observer.measurement_model.gain_share,
         ),
     ]
     return [*functions, _observe_torque(observer, constants)]
@@ -121,6 +122,7 @@ def _terms(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str, Any]:
         "parts": hypotheses.per_hypothesis(gear),
         "gear_spread": repr(float(observer.measurement_model.gear_spread)),
         "dry": f"{terms['newest_last']}[{CLEAN.index('dry')}]",
+        "dry_std": f"{terms['newest_last']}[{CLEAN.index('dry_std')}]",
         "limits": hypotheses.LIMITS, "hypotheses": hypotheses.RATIOS,
         "ratios": hypotheses.RATIOS, "points": branches.POINTS, "start": repr(branches.START),
         "most_zero": repr(supervision.MOST_ZERO),

@@ -133,6 +133,9 @@ static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} ad
     if (weighs) {
         torque_error(torque, state->own[OWN_F_N], tyre[1], added, track[TRACK_REACH], share, limits[LIMIT_ERROR], &size, &variance, &noisy);
         state->track[TRACK_EXPLAINED] += noisy;
+%% if gear
+        variance += ${dry_std} * ${dry_std} / share;
+%% endif
         weigh_torque(state, turns, tyre, torque, variance, share);
     } else if (state->own[OWN_PHASE] != 0.0) {
         verdict_of(&state->hypotheses[0][0], state->track[TRACK_EXPLAINED], limits, state->verdict);
