@@ -29,7 +29,6 @@ from symbolic.vehicle.vehicle import Vehicle
 Array = NDArray[np.float64]
 RATE_MEMORY = 0.03
 """Time constant of the rate and of the acceleration of the rack [s]."""
-STANDING, ROLLING, UNKNOWN_BRAKES = 1, 0, -1
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -69,34 +68,23 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
         InvalidInputError: the way of the rack or the force on it is in no column, or the car never
             stands.
     """
-    columns = table.columns
-    _require(table, ("rack", "handwheel"))
-    _require(table, ("F_rack", "T_bar"))
-    bar, motor = columns.get("T_bar"), columns.get("T_motor")
-    s = columns.get("rack")
-    if s is None:
-        twist = np.zeros_like(columns["t"]) if bar is None else np.nan_to_num(bar)
-        s = rack_position(vehicle, columns["handwheel"], twist)
-    force = columns.get("F_rack")
-    if force is None:
-        assert bar is not None
-        force = rack_force(vehicle, bar, 0.0 if motor is None else motor)
-    standstills = standstills_of(columns, vehicle)
+    columns, standstills = table.columns, standstills_of(table.columns, vehicle)
     stands = standstills.stretch >= 0
-    held = np.append(standstills.brakes, False)[standstills.stretch]
-    acceleration = _acceleration(columns["t"], s) if vehicle.rack_mass > 0 else 0.0
-    angles, torques = (
-        [of(*given, brakes=brakes) for brakes in (True, False)]
-        for of, given in (
-            (patch_angle, (vehicle, mean_angle(vehicle, s))),
-            (aligning_torque, (vehicle, s, force, acceleration)),
-        )
-    )
     if not stands.any():
         raise InvalidInputError(
             f"{table.path}: the car never stands for {MIN_SAMPLES} samples: speed stays above"
             f" {vehicle.standstill:g} m/s"
         )
+    s, force = _rack(table, vehicle)
+    acceleration = _acceleration(columns["t"], s) if vehicle.rack_mass > 0 else 0.0
+    held = np.append(standstills.brakes, False)[standstills.stretch]
+    angles, torques = (
+        [of(vehicle, *given, brakes=brakes) for brakes in (True, False)]
+        for of, given in (
+            (patch_angle, (mean_angle(vehicle, s),)),
+            (aligning_torque, (s, force, acceleration)),
+        )
+    )
     of_wheel = {
         "t": columns["t"],
         "psi": np.where(held, *angles),
@@ -104,6 +92,28 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
         "F_N": np.full(s.size, vehicle.wheel_load),
     }
     return replace(table, columns=of_wheel), standstills
+
+
+def _rack(table: Table, vehicle: Vehicle) -> tuple[Array, Array]:
+    """Way of the rack [m] and force on it [N], measured or from the handwheel's side."""
+    columns = table.columns
+    for either in (("rack", "handwheel"), ("F_rack", "T_bar")):
+        if not any(name in columns for name in either):
+            names = [source.channel for source in table.sources.values()]
+            raise InvalidInputError(
+                f"{table.path}: channel {' or '.join(either)} missing{map_hint(either[:1], names)}"
+            )
+    bar = columns.get("T_bar", np.zeros_like(columns["t"]))
+    s = columns.get("rack")
+    if s is None:
+        s = rack_position(vehicle, columns["handwheel"], np.nan_to_num(bar))
+    force = columns.get("F_rack")
+    if force is None and ("T_motor" in columns) != (vehicle.motor_ratio > 0):
+        raise InvalidInputError(
+            f"{table.path}: the torque of the motor, T_motor, and motor_ratio of the vehicle go"
+            " together: with one alone the force on the rack is not known"
+        )
+    return s, rack_force(vehicle, bar, columns.get("T_motor", 0.0)) if force is None else force
 
 
 def standstills_of(columns: Mapping[str, Array], vehicle: Vehicle) -> Standstills:
@@ -145,12 +155,3 @@ def _acceleration(t: Array, s: Array) -> Array:
         rates[1] += (rates[0] - before - rates[1] * dt) / (RATE_MEMORY + dt)
         result[i] = rates[1]
     return result
-
-
-def _require(table: Table, either: tuple[str, ...]) -> None:
-    """Raise where a table has none of these columns."""
-    if not any(name in table.columns for name in either):
-        names = [source.channel for source in table.sources.values()]
-        raise InvalidInputError(
-            f"{table.path}: channel {' or '.join(either)} missing{map_hint(either[:1], names)}"
-        )

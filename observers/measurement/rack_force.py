@@ -11,6 +11,7 @@ tyre over an angle of its own, which tells them apart. While z turns over, its p
 """
 
 from dataclasses import dataclass
+from math import sin
 
 import casadi as ca
 
@@ -86,7 +87,7 @@ class RackForce(AligningTorque):
             spread=EVEN * vehicle.tolerances.gear_friction,
             presliding=vehicle.presliding / vehicle.steering_arm,
             error=vehicle.steering_arm / 2 * vehicle.force_error,
-            jacking=JACKING * abs(float(jacking(vehicle, 1.0, 1.0))),
+            jacking=JACKING * abs(float(jacking(vehicle, lock))) / sin(lock),
             lever_growth=lever_growth_at_lock(vehicle, brakes=held) / lock**2,
             **chosen,
         )

@@ -236,12 +236,7 @@ def build_supervised_step(
     search = _search_of(anew, searched.join(before), own["scale"], zero, std, measurement_model)
     own["lost"], own["phase"] = ca.MX(0), ca.if_else(anew, 0, own["phase"])
     own["acquiring"] = ca.logic_or(own["acquiring"], changed)
-    acquire = build_acquiring(
-        patch, is_scaled=bool(scaled), gear=gear, gain_share=measurement_model.gain_share
-    )
-    follow = build_following(is_computed=bool(names), gear=gear)
-    either = ca.Function.if_else("supervise", acquire, follow)
-    search, verdict, own_next, handover, output = either(
+    search, verdict, own_next, handover, output = _either(measurement_model, patch)(
         own["acquiring"], search, before["verdict"], vector_of(OWN, own), output, psi, M_z, added, tyre,
         limits, *([newest_of_sample(parts, after, ("dry", "dry_std"))] if gear else []),
     )  # fmt: skip
@@ -254,6 +249,17 @@ def build_supervised_step(
     }  # fmt: skip
     whole = ca.vertcat(after, added_parts.join(state_next))
     return named_function(step.name(), inputs, {"state_next": whole, "output": output})
+
+
+def _either(measurement_model: MeasurementModel, patch: EquivalentPatch) -> ca.Function:
+    """A sample while friction is acquired or while the estimator tracks, by its first input."""
+    gear = has_gear(measurement_model)
+    acquire = build_acquiring(
+        patch, is_scaled=bool(measurement_model.scaled), gear=gear,
+        gain_share=measurement_model.gain_share,
+    )  # fmt: skip
+    follow = build_following(is_computed=bool(measurement_model.torque_state), gear=gear)
+    return ca.Function.if_else("supervise", acquire, follow)
 
 
 def _search_of(

@@ -33,6 +33,7 @@ from symbolic.vehicle.steering import (
     lever_growth,
     lock_angle,
     mean_angle,
+    sine_and_cosine,
 )
 from symbolic.vehicle.vehicle import Vehicle, VehicleTolerances
 
@@ -62,7 +63,7 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
     # The lever turns force into torque, and way into angle, so that it counts twice for the stiffness.
     torque = hypot(tolerances.load, by_arm, tolerances.geometry, vehicle.gear_load_share)
     k_share = hypot(tolerances.stiffness, by_stiffness, 2 * tolerances.geometry)
-    lever = vehicle.steering_arm / 2
+    half_lever = vehicle.steering_arm / 2
     of_gear = ASYMMETRY * vehicle.gear_friction
     of_body = (
         UNEVEN
@@ -74,9 +75,9 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
         e=OFFSET * a,
         tolerances=Tolerances(
             a=0.0, e=0.0, load=min(torque, 0.99), k=k_share * k,
-            zero=hypot(lever * hypot(vehicle.force_zero, of_gear), of_body),
+            zero=hypot(half_lever * hypot(vehicle.force_zero, of_gear), of_body),
         ),
-        noise=lever * vehicle.force_noise,
+        noise=half_lever * vehicle.force_noise,
         dry_friction=0.0,
     )  # fmt: skip
     return rig, Tyre(k=k)
@@ -126,7 +127,8 @@ def _spread(quantity: str, contact: Contact, tolerances: VehicleTolerances) -> f
 def patch_angle(vehicle: Vehicle, psi: Expression, *, brakes: bool) -> Expression:
     """Angle of the mean wheel's contact straight ahead [rad], see `symbolic.vehicle.kingpin`."""
     growth = growth_of(vehicle, brakes=brakes)
-    return psi + (growth.stiffness - growth.torque) * (psi - np.sin(psi) * np.cos(psi)) / 2
+    sine, cosine = sine_and_cosine(psi)
+    return psi + (growth.stiffness - growth.torque) * (psi - sine * cosine) / 2
 
 
 def aligning_torque(
@@ -142,10 +144,9 @@ def aligning_torque(
         brakes: whether the wheels are held.
     """
     psi = mean_angle(vehicle, s)
-    # NumPy's functions take casadi's expressions too.
-    returned = jacking(vehicle, np.sin(psi), np.cos(psi))
+    returned, sine = jacking(vehicle, psi), sine_and_cosine(psi)[0]
     M_z = -lever(vehicle, s) / 2 * (force - vehicle.rack_mass * acceleration) + returned
-    return M_z / (1 + growth_of(vehicle, brakes=brakes).torque * np.sin(psi) ** 2)
+    return M_z / (1 + growth_of(vehicle, brakes=brakes).torque * sine**2)
 
 
 def lever_growth_at_lock(vehicle: Vehicle, *, brakes: bool) -> float:

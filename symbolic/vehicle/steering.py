@@ -30,12 +30,19 @@ Sources: [Sharp 2003] for the mechanisms; the rotation is that about the kingpin
 from math import cos, sin
 from typing import Any
 
+import casadi as ca
 import numpy as np
 
 from symbolic.vehicle.vehicle import Vehicle
 
 Expression = Any
 """A number, an array, or a casadi expression."""
+
+
+def sine_and_cosine(psi: Expression) -> tuple[Expression, Expression]:
+    """Sine and cosine of a number, an array or a casadi expression."""
+    functions = ca if isinstance(psi, ca.SX) else np
+    return functions.sin(psi), functions.cos(psi)
 
 
 def lever_growth(vehicle: Vehicle) -> float:
@@ -62,12 +69,13 @@ def lock_angle(vehicle: Vehicle) -> float:
 
 def wheel_angles(vehicle: Vehicle, psi: Expression) -> tuple[Expression, Expression]:
     """Angles of the left and of the right wheel at a mean angle [rad]."""
-    delta = vehicle.ackermann * vehicle.track / vehicle.wheelbase * np.sin(psi) ** 2 / 2
+    delta = vehicle.ackermann * vehicle.track / vehicle.wheelbase * sine_and_cosine(psi)[0] ** 2 / 2
     return psi + delta, psi - delta
 
 
-def jacking(vehicle: Vehicle, sine: Expression, cosine: Expression) -> Expression:
-    """J, return torque of a wheel by its angle's sine and cosine [N m]."""
+def jacking(vehicle: Vehicle, psi: Expression) -> Expression:
+    """Return torque J of a wheel at its angle [N m]."""
+    sine, cosine = sine_and_cosine(psi)
     by_scrub = vehicle.scrub_radius * sin(vehicle.inclination) * cos(vehicle.inclination)
     by_trail = vehicle.trail * sin(vehicle.caster) * cos(vehicle.caster)
     by_inclination = vehicle.wheel_radius * sin(vehicle.inclination) ** 2 * cosine
