@@ -15,6 +15,7 @@ from identification.fits.values import ParameterEstimate, Values, initial_guess,
 from identification.free_decay.estimator import identify_free_decay
 from identification.free_decay.recording import Decay, read_decay
 from identification.free_decay.results import FittedVibration, FreeDecay
+from identification.reading.car import Standstills, read_vehicle
 from identification.reading.conditioning import (
     Channel,
     LowPass,
@@ -75,6 +76,7 @@ __all__ = [
     "Signature",
     "Signatures",
     "Squares",
+    "Standstills",
     "Table",
     "Tow",
     "TowedFriction",
@@ -95,6 +97,7 @@ __all__ = [
     "read_recording",
     "read_rig",
     "read_signals",
+    "read_vehicle",
     "recording_from_raw",
     "replaced_rig",
     "search",

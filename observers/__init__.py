@@ -5,6 +5,7 @@ from observers.estimators.casadi_observer import CasadiObserver
 from observers.estimators.ekf import Ekf
 from observers.estimators.mhe import Mhe
 from observers.estimators.udu import covariance_of
+from observers.interfaces.car import car_observer, run_standstills
 from observers.interfaces.factory import from_files
 from observers.interfaces.loop import Loop
 from observers.interfaces.profiles import PROFILES, profile, tuning_for
@@ -14,6 +15,7 @@ from observers.layout import Layout, ObserverState
 from observers.measurement.angle_derivative import causal_rate, next_rate
 from observers.measurement.linearisation import build_clean
 from observers.measurement.measurement_model import CLEAN, AligningTorque, MeasurementModel
+from observers.measurement.rack_force import RackForce
 from observers.measurement.steering_torque import SteeringTorque
 from observers.protocol import (
     ESTIMATE,
@@ -53,6 +55,7 @@ __all__ = [
     "Mhe",
     "Observer",
     "ObserverState",
+    "RackForce",
     "Sample",
     "Status",
     "SteeringTorque",
@@ -61,6 +64,7 @@ __all__ = [
     "ZoneRootSolver",
     "ZoneRootState",
     "build_clean",
+    "car_observer",
     "causal_rate",
     "covariance_of",
     "friction_quality",
@@ -70,6 +74,7 @@ __all__ = [
     "next_rate",
     "profile",
     "run",
+    "run_standstills",
     "smooth",
     "suspicions_of",
     "tuning_for",

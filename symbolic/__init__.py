@@ -39,7 +39,10 @@ from symbolic.tables.found_model import FoundModel, ModelBasis, units_of
 from symbolic.tables.model_error import ModelError
 from symbolic.tables.model_tables import model_from_tables
 from symbolic.tables.rig_tables import rig_from_tables
+from symbolic.tables.vehicle_tables import vehicle_from_tables
 from symbolic.trajectory import RIG_DIRECTIONS, TorqueTrajectory, sensitivity_step, simulate
+from symbolic.vehicle.mean_wheel import rig_of
+from symbolic.vehicle.vehicle import Vehicle, VehicleTolerances
 
 __all__ = [
     "CANDIDATES",
@@ -73,6 +76,8 @@ __all__ = [
     "TurningPoints",
     "Tyre",
     "Values",
+    "Vehicle",
+    "VehicleTolerances",
     "WheelMotion",
     "compiled",
     "compiler",
@@ -86,10 +91,12 @@ __all__ = [
     "model_from_tables",
     "parameter_name",
     "rig_from_tables",
+    "rig_of",
     "sensitivity_step",
     "simulate",
     "simulate_motion",
     "units_of",
+    "vehicle_from_tables",
     "virgin_torque",
     "with_limit",
     "with_shape",

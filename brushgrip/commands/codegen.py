@@ -40,17 +40,23 @@ class CodegenRequest:
     rig: NAME_set_parameters in C, described by NAME.a2l for calibration tools, and tunable parameters
     of an FMU.
 
+    With --vehicle in place of --rig the observer is that of a car: NAME_vehicle.h makes its samples from
+    the rack or the handwheel (target c), its wheels held or not as the file says.
+
     The prior is that of the tuning (--tune mu=0.8,mu_std=0.2), not the mu of the rig file. The first
     line says what a step will cost.
 
     Files that an earlier codegen wrote are replaced; any other file in the way is a fault.
     """
 
-    rig: Annotated[Path, option("--rig", metavar="R", help="Rig file (TOML).")]
     out: OutFolder
     observer: Annotated[
         GeneratedObserver, option("--observer", help="Observer to write; ekf if left out.")
     ] = GeneratedObserver.EKF
+    rig: Annotated[Path | None, option("--rig", metavar="R", help="Rig file (TOML).")] = None
+    vehicle: Annotated[
+        Path | None, option("--vehicle", metavar="CAR", help="Vehicle file (TOML) of a car.")
+    ] = None
     model: ModelFile = None
     effects: EffectModules = None
     tuning: TuningProfile = None
@@ -99,10 +105,14 @@ class CodegenRequest:
 
         window = generation.window_setting(self.observer, self.window)
         tuning = chosen_tuning(self.tuning, self.tune)
-        inputs = locate_inputs(rig=self.rig, model=self.model, effects=self.effects)
-        observer = from_files(
+        inputs = locate_inputs(
+            rig=self.rig, model=self.model, effects=self.effects, vehicle=self.vehicle
+        )
+        described = generation.described_by(self.rig, self.vehicle)
+        make = from_files if self.vehicle is None else generation.of_vehicle
+        observer = make(
             generation.KINDS[self.observer],
-            self.rig,
+            described,
             self.model,
             effects=inputs.effects,
             ground=self.ground,
@@ -119,9 +129,11 @@ class CodegenRequest:
         with staged_directory(self.out) as stage:
             write = generation.WRITERS[self.target]
             files = write(observer, stage, real, name=self.name, tunable=tunable)
+            if self.vehicle is not None and self.target == "c":
+                files += generation.vehicle_header(self.vehicle, stage, real, self.name)
             finals = [self.out.resolve() / path.name for path in files]
             size = generation.state_bytes(files, self.name)
-            generation.append_origin(files, comment(self.rig, self.model))
+            generation.append_origin(files, comment(described, self.model))
             inputs.keep(finals)
             require_replaceable(finals)
         # After the files are there: whoever reads the first line alone has them all the same.

@@ -13,6 +13,7 @@ from brushgrip.commands.options import (
     Scheduler,
     TuningProfile,
     TuningValues,
+    VehicleFile,
     file_option,
     option,
 )
@@ -35,6 +36,9 @@ class EstimateRequest(GroundRequest):
     measured minus predicted over its variance. With root, the method of [Györök 2022], deviations and
     nis are empty.
 
+    With --vehicle, from the steering of a car: its columns are rack or handwheel, F_rack or T_bar and
+    T_motor, and, where there, brake and speed. While the car rolls, the estimate is held.
+
     From the aligning torque M_z, or, where the recording has none, from the steering torque M; that
     takes J_A and b_t of the rig. With --smooth an estimate knows later samples too, for those who work
     offline.
@@ -52,6 +56,7 @@ class EstimateRequest(GroundRequest):
     out: Annotated[
         Path | None, file_option("--out", "OUT.csv", "Table to write with a row for each sample.")
     ] = None
+    vehicle: VehicleFile = None
     summary: Annotated[
         Path | None,
         file_option("--summary", "TABLE.csv", "Table to write with a row for each recording."),
@@ -89,7 +94,7 @@ class EstimateRequest(GroundRequest):
         observer_factory(self.observer, tuning)
         alone = len(self.recordings) == 1 and self.summary is None
         finals = outputs_of(self.out, self.summary, self.picture, alone=alone)
-        inputs = self.model_inputs()
+        inputs = self.model_inputs(vehicle=self.vehicle)
         tasks = [
             EstimateTask(
                 inputs=one,

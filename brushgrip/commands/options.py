@@ -95,6 +95,15 @@ RigFile = Annotated[
         help="Rig file (TOML). May be left out where the recordings know a, e and k.",
     ),
 ]
+VehicleFile = Annotated[
+    Path | None,
+    option(
+        "--vehicle",
+        metavar="CAR",
+        help="Vehicle file (TOML) of a car, in place of a rig: recordings then have rack or handwheel,"
+        " and F_rack or T_bar and T_motor.",
+    ),
+]
 ChannelMap = Annotated[
     str | None,
     option(
@@ -224,6 +233,6 @@ class GroundRequest(RecordingRequest):
         ),
     ] = None
 
-    def model_inputs(self) -> "Inputs":
+    def model_inputs(self, **options: Any) -> "Inputs":
         """The inputs with the model and the grounds."""
-        return self.inputs(model=self.model, ground=self.ground, one_ground=True)
+        return self.inputs(model=self.model, ground=self.ground, one_ground=True, **options)

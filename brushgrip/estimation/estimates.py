@@ -1,7 +1,7 @@
 """Friction over recordings: observers by name, their estimates, and tracks of friction to draw."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from brushgrip.estimation.map_remedies import with_remedy
 from brushgrip.inputs.choices import ObserverName
 from brushgrip.inputs.tunings import ChosenTuning
-from identification import FoundModel, Recording
+from identification import FoundModel, Recording, Standstills
 from observers import (
     AligningTorque,
     Ekf,
@@ -19,17 +19,19 @@ from observers import (
     MeasurementModel,
     Mhe,
     Observer,
+    RackForce,
     Sample,
     Status,
     SteeringTorque,
     Tuning,
     ZoneRootSolver,
     run,
+    run_standstills,
     smooth,
     suspicions_of,
     tuning_for,
 )
-from symbolic import InvalidInputError, Model
+from symbolic import InvalidInputError, Model, rig_of
 
 Array = NDArray[np.float64]
 ObserverFactory = Callable[[Recording, FoundModel | None], Observer]
@@ -90,12 +92,19 @@ def model_observer(
     """
     if found is None:
         model, values = Model(), {"k": recording.tyre.k}
+    elif recording.standstills is not None:
+        raise InvalidInputError(
+            "--model is of a wheel on a rig; a car has the declared one, leave it out"
+        )
     else:
         # A causal observer cannot know what was fitted to a whole recording, such as its torque zero.
         model, values = found.model, found.values_for_estimation(recording.ground)
     measurement_model: MeasurementModel = (
         AligningTorque() if has_aligning_torque(recording) else SteeringTorque()
     )
+    if recording.standstills is not None:
+        car = recording.standstills
+        measurement_model = RackForce.of(car.vehicle, brakes=car.brakes[0])
     return kind(
         model=model,
         values=values,
@@ -162,6 +171,8 @@ def observe(
         InvalidInputError: the observer cannot use the model or the torque, or the rig lacks a value that
             it needs, the message names the recording; or the observer cannot smooth.
     """
+    if recording.standstills is not None and not smoothed:
+        return _over_standstills(factory, recording, recording.standstills, found)
     try:
         observer = factory(recording, found)
     except InvalidInputError as error:
@@ -171,6 +182,22 @@ def observe(
     if not isinstance(observer, Ekf):
         raise InvalidInputError("--smooth works on the stored states of the filter; take --observer ekf")
     return smooth(observer, **_channels(recording))
+
+
+def _over_standstills(
+    factory: ObserverFactory, recording: Recording, standstills: Standstills, found: FoundModel | None
+) -> Estimates:
+    """Friction of a car, each standstill by an observer of its own."""
+    of_brakes = {}
+    for brakes in set(standstills.brakes):
+        rig, tyre = rig_of(standstills.vehicle, brakes=brakes)
+        of_brakes[brakes] = factory(
+            replace(recording, rig=rig, tyre=tyre, standstills=replace(standstills, brakes=(brakes,))),
+            found,
+        )
+    observers = [of_brakes[brakes] for brakes in standstills.brakes]
+    channels = {name: getattr(recording, name) for name in ("t", "F_N", "M_z")}
+    return run_standstills(observers, standstills.stretch, psi=measured_angle(recording), **channels)
 
 
 def run_observer(observer: Observer, recording: Recording, *, one_by_one: bool = False) -> Estimates:

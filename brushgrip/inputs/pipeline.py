@@ -26,6 +26,7 @@ from identification import (
     read_recording,
     read_rig,
     read_signals,
+    read_vehicle,
 )
 from identification.reading.adjusting import geared, trimmed
 from identification.reading.readers import files_beside
@@ -43,7 +44,7 @@ class Inputs:
     Attributes:
         paths: files of the recordings in order, by a label of their own.
         files: these, the sources of the user's effects, and what is read along; each once.
-        rig, model: files, None for none.
+        rig, model, vehicle: files, None for none.
         signals: where columns come from.
         effects: of the user's own.
         grounds: what `--ground` says, by label.
@@ -57,6 +58,7 @@ class Inputs:
     rig: Path | None
     model: Path | None
     signals: SignalMap
+    vehicle: Path | None = None
     effects: tuple[Effect, ...]
     grounds: Mapping[str, str]
     span: tuple[float | None, float | None] = WHOLE
@@ -73,9 +75,15 @@ class Inputs:
             InvalidInputError: a file is bad, or one recording is given twice.
         """
         nominal = None if self.rig is None else read_rig(self.rig)
+        vehicle = None if self.vehicle is None else read_vehicle(self.vehicle)
         read = [
             read_recording(
-                path, nominal, torque_required=torque_required, causal=causal, signals=self.signals
+                path,
+                nominal,
+                torque_required=torque_required,
+                causal=causal,
+                signals=self.signals,
+                vehicle=vehicle,
             )
             for path in self.paths.values()
         ]
@@ -121,9 +129,10 @@ class Inputs:
         """The inputs of each recording by label; of several with absolute paths, for processes."""
         if len(self.paths) == 1:
             return dict.fromkeys(self.paths, self)
-        rig, model = (path and path.absolute() for path in (self.rig, self.model))
+        named = {n: getattr(self, n) for n in ("rig", "model", "vehicle")}
+        absolute = {name: path and path.absolute() for name, path in named.items()}
         return {
-            label: replace(self, paths={label: path.absolute()}, rig=rig, model=model)
+            label: replace(self, paths={label: path.absolute()}, **absolute)
             for label, path in self.paths.items()
         }
 
@@ -134,7 +143,7 @@ class Inputs:
 
     def keep(self, outputs: Sequence[Path], others: Sequence[Path] = ()) -> None:
         """Refuses outputs that would overwrite what is read; `others` are read as well."""
-        named = [path for path in (self.rig, self.model) if path is not None]
+        named = [path for path in (self.rig, self.model, self.vehicle) if path is not None]
         keep_inputs(outputs, [*self.files, *named, *others])
 
     def provenance(self, **settings: object) -> Provenance:
@@ -143,7 +152,8 @@ class Inputs:
             settings["span"] = list(self.span)
         if self.steering_ratio is not None:
             settings["steering_ratio"] = self.steering_ratio
-        return provenance_of(self.files, self.rig, self.model, self.signals.to_dict(), **settings)
+        rig = self.vehicle if self.rig is None else self.rig
+        return provenance_of(self.files, rig, self.model, self.signals.to_dict(), **settings)
 
 
 def locate_inputs(
@@ -157,6 +167,7 @@ def locate_inputs(
     effects: Sequence[str] | None = None,
     ground: Sequence[str] | None = None,
     one_ground: bool = False,
+    vehicle: Path | None = None,
 ) -> Inputs:
     """The inputs that a command line names.
 
@@ -170,17 +181,21 @@ def locate_inputs(
         effects: modules of the user's own effects, which are imported.
         ground: what `--ground` says.
         one_ground: it may name the ground of all recordings.
+        vehicle: vehicle file of a car, in place of a rig file.
 
     Raises:
         InvalidInputError: a recording is missing or given twice, or rig, map, effects or grounds are
             bad.
     """
+    if rig is not None and vehicle is not None:
+        raise InvalidInputError("--rig and --vehicle are both given; name the one that was recorded")
     own = user_effects(effects)
     located = [locate(name) for name in names]
     for one, other in combinations(located, 2):
         if one.samefile(other):
             raise _twice(one, other)
-    signals = SignalMap() if rig is None else read_signals(rig)
+    described = vehicle if rig is None else rig
+    signals = SignalMap() if described is None else read_signals(described)
     if channel_map is not None:
         signals = signals.updated(parse_signals(channel_map))
     if steering_ratio is not None and abs(signals.of("psi").factor) != 1:
@@ -196,6 +211,7 @@ def locate_inputs(
         rig=rig,
         model=model,
         signals=signals,
+        vehicle=vehicle,
         effects=own,
         grounds=grounds_by_name(list(paths), ground, bare=one_ground),
         span=span,

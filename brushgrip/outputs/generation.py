@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 from brushgrip.outputs.console import say
 from observers import (
@@ -14,6 +15,8 @@ from observers import (
     Mhe,
     SteeringTorque,
     Tuning,
+    car_observer,
+    tuning_for,
 )
 from observers.embedded import (
     DOUBLE,
@@ -23,9 +26,10 @@ from observers.embedded import (
     generate,
     generate_fmu,
     generate_ros2,
+    generate_vehicle,
     require_replaceable,
 )
-from observers.interfaces.factory import read_rig_file
+from observers.interfaces.factory import read_rig_file, read_vehicle_file
 from symbolic import InvalidInputError
 
 KINDS: Mapping[str, type[Ekf] | type[Mhe]] = {"ekf": Ekf, "mhe": Mhe}
@@ -87,9 +91,42 @@ def state_bytes(files: Sequence[Path], name: str) -> int | None:
     return None
 
 
-def prior(tuning: Tuning, rig: Path) -> str:
+def described_by(rig: Path | None, vehicle: Path | None) -> Path:
+    """The file that describes the rig or the car.
+
+    Raises:
+        InvalidInputError: there is none.
+    """
+    if (described := vehicle if rig is None else rig) is None:
+        raise InvalidInputError("--rig and --vehicle are both missing; name what the code is for")
+    return described
+
+
+def of_vehicle(
+    kind: Callable[..., Ekf | Mhe], vehicle: Path, model: Path | None, **settings: Any
+) -> Ekf | Mhe:
+    """The observer of a car, with the settings of `observers.from_files`.
+
+    Raises:
+        InvalidInputError: a setting is that of a wheel on a rig, or the file is bad.
+    """
+    if model is not None or settings.pop("ground") is not None:
+        raise InvalidInputError("--model and --ground are of a wheel on a rig; leave them out")
+    if not isinstance(settings.pop("measurement_model"), AligningTorque):
+        raise InvalidInputError("--torque M is that of a wheel on a rig; leave it out")
+    settings.pop("effects")
+    tuning = tuning_for(None, settings.pop("tuning"), settings.pop("by_hand"))
+    return car_observer(kind, read_vehicle_file(vehicle), tuning=tuning, **settings)
+
+
+def vehicle_header(vehicle: Path, folder: Path, real: Real, name: str) -> list[Path]:
+    """NAME_vehicle.h of a vehicle file."""
+    return generate_vehicle(read_vehicle_file(vehicle), folder, real, name=name)
+
+
+def prior(tuning: Tuning, rig: Path | None) -> str:
     """The prior in words, and that the rig file's friction is not it."""
-    declared = read_rig_file(rig)[1].mu
+    declared = None if rig is None else read_rig_file(rig)[1].mu
     text = f"prior mu {tuning.mu:g} with standard deviation {tuning.mu_std:g}"
     if declared is None or declared == tuning.mu:
         return text

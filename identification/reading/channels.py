@@ -8,7 +8,13 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from identification.reading.signal_map import FOR_RATIO, NO_MAP, SignalMap, SignalSource
-from identification.reading.table import OPTIONAL_COLUMNS, REQUIRED_COLUMNS, Array
+from identification.reading.table import (
+    CAR_COLUMNS,
+    OPTIONAL_COLUMNS,
+    REQUIRED_COLUMNS,
+    Array,
+    columns_of,
+)
 from identification.reading.units import is_unit, unit_at_end
 from symbolic import InvalidInputError
 from symbolic.tables.parsing import excerpt
@@ -78,11 +84,14 @@ def resolve_columns(
         InvalidInputError: a channel is missing, but for the time, or is not the only one of its name.
     """
     full, absent = {}, []
-    for column in COLUMNS:
+    for column in columns_of(needed):
         mapped = column in signals.signals
         wanted = [signals.of(column).channel] if mapped else file.aliases.get(column, (column,))
         asked = mapped or column in needed
-        found = (resolve(str(path), name, file.names, by_part=asked) for name in wanted)
+        found = (
+            resolve(str(path), name, file.names, by_part=asked or column in CAR_COLUMNS)
+            for name in wanted
+        )
         if (name := next(filter(None, found), None)) is not None:
             full[column] = name
         elif mapped or (asked and column != "t"):

@@ -23,6 +23,9 @@ _FASTER = 1.5
 """Ratio of samples from which the angle is sampled faster than the torque."""
 _SAME_INSTANT = 1e-5
 """Samples of two channels so close are taken at once [s]."""
+_TORQUES = ("M_z", "M", "F_rack", "T_bar")
+_ANGLES = ("psi", "rack", "handwheel")
+"""Columns of torque or force, and of angle or way, the first one there sets the clock."""
 _GAP = 5.0
 """Periods of a channel beyond which it is not interpolated."""
 
@@ -110,16 +113,16 @@ def _on_one_clock(path: Path, columns: Mapping[str, Samples]) -> dict[str, Array
     for column, clock in clocks.items():
         if clock.size < 2 or not (np.diff(clock) > 0).all():
             raise InvalidInputError(f"{path}: the times of {column} must increase from sample to sample")
-    torque = next((c for c in ("M_z", "M") if c in clocks), "psi")
-    clock = clocks[torque]
-    if clocks["psi"].size > _FASTER * clock.size:
-        clock = np.union1d(clock, clocks["psi"])
+    angle = next(c for c in _ANGLES if c in clocks)
+    clock = clocks[next((c for c in _TORQUES if c in clocks), angle)]
+    if clocks[angle].size > _FASTER * clock.size:
+        clock = np.union1d(clock, clocks[angle])
         clock = clock[np.append(True, np.diff(clock) >= _SAME_INSTANT)]
     if clock.size > MOST_SAMPLES:
         raise InvalidInputError(f"{path}: holds {clock.size} samples, at most {MOST_SAMPLES} allowed")
     table = {"t": clock - clock[0]}
     for column, samples in columns.items():
-        hold = column in ("M_z", "M")
+        hold = column in _TORQUES
         table[column] = _at(
             clock, clocks[column], samples.values, nearest=hold and clock is not clocks[column]
         )

@@ -2,7 +2,7 @@
 
 import logging
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from identification.loops import ALIGNING, draw_loops
+from identification.reading.car import Standstills, wheel_table
 from identification.reading.channels import ChannelFile, Samples, unit_of_name
 from identification.reading.clock import tabulate
 from identification.reading.readers import READERS, Reader, read_table
@@ -19,6 +20,8 @@ from identification.reading.smoothing import smoothed_rate
 from identification.reading.table import MIN_SAMPLES, Table, check, required_columns
 from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.tables.markup import html_table
+from symbolic.vehicle.mean_wheel import rig_of
+from symbolic.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -60,6 +63,7 @@ class Recording:
         tyre: the tyre as declared.
         ground: name of what the wheel stands on; None where unknown.
         sources: channel of each column in the file, for messages.
+        standstills: of a car, whose mean wheel this is; None for a wheel on a rig.
 
     Raises:
         InvalidInputError: shapes differ, time does not increase, a load is not greater than 0, or a
@@ -79,6 +83,7 @@ class Recording:
     tyre: Tyre
     ground: str | None = None
     sources: Mapping[str, SignalSource] = field(default_factory=dict)
+    standstills: Standstills | None = None
 
     def __repr__(self) -> str:
         """One line: the name, how many samples, how long, and on what."""
@@ -184,6 +189,7 @@ def read_recording(
     causal: bool = False,
     readers: Mapping[str, Reader] = READERS,
     signals: SignalMap | str = NO_MAP,
+    vehicle: Vehicle | None = None,
 ) -> Recording:
     """Read a recording from CSV, MATLAB, a format of a measurement system or one of the user's own.
 
@@ -199,12 +205,17 @@ def read_recording(
         readers: by the suffix of the file's name; `{**READERS, ".log": reader}` adds a format.
         signals: where columns come from, as read by `read_signals`, or a text such as
             ``psi=SteeringAngle:deg,t=time:ms,M_z=-Mz``.
+        vehicle: the car that a recording of its rack or handwheel belongs to, see
+            `identification.reading.car`; the recording is then that of its mean wheel, and rig is not
+            used.
 
     Raises:
         InvalidInputError: one line naming the file, the row, what is wrong and what is allowed.
     """
     path = Path(path)
     signals = parse_signals(signals) if isinstance(signals, str) else signals
+    if vehicle is not None:
+        return _of_car(read_table(path, ("t",), readers, signals), vehicle, path.stem, causal=causal)
     table = read_table(path, required_columns(torque_required=torque_required), readers, signals)
     return recording_of(table, rig, path.stem, causal=causal)
 
@@ -235,6 +246,16 @@ def recording_of(
         ground=table.ground,
         sources=table.sources,
     )
+
+
+def _of_car(table: Table, vehicle: Vehicle, name: str, *, causal: bool) -> Recording:
+    """The recording of the mean wheel of a car."""
+    wheel, standstills = wheel_table(table, vehicle)
+    check(wheel, required_columns(torque_required=True))
+    rig = rig_of(vehicle, brakes=standstills.brakes[0])
+    recording = recording_of(replace(wheel, declared={}), rig, name, causal=causal)
+    stretch = standstills.stretch[-recording.t.size :]
+    return replace(recording, standstills=replace(standstills, stretch=stretch))
 
 
 def _range(values: Array) -> str:

@@ -91,7 +91,7 @@ class SignalMap:
     """Columns of a recording by the channels of a file; a column that is not in it has its own name.
 
     Attributes:
-        signals: by column, out of t, psi, M_z, F_N, psi_dot, M.
+        signals: by column, out of t, psi, M_z, F_N, psi_dot, M, and those of a car.
         dbc: database of a CAN bus; None for the only one beside the log.
 
     Raises:

@@ -21,6 +21,8 @@ SHORTEST_STEP = 1e-6
 """Time advances by at least so much from sample to sample [s]."""
 REQUIRED_COLUMNS = ("t", "psi", "M_z", "F_N")
 OPTIONAL_COLUMNS = ("psi_dot", "M")
+CAR_COLUMNS = ("rack", "handwheel", "F_rack", "T_bar", "T_motor", "brake", "speed")
+"""Columns of a car beside the time, see `identification.reading.car`."""
 DECAY_COLUMNS = ("t", "psi")
 """Columns that a recording of a free vibration needs."""
 LARGEST = {
@@ -30,6 +32,13 @@ LARGEST = {
     "F_N": (1e6, "N"),
     "M_z": (1e6, "N m"),
     "M": (1e6, "N m"),
+    "rack": (1.0, "m"),
+    "handwheel": (100.0, "rad"),
+    "F_rack": (1e6, "N"),
+    "T_bar": (1e4, "N m"),
+    "T_motor": (1e4, "N m"),
+    "brake": (1e3, "1"),
+    "speed": (200.0, "m/s"),
 }
 """A number beyond these is a fault of the file."""
 
@@ -47,7 +56,7 @@ class Table:
 
     Attributes:
         path: the file.
-        columns: float arrays (n,) by name: t, psi, M_z, F_N, psi_dot, M.
+        columns: float arrays (n,) by name: t, psi, M_z, F_N, psi_dot, M, or those of a car.
         declared: values that the file itself gives for a, e, k, mu, J_A, b_t.
         faults: samples that could not be read.
         place: names the place of a sample (index from 0) or of a declared value, for messages: the
@@ -72,6 +81,13 @@ class Table:
 def required_columns(*, torque_required: bool) -> tuple[str, ...]:
     """Names of the columns that a recording of a turning wheel needs."""
     return tuple(name for name in REQUIRED_COLUMNS if torque_required or name != "M_z")
+
+
+def columns_of(needed: Sequence[str]) -> tuple[str, ...]:
+    """The columns that a recording may have: those of a car where no angle of a wheel is needed."""
+    if "psi" in needed:
+        return (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS)
+    return ("t", *CAR_COLUMNS)
 
 
 def check(table: Table, needed: Sequence[str]) -> None:

@@ -21,6 +21,13 @@ UNITS = {
     "F_N": {"N": 1.0, "daN": 10.0, "kN": 1e3, "kgf": 9.80665, "lbf": 4.4482216152605},
     "M_z": _TORQUE,
     "M": _TORQUE,
+    "rack": {"m": 1.0, "mm": 1e-3, "cm": 1e-2},
+    "handwheel": {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "rev": 2 * math.pi},
+    "F_rack": {"N": 1.0, "daN": 10.0, "kN": 1e3},
+    "T_bar": _TORQUE,
+    "T_motor": _TORQUE,
+    "brake": {"1": 1.0},
+    "speed": {"m/s": 1.0, "km/h": 1 / 3.6, "mph": 0.44704},
 }
 """Factor of each unit to SI, by column; the first is the SI unit."""
 _WORDS = {

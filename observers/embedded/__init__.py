@@ -7,6 +7,7 @@ from observers.embedded.generated_files import require_replaceable
 from observers.embedded.native import NativeObserver, compile_native
 from observers.embedded.ros2 import generate_ros2
 from observers.embedded.scalar_type import DOUBLE, SINGLE, Real
+from observers.embedded.vehicle_code import generate_vehicle
 
 __all__ = [
     "DOUBLE",
@@ -18,5 +19,6 @@ __all__ = [
     "generate",
     "generate_fmu",
     "generate_ros2",
+    "generate_vehicle",
     "require_replaceable",
 ]

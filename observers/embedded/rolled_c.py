@@ -50,6 +50,8 @@ def rolled_c(name: str, function: ca.Function, length: int, real: str, known: Kn
 
 @dataclass
 class LoopWriter:
+    """C of a function: scalars as they are, vectors of one length as loops."""
+
     length: int
     real: str
     tables: list[str] = field(default_factory=list)

@@ -60,7 +60,7 @@ def build_initial_state(
     }
     if "own" in layout.places:
         std = tuning["zero_std"] * slide
-        parts |= supervision.initial(first["psi"], first["F_N"], std)
+        parts |= supervision.initial(measurement_model, first["psi"], first["F_N"], std)
     if "samples" in layout.places:
         # The rows of a window's samples continue those of a cleaned sample.
         rows = layout.places["samples"][1][0]

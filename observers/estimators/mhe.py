@@ -28,7 +28,7 @@ class Mhe(ModelObserver):
         window: samples fitted at once, N.
         iterations: Gauss-Newton steps a sample; the window begins where the last sample left it.
 
-    Parts of its state: the memory of the patch, see `observers.patch.history`; `samples` (11, N), oldest
+    Parts of its state: the memory of the patch, see `observers.patch.history`; `samples` (15, N), oldest
     first, dt = 0 in empty places; `x` (n, N), the states at each in the order of `states`; `mean` (n,)
     and `factor` (n, n), the arrival; `P_newest` (n, n), covariance of the newest x; `counts`; `monitor`;
     `output`.

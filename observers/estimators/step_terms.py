@@ -21,6 +21,8 @@ DRY_FRICTION = 0.001
 """Dry friction of bearings of which nothing is declared, as a share of 3/8 F_N a [1]."""
 STIFFNESS_BOUNDS = (0.1, 10.0)
 """Bounds of k over its nominal value, where it is a state [1]."""
+GEAR_BOUNDS = (0.0, 4.0)
+"""Bounds of the gear's dry friction over the declared one, where it is a state [1]."""
 
 
 def step_symbols(model: PatchModel, parts: Layout) -> dict[str, ca.MX]:
@@ -34,6 +36,7 @@ def clip_to_bounds(measurement_model: MeasurementModel, x: Expression, tuning: E
     bounds: dict[str, tuple[Any, Any]] = {
         "log_mu": (ca.log(limits["least"]), ca.log(limits["greatest"])),
         "stiffness": STIFFNESS_BOUNDS,
+        "gear": GEAR_BOUNDS,
     }
     rows = [
         ca.fmax(bounds[name][0], ca.fmin(bounds[name][1], x[i, :])) if name in bounds else x[i, :]

@@ -14,8 +14,10 @@ from symbolic import (
     Model,
     Rig,
     Tyre,
+    Vehicle,
     model_from_tables,
     rig_from_tables,
+    vehicle_from_tables,
 )
 from symbolic.tables.parsing import LARGEST_MODEL, json_of, naming, toml_of
 
@@ -96,6 +98,16 @@ def read_model_file(path: str | Path, effects: Iterable[Effect] = ()) -> FoundMo
     """
     with naming(path):
         return model_from_tables(json_of(_content(path)), effects)
+
+
+def read_vehicle_file(path: str | Path) -> Vehicle:
+    """The vehicle of a vehicle file, see `symbolic.vehicle_from_tables`.
+
+    Raises:
+        InvalidInputError: the file cannot be read or is no vehicle file; one line says what is wrong.
+    """
+    with naming(path):
+        return vehicle_from_tables(toml_of(_content(path)))
 
 
 def _content(path: str | Path) -> bytes:

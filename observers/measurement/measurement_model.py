@@ -34,13 +34,17 @@ RIG = ("a", "e", "J_A", "b_t", "slide_rate", "noise", "dry_friction", "zero_std"
 """Order of the rig's numbers; one that is unknown is NaN."""
 LONGEST = 0.05
 """The weight of a sample grows with its time step up to this step [s]."""
+GAIN_SHARE = 0.5
+"""Share of the stiffness that may be an error of the torque's scale, where nothing else is known [1]."""
 LEAST_FIRST_LOAD = 1e-3
 """Least load of a first sample [N]."""
 LEAST_LOAD = 0.05
 """Share of the first load below which a load is missing [1]: a torque weighs with 1 / F_N^2."""
-CLEAN = (*SAMPLE, "M_age", "F_N_first", "travel")
+CLEAN = (*SAMPLE, "M_age", "F_N_first", "travel", "gear_angle", "slip", "dry", "dry_std")
 """Order of a cleaned sample: last valid values in place of missing ones; time since M was valid [s];
-load of the first sample [N]; turn since the last sample without its sign [rad]."""
+load of the first sample [N]; turn since the last sample without its sign [rad];
+angle that a steering gear has followed [rad], its presliding, -1 to 1, and the torque of its declared
+dry friction with the standard deviation that presliding leaves to it [N m]."""
 ROWS = (*CLEAN, "accepted", "jump")
 """Rows of a window's samples: a cleaned sample, whether it is accepted, and what a change of the
 ground adds to the variance of ln mu before it."""
@@ -88,6 +92,14 @@ class MeasurementModel(Hashable, Protocol):
     @property
     def torque_state(self) -> tuple[str, ...]:
         """Names of the numbers that `observed_torque` keeps."""
+
+    @property
+    def gear_spread(self) -> float:
+        """Standard deviation of a steering gear's dry friction over the declared one [1]; 0 without."""
+
+    @property
+    def gain_share(self) -> float:
+        """Share of a stiffness other than k's that may be an error of the torque's scale [1]."""
 
     def observed_torque(
         self, before: Parts, sample: Parts, rig: Expression, tuning: Expression
@@ -186,6 +198,16 @@ class AligningTorque:
     def states(self) -> tuple[str, ...]:
         """Names of the states."""
         return select_states(log_mu=True, M_0=self.zero, stiffness=self.stiffness)
+
+    @property
+    def gain_share(self) -> float:
+        """Nothing tells the stiffness from the torque's scale."""
+        return GAIN_SHARE
+
+    @property
+    def gear_spread(self) -> float:
+        """No gear stands between the sensor and the wheel."""
+        return 0.0
 
     def observed_torque(
         self, before: Parts, sample: Parts, rig: Expression, tuning: Expression

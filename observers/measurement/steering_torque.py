@@ -16,6 +16,7 @@ import casadi as ca
 
 from observers.layout import Expression, Parts, named
 from observers.measurement.measurement_model import (
+    GAIN_SHARE,
     RIG,
     Measurement,
     Moments,
@@ -72,6 +73,8 @@ class SteeringTorque:
     # The wheel's inertia takes part of the torque.
     scaled: ClassVar[str] = ""
     torque_state: ClassVar[tuple[str, ...]] = BLOCK
+    gear_spread: ClassVar[float] = 0.0
+    gain_share: ClassVar[float] = GAIN_SHARE
 
     @property
     def states(self) -> tuple[str, ...]:

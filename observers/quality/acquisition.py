@@ -16,26 +16,22 @@ from observers.layout import Expression, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import is_known, retained
 from observers.protocol import OUTPUT, Status
 from observers.quality.branches import (
-    PATHS,
-    POINTS,
     START,
     TRACK,
-    build_branch,
     build_sensitivity,
     build_track,
 )
 from observers.quality.hypotheses import (
     LIMITS,
     MOST_ERROR,
-    RATIOS,
-    SEARCH,
-    VERDICT,
     build_error,
-    build_hypothesis,
-    build_verdict,
+    build_weighing,
+    dry_size,
+    search_layout,
 )
 from observers.quality.plausibility import GREATEST_FRICTION
 from observers.quality.screening import has_flag
+from observers.quality.verdict import VERDICT, build_verdict
 from symbolic.functions import named_function
 
 DECIDED = 0.15
@@ -46,9 +42,8 @@ MOST_VARIANCE = 1.0
 """Variance of ln mu that the model's error makes at most [1]."""
 SHRINK = 4.0
 """Model errors that ln s is uncertain by [1]."""
-GAIN_FREE, GAIN_SHARE = 0.5, 0.5
-"""Deviations of the stiffness that are k's own; what is beyond counts with this share as an error of the
-torque's scale, as a standard deviation [1]."""
+GAIN_FREE = 0.5
+"""Deviations of the stiffness that are k's own; see `MeasurementModel.gain_share` for what is beyond."""
 DOUBTED, MOST_DOUBT = 2.0, 10.0
 """Independent samples that the model has not explained before it is doubted, and the most that count."""
 HOPELESS = 8.0
@@ -66,8 +61,10 @@ the innovations, and that of their weights; independent samples that were not ex
 of the ground; torques in a row, computed from the steering torque, that friction does not explain, and 1
 where friction is acquired anew; the torques predicted at the last two of them [N m]; 1 once the model
 has explained the torque since the handover."""
-HANDOVER = ("log_mu", "log_mu_variance", "M_0", "M_0_variance")
-"""What is handed over: moments of ln mu and of the torque's zero [N m], as the estimator counts them."""
+HANDED_STATES = ("log_mu", "M_0", "gear")
+"""States that are handed over."""
+HANDOVER = tuple(f"{name}{part}" for name in HANDED_STATES for part in ("", "_variance"))
+"""Their moments, as the estimator counts them."""
 KEPT = (Status.MISSING, Status.HELD, Status.RESET)
 """Flags of the estimator that count while friction is acquired."""
 
@@ -90,28 +87,6 @@ class EquivalentPatch:
 DECLARED_PATCH = EquivalentPatch()
 
 
-@cache
-def build_weighing() -> ca.Function:
-    """All hypotheses after a torque.
-
-    (hypotheses, turns, F_N, M_z, variance, share, tyre) -> hypotheses; turns (POINTS, PATHS) [rad].
-    """
-    count, rows = len(RATIOS), build_hypothesis().numel_in(0)
-    inputs = symbols(
-        ca.MX, hypotheses=(rows, count), turns=(POINTS, PATHS), F_N=1, M_z=1, variance=1, share=1, tyre=3
-    )
-    hypotheses, turns, F_N, M_z, variance, share, tyre = inputs.values()
-    lanes = count * POINTS * PATHS
-    branches = build_branch().map(lanes)(
-        ca.vec(ca.repmat(ca.vec(turns), 1, count)).T, ca.DM([*range(POINTS)] * count * PATHS).T,
-        ca.DM(RATIOS.repeat(POINTS * PATHS)).T, ca.repmat(F_N, 1, lanes), ca.repmat(tyre, 1, lanes),
-    )  # fmt: skip
-    expected = ca.reshape(ca.sum1(ca.reshape(branches, POINTS, PATHS * count)), PATHS, count)
-    given = (ca.repmat(each, 1, count) for each in (M_z, variance, share))
-    after = build_hypothesis().map(count)(hypotheses, *ca.vertsplit(expected), *given)
-    return named_function("weigh", inputs, {"hypotheses_next": after})
-
-
 def only_if(
     condition: Expression, function: ca.Function, inputs: Sequence[Expression], otherwise: Expression
 ) -> Any:
@@ -125,8 +100,8 @@ def only_if(
 
 
 @cache
-def build_search() -> ca.Function:
-    """One torque while friction is acquired.
+def build_search(gear: bool = False) -> ca.Function:
+    """One torque while friction is acquired; with a gear, dry is a further input.
 
     (search, verdict, phase, psi, F_N, M_z, added, tyre, limits) -> (search, verdict, share, counted).
     tyre is k, a and e; M_z [N m] is NaN where nothing is measured; added is the variance of the way to
@@ -134,11 +109,11 @@ def build_search() -> ca.Function:
     in turn, phase 0 and 1: half the work a sample.
     """
     inputs = symbols(
-        ca.MX, search=SEARCH.size, verdict=len(VERDICT), phase=1, psi=1, F_N=1, M_z=1, added=1, tyre=3,
-        limits=len(LIMITS),
+        ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), phase=1, psi=1, F_N=1, M_z=1,
+        added=1, tyre=3, limits=len(LIMITS), **dry_size(gear),
     )  # fmt: skip
-    search, verdict, phase, psi, F_N, M_z, added, tyre, limits = inputs.values()
-    parts, numbers = SEARCH.split(search), named(LIMITS, limits)
+    search, verdict, phase, psi, F_N, M_z, added, tyre, limits, *dry = inputs.values()
+    parts, numbers = search_layout(gear).split(search), named(LIMITS, limits)
     known = ca.logic_and(is_known(psi), is_known(M_z))
     torque = ca.if_else(known, M_z, 0)
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
@@ -159,14 +134,15 @@ def build_search() -> ca.Function:
     _, variance, noisy = build_error()(
         torque, F_N, tyre[1], added, after["reach"], share, numbers["error"]
     )
-    weighed = (parts["hypotheses"], turns, F_N, torque, variance, share, tyre)
-    hypotheses = only_if(counts, build_weighing(), weighed, parts["hypotheses"])
+    variance = variance + sum((d[1] ** 2 / share for d in dry), ca.MX(0))
+    weighed = (parts["hypotheses"], turns, F_N, torque, variance, share, tyre, *dry)
+    hypotheses = only_if(counts, build_weighing(gear), weighed, parts["hypotheses"])
     after["explained"] += ca.if_else(counts, noisy, 0)
     judged = (hypotheses, after["explained"], after["reach"], limits)
     found = {"track": vector_of(TRACK, after), "points": points, "hypotheses": hypotheses}
     outputs = {
-        "search_next": SEARCH.join(found),
-        "verdict_next": only_if(phase == 1, build_verdict(), judged, verdict),
+        "search_next": search_layout(gear).join(found),
+        "verdict_next": only_if(phase == 1, build_verdict(gear), judged, verdict),
         "share": share,
         "counted": counts,
     }
@@ -174,7 +150,7 @@ def build_search() -> ca.Function:
 
 
 @cache
-def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
+def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool, gain_share: float) -> ca.Function:
     """A sample while friction is acquired.
 
     (own, verdict, output, widest, counted, share, tyre, limits) -> (own, handover, output), the second
@@ -183,6 +159,7 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
     Args:
         patch: the declared patch that stands for the model.
         is_scaled: the estimator's torque is divided by s.
+        gain_share: of s that is the torque's.
     """
     inputs = symbols(
         ca.SX, own=len(OWN), verdict=len(VERDICT), output=len(OUTPUT), widest=1, counted=1, share=1,
@@ -206,7 +183,7 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
         # Without a torque there is nothing to give a verdict on.
         "phase": ca.if_else(own["phase"] == 1, 0, inputs["counted"]),
         "scale": ca.if_else(decided, ca.exp(log_scale), 1),
-        "excess": GAIN_SHARE * ca.fmax(0, excess),
+        "excess": gain_share * ca.fmax(0, excess),
         "squares": 0,
         "weight": 0,
         "streak": 0,
@@ -220,6 +197,8 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
         "log_mu_variance": variance,
         "M_0": verdict["zero"] / after["scale"],
         "M_0_variance": verdict["var_zero"],
+        "gear": verdict["gear"] / after["scale"],
+        "gear_variance": verdict["var_gear"],
     }
     results = _acquired_output(after, own, verdict, output, handover, limits)
     outputs = {
@@ -267,27 +246,29 @@ def _acquired_output(
     }
 
 
-def supervision_symbols() -> dict[str, ca.MX]:
+def supervision_symbols(gear: bool) -> dict[str, ca.MX]:
     """Inputs of a sample of the supervision, while friction is acquired and afterwards."""
     return symbols(
-        ca.MX, search=SEARCH.size, verdict=len(VERDICT), own=len(OWN), output=len(OUTPUT), psi=1, M_z=1,
-        added=1, tyre=3, limits=len(LIMITS),
+        ca.MX, search=search_layout(gear).size, verdict=len(VERDICT), own=len(OWN), output=len(OUTPUT),
+        psi=1, M_z=1, added=1, tyre=3, limits=len(LIMITS), **dry_size(gear),
     )  # fmt: skip
 
 
 @cache
-def build_acquiring(patch: EquivalentPatch, *, is_scaled: bool) -> ca.Function:
+def build_acquiring(
+    patch: EquivalentPatch, *, is_scaled: bool, gear: bool, gain_share: float
+) -> ca.Function:
     """A sample while friction is acquired, from the torque to what is handed over.
 
     Inputs of `supervision_symbols` -> (search, verdict, own, handover, output).
     """
-    inputs = supervision_symbols()
-    search, verdict, own, output, psi, M_z, added, tyre, limits = inputs.values()
+    inputs = supervision_symbols(gear)
+    search, verdict, own, output, psi, M_z, added, tyre, limits, *dry = inputs.values()
     numbers = named(OWN, own)
-    search, verdict, share, counted = build_search()(
-        search, verdict, numbers["phase"], psi, numbers["F_N"], M_z, added, tyre, limits
+    search, verdict, share, counted = build_search(gear)(
+        search, verdict, numbers["phase"], psi, numbers["F_N"], M_z, added, tyre, limits, *dry
     )
-    widest = named(TRACK, SEARCH.split(search)["track"])["widest"]
-    conclude = build_conclusion(patch, is_scaled=is_scaled)
+    widest = named(TRACK, search_layout(gear).split(search)["track"])["widest"]
+    conclude = build_conclusion(patch, is_scaled=is_scaled, gain_share=gain_share)
     results = conclude(own, verdict, output, widest, counted, share, tyre, limits)
     return ca.Function("acquire", [*inputs.values()], [search, verdict, *results])

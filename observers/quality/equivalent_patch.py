@@ -11,7 +11,8 @@ from functools import cache
 import numpy as np
 
 from observers.quality.acquisition import DECLARED_PATCH, EquivalentPatch, build_search
-from observers.quality.hypotheses import LIMITS, VAGUE, VERDICT, build_start
+from observers.quality.hypotheses import LIMITS, VAGUE, build_start
+from observers.quality.verdict import VERDICT
 from observers.tuning import Tuning
 from symbolic import GEOMETRY, SIGNALS, InvalidInputError, Model, Rig, full_slide_torque, simulate
 

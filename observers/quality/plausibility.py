@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 from observers.layout import Expression, Layout, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import SENSIBLE, is_known
 from observers.protocol import OUTPUT, SAMPLE, Sample, Status
-from observers.quality.hypotheses import VERDICT
+from observers.quality.verdict import VERDICT
 from symbolic import Rig, full_slide_torque
 from symbolic.functions import named_function
 

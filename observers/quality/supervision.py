@@ -15,6 +15,7 @@
 """
 
 from functools import cache
+from typing import Any
 
 import casadi as ca
 
@@ -27,7 +28,7 @@ from observers.layout import (
     symbols_like,
     vector_of,
 )
-from observers.measurement.measurement_model import LEAST_LOAD, ROWS, MeasurementModel
+from observers.measurement.measurement_model import LEAST_LOAD, MeasurementModel
 from observers.measurement.torque_error import SENSIBLE, is_known, retained
 from observers.patch.model import PatchModel, split_constants
 from observers.protocol import OUTPUT, SAMPLE, Status
@@ -43,20 +44,21 @@ from observers.quality.acquisition import (
     supervision_symbols,
 )
 from observers.quality.branches import TRACK, build_turn, sliding_turn
+from observers.quality.handover import hand_over, newest_of_sample, newest_state
 from observers.quality.hypotheses import (
     LIMITS,
     RESTART_STD,
-    SEARCH,
     VAGUE,
-    VERDICT,
     build_error,
     build_restart,
     build_start,
     limits_of,
+    search_layout,
 )
 from observers.quality.innovation_monitor import LARGEST, LEAST_SAMPLES, WINDOW
 from observers.quality.plausibility import GREATEST_FRICTION
 from observers.quality.screening import has_flag, with_flag
+from observers.quality.verdict import VERDICT
 from observers.tuning import TUNING_FIELDS
 from symbolic import full_slide_torque
 from symbolic.functions import named_function
@@ -81,16 +83,30 @@ SCALED = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide")
 def layout(measurement_model: MeasurementModel) -> Layout:
     """State of the supervision."""
     block = max(len(measurement_model.torque_state), 1)
-    return Layout((*Layout.of(own=len(OWN), block=block, verdict=len(VERDICT)).fields, *SEARCH.fields))
+    own = Layout.of(own=len(OWN), block=block, verdict=len(VERDICT)).fields
+    return Layout((*own, *search_layout(has_gear(measurement_model)).fields))
 
 
-def initial(psi: Expression, F_N: Expression, zero_std: Expression) -> dict[str, Expression]:
+def has_gear(measurement_model: MeasurementModel) -> bool:
+    """Whether the dry friction of a steering gear is a state."""
+    return "gear" in measurement_model.states
+
+
+def initial(
+    measurement_model: MeasurementModel, psi: Expression, F_N: Expression, zero_std: Expression
+) -> dict[str, Expression]:
     """The parts of the state at the first sample; zero_std is that of the torque's zero [N m]."""
-    search = SEARCH.split(ca.MX(build_start()(psi, 1, VAGUE, 0, zero_std)))
+    gear = has_gear(measurement_model)
+    start = build_start(gear)(psi, 1, VAGUE, 0, zero_std, *_spread(measurement_model))
+    search = search_layout(gear).split(ca.MX(start))
     # The first verdict, before any torque counts, is the prior.
     own: dict[str, Expression] = dict.fromkeys(OWN, 0)
     own |= {"acquiring": 1, "phase": 1, "scale": 1, "F_N": F_N, "F_N_first": F_N}
     return {"own": vector_of(OWN, own), **search}
+
+
+def _spread(measurement_model: MeasurementModel) -> tuple[float, ...]:
+    return (measurement_model.gear_spread,) if has_gear(measurement_model) else ()
 
 
 @cache
@@ -167,18 +183,18 @@ def _torques_beyond(inputs: Parts, own: Parts, predicted: Expression, error: Exp
 
 
 @cache
-def build_following(*, is_computed: bool) -> ca.Function:
+def build_following(*, is_computed: bool, gear: bool) -> ca.Function:
     """A sample while the estimator tracks, with inputs and outputs as of `build_acquiring`."""
-    inputs = supervision_symbols()
-    search, verdict, own, output, psi, M_z, added, tyre, limits = inputs.values()
-    parts = SEARCH.split(search)
+    inputs = supervision_symbols(gear)
+    search, verdict, own, output, psi, M_z, added, tyre, limits = list(inputs.values())[:9]
+    parts = search_layout(gear).split(search)
     at = ca.if_else(is_known(psi), psi, named(TRACK, parts["track"])["extreme"])
     known = is_known(named(OUTPUT, output)["nis"])
     least = CONFIRMS * sliding_turn(named(OUTPUT, output)["mu"], named(OWN, own)["F_N"], tyre)
     track, share = build_turn()(parts["track"], at, named(LIMITS, limits)["psi_noise"], least, known)
     track_output = build_tracking(is_computed=is_computed)
     own, result = track_output(own, verdict, output, share, M_z, added, tyre, limits)
-    search = SEARCH.join({**parts, "track": track})
+    search = search_layout(gear).join({**parts, "track": track})
     nothing = ca.MX(ca.DM.zeros(len(HANDOVER)))
     return ca.Function("follow", [*inputs.values()], [search, verdict, own, nothing, result])
 
@@ -204,14 +220,13 @@ def build_supervised_step(
     inputs = symbols_like(step)
     inputs["state"] = state = ca.MX.sym("state", parts.size + added_parts.size)
     before, now = added_parts.split(state[parts.size :]), named(SAMPLE, inputs["sample"])
-    constants = inputs["constants"]
     own = named(OWN, before["own"])
-    theta, rig, tuning = split_constants(model, constants)
+    theta, rig, tuning = split_constants(model, inputs["constants"])
     fields = named(TUNING_FIELDS, tuning)
     tyre = ca.vertcat(theta[model.coordinates.index("k")] * patch.stiffness, rig[0], rig[1])
     scaled = measurement_model.scaled
     given = ca.vertcat(*(now[n] / own["scale"] if n == scaled else now[n] for n in SAMPLE))
-    after, output = step(state[: parts.size], given, constants)
+    after, output = step(state[: parts.size], given, inputs["constants"])
     loaded = ca.logic_and(is_known(now["F_N"]), now["F_N"] >= LEAST_LOAD * own["F_N_first"])
     own["F_N"] = ca.if_else(loaded, now["F_N"], own["F_N"])
     names = measurement_model.torque_state
@@ -224,82 +239,49 @@ def build_supervised_step(
     own["again"] = ca.logic_or(own["again"], ca.logic_and(changed, tracked))
     limits = limits_of(fields, patch.misfit, own["again"])
     std = fields["zero_std"] * full_slide_torque(own["F_N"], rig[0])
-    zero = _zero_within(own["scale"] * _newest(parts, measurement_model, after, "M_0"), std)
-    searched = SEARCH.join(before)
-    begun = (searched, own["scale"], ca.if_else(tracked, RESTART_STD, VAGUE), zero, std)
+    zero = _zero_within(own["scale"] * newest_state(parts, measurement_model, after, "M_0"), std)
+    gear, searched = has_gear(measurement_model), search_layout(has_gear(measurement_model))
     anew = ca.logic_or(ca.logic_and(changed, tracked), own["lost"])
-    search = only_if(anew, build_restart(), begun, searched)
+    begun = (own["scale"], ca.if_else(tracked, RESTART_STD, VAGUE), zero, std)
+    search = _search_of(anew, searched.join(before), begun, measurement_model)
     own["phase"] = ca.if_else(anew, 0, own["phase"])
     own["doubt"] = ca.if_else(anew, ca.fmin(own["doubt"], AFTERWARDS), own["doubt"])
     own["lost"], own["acquiring"] = ca.MX(0), ca.logic_or(own["acquiring"], changed)
-    acquire = build_acquiring(patch, is_scaled=bool(scaled))
-    either = ca.Function.if_else("supervise", acquire, build_following(is_computed=bool(names)))
-    search, verdict, own_next, handover, output = either(
+    search, verdict, own_next, handover, output = _either(measurement_model, patch)(
         own["acquiring"], search, before["verdict"], vector_of(OWN, own), output, psi, M_z, added, tyre,
-        limits,
+        limits, *([newest_of_sample(parts, after, ("dry", "dry_std"))] if gear else []),
     )  # fmt: skip
     handed = hand_over(parts, measurement_model.states, after, named(HANDOVER, handover))
     after = ca.if_else(own["acquiring"], handed, after)
     after[parts.places["output"][0]] = output
     state_next = {
-        "own": own_next, "verdict": verdict, **SEARCH.split(search),
+        "own": own_next, "verdict": verdict, **searched.split(search),
         "block": vector_of(names, block) if names else ca.MX(0),
     }  # fmt: skip
-    outputs = {"state_next": ca.vertcat(after, added_parts.join(state_next)), "output": output}
-    return named_function(step.name(), inputs, outputs)
+    whole = ca.vertcat(after, added_parts.join(state_next))
+    return named_function(step.name(), inputs, {"state_next": whole, "output": output})
+
+
+def _either(measurement_model: MeasurementModel, patch: EquivalentPatch) -> ca.Function:
+    """A sample while friction is acquired or while the estimator tracks, by its first input."""
+    gear = has_gear(measurement_model)
+    acquire = build_acquiring(
+        patch, is_scaled=bool(measurement_model.scaled), gear=gear,
+        gain_share=measurement_model.gain_share,
+    )  # fmt: skip
+    follow = build_following(is_computed=bool(measurement_model.torque_state), gear=gear)
+    return ca.Function.if_else("supervise", acquire, follow)
+
+
+def _search_of(
+    anew: Expression, search: Expression, begun: tuple[Expression, ...],
+    measurement_model: MeasurementModel,
+) -> Any:  # fmt: skip
+    """The search; where it begins anew, with these moments of s and of the zero."""
+    known = (search, *begun, *_spread(measurement_model))
+    return only_if(anew, build_restart(has_gear(measurement_model)), known, search)
 
 
 def _zero_within(zero: Expression, std: Expression) -> Expression:
     """The torque's zero [N m] in its range before the first sample; garbage may have moved it far."""
     return ca.fmax(-MOST_ZERO * std, ca.fmin(MOST_ZERO * std, zero))
-
-
-def _newest(
-    parts: Layout, measurement_model: MeasurementModel, state: Expression, name: str
-) -> Expression:
-    """A state of the newest sample by its name, 0 where there is none."""
-    if name not in measurement_model.states:
-        return ca.MX(0)
-    at, (rows, columns) = parts.places["x"]
-    return state[at.start + rows * (columns - 1) + measurement_model.states.index(name)]
-
-
-def hand_over(parts: Layout, states: tuple[str, ...], state: Expression, handed: Parts) -> Expression:
-    """A state of an estimator with ln mu and M_0 as acquired, not correlated with the rest.
-
-    A window is emptied: its samples led to states that do not count. The memory of bristles stays as it
-    is, whatever mu was.
-    """
-    after = parts.split(state)
-    covariance = "P_newest" if "P_newest" in after else "factor"
-    for at, name in enumerate(states):
-        if name not in ("log_mu", "M_0"):
-            continue
-        after[covariance][at, :] = 0
-        after[covariance][:, at] = 0
-        after[covariance][at, at] = handed[f"{name}_variance"]
-        after["x"][at, :] = handed[name]
-    if "samples" in after:
-        after |= _empty_window(after)
-    for name in ("counts", "monitor", "memory_sensitivity"):
-        if name in after:
-            after[name] = ca.MX(ca.DM.zeros(*after[name].shape))
-    return parts.join(after)
-
-
-def _empty_window(window: Parts) -> dict[str, ca.MX]:
-    """A window with nothing but the last step: no measurement, no motion before it.
-
-    window has the newest states, and their covariance, of which the variances are kept.
-    """
-    columns = window["x"].shape[1]
-    before = window["x"][:, max(columns - 2, 0)]
-    samples = ca.MX(window["samples"])
-    samples[[ROWS.index("accepted"), ROWS.index("jump")], :] = 0
-    samples[ROWS.index("dt"), : columns - 1] = 0
-    return {
-        "x": ca.horzcat(ca.repmat(before, 1, columns - 1), window["x"][:, -1]),
-        "mean": before,
-        "factor": ca.diag(ca.diag(window["P_newest"])),
-        "samples": samples,
-    }

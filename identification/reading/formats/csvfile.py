@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 from identification.reading.channels import (
-    COLUMNS,
     ChannelFile,
     Samples,
     map_hint,
@@ -25,7 +24,7 @@ from identification.reading.clock import tabulate
 from identification.reading.formats.csvdialect import Numbers, delimiter_of, read_letters, units_in
 from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
 from identification.reading.signal_map import NO_MAP, SignalMap
-from identification.reading.table import MOST_SAMPLES, OPTIONAL_COLUMNS, Fault, Table
+from identification.reading.table import MOST_SAMPLES, Fault, Table, columns_of
 from symbolic import TOLERATED, InvalidInputError
 from symbolic.errors import printable
 from symbolic.tables.parsing import excerpt
@@ -173,17 +172,18 @@ def _header(
 ) -> Mapping[str, int]:
     """The index of each column."""
     found = {}
-    for column in COLUMNS:
+    for column in columns_of(needed):
         wanted = signals.of(column).channel
         if (name := resolve(f"{path}: row {row}", wanted, names, by_part=False)) is not None:
             found[column] = names.index(name)
-    missing = [c for c in COLUMNS if c not in found and (c in needed or c in signals.signals)]
+    missing = [c for c in columns_of(needed) if c not in found and (c in needed or c in signals.signals)]
     if missing:
         wanted = ", ".join(signals.of(column).channel for column in missing)
         raise InvalidInputError(
             f"{path}: row {row}: column{'s' * (len(missing) > 1)} {wanted} missing "
             f"from the header {excerpt(','.join(names))}; expected {','.join(needed)}, "
-            f"optional {','.join(OPTIONAL_COLUMNS)}{map_hint(missing, names, signals)}"
+            f"optional {','.join(c for c in columns_of(needed) if c not in needed)}"
+            f"{map_hint(missing, names, signals)}"
         )
     return found
 

@@ -16,9 +16,9 @@ from observers.embedded.scalar_type import Real
 from observers.embedded.templating import Body, render
 from observers.estimators.model_observer import ModelObserver
 from observers.layout import named
-from observers.measurement.measurement_model import LEAST_LOAD, RIG
+from observers.measurement.measurement_model import CLEAN, LEAST_LOAD, RIG
 from observers.protocol import OUTPUT, SAMPLE
-from observers.quality import acquisition, branches, hypotheses, supervision
+from observers.quality import acquisition, branches, hypotheses, supervision, verdict
 from observers.quality.equivalent_patch import equivalent_patch
 from observers.tuning import TUNING_FIELDS
 from symbolic.zones import FAR
@@ -28,17 +28,19 @@ def supervision_functions(observer: ModelObserver, constants: Constants) -> list
     """The Functions that C calls beside those of the estimator; none without supervision."""
     if not observer.acquire:
         return []
+    gear = supervision.has_gear(observer.measurement_model)
     functions = [
         branches.build_track().expand("follow_turns", {"cse": True}),
         branches.build_turn(),
         branches.build_sliding(),
         _edge(observer, constants.tunable == "all"),
-        hypotheses.build_hypothesis(),
+        hypotheses.build_hypothesis(gear),
         hypotheses.build_error(),
         supervision.build_tracking(is_computed=bool(observer.measurement_model.torque_state)),
         acquisition.build_conclusion(
             equivalent_patch(observer.model, observer.values, observer.rig),
             is_scaled=bool(observer.measurement_model.scaled),
+            gain_share=observer.measurement_model.gain_share,
         ),
     ]
     return [*functions, _observe_torque(observer, constants)]
@@ -57,13 +59,14 @@ def rolled_verdict(observer: ModelObserver, real: Real, tunable: Tunable) -> tup
 
     Of its limits those are numbers that are the tuning's, without `tunable`.
     """
-    verdict, begin = hypotheses.build_verdict(), len(observer.model.coordinates) + len(RIG)
+    function = verdict.build_verdict(supervision.has_gear(observer.measurement_model))
+    begin = len(observer.model.coordinates) + len(RIG)
     numbers = {
         hypotheses.LIMITS.index(name): float(observer.constants[begin + TUNING_FIELDS.index(name)])
         for name in ("mu", "mu_std", "stiffness_std")
     }
     known = {} if tunable else {"limits": numbers}
-    return verdict, rolled_c("verdict_of", verdict, len(hypotheses.RATIOS), real.c_type, known)
+    return function, rolled_c("verdict_of", function, len(hypotheses.RATIOS), real.c_type, known)
 
 
 def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], body: Body) -> Body:
@@ -79,17 +82,18 @@ def supervised(observer: ModelObserver, real: Real, terms: Mapping[str, Any], bo
         return body
     handed = [
         {"index": observer.states.index(name), "at": acquisition.HANDOVER.index(name)}
-        for name in ("log_mu", "M_0")
+        for name in acquisition.HANDED_STATES
         if name in observer.states
     ]
     values = {**terms, **_terms(observer, terms), "handed": handed}
     sizes = {
-        "own": len(acquisition.OWN), "verdict": len(hypotheses.VERDICT),
+        "own": len(acquisition.OWN), "verdict": len(verdict.VERDICT),
         "block": len(observer.measurement_model.torque_state),
         "track": len(branches.TRACK), "points": branches.POINTS * branches.PATHS, "result": len(OUTPUT),
     }  # fmt: skip
     fields = ", ".join(f"{name}[{size}]" for name, size in sizes.items() if size)
-    rows, columns = len(hypotheses.RATIOS), len(hypotheses.PER_HYPOTHESIS)
+    parts = hypotheses.per_hypothesis(supervision.has_gear(observer.measurement_model))
+    rows, columns = len(hypotheses.RATIOS), len(parts)
     return replace(
         body,
         stepping=f"{body.stepping}\n{render('estimators/supervision.c', values)}",
@@ -137,19 +141,25 @@ def _terms(observer: ModelObserver, terms: Mapping[str, Any]) -> dict[str, Any]:
         observer.states,
         observer.measurement_model.torque_state,
     )
+    gear = supervision.has_gear(observer.measurement_model)
+    declared = f"{literal['zero_std']} * 0.375 * sample[2] * {literal['a']}"
     return {
-        "own": acquisition.OWN, "track": branches.TRACK, "parts": hypotheses.PER_HYPOTHESIS,
+        "own": acquisition.OWN, "track": branches.TRACK, "gear": gear,
+        "parts": hypotheses.per_hypothesis(gear),
+        "gear_spread": repr(float(observer.measurement_model.gear_spread)),
+        "dry": f"{terms['newest_last']}[{CLEAN.index('dry')}]",
+        "dry_std": f"{terms['newest_last']}[{CLEAN.index('dry_std')}]",
         "limits": hypotheses.LIMITS, "hypotheses": hypotheses.RATIOS,
         "ratios": hypotheses.RATIOS, "points": branches.POINTS, "paths": branches.PATHS,
         "start": repr(branches.START), "twist_std": repr(hypotheses.TWIST_STD),
         "confirms": repr(supervision.CONFIRMS), "afterwards": repr(supervision.AFTERWARDS),
         "most_zero": repr(supervision.MOST_ZERO),
-        "verdict": len(hypotheses.VERDICT),
+        "verdict": len(verdict.VERDICT),
         "block": len(torque_state), "handover": len(acquisition.HANDOVER),
         "vague": repr(hypotheses.VAGUE), "slid": repr(branches.SLID), "least_load": repr(LEAST_LOAD),
         "restart_std": repr(hypotheses.RESTART_STD), "far": repr(FAR), "a": literal["a"],
         "tyre": [f"{literal['k']} * {patch.stiffness!r}", literal["a"], literal["e"]],
         # Deviation of the torque's zero before the first sample [N m].
-        "zero_std": f"{literal['zero_std']} * slide" if zero_std is None else repr(zero_std),
+        "zero_std": declared if zero_std is None else repr(zero_std),
         "zero_state": f"{terms['newest_x']}[{states.index('M_0')}]" if "M_0" in states else "0.0",
     }  # fmt: skip

@@ -77,7 +77,8 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
             "measured": [(name, CLEAN.index(name)) for name in row if name in CLEAN],
             "stiffness": stiffness_of(model, "x"), "stiffness_newest": stiffness_of(model, "newest"),
             "stiffness_corrected": stiffness_of(model, "state->x[at]"),
-            "newest_x": "state->x[state->newest]", "x": "state->x[newest]", "P": "state->P_newest",
+            "newest_x": "state->x[state->newest]", "newest_last": "state->last",
+            "x": "state->x[newest]", "P": "state->P_newest",
             "own_state": "state->",
         },
         private=STATE.format(

@@ -9,7 +9,8 @@ import pytest
 
 from observers.embedded.rolled_c import rolled_c
 from observers.embedded.rolled_values import Known
-from observers.quality.hypotheses import LIMITS, PER_HYPOTHESIS, RATIOS, build_verdict
+from observers.quality.hypotheses import LIMITS, RATIOS, per_hypothesis
+from observers.quality.verdict import build_verdict
 from symbolic import BrushgripError, compiler
 from tests.compile_once import compile_once
 from tests.observers.embedded.generated_code import needs_compiler
@@ -79,12 +80,12 @@ def test_the_verdict_of_the_hypotheses(tmp_path: Path, known: bool) -> None:
     for spread in (1.0, 30.0, 500.0):
         gain = rng.uniform(0.01, 3.0, len(RATIOS))
         variance = rng.uniform(1e-9, 2.0, (2, len(RATIOS)))
-        part = dict.fromkeys(PER_HYPOTHESIS, np.zeros(len(RATIOS))) | {
+        part = dict.fromkeys(per_hypothesis(gear=False), np.zeros(len(RATIOS))) | {
             "log_likelihood": -spread * rng.random(len(RATIOS)), "gain": gain,
             "zero": rng.normal(size=len(RATIOS)), "var_gain": variance[0], "var_zero": variance[1],
             "cov_gain_zero": 0.3 * np.sqrt(variance[0] * variance[1]), "left": gain,
         }  # fmt: skip
-        rows = np.vstack([part[name] for name in PER_HYPOTHESIS])
+        rows = np.vstack([part[name] for name in per_hypothesis(gear=False)])
         given = (rows, 12.0, 3.0, np.array(list(limits.values())))
         actual = called(library, verdict.numel_out(0), *given)
 

@@ -47,7 +47,7 @@ def test_window_begins_empty_at_the_prior(measurement_model: Any) -> None:
     for part in ("factor", "P_newest"):
         np.testing.assert_array_equal(state[part], filtered["factor"], err_msg=part)
     first = {"psi": FIRST.psi, "F_N": FIRST.F_N}
-    expected = [first.get(name, 0.0) for name in ("psi", "psi_dot", "F_N", *"1234", "F_N", *"123")]
-    np.testing.assert_array_equal(state["samples"], np.tile(np.reshape(expected, (11, 1)), 5))
+    expected = [first.get(name, 0.0) for name in ("psi", "psi_dot", "F_N", *"1234", "F_N", *"1234567")]
+    np.testing.assert_array_equal(state["samples"], np.tile(np.reshape(expected, (15, 1)), 5))
     if "psi" in observer.states:
         np.testing.assert_array_equal(state["angle_slope"], np.tile([[FIRST.psi], [0.0]], 5))

@@ -29,6 +29,10 @@ static void begin_search(${name}_state_t *state, ${real} gain, ${real} gain_std,
         part[PART_VAR_GAIN] = gain_std * gain_std;
         part[PART_VAR_ZERO] = zero_std * zero_std;
         part[PART_VAR_TWIST] = twist_std * twist_std;
+%% if gear
+        part[PART_GEAR] = 1.0;
+        part[PART_VAR_GEAR] = ${gear_spread} * ${gear_spread};
+%% endif
     }
     state->track[TRACK_REACH] = 0.0;
     state->track[TRACK_EXPLAINED] = 0.0;
@@ -37,7 +41,6 @@ static void begin_search(${name}_state_t *state, ${real} gain, ${real} gain_std,
 
 /* The state before the first sample. The first verdict, before any torque counts, is the prior. */
 static void begin_supervision(${name}_state_t *state, const ${real} *sample) {
-    const ${real} slide = 0.375 * sample[2] * ${a};
     int32_t i;
     for (i = 0; i < OWNS; ++i) {
         state->own[i] = 0.0;
@@ -112,7 +115,7 @@ static void weigh_torque(${name}_state_t *state, const ${real} *turns, const ${r
                 expected[path] -= tyre[0] * turns[j] * (stuck - slides);
             }
         }
-        hypothesis(state->hypotheses[i], expected[0], expected[1], M_z, variance, share, part);
+        hypothesis(state->hypotheses[i], expected[0], expected[1], M_z, variance, share${", " ~ dry if gear}, part);
         for (j = 0; j < PARTS; ++j) {
             state->hypotheses[i][j] = part[j];
         }
@@ -149,6 +152,9 @@ static void acquire(${name}_state_t *state, ${real} psi, ${real} M_z, ${real} ad
     if (weighs) {
         torque_error(torque, state->own[OWN_F_N], tyre[1], added, track[TRACK_REACH], share, limits[LIMIT_ERROR], &size, &variance, &noisy);
         state->track[TRACK_EXPLAINED] += noisy;
+%% if gear
+        variance += ${dry_std} * ${dry_std} / share;
+%% endif
         weigh_torque(state, turns, tyre, torque, variance, share);
     } else if (state->own[OWN_PHASE] != 0.0) {
         verdict_of(&state->hypotheses[0][0], state->track[TRACK_EXPLAINED], state->track[TRACK_REACH], limits, state->verdict);

@@ -1,0 +1,157 @@
+"""Recordings of a car: rack or handwheel, force or torques, as those of its mean wheel.
+
+| column | is |
+|---|---|
+| `rack` | way of the rack [m], or `handwheel`, angle of the handwheel [rad]; positive to the left |
+| `F_rack` | force of the gear on the rack [N], or `T_bar`, torque of the torsion bar, with `T_motor` |
+| | of the assistance's motor, if there is one [N m]; positive where they drive to the left |
+| `brake` | 1 where the brakes hold the wheels, optional |
+| `speed` | of the car [m/s], optional |
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.reading.channels import map_hint
+from identification.reading.files import read_bytes
+from identification.reading.table import MIN_SAMPLES, Table
+from symbolic import InvalidInputError
+from symbolic.tables.parsing import LARGEST_TABLES, naming, toml_of
+from symbolic.tables.vehicle_tables import vehicle_from_tables
+from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
+from symbolic.vehicle.steering import mean_angle, rack_force, rack_position
+from symbolic.vehicle.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+RATE_MEMORY = 0.03
+"""Time constant of the rate and of the acceleration of the rack [s]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Standstills:
+    """When a car stood, and whether its brakes held the wheels.
+
+    Attributes:
+        vehicle: the car.
+        stretch: number of the standstill that a sample belongs to, -1 while the car rolls, shape (n,).
+        brakes: of each standstill, whether the brakes held.
+    """
+
+    vehicle: Vehicle
+    stretch: NDArray[np.int64]
+    brakes: tuple[bool, ...]
+
+
+def read_vehicle(path: str | Path) -> Vehicle:
+    """Read the section ``[vehicle]`` of a vehicle file, see `vehicle_from_tables`.
+
+    Raises:
+        InvalidInputError: the file cannot be read or is no vehicle file; one line says what is wrong.
+    """
+    path = Path(path)
+    content = read_bytes(path, LARGEST_TABLES)
+    with naming(path):
+        return vehicle_from_tables(toml_of(content))
+
+
+def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
+    """The table of the mean wheel, columns t, psi, M_z and F_N, and the standstills.
+
+    M_z is NaN while the car rolls. A change of the brakes begins another standstill: the wheels turn
+    about another point.
+
+    Raises:
+        InvalidInputError: the way of the rack or the force on it is in no column, or the car never
+            stands.
+    """
+    columns, standstills = table.columns, standstills_of(table.columns, vehicle)
+    stands = standstills.stretch >= 0
+    if not stands.any():
+        raise InvalidInputError(
+            f"{table.path}: the car never stands for {MIN_SAMPLES} samples: speed stays above"
+            f" {vehicle.standstill:g} m/s"
+        )
+    s, force = _rack(table, vehicle)
+    acceleration = _acceleration(columns["t"], s) if vehicle.rack_mass > 0 else 0.0
+    held = np.append(standstills.brakes, False)[standstills.stretch]
+    angles, torques = (
+        [of(vehicle, *given, brakes=brakes) for brakes in (True, False)]
+        for of, given in (
+            (patch_angle, (mean_angle(vehicle, s),)),
+            (aligning_torque, (s, force, acceleration)),
+        )
+    )
+    of_wheel = {
+        "t": columns["t"],
+        "psi": np.where(held, *angles),
+        "M_z": np.where(stands, np.where(held, *torques), np.nan),
+        "F_N": np.full(s.size, vehicle.wheel_load),
+    }
+    return replace(table, columns=of_wheel), standstills
+
+
+def _rack(table: Table, vehicle: Vehicle) -> tuple[Array, Array]:
+    """Way of the rack [m] and force on it [N], measured or from the handwheel's side."""
+    columns = table.columns
+    for either in (("rack", "handwheel"), ("F_rack", "T_bar")):
+        if not any(name in columns for name in either):
+            names = [source.channel for source in table.sources.values()]
+            raise InvalidInputError(
+                f"{table.path}: channel {' or '.join(either)} missing{map_hint(either[:1], names)}"
+            )
+    bar = columns.get("T_bar", np.zeros_like(columns["t"]))
+    s = columns.get("rack")
+    if s is None:
+        s = rack_position(vehicle, columns["handwheel"], np.nan_to_num(bar))
+    force = columns.get("F_rack")
+    if force is None and ("T_motor" in columns) != (vehicle.motor_ratio > 0):
+        raise InvalidInputError(
+            f"{table.path}: the torque of the motor, T_motor, and motor_ratio of the vehicle go"
+            " together: with one alone the force on the rack is not known"
+        )
+    return s, rack_force(vehicle, bar, columns.get("T_motor", 0.0)) if force is None else force
+
+
+def standstills_of(columns: Mapping[str, Array], vehicle: Vehicle) -> Standstills:
+    """The standstills of a recording, by its speed and its brakes; shorter ones than that are none."""
+    count = columns["t"].size
+    speed = _held(columns.get("speed"), count, 0.0)
+    stands = np.abs(speed) <= vehicle.standstill
+    brake = _held(columns.get("brake"), count, float(vehicle.brakes)) > 0.5
+    state = np.where(stands, brake.astype(int), -1)
+    begins = np.flatnonzero(np.diff(state, prepend=-2))
+    stretch, brakes = np.full(count, -1), []
+    for begin, end in zip(begins, [*begins[1:], count], strict=True):
+        if state[begin] >= 0 and end - begin >= MIN_SAMPLES:
+            stretch[begin:end] = len(brakes)
+            brakes.append(bool(state[begin]))
+    return Standstills(vehicle=vehicle, stretch=stretch, brakes=tuple(brakes))
+
+
+def _held(values: Array | None, count: int, default: float) -> Array:
+    """A signal with its last value where one is missing, a default before the first."""
+    if values is None:
+        return np.full(count, default)
+    known = np.flatnonzero(np.isfinite(values))
+    if known.size == 0:
+        return np.full(count, default)
+    place = np.searchsorted(known, np.arange(count), side="right") - 1
+    return np.where(place >= 0, values[known[np.maximum(place, 0)]], default)
+
+
+def _acceleration(t: Array, s: Array) -> Array:
+    """Causal second derivative of the way of the rack [m/s^2]."""
+    rates, result = [0.0, 0.0], np.zeros_like(s)
+    for i in range(1, s.size):
+        dt, step = t[i] - t[i - 1], s[i] - s[i - 1]
+        if not np.isfinite(step):
+            continue
+        before = rates[0]
+        rates[0] += (step - rates[0] * dt) / (RATE_MEMORY + dt)
+        rates[1] += (rates[0] - before - rates[1] * dt) / (RATE_MEMORY + dt)
+        result[i] = rates[1]
+    return result

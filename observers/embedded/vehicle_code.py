@@ -1,0 +1,57 @@
+"""C of a car's sensors: the sample of its mean front wheel, see `templates/vehicle.h`."""
+
+from pathlib import Path
+
+import casadi as ca
+
+from observers.embedded.generated_files import mark, write_texts
+from observers.embedded.own_names import with_prefix
+from observers.embedded.scalar_type import Real, in_type
+from observers.embedded.templating import render
+from symbolic.compilation.scalar_c import c_function
+from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
+from symbolic.vehicle.steering import mean_angle, rack_force, rack_position
+from symbolic.vehicle.vehicle import Vehicle
+
+
+def generate_vehicle(vehicle: Vehicle, folder: str | Path, real: Real, *, name: str) -> list[Path]:
+    """Write NAME_vehicle.h beside the C of an observer: rack or handwheel to `NAME_sample_t`.
+
+    Args:
+        vehicle: the vehicle, whose `brakes` say whether the wheels are held.
+        folder: where the observer's C is.
+        real: the type of every number.
+        name: of that C.
+
+    Returns:
+        The file.
+    """
+    written = [c_function(f.name(), f, real.c_type) for f in vehicle_functions(vehicle)]
+    terms = {
+        "name": name, "NAME": name.upper(), "real": real.c_type, "generated": mark(),
+        "functions": "\n".join(written), "load": real.literal(vehicle.wheel_load),
+        "standstill": real.literal(vehicle.standstill),
+        "held": "held by the brakes" if vehicle.brakes else "free to roll about the kingpin",
+    }  # fmt: skip
+    text = with_prefix(in_type(render("vehicle.h", terms), real), name)
+    return write_texts(folder, {f"{name}_vehicle.h": text})
+
+
+def vehicle_functions(vehicle: Vehicle) -> list[ca.Function]:
+    """(rack, force, acceleration) -> (psi, M_z), and (handwheel, T_bar, T_motor) -> (rack, force)."""
+    rack, force, acceleration = (ca.SX.sym(n) for n in ("rack", "force", "acceleration"))
+    handwheel, bar, motor = (ca.SX.sym(n) for n in ("handwheel", "T_bar", "T_motor"))
+    brakes = vehicle.brakes
+    psi = patch_angle(vehicle, mean_angle(vehicle, rack), brakes=brakes)
+    M_z = aligning_torque(vehicle, rack, force, acceleration, brakes=brakes)
+    of_hand = [rack_position(vehicle, handwheel, bar), rack_force(vehicle, bar, motor)]
+    return [
+        ca.Function(
+            "wheel_of_rack", [rack, force, acceleration], [psi, M_z],
+            ["rack", "force", "acceleration"], ["psi", "M_z"], {"cse": True},
+        ),
+        ca.Function(
+            "rack_of_handwheel", [handwheel, bar, motor], of_hand,
+            ["handwheel", "T_bar", "T_motor"], ["rack", "force"], {"cse": True},
+        ),
+    ]  # fmt: skip

@@ -1,0 +1,117 @@
+"""A vehicle from tables, as the parser of TOML returns them; SI units throughout."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import fields
+from typing import Any
+
+from symbolic.errors import InvalidInputError
+from symbolic.tables.parsing import excerpt, require_number, shown
+from symbolic.tables.rig_tables import SIGNALS
+from symbolic.vehicle.vehicle import Vehicle, VehicleTolerances
+
+VEHICLE = "vehicle"
+"""Section of a vehicle file."""
+REQUIRED = ("front_axle_load", "tyre", "pressure", "wheelbase", "track")
+"""Keys that a vehicle file must have."""
+TOLERATED_BY = {
+    "front_axle_load": "load",
+    "half_length": "half_length",
+    "stiffness": "stiffness",
+    "gear_friction": "gear_friction",
+}
+"""Tolerance of each key that may be declared with one, `{ value = ..., tolerance = ... }`."""
+FULL_ASPECT, DEFLECTION, INCH = 82, 0.2, 0.0254
+"""Height over width of a tyre whose size does not say [%]; share of the height by which it is squeezed
+under its load [1]; an inch [m]."""
+_TYRE = re.compile(
+    r"\s*(?:P|LT)?(?P<width>\d{3})\s*(?:/\s*(?P<aspect>\d{2}))?\s*(?:Z?R|-|B)?\s*F?\s*(?P<rim>\d{2}).*",
+    re.IGNORECASE,
+)
+_KEYS = tuple(field.name for field in fields(Vehicle) if field.name not in ("tolerances", "tyre_width"))
+
+
+def vehicle_from_tables(document: Mapping[str, object]) -> Vehicle:
+    """A vehicle from ``[vehicle]``.
+
+    ``tyre = "195/65 R15"`` gives the nominal width. `half_length`, `stiffness`, `front_axle_load` and
+    `gear_friction` may be tables ``{ value = 0.06, tolerance = 0.009 }``; ``geometry = { tolerance =
+    0.03 }`` is that of all lengths and ratios of the steering, as a share.
+
+    Raises:
+        InvalidInputError: a key is missing or unknown, or a value is out of its range.
+    """
+    if unknown := [name for name in document if name not in (VEHICLE, SIGNALS)]:
+        raise InvalidInputError(
+            f"unknown section or key {excerpt(unknown[0])}; allowed: [{VEHICLE}], [{SIGNALS}]"
+        )
+    section = document.get(VEHICLE)
+    if not isinstance(section, dict):
+        raise InvalidInputError(
+            f"section [{VEHICLE}] missing; a vehicle file needs {', '.join(REQUIRED)}"
+        )
+    allowed = ("tyre", *_KEYS, "geometry")
+    if unknown := [name for name in section if name not in allowed]:
+        raise InvalidInputError(
+            f"[{VEHICLE}] unknown key {excerpt(unknown[0])}; allowed: {', '.join(allowed)}"
+        )
+    if missing := [name for name in REQUIRED if name not in section]:
+        raise InvalidInputError(f"[{VEHICLE}] {', '.join(missing)} missing")
+    values: dict[str, Any] = dict(tyre_of(section["tyre"]))
+    tolerances: dict[str, float] = {}
+    for name, entry in section.items():
+        if name == "geometry":
+            tolerances[name] = _number(f"{name}: its tolerance", _tolerance(name, entry, ("tolerance",)))
+        elif isinstance(entry, dict) and name in TOLERATED_BY:
+            tolerance = _number(
+                f"{name}: its tolerance", _tolerance(name, entry, ("value", "tolerance"))
+            )
+            values[name] = _number(name, entry["value"])
+            if not values[name] > 0:
+                raise InvalidInputError(
+                    f"[{VEHICLE}] {name} must be greater than 0, got {values[name]:g}"
+                )
+            tolerances[TOLERATED_BY[name]] = tolerance / values[name]
+        elif name == "brakes":
+            if not isinstance(entry, bool):
+                raise InvalidInputError(f"[{VEHICLE}] brakes must be true or false, got {shown(entry)}")
+            values[name] = entry
+        elif name != "tyre":
+            values[name] = _number(name, entry)
+    try:
+        return Vehicle(**values, tolerances=VehicleTolerances(**tolerances))
+    except InvalidInputError as error:
+        raise InvalidInputError(f"[{VEHICLE}] {error}") from None
+
+
+def tyre_of(size: object) -> dict[str, float]:
+    """Nominal width and loaded radius of a tyre [m] by its size, such as 195/65 R15.
+
+    Raises:
+        InvalidInputError: it is no size of a tyre.
+    """
+    found = _TYRE.fullmatch(size) if isinstance(size, str) else None
+    if found is None:
+        raise InvalidInputError(
+            f'[{VEHICLE}] tyre must be a size such as "195/65 R15", got {shown(size)}'
+        )
+    width = int(found["width"]) / 1000
+    height = width * int(found["aspect"] or FULL_ASPECT) / 100
+    return {
+        "tyre_width": width,
+        "wheel_radius": int(found["rim"]) * INCH / 2 + (1 - DEFLECTION) * height,
+    }
+
+
+def _tolerance(name: str, entry: object, keys: tuple[str, ...]) -> object:
+    if not isinstance(entry, dict) or set(entry) != set(keys):
+        raise InvalidInputError(f"[{VEHICLE}] {name}: write {{ {' = ..., '.join(keys)} = ... }}")
+    return entry["tolerance"]
+
+
+def _number(name: str, value: object) -> float:
+    require_number(f"[{VEHICLE}] {name}", value)
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except OverflowError:
+        raise InvalidInputError(f"[{VEHICLE}] {name} is too large to compute with") from None

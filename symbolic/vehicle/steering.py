@@ -1,0 +1,94 @@
+r"""The steering by virtual work: rack, mean angle of the front wheels, lever, jacking.
+
+            left wheel            right wheel
+        psi + delta  \               \  psi - delta
+                      o--------------o
+                       \            /       r = ds / dpsi, lever of the rack about both kingpins
+                        ====rack====  -> s, F_R (positive: turns the wheels to the left)
+
+    F_R ds = -sum_j M_j dpsi_j + dU + F_f |ds| + m s'' ds
+
+    M_z = -r/2 (F_R - m s'') + J(psi)        the mean of both wheels' M_j, gear's friction in it
+
+r falls towards full lock: 1 / r = (1 + q (s / s_max)^2) / r_0. The angle is its integral, never a table
+of its own. The wheels' angles differ by 2 delta, delta = share (track / wheelbase) sin^2 psi / 2, from
+cot psi_o - cot psi_i = share track / wheelbase; M_z is a mean weighted by dpsi_j / dpsi.
+
+Jacking: a kingpin inclined by sigma and with caster tau lowers the wheel as it turns. Its middle moves
+on a circle about the kingpin, and it stands on the lowest point of its rim, R below, as a disc that
+leans by the kingpin's angles. With the ground point r_s outside and n behind that of the kingpin, the
+terms that are alike left and right make the return torque of a wheel, to second order in sigma and tau,
+
+    J = F_N sin psi (r_s sin sigma cos sigma - n sin tau cos tau + R sin^2 sigma cos psi
+                     + R sin^2 tau (1 - cos psi)).
+
+Those of other sign left and right cancel at even loads.
+
+Sources: [Sharp 2003] for the mechanisms; the rotation is that about the kingpin's axis (Rodrigues).
+"""
+
+from math import cos, sin
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from symbolic.vehicle.vehicle import Vehicle
+
+Expression = Any
+"""A number, an array, or a casadi expression."""
+
+
+def sine_and_cosine(psi: Expression) -> tuple[Expression, Expression]:
+    """Sine and cosine of a number, an array or a casadi expression."""
+    functions = ca if isinstance(psi, ca.SX) else np
+    return functions.sin(psi), functions.cos(psi)
+
+
+def lever_growth(vehicle: Vehicle) -> float:
+    """q, by which 1 / r grows from the middle to full lock [1]."""
+    return vehicle.lever_loss / (1 - vehicle.lever_loss)
+
+
+def mean_angle(vehicle: Vehicle, s: Expression) -> Expression:
+    """Mean angle of the front wheels at a way of the rack [m], [rad]."""
+    u = s / vehicle.rack_travel
+    return s / vehicle.steering_arm * (1 + lever_growth(vehicle) * u * u / 3)
+
+
+def lever(vehicle: Vehicle, s: Expression) -> Expression:
+    """Lever r = ds / dpsi at a way of the rack [m], [m/rad]."""
+    u = s / vehicle.rack_travel
+    return vehicle.steering_arm / (1 + lever_growth(vehicle) * u * u)
+
+
+def lock_angle(vehicle: Vehicle) -> float:
+    """Mean angle of the wheels at full lock [rad]."""
+    return float(mean_angle(vehicle, vehicle.rack_travel))
+
+
+def wheel_angles(vehicle: Vehicle, psi: Expression) -> tuple[Expression, Expression]:
+    """Angles of the left and of the right wheel at a mean angle [rad]."""
+    delta = vehicle.ackermann * vehicle.track / vehicle.wheelbase * sine_and_cosine(psi)[0] ** 2 / 2
+    return psi + delta, psi - delta
+
+
+def jacking(vehicle: Vehicle, psi: Expression) -> Expression:
+    """Return torque J of a wheel at its angle [N m]."""
+    sine, cosine = sine_and_cosine(psi)
+    by_scrub = vehicle.scrub_radius * sin(vehicle.inclination) * cos(vehicle.inclination)
+    by_trail = vehicle.trail * sin(vehicle.caster) * cos(vehicle.caster)
+    by_inclination = vehicle.wheel_radius * sin(vehicle.inclination) ** 2 * cosine
+    by_caster = vehicle.wheel_radius * sin(vehicle.caster) ** 2 * (1 - cosine)
+    return vehicle.wheel_load * sine * (by_scrub - by_trail + by_inclination + by_caster)
+
+
+def rack_force(vehicle: Vehicle, torsion_bar: Expression, motor: Expression = 0.0) -> Expression:
+    """Force of the gear on the rack [N]: torque of the torsion bar and of the motor [N m]."""
+    pinion = torsion_bar + vehicle.motor_ratio * vehicle.motor_efficiency * motor
+    return pinion / vehicle.rack_gain
+
+
+def rack_position(vehicle: Vehicle, handwheel: Expression, torsion_bar: Expression) -> Expression:
+    """Way of the rack [m] by the handwheel's angle [rad] less the twist of the torsion bar."""
+    return vehicle.rack_gain * (handwheel - torsion_bar / vehicle.torsion_bar)

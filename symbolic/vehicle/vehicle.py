@@ -1,0 +1,194 @@
+"""A car as far as its front axle at standstill needs it: declared values, defaults, tolerances.
+
+Five numbers begin it: front axle load, tyre size and pressure, wheelbase and track, steering ratio. The
+rest has defaults of a passenger car, each with its tolerance.
+
+| follows | from |
+|---|---|
+| contact area | wheel load less `CARCASS` of it, over the pressure; [CAR 1] |
+| half-length a | area / (2 width), the width `TREAD` of the tyre's nominal one; within 15 % |
+| stiffness k | `CORNERING` F_N / (2 a^2), the brush model's cornering stiffness; [Pacejka 2012], (3.5) |
+"""
+
+from dataclasses import dataclass
+from math import inf, isfinite, pi
+
+from symbolic.errors import InvalidInputError
+
+CARCASS = 0.1
+"""Share of the load that the carcass carries without the pressure [1]."""
+TREAD = 0.8
+"""Width of the contact over the tyre's nominal width [1]."""
+CORNERING = 15.0
+"""Cornering stiffness over the load of a passenger car's tyre [1/rad]; [Pacejka 2012], chapter 1."""
+RANGES: dict[str, tuple[float, float, str]] = {
+    "front_axle_load": (500.0, 60e3, "N"),
+    "tyre_width": (0.1, 0.4, "m"),
+    "pressure": (5e4, 1e6, "Pa"),
+    "wheel_radius": (0.15, 0.7, "m"),
+    "wheelbase": (1.0, 7.0, "m"),
+    "track": (0.8, 3.0, "m"),
+    "steering_ratio": (5.0, 40.0, "1"),
+    "steering_arm": (0.05, 0.3, "m"),
+    "half_length": (0.02, 0.2, "m"),
+    "contact_width": (0.05, 0.4, "m"),
+    "stiffness": (1e5, 1e9, "N/m^2"),
+    "trail": (-0.05, 0.1, "m"),
+    "scrub_radius": (-0.1, 0.2, "m"),
+    "inclination": (-0.1, 0.5, "rad"),
+    "caster": (-0.1, 0.3, "rad"),
+    "rack_travel": (0.02, 0.2, "m"),
+    "lever_loss": (-0.2, 0.6, "1"),
+    "ackermann": (-0.5, 1.5, "1"),
+    "gear_friction": (0.0, 2e3, "N"),
+    "gear_load_share": (0.0, 0.3, "1"),
+    "presliding": (1e-6, 5e-3, "m"),
+    "rack_mass": (0.0, 2e3, "kg"),
+    "torsion_bar": (10.0, inf, "N m/rad"),
+    "motor_ratio": (0.0, 100.0, "1"),
+    "motor_efficiency": (0.3, 1.0, "1"),
+    "force_noise": (1.0, 2e3, "N"),
+    "force_error": (0.0, 2e3, "N"),
+    "force_zero": (0.0, 2e3, "N"),
+    "standstill": (1e-4, 1.0, "m/s"),
+}
+"""Least and greatest value, and the unit of every number."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class VehicleTolerances:
+    """How far off declared values may be, either way, as a share of them [1].
+
+    Attributes:
+        load: of the front axle load.
+        half_length: of the half-length of the contact.
+        stiffness: of the tyre's stiffness.
+        gear_friction: of the gear's dry friction.
+        geometry: of lengths and ratios of the steering.
+    """
+
+    load: float = 0.1
+    half_length: float = 0.15
+    stiffness: float = 0.2
+    gear_friction: float = 0.5
+    geometry: float = 0.03
+
+    def __post_init__(self) -> None:
+        """Check every share."""
+        for name, share in vars(self).items():
+            if not 0 <= share < 1:
+                raise InvalidInputError(
+                    f"tolerance of {name} must be from 0 to less than 1, got {share}"
+                )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Vehicle:
+    """The front axle of a car, its steering and its tyres.
+
+    Axes are those of ISO 8855: x forward, y left, z up. Angles and the rack's way are positive to the
+    left.
+
+    Attributes:
+        front_axle_load: of both front wheels [N].
+        tyre_width: nominal, 0.205 of a 205/55 R16 [m].
+        pressure: of inflation [Pa].
+        wheel_radius: of a loaded front wheel [m].
+        wheelbase, track: of the car, the latter in front [m].
+        steering_ratio: turn of the handwheel over the mean angle of the wheels, straight ahead [1].
+        steering_arm: way of the rack over the mean angle of the wheels, straight ahead [m/rad].
+        half_length, contact_width: of the contact of one tyre [m]; None follows from load and pressure.
+        stiffness: distributed lateral stiffness k of a tyre [N/m^2]; None follows from the load.
+        trail: distance of the contact's middle behind the kingpin's point on the ground [m].
+        scrub_radius: distance of the contact's middle outside of that point [m].
+        inclination, caster: of the kingpin, its top inwards and its top backwards [rad].
+        rack_travel: of the rack from the middle to full lock [m].
+        lever_loss: share of the steering arm that is lost at full lock [1].
+        ackermann: share of Ackermann's difference of the wheels' angles [1].
+        gear_friction: dry friction at the rack under no load [N].
+        gear_load_share: share of the force on the rack by which that friction grows [1].
+        presliding: way of the rack in which that friction turns over, from the middle [m].
+        rack_mass: moving with the rack, the motor's inertia included [kg].
+        torsion_bar: rate [N m/rad]; inf where the angle is that of the pinion.
+        motor_ratio: of the assistance, turn of the motor over that of the pinion [1].
+        motor_efficiency: of that gear [1].
+        force_noise: white error of the force on the rack, of one sample in 10 ms [N].
+        force_error: error of it that lasts for tenths of a second, by ripple of the motor, inertia and
+            play, as a standard deviation [N].
+        force_zero: how far off its zero may be [N].
+        standstill: speed up to which the car stands [m/s].
+        brakes: whether the wheels are held by the brakes where no signal says so.
+        tolerances: of these values.
+
+    Raises:
+        InvalidInputError: a value is out of its range.
+    """
+
+    front_axle_load: float
+    tyre_width: float
+    pressure: float
+    wheelbase: float
+    track: float
+    wheel_radius: float = 0.3
+    steering_ratio: float = 15.0
+    steering_arm: float = 0.125
+    half_length: float | None = None
+    contact_width: float | None = None
+    stiffness: float | None = None
+    trail: float = 0.02
+    scrub_radius: float = 0.01
+    inclination: float = 12 * pi / 180
+    caster: float = 5 * pi / 180
+    rack_travel: float = 0.075
+    lever_loss: float = 0.25
+    ackermann: float = 0.6
+    gear_friction: float = 200.0
+    gear_load_share: float = 0.02
+    presliding: float = 6e-5
+    rack_mass: float = 0.0
+    torsion_bar: float = 115.0
+    motor_ratio: float = 0.0
+    motor_efficiency: float = 0.9
+    force_noise: float = 40.0
+    force_error: float = 60.0
+    force_zero: float = 60.0
+    standstill: float = 0.02
+    brakes: bool = True
+    tolerances: VehicleTolerances = VehicleTolerances()
+
+    def __post_init__(self) -> None:
+        """Check every value against its range."""
+        for name, (least, most, unit) in RANGES.items():
+            value = getattr(self, name)
+            if value is not None and not (least <= value <= most and (isfinite(value) or most == inf)):
+                raise InvalidInputError(
+                    f"{name} must lie between {least:g} and {most:g} {unit}, got {value:g}"
+                )
+
+    @property
+    def wheel_load(self) -> float:
+        """Load of one front wheel [N]."""
+        return self.front_axle_load / 2
+
+    @property
+    def width(self) -> float:
+        """Width of the contact [m]."""
+        return TREAD * self.tyre_width if self.contact_width is None else self.contact_width
+
+    @property
+    def a(self) -> float:
+        """Half-length of the contact [m]."""
+        area = self.wheel_load * (1 - CARCASS) / self.pressure
+        return area / (2 * self.width) if self.half_length is None else self.half_length
+
+    @property
+    def k(self) -> float:
+        """Distributed lateral stiffness of a tyre [N/m^2]."""
+        return (
+            CORNERING * self.wheel_load / (2 * self.a**2) if self.stiffness is None else self.stiffness
+        )
+
+    @property
+    def rack_gain(self) -> float:
+        """Way of the rack over the turn of the pinion [m/rad]."""
+        return self.steering_arm / self.steering_ratio
