@@ -16,7 +16,7 @@ from typing import TypeVar
 import casadi as ca
 
 from symbolic.compilation.library_cache import distrust, private_cache, replacement_cache
-from symbolic.compilation.system import LIBRARY_SUFFIX, processor
+from symbolic.compilation.system import COMPILERS, LIBRARY_SUFFIX, processor
 from symbolic.compilation.temporary_folder import temporary_folder
 from symbolic.compilation.toolchain import found_compiler, library_line, run_compiler
 from symbolic.errors import one_line
@@ -83,8 +83,8 @@ def compiled(function: ca.Function, *, vectorised: bool = False) -> ca.Function:
         if not os.environ.get("BRUSHGRIP_INTERPRET"):
             _warn_once(
                 "",
-                "no C compiler is found (CC, cc): models are interpreted, which is slow;"
-                " BRUSHGRIP_INTERPRET=1 says that this is meant",
+                f"no C compiler is found ({', '.join(('CC', *COMPILERS))}): models are interpreted,"
+                " which is slow; BRUSHGRIP_INTERPRET=1 says that this is meant",
             )
         return function
     flags = (*FLAGS, *VECTORISED) if vectorised and _accepts(command, VECTORISED) else FLAGS
