@@ -50,6 +50,8 @@ def rolled_c(name: str, function: ca.Function, length: int, real: str, known: Kn
 
 @dataclass
 class LoopWriter:
+    """Writes loops of so many rounds, in a type of number."""
+
     length: int
     real: str
     tables: list[str] = field(default_factory=list)
