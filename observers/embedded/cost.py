@@ -158,7 +158,7 @@ def estimated_cost(observer: FunctionObserver, real: Real = SINGLE, tunable: Tun
 def _step(patch: PatchCode, of: Instructions, tunable: Tunable) -> float:
     """Instructions of a step without corners, bristles and supervision."""
     window, steered = getattr(patch.observer, "window", 0), "psi" in patch.observer.states
-    each = of.sample_bristles if patch.terms["bristles"] else of.sample
+    each = float(of.sample_bristles if patch.terms["bristles"] else of.sample)
     if steered:
         each *= STEERING_SAMPLE
     step = of.step * (STEERING if steered else 1.0) + of.tunable * bool(tunable)
