@@ -3,6 +3,7 @@
 Another kind of sensing is a `MeasurementModel` alone: C takes what it needs from its expressions.
 """
 
+import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -91,7 +92,8 @@ def compact_body(patch: PatchCode, terms: Mapping[str, Any]) -> Body:
         verdict, text = rolled_verdict(observer, real, terms["tunable"])
         texts.append(described(verdict, "verdict_of", text, names))
     written = "\n".join(texts)
-    of_patch = "\n".join([patch.functions, *(render(name, values) for name in patch.templates)])
+    functions_of_patch = re.sub(r"\bexp\(", "any_exp(", patch.functions)
+    of_patch = "\n".join([functions_of_patch, *(render(name, values) for name in patch.templates)])
     stepping = render(estimator.template, values)
     used = [name for name in (*ELEMENTARY, *ANY) if f"{name}(" in written + of_patch + stepping]
     if observer.acquire:

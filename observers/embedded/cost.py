@@ -38,7 +38,8 @@ class Instructions:
         step: an EKF without its patch.
         corner, drop: each corner of the exact patch; where there are too many, that one is dropped.
         bristle: each bristle.
-        compliant, limit, creep: more for each behind a compliance, for a limit that varies, for creep.
+        compliant, limit, branch, creep: more for each behind a compliance, for a limit that varies, for
+            a Maxwell branch, for creep.
         sample, sample_corner, sample_bristles: each sample of a window on the exact patch, each corner
             of it, and each sample on bristles.
         tracking: more with supervision; acquiring, and with a tuning at run time: at most.
@@ -51,6 +52,7 @@ class Instructions:
     bristle: tuple[int, int]
     compliant: tuple[int, int]
     limit: tuple[int, int]
+    branch: tuple[int, int]
     creep: tuple[int, int]
     sample: int
     sample_corner: int
@@ -63,15 +65,17 @@ class Instructions:
 
 FLOAT = Instructions(
     step=920, corner=82, drop=1_200, bristle=(31, 40), compliant=(17, 18), limit=(45, 45),
-    creep=(47, 77), sample=354, sample_corner=62, sample_bristles=316, tracking=800,
+    branch=(23, 25), creep=(47, 77), sample=354, sample_corner=62, sample_bristles=316, tracking=800,
     acquiring=(6_900, 8_300), tunable=300, tunable_sample=220,
 )  # fmt: skip
 DOUBLE = Instructions(
-    step=24_500, corner=5_700, drop=52_000, bristle=(5_000, 7_000), compliant=(4_000, 5_000),
-    limit=(3_000, 3_000), creep=(15_800, 35_000), sample=14_700, sample_corner=5_400,
-    sample_bristles=13_000, tracking=18_000, acquiring=(467_000, 530_000), tunable=10_000,
-    tunable_sample=8_000,
+    step=24_500, corner=5_700, drop=52_000, bristle=(1_500, 2_400), compliant=(900, 1_500),
+    limit=(3_000, 3_000), branch=(1_000, 1_000), creep=(22_300, 43_100), sample=14_700,
+    sample_corner=5_400, sample_bristles=13_500, tracking=18_000, acquiring=(467_000, 530_000),
+    tunable=10_000, tunable_sample=8_000,
 )  # fmt: skip
+NOT_COUNTED = ("limited", "grows", "relaxation")
+"""Traits of bristles that were not counted in double precision."""
 STEERING, STEERING_SAMPLE, STEERING_CORNER = 1.44, 3.25, 1.29
 """Factors of the steering torque on a step, on a sample of a window, and on a corner of it."""
 RIG_CORNER = 1.29
@@ -145,14 +149,16 @@ def estimated_cost(observer: FunctionObserver, real: Real = SINGLE, tunable: Tun
         at_most=int(round(MARGIN * most, -2)),
         corner=round(corner),
         acquiring=acquiring,
-        error=ERROR,
+        error=ERROR
+        if real is SINGLE or not any(patch.terms.get(name) for name in NOT_COUNTED)
+        else None,
     )
 
 
 def _step(patch: PatchCode, of: Instructions, tunable: Tunable) -> float:
     """Instructions of a step without corners, bristles and supervision."""
     window, steered = getattr(patch.observer, "window", 0), "psi" in patch.observer.states
-    each = of.sample_bristles if patch.terms["bristles"] else of.sample
+    each = float(of.sample_bristles if patch.terms["bristles"] else of.sample)
     if steered:
         each *= STEERING_SAMPLE
     step = of.step * (STEERING if steered else 1.0) + of.tunable * bool(tunable)
@@ -171,6 +177,7 @@ def _bristles(patch: PatchCode, of: Instructions, at: int) -> float:
     terms = patch.terms
     each = of.bristle[at] + of.compliant[at] * bool(terms["compliant"])
     each += of.limit[at] * bool(terms["limited"] or terms["grows"])
+    each += of.branch[at] * bool(terms["relaxation"])
     return float(terms["bristles"] * (each + of.creep[at] * bool(terms["creep"])))
 
 

@@ -50,7 +50,7 @@ def rolled_c(name: str, function: ca.Function, length: int, real: str, known: Kn
 
 @dataclass
 class LoopWriter:
-    """C of a function: scalars as they are, vectors of one length as loops."""
+    """Writes loops of so many rounds, in a type of number."""
 
     length: int
     real: str

@@ -96,7 +96,7 @@ class ValueReader:
         """Scalars, or the rows of a matrix."""
         name, (rows, columns) = self.function.name_in(at), self.function.size_in(at)
         if columns == self.length:
-            texts = [f"{name}[{rows} * {{i}} + {j}]" for j in range(rows)]
+            texts = [f"{name}[{rows} * {{i}}{f' + {j}' * (j > 0)}]" for j in range(rows)]
             return [Value(is_vector=True, text=text) for text in texts]
         numbers = self.known.get(name, {})
         texts = [f"{name}[{j}]" for j in range(rows)] if rows > 1 else [name]

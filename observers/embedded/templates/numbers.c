@@ -51,7 +51,8 @@ static inline float any_exp(float x) {
     if (!(fabs(x) < 87.0)) {
         return x < 0.0 ? 0.0 : exp(x);
     }
-    bits = (uint32_t)(x * 1.44269504 + 127.5);
+    shift = x * 1.44269504 + 127.5;
+    bits = (uint32_t)shift;
     shift = (float)bits - 127.0;
     rest = x - shift * 0.693359375 + shift * 2.12194440e-4;
     bits <<= 23;

@@ -161,7 +161,8 @@ def test_code_calls_only_the_mathematics_library(generated: Generate, name: str)
     # The compiler may copy and clear by calls, as a freestanding target must offer too.
     functions = "expf logf log1pf powf sqrtf fmaxf fminf memcpy memset memmove"
     assert undefined <= set(functions.split())
-    assert defined == {f"brushgrip_{name}" for name in ("init", "step", "estimate", "reset", "version")}
+    public = ("init", "step", "estimate", "reset", "restore", "version")
+    assert defined == {f"brushgrip_{name}" for name in public}
     assert not {mark for mark, _ in symbols} & set("DdBbC"), "data that can be written to"
 
 

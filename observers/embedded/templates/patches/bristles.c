@@ -3,6 +3,7 @@
 enum { BRISTLES = ${bristles}${", TRIED = BRISTLES / %d" % coarse if coarse} };
 %% include "patches/terms.c"
 
+%% if not static_limit or not slide
 /* Limit of a bristle over mu. */
 static inline ${real} limit_over_mu(int32_t i, const ${real} *terms, ${real} speed) {
 %% if grows
@@ -23,6 +24,7 @@ static inline ${real} limit_over_mu(int32_t i, const ${real} *terms, ${real} spe
     return terms[TERM_BASE] * pressure * factor;
 }
 
+%% endif
 /* Effective friction over mu: every bristle at its limit, against the turn. */
 static ${real} slide_over_mu(const ${real} *terms) {
 %% if slide
