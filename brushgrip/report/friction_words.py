@@ -174,7 +174,8 @@ def _errors(diagnosis: Diagnosis) -> str:
     """Error before and after, what judged it, and what is left."""
     kind, before, after = error_percentages(diagnosis)
     judged = {
-        "held-out": "on recordings that the tyre's parameters were not fitted to",
+        "held-out": "on recordings that the tyre's parameters were not fitted to,"
+        " though they chose the effects",
         "left-out": "on each recording by the parameters of the others",
         "training": "on the very recordings that it was fitted to, as none was left to judge it",
     }[kind]

@@ -11,7 +11,7 @@ from brushgrip.comparison import scores
 from reference_rig import RigRecording, make_recording
 from reference_rig import write_csv as write_recording
 from symbolic import compiler
-from tests.brushgrip.helpers import Run, Write
+from tests.brushgrip.helpers import Run, Write, contents
 
 MU, BEGINS = 1.3, 150
 """Friction of the rig, and the sample at which the author's file begins."""
@@ -101,6 +101,18 @@ def test_json_table_and_pictures(compare: Run, tmp_path: Path) -> None:
     told = json.loads(table.read_text().partition("<!--")[2].removesuffix("-->\n"))
     assert told["provenance"] == json.loads(out.read_text())["provenance"]
     assert "published: SciML method" in outcome.out
+
+
+def test_without_a_file_to_write_the_table_suffices(
+    run: Run, recording: Path, rig: Path, tmp_path: Path
+) -> None:
+    before = contents(tmp_path)
+    outcome = run("compare", "--rig", rig, recording, "--declared", MU)
+
+    assert outcome.status == 0
+    assert "EKF" in outcome.out
+    assert "wrote" not in outcome.out
+    assert contents(tmp_path) == before
 
 
 def test_the_right_model_is_right_and_the_filter_is_nearest(compare: Run) -> None:

@@ -74,6 +74,18 @@ def test_identifies(run: Run, rig: Path, struck: list[Path], tmp_path: Path) -> 
     assert outcome.out.endswith(f"wrote {out}, {out.with_suffix('.png')} and {written}\n")
 
 
+def test_without_a_file_to_write_the_table_suffices(
+    run: Run, rig: Path, struck: list[Path], tmp_path: Path
+) -> None:
+    before = contents(tmp_path)
+    outcome = run("identify", "--rig", rig, "--free-decay", *struck)
+
+    assert (outcome.status, outcome.err) == (0, "")
+    assert "maximum likelihood" in outcome.out
+    assert "wrote" not in outcome.out
+    assert contents(tmp_path) == before
+
+
 @pytest.mark.long
 def test_order_of_options_and_flags_does_not_matter(
     run: Run, rig: Path, struck: list[Path], tmp_path: Path
