@@ -71,8 +71,7 @@ def test_rig_and_vehicle_are_refused_together(run: Run, tmp_path: Path) -> None:
     both = ["--rig", tmp_path / "car.toml", "--vehicle", tmp_path / "car.toml"]
     outcome = run("estimate", *both, "--observer", "ekf", "x.csv", "--out", tmp_path / "mu.csv")
 
-    assert outcome.status == 2
-    assert "--rig and --vehicle are both given" in outcome.error
+    outcome.refused("--rig and --vehicle are both given")
 
 
 def test_code_of_a_car(run: Run, tmp_path: Path) -> None:
@@ -87,5 +86,4 @@ def test_code_of_a_car(run: Run, tmp_path: Path) -> None:
 def test_code_is_of_a_rig_or_of_a_car(run: Run, tmp_path: Path) -> None:
     outcome = run("codegen", "--observer", "ekf", "--out", tmp_path / "c")
 
-    assert outcome.status == 2
-    assert "--rig and --vehicle are both missing" in outcome.error
+    outcome.refused("--rig and --vehicle are both missing")
