@@ -124,7 +124,7 @@ def standstills_of(columns: Mapping[str, Array], vehicle: Vehicle) -> Standstill
     brake = _held(columns.get("brake"), count, float(vehicle.brakes)) > 0.5
     state = np.where(stands, brake.astype(int), -1)
     begins = np.flatnonzero(np.diff(state, prepend=-2))
-    stretch, brakes = np.full(count, -1), []
+    stretch, brakes = np.full(count, -1), list[bool]()
     for begin, end in zip(begins, [*begins[1:], count], strict=True):
         if state[begin] >= 0 and end - begin >= MIN_SAMPLES:
             stretch[begin:end] = len(brakes)

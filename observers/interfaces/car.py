@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from observers.estimates import Estimates
-from observers.estimators.ekf import Ekf
-from observers.estimators.mhe import Mhe
+from observers.estimators.model_observer import ModelObserver
 from observers.interfaces.run import as_estimates, run
 from observers.measurement.rack_force import RackForce
 from observers.protocol import ESTIMATE, Observer, Status
@@ -18,7 +17,7 @@ from symbolic.vehicle.mean_wheel import rig_of
 from symbolic.vehicle.vehicle import Vehicle
 
 Array = NDArray[np.float64]
-Kind = TypeVar("Kind", Ekf, Mhe)
+Kind = TypeVar("Kind", bound=ModelObserver)
 HOLDING = ("mu", "mu_std", "mu_eff", "mu_eff_std", "M_slide")
 """What is held while the car rolls."""
 

@@ -132,7 +132,7 @@ class RackForce(AligningTorque):
         returned = self.jacking * ca.sin(psi)
         uncertain = ca.sqrt((level * turning) ** 2 + returned**2 + self.error**2)
         gear = {"gear_angle": angle, "slip": slip, "dry": -level * slip, "dry_std": uncertain}
-        return now | gear, imputed
+        return {**now, **gear}, imputed
 
     def motion(
         self, x: Parts, M_z: Expression, last: Parts, now: Parts, rig: Parts, tuning: Parts

@@ -83,7 +83,8 @@ def bristles(contact: Contact) -> tuple[Array, Array]:
 def kingpin_axis(vehicle: Vehicle, side: int = 1) -> Array:
     """Direction of the kingpin of the left wheel (side 1) or the right one (-1), upwards."""
     axis = np.array([-np.tan(vehicle.caster), -side * np.tan(vehicle.inclination), 1.0])
-    return axis / float(np.linalg.norm(axis))
+    direction: Array = axis / float(np.linalg.norm(axis))
+    return direction
 
 
 def standing_point(vehicle: Vehicle, psi: float, side: int) -> tuple[float, float]:
@@ -92,7 +93,8 @@ def standing_point(vehicle: Vehicle, psi: float, side: int) -> tuple[float, floa
 
     def turned(vector: Array) -> Array:
         across = np.cross(axis, vector) * np.sin(psi)
-        return vector * np.cos(psi) + across + axis * (axis @ vector) * (1 - np.cos(psi))
+        moved: Array = vector * np.cos(psi) + across + axis * (axis @ vector) * (1 - np.cos(psi))
+        return moved
 
     middle = turned(np.array([-vehicle.trail, side * vehicle.scrub_radius, vehicle.wheel_radius]))
     axle = turned(np.array([0.0, 1.0, 0.0]))

@@ -99,9 +99,8 @@ def _virgin(pressure: Array, arm: Array, turns: Array) -> Array:
     """Virgin torque over that of full slide; a sticking contact reaches it after a turn of 1."""
     turn = (pressure * arm).sum() / (arm**2).sum()
     slip = pressure / np.maximum(arm, 1e-9)
-    return (
-        np.array([(arm**2 * np.minimum(turn * u, slip)).sum() for u in turns]) / (pressure * arm).sum()
-    )
+    torques = [float((arm**2 * np.minimum(turn * u, slip)).sum()) for u in turns]
+    return np.array(torques) / float((pressure * arm).sum())
 
 
 def _spread(quantity: str, contact: Contact, tolerances: VehicleTolerances) -> float:

@@ -1,0 +1,89 @@
+"""`brushgrip estimate` and `codegen` of a car, from the log of its bus."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from tests.brushgrip.helpers import Run, table_of
+from tests.simulated_car import SimulatedCar, steering, vehicle_text
+
+pytestmark = pytest.mark.usefixtures("interpreted")
+MAP = "\n[signals]\n" + "".join(
+    f'{column} = {{ channel = "{channel}", unit = "{unit}" }}\n'
+    for column, channel, unit in (
+        ("rack", "RackTravel", "mm"), ("F_rack", "RackForce", "N"), ("speed", "Speed", "km/h"),
+    )
+)  # fmt: skip
+DBC = """VERSION ""
+NS_ :
+BS_:
+BU_: car
+BO_ 291 Steering: 12 car
+ SG_ RackTravel : 0|32@1- (1,0) [0|0] "mm" car
+ SG_ RackForce : 32|32@1- (1,0) [0|0] "N" car
+ SG_ Speed : 64|32@1- (1,0) [0|0] "km/h" car
+SIG_VALTYPE_ 291 RackTravel : 1;
+SIG_VALTYPE_ 291 RackForce : 1;
+SIG_VALTYPE_ 291 Speed : 1;
+"""
+
+
+def write_mdf(path: Path, t: np.ndarray, channels: dict[str, np.ndarray]) -> None:
+    asammdf = pytest.importorskip("asammdf", reason="needs brushgrip[mdf]")
+    with asammdf.MDF(version="4.10") as file:
+        file.append([asammdf.Signal(v, t, name=n) for n, v in channels.items()])
+        file.save(path, overwrite=True)
+
+
+def write_blf(path: Path, t: np.ndarray, channels: dict[str, np.ndarray]) -> None:
+    can = pytest.importorskip("can", reason="needs brushgrip[can]")
+    cantools = pytest.importorskip("cantools", reason="needs brushgrip[can]")
+    path.with_suffix(".dbc").write_text(DBC)
+    message = cantools.database.load_string(DBC, "dbc").get_message_by_name("Steering")
+    with can.Logger(path) as log:
+        for i, time in enumerate(t.tolist()):
+            data = message.encode({n: float(v[i]) for n, v in channels.items()}, padding=True)
+            frame = {"arbitration_id": 291, "is_extended_id": False, "is_fd": True}
+            log.on_message_received(can.Message(timestamp=1.6e9 + time, data=data, **frame))
+
+
+@pytest.mark.parametrize(("name", "write"), [("car.mf4", write_mdf), ("car.blf", write_blf)])
+def test_from_a_log_to_friction_in_one_command(
+    run: Run, tmp_path: Path, name: str, write: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    t, rack = steering(seconds=8.0)
+    channels = {"RackTravel": 1e3 * rack, "RackForce": SimulatedCar().force(rack), "Speed": 0 * t}
+    write(tmp_path / name, t, channels)  # type: ignore[operator]
+    (tmp_path / "car.toml").write_text(vehicle_text() + MAP)
+    monkeypatch.chdir(tmp_path)
+    outcome = run("estimate", "--vehicle", "car.toml", "--observer", "ekf", name, "--out", "mu.csv")
+    found = table_of(tmp_path / "mu.csv")
+
+    assert outcome.status == 0
+    assert found["usable"][-1] == 1
+    assert found["mu"][-1] == pytest.approx(0.5, rel=0.06)
+    assert (tmp_path / "mu.png").is_file()
+
+
+def test_rig_and_vehicle_are_refused_together(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "car.toml").write_text(vehicle_text())
+    both = ["--rig", tmp_path / "car.toml", "--vehicle", tmp_path / "car.toml"]
+    outcome = run("estimate", *both, "--observer", "ekf", "x.csv", "--out", tmp_path / "mu.csv")
+
+    outcome.refused("--rig and --vehicle are both given")
+
+
+def test_code_of_a_car(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "car.toml").write_text(vehicle_text())
+    vehicle = ["--vehicle", tmp_path / "car.toml"]
+    outcome = run("codegen", *vehicle, "--observer", "ekf", "--out", tmp_path / "c", "--name", "grip")
+
+    assert outcome.status == 0
+    assert "grip_from_rack" in (tmp_path / "c" / "grip_vehicle.h").read_text()
+
+
+def test_code_is_of_a_rig_or_of_a_car(run: Run, tmp_path: Path) -> None:
+    outcome = run("codegen", "--observer", "ekf", "--out", tmp_path / "c")
+
+    outcome.refused("--rig and --vehicle are both missing")

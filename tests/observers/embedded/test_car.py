@@ -1,0 +1,69 @@
+"""The observer of a car in C: equal to Python, its sensors too, within its budget on a Cortex-M4F."""
+
+import ctypes
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.embedded import adversarial
+from observers import Ekf, Mhe, car_observer
+from observers.embedded import DOUBLE, SINGLE, generate, generate_vehicle
+from symbolic import vehicle_from_tables
+from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
+from symbolic.vehicle.steering import mean_angle
+from tests.compile_once import compile_once
+from tests.observers.embedded.conftest import Generate
+from tests.observers.embedded.cortex.target import M4F, TOOLS, run_on, tools_installed
+from tests.observers.embedded.generated_code import python_estimates
+from tests.simulated_car import SimulatedCar, steering, vehicle_text
+
+CAR = vehicle_from_tables(tomllib.loads(vehicle_text(inclination=0.2, caster=0.1, lever_loss=0.2)))
+MOST_INSTRUCTIONS, MOST_MEMORY = 20_000, 4096
+"""Of a step, and of state and stack together [bytes]."""
+
+
+@pytest.fixture(scope="module")
+def rows() -> np.ndarray:
+    t, rack = steering(seconds=8.0)
+    psi = patch_angle(CAR, mean_angle(CAR, rack), brakes=True)
+    M_z = aligning_torque(CAR, rack, SimulatedCar(mu=(0.3, 0.3)).force(rack), brakes=True)
+    same = np.ones(t.size)
+    return SINGLE.round(np.column_stack([psi, np.nan * same, M_z, 4000.0 * same, 0.01 * same]))
+
+
+@pytest.mark.parametrize("kind", [Ekf, Mhe])
+def test_c_is_python(generated: Generate, rows: np.ndarray, kind: type[Ekf] | type[Mhe]) -> None:
+    observer = car_observer(kind, CAR)
+    expected = python_estimates(observer, rows)
+
+    np.testing.assert_allclose(generated(observer, DOUBLE).run(rows)[:, :2], expected[:, :2], rtol=1e-9)
+    np.testing.assert_allclose(generated(observer, SINGLE).run(rows)[:, :2], expected[:, :2], rtol=2e-3)
+
+
+@pytest.mark.skipif(not tools_installed(), reason=TOOLS)
+def test_budget_on_the_target(generated: Generate, rows: np.ndarray) -> None:
+    code = generated(car_observer(Ekf, CAR), SINGLE)
+    costs = [run_on(M4F, code, part) for part in (rows, adversarial())]
+
+    assert max(cost.most for cost in costs) <= MOST_INSTRUCTIONS
+    assert costs[0].state + max(cost.stack for cost in costs) <= MOST_MEMORY
+
+
+def test_sensors_of_a_car_in_c(tmp_path: Path) -> None:
+    generate(car_observer(Ekf, CAR), tmp_path, DOUBLE, name="grip")
+    generate_vehicle(CAR, tmp_path, DOUBLE, name="grip")
+    (tmp_path / "use.c").write_text(
+        '#include "grip_vehicle.h"\n'
+        "void use(double s, double F, double *out) {\n"
+        "    const grip_sample_t sample = grip_from_rack(s, F, 0.0, 0.01);\n"
+        "    out[0] = sample.psi; out[1] = sample.M_z; out[2] = sample.F_N;\n}\n"
+    )
+    flags = ["-std=c99", "-Wall", "-Wextra", "-Wno-unused-function", "-Werror", "-fPIC", "-shared"]
+    compile_once(["cc", *flags, "use.c", "-o", "use.so", "-lm"], tmp_path, "use.so")
+    library, out = ctypes.CDLL(str(tmp_path / "use.so")), (ctypes.c_double * 3)()
+    library.use(ctypes.c_double(0.04), ctypes.c_double(-900.0), out)
+    psi = patch_angle(CAR, mean_angle(CAR, 0.04), brakes=True)
+
+    assert list(out) == pytest.approx([psi, aligning_torque(CAR, 0.04, -900.0, brakes=True), 4000.0])

@@ -1,0 +1,102 @@
+"""Friction from the force on a car's rack, against bristles and dry friction of their own."""
+
+import tomllib
+from typing import Any
+
+import numpy as np
+import pytest
+
+from observers import CLEAN, Ekf, Estimates, Mhe, RackForce, Status, build_clean, car_observer, run
+from observers import run_standstills as over_standstills
+from symbolic import Vehicle, vehicle_from_tables
+from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
+from symbolic.vehicle.steering import mean_angle
+from tests.simulated_car import SimulatedCar, steering, vehicle_text
+
+CAR = vehicle_from_tables(tomllib.loads(vehicle_text()))
+
+
+def estimates(car: SimulatedCar, vehicle: Vehicle = CAR, kind: Any = Ekf) -> Estimates:
+    t, rack = steering()
+    psi = patch_angle(vehicle, mean_angle(vehicle, rack), brakes=True)
+    M_z = aligning_torque(vehicle, rack, car.force(rack), brakes=True)
+    return run(car_observer(kind, vehicle), t, psi, np.full(t.size, vehicle.wheel_load), M_z)
+
+
+def final(car: SimulatedCar, **options: Any) -> tuple[float, float]:
+    found = estimates(car, **options)
+    known = np.flatnonzero(found.usable)
+    assert known.size > 0
+    return float(found.mu[known[-1]]), float(found.mu_std[known[-1]])
+
+
+@pytest.mark.parametrize("kind", [Ekf, Mhe])
+@pytest.mark.parametrize("mu", [0.15, 0.4, 1.0])
+def test_friction_of_a_car(mu: float, kind: Any) -> None:
+    found, std = final(SimulatedCar(mu=(mu, mu)), kind=kind)
+
+    assert found == pytest.approx(mu, rel=0.06)
+    assert 0.03 < std / found < 0.15
+
+
+@pytest.mark.parametrize("gear", [100.0, 300.0])
+@pytest.mark.parametrize("mu", [0.2, 0.6])
+def test_gear_friction_is_learnt(mu: float, gear: float) -> None:
+    found, std = final(SimulatedCar(mu=(mu, mu), gear=gear))
+
+    # Where it is not learnt, 100 N more or less at the rack look like a mu of 0.03.
+    assert abs(found - mu) < 0.025
+    assert abs(found - mu) < 1.5 * std
+
+
+@pytest.mark.parametrize("wrong", [{"gear_friction": 800.0}, {"half_length": 0.03}])
+def test_what_is_declared_wrong_is_not_usable_and_wrong(wrong: dict[str, float]) -> None:
+    vehicle = vehicle_from_tables(tomllib.loads(vehicle_text(**wrong)))
+    found = estimates(SimulatedCar(mu=(0.3, 0.3)), vehicle)
+    away = np.abs(found.mu - 0.3) / found.mu_std
+
+    assert not (found.usable & (away > 3)).any()
+
+
+def test_other_friction_left_and_right_is_their_mean() -> None:
+    found = estimates(SimulatedCar(mu=(0.3, 0.6)))
+
+    assert found.mu[-1] == pytest.approx(0.45, rel=0.1)
+
+
+def test_the_gear_turns_over_at_once_and_ignores_noise() -> None:
+    clean = build_clean(RackForce.of(CAR))
+    now: Any = np.zeros(len(CLEAN))
+
+    def after(psi: float) -> dict[str, float]:
+        nonlocal now
+        sample = [psi, 0.0, 4000.0, 0.01, 1.0, np.nan]
+        now, _ = clean(sample, now)
+        return dict(zip(CLEAN, np.array(now).ravel().tolist(), strict=True))
+
+    forth = [after(psi) for psi in (0.0, 0.01, 0.02)][-1]
+    still = [after(0.02 + noise) for noise in (1e-4, -1e-4, 5e-5)][-1]
+    back = after(0.017)
+
+    # Half the lever, 0.125 m, times 200 N, and 2 % of the torque.
+    assert forth["dry"] == pytest.approx(-12.52, rel=1e-3)
+    assert still["dry"] == pytest.approx(forth["dry"], rel=1e-3)
+    assert back["dry"] == pytest.approx(12.4, rel=0.02)
+
+
+def test_held_while_the_car_rolls() -> None:
+    t, rack = steering()
+    stretch = np.zeros(t.size, dtype=int)
+    stretch[600:700] = -1
+    stretch[700:] = 1
+    psi, load = patch_angle(CAR, mean_angle(CAR, rack), brakes=True), np.full(t.size, CAR.wheel_load)
+    M_z = aligning_torque(CAR, rack, SimulatedCar().force(rack), brakes=True)
+    observer = car_observer(Ekf, CAR)
+    found = over_standstills([observer, observer], stretch, t, psi, load, M_z)
+    alone = run(observer, t[:600], psi[:600], load[:600], M_z[:600])
+
+    np.testing.assert_array_equal(found.mu[:600], alone.mu)
+    np.testing.assert_array_equal(found.mu[600:700], alone.mu[-1])
+    assert (found.status[600:700] == Status.HELD).all()
+    assert not found.usable[600:700].any()
+    assert found.status[700] & Status.ACQUIRING

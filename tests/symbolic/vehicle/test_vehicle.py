@@ -1,0 +1,174 @@
+"""A vehicle from its file, its steering, and the wheel that stands for both."""
+
+from dataclasses import replace
+from math import cos, radians
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from symbolic import InvalidInputError, Rig, Vehicle, VehicleTolerances, rig_of, vehicle_from_tables
+from symbolic.masing import virgin_torque
+from symbolic.vehicle.kingpin import growth_of, standing_point
+from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
+from symbolic.vehicle.steering import (
+    jacking,
+    lever,
+    mean_angle,
+    rack_force,
+    rack_position,
+    wheel_angles,
+)
+
+CAR = Vehicle(front_axle_load=8000.0, tyre_width=0.2, pressure=2.4e5, wheelbase=2.6, track=1.5)
+TABLE = {
+    "front_axle_load": 8000.0,
+    "tyre": "195/65 R15",
+    "pressure": 2.2e5,
+    "wheelbase": 2.5,
+    "track": 1.5,
+}
+
+
+def lowest_point(car: Vehicle, psi: float, side: int) -> np.ndarray:
+    """The lowest of many points of the rim, less the kingpin's point at that height."""
+    axis = np.array([-np.tan(car.caster), -side * np.tan(car.inclination), 1.0])
+    turn = Rotation.from_rotvec(psi * axis / np.linalg.norm(axis))
+    around = np.linspace(0, 2 * np.pi, 200_001)
+    rim = np.array(
+        [-car.trail, side * car.scrub_radius, car.wheel_radius]
+    ) + car.wheel_radius * np.stack([np.sin(around), 0 * around, np.cos(around)], axis=1)
+    points = turn.apply(rim)
+    low = points[np.argmin(points[:, 2])]
+    return np.array([*(low - axis / axis[2] * low[2])[:2], low[2]])
+
+
+def test_five_numbers_are_enough() -> None:
+    car = vehicle_from_tables({"vehicle": TABLE})
+
+    # 4000 N on 90 % of it over 2.2 bar, on 80 % of 195 mm.
+    assert car.a == pytest.approx(0.9 * 4000 / 2.2e5 / (2 * 0.8 * 0.195))
+    assert car.wheel_radius == pytest.approx(0.1905 + 0.8 * 0.65 * 0.195)
+    assert 3e6 < car.k < 3e7
+
+
+@pytest.mark.parametrize(
+    ("changed", "said"),
+    [
+        ({"tyre": "wide"}, "tyre must be a size"),
+        ({"pressure": 2.4}, "pressure must lie between"),
+        ({"wheel": 3}, "unknown key"),
+        ({"half_length": {"value": 0.05}}, "half_length: write"),
+        ({"brakes": "on"}, "brakes must be true or false"),
+        ({"track": True}, "track must be a number"),
+    ],
+)
+def test_what_a_file_must_not_hold(changed: dict[str, object], said: str) -> None:
+    with pytest.raises(InvalidInputError, match=said):
+        vehicle_from_tables({"vehicle": TABLE | changed})
+
+
+def test_tolerances_of_a_file_are_shares() -> None:
+    table = TABLE | {
+        "half_length": {"value": 0.05, "tolerance": 0.01},
+        "geometry": {"tolerance": 0.05},
+    }
+    car = vehicle_from_tables({"vehicle": table})
+
+    assert car.tolerances.half_length == pytest.approx(0.2)
+    assert car.tolerances.geometry == 0.05
+    assert car.tolerances.load == VehicleTolerances().load
+
+
+def test_the_lever_is_the_derivative_of_the_angle() -> None:
+    s, step = np.linspace(-0.07, 0.07, 15), 1e-6
+    by_differences = 2 * step / (mean_angle(CAR, s + step) - mean_angle(CAR, s - step))
+
+    np.testing.assert_allclose(lever(CAR, s), by_differences, rtol=1e-6)
+    assert lever(CAR, CAR.rack_travel) == pytest.approx((1 - CAR.lever_loss) * CAR.steering_arm)
+
+
+def test_full_ackermann_turns_about_one_point() -> None:
+    left, right = wheel_angles(replace(CAR, ackermann=1.0), 0.3)
+
+    assert 1 / np.tan(right) - 1 / np.tan(left) == pytest.approx(CAR.track / CAR.wheelbase, rel=0.03)
+
+
+@pytest.mark.parametrize("psi", [-0.5, 0.2, 0.6])
+def test_the_body_is_lifted_by_both_wheels(psi: float) -> None:
+    car = replace(CAR, trail=0.03, scrub_radius=0.02)
+    heights = [
+        sum(-lowest_point(car, at, side)[2] for side in (1, -1)) / 2 for at in (psi - 0.01, psi + 0.01)
+    ]
+    # Turning lowers the wheels below the kingpins: it lifts the body.
+    expected = car.wheel_load * (heights[1] - heights[0]) / 0.02
+
+    assert jacking(car, psi) == pytest.approx(expected, rel=0.02)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_where_a_wheel_stands(side: int) -> None:
+    car = replace(CAR, trail=0.03, scrub_radius=0.02)
+    behind, outside = standing_point(car, 0.5, side)
+    found = lowest_point(car, 0.5, side)
+
+    assert np.hypot(behind, outside) == pytest.approx(np.hypot(*found[:2]), abs=2e-4)
+    assert standing_point(car, 0.0, side) == pytest.approx((0.03, 0.02))
+
+
+def test_upright_kingpins_turn_the_contact_alike_everywhere() -> None:
+    upright = replace(CAR, inclination=0.0, caster=0.0)
+    growth = growth_of(upright, brakes=True)
+
+    assert (growth.torque, growth.stiffness) == pytest.approx((0.0, 0.0), abs=1e-12)
+    assert patch_angle(upright, 0.4, brakes=True) == pytest.approx(0.4)
+    assert growth_of(CAR, brakes=True).torque > 0.05
+
+
+@pytest.mark.parametrize("turn", [0.005, 0.02, 0.05, 0.1, 0.3])
+@pytest.mark.parametrize("scrub_radius", [0.0, 0.05])
+def test_one_line_turns_as_hard_as_a_rectangle(turn: float, scrub_radius: float) -> None:
+    mu, rng = 0.7, np.random.default_rng(3)
+    car = replace(CAR, trail=0.0, scrub_radius=scrub_radius, inclination=0.0, caster=0.0)
+    rig, tyre = rig_of(car, brakes=True)
+    x, y = rng.uniform(-1, 1, (2, 200_000))
+    arm = np.hypot(car.a * x, car.width / 2 * y + scrub_radius)
+    limit = mu * 0.75 * (1 - x**2) * car.wheel_load / (car.a * car.width)
+    stress = np.minimum(car.k / car.width * arm * turn, limit)
+    expected = float((stress * arm).mean() * 2 * car.a * car.width)
+    slide = float((limit * arm).mean() * 2 * car.a * car.width)
+    found = -float(virgin_torque(turn, car.wheel_load, mu, tyre.k, rig.a, rig.e))
+
+    assert found == pytest.approx(expected, abs=0.03 * slide)
+
+
+def test_tolerances_reach_the_wheel() -> None:
+    sure = replace(
+        CAR, tolerances=VehicleTolerances(load=0.0, half_length=0.0, stiffness=0.0, geometry=0.0)
+    )
+    wide, narrow = rig_of(CAR)[0].tolerances, rig_of(sure)[0].tolerances
+
+    assert isinstance(rig_of(CAR)[0], Rig)
+    assert wide.of("load") > 0.1 > narrow.of("load")
+    assert wide.of("k") > 5 * narrow.of("k")
+
+
+def test_force_on_the_rack_as_torque_of_a_wheel() -> None:
+    plain = replace(CAR, inclination=0.0, caster=0.0, lever_loss=0.0, rack_mass=100.0)
+
+    assert aligning_torque(plain, 0.01, 1000.0, 2.0, brakes=False) == pytest.approx(-0.125 / 2 * 800)
+
+
+def test_from_the_handwheel() -> None:
+    car = replace(CAR, steering_ratio=12.5, torsion_bar=100.0, motor_ratio=20.0, motor_efficiency=0.5)
+
+    # 10 mm of rack a radian of the pinion, which 2 N m twist by 0.02 rad.
+    assert rack_position(car, 1.0, 2.0) == pytest.approx(0.01 * 0.98)
+    assert rack_force(car, 2.0, 1.0) == pytest.approx((2.0 + 10.0) / 0.01)
+
+
+def test_a_leaning_kingpin_takes_part_of_the_torque() -> None:
+    leaning = replace(CAR, trail=0.0, scrub_radius=0.0, inclination=radians(15), caster=0.0)
+    arm = rig_of(leaning)[0].a / rig_of(replace(leaning, inclination=0.0))[0].a
+
+    assert arm == pytest.approx(cos(radians(15)))
