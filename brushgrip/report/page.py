@@ -18,8 +18,10 @@ from brushgrip.pictures import (
     draw_experiment,
     draw_friction,
     draw_loops,
+    draw_mechanisms,
     draw_residuals,
     draw_signatures,
+    has_curves,
 )
 from brushgrip.pictures.diagnosis import MOST_RECORDINGS
 from brushgrip.pictures.style import is_drawn_by_us, vectors
@@ -29,7 +31,10 @@ from identification import Diagnosis, Signature
 PAGE, TEMPLATE = "report.html", "report.html.j2"
 EXPERIMENT = "experiment_{}"
 """Picture of the experiment that is proposed for an effect, by its name."""
-STEMS = ("loops", "residuals", "signatures", "candidates", "friction", EXPERIMENT.format(r"\w+"))
+STEMS = (
+    "loops", "residuals", "signatures", "candidates", "friction", "mechanisms",
+    EXPERIMENT.format(r"\w+"),
+)  # fmt: skip
 """Pictures of a report, by their names without suffix."""
 _PICTURES = re.compile(rf"({'|'.join(STEMS)})\.png")
 _LARGEST_DRAWING = 3_000_000
@@ -90,6 +95,7 @@ def _contents(
     sections = [
         ("friction", "Friction", outcome is not None),
         ("tracks", "Friction over time", bool(friction)),
+        ("mechanisms", "Mechanisms", has_curves(diagnosis)),
         ("errors", "Torque errors", True),
         ("loops", "Hysteresis loops", True),
         ("residuals", "Residuals", True),
@@ -117,7 +123,9 @@ def remove_stale_pictures(folder: Path, written: Container[str]) -> None:
 
 
 def _draw_pictures(folder: Path, diagnosis: Diagnosis, friction: Sequence[FrictionTrack]) -> None:
-    loops, residuals, signatures, candidates, tracks = (folder / f"{stem}.png" for stem in STEMS[:5])
+    loops, residuals, signatures, candidates, tracks, mechanisms = (
+        folder / f"{stem}.png" for stem in STEMS[:6]
+    )
     draw_loops(loops, diagnosis)
     draw_residuals(residuals, diagnosis)
     draw_signatures(signatures, diagnosis.signatures_before, diagnosis.signatures_after)
@@ -128,6 +136,8 @@ def _draw_pictures(folder: Path, diagnosis: Diagnosis, friction: Sequence[Fricti
             draw_experiment(folder / f"{EXPERIMENT.format(effect.name)}.png", effect.experiment)
     if friction:
         draw_friction(tracks, friction)
+    if has_curves(diagnosis):
+        draw_mechanisms(mechanisms, diagnosis)
 
 
 def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:

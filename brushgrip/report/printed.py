@@ -12,7 +12,7 @@ from brushgrip.wording.formatting import (
     residual_structure,
     sentence,
 )
-from brushgrip.wording.verdict import GRADES, explained_grade, headline
+from brushgrip.wording.verdict import GRADES, explained_grade, headline, mechanism
 from identification import (
     Diagnosis,
     FoundEffect,
@@ -44,7 +44,7 @@ def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
     if diagnosis.effects:
         print_table(
             "Effects found",
-            ("effect", "grade", "parameters ± standard deviation", "indistinguishable from"),
+            ("mechanism: effect", "grade", "parameters ± standard deviation", "indistinguishable from"),
             [_effect_row(effect) for effect in diagnosis.effects],
         )
     for effect in diagnosis.effects:
@@ -64,7 +64,7 @@ def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
 
 def _effect_row(effect: FoundEffect) -> tuple[str, ...]:
     rivals = listed([plain(name) for name in effect.indistinguishable_from], "or")
-    return plain(effect.name), GRADES[effect.grade], parameters(effect.parameters), rivals or "–"
+    return mechanism(effect), GRADES[effect.grade], parameters(effect.parameters), rivals or "–"
 
 
 def print_free_decay(result: FreeDecay, decrement: DecrementEstimate) -> None:

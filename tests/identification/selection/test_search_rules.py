@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from identification.fits.values import Values
+from identification.selection.candidates import ranked_candidates
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.search_step import SearchStep
 from identification.selection.stepwise_search import (
     Effects,
     Search,
-    ranked_candidates,
     silent,
 )
 from identification.selection.trial_runner import TrialRunner
