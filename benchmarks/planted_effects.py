@@ -119,7 +119,7 @@ def run(task: Task) -> Outcome:
         shares=WEAK if task.weak else None,
     )
     began = time.perf_counter()
-    recordings = [as_read(recording, rig.nominal, task.off) for recording in rig.recordings]
+    recordings = [as_read(recording, rig.nominal, task.off or None) for recording in rig.recordings]
     diagnosis = diagnose(recordings, jobs=1)
     named = tuple(effect.name for effect in diagnosis.effects)
     ambiguous = tuple({rival for e in diagnosis.effects for rival in e.indistinguishable_from})

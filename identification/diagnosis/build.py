@@ -79,7 +79,7 @@ def build_diagnosis(
         model=fitted.model,
         values=_all_values(after.fits),
         series=_series(before, after, everything, holdout),
-        notes=notes_on(errors_before, errors_after, fitted),
+        notes=notes_on(errors_before, errors_after, fitted, training),
         criteria=criteria,
         model_error_before=error_before,
         model_error=error_after,

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from identification.diagnosis.build import build_diagnosis
 from identification.diagnosis.errors import left_out_residuals
+from identification.diagnosis.found_effects import assumed_tolerances
 from identification.diagnosis.result import Diagnosis
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
@@ -24,7 +25,7 @@ from identification.selection.search_step import SearchStep
 from identification.selection.stepwise_search import Progress, Search, silent
 from identification.selection.trial_runner import Effects, TrialRunner, jobs_of, workers
 from identification.selection.trials import RANKING
-from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named
+from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named, with_usual_tolerances
 
 Array = NDArray[np.float64]
 LEAST_TRAVEL = 0.01
@@ -45,7 +46,9 @@ def diagnose(
 ) -> Diagnosis:
     """Find the effects that the declared model lacks.
 
-    Of recordings with more than `MOST_SAMPLES` together, fewer are used; a note says so.
+    Of recordings with more than `MOST_SAMPLES` together, fewer are used; a note says so. Half-length,
+    caster and load that are declared without a tolerance have those of `symbolic.USUAL`, and a note says
+    that too; a tolerance of 0 makes them exact.
 
     Args:
         recordings: training recordings; shared parameters are fitted to these alone.
@@ -68,6 +71,8 @@ def diagnose(
     """
     everything, shortened = bounded([*recordings, *holdout])
     _check(recordings, everything)
+    assumed = assumed_tolerances(everything)
+    everything = [replace(r, rig=with_usual_tolerances(r.rig)) for r in everything]
     recordings, holdout = everything[: len(recordings)], everything[len(recordings) :]
     effects = effects_named(candidates)
     check_signatures(effects)
@@ -90,7 +95,8 @@ def diagnose(
         proposals = _proposals(steps, runner, criteria, report)
     report("correlating the residual with signals", 0, 1)
     result = build_diagnosis(steps, recordings, holdout, left_out, proposals, effects, criteria)
-    return replace(result, notes=(shortened, *result.notes)) if shortened else result
+    notes = (*filter(None, (shortened, assumed)), *result.notes)
+    return replace(result, notes=notes)
 
 
 def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> None:

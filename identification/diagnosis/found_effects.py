@@ -16,7 +16,7 @@ from identification.residuals.unexplained import Unexplained
 from identification.selection.criteria import DEFAULT_CRITERIA, advantage, delta_bic
 from identification.selection.search_step import SearchStep
 from identification.selection.trial_runner import Effects
-from symbolic import TOLERATED, Effect, Scope, parameter_name
+from symbolic import TOLERATED, USUAL, Effect, Scope, parameter_name
 
 CLEAR_ERRORS = 3.0
 """Standard errors by which the judged error has to fall, and deviations that a parameter has to be off
@@ -163,16 +163,19 @@ def grade_of(
     return "ambiguous" if has_rivals else "strong"
 
 
-def notes_on(before: Errors, after: Errors, fitted: Fit) -> tuple[str, ...]:
+def notes_on(
+    before: Errors, after: Errors, fitted: Fit, recordings: Sequence[Recording] = ()
+) -> tuple[str, ...]:
     """Remarks on the final model, sentences without a full stop.
 
-    They name recordings that got worse, parameters at the end of their range or tolerance, and a fit
-    that did not converge.
+    They name recordings that got worse, parameters at the end of their range or tolerance, k beyond its
+    own, and a fit that did not converge.
 
     Args:
         before: errors of the declared structure.
         after: errors of the final model.
         fitted: the final model on the training recordings.
+        recordings: these.
     """
     notes = [
         f"{name} got worse{when}: {old[name]:.2%} of range before, {new[name]:.2%} after"
@@ -187,10 +190,40 @@ def notes_on(before: Errors, after: Errors, fitted: Fit) -> tuple[str, ...]:
         f"{effect}: {what}; the effect may stand in for one that is not in the library"
         for effect, what in effects_at_bounds(fitted)
     ]
-    notes += _at_their_tolerances(fitted)
+    notes += [*_at_their_tolerances(fitted), *_stiffness(fitted, recordings)]
     if not fitted.converged:
         notes.append(f"the final fit stopped early ({fitted.status}); more samples or bounds may help")
     return tuple(notes)
+
+
+def assumed_tolerances(recordings: Sequence[Recording]) -> str:
+    """What is read as known to usual tolerances, a sentence without a full stop; empty for nothing."""
+    missing = [
+        f"{name} to {100 * usual:g} %" if name in ("load", "k") else f"{name} to {1000 * usual:g} mm"
+        for name, usual in USUAL.items()
+        if any(getattr(r.rig.tolerances, name) is None for r in recordings)
+    ]
+    if not missing:
+        return ""
+    return (
+        f"declared without a tolerance and read as known within the usual one: {', '.join(missing)};"
+        " tolerance = 0 says exact"
+    )
+
+
+def _stiffness(fitted: Fit, recordings: Sequence[Recording]) -> list[str]:
+    """Where k ends beyond its tolerance: it may stand in for something else."""
+    notes = []
+    for recording in recordings:
+        declared, found = recording.tyre.k, fitted.values.of(recording)["k"]
+        within = recording.rig.tolerances.k
+        within = USUAL["k"] * declared if within is None else within
+        if abs(found - declared) > max(within, AT_BOUND * declared):
+            notes.append(
+                f"k is {found:.3g} N/m^2, {found / declared:.2g} of the declared one and beyond its"
+                " tolerance"
+            )
+    return list(dict.fromkeys(notes))
 
 
 def _at_their_tolerances(fitted: Fit) -> list[str]:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from identification.fits.bounds import effects_at_bounds
+from identification.fits.bounds import ends_at_bound
 from identification.reading.recordings import Recording
 from identification.selection.criteria import SelectionCriteria, distinguishable, flattered
 from identification.selection.trial_runner import Effects
@@ -59,5 +59,4 @@ def ranked_candidates(
 
 def _simplicity(trial: Trial) -> tuple[bool, int, float]:
     """Order of models that judge alike, the one to prefer first."""
-    at_bound = any(effect == trial.names[-1] for effect, _ in effects_at_bounds(trial.fitted))
-    return at_bound, len(trial.fitted.labels), trial.nrmse
+    return ends_at_bound(trial.fitted), len(trial.fitted.labels), trial.nrmse

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from identification.fits.autocorrelation import effective_samples
+from identification.fits.bounds import ends_at_bound
 from identification.fits.fitting import Fit
 from identification.fits.loss import influence
 from identification.fits.problem import over_range
@@ -133,8 +134,11 @@ def removal_justified(
 ) -> bool:
     """Whether the addition of the effect that the poorer model lacks would not be justified.
 
-    The poorer model may have another effect of its family in its place, with fewer parameters.
+    The poorer model may have another effect of its family in its place, with fewer parameters, none of
+    them at the end of its range.
     """
+    if len(poorer.effects) == len(present.effects) and ends_at_bound(poorer.fitted):
+        return False
     removed = next(effect for effect in present.effects if effect not in poorer.effects)
     return not (
         addition_justified(present, poorer, training, criteria)

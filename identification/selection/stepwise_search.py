@@ -10,12 +10,19 @@ from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
+from identification.fits.bounds import ends_at_bound
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
-from identification.selection.candidates import RankedCandidate, ranked_candidates, with_effect, without
+from identification.selection.candidates import (
+    RankedCandidate,
+    ranked_candidates,
+    with_effect,
+    without,
+)
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
     SelectionCriteria,
+    distinguishable,
     exchange_justified,
     removal_justified,
     step_justified,
@@ -244,12 +251,23 @@ class Search:
     def _first_confirmed(
         self, best: Sequence[RankedCandidate], present: _PresentModel, justified: Justified
     ) -> tuple[Effects, Trial | None]:
-        """Of the first candidate that is justified on the whole recordings too: rivals and trial."""
+        """Of the first candidate that is justified on the whole recordings too: rivals and trial.
+
+        One with a parameter at the end of its range gives way to another one that does as well.
+        """
+        at_bound: tuple[Effects, Trial | None] = (), None
         for candidate in best[: 1 + self.criteria.runners_up]:
             after = self.runner.run_fine(candidate.trial.effects, candidate.trial.fitted.values)
-            if justified(after, present.fine, self.runner.training, self.criteria, present.declared):
+            if not justified(after, present.fine, self.runner.training, self.criteria, present.declared):
+                continue
+            first = at_bound[1]
+            if first is not None and distinguishable(first, after, self.criteria):
+                continue
+            if not ends_at_bound(after.fitted):
                 return candidate.indistinguishable, after
-        return (), None
+            if first is None:
+                at_bound = candidate.indistinguishable, after
+        return at_bound
 
 
 def silent(message: str, done: int, total: int) -> None:

@@ -7,15 +7,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from symbolic.effects.base import (
-    Effect,
-    Expression,
-    Family,
-    Parameter,
-    ResidualSignature,
-    Signals,
-    Values,
-)
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Signals, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,7 +16,7 @@ class AsymmetricFriction(Effect):
 
     name: str = "asymmetric_friction"
     summary: str = "friction differs by direction of turning"
-    family: Family = "friction over direction"
+    family = "friction over direction"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="ratio", unit="1", neutral=1.0, start=1.05, lower=0.3, upper=3.0, scale=0.2),
     )

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from symbolic.effects.base import Effect, Expression, Family, Parameter, ResidualSignature, Values
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values
 
 ROUNDING = 1e-4
 """Torque over load at which 70 % of a half of the gap are crossed [m]; 0.5 % of a full slide's."""
@@ -31,7 +31,7 @@ class Backlash(Effect):
 
     name: str = "backlash"
     summary: str = "play in series with the patch, crossed at no torque"
-    family: Family = "sensor and steering"
+    family = "sensor and steering"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="gap", unit="rad", neutral=0.0, start=0.005, lower=0.0, upper=0.5, scale=0.02),
     )

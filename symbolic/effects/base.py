@@ -3,7 +3,7 @@
 import math
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, Protocol
+from typing import Any, ClassVar, Literal, Protocol
 
 import casadi as ca
 
@@ -132,8 +132,8 @@ class Effect:
     name: str
     summary: str
     parameters: tuple[Parameter, ...]
-    family: Family = "other"
-    flexible: bool = False
+    family: ClassVar[Family] = "other"
+    flexible: ClassVar[bool] = False
     memory: int = 0
     sensor: bool = False
     torque_by_ground: bool = False

@@ -7,15 +7,7 @@ from dataclasses import dataclass
 
 import casadi as ca
 
-from symbolic.effects.base import (
-    Effect,
-    Expression,
-    Family,
-    Parameter,
-    ResidualSignature,
-    Signals,
-    Values,
-)
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Signals, Values
 
 TURNING = 0.01
 """Yaw rate above which the wheel counts as turning [rad/s]."""
@@ -27,7 +19,7 @@ class BearingFriction(Effect):
 
     name: str = "bearing_friction"
     summary: str = "dry friction outside the patch"
-    family: Family = "sensor and steering"
+    family = "sensor and steering"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="M_c", unit="N m", neutral=0.0, start=0.1, lower=0.0, upper=20.0, scale=0.5),
     )

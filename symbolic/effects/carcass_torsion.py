@@ -6,7 +6,7 @@ Reference: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), on carcass compli
 import math
 from dataclasses import dataclass
 
-from symbolic.effects.base import Effect, Expression, Family, Parameter, ResidualSignature, Values
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,7 +15,7 @@ class CarcassTorsion(Effect):
 
     name: str = "carcass_torsion"
     summary: str = "the carcass twists in series with the patch"
-    family: Family = "compliance and contact shape"
+    family = "compliance and contact shape"
     parameters: tuple[Parameter, ...] = (
         Parameter(
             name="k_t", unit="N m/rad", neutral=math.inf, start=300.0, lower=10.0, upper=math.inf,

@@ -5,15 +5,7 @@ The linear viscous term; on the standing tyre: Pacejka, Tire and Vehicle Dynamic
 
 from dataclasses import dataclass
 
-from symbolic.effects.base import (
-    Effect,
-    Expression,
-    Family,
-    Parameter,
-    ResidualSignature,
-    Signals,
-    Values,
-)
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Signals, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,7 +14,7 @@ class ContactDamping(Effect):
 
     name: str = "contact_damping"
     summary: str = "a torque proportional to the yaw rate"
-    family: Family = "sensor and steering"
+    family = "sensor and steering"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="c", unit="N m s/rad", neutral=0.0, start=0.1, lower=0.0, upper=20.0, scale=1.0),
     )

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.base import Effect, Expression, Family, Parameter, ResidualSignature, Values
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values
 
 REFERENCE_LENGTH = 0.045
 """The a_0 that goes with the load F_0 [m]."""
@@ -34,7 +34,7 @@ class ContactLength(Effect):
 
     name: str = "contact_length"
     summary: str = "the length of the contact patch follows the load"
-    family: Family = "compliance and contact shape"
+    family = "compliance and contact shape"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="n", unit="1", neutral=0.0, start=0.3, lower=0.0, upper=1.0, scale=0.2),
         Parameter(

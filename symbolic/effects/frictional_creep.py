@@ -13,7 +13,7 @@ speed (cut off at v_0 here, an arcsinh there); for rubber Grosch, Proc. R. Soc. 
 from dataclasses import dataclass, replace
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.base import Effect, Family, Parameter, ResidualSignature, Values
+from symbolic.effects.base import Effect, Parameter, ResidualSignature, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,7 +24,7 @@ class FrictionalCreep(Effect):
     summary: str = (
         "friction grows with the log speed at which bristles slide, and they creep; mu is that at 1 mm/s"
     )
-    family: Family = "friction over speed"
+    family = "friction over speed"
     parameters: tuple[Parameter, ...] = (
         Parameter(
             name="c", unit="1", neutral=0.0, start=0.02, lower=0.0, upper=0.3, scale=0.05, of="friction"

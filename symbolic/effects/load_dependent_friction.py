@@ -5,15 +5,7 @@ Reference: Schallamach, The load dependence of rubber friction, Proc. Phys. Soc.
 
 from dataclasses import dataclass
 
-from symbolic.effects.base import (
-    Effect,
-    Expression,
-    Family,
-    Parameter,
-    ResidualSignature,
-    Signals,
-    Values,
-)
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Signals, Values
 
 REFERENCE_LOAD = 400.0
 """Load at which the factor is one [N]."""
@@ -25,7 +17,7 @@ class LoadDependentFriction(Effect):
 
     name: str = "load_dependent_friction"
     summary: str = "friction depends on the load"
-    family: Family = "friction over load"
+    family = "friction over load"
     parameters: tuple[Parameter, ...] = (
         Parameter(
             name="n", unit="1", neutral=0.0, start=0.1, lower=-3.0, upper=3.0, scale=0.3, of="friction"

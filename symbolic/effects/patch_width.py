@@ -9,7 +9,7 @@ Reference: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), on the brush mode
 from dataclasses import dataclass, replace
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.base import Effect, Family, Parameter, ResidualSignature, Values
+from symbolic.effects.base import Effect, Parameter, ResidualSignature, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -18,7 +18,7 @@ class PatchWidth(Effect):
 
     name: str = "patch_width"
     summary: str = "the patch has a width"
-    family: Family = "compliance and contact shape"
+    family = "compliance and contact shape"
     parameters: tuple[Parameter, ...] = (
         Parameter(
             name="half_width", unit="m", neutral=0.0, start=0.015, lower=0.0, upper=0.15, scale=0.02

@@ -9,15 +9,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.base import (
-    Effect,
-    Expression,
-    Family,
-    Parameter,
-    ResidualSignature,
-    Values,
-    with_shape,
-)
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values, with_shape
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +18,7 @@ class PressureShape(Effect):
 
     name: str = "pressure_shape"
     summary: str = "the pressure is flatter or sharper than a parabola"
-    family: Family = "compliance and contact shape"
+    family = "compliance and contact shape"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="exponent", unit="1", neutral=2.0, start=2.3, lower=0.6, upper=12.0, scale=1.0),
     )

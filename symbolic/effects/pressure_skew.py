@@ -6,15 +6,7 @@ Reference: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012), on the brush mode
 from dataclasses import dataclass
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.base import (
-    Effect,
-    Expression,
-    Family,
-    Parameter,
-    ResidualSignature,
-    Values,
-    with_shape,
-)
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values, with_shape
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,7 +15,7 @@ class PressureSkew(Effect):
 
     name: str = "pressure_skew"
     summary: str = "the pressure centre is off the middle"
-    family: Family = "compliance and contact shape"
+    family = "compliance and contact shape"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="skew", unit="1", neutral=0.0, start=0.1, lower=-0.95, upper=0.95, scale=0.2),
     )

@@ -5,7 +5,7 @@
 
 from dataclasses import dataclass
 
-from symbolic.effects.base import Effect, Expression, Family, Parameter, ResidualSignature, Values
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -14,7 +14,7 @@ class Pretwist(Effect):
 
     name: str = "pretwist"
     summary: str = "the patch is deformed before the recording begins"
-    family: Family = "sensor and steering"
+    family = "sensor and steering"
     parameters: tuple[Parameter, ...] = (
         Parameter(
             name="psi_0", unit="rad", neutral=0.0, start=0.02, lower=-1.0, upper=1.0, scale=0.05,

@@ -9,15 +9,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.base import (
-    Effect,
-    Expression,
-    Family,
-    Parameter,
-    ResidualSignature,
-    Values,
-    with_limit,
-)
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values, with_limit
 from symbolic.slip import REFERENCE_SPEED, REST_SPEED
 
 LEAST_FACTOR = 0.05
@@ -33,7 +25,7 @@ class RateFriction(Effect):
 
     name: str = "rate_friction"
     summary: str = "friction changes with log sliding speed; mu is that at 1 mm/s"
-    family: Family = "friction over speed"
+    family = "friction over speed"
     parameters: tuple[Parameter, ...] = (
         Parameter(
             name="c", unit="1", neutral=0.0, start=0.02, lower=-0.3, upper=0.3, scale=0.05, of="friction"

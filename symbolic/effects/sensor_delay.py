@@ -11,15 +11,7 @@ from dataclasses import dataclass, replace
 
 import casadi as ca
 
-from symbolic.effects.base import (
-    Effect,
-    Expression,
-    Family,
-    Parameter,
-    ResidualSignature,
-    Signals,
-    Values,
-)
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Signals, Values
 
 DEPTH = 17
 """Number of samples stored [1]."""
@@ -34,7 +26,7 @@ class SensorDelay(Effect):
 
     name: str = "sensor_delay"
     summary: str = "the torque channel is late against the angle"
-    family: Family = "sensor and steering"
+    family = "sensor and steering"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="delay", unit="s", neutral=0.0, start=0.004, lower=0.0, upper=0.15, scale=0.01),
     )

@@ -1,6 +1,6 @@
 """Friction over sliding speed by a law that the library does not have: a spline over log speed.
 
-Its slope over ln v is one below 2 mm/s, one from there to 6 mm/s, one above. With equal slopes it is
+Its slope over ln v changes at 2 and 6 mm/s. With equal slopes it is
 `rate_friction`. The ramps ln sqrt(v^2 + v_k^2) are smooth, so that the kinks are a factor of about two
 wide in speed, as in a transition of Stribeck's; compare the empirical master curves in Grosch, Proc. R.
 Soc. A 274 (1963) 21.
@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.base import Effect, Expression, Family, Parameter, Values, with_limit
+from symbolic.effects.base import Effect, Expression, Parameter, Values, with_limit
 from symbolic.effects.rate_friction import LEAST_FACTOR
 from symbolic.slip import REFERENCE_SPEED, REST_SPEED
 
@@ -27,16 +27,16 @@ class SpeedLaw(Effect):
 
     name: str = "speed_law"
     summary: str = "friction changes with sliding speed by a law of its own; mu is that at 1 mm/s"
-    family: Family = "friction over speed"
-    flexible: bool = True
+    family = "friction over speed"
+    flexible = True
     parameters: tuple[Parameter, ...] = tuple(
         Parameter(
             name=name,
             unit="1",
             neutral=0.0,
             start=0.02,
-            lower=-0.6,
-            upper=0.6,
+            lower=-1.0,
+            upper=1.0,
             scale=0.05,
             of="friction",
         )

@@ -5,15 +5,7 @@ Reference: Pacejka, Tire and Vehicle Dynamics, 3rd ed. (2012).
 
 from dataclasses import dataclass
 
-from symbolic.effects.base import (
-    Effect,
-    Expression,
-    Family,
-    Parameter,
-    ResidualSignature,
-    Signals,
-    Values,
-)
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Signals, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -22,7 +14,7 @@ class SteeringReturn(Effect):
 
     name: str = "steering_return"
     summary: str = "a torque proportional to the angle"
-    family: Family = "sensor and steering"
+    family = "sensor and steering"
     parameters: tuple[Parameter, ...] = (
         Parameter(
             name="stiffness", unit="N m/rad", neutral=0.0, start=0.1, lower=-100.0, upper=100.0,

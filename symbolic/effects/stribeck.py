@@ -10,15 +10,7 @@ from dataclasses import dataclass
 import casadi as ca
 
 from symbolic.bristles import BristleTraits
-from symbolic.effects.base import (
-    Effect,
-    Expression,
-    Family,
-    Parameter,
-    ResidualSignature,
-    Values,
-    with_limit,
-)
+from symbolic.effects.base import Effect, Expression, Parameter, ResidualSignature, Values, with_limit
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,7 +22,7 @@ class Stribeck(Effect):
 
     name: str = "stribeck"
     summary: str = "static friction is above kinetic"
-    family: Family = "friction over speed"
+    family = "friction over speed"
     parameters: tuple[Parameter, ...] = (
         Parameter(
             name="ratio", unit="1", neutral=1.0, start=1.1, lower=1.0, upper=3.0, scale=0.2,

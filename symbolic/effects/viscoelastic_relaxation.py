@@ -6,7 +6,7 @@ Reference: Ferry, Viscoelastic Properties of Polymers, 3rd ed. (1980): the stand
 from dataclasses import dataclass, replace
 
 from symbolic.bristles import BristleTraits, Relaxation
-from symbolic.effects.base import Effect, Family, Parameter, ResidualSignature, Values
+from symbolic.effects.base import Effect, Parameter, ResidualSignature, Values
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,7 +15,7 @@ class ViscoelasticRelaxation(Effect):
 
     name: str = "viscoelastic_relaxation"
     summary: str = "bristle stress relaxes with time"
-    family: Family = "compliance and contact shape"
+    family = "compliance and contact shape"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="gain", unit="1", neutral=0.0, start=0.3, lower=0.0, upper=10.0, scale=0.3),
         Parameter(name="time", unit="s", neutral=None, start=0.5, lower=0.02, upper=20.0, scale=0.5),
