@@ -69,10 +69,7 @@ def diagnose(
             processes cannot import.
         BrushgripError: a process ended before its work was done.
     """
-    everything, shortened = bounded([*recordings, *holdout])
-    _check(recordings, everything)
-    assumed = assumed_tolerances(everything)
-    everything = [replace(r, rig=with_usual_tolerances(r.rig)) for r in everything]
+    everything, notes = _prepared(recordings, holdout)
     recordings, holdout = everything[: len(recordings)], everything[len(recordings) :]
     effects = effects_named(candidates)
     check_signatures(effects)
@@ -95,8 +92,17 @@ def diagnose(
         proposals = _proposals(steps, runner, criteria, report)
     report("correlating the residual with signals", 0, 1)
     result = build_diagnosis(steps, recordings, holdout, left_out, proposals, effects, criteria)
-    notes = (*filter(None, (shortened, assumed)), *result.notes)
-    return replace(result, notes=notes)
+    return replace(result, notes=(*notes, *result.notes))
+
+
+def _prepared(
+    recordings: Sequence[Recording], holdout: Sequence[Recording]
+) -> tuple[list[Recording], list[str]]:
+    """All of them as the search takes them, and notes on what was changed."""
+    everything, shortened = bounded([*recordings, *holdout])
+    _check(recordings, everything)
+    notes = [note for note in (shortened, assumed_tolerances(everything)) if note]
+    return [replace(r, rig=with_usual_tolerances(r.rig)) for r in everything], notes
 
 
 def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> None:

@@ -119,6 +119,41 @@ def test_the_next_best_is_tried_where_the_best_is_not_confirmed(
     assert runner.fitted[: len(tried) + 1] == ["", *tried]
 
 
+@pytest.mark.parametrize(
+    ("with_both", "expected"), [(4.0, ["s", "st"]), (4.4, ["s"])], ids=["much more", "a wrong law's"]
+)
+def test_a_second_law_of_a_family_has_to_explain_much_more(
+    pair: Pair, with_both: float, expected: list[str]
+) -> None:
+    """The first explains 100 - 25; a second that explains less than 0.3^2 of it is no finding."""
+    assert path(searched(Scripted(pair, table(s=5, t=6, st=with_both)), "st")) == expected
+
+
+@pytest.mark.parametrize(
+    ("errors", "expected"),
+    [({"a": 3, "ab": 2.6}, "ab"), ({"a": 3, "ab": 2.7}, "a"), ({"a": 8, "ab": 7.65}, "a")],
+    ids=["more than a wrong law leaves", "less", "less than 5 %"],
+)
+def test_a_further_effect_has_to_explain_more_than_a_wrong_law(
+    pair: Pair, errors: dict[str, float], expected: str
+) -> None:
+    """The first explains 100 - 9, of which 0.15^2 are 2.05: the error has to fall below 2.636."""
+    assert path(searched(Scripted(pair, table(**errors)), "ab"))[-1] == expected
+
+
+def test_a_flexible_law_takes_the_place_of_its_family(pair: Pair) -> None:
+    errors = table(s=4, f=5, sa=3, fa=2, sfa=1.9)
+    assert path(searched(Scripted(pair, errors), "sfa")) == ["s", "sa", "af"]
+
+
+@pytest.mark.parametrize(("member", "expected"), [(2.01, "as"), (2.1, "fa")])
+def test_a_flexible_law_gives_way_to_a_law_that_does_as_well(
+    pair: Pair, member: float, expected: str
+) -> None:
+    errors = table(f=4, s=5, fa=2, sa=member)
+    assert path(searched(Scripted(pair, errors), "sfa"))[-1] == expected
+
+
 def test_idle_candidates_are_tried_last(pair: Pair) -> None:
     """Next to no gain in two steps; in the third it is tried only as nothing else helps."""
     errors = table(a=9, b=8, c=9.95, d=9.85, ab=6, bc=7.95, bd=7.88, abc=5.95, abd=5.91)
