@@ -69,8 +69,7 @@ def diagnose(
             processes cannot import.
         BrushgripError: a process ended before its work was done.
     """
-    everything, notes = _prepared(recordings, holdout)
-    recordings, holdout = everything[: len(recordings)], everything[len(recordings) :]
+    recordings, holdout, notes = _prepared(recordings, holdout)
     effects = effects_named(candidates)
     check_signatures(effects)
     report = progress or silent
@@ -97,12 +96,13 @@ def diagnose(
 
 def _prepared(
     recordings: Sequence[Recording], holdout: Sequence[Recording]
-) -> tuple[list[Recording], list[str]]:
-    """All of them as the search takes them, and notes on what was changed."""
+) -> tuple[list[Recording], list[Recording], list[str]]:
+    """Both as the search takes them, and notes on what was changed."""
     everything, shortened = bounded([*recordings, *holdout])
     _check(recordings, everything)
     notes = [note for note in (shortened, assumed_tolerances(everything)) if note]
-    return [replace(r, rig=with_usual_tolerances(r.rig)) for r in everything], notes
+    read = [replace(r, rig=with_usual_tolerances(r.rig)) for r in everything]
+    return read[: len(recordings)], read[len(recordings) :], notes
 
 
 def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> None:

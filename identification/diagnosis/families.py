@@ -16,7 +16,7 @@ from identification.fits.problem import label_of
 from identification.fits.values import replaced_rig
 from identification.reading.recordings import Recording
 from identification.selection.trials import RANKING, model_of
-from symbolic import Effect, Signals, parameter_name, simulate
+from symbolic import Effect, Expression, Signals, parameter_name, simulate
 from symbolic.bristles import BristleTraits
 from symbolic.slip import REST_SPEED, creep_factor
 
@@ -86,7 +86,7 @@ class _Drawn:
         return np.where((blind != 0).any(axis=1), np.inf, np.sqrt(np.maximum(variance, 0)))
 
 
-def _over(drawn: _Drawn, x: Array, factor: Callable[[ca.MX], ca.MX], name: str, unit: str) -> Curve:
+def _over(drawn: _Drawn, x: Array, factor: Callable[[ca.MX], Expression], name: str, unit: str) -> Curve:
     """Friction: mu times a factor that depends on theta, at places x."""
     model = model_of(drawn.effects, RANKING)
     theta = model.symbols()[1]
@@ -105,7 +105,7 @@ def _over_speed(drawn: _Drawn) -> Curve:
     v = np.geomspace(REST_SPEED, (rig.a + abs(rig.e)) * float(rates.max()), POINTS)
     model = model_of(drawn.effects, RANKING)
 
-    def factor(theta: ca.MX) -> ca.MX:
+    def factor(theta: ca.MX) -> Expression:
         traits = BristleTraits()
         for effect, values in model.values(theta):
             traits = effect.traits(traits, values)
@@ -116,10 +116,10 @@ def _over_speed(drawn: _Drawn) -> Curve:
 
 
 def _over_load(drawn: _Drawn) -> Curve:
-    F_N = np.linspace(*np.quantile(drawn.recording.F_N, [0.0, 1.0]), POINTS)
+    F_N = np.linspace(float(drawn.recording.F_N.min()), float(drawn.recording.F_N.max()), POINTS)
     signals, model = Signals(psi=0, psi_dot=0, F_N=ca.DM(F_N), dt=1), model_of(drawn.effects, RANKING)
 
-    def factor(theta: ca.MX) -> ca.MX:
+    def factor(theta: ca.MX) -> Expression:
         return prod(effect.friction(signals, ca.DM(), values) for effect, values in model.values(theta))
 
     return _over(drawn, F_N, factor, "vertical load", "N")

@@ -37,7 +37,8 @@ def ranked_candidates(
 
     First comes the best that is not flattered beside another one, or the one with the fewest parameters
     of those that cannot be distinguished from it; then the same among the rest. One with a parameter at
-    the end of its range comes after others as good. A flexible law is no rival of a law of its family.
+    the end of its range, or that is a second law of its family, comes after others as good. A flexible
+    law is no rival of a law of its family.
 
     Args:
         justified: coarse trials, least judged error first.
@@ -57,6 +58,8 @@ def ranked_candidates(
     return ranked
 
 
-def _simplicity(trial: Trial) -> tuple[bool, int, float]:
-    """Order of models that judge alike, the one to prefer first."""
-    return ends_at_bound(trial.fitted), len(trial.fitted.labels), trial.nrmse
+def _simplicity(trial: Trial) -> tuple[bool, bool, int, float]:
+    """Order of models that judge alike, the one to prefer first: a family has one law."""
+    *others, last = trial.effects
+    second = last.family in {effect.family for effect in others} - {"other"}
+    return ends_at_bound(trial.fitted), second, len(trial.fitted.labels), trial.nrmse

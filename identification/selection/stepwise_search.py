@@ -92,7 +92,8 @@ class Search:
     def run(self) -> list[SearchStep]:
         """Every step, the last one with nothing chosen."""
         self.report("fitting the declared structure", 0, 1)
-        declared = current = self.runner.run_fine(())
+        declared = self.runner.run_fine(())
+        current: Trial | None = declared
         steps: list[SearchStep] = []
         while current:
             steps.append(self._step(current, declared, steps))

@@ -146,6 +146,14 @@ def test_a_flexible_law_takes_the_place_of_its_family(pair: Pair) -> None:
     assert path(searched(Scripted(pair, errors), "sfa")) == ["s", "sa", "af"]
 
 
+def test_of_equals_a_second_law_of_a_family_comes_last(pair: Pair) -> None:
+    second, other = (with_effects(t, n) for t, n in zip(trials(pair, 0, 1.5), ("sf", "st"), strict=True))
+    first = with_effects(second, "f")
+    for flexible, leader in ((first, "f"), (second, "st")):
+        best, *_ = ranked_candidates([flexible, other], pair[1][:1], DEFAULT_CRITERIA)
+        assert "".join(best.trial.names) == leader
+
+
 @pytest.mark.parametrize(("member", "expected"), [(2.01, "as"), (2.1, "fa")])
 def test_a_flexible_law_gives_way_to_a_law_that_does_as_well(
     pair: Pair, member: float, expected: str
