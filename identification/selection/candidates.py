@@ -25,6 +25,12 @@ def with_effect(effects: Effects, effect: Effect) -> Effects:
     return (*kept, effect)
 
 
+def is_second(effects: Effects) -> bool:
+    """Whether another effect is of the last one's family."""
+    *others, last = effects
+    return last.family in {effect.family for effect in others} - {"other"}
+
+
 def without(effects: Effects, removed: Effect) -> Effects:
     """The effects but for one."""
     return tuple(effect for effect in effects if effect != removed)
@@ -60,6 +66,4 @@ def ranked_candidates(
 
 def _simplicity(trial: Trial) -> tuple[bool, bool, int, float]:
     """Order of models that judge alike, the one to prefer first: a family has one law."""
-    *others, last = trial.effects
-    second = last.family in {effect.family for effect in others} - {"other"}
-    return ends_at_bound(trial.fitted), second, len(trial.fitted.labels), trial.nrmse
+    return ends_at_bound(trial.fitted), is_second(trial.effects), len(trial.fitted.labels), trial.nrmse

@@ -15,6 +15,7 @@ from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
 from identification.selection.candidates import (
     RankedCandidate,
+    is_second,
     ranked_candidates,
     with_effect,
     without,
@@ -182,15 +183,19 @@ class Search:
         return self._replaced(present, trials, removal_justified)
 
     def _exchange(self, present: _PresentModel, additions: Sequence[Trial]) -> SearchStep | None:
-        """Exchange one effect for one of the candidates that gained most, though not enough."""
+        """Exchange one effect for one of the candidates that gained most, though not enough.
+
+        None becomes the second law of a family so: nothing would ask how much more it explains.
+        """
         effects = present.fine.effects
         least = (1 - self.criteria.least_gain) * present.coarse.nrmse
         helpful = [trial.effects[-1] for trial in additions if trial.nrmse < least]
         label = f"exchanging one of {', '.join(present.fine.names)}"
         sets = [
-            (*without(effects, removed), effect)
+            exchanged
             for effect in helpful[: self.criteria.exchanges]
             for removed in effects
+            if not is_second(exchanged := (*without(effects, removed), effect))
         ]
         return self._replaced(present, self._rank(present, sets, label), exchange_justified)
 
@@ -206,6 +211,8 @@ class Search:
         if rival is None or rival not in candidates:
             return None
         *others, chosen = present.fine.effects
+        if is_second((*others, rival)):
+            return None
         sets = [(*others, rival, effect) for effect in candidates if effect != rival]
         label = f"trying {rival.name} in place of {chosen.name}"
         found = self._replaced(present, self._rank(present, sets, label), exchange_justified)

@@ -35,8 +35,8 @@ class SpeedLaw(Effect):
             unit="1",
             neutral=0.0,
             start=0.02,
-            lower=-1.0,
-            upper=1.0,
+            lower=-3.0,
+            upper=3.0,
             scale=0.05,
             of="friction",
         )
