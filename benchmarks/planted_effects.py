@@ -6,14 +6,16 @@
 its range, where naming nothing is right too; `pairs`: rate friction together with every other one;
 `triples`: these two and asymmetric friction; `outside`: effects that no library knows, which have to be
 reported as unexplained, and a relaxing torque that friction does not bound may also be matched to the
-noise. It prints a line for
+noise; `laws`: a mechanism that the library knows by another formula, where its family has to be named;
+`law_pairs`: such a law of friction over speed beside another effect. It prints a line for
 each run and a table: runs in which everything planted is named, or stands in `indistinguishable_from` of
-what is named (outright: exactly what was planted is named); error after over the noise. A run that is
-wrong says what the information criterion makes of what was planted against what was named; above zero
-the recordings do not ask for it. `--out F.json` keeps the outcomes. With `--off M` every half-length
-differs from the declared one by up to so much, which is then declared as its tolerance; with
-`--grounds 2` the recordings stand on two grounds of different friction in turn. An hour and more on two
-cores for all.
+what is named (outright: exactly what was planted is named); runs in which exactly the planted families
+are said to be missing, by strong or ambiguous effects; families that are not, and effects too many, over
+all runs; error after over the noise. A run that is wrong says what the information criterion makes of
+what was planted against what was named; above zero the recordings do not ask for it. `--out F.json`
+keeps the outcomes. With `--off M` every half-length differs from the declared one by up to so much,
+which is then declared as its tolerance; with `--grounds 2` the recordings stand on two grounds of
+different friction in turn. An hour and more on two cores for all.
 """
 
 import argparse
@@ -34,9 +36,15 @@ from identification import Diagnosis, Recording, diagnose
 from identification.selection.criteria import delta_bic
 from identification.selection.trial_runner import values_for
 from identification.selection.trials import TrialTask, run_trial
-from reference_rig import UNMODELLED_EFFECTS, make_campaign
+from reference_rig import (
+    MECHANISMS,
+    OTHER_LAWS,
+    UNMODELLED_EFFECTS,
+    make_campaign,
+    plant_effect,
+)
 from rig_recordings import as_read
-from symbolic import EFFECTS, effects_named
+from symbolic import CANDIDATES, EFFECTS, effects_named
 
 NOISE = 0.004
 """White noise that the rig puts on the torque, over its range."""
@@ -45,10 +53,14 @@ WEAKEST, STRONGEST = 0.02, 0.06
 """Rate friction of a pair is drawn from here."""
 ASYMMETRY = (1.08, 1.25)
 """Ratio of friction by direction in a triple."""
+LAW_PARTNERS = (
+    "carcass_torsion", "pressure_power", "torque_offset", "smooth_asymmetry", "torque_lag",
+    "contact_damping",
+)  # fmt: skip
 WEAK = (0.01, 0.03)
 """Change of the torque by a weak effect, rms over range [1]."""
 MATCHED = 1.1
-"""Error after over the noise up to which recordings count as matched [1]."""
+"""Error over the noise up to which recordings count as matched: nothing need be named then [1]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,6 +92,10 @@ class Outcome:
     unexplained: bool
     seconds: float
     right: bool
+    missing: tuple[str, ...] = ()
+    """Planted families that are not named."""
+    too_many: int = 0
+    """Effects named beyond one for each planted one of the same family."""
     objection: float | None = None
     """Delta BIC of what was planted against what was named, where that is wrong."""
 
@@ -88,6 +104,9 @@ def run(task: Task) -> Outcome:
     """One campaign of three recordings, two for each ground of several, diagnosed."""
     rng = np.random.default_rng([task.seed, 6])
     also = {PARTNER: {"c": rng.uniform(WEAKEST, STRONGEST)}} if len(task.planted) > 1 else {}
+    if task.planted and task.planted[0] in OTHER_LAWS and len(task.planted) > 1:
+        first = task.planted[0]
+        also = {first: plant_effect(first, task.seed).effects[first]}
     if len(task.planted) > 2:
         also[THIRD] = {"ratio": rng.uniform(*ASYMMETRY)}
     rig = make_campaign(
@@ -100,14 +119,20 @@ def run(task: Task) -> Outcome:
         shares=WEAK if task.weak else None,
     )
     began = time.perf_counter()
-    recordings = [as_read(recording, rig.nominal, task.off) for recording in rig.recordings]
+    recordings = [as_read(recording, rig.nominal, task.off or None) for recording in rig.recordings]
     diagnosis = diagnose(recordings, jobs=1)
     named = tuple(effect.name for effect in diagnosis.effects)
     ambiguous = tuple({rival for e in diagnosis.effects for rival in e.indistinguishable_from})
     after = diagnosis.after.summary()["torque_nrmse"] or np.nan
+    before = diagnosis.before.summary()["torque_nrmse"] or np.nan
+    families = [_family(name) for name in task.planted if not task.outside]
+    invisible = not named and before < MATCHED * NOISE
+    missing, too_many = families_of(diagnosis, [] if invisible else families)
     if task.outside:
         matched = "free_branch" in task.planted and after < MATCHED * NOISE
         right = diagnosis.unexplained.present or matched
+    elif {*task.planted} & {*OTHER_LAWS}:
+        right = not missing
     elif task.planted:
         right = {*task.planted} <= {*named, *ambiguous} or (task.weak and not named)
     else:
@@ -117,13 +142,35 @@ def run(task: Task) -> Outcome:
         seed=task.seed,
         named=named,
         ambiguous=ambiguous,
-        before=diagnosis.before.summary()["torque_nrmse"] or np.nan,
+        before=before,
         after=after,
         unexplained=diagnosis.unexplained.present,
         seconds=time.perf_counter() - began,
         right=right,
-        objection=None if right or task.outside else _objection(task.planted, diagnosis, recordings),
+        missing=missing,
+        too_many=too_many,
+        objection=None
+        if right or task.outside or {*task.planted} & {*OTHER_LAWS}
+        else _objection(task.planted, diagnosis, recordings),
     )
+
+
+def families_of(diagnosis: Diagnosis, planted: list[str]) -> tuple[tuple[str, ...], int]:
+    """Planted families that are neither named nor a rival's, and how many effects are too many."""
+    missing, too_many = list(planted), 0
+    said = [effect for effect in diagnosis.effects if effect.grade in ("strong", "ambiguous")]
+    for effect in sorted(said, key=lambda effect: effect.family not in planted):
+        names = [effect.family, *(_family(rival) for rival in effect.indistinguishable_from)]
+        matched = next((name for name in names if name in missing), None)
+        if matched is None:
+            too_many += 1
+        else:
+            missing.remove(matched)
+    return tuple(missing), too_many
+
+
+def _family(name: str) -> str:
+    return MECHANISMS.get(name) or CANDIDATES[name].family
 
 
 def _objection(planted: tuple[str, ...], diagnosis: Diagnosis, recordings: list[Recording]) -> float:
@@ -146,6 +193,11 @@ def tasks_of(options: argparse.Namespace) -> list[Task]:
     if "triples" in options.kinds:
         rest = [name for name in options.effects if name not in (PARTNER, THIRD)]
         planted += [(PARTNER, THIRD, name) for name in rest]
+    if "laws" in options.kinds:
+        planted += [(name,) for name in OTHER_LAWS]
+    if "law_pairs" in options.kinds:
+        speed = [name for name, family in MECHANISMS.items() if family == "friction over speed"]
+        planted += [(law, name) for law in speed for name in LAW_PARTNERS]
     if "outside" in options.kinds:
         planted += [(name,) for name in options.outside]
     seeds = range(options.first, options.first + options.seeds)
@@ -165,7 +217,7 @@ def main() -> None:
     parser.add_argument("--controls", type=int, default=20)
     parser.add_argument("--first", type=int, default=0)
     parser.add_argument("--effects", nargs="*", default=list(EFFECTS))
-    kinds = ("alone", "weak", "pairs", "triples", "outside")
+    kinds = ("alone", "weak", "pairs", "triples", "laws", "law_pairs", "outside")
     parser.add_argument("--kinds", nargs="*", choices=kinds, default=["alone"])
     parser.add_argument("--outside", nargs="*", default=list(UNMODELLED_EFFECTS))
     parser.add_argument("--off", type=float, default=0.0, help="error of half-lengths [m]")
@@ -190,22 +242,32 @@ def _line(outcome: Outcome) -> str:
         f" seed {outcome.seed:3} named {', '.join(outcome.named) or '-'}"
         f" (or {', '.join(outcome.ambiguous) or '-'}) {outcome.before:.2%} -> {outcome.after:.2%}"
         f" {outcome.seconds:.0f} s{' UNEXPLAINED' if outcome.unexplained else ''}{objection}"
+        f"{f' {outcome.too_many} too many' if outcome.too_many else ''}"
+        f"{f' missing {outcome.missing}' if outcome.missing else ''}"
     )
 
 
 def _table(outcomes: list[Outcome]) -> None:
     print(
-        f"\n{'planted':42}{'right':>9}{'outright':>10}{'median after/noise':>20}{'greatest':>10}"
+        f"\n{'planted':42}{'right':>9}{'outright':>10}{'families':>10}{'missing':>9}{'too many':>9}"
+        f"{'median after/noise':>20}{'greatest':>10}"
         f"{'unexplained':>13}"
     )
-    for names in dict.fromkeys(outcome.planted for outcome in outcomes):
-        mine = [o for o in outcomes if o.planted == names]
+    groups = [
+        [o for o in outcomes if o.planted == names]
+        for names in dict.fromkeys(o.planted for o in outcomes)
+    ]
+    for mine in [*groups, outcomes]:
+        names = mine[0].planted if mine is not outcomes else ("all",)
         ratios = [o.after / NOISE for o in mine]
         right = f"{sum(o.right for o in mine)}/{len(mine)}"
         unexplained = f"{sum(o.unexplained for o in mine)}/{len(mine)}"
         outright = f"{sum({*names} - {'weak'} == {*o.named} for o in mine)}/{len(mine)}"
+        exactly = f"{sum(not o.missing and not o.too_many for o in mine)}/{len(mine)}"
+        missing, many = sum(len(o.missing) for o in mine), sum(o.too_many for o in mine)
         print(
             f"{' + '.join(names) or 'nothing':42}{right:>9}{outright:>10}"
+            f"{exactly:>10}{missing:>9}{many:>9}"
             f"{np.median(ratios):>20.2f}{max(ratios):>10.2f}{unexplained:>13}"
         )
 

@@ -16,13 +16,13 @@ from reference_rig import ImpactRecording, RigRecording, RigTyre, make_recording
 from symbolic import Rig, Tolerances, Tyre
 
 
-def as_read(recording: RigRecording, nominal: RigTyre, tolerance: float = 0.0) -> Recording:
+def as_read(recording: RigRecording, nominal: RigTyre, tolerance: float | None = None) -> Recording:
     """A recording with only the nominal parameters declared; psi_dot is that of the smoothed angle.
 
     Args:
         recording: what the rig recorded.
         nominal: the tyre as declared.
-        tolerance: of the declared half-length [m].
+        tolerance: of the declared half-length [m]; None declares none.
     """
     return Recording(
         name=recording.name,

@@ -10,6 +10,7 @@ import argparse
 from pathlib import Path
 
 from brushgrip.wording.formatting import listed, parameters, percent, plain, quantity, sentence
+from brushgrip.wording.verdict import GRADES
 from identification import Diagnosis, diagnose, read_recording, read_rig
 
 OPENING = """# Verdicts
@@ -21,8 +22,8 @@ and nothing was adjusted to it. The table says what the declared model misses.
 
 Nothing is held out: the error is that of the fit to all recordings, and "left out" is the error of each
 recording by the shared parameters of the others. Errors are root mean squares of the torque over its
-range, averaged over recordings. Where something is unexplained, the named effects may stand in for one
-that the library lacks."""
+range, averaged over recordings. What stands in explains less than what is left, or ends at the end of
+its range: it is no finding."""
 HEADER = (
     "| case | the declared model misses | indistinguishable from | error before | after"
     " | left out, before | after | unexplained |\n|---|---|---|---:|---:|---:|---:|---|"
@@ -38,7 +39,10 @@ def case(folder: Path, jobs: int | None) -> Diagnosis:
 
 def row(name: str, diagnosis: Diagnosis) -> str:
     """One row of the table."""
-    effects = [f"**{plain(e.name)}** ({parameters(e.parameters)})" for e in diagnosis.effects]
+    effects = [
+        f"**{e.family}**: {plain(e.name)} ({parameters(e.parameters)}), {GRADES[e.grade]}"
+        for e in diagnosis.effects
+    ]
     rivals = [
         f"{plain(e.name)}: {listed([plain(r) for r in e.indistinguishable_from], 'or')}"
         for e in diagnosis.effects

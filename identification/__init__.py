@@ -1,7 +1,14 @@
 """Identification: recordings, parameters by nonlinear programming, and the missing effect."""
 
 from identification.diagnosis.diagnose import diagnose
-from identification.diagnosis.findings import Candidate, Errors, FoundEffect, Series
+from identification.diagnosis.findings import (
+    Candidate,
+    Curve,
+    Errors,
+    FoundEffect,
+    FoundFamily,
+    Series,
+)
 from identification.diagnosis.model_file import FoundModel, model_text, read_model
 from identification.diagnosis.result import Diagnosis
 from identification.experiments.discriminating_experiment import propose
@@ -47,6 +54,7 @@ __all__ = [
     "RESIDUAL_SIGNALS",
     "Candidate",
     "Channel",
+    "Curve",
     "Decay",
     "Diagnosis",
     "Errors",
@@ -54,6 +62,7 @@ __all__ = [
     "FitOptions",
     "FittedVibration",
     "FoundEffect",
+    "FoundFamily",
     "FoundModel",
     "FreeDecay",
     "Huber",

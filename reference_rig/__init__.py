@@ -32,6 +32,7 @@ from reference_rig.ground import (
     simulate_ground,
 )
 from reference_rig.hooks import Array, PlantedEffect, RigDrive, RigHistory
+from reference_rig.other_laws import MECHANISMS, OTHER_LAWS
 from reference_rig.patch import (
     REFERENCE_SPEED,
     RENEWAL,
@@ -98,7 +99,9 @@ __all__ = [
     "FOURTEEN_BIT_STEP",
     "IMPACT_PULSE",
     "IMPACT_STEP",
+    "MECHANISMS",
     "MOTION_STEP",
+    "OTHER_LAWS",
     "REFERENCE_SPEED",
     "RENEWAL",
     "REST_SPEED",

@@ -83,6 +83,10 @@ def _gust(strength: float, rng: Random) -> Parameters:
     return {"level": strength, "time": rng.uniform(0.4, 1.0), "seed": int(rng.integers(2**31))}
 
 
+def _slopes(strength: float, rng: Random) -> Parameters:
+    return {name: strength * rng.uniform(0, 2) for name in ("slow", "middle", "fast")}
+
+
 def _eccentricity(strength: float, rng: Random) -> Parameters:
     cycles, phase = float(rng.choice([6.0, 8.0, 10.0])), rng.uniform(0, 2 * np.pi)
     return {"amplitude": strength, "cycles": cycles, "phase": phase}
@@ -140,6 +144,29 @@ STRENGTHS: Mapping[str, StrengthRange] = {
     "encoder_eccentricity": StrengthRange(parameters=_eccentricity, least=1e-4, largest=0.1),
     "sensor_hysteresis": StrengthRange(parameters=_one("height"), least=0.02, largest=5.0),
     "contact_ageing": StrengthRange(parameters=_one("gain"), least=5e-3, largest=1.0),
+    "log1p_friction": StrengthRange(
+        parameters=_with("c", 0.0, "v_0", 2e-4, 5e-3), least=2e-3, largest=0.5
+    ),
+    "power_friction": StrengthRange(parameters=_one("p"), least=2e-3, largest=0.2),
+    "saturating_friction": StrengthRange(
+        parameters=_with("gain", 0.0, "v_0", 1e-3, 1e-2), least=0.01, largest=3.0
+    ),
+    "gaussian_stribeck": StrengthRange(
+        parameters=_with("ratio", 1.0, "v_s", 1e-3, 6e-3), least=0.01, largest=1.5
+    ),
+    "hyperbolic_stribeck": StrengthRange(
+        parameters=_with("ratio", 1.0, "v_s", 1e-3, 6e-3), least=0.01, largest=1.5
+    ),
+    "logarithmic_drift": StrengthRange(
+        parameters=_with("gain", 0.0, "scale", 0.1, 1.0), least=0.01, largest=0.6
+    ),
+    "exponential_load": StrengthRange(parameters=_one("n"), least=0.05, largest=1.5),
+    "smooth_asymmetry": StrengthRange(parameters=_one("gain"), least=0.01, largest=0.4),
+    "pressure_power": StrengthRange(parameters=_one("power", 1.0), least=0.1, largest=6.0),
+    "torque_lag": StrengthRange(parameters=_one("time"), least=2e-3, largest=0.14),
+    "quadratic_damping": StrengthRange(parameters=_one("c"), least=0.05, largest=60.0),
+    "hardening_return": StrengthRange(parameters=_one("stiffness"), least=0.1, largest=50.0),
+    "speed_law": StrengthRange(parameters=_slopes, least=2e-3, largest=0.2),
 }
 
 

@@ -27,6 +27,21 @@ def rate_friction(c: float = 0.0) -> PlantedEffect:
     return PlantedEffect(friction=friction)
 
 
+def speed_law(slow: float = 0.0, middle: float = 0.0, fast: float = 0.0) -> PlantedEffect:
+    """Limit times 1 + its slopes over ln v, added up: below 2 mm/s, to 6 mm/s, above."""
+
+    def level(speed: Array) -> Array:
+        v2 = np.square(speed)
+        rest, first, second = (0.5 * np.log(v2 + knot**2) for knot in (REST_SPEED, 2e-3, 6e-3))
+        return slow * (rest - first) + middle * (first - second) + fast * second
+
+    def friction(step: BristleStep) -> Array:
+        growth = level(step.speed) - level(np.array(REFERENCE_SPEED))
+        return np.maximum(LEAST_RATE_FACTOR, 1 + growth)
+
+    return PlantedEffect(friction=friction)
+
+
 def frictional_creep(c: float = 0.0) -> PlantedEffect:
     """Limit times 1 + c ln(v/v_ref), v the bristle's own speed."""
     return PlantedEffect(rate=c)
@@ -134,8 +149,9 @@ def backlash(gap: float = 0.0) -> PlantedEffect:
 LIBRARY_EFFECTS: dict[str, Callable[..., PlantedEffect]] = {
     effect.__name__: effect
     for effect in (
-        rate_friction, frictional_creep, stribeck, carcass_torsion, contact_length, patch_width,
-        pressure_shape, viscoelastic_relaxation, contact_damping, sensor_delay, torque_offset, pretwist,
+        rate_friction, speed_law, frictional_creep, stribeck, carcass_torsion, contact_length,
+        patch_width, pressure_shape, viscoelastic_relaxation, contact_damping, sensor_delay,
+        torque_offset, pretwist,
         load_dependent_friction, asymmetric_friction, friction_drift, pressure_skew, bearing_friction,
         steering_return, backlash,
     )

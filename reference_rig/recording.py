@@ -8,12 +8,13 @@ import numpy as np
 
 from reference_rig.effects import LIBRARY_EFFECTS
 from reference_rig.hooks import Array, PlantedEffect
+from reference_rig.other_laws import OTHER_LAWS
 from reference_rig.patch import RigTyre, simulate_bristles
 from reference_rig.path import SAMPLE_RATE, SUBSTEPS, Hand, hand_path
 from reference_rig.sensors import ENCODER_STEP, record_channels
 from reference_rig.unmodelled import UNMODELLED_EFFECTS
 
-RIG_EFFECTS = LIBRARY_EFFECTS | UNMODELLED_EFFECTS
+RIG_EFFECTS = LIBRARY_EFFECTS | UNMODELLED_EFFECTS | OTHER_LAWS
 """Everything that can be planted, by name."""
 EffectValues = Mapping[str, Mapping[str, float]]
 """Name of the effect -> its parameters."""

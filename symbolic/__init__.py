@@ -33,7 +33,15 @@ from symbolic.masing import (
 )
 from symbolic.model import DECLARED, GEOMETRY, SIGNALS, Model
 from symbolic.motion import TorqueProfile, WheelMotion, simulate_motion
-from symbolic.parameters import RIG_RANGES, TOLERATED, Rig, Tolerances, Tyre
+from symbolic.parameters import (
+    RIG_RANGES,
+    TOLERATED,
+    USUAL,
+    Rig,
+    Tolerances,
+    Tyre,
+    with_usual_tolerances,
+)
 from symbolic.patch import Expression
 from symbolic.tables.found_model import FoundModel, ModelBasis, units_of
 from symbolic.tables.model_error import ModelError
@@ -55,6 +63,7 @@ __all__ = [
     "SEARCH_STEPS",
     "SIGNALS",
     "TOLERATED",
+    "USUAL",
     "BristleTraits",
     "BrushgripError",
     "Effect",
@@ -100,6 +109,7 @@ __all__ = [
     "virgin_torque",
     "with_limit",
     "with_shape",
+    "with_usual_tolerances",
     "zone_boundaries",
 ]
 __dir__ = __all__.copy

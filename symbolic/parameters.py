@@ -1,7 +1,7 @@
 """Parameters of the rig and of the tyre: frozen values that check themselves."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from symbolic.errors import InvalidInputError
 
@@ -32,6 +32,8 @@ RIG_RANGES = {
 
 TOLERATED = {"a": "m", "e": "m", "load": "1", "zero": "N m", "k": "N/m^2"}
 """What may be declared with a tolerance, and its unit."""
+USUAL = {"a": 0.002, "e": 0.002, "load": 0.02, "k": 0.2}
+"""Tolerances of what is declared without one: lengths [m], load and k as shares [1]."""
 EVEN = 3**-0.5
 """Standard deviation of a value that may be anywhere within a tolerance, over the tolerance [1]."""
 
@@ -47,8 +49,8 @@ class Tolerances:
         zero: of the zero of the recorded aligning torque [N m].
         k: of the distributed lateral stiffness [N/m^2].
 
-    None stands for nothing declared: a diagnosis takes the value as exact, an observer as usual, see
-    `observers.quality.tolerances`.
+    None stands for nothing declared: a fit takes the value as exact, a diagnosis and an observer take
+    `USUAL`. 0 stands for exact.
 
     Raises:
         InvalidInputError: one is below 0, or not a finite number.
@@ -139,6 +141,15 @@ class Rig:
             raise InvalidInputError(
                 f"dry_friction must be a finite number of at least 0 N m, got {self.dry_friction:g}"
             )
+
+
+def with_usual_tolerances(rig: Rig) -> Rig:
+    """The rig with the tolerances of `USUAL` where none is declared; the kingpin stays inside."""
+    declared = rig.tolerances
+    room = rig.a - abs(rig.e) - declared.of("a") - declared.of("e")
+    missing = {n: t for n, t in USUAL.items() if n != "k" and getattr(declared, n) is None}
+    usual = {n: t if n == "load" else min(t, room / 3) for n, t in missing.items()}
+    return replace(rig, tolerances=replace(declared, **usual))
 
 
 @dataclass(frozen=True, kw_only=True)

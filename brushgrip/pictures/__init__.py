@@ -1,7 +1,8 @@
 """Pictures, drawn without pyplot and its global state.
 
-Of a diagnosis (diagnosis), of friction (friction), of identified parameters (parameters), and after the
-figures of [Györök 2022] (thesis_figures); style holds what they share.
+Of a diagnosis (diagnosis), of mechanisms (mechanisms), of friction (friction), of identified
+parameters (parameters), and after the figures of [Györök 2022] (thesis_figures); style holds what they
+share.
 """
 
 from brushgrip.pictures.diagnosis import (
@@ -12,6 +13,7 @@ from brushgrip.pictures.diagnosis import (
     draw_signatures,
 )
 from brushgrip.pictures.friction import draw_friction, draw_overview
+from brushgrip.pictures.mechanisms import draw_mechanisms, has_curves
 from brushgrip.pictures.parameters import draw_free_decay, draw_profile
 from brushgrip.pictures.thesis_figures import draw_boxes, draw_zones
 
@@ -22,9 +24,11 @@ __all__ = [
     "draw_free_decay",
     "draw_friction",
     "draw_loops",
+    "draw_mechanisms",
     "draw_overview",
     "draw_profile",
     "draw_residuals",
     "draw_signatures",
     "draw_zones",
+    "has_curves",
 ]

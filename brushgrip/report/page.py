@@ -17,9 +17,11 @@ from brushgrip.pictures import (
     draw_experiment,
     draw_friction,
     draw_loops,
+    draw_mechanisms,
     draw_overview,
     draw_residuals,
     draw_signatures,
+    has_curves,
 )
 from brushgrip.pictures.diagnosis import MOST_RECORDINGS
 from brushgrip.pictures.style import is_drawn_by_us, vectors
@@ -31,7 +33,7 @@ from identification import Diagnosis
 PAGE, TEMPLATE = "report.html", "report.html.j2"
 EXPERIMENT = "experiment_{}"
 """Picture of the experiment that is proposed for an effect, by its name."""
-DRAWN = ("loops", "residuals", "signatures", "candidates", "friction", "overview")
+DRAWN = ("loops", "residuals", "signatures", "candidates", "friction", "overview", "mechanisms")
 STEMS = (*DRAWN, EXPERIMENT.format(r"\w+"))
 """Pictures of a report, by their names without suffix."""
 _PICTURES = re.compile(rf"({'|'.join(STEMS)})\.png")
@@ -96,6 +98,7 @@ def _contents(
         ("causes", "What was found", True),
         ("friction", "Settling and coverage", outcome is not None),
         ("tracks", "Friction over time", bool(friction)),
+        ("mechanisms", "Mechanisms", has_curves(diagnosis)),
         ("errors", "Torque errors", True),
         ("loops", "Hysteresis loops", True),
         ("residuals", "Residuals", True),
@@ -128,7 +131,7 @@ def _draw_pictures(
     friction: Sequence[FrictionTrack],
     outcome: FrictionOutcome | None,
 ) -> None:
-    loops, residuals, signatures, candidates, tracks, overview = (
+    loops, residuals, signatures, candidates, tracks, overview, mechanisms = (
         folder / f"{stem}.png" for stem in DRAWN
     )
     draw_loops(loops, diagnosis)
@@ -145,6 +148,8 @@ def _draw_pictures(
         own = outcome.by(FOUND)
         by_ground = {g: [own[n] for n in names if n in own] for g, names in outcome.grounds.items()}
         draw_overview(overview, by_ground)
+    if has_curves(diagnosis):
+        draw_mechanisms(mechanisms, diagnosis)
 
 
 def _environment(folder: Path, drawings: Mapping[str, bytes]) -> Environment:

@@ -15,7 +15,7 @@ from brushgrip.wording.formatting import (
     sentence,
 )
 from brushgrip.wording.friction import model_taken
-from brushgrip.wording.verdict import GRADES, explained_grade, headline
+from brushgrip.wording.verdict import GRADES, explained_grade, headline, mechanism
 from identification import (
     Diagnosis,
     FoundEffect,
@@ -50,7 +50,7 @@ def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
     if diagnosis.effects:
         print_table(
             "Effects found",
-            ("effect", "grade", "parameters ± standard deviation", "indistinguishable from"),
+            ("mechanism: effect", "grade", "parameters ± standard deviation", "indistinguishable from"),
             [_effect_row(effect) for effect in diagnosis.effects],
         )
     for effect in diagnosis.effects:
@@ -74,7 +74,7 @@ def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
 
 def _effect_row(effect: FoundEffect) -> tuple[str, ...]:
     rivals = listed([plain(name) for name in effect.indistinguishable_from], "or")
-    return plain(effect.name), GRADES[effect.grade], parameters(effect.parameters), rivals or "–"
+    return mechanism(effect), GRADES[effect.grade], parameters(effect.parameters), rivals or "–"
 
 
 def print_free_decay(result: FreeDecay, decrement: DecrementEstimate) -> None:

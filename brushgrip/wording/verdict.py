@@ -1,6 +1,7 @@
 """The result of a diagnosis in plain sentences, each only as sure as its figures."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 from brushgrip.wording.formatting import error_percentages, judged_errors, listed, percent, plain
 from identification import Diagnosis, FoundEffect
@@ -51,7 +52,9 @@ def _found(diagnosis: Diagnosis) -> str:
     )
     parts = []
     if clear:
-        parts.append(f"The declared model misses {listed([_named(effect) for effect in clear])}")
+        families = dict.fromkeys(effect.family for effect in clear)
+        missed = [_family(name, [e for e in clear if e.family == name]) for name in families]
+        parts.append(f"The declared model misses {listed(missed)}")
     if weak:
         parts.append(f"{'there are ' if clear else 'There are only '}weak signs of {_plain_list(weak)}")
     if odd:
@@ -67,11 +70,23 @@ def _plain_list(effects: list[FoundEffect]) -> str:
     return listed([plain(effect.name) for effect in effects])
 
 
-def _named(effect: FoundEffect) -> str:
-    """The name of an effect; an ambiguous one with those that it may be."""
-    rivals = [plain(name) for name in effect.indistinguishable_from]
-    others = f" (or {listed(rivals, 'or')})" if effect.grade == "ambiguous" else ""
-    return plain(effect.name) + others
+def _family(name: str, effects: list[FoundEffect]) -> str:
+    """The mechanism, then the effects that are laws of it; an effect of none by its own name."""
+    if name in ("other", effects[0].name):
+        return listed([plain(effect.name) + _rivals(effect, " (or {})") for effect in effects])
+    laws = [plain(effect.name) + _rivals(effect, ", or {}") for effect in effects]
+    return f"{name} ({'; '.join(laws)})"
+
+
+def _rivals(effect: FoundEffect, form: str) -> str:
+    """The effects that an ambiguous one may be."""
+    rivals = listed([plain(name) for name in effect.indistinguishable_from], "or")
+    return form.format(rivals) if effect.grade == "ambiguous" else ""
+
+
+def mechanism(effect: FoundEffect) -> str:
+    """The mechanism that an effect is a law of, then the effect."""
+    return _family(effect.family, [replace(effect, grade="strong")])
 
 
 def explained_grade(effect: FoundEffect) -> str:
@@ -80,7 +95,10 @@ def explained_grade(effect: FoundEffect) -> str:
     fall = "The gain is clear" if errors is None else f"The error falls by {errors:.1f} standard errors"
     match effect.grade:
         case "stands_in":
-            return "A parameter ends where its range does: it may stand in for an unknown effect."
+            return (
+                "A parameter ends where its range does, or it explains less than what is left: it may"
+                " stand in for an unknown effect."
+            )
         case "weak":
             return _why_weak(effect)
         case "ambiguous":

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.diagnosis.errors import declared_errors, errors_of, model_error_of
+from identification.diagnosis.families import found_families
 from identification.diagnosis.findings import Candidate, Series
 from identification.diagnosis.found_effects import found_effects, notes_on
 from identification.diagnosis.result import Diagnosis
@@ -60,22 +61,25 @@ def build_diagnosis(
         signatures(trial.residuals, everything, trial.fits, candidates) for trial in trials
     )
     estimates = _estimates(after, training, holdout)
+    left = unexplained(after.residuals, everything, followed, loss)
+    effects = found_effects(steps, estimates, training, proposals, left)
     return Diagnosis(
         recordings=tuple(r.name for r in training),
         holdout=tuple(r.name for r in holdout),
         declared=declared_errors(training, holdout, loss),
         before=errors_before,
         after=errors_after,
-        effects=found_effects(steps, estimates, training, proposals),
+        effects=effects,
+        families=found_families(effects, fitted, training),
         candidates=_candidates(steps[0], training),
-        unexplained=unexplained(after.residuals, everything, followed, loss),
+        unexplained=left,
         parameters=estimates,
         signatures_before=followed_before,
         signatures_after=followed,
         model=fitted.model,
         values=_all_values(after.fits),
         series=_series(before, after, everything, holdout),
-        notes=notes_on(errors_before, errors_after, fitted),
+        notes=notes_on(errors_before, errors_after, fitted, training),
         criteria=criteria,
         model_error_before=error_before,
         model_error=error_after,

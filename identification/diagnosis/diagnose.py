@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from identification.diagnosis.build import build_diagnosis
 from identification.diagnosis.errors import left_out_residuals
+from identification.diagnosis.found_effects import assumed_tolerances
 from identification.diagnosis.result import Diagnosis
 from identification.experiments.discriminating_experiment import propose
 from identification.experiments.proposals import Proposal
@@ -30,7 +31,7 @@ from identification.selection.trial_runner import (
     workers,
 )
 from identification.selection.trials import RANKING
-from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named
+from symbolic import CANDIDATES, Effect, InvalidInputError, effects_named, with_usual_tolerances
 
 Array = NDArray[np.float64]
 LEAST_TRAVEL = 0.01
@@ -51,7 +52,9 @@ def diagnose(
 ) -> Diagnosis:
     """Find the effects that the declared model lacks.
 
-    Of recordings with more than `MOST_SAMPLES` together, fewer are used; a note says so.
+    Of recordings with more than `MOST_SAMPLES` together, fewer are used; a note says so. Half-length,
+    caster and load that are declared without a tolerance have those of `symbolic.USUAL`, and a note says
+    that too; a tolerance of 0 makes them exact.
 
     Args:
         recordings: training recordings; shared parameters are fitted to these alone.
@@ -72,9 +75,7 @@ def diagnose(
             processes cannot import.
         BrushgripError: a process ended before its work was done.
     """
-    everything, shortened = bounded([*recordings, *holdout])
-    _check(recordings, everything)
-    recordings, holdout = everything[: len(recordings)], everything[len(recordings) :]
+    recordings, holdout, notes = _prepared(recordings, holdout)
     effects = effects_named(candidates)
     check_signatures(effects)
     report = progress or silent
@@ -96,7 +97,18 @@ def diagnose(
         proposals = _proposals(steps, runner, criteria, report)
     report("correlating the residual with signals", 0, 1)
     result = build_diagnosis(steps, recordings, holdout, left_out, proposals, effects, criteria)
-    return replace(result, notes=(shortened, *result.notes)) if shortened else result
+    return replace(result, notes=(*notes, *result.notes))
+
+
+def _prepared(
+    recordings: Sequence[Recording], holdout: Sequence[Recording]
+) -> tuple[list[Recording], list[Recording], list[str]]:
+    """Both as the search takes them, and notes on what was changed."""
+    everything, shortened = bounded([*recordings, *holdout])
+    _check(recordings, everything)
+    notes = [note for note in (shortened, assumed_tolerances(everything)) if note]
+    read = [replace(r, rig=with_usual_tolerances(r.rig)) for r in everything]
+    return read[: len(recordings)], read[len(recordings) :], notes
 
 
 def _check(recordings: Sequence[Recording], everything: Sequence[Recording]) -> None:

@@ -69,6 +69,7 @@ class FoundEffect:
     Attributes:
         name: of the effect.
         summary: the effect in plain words.
+        family: the mechanism that it is a law of; its own name where it belongs to none.
         parameters: its parameters; one that belongs to a recording has a name like "M_0 [fem1]", one
             that is given and never fitted has no deviation.
         holdout_nrmse_after: judged error once it was added [1].
@@ -92,11 +93,13 @@ class FoundEffect:
     grade: Grade = "strong"
     standard_errors: float | None = None
     deviations: float | None = None
+    family: str = "other"
 
     def to_dict(self) -> dict[str, Any]:
         """The content of `diagnosis.json`."""
         return {
             "name": self.name,
+            "family": self.family,
             "scope": self.scope,
             "grade": self.grade,
             "standard_errors": self.standard_errors,
@@ -107,6 +110,60 @@ class FoundEffect:
             "indistinguishable_from": list(self.indistinguishable_from),
             "experiment": None if self.experiment is None else self.experiment.to_dict(),
         }
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Curve:
+    """What a mechanism does, in one recording; arrays of shape (n,).
+
+    Attributes:
+        x_name: what is along the axis.
+        x_unit: its unit.
+        y_name: what depends on it.
+        y_unit: its unit.
+        x: places along the axis.
+        y: with the family's effects.
+        std: standard deviation of it, infinite where the recordings do not determine it.
+        declared: the same by the declared model with the parameters of the final one.
+    """
+
+    x_name: str
+    x_unit: str
+    y_name: str
+    y_unit: str
+    x: Array
+    y: Array
+    std: Array
+    declared: Array
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of `diagnosis.json`; a deviation that is unknown is None."""
+        arrays = {name: getattr(self, name).tolist() for name in ("x", "y", "declared")}
+        std = [value if np.isfinite(value) else None for value in self.std.tolist()]
+        names = {name: getattr(self, name) for name in ("x_name", "x_unit", "y_name", "y_unit")}
+        return {**names, **arrays, "std": std}
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class FoundFamily:
+    """A mechanism that the declared model misses: a family, or an effect that belongs to none.
+
+    Attributes:
+        name: of the family, or of the effect.
+        effects: those of the final model that are laws of it, in order of selection.
+        rivals: effects that cannot be distinguished from one of these.
+        curve: what it does; None where it has no curve.
+    """
+
+    name: str
+    effects: tuple[str, ...]
+    rivals: tuple[str, ...]
+    curve: Curve | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """The content of `diagnosis.json`."""
+        curve = None if self.curve is None else self.curve.to_dict()
+        return {**vars(self), "effects": list(self.effects), "rivals": list(self.rivals), "curve": curve}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,28 +1,28 @@
 """The effects that a search added, how sure each is, and remarks on the final model."""
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from identification.diagnosis.findings import Errors, FoundEffect, Grade
 from identification.experiments.proposals import Proposal
+from identification.fits.bounds import AT_BOUND, effects_at_bounds
 from identification.fits.fitting import Fit
 from identification.fits.values import ParameterEstimate
 from identification.reading.recordings import Recording
+from identification.residuals.unexplained import Unexplained
 from identification.selection.criteria import DEFAULT_CRITERIA, advantage, delta_bic
 from identification.selection.search_step import SearchStep
 from identification.selection.trial_runner import Effects
-from symbolic import TOLERATED, Effect, Scope, parameter_name
+from symbolic import TOLERATED, USUAL, Effect, Scope, parameter_name
 
 CLEAR_ERRORS = 3.0
 """Standard errors by which the judged error has to fall, and deviations that a parameter has to be off
 its neutral value, for a finding."""
 CLEAR_BIC = -6.0
 """Change of the information criterion that is strong evidence (Kass and Raftery, JASA 90 (1995) 773)."""
-AT_BOUND = 1e-3
-"""A parameter is at a bound within this share of its scale [1]."""
 SCOPES: tuple[Scope, ...] = ("ground", "tyre", "recording")
 """An effect belongs to the first of these that one of its parameters belongs to."""
 
@@ -32,6 +32,7 @@ def found_effects(
     estimates: Mapping[str, ParameterEstimate],
     recordings: Sequence[Recording],
     proposals: Mapping[Effects, Proposal],
+    left: Unexplained,
 ) -> tuple[FoundEffect, ...]:
     """The effects of the final model, in order of selection.
 
@@ -40,9 +41,10 @@ def found_effects(
         estimates: every parameter of the final model.
         recordings: those that the shared parameters were fitted to.
         proposals: for a set of effects, the experiment to distinguish it from its rival.
+        left: what the final model leaves unexplained.
     """
     final = steps[-1].before.fitted
-    at_bound = {effect for effect, _ in _at_their_bounds(final)}
+    at_bound = {effect for effect, _ in effects_at_bounds(final)}
     effects = []
     for step in steps:
         if step.after is None:
@@ -52,18 +54,25 @@ def found_effects(
         if effect not in final.model.effects or effect in step.before.effects:
             continue
         scope, own = _scope_and_parameters(effect, final, estimates)
-        gain, error = advantage(step.after.judgement, step.before.judgement, DEFAULT_CRITERIA.long_block)
-        bic = delta_bic(step.after.fitted, step.before.fitted, recordings)
+        without = step.without or step.before
+        gain, error = advantage(step.after.judgement, without.judgement, DEFAULT_CRITERIA.long_block)
+        bic = delta_bic(step.after.fitted, without.fitted, recordings)
         errors = gain / error if error > 0 else 0.0
         distance = distance_from_neutral(effect, own)
         rivals = tuple(other.name for other in step.indistinguishable)
+        gained = without.nrmse**2 - step.after.nrmse**2
         effects.append(
             FoundEffect(
                 name=effect.name,
                 summary=effect.summary,
+                family=family_name(effect),
                 scope=scope,
                 grade=grade_of(
-                    errors, bic, distance, has_rivals=bool(rivals), at_bound=effect.name in at_bound
+                    errors,
+                    bic,
+                    distance,
+                    has_rivals=bool(rivals),
+                    stands_in=effect.name in at_bound or (left.present and gained < left.structured**2),
                 ),
                 standard_errors=errors,
                 deviations=distance,
@@ -75,6 +84,11 @@ def found_effects(
             )
         )
     return tuple(effects)
+
+
+def family_name(effect: Effect) -> str:
+    """The family of an effect; its own name where it belongs to none."""
+    return effect.name if effect.family == "other" else effect.family
 
 
 def _scope_and_parameters(
@@ -123,7 +137,7 @@ def grade_of(
     distance: float | None = None,
     *,
     has_rivals: bool,
-    at_bound: bool,
+    stands_in: bool,
 ) -> Grade:
     """How sure it is that an effect that was found is the one that is missing.
 
@@ -133,14 +147,15 @@ def grade_of(
         delta_bic: change of the information criterion by its addition; negative speaks for it.
         distance: of its parameters from no effect at all, see `distance_from_neutral`.
         has_rivals: whether the judged data cannot distinguish it from other effects.
-        at_bound: whether one of its parameters ends where its range does.
+        stands_in: whether one of its parameters ends where its range does, or it explains less than what
+            the final model leaves unexplained.
 
     Returns:
-        stands_in: it fits only with an implausible value, in place of something unknown;
+        stands_in: it may stand in place of something unknown;
         weak: what it gains may be chance; ambiguous: what it gains is clear, but others gain as much;
         strong: none of these.
     """
-    if at_bound:
+    if stands_in:
         return "stands_in"
     off = math.inf if distance is None else distance
     if not (min(standard_errors, off) >= CLEAR_ERRORS and delta_bic <= CLEAR_BIC):
@@ -148,16 +163,19 @@ def grade_of(
     return "ambiguous" if has_rivals else "strong"
 
 
-def notes_on(before: Errors, after: Errors, fitted: Fit) -> tuple[str, ...]:
+def notes_on(
+    before: Errors, after: Errors, fitted: Fit, recordings: Sequence[Recording] = ()
+) -> tuple[str, ...]:
     """Remarks on the final model, sentences without a full stop.
 
-    They name recordings that got worse, parameters at the end of their range or tolerance, and a fit
-    that did not converge.
+    They name recordings that got worse, parameters at the end of their range or tolerance, k beyond its
+    own, and a fit that did not converge.
 
     Args:
         before: errors of the declared structure.
         after: errors of the final model.
         fitted: the final model on the training recordings.
+        recordings: these.
     """
     notes = [
         f"{name} got worse{when}: {old[name]:.2%} of range before, {new[name]:.2%} after"
@@ -170,30 +188,42 @@ def notes_on(before: Errors, after: Errors, fitted: Fit) -> tuple[str, ...]:
     ]
     notes += [
         f"{effect}: {what}; the effect may stand in for one that is not in the library"
-        for effect, what in _at_their_bounds(fitted)
+        for effect, what in effects_at_bounds(fitted)
     ]
-    notes += _at_their_tolerances(fitted)
+    notes += [*_at_their_tolerances(fitted), *_stiffness(fitted, recordings)]
     if not fitted.converged:
         notes.append(f"the final fit stopped early ({fitted.status}); more samples or bounds may help")
     return tuple(notes)
 
 
-def _at_their_bounds(fitted: Fit) -> Iterator[tuple[str, str]]:
-    """Effects of which a shared parameter ends where its range does, and which one."""
-    named = {parameter_name(effect, p): (effect, p) for effect, p in fitted.model.parameters if effect}
-    for (owner, name), own in zip(fitted.labels, fitted.own, strict=True):
-        if own or name not in named:
-            continue
-        effect, parameter = named[name]
-        value = fitted.values.at((owner, name))
-        unit = "" if parameter.unit == "1" else f" {parameter.unit}"
-        ground = f" on {owner}" if owner else ""
-        for end in (parameter.lower, parameter.upper):
-            if end != parameter.neutral and abs(value - end) <= AT_BOUND * parameter.scale:
-                yield (
-                    effect.name,
-                    f"{parameter.name}{ground} is at the end of its range, {end:g}{unit}",
-                )
+def assumed_tolerances(recordings: Sequence[Recording]) -> str:
+    """What is read as known to usual tolerances, a sentence without a full stop; empty for nothing."""
+    missing = [
+        f"{name} to {100 * usual:g} %" if name in ("load", "k") else f"{name} to {1000 * usual:g} mm"
+        for name, usual in USUAL.items()
+        if any(getattr(r.rig.tolerances, name) is None for r in recordings)
+    ]
+    if not missing:
+        return ""
+    return (
+        f"declared without a tolerance and read as known within the usual one: {', '.join(missing)};"
+        " tolerance = 0 says exact"
+    )
+
+
+def _stiffness(fitted: Fit, recordings: Sequence[Recording]) -> list[str]:
+    """Where k ends beyond its tolerance: it may stand in for something else."""
+    notes = []
+    for recording in recordings:
+        declared, found = recording.tyre.k, fitted.values.of(recording)["k"]
+        within = recording.rig.tolerances.k
+        within = USUAL["k"] * declared if within is None else within
+        if abs(found - declared) > max(within, AT_BOUND * declared):
+            notes.append(
+                f"k is {found:.3g} N/m^2, {found / declared:.2g} of the declared one and beyond its"
+                " tolerance"
+            )
+    return list(dict.fromkeys(notes))
 
 
 def _at_their_tolerances(fitted: Fit) -> list[str]:

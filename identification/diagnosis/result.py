@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from identification.diagnosis.findings import Candidate, Errors, FoundEffect, Series
+from identification.diagnosis.findings import Candidate, Errors, FoundEffect, FoundFamily, Series
 from identification.fits.values import ParameterEstimate, Values
 from identification.loops import literal
 from identification.residuals.signatures import Signatures
@@ -42,6 +42,7 @@ class Diagnosis:
         model: the final model.
         values: its values.
         series: every recording with its curves.
+        families: mechanisms that these effects are laws of, with curves.
         notes: sentences for the report, such as recordings that got worse.
         criteria: thresholds of the search.
         model_error_before: how wrong the declared structure is on recordings that no shared parameter
@@ -63,6 +64,7 @@ class Diagnosis:
     model: Model
     values: Values
     series: tuple[Series, ...]
+    families: tuple[FoundFamily, ...] = ()
     notes: tuple[str, ...] = ()
     criteria: SelectionCriteria = DEFAULT_CRITERIA
     model_error_before: ModelError | None = None
@@ -135,6 +137,7 @@ class Diagnosis:
                 "after": self.signatures_after.to_dict(),
             },
             "effects": [effect.to_dict() for effect in self.effects],
+            "families": [family.to_dict() for family in self.families],
             "candidates": [
                 {"name": c.name, "holdout_nrmse": c.holdout_nrmse, "delta_bic": c.delta_bic}
                 for c in self.candidates

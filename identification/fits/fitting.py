@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import OptimizeResult, least_squares
 
+from identification.fits.linear_algebra import one_thread
 from identification.fits.loss import LEAST_SQUARES, Loss, cost
 from identification.fits.options import FINE_FIT, FitOptions, Label
 from identification.fits.problem import Problem, over_range
@@ -76,6 +77,7 @@ class Fit:
         return sum(cost(self.loss, r) for r in over_range(self.residuals, recordings).values())
 
 
+@one_thread
 def fit(
     model: Model,
     recordings: Sequence[Recording],

@@ -131,7 +131,7 @@ class Problem:
 
     def _labels_of(self, recording: Recording) -> list[Label]:
         """Every parameter that holds for a recording, then what it declares with a tolerance."""
-        labels = [_label(name, parameter, recording) for name, parameter in self.parameters]
+        labels = [label_of(name, parameter, recording) for name, parameter in self.parameters]
         return labels + [(recording.name, name) for name in self.tolerated[recording.name]]
 
     def _simulated(self, x: Array) -> dict[str, tuple[Array, Array]]:
@@ -174,7 +174,8 @@ def _scale(parameter: Parameter) -> float:
     return 1 / parameter.scale if parameter.inverse else parameter.scale
 
 
-def _label(name: str, parameter: Parameter, recording: Recording) -> Label:
+def label_of(name: str, parameter: Parameter, recording: Recording) -> Label:
+    """Owner and name of a parameter's value that holds for a recording."""
     owners = {"tyre": None, "ground": ground_of(recording), "recording": recording.name}
     return owners[parameter.scope], name
 

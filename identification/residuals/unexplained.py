@@ -19,9 +19,13 @@ LEAST_RATIO = 1.15
 
 @dataclass(frozen=True, kw_only=True)
 class Unexplained:
-    """Whether the residual has structure, the evidence in plain words, and how large the structure is.
+    """Whether the residual has structure, and the evidence in plain words.
 
-    `structured` is the residual without the torque channel's white noise, root mean square over range.
+    Attributes:
+        present: whether it has.
+        evidence: in plain words.
+        structured: root mean square of the residual beyond the noise of the torque channel, over the
+            torque range [1].
     """
 
     present: bool
@@ -70,7 +74,7 @@ def unexplained(
         f" structured part {structured:.2%}, correlated over {correlated:.0f} samples"
     )
     if not present:
-        return Unexplained(
-            present=False, evidence=f"{opening}: nothing beyond noise", structured=structured
-        )
-    return Unexplained(present=True, evidence=f"{opening}. {followed.reading}", structured=structured)
+        evidence = f"{opening}: nothing beyond noise"
+        return Unexplained(present=False, evidence=evidence, structured=structured)
+    evidence = f"{opening}. {followed.reading}"
+    return Unexplained(present=True, evidence=evidence, structured=structured)

@@ -6,12 +6,13 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from identification.fits.autocorrelation import effective_samples
+from identification.fits.bounds import ends_at_bound
 from identification.fits.fitting import Fit
 from identification.fits.loss import influence
 from identification.fits.problem import over_range
 from identification.reading.recordings import Recording
 from identification.selection.trials import Judgement, Trial
-from symbolic import InvalidInputError
+from symbolic import Effect, InvalidInputError
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,6 +32,10 @@ class SelectionCriteria:
         runners_up: candidates fitted to the whole recordings where the best is not confirmed there.
         idle_steps: steps in a row in which a candidate may gain next to nothing before it is left out.
         exchanges: candidates that may replace another effect when no effect can be added.
+        further_gain: an effect beside others has to lower the judged error by this share [1].
+        law: share to which the law of an effect is taken as known; what an effect of another family
+            explains has to exceed that share of what those before it explain [1].
+        second_law: the same for a further effect of a family that is in the model [1].
         rough_above: judged error over range above which 40 bristles rank candidates, ten times the error
             that those have [1].
     """
@@ -45,6 +50,9 @@ class SelectionCriteria:
     runners_up: int = 2
     idle_steps: int = 2
     exchanges: int = 3
+    law: float = 0.15
+    further_gain: float = 0.05
+    second_law: float = 0.3
     rough_above: float = 0.015
 
     def __post_init__(self) -> None:
@@ -61,6 +69,20 @@ class SelectionCriteria:
 
 
 DEFAULT_CRITERIA = SelectionCriteria()
+
+
+def step_justified(
+    trial: Trial,
+    present: Trial,
+    training: Sequence[Recording],
+    criteria: SelectionCriteria,
+    declared: Trial,
+) -> bool:
+    """Whether the last effect of a trial is worth adding, or worth the place of others."""
+    if len(trial.effects) <= len(present.effects):
+        return exchange_justified(trial, present, training, criteria, declared)
+    added = addition_justified(trial, present, training, criteria)
+    return added and beyond_law(trial.effects[-1], trial, present, declared, criteria)
 
 
 def addition_justified(
@@ -82,22 +104,60 @@ def addition_justified(
     return delta_bic(richer.fitted, present.fitted, training) < allowed
 
 
+def beyond_law(
+    added: Effect, richer: Trial, present: Trial, declared: Trial, criteria: SelectionCriteria
+) -> bool:
+    """Whether an effect explains more than a wrong law of those beside it may leave.
+
+    Another author's law differs from the library's, and what it leaves must not be read as a further
+    mechanism. What is explained is a fall of the squared judged error, from the declared structure on.
+    """
+    if present.effects and not richer.nrmse < (1 - criteria.further_gain) * present.nrmse:
+        return False
+    known = {effect.family for effect in present.effects} - {"other"}
+    share = criteria.second_law if added.family in known else criteria.law
+    explained = max(declared.nrmse**2 - present.nrmse**2, 0.0)
+    return present.nrmse**2 - richer.nrmse**2 > share**2 * explained
+
+
 def _own_parameters(trial: Trial) -> int:
     """Number of parameters that belong to a recording."""
     return sum(trial.fitted.own)
 
 
 def removal_justified(
-    poorer: Trial, present: Trial, training: Sequence[Recording], criteria: SelectionCriteria
+    poorer: Trial,
+    present: Trial,
+    training: Sequence[Recording],
+    criteria: SelectionCriteria,
+    declared: Trial,
 ) -> bool:
-    """Whether the addition of the effect that the poorer model lacks would not be justified."""
-    return not addition_justified(present, poorer, training, criteria)
+    """Whether the addition of the effect that the poorer model lacks would not be justified.
+
+    The poorer model may have another effect of its family in its place, with fewer parameters, none of
+    them at the end of its range.
+    """
+    if len(poorer.effects) == len(present.effects) and ends_at_bound(poorer.fitted):
+        return False
+    removed = next(effect for effect in present.effects if effect not in poorer.effects)
+    return not (
+        addition_justified(present, poorer, training, criteria)
+        and (
+            len(poorer.effects) == len(present.effects)
+            or beyond_law(removed, present, poorer, declared, criteria)
+        )
+    )
 
 
 def exchange_justified(
-    trial: Trial, present: Trial, training: Sequence[Recording], criteria: SelectionCriteria
+    trial: Trial,
+    present: Trial,
+    training: Sequence[Recording],
+    criteria: SelectionCriteria,
+    declared: Trial,
 ) -> bool:
     """Whether the judged error is lower, and with more parameters the information criterion too."""
+    del declared
     if not error_falls(trial.judgement, present.judgement, criteria):
         return False
     if len(trial.fitted.labels) <= len(present.fitted.labels):

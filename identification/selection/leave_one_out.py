@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from identification.fits.fitting import Fit
+from identification.fits.linear_algebra import one_thread
 from identification.fits.problem import over_range, torque_range
 from identification.fits.values import ground_of
 from identification.reading.recordings import Recording
@@ -16,6 +17,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 
+@one_thread
 def leave_one_out(fitted: Fit, recordings: Sequence[Recording]) -> dict[str, Array]:
     """Residuals of every recording had it not been fitted, to first order of the parameters [N m].
 

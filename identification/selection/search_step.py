@@ -19,6 +19,7 @@ class SearchStep:
         trials: of the models with one effect more or less, least judged error first, coarsely fitted.
         after: the model after it; None in the last step.
         indistinguishable: effects that would have done as well as the one that was added.
+        without: where an effect took another one's place, the model with neither; else None.
     """
 
     before: Trial
@@ -26,6 +27,7 @@ class SearchStep:
     trials: tuple[Trial, ...]
     after: Trial | None
     indistinguishable: Effects = ()
+    without: Trial | None = None
 
     @property
     def removed_effect(self) -> Effect | None:

@@ -1,33 +1,41 @@
 """The search for the missing effects: stepwise selection, judged on held-out recordings.
 
-Each step adds an effect; if none is worth adding, it removes one that the others make superfluous; if
-there is none, it exchanges one effect for another; at last it tries the rival of the effect that was
-added last. An effect that was removed does not return, so the search ends.
+Each step adds an effect, or puts a flexible law in place of the others of its family; if none is worth
+that, it removes one that the others make superfluous; if there is none, it exchanges one effect for
+another; at last it tries the rival of the effect that was added last. An effect that was removed does
+not return, so the search ends.
 """
 
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Executor
 from dataclasses import dataclass, replace
 
+from identification.fits.bounds import ends_at_bound
 from identification.fits.loss import LEAST_SQUARES, Loss
 from identification.reading.recordings import Recording
+from identification.selection.candidates import (
+    RankedCandidate,
+    is_second,
+    ranked_candidates,
+    with_effect,
+    without,
+)
 from identification.selection.criteria import (
     DEFAULT_CRITERIA,
     SelectionCriteria,
-    addition_justified,
     distinguishable,
     exchange_justified,
-    flattered,
     removal_justified,
+    step_justified,
 )
 from identification.selection.journal import Journal
 from identification.selection.search_step import SearchStep
-from identification.selection.trial_runner import Effects, TrialRunner, jobs_of, workers
+from identification.selection.trial_runner import Effects, TrialRunner, jobs_of, values_for, workers
 from identification.selection.trials import RANKING, ROUGH, Precision, Trial, model_of, with_prior_weight
 from symbolic import CANDIDATES, Effect, effects_named
 
 Progress = Callable[[str, int, int], None]
-Justified = Callable[[Trial, Trial, Sequence[Recording], SelectionCriteria], bool]
+Justified = Callable[[Trial, Trial, Sequence[Recording], SelectionCriteria, Trial], bool]
 
 
 def search(
@@ -63,21 +71,14 @@ def search(
         return Search(runner, effects, criteria, progress or silent).run()
 
 
-@dataclass(frozen=True)
-class RankedCandidate:
-    """A model that coarse trials propose, and the effects that would do as well as its last one."""
-
-    trial: Trial
-    indistinguishable: Effects = ()
-
-
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _PresentModel:
-    """The present model, fitted to the whole recordings and as coarsely as its rivals."""
+    """The present model, fitted to the whole recordings and as coarsely as its rivals; that declared."""
 
     fine: Trial
     coarse: Trial
     precision: Precision
+    declared: Trial
 
 
 @dataclass(frozen=True)
@@ -92,19 +93,20 @@ class Search:
     def run(self) -> list[SearchStep]:
         """Every step, the last one with nothing chosen."""
         self.report("fitting the declared structure", 0, 1)
-        current: Trial | None = self.runner.run_fine(())
+        declared = self.runner.run_fine(())
+        current: Trial | None = declared
         steps: list[SearchStep] = []
         while current:
-            steps.append(self._step(current, steps))
+            steps.append(self._step(current, declared, steps))
             current = steps[-1].after
         return steps
 
-    def _step(self, current: Trial, steps: Sequence[SearchStep]) -> SearchStep:
+    def _step(self, current: Trial, declared: Trial, steps: Sequence[SearchStep]) -> SearchStep:
         """Add an effect, else remove one, else exchange one, else nothing."""
         precision = ROUGH if current.nrmse > self.criteria.rough_above else RANKING
         precision = with_prior_weight(precision, current.fitted)
         coarse = self.runner.run_coarse(current.effects, current.fitted.values, precision)
-        present = _PresentModel(fine=current, coarse=coarse, precision=precision)
+        present = _PresentModel(fine=current, coarse=coarse, precision=precision, declared=declared)
         active, idle = self._active_and_idle(current.effects, steps)
         added = self._add(present, active, ())
         if added.after is None:
@@ -147,36 +149,53 @@ class Search:
         `earlier` are trials of other effects on top of the same model.
         """
         label = f"trying effects on top of {', '.join(present.fine.names) or 'the declared structure'}"
-        trials = self._rank(present, [(*present.fine.effects, effect) for effect in effects], label)
-        justified = [t for t in trials if self._improves(t, present, addition_justified)]
+        sets = [with_effect(present.fine.effects, effect) for effect in effects]
+        trials = self._rank(present, sets, label)
+        justified = [t for t in trials if self._improves(t, present, step_justified)]
         best = ranked_candidates(justified, self.runner.thinned_training, self.criteria)
         ranked = sorted([*earlier, *trials], key=lambda trial: trial.nrmse)
-        indistinguishable, after = self._first_confirmed(best, present, addition_justified)
+        indistinguishable, after = self._first_confirmed(best, present, step_justified)
+        replaced = after is not None and len(after.effects) <= len(present.fine.effects)
         return SearchStep(
             before=present.fine,
             ranked_before=present.coarse,
             trials=tuple(ranked),
             after=after,
             indistinguishable=indistinguishable,
+            without=self._lacking(after) if after and replaced else None,
         )
 
     def _remove(self, present: _PresentModel) -> SearchStep | None:
-        """Remove an effect that is not worth its addition any more; not the one added last."""
+        """Remove an effect that is not worth its addition any more; not the one added last.
+
+        A flexible law gives way to one of its family that does as well.
+        """
         effects = present.fine.effects
         label = f"trying to do without one of {', '.join(present.fine.names)}"
-        trials = self._rank(present, [_without(effects, removed) for removed in effects[:-1]], label)
+        sets = [without(effects, removed) for removed in effects[:-1]]
+        sets += [
+            (*without(effects, law), member)
+            for law in effects
+            for member in self.candidates
+            if law.flexible and member.family == law.family and member not in effects
+        ]
+        trials = self._rank(present, sets, label)
         return self._replaced(present, trials, removal_justified)
 
     def _exchange(self, present: _PresentModel, additions: Sequence[Trial]) -> SearchStep | None:
-        """Exchange one effect for one of the candidates that gained most, though not enough."""
+        """Exchange one effect for one of the candidates that gained most, though not enough.
+
+        None becomes the second law of a family so: nothing would ask how much more it explains.
+        """
         effects = present.fine.effects
         least = (1 - self.criteria.least_gain) * present.coarse.nrmse
         helpful = [trial.effects[-1] for trial in additions if trial.nrmse < least]
         label = f"exchanging one of {', '.join(present.fine.names)}"
         sets = [
-            (*_without(effects, removed), effect)
+            exchanged
             for effect in helpful[: self.criteria.exchanges]
             for removed in effects
+            if not is_second(exchanged := (*without(effects, removed), effect))
         ]
         return self._replaced(present, self._rank(present, sets, label), exchange_justified)
 
@@ -192,13 +211,15 @@ class Search:
         if rival is None or rival not in candidates:
             return None
         *others, chosen = present.fine.effects
+        if is_second((*others, rival)):
+            return None
         sets = [(*others, rival, effect) for effect in candidates if effect != rival]
         label = f"trying {rival.name} in place of {chosen.name}"
         found = self._replaced(present, self._rank(present, sets, label), exchange_justified)
         if found is None or found.after is None:
             return None
         values = found.after.fitted.values
-        return replace(found, after=self.runner.run_fine((*others, rival), values))
+        return replace(found, after=self.runner.run_fine((*others, rival), values), without=None)
 
     def _replaced(
         self, present: _PresentModel, trials: Sequence[Trial], justified: Justified
@@ -208,9 +229,19 @@ class Search:
         _, after = self._first_confirmed(best, present, justified)
         if after is None:
             return None
+        last = after.effects[-1] if after.effects else None
         return SearchStep(
-            before=present.fine, ranked_before=present.coarse, trials=tuple(trials), after=after
+            before=present.fine,
+            ranked_before=present.coarse,
+            trials=tuple(trials),
+            after=after,
+            without=None if last is None or last in present.fine.effects else self._lacking(after),
         )
+
+    def _lacking(self, after: Trial) -> Trial:
+        """The model without its last effect, which took the place of another one."""
+        effects = after.effects[:-1]
+        return self.runner.run_fine(effects, values_for(after, effects))
 
     def _rank(self, present: _PresentModel, sets: Sequence[Effects], label: str) -> list[Trial]:
         """Coarse trials of these sets of effects, least judged error first."""
@@ -222,45 +253,29 @@ class Search:
 
     def _improves(self, trial: Trial, present: _PresentModel, justified: Justified) -> bool:
         """Whether a coarse trial is justified beside the present model, as coarse."""
-        return justified(trial, present.coarse, self.runner.thinned_training, self.criteria)
+        training = self.runner.thinned_training
+        return justified(trial, present.coarse, training, self.criteria, present.declared)
 
     def _first_confirmed(
         self, best: Sequence[RankedCandidate], present: _PresentModel, justified: Justified
     ) -> tuple[Effects, Trial | None]:
-        """Of the first candidate that is justified on the whole recordings too: rivals and trial."""
+        """Of the first candidate that is justified on the whole recordings too: rivals and trial.
+
+        One with a parameter at the end of its range gives way to another one that does as well.
+        """
+        at_bound: tuple[Effects, Trial | None] = (), None
         for candidate in best[: 1 + self.criteria.runners_up]:
             after = self.runner.run_fine(candidate.trial.effects, candidate.trial.fitted.values)
-            if justified(after, present.fine, self.runner.training, self.criteria):
+            if not justified(after, present.fine, self.runner.training, self.criteria, present.declared):
+                continue
+            first = at_bound[1]
+            if first is not None and distinguishable(first, after, self.criteria):
+                continue
+            if not ends_at_bound(after.fitted):
                 return candidate.indistinguishable, after
-        return (), None
-
-
-def _without(effects: Effects, removed: Effect) -> Effects:
-    return tuple(effect for effect in effects if effect != removed)
-
-
-def ranked_candidates(
-    justified: Sequence[Trial], training: Sequence[Recording], criteria: SelectionCriteria
-) -> list[RankedCandidate]:
-    """Candidates in the order in which they should be confirmed.
-
-    First comes the best that is not flattered beside another one, or the one with the fewest parameters
-    of those that cannot be distinguished from it; then the same among the rest.
-
-    Args:
-        justified: coarse trials, least judged error first.
-        training: recordings that they were fitted to.
-        criteria: thresholds of the search.
-    """
-    ranked, rest = [], list(justified)
-    while rest:
-        best = next(t for t in rest if not any(flattered(t, other, training) for other in rest))
-        equals = [trial for trial in rest if not distinguishable(best, trial, criteria)]
-        leader = min(equals, key=lambda trial: (len(trial.fitted.labels), trial.nrmse))
-        others = tuple(trial.effects[-1] for trial in equals if trial is not leader)
-        ranked.append(RankedCandidate(leader, others))
-        rest.remove(leader)
-    return ranked
+            if first is None:
+                at_bound = candidate.indistinguishable, after
+        return at_bound
 
 
 def silent(message: str, done: int, total: int) -> None:

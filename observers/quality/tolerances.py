@@ -11,12 +11,8 @@ from math import hypot
 from observers.tuning import Tuning
 from symbolic import Rig
 from symbolic.deformation import full_slide_arm, unit_moment
-from symbolic.parameters import EVEN
+from symbolic.parameters import EVEN, USUAL
 
-HALF_LENGTH, CASTER = 0.002, 0.002
-"""Tolerance of a half-length and a caster length that are declared without one [m]."""
-LOAD, STIFFNESS = 0.02, 0.2
-"""The same of the recorded load, and of k, as a share [1]."""
 _SMALL = 1e-3
 
 
@@ -25,13 +21,13 @@ def with_tolerances(tuning: Tuning, rig: Rig, k: float) -> Tuning:
 
     Args:
         tuning: its own floor and deviation are added to, in quadrature.
-        rig: a and e with their tolerances; where none is declared the usual ones of this module count.
+        rig: a and e with their tolerances; where none is declared, `symbolic.parameters.USUAL` counts.
         k: declared stiffness [N/m^2].
     """
-    a = HALF_LENGTH if rig.tolerances.a is None else rig.tolerances.a
-    e = CASTER if rig.tolerances.e is None else rig.tolerances.e
-    load = LOAD if rig.tolerances.load is None else rig.tolerances.load
-    stiffness = STIFFNESS if rig.tolerances.k is None else rig.tolerances.k / k
+    a = USUAL["a"] if rig.tolerances.a is None else rig.tolerances.a
+    e = USUAL["e"] if rig.tolerances.e is None else rig.tolerances.e
+    load = USUAL["load"] if rig.tolerances.load is None else rig.tolerances.load
+    stiffness = USUAL["k"] if rig.tolerances.k is None else rig.tolerances.k / k
     arm = _spread(full_slide_arm, rig, a, e)
     patch = _spread(lambda a, e: unit_moment(0.0, a, e), rig, a, e)
     return replace(

@@ -16,6 +16,7 @@ class AsymmetricFriction(Effect):
 
     name: str = "asymmetric_friction"
     summary: str = "friction differs by direction of turning"
+    family = "friction over direction"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="ratio", unit="1", neutral=1.0, start=1.05, lower=0.3, upper=3.0, scale=0.2),
     )

@@ -31,6 +31,7 @@ class Backlash(Effect):
 
     name: str = "backlash"
     summary: str = "play in series with the patch, crossed at no torque"
+    family = "sensor and steering"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="gap", unit="rad", neutral=0.0, start=0.005, lower=0.0, upper=0.5, scale=0.02),
     )

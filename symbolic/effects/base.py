@@ -3,7 +3,7 @@
 import math
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal, Protocol
+from typing import Any, ClassVar, Literal, Protocol
 
 import casadi as ca
 
@@ -18,6 +18,16 @@ from symbolic.patch import Signals as Signals
 Scope = Literal["tyre", "ground", "recording"]
 _QUOTES = frozenset("\"'<>&\\")
 """Signs that end a text in C, XML or A2L, or begin something else there."""
+Family = Literal[
+    "friction over speed",
+    "friction over time",
+    "friction over load",
+    "friction over direction",
+    "compliance and contact shape",
+    "sensor and steering",
+    "other",
+]
+"""Mechanisms; the effects of a family are laws of the same one. What is "other" is one of its own."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,6 +127,8 @@ class Effect:
         name: the name in files and reports.
         parameters: its part of the parameter vector, in this order.
         summary: one line in plain words.
+        family: the mechanism that it is a law of.
+        flexible: True for one that stands for whatever law of its family the library lacks.
         memory: length of its own memory from sample to sample.
         sensor: True where `transform_inputs` changes what everything else sees, so that it comes first.
         torque_by_ground: True where `torque` is the ground's, so that the torque of full slide includes
@@ -129,6 +141,8 @@ class Effect:
     name: str
     summary: str
     parameters: tuple[Parameter, ...]
+    family: ClassVar[Family] = "other"
+    flexible: ClassVar[bool] = False
     memory: int = 0
     sensor: bool = False
     torque_by_ground: bool = False

@@ -19,6 +19,7 @@ class BearingFriction(Effect):
 
     name: str = "bearing_friction"
     summary: str = "dry friction outside the patch"
+    family = "sensor and steering"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="M_c", unit="N m", neutral=0.0, start=0.1, lower=0.0, upper=20.0, scale=0.5),
     )

@@ -15,6 +15,7 @@ class CarcassTorsion(Effect):
 
     name: str = "carcass_torsion"
     summary: str = "the carcass twists in series with the patch"
+    family = "compliance and contact shape"
     parameters: tuple[Parameter, ...] = (
         Parameter(
             name="k_t", unit="N m/rad", neutral=math.inf, start=300.0, lower=10.0, upper=math.inf,

@@ -14,6 +14,7 @@ class ContactDamping(Effect):
 
     name: str = "contact_damping"
     summary: str = "a torque proportional to the yaw rate"
+    family = "sensor and steering"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="c", unit="N m s/rad", neutral=0.0, start=0.1, lower=0.0, upper=20.0, scale=1.0),
     )

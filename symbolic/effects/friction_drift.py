@@ -18,6 +18,7 @@ class FrictionDrift(Effect):
 
     name: str = "friction_drift"
     summary: str = "friction changes with the way turned"
+    family = "friction over time"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="gain", unit="1", neutral=0.0, start=0.1, lower=-0.9, upper=3.0, scale=0.1),
         Parameter(name="scale", unit="rad", neutral=None, start=0.5, lower=0.05, upper=20.0, scale=0.5),

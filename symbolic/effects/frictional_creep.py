@@ -24,6 +24,7 @@ class FrictionalCreep(Effect):
     summary: str = (
         "friction grows with the log speed at which bristles slide, and they creep; mu is that at 1 mm/s"
     )
+    family = "friction over speed"
     parameters: tuple[Parameter, ...] = (
         Parameter(
             name="c", unit="1", neutral=0.0, start=0.02, lower=0.0, upper=0.3, scale=0.05, of="friction"

@@ -41,6 +41,7 @@ class IwanElements(Effect):
 
     name: str = "stops"
     summary: str = "the contact is no parabola but stops with limits of their own"
+    family = "compliance and contact shape"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="early", unit="1", neutral=1.0, start=0.8, lower=0.02, upper=10.0, scale=0.5),
         Parameter(name="late", unit="1", neutral=1.0, start=0.7, lower=-1.0, upper=1.9, scale=0.5),

@@ -17,6 +17,7 @@ class LoadDependentFriction(Effect):
 
     name: str = "load_dependent_friction"
     summary: str = "friction depends on the load"
+    family = "friction over load"
     parameters: tuple[Parameter, ...] = (
         Parameter(
             name="n", unit="1", neutral=0.0, start=0.1, lower=-3.0, upper=3.0, scale=0.3, of="friction"

@@ -18,6 +18,7 @@ class PatchWidth(Effect):
 
     name: str = "patch_width"
     summary: str = "the patch has a width"
+    family = "compliance and contact shape"
     parameters: tuple[Parameter, ...] = (
         Parameter(
             name="half_width", unit="m", neutral=0.0, start=0.015, lower=0.0, upper=0.15, scale=0.02

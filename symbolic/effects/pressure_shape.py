@@ -18,6 +18,7 @@ class PressureShape(Effect):
 
     name: str = "pressure_shape"
     summary: str = "the pressure is flatter or sharper than a parabola"
+    family = "compliance and contact shape"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="exponent", unit="1", neutral=2.0, start=2.3, lower=0.6, upper=12.0, scale=1.0),
     )

@@ -15,6 +15,7 @@ class PressureSkew(Effect):
 
     name: str = "pressure_skew"
     summary: str = "the pressure centre is off the middle"
+    family = "compliance and contact shape"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="skew", unit="1", neutral=0.0, start=0.1, lower=-0.95, upper=0.95, scale=0.2),
     )

@@ -14,6 +14,7 @@ class Pretwist(Effect):
 
     name: str = "pretwist"
     summary: str = "the patch is deformed before the recording begins"
+    family = "sensor and steering"
     parameters: tuple[Parameter, ...] = (
         Parameter(
             name="psi_0", unit="rad", neutral=0.0, start=0.02, lower=-1.0, upper=1.0, scale=0.05,

@@ -25,6 +25,7 @@ class RateFriction(Effect):
 
     name: str = "rate_friction"
     summary: str = "friction changes with log sliding speed; mu is that at 1 mm/s"
+    family = "friction over speed"
     parameters: tuple[Parameter, ...] = (
         Parameter(
             name="c", unit="1", neutral=0.0, start=0.02, lower=-0.3, upper=0.3, scale=0.05, of="friction"

@@ -26,6 +26,7 @@ class SensorDelay(Effect):
 
     name: str = "sensor_delay"
     summary: str = "the torque channel is late against the angle"
+    family = "sensor and steering"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="delay", unit="s", neutral=0.0, start=0.004, lower=0.0, upper=0.15, scale=0.01),
     )

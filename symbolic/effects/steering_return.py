@@ -14,6 +14,7 @@ class SteeringReturn(Effect):
 
     name: str = "steering_return"
     summary: str = "a torque proportional to the angle"
+    family = "sensor and steering"
     parameters: tuple[Parameter, ...] = (
         Parameter(
             name="stiffness", unit="N m/rad", neutral=0.0, start=0.1, lower=-100.0, upper=100.0,

@@ -22,6 +22,7 @@ class Stribeck(Effect):
 
     name: str = "stribeck"
     summary: str = "static friction is above kinetic"
+    family = "friction over speed"
     parameters: tuple[Parameter, ...] = (
         Parameter(
             name="ratio", unit="1", neutral=1.0, start=1.1, lower=1.0, upper=3.0, scale=0.2,

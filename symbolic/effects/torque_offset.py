@@ -14,6 +14,7 @@ class TorqueOffset(Effect):
 
     name: str = "torque_offset"
     summary: str = "the torque channel has a zero error"
+    family = "sensor and steering"
     parameters: tuple[Parameter, ...] = (
         Parameter(
             name="M_0", unit="N m", neutral=0.0, start=0.05, lower=-50.0, upper=50.0, scale=0.5,

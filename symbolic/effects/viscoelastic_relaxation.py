@@ -15,6 +15,7 @@ class ViscoelasticRelaxation(Effect):
 
     name: str = "viscoelastic_relaxation"
     summary: str = "bristle stress relaxes with time"
+    family = "compliance and contact shape"
     parameters: tuple[Parameter, ...] = (
         Parameter(name="gain", unit="1", neutral=0.0, start=0.3, lower=0.0, upper=10.0, scale=0.3),
         Parameter(name="time", unit="s", neutral=None, start=0.5, lower=0.02, upper=20.0, scale=0.5),

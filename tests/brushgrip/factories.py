@@ -4,7 +4,14 @@ import numpy as np
 
 from brushgrip.estimation.estimates import FrictionTrack
 from brushgrip.estimation.friction_outcome import FOUND, FrictionOutcome
-from identification.diagnosis.findings import Candidate, Errors, FoundEffect, Series
+from identification.diagnosis.findings import (
+    Candidate,
+    Curve,
+    Errors,
+    FoundEffect,
+    FoundFamily,
+    Series,
+)
 from identification.diagnosis.result import Diagnosis
 from identification.experiments.proposals import Proposal
 from identification.experiments.steering import Manoeuvre
@@ -97,6 +104,7 @@ def _effects() -> tuple[FoundEffect, ...]:
         FoundEffect(
             name="carcass_torsion",
             summary=EFFECTS["carcass_torsion"].summary,
+            family="compliance and contact shape",
             parameters={"k_t": ParameterEstimate(value=391.234, std=4.2, unit="N m/rad")},
             holdout_nrmse_after=0.03,
             delta_bic=-412.3,
@@ -106,6 +114,7 @@ def _effects() -> tuple[FoundEffect, ...]:
         FoundEffect(
             name="torque_offset",
             summary=EFFECTS["torque_offset"].summary,
+            family="sensor and steering",
             parameters={"M_0 [train_a]": ParameterEstimate(value=-0.12, std=None, unit="N m")},
             holdout_nrmse_after=0.023,
             delta_bic=-55.1,
@@ -160,6 +169,7 @@ def make_diagnosis(
             own={name: {"mu": 1.3} for name in names},
         ),
         series=tuple(_series(name, i, name in holdout) for i, name in enumerate(names)),
+        families=_families() if found else (),
         notes=tuple(f"{name} got worse" for name in worse),
     )
 
@@ -196,3 +206,19 @@ TRACKS = (
     _track("d", slice(0, 0), 1.0),
 )
 """Of these recordings: usable to the end, usable for a while, and twice never."""
+
+
+def _families() -> tuple[FoundFamily, ...]:
+    """A loop with a band of which one end is unknown, and a mechanism without a curve."""
+    psi = np.array([0.0, 0.2, 0.4, 0.0, -0.4])
+    torque = np.array([0.0, -5.0, -7.0, 4.0, 7.0])
+    std = np.array([0.0, 0.1, 0.1, 0.1, np.inf])
+    curve = Curve(
+        x_name="yaw angle", x_unit="rad", y_name="aligning torque", y_unit="N m", x=psi, y=torque,
+        std=std, declared=1.1 * torque,
+    )  # fmt: skip
+    names = ("compliance and contact shape", "sensor and steering")
+    return tuple(
+        FoundFamily(name=name, effects=(effect.name,), rivals=(), curve=drawn)
+        for name, effect, drawn in zip(names, _effects(), (curve, None), strict=True)
+    )

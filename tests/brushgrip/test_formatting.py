@@ -72,8 +72,8 @@ def test_listed() -> None:
 
 
 FOUND = (
-    "The declared model misses carcass torsion and torque offset; 1.20 % of range stay unexplained:"
-    " held-out error 4.30 % → 2.37 %"
+    "The declared model misses compliance and contact shape (carcass torsion) and sensor and steering"
+    " (torque offset); 1.20 % of range stay unexplained: held-out error 4.30 % → 2.37 %"
 )
 
 

@@ -60,7 +60,16 @@ def no_drawing(monkeypatch: pytest.MonkeyPatch) -> None:
     def blank(path: Path, *_: object) -> None:
         path.write_bytes(PNG)
 
-    for name in ("candidates", "experiment", "friction", "loops", "overview", "residuals", "signatures"):
+    for name in (
+        "candidates",
+        "experiment",
+        "friction",
+        "loops",
+        "mechanisms",
+        "overview",
+        "residuals",
+        "signatures",
+    ):
         monkeypatch.setattr(report, f"draw_{name}", blank)
     monkeypatch.setattr(report, "MOST_RECORDINGS", 3)
 
@@ -73,7 +82,7 @@ def text_of(folder: Path, diagnosis: Diagnosis) -> str:
 def test_writes_page_and_pictures(full: Path) -> None:
     pictures = [
         *("candidates.png", "experiment_carcass_torsion.png", "friction.png"),
-        *("loops.png", "residuals.png", "signatures.png"),
+        *("loops.png", "mechanisms.png", "residuals.png", "signatures.png"),
     ]
 
     assert written(full.parent) == sorted([*pictures, "report.html"])
@@ -86,7 +95,7 @@ def test_page_stands_alone(full: Path) -> None:
     page = Page(text)
 
     pictures = [address for address in page.addresses if not address.startswith("#")]
-    assert len(pictures) == 6
+    assert len(pictures) == 7
     for address in pictures:
         head, content = address.split(",")
         assert head == "data:image/svg+xml;base64"
@@ -112,11 +121,13 @@ def test_page_says_everything_in_order(full: Path) -> None:
     page = Page(full.read_text("utf-8"))
 
     assert page.headings == [
-        "The declared model misses carcass torsion and torque offset; 1.20 % of range stay unexplained: "
-        "held-out error 4.30 % → 2.37 % of range.",
+        "The declared model misses compliance and contact shape (carcass torsion) and sensor and "
+        "steering (torque offset); 1.20 % of range stay unexplained: held-out error 4.30 % → 2.37 % of"
+        " range.",
         "What was found",
         "Contents",
         "Friction over time",
+        "Mechanisms",
         "Torque errors",
         "Hysteresis loops",
         "Residuals",

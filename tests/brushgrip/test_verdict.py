@@ -19,7 +19,7 @@ def graded(diagnosis: Diagnosis, *grades: Grade, errors: float = 5.0) -> Diagnos
 
 
 @pytest.mark.parametrize(
-    ("errors", "bic", "rivals", "at_bound", "grade"),
+    ("errors", "bic", "rivals", "odd", "grade"),
     [
         (3.0, -6.0, False, False, "strong"),
         (3.0, -6.0, True, False, "ambiguous"),
@@ -30,8 +30,8 @@ def graded(diagnosis: Diagnosis, *grades: Grade, errors: float = 5.0) -> Diagnos
         (float("nan"), -60.0, False, False, "weak"),
     ],
 )
-def test_grades(errors: float, bic: float, rivals: bool, at_bound: bool, grade: str) -> None:
-    assert grade_of(errors, bic, has_rivals=rivals, at_bound=at_bound) == grade
+def test_grades(errors: float, bic: float, rivals: bool, odd: bool, grade: str) -> None:
+    assert grade_of(errors, bic, has_rivals=rivals, stands_in=odd) == grade
 
 
 @pytest.mark.parametrize(
@@ -50,21 +50,22 @@ def test_distance_from_no_effect(
 
 
 def test_a_parameter_close_to_no_effect_is_a_hint() -> None:
-    assert grade_of(9.0, -60.0, 1.4, has_rivals=False, at_bound=False) == "weak"
-    assert grade_of(9.0, -60.0, 3.0, has_rivals=False, at_bound=False) == "strong"
+    assert grade_of(9.0, -60.0, 1.4, has_rivals=False, stands_in=False) == "weak"
+    assert grade_of(9.0, -60.0, 3.0, has_rivals=False, stands_in=False) == "strong"
 
 
 def test_only_clear_effects_are_said_to_be_missing() -> None:
     diagnosis, explained = make_diagnosis(), make_diagnosis(unexplained=False)
     assert headline(graded(explained, "strong", "weak")).startswith(
-        "The declared model misses carcass torsion; there are weak signs of torque offset: held-out"
+        "The declared model misses compliance and contact shape (carcass torsion); there are weak signs"
+        " of torque offset: held-out"
     )
     weak = headline(graded(explained, "weak", "weak"))
     assert weak.startswith("There are only weak signs of carcass torsion and torque offset: ")
     assert "misses" not in weak
     assert headline(graded(diagnosis, "ambiguous", "strong")).startswith(
-        "The declared model misses carcass torsion (or patch width) and torque offset; 1.20 % of range"
-        " stay unexplained: "
+        "The declared model misses compliance and contact shape (carcass torsion, or patch width) and"
+        " sensor and steering (torque offset); 1.20 % of range stay unexplained: "
     )
     assert headline(graded(explained, "stands_in", "stands_in")).startswith(
         "Carcass torsion and torque offset stand in for something unknown: "
@@ -117,6 +118,14 @@ def test_a_clear_parameter_is_not_called_chance() -> None:
     )
     assert "359.0 σ from no effect at all: the gain rests on few stretches" in clear
     assert "1.2 σ from no effect at all, of 3: it may be chance" in near
+
+
+def test_an_effect_of_no_family_goes_by_its_name() -> None:
+    diagnosis = graded(make_diagnosis(), "ambiguous", "weak")
+    alone = tuple(replace(effect, family=effect.name) for effect in diagnosis.effects)
+    assert headline(replace(diagnosis, effects=alone)).startswith(
+        "The declared model misses carcass torsion (or patch width); "
+    )
 
 
 def test_parameters_have_plain_names() -> None:

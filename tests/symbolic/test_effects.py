@@ -33,6 +33,7 @@ DRIVE = hand_path(3, 10.0, hand=Hand(nesting=0.6), load=480.0, rate=100.0)
 GEOMETRY = np.array([TYRE.a, TYRE.e])
 VALUES: dict[str, dict[str, float]] = {
     "rate_friction": {"c": 0.04},
+    "speed_law": {"slow": 0.06, "middle": 0.03, "fast": -0.02},
     "frictional_creep": {"c": 0.06},
     "stribeck": {"ratio": 1.3, "v_s": 3e-3},
     "load_dependent_friction": {"n": 0.4},

@@ -4,7 +4,14 @@ from typing import Any
 
 import pytest
 
-from symbolic import BrushgripError, InvalidInputError, Rig, Tyre
+from symbolic import (
+    BrushgripError,
+    InvalidInputError,
+    Rig,
+    Tolerances,
+    Tyre,
+    with_usual_tolerances,
+)
 
 RIG: dict[str, Any] = {"a": 0.04, "e": 0.009}
 
@@ -82,3 +89,18 @@ def test_parameters_are_frozen() -> None:
 def test_invalid_input_is_a_value_error_of_the_one_tree() -> None:
     assert issubclass(InvalidInputError, BrushgripError)
     assert issubclass(InvalidInputError, ValueError)
+
+
+def test_what_is_declared_without_a_tolerance_has_the_usual_one() -> None:
+    usual = with_usual_tolerances(Rig(a=0.045, e=0.009)).tolerances
+    assert usual == Tolerances(a=0.002, e=0.002, load=0.02)
+
+
+def test_a_declared_tolerance_stays_and_zero_is_exact() -> None:
+    declared = Tolerances(a=0.0, e=0.003, load=0.0, zero=0.1, k=1e5)
+    assert with_usual_tolerances(Rig(a=0.045, e=0.009, tolerances=declared)).tolerances == declared
+
+
+def test_a_small_patch_keeps_its_kingpin_within_usual_tolerances() -> None:
+    rig = with_usual_tolerances(Rig(a=0.010, e=0.009))
+    assert 0 < rig.tolerances.of("a") == rig.tolerances.of("e") < 0.0005

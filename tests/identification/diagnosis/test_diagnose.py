@@ -80,15 +80,21 @@ def test_what_the_file_holds(found: Diagnosis) -> None:
     (effect,) = content["effects"]
     keys = {
         *("name", "parameters", "holdout_nrmse_after", "delta_bic", "indistinguishable_from"),
-        *("experiment", "scope", "grade", "standard_errors", "deviations"),
+        *("experiment", "scope", "grade", "standard_errors", "deviations", "family"),
     }
     assert set(effect) == keys
     assert set(effect["parameters"]["delay"]) == {"value", "std", "unit"}
     assert set(content["candidates"][0]) == {"name", "holdout_nrmse", "delta_bic"}
-    assert set(content["unexplained"]) == {"present", "evidence"}
+    assert set(content["unexplained"]) == {"present", "evidence", "structured"}
     assert set(content["model_error"]) == {"spread", "correlation_time", "relative", "before"}
-    named = {"k", "sensor_delay.delay", "mu [recording_a]", "mu [recording_b]"}
+    own = [f"{name} [recording_{r}]" for name in ("mu", "a", "e", "load") for r in "ab"]
+    named = {"k", "sensor_delay.delay", *own}
     assert set(content["parameters"]) == named
+    (family,) = content["families"]
+    assert family == {
+        "name": "sensor and steering", "effects": ["sensor_delay"], "rivals": [], "curve": None,
+    }  # fmt: skip
+    assert "a to 2 mm, e to 2 mm, load to 2 %, k to 20 %" in content["notes"][0]
 
 
 def test_the_model_error_is_that_of_recordings_left_out(

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from identification import Recording
 from identification.diagnosis.findings import Errors
 from identification.diagnosis.found_effects import notes_on
 from identification.fits.fitting import Fit
 from identification.fits.values import Values
-from symbolic import Model, effects_named
+from symbolic import Model, Rig, Tolerances, Tyre, effects_named
 
 
 def errors(left_out: dict[str, float] | None = None, **nrmse: float) -> Errors:
@@ -78,3 +79,20 @@ def test_fit_that_stopped_early(fitted: Fit) -> None:
     (note,) = notes_on(errors(a=0.04), errors(a=0.02), stopped)
 
     assert "stopped early (Maximum_Iterations_Exceeded)" in note
+
+
+@pytest.mark.parametrize(("tolerance", "said"), [(None, False), (1e5, True), (1e6, False), (0.0, True)])
+def test_a_stiffness_beyond_its_tolerance(fitted: Fit, tolerance: float | None, said: bool) -> None:
+    """It is 2e6 where 2.4e6 was declared, 17 % less; 20 % is the usual tolerance."""
+    rig = Rig(a=0.045, e=0.009, tolerances=Tolerances(k=tolerance))
+    zeros = np.zeros(3)
+    recording = Recording(
+        name="a", t=np.arange(3.0), psi=zeros, psi_dot=zeros, M_z=zeros, F_N=zeros + 400, rig=rig,
+        tyre=Tyre(k=2.4e6),
+    )  # fmt: skip
+
+    notes = notes_on(errors(a=0.04), errors(a=0.02), fitted, [recording])
+
+    assert [note.startswith("k is 2e+06 N/m^2, 0.83 of the declared one") for note in notes] == [
+        True
+    ] * said

@@ -15,8 +15,22 @@ Pair = tuple[Trial, list[Recording]]
 """A trial, and the recordings that it was fitted to and judged by."""
 
 
+class Law(Effect):
+    """A law of friction over speed."""
+
+    family = "friction over speed"
+
+
+class FlexibleLaw(Law):
+    """One that stands for all others of them."""
+
+    flexible = True
+
+
 def effect_of(name: str) -> Effect:
-    return Effect(name=name, summary=name, parameters=())
+    """An effect by its letter: s and t are laws of one family, f is its flexible one."""
+    kind = {"s": Law, "t": Law, "f": FlexibleLaw}.get(name, Effect)
+    return kind(name=name, summary=name, parameters=())
 
 
 def with_effects(trial: Trial, names: str) -> Trial:

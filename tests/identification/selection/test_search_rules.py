@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from identification.fits.values import Values
+from identification.selection.candidates import ranked_candidates
 from identification.selection.criteria import DEFAULT_CRITERIA, SelectionCriteria
 from identification.selection.search_step import SearchStep
 from identification.selection.stepwise_search import (
     Effects,
     Search,
-    ranked_candidates,
     silent,
 )
 from identification.selection.trial_runner import TrialRunner
@@ -117,6 +117,56 @@ def test_the_next_best_is_tried_where_the_best_is_not_confirmed(
     assert (path(steps) or [None])[0] == expected
     tried = list("abc" if expected is None else "abcd"[: len(bad) + 1])
     assert runner.fitted[: len(tried) + 1] == ["", *tried]
+
+
+@pytest.mark.parametrize(
+    ("with_both", "expected"), [(4.0, ["s", "st"]), (4.4, ["s"])], ids=["much more", "a wrong law's"]
+)
+def test_a_second_law_of_a_family_has_to_explain_much_more(
+    pair: Pair, with_both: float, expected: list[str]
+) -> None:
+    """The first explains 100 - 25; a second that explains less than 0.3^2 of it is no finding."""
+    assert path(searched(Scripted(pair, table(s=5, t=6, st=with_both)), "st")) == expected
+
+
+@pytest.mark.parametrize(
+    ("errors", "expected"),
+    [({"a": 3, "ab": 2.6}, "ab"), ({"a": 3, "ab": 2.7}, "a"), ({"a": 8, "ab": 7.65}, "a")],
+    ids=["more than a wrong law leaves", "less", "less than 5 %"],
+)
+def test_a_further_effect_has_to_explain_more_than_a_wrong_law(
+    pair: Pair, errors: dict[str, float], expected: str
+) -> None:
+    """The first explains 100 - 9, of which 0.15^2 are 2.05: the error has to fall below 2.636."""
+    assert path(searched(Scripted(pair, table(**errors)), "ab"))[-1] == expected
+
+
+def test_a_flexible_law_takes_the_place_of_its_family(pair: Pair) -> None:
+    errors = table(s=4, f=5, sa=3, fa=2, sfa=1.9)
+    assert path(searched(Scripted(pair, errors), "sfa")) == ["s", "sa", "af"]
+
+
+def test_of_equals_a_second_law_of_a_family_comes_last(pair: Pair) -> None:
+    second, other = (with_effects(t, n) for t, n in zip(trials(pair, 0, 1.5), ("sf", "st"), strict=True))
+    first = with_effects(second, "f")
+    for flexible, leader in ((first, "f"), (second, "st")):
+        best, *_ = ranked_candidates([flexible, other], pair[1][:1], DEFAULT_CRITERIA)
+        assert "".join(best.trial.names) == leader
+
+
+def test_no_exchange_makes_a_second_law_of_a_family(pair: Pair) -> None:
+    """Beside s, t explains too little as its second law; in place of a it would be one all the same."""
+    runner = Scripted(pair, table(s=5, a=8, sa=4.4, st=4.29, sat=4.25))
+    assert path(searched(runner, "sat")) == ["s", "sa"]
+    assert all("st" not in asked for asked in runner.asked[2:])
+
+
+@pytest.mark.parametrize(("member", "expected"), [(2.01, "as"), (2.1, "fa")])
+def test_a_flexible_law_gives_way_to_a_law_that_does_as_well(
+    pair: Pair, member: float, expected: str
+) -> None:
+    errors = table(f=4, s=5, fa=2, sa=member)
+    assert path(searched(Scripted(pair, errors), "sfa"))[-1] == expected
 
 
 def test_idle_candidates_are_tried_last(pair: Pair) -> None:

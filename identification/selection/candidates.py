@@ -1,0 +1,69 @@
+"""The models that a step of the search may go to, and the order in which they should be confirmed."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from identification.fits.bounds import ends_at_bound
+from identification.reading.recordings import Recording
+from identification.selection.criteria import SelectionCriteria, distinguishable, flattered
+from identification.selection.trial_runner import Effects
+from identification.selection.trials import Trial
+from symbolic import Effect
+
+
+@dataclass(frozen=True)
+class RankedCandidate:
+    """A model that coarse trials propose, and the effects that would do as well as its last one."""
+
+    trial: Trial
+    indistinguishable: Effects = ()
+
+
+def with_effect(effects: Effects, effect: Effect) -> Effects:
+    """The effects and another one; a flexible law takes the place of the others of its family."""
+    kept = [e for e in effects if not (effect.flexible and e.family == effect.family)]
+    return (*kept, effect)
+
+
+def is_second(effects: Effects) -> bool:
+    """Whether another effect is of the last one's family."""
+    *others, last = effects
+    return last.family in {effect.family for effect in others} - {"other"}
+
+
+def without(effects: Effects, removed: Effect) -> Effects:
+    """The effects but for one."""
+    return tuple(effect for effect in effects if effect != removed)
+
+
+def ranked_candidates(
+    justified: Sequence[Trial], training: Sequence[Recording], criteria: SelectionCriteria
+) -> list[RankedCandidate]:
+    """Candidates in the order in which they should be confirmed.
+
+    First comes the best that is not flattered beside another one, or the one with the fewest parameters
+    of those that cannot be distinguished from it; then the same among the rest. One with a parameter at
+    the end of its range, or that is a second law of its family, comes after others as good. A flexible
+    law is no rival of a law of its family.
+
+    Args:
+        justified: coarse trials, least judged error first.
+        training: recordings that they were fitted to.
+        criteria: thresholds of the search.
+    """
+    ranked, rest = [], list(justified)
+    while rest:
+        best = next(t for t in rest if not any(flattered(t, other, training) for other in rest))
+        equals = [trial for trial in rest if not distinguishable(best, trial, criteria)]
+        leader = min(equals, key=_simplicity)
+        own = leader.effects[-1].family
+        rivals = (trial.effects[-1] for trial in equals if trial is not leader)
+        others = tuple(e for e in rivals if not (e.flexible and e.family == own))
+        ranked.append(RankedCandidate(leader, others))
+        rest.remove(leader)
+    return ranked
+
+
+def _simplicity(trial: Trial) -> tuple[bool, bool, int, float]:
+    """Order of models that judge alike, the one to prefer first: a family has one law."""
+    return ends_at_bound(trial.fitted), is_second(trial.effects), len(trial.fitted.labels), trial.nrmse
