@@ -85,10 +85,11 @@ def test_single_precision_rounds(generated: Generate, name: str, rows: Array) ->
     tracked = (np.cumsum(rows[:, 4]) > 1) & ((expected[:, -1].astype(int) & Status.ACQUIRING) == 0)
     print(f"mu off by {off.max():.1e}, after the acquisition by {off[tracked].max(initial=0.0):.1e}")
 
-    assert off.max() < 5e-5
-    # Bristles that follow an angle estimated in single precision keep its rounding.
-    assert off[tracked].max(initial=0.0) < (2e-5 if "effects steering" in name else 5e-6)
-    np.testing.assert_allclose(estimates[:, 1], expected[:, 1], rtol=1e-4)
+    # Behind a compliance the turn of a sample is tried on a part of the bristles.
+    is_tried = "effects" in name
+    assert off.max() < (5e-4 if is_tried else 5e-5)
+    assert off[tracked].max(initial=0.0) < (5e-4 if is_tried else 5e-6)
+    np.testing.assert_allclose(estimates[:, 1], expected[:, 1], rtol=2e-3 if is_tried else 1e-4)
     np.testing.assert_array_equal(estimates[:, -1], expected[:, -1])
 
 
@@ -125,8 +126,9 @@ def compare_recording(generated: Generate, path: Path, observer: Any) -> None:
     tracked = off[100:][(expected.status[100:] & Status.ACQUIRING) == 0]
     print(f"single precision: mu off by {off.max():.1e}, later by {tracked.max(initial=0.0):.1e}")
     # While friction is acquired, at a deviation of 0.2 and more, the moments of the mixture round.
-    assert off.max() < 1e-4
-    assert tracked.max(initial=0.0) < 5e-6
+    assert off.max() < (2e-4 if observer.model.effects else 1e-4)
+    # Behind a compliance the turn of a sample is tried on a part of the bristles.
+    assert tracked.max(initial=0.0) < (2e-4 if observer.model.effects else 5e-6)
 
 
 @pytest.mark.parametrize(
