@@ -85,11 +85,11 @@ def test_single_precision_rounds(generated: Generate, name: str, rows: Array) ->
     tracked = (np.cumsum(rows[:, 4]) > 1) & ((expected[:, -1].astype(int) & Status.ACQUIRING) == 0)
     print(f"mu off by {off.max():.1e}, after the acquisition by {off[tracked].max(initial=0.0):.1e}")
 
-    # Hypotheses with a large covariance are rounded more.
+    # Hypotheses with a large covariance are rounded more; behind a compliance the turn of a sample is
+    # tried on a part of the bristles.
     assert off.max() < 1e-3
-    # Bristles that follow an angle estimated in single precision keep its rounding.
-    assert off[tracked].max(initial=0.0) < (2e-5 if "effects steering" in name else 5e-6)
-    np.testing.assert_allclose(estimates[:, 1], expected[:, 1], rtol=1e-3)
+    assert off[tracked].max(initial=0.0) < (5e-4 if "effects" in name else 5e-6)
+    np.testing.assert_allclose(estimates[:, 1], expected[:, 1], rtol=2e-3)
     np.testing.assert_array_equal(estimates[:, -1], expected[:, -1])
 
 
@@ -127,7 +127,8 @@ def compare_recording(generated: Generate, path: Path, observer: Any) -> None:
     print(f"single precision: mu off by {off.max():.1e}, later by {tracked.max(initial=0.0):.1e}")
     # While friction is acquired, hypotheses with large covariances round.
     assert off.max() < 1e-3
-    assert tracked.max(initial=0.0) < 5e-6
+    # Behind a compliance the turn of a sample is tried on a part of the bristles.
+    assert tracked.max(initial=0.0) < (2e-4 if observer.model.effects else 5e-6)
 
 
 @pytest.mark.parametrize(
