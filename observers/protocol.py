@@ -105,8 +105,8 @@ UNINFORMED = int(Status.ACQUIRING | Status.SUSPECT)
 """Flags with which no estimate is informed."""
 _REMEDIES = {
     Status.MISSING: "no measurement, predicted through: check the sensor if it lasts",
-    Status.HELD: "angle, load or steering torque missing, the last one used: check the sensor if it"
-    " lasts",
+    Status.HELD: "angle, load or steering torque missing, or the car rolls, the last one used: check"
+    " the sensor if it lasts",
     Status.REJECTED: "measurement beyond the gate, rejected: if it lasts without a reset,"
     " raise gate or noise of the tuning",
     Status.RESET: "the ground has changed, mu is being learnt anew: wait until informed",

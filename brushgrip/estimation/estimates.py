@@ -123,6 +123,8 @@ def root_solver(
             "--observer root solves the declared zones and knows no effects;"
             " leave --model out, or use ekf or mhe"
         )
+    if recording.standstills is not None:
+        raise InvalidInputError("--observer root knows no steering gear; for a car use ekf or mhe")
     if not has_aligning_torque(recording):
         raise InvalidInputError("--observer root needs M_z; from M, use ekf or mhe")
     return ZoneRootSolver(rig=recording.rig, k=recording.tyre.k, smoothing=smoothing)
@@ -171,7 +173,9 @@ def observe(
         InvalidInputError: the observer cannot use the model or the torque, or the rig lacks a value that
             it needs, the message names the recording; or the observer cannot smooth.
     """
-    if recording.standstills is not None and not smoothed:
+    if recording.standstills is not None:
+        if smoothed:
+            raise InvalidInputError("--smooth is for a wheel on a rig; for a car leave it out")
         return _over_standstills(factory, recording, recording.standstills, found)
     try:
         observer = factory(recording, found)

@@ -7,7 +7,7 @@ arms of the contact grow to either side. The torque of full slide grows as 1 + c
 stiffness as 1 + c_k sin^2 psi, means of both wheels, with c_M and c_k from full lock.
 
 Contacts behind their kingpins push the car's nose sideways, which gives way within some millimetres of
-e psi: tyres and suspension hold it by 30 to 60 kN/m only. The contacts then turn about a point between
+e psi: tyres and suspension hold it by some 50 kN/m only. The contacts then turn about a point between
 their middles and the kingpins; of the mean trail the share `NOSE` counts, none or twice that at
 most.
 

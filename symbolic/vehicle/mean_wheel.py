@@ -40,6 +40,8 @@ from symbolic.vehicle.vehicle import Vehicle, VehicleTolerances
 Array = NDArray[np.float64]
 OFFSET = 0.9
 """Caster of the line over its half-length [1]."""
+COMPLIANCE = 0.9
+"""Stiffness with rods, joints and suspension in series over that of the tyre alone [1]."""
 ASYMMETRY = 0.2
 """Share of the gear's friction by which it may differ by direction, either way [1]."""
 UNEVEN = 0.05
@@ -58,7 +60,7 @@ def rig_of(vehicle: Vehicle, *, brakes: bool | None = None) -> tuple[Rig, Tyre]:
     upright = float(kingpin_axis(vehicle)[2])
     arm, stiffness = upright * contact.slide_arm, upright**2 * contact.stiffness
     a = arm / full_slide_arm(1.0, OFFSET)
-    k = vehicle.k * stiffness * softening(contact) / unit_moment(0.0, a, OFFSET * a)
+    k = COMPLIANCE * vehicle.k * stiffness * softening(contact) / unit_moment(0.0, a, OFFSET * a)
     by_arm, by_stiffness = (_spread(name, contact, tolerances) for name in ("slide_arm", "stiffness"))
     # The lever turns force into torque, and way into angle, so that it counts twice for the stiffness.
     torque = hypot(tolerances.load, by_arm, tolerances.geometry, vehicle.gear_load_share)

@@ -5,7 +5,7 @@ rest has defaults of a passenger car, each with its tolerance.
 
 | follows | from |
 |---|---|
-| contact area | wheel load less `CARCASS` of it, over the pressure; [CAR 1] |
+| contact area | wheel load less `CARCASS` of it, over the pressure |
 | half-length a | area / (2 width), the width `TREAD` of the tyre's nominal one; within 15 % |
 | stiffness k | `CORNERING` F_N / (2 a^2), the brush model's cornering stiffness; [Pacejka 2012], (3.5) |
 """

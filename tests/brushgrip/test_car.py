@@ -87,3 +87,20 @@ def test_code_is_of_a_rig_or_of_a_car(run: Run, tmp_path: Path) -> None:
     outcome = run("codegen", "--observer", "ekf", "--out", tmp_path / "c")
 
     outcome.refused("--rig and --vehicle are both missing")
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--observer", "root"], "knows no steering gear"),
+        (["--observer", "ekf", "--smooth"], "--smooth is for a wheel on a rig"),
+    ],
+)
+def test_what_is_not_for_a_car(run: Run, tmp_path: Path, options: list[str], said: str) -> None:
+    t, rack = steering(seconds=1.0)
+    columns = np.column_stack([t, rack, SimulatedCar().force(rack)])
+    np.savetxt(tmp_path / "car.csv", columns, delimiter=",", header="t,rack,F_rack", comments="")
+    (tmp_path / "car.toml").write_text(vehicle_text())
+    vehicle = ["--vehicle", tmp_path / "car.toml"]
+
+    run("estimate", *vehicle, *options, tmp_path / "car.csv", "--out", tmp_path / "mu.csv").refused(said)
