@@ -19,7 +19,7 @@ from tests.brushgrip.helpers import Outcome, Run, Write, contents, table_of
 
 FILES = [
     "candidates.png", "diagnosis.json", "experiment_carcass_torsion.png", "friction.png", "loops.png",
-    "model.json", "overview.png", "report.html", "residuals.png", "signatures.png",
+    "mechanisms.png", "model.json", "overview.png", "report.html", "residuals.png", "signatures.png",
 ]  # fmt: skip
 Diagnose = Callable[..., Outcome]
 
@@ -100,7 +100,12 @@ def test_writes_everything(diagnose: Diagnose, asked: list[Any], tmp_path: Path)
         "candidates are ranked on 120 of 240 samples, thinned towards 0.02 s; the best are fitted to all"
     )
     for words in (
-        *("misses carcass torsion and torque offset", "declared", "391.2 ± 4.2 N m/rad", "patch width"),
+        *(
+            "misses compliance and contact shape (carcass",
+            "declared",
+            "391.2 ± 4.2 N m/rad",
+            "patch width",
+        ),
         *("note: a got worse", "report: new/out/report.html"),
     ):
         assert words in outcome.out
