@@ -25,7 +25,9 @@ class ConstantGain(CasadiObserver):
         """The patch at rest, mu = 1 with a deviation of 1."""
         sample, constants = ca.MX.sym("sample", len(SAMPLE)), ca.MX.sym("c", self.constants.size)
         memory = self.model.initial(sample[: len(SIGNALS)], constants[:-2], constants[-2:])
-        last, output = ca.vertcat(sample, 0, sample[SAMPLE.index("F_N")], 0), self.output(mu=1, mu_std=1)
+        first = dict(zip(SAMPLE, ca.vertsplit(sample), strict=True))
+        first["F_N_first"] = first["F_N"]
+        last, output = ca.vertcat(*(first.get(n, 0) for n in CLEAN)), self.output(mu=1, mu_std=1)
         return ca.Function("own_start", [sample, constants], [ca.vertcat(memory, last, 0, output)])
 
     @property
