@@ -61,8 +61,6 @@ def build_clean(measurement_model: MeasurementModel) -> ca.Function:
     """(sample, last) -> (now, imputed): the sample as `CLEAN`, and whether a value of it is imputed."""
     inputs = symbols(ca.SX, sample=len(SAMPLE), last=len(CLEAN))
     now, imputed = measurement_model.clean(named(SAMPLE, inputs["sample"]), named(CLEAN, inputs["last"]))
-    # What a measurement model does not use is 0.
-    now = dict.fromkeys(CLEAN, 0) | dict(now)
     return named_function("clean", inputs, {"now": vector_of(CLEAN, now), "imputed": imputed})
 
 

@@ -45,6 +45,8 @@ CLEAN = (*SAMPLE, "M_age", "F_N_first", "travel", "gear_angle", "slip", "dry", "
 load of the first sample [N]; turn since the last sample without its sign [rad];
 angle that a steering gear has followed [rad], its presliding, -1 to 1, and the torque of its declared
 dry friction with the standard deviation that presliding leaves to it [N m]."""
+NO_GEAR = dict.fromkeys(("gear_angle", "slip", "dry", "dry_std"), 0)
+"""Those of a wheel without a steering gear between it and the sensor."""
 ROWS = (*CLEAN, "accepted", "jump")
 """Rows of a window's samples: a cleaned sample, whether it is accepted, and what a change of the
 ground adds to the variance of ln mu before it."""
@@ -247,6 +249,7 @@ class AligningTorque:
             "M_age": 0,
             "travel": travel,
             "F_N_first": last["F_N_first"],
+            **NO_GEAR,
         }
         return now, ca.logic_or(load_imputed, ca.logic_not(known))
 

@@ -17,6 +17,7 @@ import casadi as ca
 from observers.layout import Expression, Parts, named
 from observers.measurement.measurement_model import (
     GAIN_SHARE,
+    NO_GEAR,
     RIG,
     Measurement,
     Moments,
@@ -154,6 +155,7 @@ class SteeringTorque:
             "M_age": ca.if_else(missing, last["M_age"] + sample["dt"], 0),
             "F_N_first": last["F_N_first"],
             "travel": 0,
+            **NO_GEAR,
         }
         return now, ca.logic_or(load_imputed, missing)
 

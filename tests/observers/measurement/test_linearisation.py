@@ -28,7 +28,7 @@ MEANINGS = {"log_mu": 0.1, "M_0": 0.2, "stiffness": 0.9, "psi": 0.03, "psi_dot":
 def clean(**values: float) -> Array:
     usual = {"psi": 0.03, "psi_dot": 0.1, "F_N": 410.0, "dt": 0.008, "M_z": -3.0, "M": 2.5, "M_age": 0.0,
              "F_N_first": 400.0, "travel": 0.001}  # fmt: skip
-    return np.array([(usual | values)[name] for name in CLEAN])
+    return np.array([(usual | values).get(name, 0.0) for name in CLEAN])
 
 
 def motion_of(

@@ -22,8 +22,11 @@ NOTHING = (nan, inf, -inf)
 
 def cleaned(measurement_model: MeasurementModel, **fault: float) -> tuple[dict[str, float], bool]:
     sample = [(GOOD | fault)[name] for name in SAMPLE]
-    now, held = build_clean(measurement_model)(sample, [LAST[name] for name in CLEAN])
-    return dict(zip(CLEAN, np.asarray(now).ravel().tolist(), strict=True)), bool(held)
+    now, held = build_clean(measurement_model)(sample, [LAST.get(name, 0.0) for name in CLEAN])
+    found = dict(zip(CLEAN, np.asarray(now).ravel().tolist(), strict=True))
+    # Without a steering gear nothing of one is kept.
+    assert not any(value for name, value in found.items() if name not in LAST)
+    return {name: value for name, value in found.items() if name in LAST}, bool(held)
 
 
 def test_a_good_sample_passes() -> None:
