@@ -194,8 +194,7 @@ def locate_inputs(
     for one, other in combinations(located, 2):
         if one.samefile(other):
             raise _twice(one, other)
-    described = vehicle if rig is None else rig
-    signals = SignalMap() if described is None else read_signals(described)
+    signals = SignalMap() if (described := rig or vehicle) is None else read_signals(described)
     if channel_map is not None:
         signals = signals.updated(parse_signals(channel_map))
     if steering_ratio is not None and abs(signals.of("psi").factor) != 1:

@@ -51,12 +51,10 @@ class Recording:
         name: name in results and figures.
         t: time [s], increasing.
         psi: yaw angle [rad], without gaps.
-        psi_recorded: where the angle was measured, bool of shape (n,), None for everywhere; elsewhere
-            psi was filled in.
+        psi_recorded: bool (n,) where the angle was measured, not filled in; None for everywhere.
         psi_dot: yaw rate [rad/s], without gaps.
         psi_dot_recorded: True where the rate was measured, False where it was taken from psi.
-        M_z: moment of the ground on the wheel about the kingpin [N m], negative for a positive turn
-            from rest; NaN where the sample is missing.
+        M_z: moment of the ground about the kingpin [N m], negative for a positive turn; NaN if missing.
         F_N: vertical load [N], greater than 0, without gaps.
         M: steering torque [N m], NaN where the sample is missing; None where not recorded.
         rig: the rig as declared.
@@ -66,8 +64,7 @@ class Recording:
         standstills: of a car, whose mean wheel this is; None for a wheel on a rig.
 
     Raises:
-        InvalidInputError: shapes differ, time does not increase, a load is not greater than 0, or a
-            value that has to be finite is not.
+        InvalidInputError: shapes differ, time does not increase, a load is not greater than 0, or NaN.
     """
 
     name: str

@@ -176,6 +176,8 @@ def build_conclusion(patch: EquivalentPatch, *, is_scaled: bool, gain_share: flo
     decided = ca.logic_and(ca.logic_and(decided, verdict["wiped"]), own["phase"] == 1)
     spread = limits["stiffness_std"] ** 2
     doubtful = verdict["var_log_gain"] + SHRINK**2 * error
+    # A model that was found knows its k better than the declared patch that stands for it does.
+    is_scaled = is_scaled and patch.misfit == 0
     log_scale = verdict["log_gain"] * spread / (spread + doubtful) if is_scaled else 0
     excess = ca.exp(ca.fabs(verdict["log_gain"])) - 1 - GAIN_FREE * limits["stiffness_std"]
     after = own | {

@@ -69,8 +69,9 @@ def test_an_exchange_pays_for_its_parameters(pair: Pair) -> None:
     training = pair[1][:1]
     dearer, before = trials(pair, 1.0, 2.5)
 
-    assert not exchange_justified(dearer, before, training, DEFAULT_CRITERIA)
-    assert exchange_justified(replace(dearer, fitted=before.fitted), before, training, DEFAULT_CRITERIA)
+    given = (before, training, DEFAULT_CRITERIA, before)
+    assert not exchange_justified(dearer, *given)
+    assert exchange_justified(replace(dearer, fitted=before.fitted), *given)
 
 
 @pytest.mark.parametrize(("error", "apart"), [(1.5, False), (2.5, True)])

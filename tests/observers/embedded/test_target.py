@@ -35,8 +35,8 @@ def test_a_whole_recording(
     off = np.abs(cost.estimates - expected)[:, 0]
     print(summary(board.name, cost, off.max()))
 
-    assert off.max() < 5e-6
-    np.testing.assert_allclose(cost.estimates[:, 5:8], expected[:, 5:8], rtol=1e-5)
+    assert off.max() < 5e-5
+    np.testing.assert_allclose(cost.estimates[:, 5:8], expected[:, 5:8], rtol=1e-4)
     np.testing.assert_allclose(cost.estimates[:, 8], expected[:, 8], rtol=0, atol=1e-4)
     np.testing.assert_array_equal(cost.estimates[:, [3, 4, -1]], expected[:, [3, 4, -1]])
     mean, most, flash, memory = budget
@@ -53,7 +53,7 @@ def test_from_the_steering_torque(generated: Generate, steered: SteeringRecordin
     off = np.abs(cost.estimates - python_estimates(observer, samples))[:, 0]
     print(summary("steering", cost, off.max()))
 
-    assert off.max() < 5e-6
+    assert off.max() < 5e-5
     assert cost.instructions < 1700
 
 
@@ -64,9 +64,9 @@ def test_moving_horizon(generated: Generate, recording: RigRecording) -> None:
     off = np.abs(cost.estimates - python_estimates(observer, samples))[:, 0]
     print(summary("moving horizon", cost, off.max()))
 
-    assert off.max() < 5e-6
+    assert off.max() < 5e-5
     assert cost.most < 90_000
-    assert cost.flash < 28 * 1024
+    assert cost.flash < 32 * 1024
     # All corners of 50 samples.
     assert cost.state < 17.75 * 1024
     assert cost.stack < 2304
