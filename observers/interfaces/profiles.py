@@ -11,13 +11,16 @@ from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 
-from observers.tuning import Tuning
+from observers.tuning import REFERENCE_STEP, Tuning
 from symbolic import FoundModel, InvalidInputError, ModelError
 
 TURNING_RATE = 0.1
 """Yaw rate at which a correlation time is taken for a turn [rad/s]: that of hand-turned recordings."""
 SENSOR_SHARE = 0.1
-"""White noise beside a spread that includes it already [1]."""
+"""White noise beside a spread that includes it already, where that lasts [1]."""
+LEAST_ERROR = 0.02
+"""Least error of a model that was found, as a share of the torque [1]: an observer has the rate that is
+past, a diagnosis that of the whole recording."""
 EXPLAINED = 2.5
 """Consistency beyond which a spread that was measured is exceeded [1]: chi-square with 40 degrees of
 freedom over 40, which it exceeds about once in two million independent windows."""
@@ -70,7 +73,9 @@ def with_model_error(tuning: Tuning, error: ModelError) -> Tuning:
     """
     if error.spread == 0:
         return tuning
+    # An error that lasts for no longer than a sample is the sensor's noise.
+    white = min(1.0, max(SENSOR_SHARE, REFERENCE_STEP / error.correlation_time))
     return replace(
-        tuning, noise=SENSOR_SHARE * error.spread, error=error.share,
+        tuning, noise=white * error.spread, error=max(error.share, LEAST_ERROR),
         error_travel=TURNING_RATE * error.correlation_time, explained=EXPLAINED,
     )  # fmt: skip

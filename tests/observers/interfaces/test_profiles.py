@@ -30,6 +30,13 @@ def test_the_error_of_the_model_goes_before_that_of_the_tuning() -> None:
     assert tuning_for(found(error)).error == 0.08
 
 
+def test_an_error_as_short_as_a_sample_is_noise() -> None:
+    tuning = tuning_for(found(ModelError(spread=0.011, correlation_time=0.01, relative=0.008)))
+
+    assert tuning.noise == pytest.approx(0.011)
+    assert tuning.error == 0.02
+
+
 def test_what_is_set_by_hand_goes_before_the_error_of_the_model() -> None:
     error = ModelError(spread=0.08, correlation_time=1.5)
     tuning = tuning_for(found(error), Tuning(mu=0.8), {"error": 0.05, "gate": 9.0})
