@@ -118,7 +118,8 @@ def build_track() -> ca.Function:
     )
     track, points, psi, torque, size, slack, counts = inputs.values()
     was = named(TRACK, track)
-    after, back, farthest = _turned(was, psi, slack)
+    turned, back, farthest = _turned(was, psi, slack)
+    after = dict(turned)
     rested, starts = was["direction"] == 0, was["direction"] != after["direction"]
     after["rest"] += ca.if_else(ca.logic_and(rested, counts), torque, 0)
     # The torque of the ground points against the turn.
@@ -130,7 +131,8 @@ def build_track() -> ca.Function:
     slid, after["count_slid"] = _path(
         slid, was["count_slid"], psi, after["direction"], returns, farthest
     )
-    after, share = _counted({**after, "origin": _at(free, after["count"] - 1)}, counts, START * slack)
+    counted, share = _counted({**after, "origin": _at(free, after["count"] - 1)}, counts, START * slack)
+    after = dict(counted)
     older = retained(share, MEMORY)
     after |= {
         "reach": ca.fmax(ca.if_else(counts, older, 1) * was["reach"], size),
