@@ -47,14 +47,7 @@ PUBLISHED_K = 2.438e6
 """k of [Györök 2022], from free vibration [N/m^2]."""
 SPOKEN_OF = (
     {"frictional_creep", "carcass_torsion", "asymmetric_friction"},
-    {
-        "frictional_creep",
-        "asymmetric_friction",
-        "patch_width",
-        "contact_length",
-        "friction_by_ground",
-        "rate_friction",
-    },
+    {"frictional_creep", "asymmetric_friction", "pressure_skew"},
 )
 """Effects that the text of the page explains: of the search with four held out, and with none."""
 TEMPLATE, SEARCH_TEMPLATE = (

@@ -8,6 +8,7 @@ from math import exp, log1p, tanh
 
 import numpy as np
 from scipy.signal import lfilter
+from scipy.special import beta
 
 from reference_rig.hooks import Array, PlantedEffect, RigHistory
 
@@ -54,8 +55,7 @@ def smooth_asymmetry(gain: float = 0.0) -> PlantedEffect:
 
 def pressure_power(power: float = 1.0) -> PlantedEffect:
     """Pressure ~ (1 - (x/a)²)^power with the load unchanged."""
-    u = np.linspace(-1, 1, 20_001)
-    share = 4 / 3 / np.trapezoid((1 - u**2) ** power, u)
+    share = 4 / 3 / beta(0.5, power + 1)
     return PlantedEffect(pressure=lambda xi: share * (1 - xi**2) ** (power - 1))
 
 

