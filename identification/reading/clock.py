@@ -47,6 +47,9 @@ def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: Sign
     """
     names = resolve_columns(path, file, needed, signals)
     read = {column: file.read(name) for column, name in names.items() if column != "t"}
+    if not read:
+        # Of a car, where no single column is needed.
+        raise missing_channels(path, ["rack", "F_rack"], file.names, signals)
     own_clocks = "t" not in signals.signals and all(s.times is not None for s in read.values())
     if not own_clocks:
         if "t" not in names:

@@ -104,3 +104,11 @@ def test_what_is_not_for_a_car(run: Run, tmp_path: Path, options: list[str], sai
     vehicle = ["--vehicle", tmp_path / "car.toml"]
 
     run("estimate", *vehicle, *options, tmp_path / "car.csv", "--out", tmp_path / "mu.csv").refused(said)
+
+
+def test_channels_of_a_car_that_are_missing_are_named(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "car.toml").write_text(vehicle_text())
+    (tmp_path / "car.csv").write_text("t,RackTravel,RackForce\n0,0,0\n0.01,0.001,5\n")
+    outcome = run("estimate", "--vehicle", tmp_path / "car.toml", tmp_path / "car.csv")
+
+    outcome.refused("channels rack, F_rack missing")
