@@ -66,12 +66,12 @@ class Instructions:
 FLOAT = Instructions(
     step=920, corner=82, drop=1_200, bristle=(31, 40), compliant=(17, 18), limit=(45, 45),
     branch=(23, 25), creep=(47, 77), sample=354, sample_corner=62, sample_bristles=316, tracking=800,
-    acquiring=(6_900, 8_300), tunable=300, tunable_sample=220,
+    acquiring=(11_300, 12_400), tunable=300, tunable_sample=220,
 )  # fmt: skip
 DOUBLE = Instructions(
     step=24_500, corner=5_700, drop=52_000, bristle=(1_500, 2_400), compliant=(900, 1_500),
     limit=(3_000, 3_000), branch=(1_000, 1_000), creep=(22_300, 43_100), sample=14_700,
-    sample_corner=5_400, sample_bristles=13_500, tracking=18_000, acquiring=(467_000, 530_000),
+    sample_corner=5_400, sample_bristles=13_500, tracking=18_000, acquiring=(786_000, 850_000),
     tunable=10_000, tunable_sample=8_000,
 )  # fmt: skip
 NOT_COUNTED = ("limited", "grows", "relaxation")
