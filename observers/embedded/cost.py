@@ -4,8 +4,8 @@ Counts of `benchmarks/embedded.py`, put into a formula: what a step takes, what 
 patch or a bristle takes, what a window takes for each of its samples, and what supervision adds. The
 mean is that of ordinary steering, whose patch has `CORNERS` corners; the greatest is that of a patch
 full of corners, or whose bristles all slide, while friction is acquired. Both are within a quarter of
-what is counted, the greatest not below. Where CasADi writes vectors, no more than the order of magnitude is
-known.
+what is counted, the greatest not below. Where CasADi writes vectors, no more than the order of magnitude
+is known.
 """
 
 from dataclasses import dataclass

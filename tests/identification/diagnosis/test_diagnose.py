@@ -157,9 +157,9 @@ def test_published_simulations_are_one_sample_late(simulation_dir: Path) -> None
     assert [effect.name for effect in found.effects] == ["sensor_delay"]
     assert found.effects[0].indistinguishable_from == ()
     assert found.effects[0].parameters["delay"].value == pytest.approx(0.010, abs=1e-3)
-    assert found.parameters["k"].value == pytest.approx(6e4, rel=1e-3)
-    assert found.parameters["mu [sim_mu_05]"].value == pytest.approx(0.5, rel=1e-3)
-    assert found.parameters["mu [sim_mu_18]"].value == pytest.approx(1.8, rel=1e-3)
+    assert found.parameters["k"].value == pytest.approx(6e4, rel=3e-3)
+    assert found.parameters["mu [sim_mu_05]"].value == pytest.approx(0.5, rel=3e-3)
+    assert found.parameters["mu [sim_mu_18]"].value == pytest.approx(1.8, rel=3e-3)
     assert found.after.summary()["torque_rmse"] < 2e-4
     assert not found.unexplained.present
 
