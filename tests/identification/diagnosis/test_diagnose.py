@@ -15,7 +15,7 @@ from identification import (
     smoothed_rate,
 )
 from reference_rig import Campaign
-from symbolic import EFFECTS, InvalidInputError, Rig, Tyre
+from symbolic import EFFECTS, InvalidInputError, Rig, Tolerances, Tyre
 from tests.identification.factories import read_campaign, with_torque
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -157,9 +157,9 @@ def test_published_simulations_are_one_sample_late(simulation_dir: Path) -> None
     assert [effect.name for effect in found.effects] == ["sensor_delay"]
     assert found.effects[0].indistinguishable_from == ()
     assert found.effects[0].parameters["delay"].value == pytest.approx(0.010, abs=1e-3)
-    assert found.parameters["k"].value == pytest.approx(6e4, rel=3e-3)
-    assert found.parameters["mu [sim_mu_05]"].value == pytest.approx(0.5, rel=3e-3)
-    assert found.parameters["mu [sim_mu_18]"].value == pytest.approx(1.8, rel=3e-3)
+    assert found.parameters["k"].value == pytest.approx(6e4, rel=1e-3)
+    assert found.parameters["mu [sim_mu_05]"].value == pytest.approx(0.5, rel=1e-3)
+    assert found.parameters["mu [sim_mu_18]"].value == pytest.approx(1.8, rel=1e-3)
     assert found.after.summary()["torque_rmse"] < 2e-4
     assert not found.unexplained.present
 
@@ -173,7 +173,7 @@ def _published(path: Path) -> Recording:
         psi_dot=smoothed_rate(t, psi),
         M_z=-torque,
         F_N=F_N,
-        rig=Rig(a=0.04, e=float(e[0])),
+        rig=Rig(a=0.04, e=float(e[0]), tolerances=Tolerances(a=0.0, e=0.0, load=0.0)),
         tyre=Tyre(k=6e4),
     )
 
