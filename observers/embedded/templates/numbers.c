@@ -8,7 +8,7 @@ static inline ${real} lesser(${real} x, ${real} y) { return x < y || y != y ? x 
 static inline ${real} greater(${real} x, ${real} y) { return x > y || y != y ? x : y; }
 %% endif
 
-%% if "natural_log" in used or "any_log" in used
+%% if "natural_log" in used or (single and "any_log" in used)
 %% if single
 /* ln x to 1e-7 for x > 0 that is no subnormal: exponent and mantissa by their bits, and the series of artanh. */
 static inline float natural_log(float x) {

@@ -76,7 +76,7 @@ class GearedTorque(SteeringTorque):
     """A torque that is measured before a gear, and a sensor that hangs on a spring with the wheel."""
 
     def motion(self, x: Any, M_z: Any, last: Any, now: Any, rig: Any, tuning: Any) -> Any:
-        geared = {**last, "M": 1.2 * last["M"] - 0.5 * last["psi"]}
+        geared = {**last, "M": 1.2 * last["M"] - 0.5 * x["psi"]}
         return super().motion(x, M_z, geared, now, rig, tuning)
 
 
