@@ -5,6 +5,7 @@
 
 Seeds from TUNING_SEED on are for tuning, those from JUDGING_SEED on for judging; never tune on those.
 Every declared value is off within its tolerance, `--full-tolerance` puts each of them at an end of it.
+`--bound` prints the least deviation that any estimate can have beside those reached, see `car_bound`.
 About five seconds a car on one core.
 """
 
@@ -12,8 +13,9 @@ import argparse
 import csv
 import sys
 import tempfile
+import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from math import degrees
 from pathlib import Path
@@ -23,9 +25,11 @@ from numpy.typing import NDArray
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from benchmarks.car_bound import least_deviations
 from brushgrip.cli.app import main as main_of_command
 from observers import Status
 from reference_rig import TOLERANCES, CarRecording, FleetCar, draw_car
+from symbolic import vehicle_from_tables
 
 Array = NDArray[np.float64]
 TUNING_SEED, JUDGING_SEED = 0, 10_000
@@ -35,6 +39,17 @@ HALF_TURN = 180.0
 """Way of the handwheel after which the band is read [deg]."""
 NEAR_LOCKS = 0.9
 """Share of the way from stop to stop that counts as lock to lock [1]."""
+FORCE_ZERO = 30.0
+"""Within which the zero of a car's force lies, either way [N]."""
+MODEL_ERRORS = (0.0, 0.02)
+"""Of the least standard deviation that any estimate can have, as shares of the tyres' force [1]."""
+VEHICLE_FIELDS = {
+    "front_axle_load": "axle_load", "half_length": "half_length", "contact_width": "half_width",
+    "stiffness": "k", "gear_friction": "gear_friction", "gear_load_share": "gear_load_share",
+    "steering_arm": "lever", "inclination": "inclination", "caster": "caster", "trail": "trail",
+    "scrub_radius": "scrub_radius", "lever_loss": "lever_loss", "wheel_radius": "wheel_radius",
+}  # fmt: skip
+"""Fields of the vehicle that are unknowns of that deviation, and the names of their tolerances."""
 COLUMNS = {
     "rack": ("rack", "F_rack"),
     "pinion": ("handwheel", "T_bar", "T_motor"),
@@ -58,6 +73,9 @@ class Judged:
     """First sample after half a turn of the handwheel."""
     locks: int
     """First sample after both locks."""
+    bounds: Array
+    """Least standard deviations of ln mu by error of the model (`MODEL_ERRORS`), after half a turn and
+    after both locks, shape (2, 2); NaN where they are not asked for."""
 
     @property
     def refusal(self) -> str:
@@ -146,7 +164,23 @@ def estimate(drawn: FleetCar, recording: CarRecording, sensing: str, observer: s
     return {key: np.array([float(row[key] or "nan") for row in rows]) for key in wanted}
 
 
-def judge(seed: int, sensing: str, observer: str, *, full: bool, split: float) -> Judged:
+def bounds_of(drawn: FleetCar, rack: Array, ends: list[int]) -> Array:
+    """`Judged.bounds` of a car, its force on the rack measured."""
+    file = vehicle_toml(drawn.true, brake=drawn.brake)
+    noise = float(np.hypot(drawn.bus.force_noise, drawn.bus.force_step / np.sqrt(12)))
+    vehicle = replace(vehicle_from_tables(tomllib.loads(file)), force_zero=FORCE_ZERO)
+    tolerances = {field: TOLERANCES[name] for field, name in VEHICLE_FIELDS.items()}
+    return np.array(
+        [
+            least_deviations(vehicle, drawn.car.mu[0], rack, tolerances, ends, noise=noise, error=error)
+            for error in MODEL_ERRORS
+        ]
+    )
+
+
+def judge(
+    seed: int, sensing: str, observer: str, *, full: bool, split: float, bound: bool = False
+) -> Judged:
     """Draw a car, steer it, estimate."""
     drawn = draw_car(seed, assisted=sensing != "handwheel", full_tolerance=full, split=split)
     recording = drawn.drive()
@@ -155,6 +189,8 @@ def judge(seed: int, sensing: str, observer: str, *, full: bool, split: float) -
     handwheel = np.interp(got["t"], recording.t, np.degrees(recording.handwheel))
     turned = np.maximum.accumulate(handwheel) - np.minimum.accumulate(handwheel)
     stops = degrees(2 * drawn.car.lock / drawn.car.pinion_radius)
+    ends = [int(np.argmax(turned >= way)) for way in (HALF_TURN, NEAR_LOCKS * stops)]
+    rack = np.interp(got["t"], recording.t, recording.rack)
     return Judged(
         drawn=drawn,
         mu=float(np.mean(drawn.car.mu)),
@@ -162,8 +198,9 @@ def judge(seed: int, sensing: str, observer: str, *, full: bool, split: float) -
         std=got["mu_std"],
         usable=got["usable"] > 0.5,
         status=got["status"].astype(int),
-        half_turn=int(np.argmax(turned >= HALF_TURN)),
-        locks=int(np.argmax(turned >= NEAR_LOCKS * stops)),
+        half_turn=ends[0],
+        locks=ends[1],
+        bounds=bounds_of(drawn, rack, ends) if bound else np.full((2, 2), np.nan),
     )
 
 
@@ -195,11 +232,18 @@ def summary(cars: list[Judged]) -> None:
           f" {worst.drawn.seed}), more than 1 % in {bad} of {len(cars)} cars")  # fmt: skip
     far = [car.drawn.seed for car in cars if car.beyond(4) > 0]
     print(f"usable and beyond 4 sigma: {len(far)} cars {far[:12]}")
-    for name, label in (("half_turn", "180 deg of handwheel"), ("locks", "lock to lock")):
+    names = (("half_turn", "180 deg of handwheel"), ("locks", "lock to lock"))
+    for number, (name, label) in enumerate(names):
         at = [(car, getattr(car, name)) for car in cars]
         shares = [car.std[i] / car.estimate[i] for car, i in at if car.usable[i]]
         median = f"{100 * np.median(shares):.1f} %" if shares else "-"
         print(f"sigma/mu after {label}: median {median} over {len(shares)} usable of {len(cars)} cars")
+        for error, least in zip(
+            MODEL_ERRORS, np.transpose([c.bounds[:, number] for c in cars]), strict=True
+        ):
+            if np.isfinite(least).all():
+                print(f"    least of any estimate, model wrong by {100 * error:.0f} %: median"
+                      f" {100 * np.median(least):.1f} %")  # fmt: skip
     never = [car.drawn.seed for car in cars if not car.usable.any()]
     print(f"never usable: {len(never)} cars {never[:12]}")
 
@@ -213,6 +257,7 @@ def main() -> None:
     parser.add_argument("--observer", choices=["ekf", "mhe"], default="ekf")
     parser.add_argument("--full-tolerance", action="store_true", help="every value off by all of it")
     parser.add_argument("--split", type=float, default=1.0, help="mu right over mu left")
+    parser.add_argument("--bound", action="store_true", help="also the least sigma that is possible")
     given = parser.parse_args()
     purpose = "judging" if given.seed >= JUDGING_SEED else "tuning"
     print(f"seeds {given.seed} to {given.seed + given.cars - 1} ({purpose}), {given.sensing},"
@@ -222,7 +267,14 @@ def main() -> None:
     cars = []
     for seed in range(given.seed, given.seed + given.cars):
         cars.append(
-            judge(seed, given.sensing, given.observer, full=given.full_tolerance, split=given.split)
+            judge(
+                seed,
+                given.sensing,
+                given.observer,
+                full=given.full_tolerance,
+                split=given.split,
+                bound=given.bound,
+            )
         )
         print(row(cars[-1]), flush=True)
     summary(cars)

@@ -1,0 +1,82 @@
+"""The least standard deviation of a car's friction that any estimate can have: a Cramer-Rao bound.
+
+The force on the rack by `symbolic.vehicle`, the bus's noise alone, and every declared value an unknown
+with the variance of its tolerance, the bound of [van Trees 1968]. A real car differs from that model by
+more than noise: an error of the model, a share of the tyres' force, may be added.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from observers import Tuning
+from symbolic import Model, Vehicle, full_slide_arm, rig_of, simulate
+from symbolic.parameters import EVEN
+from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
+from symbolic.vehicle.steering import mean_angle
+
+Array = NDArray[np.float64]
+STEP = 1e-3
+"""Relative step of the derivatives [1]."""
+VAGUE = 2.0
+"""Standard deviation of ln mu before any force [1]."""
+
+
+def force_on_rack(vehicle: Vehicle, mu: float, rack: Array) -> Array:
+    """F_R [N] along a way of the rack [m], from rest, the gear's bristles unstretched."""
+    (rig, tyre), held = rig_of(vehicle), vehicle.brakes
+    psi = patch_angle(vehicle, mean_angle(vehicle, rack), brakes=held)
+    still = np.zeros_like(psi)
+    signals = np.vstack([psi, still, still + vehicle.wheel_load, still + 0.01])
+    theta = np.array(Model().theta({"mu": mu, "k": tyre.k})).ravel()
+    M_z = simulate(Model(), signals, theta, np.array([rig.a, rig.e])).M_z
+    none, one = (aligning_torque(vehicle, rack, force, brakes=held) for force in (0.0, 1.0))
+    force, slip = (M_z - none) / (one - none), [0.0]
+    for way in np.diff(rack):
+        side = 1.0 if way >= 0 else -1.0
+        slip.append(side - (side - slip[-1]) * float(np.exp(-abs(way) / vehicle.presliding)))
+    dry = vehicle.gear_friction + vehicle.gear_load_share * np.abs(force)
+    return np.asarray(force + dry * slip, dtype=float)
+
+
+def least_deviations(
+    vehicle: Vehicle, mu: float, rack: Array, tolerances: Mapping[str, float], ends: Sequence[int], *,
+    noise: float, error: float = 0.0,
+) -> list[float]:  # fmt: skip
+    """Least standard deviations of ln mu [1] from the samples before each of the ends.
+
+    Args:
+        vehicle: the car as it is.
+        mu: its friction [1].
+        rack: way of the rack [m], shape (n,).
+        tolerances: of fields of the vehicle, as shares of them.
+        ends: numbers of samples.
+        noise: white error of a sample's force [N].
+        error: of the model as a share of the tyres' force of full slide, independent after the turn
+            `Tuning.error_travel` [1].
+    """
+    slopes, stds = [], [VAGUE]
+    up, down = (force_on_rack(vehicle, mu * (1 + step), rack) for step in (STEP, -STEP))
+    slopes.append((up - down) / (2 * STEP))
+    for name, tolerance in tolerances.items():
+        value = getattr(vehicle, name)
+        up, down = (
+            force_on_rack(replace(vehicle, **{name: value * (1 + step)}), mu, rack)
+            for step in (STEP, -STEP)
+        )
+        slopes.append((up - down) / (2 * STEP))
+        stds.append(EVEN * tolerance)
+    # The sensor's zero, with what the gear's friction differs by direction.
+    slopes.append(np.ones_like(rack))
+    stds.append(EVEN * vehicle.force_zero)
+    jacobian, prior = np.array(slopes).T, np.diag(np.array(stds) ** -2.0)
+    rig, _ = rig_of(vehicle)
+    slide = mu * vehicle.wheel_load * full_slide_arm(rig.a, rig.e) * 2 / vehicle.steering_arm
+    turn = np.abs(np.diff(mean_angle(vehicle, rack), prepend=rack[0]))
+    share = np.minimum(1, turn / Tuning().error_travel) if error else np.ones_like(rack)
+    weight = share / (share * noise**2 + (error * slide) ** 2)
+    weighed = jacobian * weight[:, None]
+    informations = (prior + jacobian[:end].T @ weighed[:end] for end in ends)
+    return [float(np.sqrt(np.linalg.inv(each)[0, 0])) for each in informations]
