@@ -24,7 +24,7 @@ what the declared model misses.
 
 Nothing is held out: the error is that of the fit to all recordings, and "left out" is the error of each
 recording by the shared parameters of the others. Errors are root mean squares of the torque over its
-range, averaged over recordings. What stands in explains less than what is left, or ends at the end of
+range, averaged over recordings. A placeholder explains less than what is left, or ends at the end of
 its range: it is no finding."""
 HEADER = (
     "| case | the declared model misses | indistinguishable from | error before | after"

@@ -29,6 +29,7 @@ from observers.protocol import (
     Status,
 )
 from observers.quality.friction_quality import FrictionQuality, friction_quality, friction_spread
+from observers.quality.ground_friction import GroundFriction, ground_friction
 from observers.quality.innovations import Innovations, innovations
 from observers.quality.plausibility import suspicions_of
 from observers.thesis import ZoneHistory, ZoneRootSolver, ZoneRootState, zone_history
@@ -48,6 +49,7 @@ __all__ = [
     "Estimates",
     "FrictionQuality",
     "FunctionObserver",
+    "GroundFriction",
     "Innovations",
     "Layout",
     "Loop",
@@ -70,6 +72,7 @@ __all__ = [
     "friction_quality",
     "friction_spread",
     "from_files",
+    "ground_friction",
     "innovations",
     "next_rate",
     "profile",

@@ -133,11 +133,13 @@ class EstimateRequest(GroundRequest):
             InvalidInputError: a recording could not be.
         """
         from brushgrip.outputs.console import print_table, say, show
-        from brushgrip.running.batch import printed_rows
+        from brushgrip.running.batch import friction_of_grounds, printed_rows
         from symbolic import InvalidInputError
 
         rows = [outcome.row for outcome in outcomes]
         faults = [row for row in rows if row["fault"]]
+        for line in friction_of_grounds(rows):
+            say(line)
         if len(rows) == 1 and not self.summary:
             for line in outcomes[0].lines:
                 say(line)

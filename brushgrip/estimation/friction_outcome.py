@@ -15,7 +15,7 @@ from brushgrip.estimation.estimates import (
 )
 from brushgrip.inputs.choices import ObserverName
 from identification import Diagnosis, FoundModel, Recording
-from observers import FrictionQuality, friction_quality, friction_spread
+from observers import FrictionQuality, GroundFriction, friction_quality, friction_spread, ground_friction
 
 Stage = Mapping[str, FrictionQuality]
 """The quality of the estimates on each recording, by name."""
@@ -79,6 +79,22 @@ class FrictionOutcome:
             if ground
         }
 
+    def further(self, label: str = FOUND) -> dict[str, GroundFriction]:
+        """Friction of each named ground by the last usable samples; grounds without one are left out."""
+        tracks = self.by(label)
+        known = {
+            ground: [
+                (float(t.mu[at]), float(t.mu_std[at])) for t in own if (at := t.last_usable) is not None
+            ]
+            for ground, names in self.grounds.items()
+            if ground and (own := [tracks[name] for name in names if name in tracks])
+        }
+        return {
+            ground: ground_friction(*zip(*pairs, strict=True))
+            for ground, pairs in known.items()
+            if pairs
+        }
+
     def to_dict(self) -> dict[str, Any]:
         """The content of `friction` in `diagnosis.json`."""
         return {
@@ -86,6 +102,7 @@ class FrictionOutcome:
                 "mean": self.means(stage),
                 **{group: {"mean": self.means(stage, names)} for group, names in self.groups().items()},
                 "spread": self.spread(stage),
+                "further": {ground: asdict(one) for ground, one in self.further(label).items()},
                 "recordings": {
                     recording: asdict(quality) | usable_part(self.by(label).get(recording))
                     for recording, quality in stage.items()

@@ -174,7 +174,7 @@ def draw_candidates(path: Path, diagnosis: Diagnosis) -> None:
         baseline = _baseline(diagnosis)
         _limit(axes, errors, baseline)
         _figures(axes, candidates)
-        judged = "held-out" if diagnosis.holdout else "left-out"
+        judged = "validation" if diagnosis.holdout else "left-out"
         axes.set_xlabel(f"{judged} torque error with this effect alone [% of range]")
         legend_above(figure, _key(axes, diagnosis, baseline))
 

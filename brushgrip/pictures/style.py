@@ -97,5 +97,5 @@ def ordered(diagnosis: Diagnosis) -> list[Series]:
 
 def set_title(axes: Axes, series: Series, text: str = "") -> None:
     """Put the name of a recording and its use (held out, training) over the axes."""
-    role = "held out" if series.held_out else "training"
+    role = "validation" if series.held_out else "training"
     axes.set_title(f"{literal(series.name)} ({role}){text}")

@@ -4,6 +4,7 @@ from brushgrip.estimation.friction_outcome import FrictionOutcome, found_model
 from brushgrip.outputs.console import print_table, print_text, say
 from brushgrip.report.friction_words import friction_figures, friction_groups, ground_spreads
 from brushgrip.report.tables import friction_by_ground
+from brushgrip.report.to_send import friction_lines, paragraph_to_send
 from brushgrip.wording.formatting import (
     error_columns,
     error_figures,
@@ -35,6 +36,8 @@ def say_ground(recording: Recording, found: FoundModel | None) -> None:
 
 def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None) -> None:
     """Print the finding, friction, errors, effects and the unexplained residual on standard output."""
+    for line in friction_lines(outcome):
+        print_text(line, style="bold")
     print_text(headline(diagnosis), style="bold")
     if outcome:
         friction = friction_by_ground(outcome)
@@ -70,6 +73,8 @@ def print_diagnosis(diagnosis: Diagnosis, outcome: FrictionOutcome | None = None
     for note in diagnosis.notes:
         print_text(f"note: {note}")
     print_text(f"model.json gives estimate {model_taken(found_model(diagnosis))}.")
+    if outcome:
+        print_text(f"To send: {paragraph_to_send(diagnosis, outcome)}")
 
 
 def _effect_row(effect: FoundEffect) -> tuple[str, ...]:

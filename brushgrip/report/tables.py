@@ -89,7 +89,7 @@ def friction_by_recording(friction: FrictionOutcome) -> ReportTable:
     rows = [
         (
             name,
-            "held out" if name in friction.holdout else "training",
+            "validation" if name in friction.holdout else "training",
             known_friction(declared[name]) if name in declared else "–",
             pair(name, "settling", "{:.1f}"),
             pair(name, "coverage", "{:.0f} %", 100),
@@ -152,7 +152,7 @@ def errors_by_recording(diagnosis: Diagnosis) -> ReportTable:
     headings += [f"nothing refitted, {stage} [%]" for stage in both if diagnosis.after.unrefitted]
     rows = []
     for name in (*diagnosis.recordings, *diagnosis.holdout):
-        row = [name, "held out" if name in diagnosis.holdout else "training"]
+        row = [name, "validation" if name in diagnosis.holdout else "training"]
         row += [torque(errors.rmse[name]) for errors in stages.values()]
         row += [percent(errors.nrmse[name]) for errors in stages.values()]
         if diagnosis.after.left_out:

@@ -27,10 +27,10 @@ from brushgrip.outputs.console import Progress, progress
 from brushgrip.pictures import draw_friction
 from brushgrip.running.cluster import executor_at
 from brushgrip.wording.formatting import csv_text
-from brushgrip.wording.friction import band, estimates_summary, last_usable
+from brushgrip.wording.friction import band, estimates_summary, further_recording, last_usable
 from identification import Recording, read_rig
 from identification.selection.trial_runner import Submit, completed, workers
-from observers import ESTIMATE, Estimates, Status
+from observers import ESTIMATE, Estimates, Status, ground_friction
 from symbolic import BrushgripError, InvalidInputError
 
 FLAGS = {
@@ -216,6 +216,18 @@ def row_of(recording: Recording, estimates: Estimates) -> Row:
         "changes": int(np.count_nonzero(estimates.status & Status.RESET)),
         "fault": "",
     }
+
+
+def friction_of_grounds(rows: Sequence[Row]) -> list[str]:
+    """Friction of each ground with several recordings, of which one is usable, in a line."""
+    lines = []
+    for ground in dict.fromkeys(row["ground"] for row in rows if row["ground"]):
+        own = [(row["mu_eff"], row["mu_eff_std"]) for row in rows if row["ground"] == ground]
+        known = np.array(own, dtype=float)
+        known = known[np.isfinite(known).all(axis=1)]
+        if known.size and len(own) > 1:
+            lines.append(further_recording(str(ground), ground_friction(*known.T), len(own)))
+    return lines
 
 
 def printed_rows(rows: Sequence[Row]) -> tuple[Sequence[str], list[tuple[str, ...]]]:

@@ -92,8 +92,8 @@ def error_columns(diagnosis: Diagnosis) -> dict[str, str]:
     """Headings of the errors in a diagnosis, by their key in a summary."""
     columns = {"torque_rmse": "training [N m]", "torque_nrmse": "training, of range"}
     if diagnosis.holdout:
-        columns["holdout_torque_rmse"] = "held out [N m]"
-        columns["holdout_torque_nrmse"] = "held out, of range"
+        columns["holdout_torque_rmse"] = "validation [N m]"
+        columns["holdout_torque_nrmse"] = "validation, of range"
         columns["holdout_torque_nrmse_unrefitted"] = "nothing refitted, of range"
     if diagnosis.after.left_out:
         columns["left_out_torque_nrmse"] = "left out in turn, of range"
@@ -109,7 +109,7 @@ def error_figures(diagnosis: Diagnosis, errors: Errors) -> list[str]:
 def _judged_by(diagnosis: Diagnosis) -> tuple[str, str]:
     """The error that judges the model: its name, and its key in a summary."""
     if diagnosis.holdout:
-        return "held-out", "holdout_torque_nrmse"
+        return "validation", "holdout_torque_nrmse"
     if diagnosis.after.left_out:
         return "left-out", "left_out_torque_nrmse"
     return "training", "torque_nrmse"

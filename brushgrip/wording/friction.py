@@ -8,7 +8,8 @@ import numpy as np
 from brushgrip.wording.formatting import listed, percent, plain, quantity
 from brushgrip.wording.verdict import GRADES
 from identification import FoundModel, ParameterEstimate
-from observers import Estimates, Status
+from observers import Estimates, GroundFriction, Status
+from observers.quality.ground_friction import LEAST_RECORDINGS
 
 BAND = 2.0
 """Standard deviations to either side that hold 95 of 100 values [1]."""
@@ -33,6 +34,26 @@ def band(value: float, std: float) -> str:
     half = BAND * std
     digits = 2 if half >= COARSE else 3
     return f"{value:.{digits}f} ± {half:.{digits}f}"
+
+
+def further_band(friction: GroundFriction) -> str:
+    """Friction of a ground with the band of a further recording; no friction is below nothing."""
+    low, half = friction.mu_eff, math.inf if friction.further is None else friction.further
+    return band(low, half / BAND) if half < low else f"up to {low + half:.2f}"
+
+
+def further_recording(ground: str, friction: GroundFriction | None, recordings: int) -> str:
+    """Friction of a ground for a further recording, of so many, in one line."""
+    known = 0 if friction is None else friction.recordings
+    if friction is None or friction.further is None:
+        return (
+            f"{ground}: a band for a further recording takes {LEAST_RECORDINGS} recordings with usable"
+            f" friction; here {known} of {recordings}"
+        )
+    of = "" if known == recordings else f" of {recordings}"
+    return (
+        f"{ground}: mu_eff {further_band(friction)} for a further recording, from {known}{of} recordings"
+    )
 
 
 def last_usable(estimates: Estimates) -> int | None:
@@ -129,7 +150,7 @@ def _standing(found: FoundModel) -> str:
         return "The file does not say how many recordings that stands on"
     count = f"{basis.training} recording{'s' * (basis.training != 1)}"
     if basis.holdout:
-        judged = f"{basis.holdout} held out judged it"
+        judged = f"{basis.holdout} validation {_plural(basis.holdout, 'recording')} judged it"
     elif basis.training > 1:
         judged = "each left out in turn judged it"
     else:

@@ -8,12 +8,12 @@ from identification import Diagnosis, FoundEffect
 from identification.diagnosis.found_effects import CLEAR_ERRORS
 
 GRADES: Mapping[str, str] = {
-    "strong": "strong",
+    "strong": "identified",
     "weak": "weak",
     "ambiguous": "ambiguous",
-    "stands_in": "stands in",
+    "stands_in": "placeholder",
 }
-"""Words for the grades."""
+"""Words for the grades; a placeholder stands in for something unknown."""
 COMMON_NAMES = {"mu": "friction μ", "k": "bristle stiffness k"}
 
 

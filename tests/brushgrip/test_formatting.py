@@ -73,7 +73,7 @@ def test_listed() -> None:
 
 FOUND = (
     "The declared model misses compliance and contact shape (carcass torsion) and sensor and steering"
-    " (torque offset); 1.20 % of range stay unexplained: held-out error 4.30 % → 2.37 %"
+    " (torque offset); 1.20 % of range stay unexplained: validation error 4.30 % → 2.37 %"
 )
 
 
@@ -86,7 +86,7 @@ FOUND = (
         ({"found": False, "unexplained": False}, "misses nothing"),
         (
             {"found": False},
-            "No known effect explains what the declared model misses: held-out error 4.30 %",
+            "No known effect explains what the declared model misses: validation error 4.30 %",
         ),
     ],
 )
@@ -194,7 +194,7 @@ def found_model(training: int, holdout: int, **grades: str) -> FoundModel:
             " 1 of 2 effects may be chance or stand in for another",
         ),
         (found_model(2, 0), "It stands on 2 recordings, each left out in turn judged it"),
-        (found_model(4, 3), "It stands on 4 recordings, 3 held out judged it"),
+        (found_model(4, 3), "It stands on 4 recordings, 3 validation recordings judged it"),
         (replace(found_model(1, 0), basis=None), "does not say how many recordings that stands on"),
     ],
 )

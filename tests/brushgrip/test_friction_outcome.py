@@ -12,10 +12,10 @@ from brushgrip.report.friction_words import (
     friction_groups,
     ground_spreads,
     known_friction,
-    paragraph_to_send,
     usable_until,
 )
 from brushgrip.report.tables import friction_by_ground
+from brushgrip.report.to_send import friction_lines, paragraph_to_send
 from identification import FoundModel
 from symbolic import Model, Rig, effects_named
 from tests.brushgrip.factories import TRACKS, make_diagnosis, make_outcome
@@ -29,7 +29,7 @@ def test_training_and_held_out_recordings_are_reported_apart() -> None:
     assert before["holdout"]["mean"]["settling"] == 7.0
     assert before["holdout"]["mean"]["reference_coverage"] == pytest.approx(0.7)
     rows = {label: values for label, values, _ in friction_figures(make_outcome("c", "d"))}
-    assert friction_groups(make_outcome("c", "d")) == ["held out", "training"]
+    assert friction_groups(make_outcome("c", "d")) == ["validation", "training"]
     assert rows["time to settle"] == ["7.0 s → 1.0 s", "1.5 s → 1.0 s"]
 
 
@@ -69,11 +69,29 @@ def test_the_paragraph_gives_no_value_that_is_not_usable() -> None:
     judged = replace(make_outcome("c"), tracks=TRACKS, grounds={"ice": ("a", "b", "c", "d")})
     text = paragraph_to_send(make_diagnosis(("a", "b", "d"), ("c",)), judged)
 
-    assert "is on ice 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a); not known in c and d." in text
-    assert "Of b it is the last value that could be relied on." in text
+    assert "is on ice 1.10 ± 0.10 (b) and 1.20 ± 0.10 (a). The ±" in text
     assert "9.00" not in text
-    assert "of its range instead of 4.30 %, on recordings that the tyre's" in text
-    assert "1.20 % of range remain that no known effect explains." in text
+    assert "of its range instead of 4.30 %, on validation recordings, to which" in text
+    assert "Not known: friction in c and d; friction at the end of b, whose last value" in text
+    assert text.endswith("what makes the 1.20 % of range that no known effect explains.")
+    assert friction_lines(judged) == [
+        "ice: a band for a further recording takes 3 recordings with usable friction; here 2 of 4"
+    ]
+
+
+def test_a_ground_is_told_by_the_band_of_a_further_recording() -> None:
+    tracks = (*TRACKS[:2], replace(TRACKS[0], name="c", mu=np.full(11, 1.3)))
+    judged = replace(make_outcome("c"), tracks=tracks, grounds={"ice": ("a", "b", "c"), "": ("d",)})
+    # t of two degrees of freedom 4.3027, scatter 0.1; own deviation 0.05.
+    half = np.hypot(4.3027 * 0.1 * np.sqrt(4 / 3), 1.96 * 0.05)
+
+    assert friction_lines(judged) == [
+        f"ice: mu_eff 1.20 ± {half:.2f} for a further recording, from 3 recordings"
+    ]
+    text = paragraph_to_send(make_diagnosis(("a", "b", "d"), ("c",)), judged)
+    assert f"is on ice 1.20 ± {half:.2f} for a further recording (from 3); not known." in text
+    assert judged.to_dict()["after"]["further"]["ice"]["further"] == pytest.approx(half, rel=1e-4)
+    assert judged.to_dict()["before"]["further"] == {}
 
 
 def test_the_paragraph_is_as_sure_as_the_grades() -> None:
@@ -85,8 +103,8 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     text = paragraph_to_send(graded, replace(make_outcome("c"), tracks=TRACKS))
 
     assert "leaves out carcass torsion (the carcass twists in series with the patch)." in text
-    assert "These recordings do not tell carcass torsion from patch width." in text
-    assert "There are weak signs of torque offset, which may be chance." in text
+    assert "which of carcass torsion or patch width it is" in text
+    assert "whether the weak signs of torque offset are chance" in text
 
 
 def test_the_offline_fit_counts_the_length_that_was_fitted() -> None:

@@ -122,7 +122,7 @@ def test_page_says_everything_in_order(full: Path) -> None:
 
     assert page.headings == [
         "The declared model misses compliance and contact shape (carcass torsion) and sensor and "
-        "steering (torque offset); 1.20 % of range stay unexplained: held-out error 4.30 % → 2.37 % of"
+        "steering (torque offset); 1.20 % of range stay unexplained: validation error 4.30 % → 2.37 % of"
         " range.",
         "What was found",
         "Contents",
@@ -156,9 +156,9 @@ def test_the_first_screen_says_what_friction_is(tmp_path: Path) -> None:
 
     assert "1.20 ± 0.10" in first
     assert "never: friction is being acquired" in first
-    assert "Of b it is the last value that could be relied on." in first
+    assert "friction at the end of b, whose last value to rely on is earlier" in first
     assert "Share of the informed samples whose 95 % band holds the last estimate." in rest
-    assert "It stands on 3 recordings, 1 held out judged it" in rest
+    assert "It stands on 3 recordings, 1 validation recording judged it" in rest
     assert page.headings[1:5] == ["To send", "What was found", "Contents", "Settling and coverage"]
 
 
@@ -186,9 +186,13 @@ def test_a_recording_that_got_worse_is_marked_and_tracks_may_be_absent(tmp_path:
 @pytest.mark.parametrize(
     ("training", "holdout", "words"),
     [
-        (1, 0, "1 recording for training, none held out: with a single recording the errors"),
-        (2, 0, "2 recordings for training, none held out: each was left out in turn to judge."),
-        (2, 1, "2 recordings for training, 1 held out to judge every candidate and the result."),
+        (1, 0, "1 recording for training, none for validation: with a single recording the errors"),
+        (2, 0, "2 recordings for training, none for validation: each was left out in turn to judge."),
+        (
+            2,
+            1,
+            "2 recordings for training, 1 for validation, which judge every candidate and the result.",
+        ),
     ],
 )
 def test_page_says_what_judges(tmp_path: Path, training: int, holdout: int, words: str) -> None:
@@ -211,7 +215,7 @@ def test_page_gives_the_thresholds_of_the_search(tmp_path: Path) -> None:
     text = text_of(tmp_path, replace(diagnosis, criteria=criteria))
 
     assert criteria.clear != criteria.strong
-    assert f"up to {criteria.strong:g} is accepted where the error of held-out" in text
+    assert f"up to {criteria.strong:g} is accepted where the error of validation" in text
     assert f"falls by more than {criteria.clear:g} standard errors" in text
 
 

@@ -58,7 +58,7 @@ def test_only_clear_effects_are_said_to_be_missing() -> None:
     diagnosis, explained = make_diagnosis(), make_diagnosis(unexplained=False)
     assert headline(graded(explained, "strong", "weak")).startswith(
         "The declared model misses compliance and contact shape (carcass torsion); there are weak signs"
-        " of torque offset: held-out"
+        " of torque offset: validation"
     )
     weak = headline(graded(explained, "weak", "weak"))
     assert weak.startswith("There are only weak signs of carcass torsion and torque offset: ")
@@ -92,7 +92,7 @@ def test_what_is_unexplained_goes_first_where_it_is_the_larger(
 
     assert line.startswith("Something unknown remains, ") == first
     assert f"{100 * structured:.2f} % of range" in line
-    assert line.endswith(": held-out error 4.30 % → 2.37 % of range.")
+    assert line.endswith(": validation error 4.30 % → 2.37 % of range.")
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,97 @@
+"""The results for somebody who knows no tyre model: friction by ground, and a paragraph for a mail."""
+
+from brushgrip.estimation.friction_outcome import FOUND, FrictionOutcome
+from brushgrip.report.friction_words import known_friction
+from brushgrip.wording.formatting import error_percentages, listed, percent, plain
+from brushgrip.wording.friction import further_band, further_recording
+from identification import Diagnosis
+
+MOST_NAMED = 3
+"""Recordings of a ground that are named one by one."""
+
+
+def friction_lines(outcome: FrictionOutcome | None) -> list[str]:
+    """Friction of each named ground for a further recording, a line each; none without an outcome."""
+    if outcome is None:
+        return []
+    further = outcome.further()
+    grounds = {ground: len(names) for ground, names in outcome.grounds.items() if ground}
+    return [further_recording(ground, further.get(ground), count) for ground, count in grounds.items()]
+
+
+def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:
+    """Friction by ground, the cause, the error before and after, and what is not known."""
+    count = len(outcome.before)
+    alike = any(ground.further for ground in outcome.further().values())
+    return " ".join(
+        [
+            f"From {count} recording{'s' * (count != 1)} of a wheel that was steered while standing"
+            " still: the coefficient of friction between tyre and ground is"
+            f" {'; '.join(_on_ground(outcome, ground) for ground in outcome.grounds)}.",
+            "The ± is the 95 % band: it holds the true value in 95 of 100 cases, as far as loads,"
+            " lengths and the model's error are stated rightly"
+            + " and the further recording is made like these" * alike
+            + ".",
+            *_cause(diagnosis),
+            _errors(diagnosis),
+            *_unknown(diagnosis, outcome),
+        ]
+    )
+
+
+def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
+    """Friction on a ground in a phrase: for a further recording, or else of each."""
+    where, further = f"on {ground} " * bool(ground), outcome.further().get(ground)
+    if further and further.further is not None:
+        return f"{where}{further_band(further)} for a further recording (from {further.recordings})"
+    tracks = outcome.by(FOUND)
+    own = [tracks[name] for name in outcome.grounds[ground] if name in tracks]
+    known = sorted((t for t in own if t.last_usable is not None), key=lambda t: t.mu[t.last_usable])
+    values = [f"{known_friction(track)} ({track.name})" for track in known]
+    if len(values) > MOST_NAMED:
+        return f"{where}{values[0]} to {values[-1]} in {len(values)} recordings"
+    return where + (listed(values) or "not known")
+
+
+def _cause(diagnosis: Diagnosis) -> list[str]:
+    """What the model lacks as far as it is sure of, in one sentence."""
+    clear = [e for e in diagnosis.effects if e.grade in ("strong", "ambiguous")]
+    causes = [f"{plain(e.name)} ({e.summary.partition(';')[0]})" for e in clear]
+    return [f"The tyre model as it was declared leaves out {listed(causes)}."] if clear else []
+
+
+def _errors(diagnosis: Diagnosis) -> str:
+    """Error before and after, and what judged it."""
+    kind, before, after = error_percentages(diagnosis)
+    judged = {
+        "validation": "on validation recordings, to which the tyre's parameters were not fitted,"
+        " though they chose the effects",
+        "left-out": "on each recording by the parameters of the others",
+        "training": "on the very recordings that it was fitted to, as none was left to judge it",
+    }[kind]
+    size = f"{after} of its range instead of {before}" if diagnosis.effects else f"{after} of its range"
+    return f"The model now predicts the torque to {size}, {judged}."
+
+
+def _unknown(diagnosis: Diagnosis, outcome: FrictionOutcome) -> list[str]:
+    """What is not known, in one sentence; none where nothing is left."""
+    parts = []
+    tracks = outcome.by(FOUND).values()
+    if never := [track.name for track in tracks if track.last_usable is None]:
+        parts.append(f"friction in {listed(never)}")
+    if early := [t.name for t in tracks if t.last_usable not in (None, t.t.size - 1)]:
+        parts.append(f"friction at the end of {listed(early)}, whose last value to rely on is earlier")
+    for e in diagnosis.effects:
+        if e.grade == "ambiguous":
+            rivals = listed([plain(name) for name in (e.name, *e.indistinguishable_from)], "or")
+            parts.append(f"which of {rivals} it is")
+    if weak := [plain(e.name) for e in diagnosis.effects if e.grade == "weak"]:
+        parts.append(f"whether the weak signs of {listed(weak)} are chance")
+    if odd := [plain(e.name) for e in diagnosis.effects if e.grade == "stands_in"]:
+        parts.append(f"what {listed(odd)} stand{'s' * (len(odd) == 1)} in for")
+    if diagnosis.unexplained.present:
+        parts.append(
+            f"what makes the {percent(diagnosis.unexplained.structured)} of range that no known effect"
+            " explains"
+        )
+    return [f"Not known: {'; '.join(parts)}."] if parts else []

@@ -1,0 +1,65 @@
+"""Friction of a ground from several recordings, and what a further recording on it will have.
+
+A two-level model. Recordings on one ground scatter by more than each one's own deviation says: another
+spot, another temperature, a wheel put down anew. Their own errors are in part common to them all, as of
+a load or a half-length, which no number of recordings shows. So the own deviation is not taken off the
+scatter, and comes on top of it undivided.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import stdtrit
+
+from observers.quality.friction_quality import BAND_95
+from symbolic import InvalidInputError
+
+LEAST_RECORDINGS = 3
+"""Recordings that a band for a further one takes: of two, the scatter is hardly known."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class GroundFriction:
+    """Effective friction on a ground.
+
+    Attributes:
+        recordings: how many it rests on.
+        mu_eff: their mean [1].
+        scatter: their standard deviation [1]; None of a single one.
+        further: half-width of the interval about `mu_eff` that holds the friction of a further recording
+            with a probability of 95 % [1]; None of fewer than `LEAST_RECORDINGS`.
+    """
+
+    recordings: int
+    mu_eff: float
+    scatter: float | None = None
+    further: float | None = None
+
+
+def ground_friction(mu_eff: Sequence[float], mu_eff_std: Sequence[float]) -> GroundFriction:
+    """Friction of a ground and the prediction interval for a further recording, by Student's t.
+
+    The further recording is one as these: same tyre and rig, loads, ways of steering and weather among
+    theirs.
+
+    Args:
+        mu_eff: of each recording [1], shape (n,).
+        mu_eff_std: standard deviation of each [1], shape (n,).
+
+    Raises:
+        InvalidInputError: there is no recording, or a value is not finite.
+    """
+    values, own = np.asarray(mu_eff, dtype=float), np.asarray(mu_eff_std, dtype=float)
+    if values.shape != own.shape or not values.size or not np.isfinite([values, own]).all():
+        raise InvalidInputError(
+            "friction of a ground takes finite mu_eff and mu_eff_std of each recording"
+        )
+    n, mean = values.size, float(values.mean())
+    if n == 1:
+        return GroundFriction(recordings=n, mu_eff=mean)
+    scatter, further = float(values.std(ddof=1)), None
+    if n >= LEAST_RECORDINGS:
+        between = stdtrit(n - 1, 0.975) * scatter * np.sqrt(1 + 1 / n)
+        further = float(np.hypot(between, BAND_95 * np.sqrt(np.mean(own**2))))
+    return GroundFriction(recordings=n, mu_eff=mean, scatter=scatter, further=further)
