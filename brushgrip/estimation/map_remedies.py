@@ -8,7 +8,13 @@ from dataclasses import replace
 import numpy as np
 
 from identification import Recording
-from identification.reading.signal_map import FOR_RATIO, USUAL_RATIO, SignalSource
+from identification.reading.signal_map import (
+    FOR_RATIO,
+    USUAL_RATIO,
+    SignalSource,
+    as_option,
+    mending_map,
+)
 
 SURELY_DEGREES = 4 * math.pi
 """No steering wheel turns further [rad]; what is beyond is in degrees."""
@@ -24,6 +30,18 @@ SCALE = re.compile(r"the torque grows with the angle (\S+) times as k, a and F_N
 GEARED, LEAST_SCALE = 0.25, 0.03
 """Below the first a steering ratio may be missing, at the second the torque may be in kN m. The slope of
 the stick phase tells no more: where the patch slides soon, a ratio of 15 shows as 0.14."""
+OF_CAR = {
+    "scale": "the vehicle file says: check units and ratios of the steering, stiffness, half_length and"
+    " front_axle_load, or declare their tolerances",
+    "psi looks": "the wheels would turn beyond a right angle: check steering_ratio, steering_arm and"
+    " rack_travel, and the unit of rack or handwheel",
+    "the torque looks": "the force on the rack is more than any ground holds: check the units of force"
+    " and torques, motor_ratio, steering_arm and front_axle_load",
+    "psi or the torque": "the force on the rack would turn the wheels: check the signs of its way, of"
+    " the force and of the torques",
+    "F_N looks": "friction is more than any ground has: check front_axle_load, half_length, force",
+}
+"""What is wrong of a car by the beginning of a suspected cause."""
 ANGLE, SIGN = "psi looks like degrees", "psi or the torque has the other sign"
 
 
@@ -51,14 +69,22 @@ def with_remedy(recording: Recording, causes: Sequence[str], torque: str) -> str
             if float(scale[1]) < LEAST_SCALE:
                 kilo = replace(_source(recording, torque), unit="kNm").as_map(torque)
                 ratio += f"; if the torque is in kN m: --map {kilo}"
+    why = "; ".join(causes if recording.standstills is None else map(_of_car, causes))
+    if recording.standstills is not None and not set(changed) <= {"t"}:
+        return why
+    if not angle:
+        return f"{why}: {mending_map(recording.sources, changed)}" if changed else why + ratio
     given = {c: s for c, s in recording.sources.items() if s != SignalSource(channel=c)}
     maps = {column: source.as_map(column) for column, source in (given | changed).items()}
-    why = "; ".join(causes)
-    if not changed and not angle:
-        return why + ratio
-    if angle:
-        maps["psi"], ratio = _angle(recording)
-    return f"{why}: --map {','.join(maps.values())}{ratio}"
+    maps["psi"], ratio = _angle(recording)
+    return f"{why}: {as_option(maps.values())}{ratio}"
+
+
+def _of_car(cause: str) -> str:
+    """A cause in words of a vehicle file; units and signs were judged column by column before."""
+    if scale := SCALE.match(cause):
+        return f"the force on the rack grows with its way {scale[1]} times as {OF_CAR['scale']}"
+    return next((words for beginning, words in OF_CAR.items() if cause.startswith(beginning)), cause)
 
 
 def _source(recording: Recording, column: str) -> SignalSource:

@@ -16,14 +16,17 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.channels import map_hint
+from identification.reading.car_channels import absent_of_steering
+from identification.reading.car_plausibility import require_plausible_car, way_and_force
+from identification.reading.channels import map_hint, missing_channels
 from identification.reading.files import read_bytes
+from identification.reading.signal_map import SignalMap
 from identification.reading.table import MIN_SAMPLES, Table
 from symbolic import InvalidInputError
 from symbolic.tables.parsing import LARGEST_TABLES, naming, toml_of
 from symbolic.tables.vehicle_tables import vehicle_from_tables
 from symbolic.vehicle.mean_wheel import aligning_torque, patch_angle
-from symbolic.vehicle.steering import mean_angle, rack_force, rack_position
+from symbolic.vehicle.steering import mean_angle
 from symbolic.vehicle.vehicle import Vehicle
 
 Array = NDArray[np.float64]
@@ -65,9 +68,11 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
     about another point.
 
     Raises:
-        InvalidInputError: the way of the rack or the force on it is in no column, or the car never
-            stands.
+        InvalidInputError: the way of the rack or the force on it is in no column, or in another unit or
+            of the other sign; or the car never stands.
     """
+    _require_steering(table, vehicle)
+    require_plausible_car(table, vehicle)
     columns, standstills = table.columns, standstills_of(table.columns, vehicle)
     stands = standstills.stretch >= 0
     if not stands.any():
@@ -75,7 +80,7 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
             f"{table.path}: the car never stands for {MIN_SAMPLES} samples: speed stays above"
             f" {vehicle.standstill:g} m/s"
         )
-    s, force = _rack(table, vehicle)
+    s, force = way_and_force(columns, vehicle)
     acceleration = _acceleration(columns["t"], s) if vehicle.rack_mass > 0 else 0.0
     held = np.append(standstills.brakes, False)[standstills.stretch]
     angles, torques = (
@@ -94,26 +99,21 @@ def wheel_table(table: Table, vehicle: Vehicle) -> tuple[Table, Standstills]:
     return replace(table, columns=of_wheel), standstills
 
 
-def _rack(table: Table, vehicle: Vehicle) -> tuple[Array, Array]:
-    """Way of the rack [m] and force on it [N], measured or from the handwheel's side."""
-    columns = table.columns
-    for either in (("rack", "handwheel"), ("F_rack", "T_bar")):
-        if not any(name in columns for name in either):
-            names = [source.channel for source in table.sources.values()]
-            raise InvalidInputError(
-                f"{table.path}: channel {' or '.join(either)} missing{map_hint(either[:1], names)}"
-            )
-    bar = columns.get("T_bar", np.zeros_like(columns["t"]))
-    s = columns.get("rack")
-    if s is None:
-        s = rack_position(vehicle, columns["handwheel"], np.nan_to_num(bar))
-    force = columns.get("F_rack")
-    if force is None and ("T_motor" in columns) != (vehicle.motor_ratio > 0):
-        raise InvalidInputError(
-            f"{table.path}: the torque of the motor, T_motor, and motor_ratio of the vehicle go"
-            " together: with one alone the force on the rack is not known"
-        )
-    return s, rack_force(vehicle, bar, columns.get("T_motor", 0.0)) if force is None else force
+def _require_steering(table: Table, vehicle: Vehicle) -> None:
+    """Refuse a table without way or force of the rack, or with a motor on one side alone."""
+    columns, signals = table.columns, SignalMap(signals=table.sources)
+    if absent := absent_of_steering(columns):
+        raise missing_channels(table.path, absent, table.names, signals)
+    if "F_rack" in columns or ("T_motor" in columns) == (vehicle.motor_ratio > 0):
+        return
+    remedy = "declare motor_ratio in [vehicle]"
+    if vehicle.motor_ratio > 0:
+        remedy = "without assistance, leave motor_ratio out of [vehicle]"
+        remedy += map_hint(["T_motor"], table.names, signals)
+    raise InvalidInputError(
+        f"{table.path}: the torque of the motor, T_motor, and motor_ratio of the vehicle go together,"
+        f" with one alone the force on the rack is not known; {remedy}"
+    )
 
 
 def standstills_of(columns: Mapping[str, Array], vehicle: Vehicle) -> Standstills:

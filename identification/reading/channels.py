@@ -1,13 +1,20 @@
 """Channels of a file by name: which of them is which column of a recording, and a map where none is."""
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from pathlib import Path
 
-from identification.reading.signal_map import FOR_RATIO, NO_MAP, SignalMap, SignalSource
+from identification.reading.car_channels import EITHER, guesses_of_steering
+from identification.reading.signal_map import (
+    FOR_RATIO,
+    NO_MAP,
+    SignalMap,
+    SignalSource,
+    mending_map,
+)
 from identification.reading.table import (
     CAR_COLUMNS,
     OPTIONAL_COLUMNS,
@@ -15,14 +22,13 @@ from identification.reading.table import (
     Array,
     columns_of,
 )
-from identification.reading.units import is_unit, unit_at_end
+from identification.reading.units import bare_name, is_unit, unit_at_end, unit_of_name
 from symbolic import InvalidInputError
 from symbolic.tables.parsing import excerpt
 
 COLUMNS = (*REQUIRED_COLUMNS, *OPTIONAL_COLUMNS)
 MOST_NAMES = 20
 """Names of channels that a message lists."""
-_WITH_UNIT = re.compile(r"(.*?)\s*[\[(]([^\])]*)[\])]\s*")
 _STEERING_WHEEL = re.compile(r"steering.?wheel|hand.?wheel|lenkrad|volant|^(swa|swt|sas)", re.IGNORECASE)
 """Names of a channel that belongs to the steering wheel, not to the wheel about its kingpin."""
 _USUAL_NAMES = {
@@ -132,24 +138,13 @@ def resolve(where: str, name: str, names: Sequence[str], *, by_part: bool = True
     return candidates[0] if candidates else None
 
 
-def unit_of_name(name: str) -> str:
-    """The unit that a heading such as `Angle [deg]` holds; empty for none."""
-    found = _WITH_UNIT.fullmatch(name)
-    return found[2].strip() if found else ""
-
-
-def bare_name(name: str) -> str:
-    """A heading without its unit."""
-    found = _WITH_UNIT.fullmatch(name)
-    return (found[1] if found and found[1] else name).strip()
-
-
 def missing_channels(
     path: Path, absent: Sequence[str], names: Sequence[str], signals: SignalMap
 ) -> InvalidInputError:
     """What is missing, what is there, and a map that may mend it."""
     wanted = ", ".join(
-        c if c not in signals.signals else f"{c} (as {excerpt(signals.of(c).channel)})" for c in absent
+        EITHER.get(c, c) if c not in signals.signals else f"{c} (as {excerpt(signals.of(c).channel)})"
+        for c in absent
     )
     plural = "s" * (len(absent) > 1)
     hint = map_hint(absent, names, signals)
@@ -160,25 +155,41 @@ def missing_channels(
 
 def map_hint(absent: Sequence[str], names: Sequence[str], signals: SignalMap = NO_MAP) -> str:
     """A sentence that proposes a map, a torque in it; names that look alike are filled in."""
-    left, parts = list(names), []
-    known = {*absent, *signals.signals, *(bare_name(name) for name in names)}
-    for column in absent if {"M_z", "M"} & known else (*absent, "M_z"):
-        guess = _likely(column, left)
-        if guess is None:
-            parts.append(f"{column}=CHANNEL")
-            continue
-        left.remove(guess)
-        name = bare_name(guess)
-        unit = "" if is_unit(column, unit_of_name(guess)) else unit_at_end(column, name)
-        source = SignalSource(channel=name, unit=unit or None)
-        geared = column in ("psi", "psi_dot", "M_z", "M") and bool(_STEERING_WHEEL.search(name))
+    if not names:
+        return ""
+    if {*CAR_COLUMNS} & {*absent}:
+        guesses = {c: _source(c, guess) for c, guess in guesses_of_steering(absent, names, signals)}
+        given = {c: source for c, source in signals.signals.items() if c not in absent}
+        return f"; say which is which, such as {mending_map(given, guesses)}"
+    parts = []
+    for column, guess in _guesses(absent, names, signals):
+        source = _source(column, guess)
+        of_hand = bool(guess and _STEERING_WHEEL.search(source.channel))
+        geared = column in ("psi", "psi_dot", "M_z", "M") and of_hand
         # The hand turns the wheel, M_z is the moment of the ground on it.
         turned = replace(source, factor=-1.0) if column == "M_z" and geared else source
         parts.append(turned.as_geared(column) if geared else source.as_map(column))
-    if not names:
-        return ""
     ratio = FOR_RATIO if any("15*" in part for part in parts) else ""
     return f"; say which is which, such as --map '{','.join(parts)}'{ratio}"
+
+
+def _source(column: str, name: str | None) -> SignalSource:
+    """A channel with the unit that its name ends in; a word in its place for none."""
+    bare = bare_name(name or "CHANNEL")
+    unit = "" if is_unit(column, unit_of_name(name or "")) else unit_at_end(column, bare)
+    return SignalSource(channel=bare, unit=unit or None)
+
+
+def _guesses(
+    absent: Sequence[str], names: Sequence[str], signals: SignalMap
+) -> Iterator[tuple[str, str | None]]:
+    """Columns with the channels that they may be."""
+    left = list(names)
+    known = {*absent, *signals.signals, *(bare_name(name) for name in names)}
+    for column in absent if {"M_z", "M"} & known else (*absent, "M_z"):
+        if (guess := _likely(column, left)) is not None:
+            left.remove(guess)
+        yield column, guess
 
 
 def _likely(column: str, names: Sequence[str]) -> str | None:

@@ -10,12 +10,12 @@ import numpy as np
 from identification.reading.channels import (
     ChannelFile,
     Samples,
-    bare_name,
     missing_channels,
     resolve_columns,
 )
 from identification.reading.signal_map import SignalMap, SignalSource
 from identification.reading.table import MOST_SAMPLES, Array, Table
+from identification.reading.units import bare_name
 from symbolic import InvalidInputError
 from symbolic.tables.parsing import naming
 
@@ -49,7 +49,8 @@ def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: Sign
     read = {column: file.read(name) for column, name in names.items() if column != "t"}
     if not read:
         # Of a car, where no single column is needed.
-        raise missing_channels(path, ["rack", "F_rack"], file.names, signals)
+        timeless = [] if file.own_clocks or "t" in names else ["t"]
+        raise missing_channels(path, [*timeless, "rack", "F_rack"], file.names, signals)
     own_clocks = "t" not in signals.signals and all(s.times is not None for s in read.values())
     if not own_clocks:
         if "t" not in names:
@@ -76,6 +77,7 @@ def tabulate(path: Path, file: ChannelFile, needed: Sequence[str], signals: Sign
         faults=(),
         place=lambda of: f"sample {of + 1}" if isinstance(of, int) else f"scalar {of}",
         sources=sources,
+        names=tuple(file.names),
         remarks=[f"{', '.join(channels)}: {remark}" for remark, channels in remarks.items()],
     )
 
@@ -88,7 +90,7 @@ def remapped(table: Table, needed: Sequence[str], signals: SignalMap) -> Table:
     """
     file = ChannelFile(names=tuple(table.columns), read=lambda name: Samples(values=table.columns[name]))
     mapped = tabulate(table.path, file, needed, signals)
-    return replace(table, columns=mapped.columns, sources=mapped.sources)
+    return replace(table, columns=mapped.columns, sources=mapped.sources, names=mapped.names)
 
 
 def _in_si(column: str, samples: Samples, source: SignalSource) -> Array:

@@ -11,13 +11,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from identification.loops import ALIGNING, draw_loops
 from identification.reading.car import Standstills, wheel_table
-from identification.reading.channels import ChannelFile, Samples, unit_of_name
+from identification.reading.channels import ChannelFile, Samples
 from identification.reading.clock import tabulate
 from identification.reading.readers import READERS, Reader, read_table
 from identification.reading.rigfile import read_rig, rig_of_table
 from identification.reading.signal_map import NO_MAP, SignalMap, SignalSource, parse_signals
 from identification.reading.smoothing import smoothed_rate
 from identification.reading.table import MIN_SAMPLES, Table, check, required_columns
+from identification.reading.units import unit_of_name
 from symbolic import InvalidInputError, Rig, Tyre
 from symbolic.tables.markup import html_table
 from symbolic.vehicle.mean_wheel import rig_of
@@ -202,9 +203,8 @@ def read_recording(
         readers: by the suffix of the file's name; `{**READERS, ".log": reader}` adds a format.
         signals: where columns come from, as read by `read_signals`, or a text such as
             ``psi=SteeringAngle:deg,t=time:ms,M_z=-Mz``.
-        vehicle: the car that a recording of its rack or handwheel belongs to, see
-            `identification.reading.car`; the recording is then that of its mean wheel, and rig is not
-            used.
+        vehicle: the car whose steering was recorded, see `identification.reading.car`; the recording is
+            then that of its mean wheel, and rig is not used.
 
     Raises:
         InvalidInputError: one line naming the file, the row, what is wrong and what is allowed.

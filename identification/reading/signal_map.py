@@ -2,7 +2,8 @@
 
 import json
 import re
-from collections.abc import Mapping
+import shlex
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from math import inf
 from pathlib import Path
@@ -167,6 +168,30 @@ def parse_signals(text: str) -> SignalMap:
     return SignalMap(signals=signals, dbc=dbc)
 
 
+def as_option(entries: Iterable[str]) -> str:
+    """Entries of a map as the option `--map`, to be pasted into a shell."""
+    return f"--map {shlex.quote(','.join(entries))}"
+
+
+def mending_map(sources: Mapping[str, SignalSource], changed: Mapping[str, SignalSource]) -> str:
+    """What to write so that some columns come from elsewhere, with all that is mapped already.
+
+    Names that `--map` cannot hold make it the first line of the file that has [signals].
+
+    Args:
+        sources: of all columns as they are.
+        changed: of those that have to change.
+    """
+    given = {c: s for c, s in sources.items() if s != SignalSource(channel=c)} | dict(changed)
+    entries = {column: source.as_map(column) for column, source in given.items()}
+    found = [_SOURCE.fullmatch(entry.partition("=")[2]) for entry in entries.values()]
+    for source, one in zip(given.values(), found, strict=True):
+        if "," in source.channel or one is None or one["channel"] != source.channel:
+            text = ", ".join(_entry(column, source) for column, source in given.items())
+            return f"first line of the file with [signals], in its place: {SIGNALS} = {{ {text} }}"
+    return as_option(entries.values())
+
+
 def read_signals(path: str | Path) -> SignalMap:
     """The section ``[signals]`` of a rig file; an empty map where there is none.
 
@@ -218,14 +243,14 @@ def _signal(column: str, entry: object) -> SignalSource:
 
 def signals_text(signals: SignalMap) -> str:
     """The section of a rig file of which `read_signals` makes this map again; empty for none."""
-    entries = [
-        f"{column} = {{ channel = {_quoted(source.channel)}, factor = {source.factor!r}"
-        + ("" if source.unit is None else f", unit = {_quoted(source.unit)}")
-        + " }"
-        for column, source in signals.signals.items()
-    ]
+    entries = [_entry(column, source) for column, source in signals.signals.items()]
     entries += [] if signals.dbc is None else [f"{DBC} = {_quoted(str(signals.dbc.absolute()))}"]
     return "\n".join([f"[{SIGNALS}]", *entries, ""]) if entries else ""
+
+
+def _entry(column: str, source: SignalSource) -> str:
+    unit = "" if source.unit is None else f", unit = {_quoted(source.unit)}"
+    return f"{column} = {{ channel = {_quoted(source.channel)}, factor = {source.factor!r}{unit} }}"
 
 
 def _quoted(text: str) -> str:

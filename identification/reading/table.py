@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from identification.reading.signal_map import FOR_RATIO, SignalSource
-from identification.reading.units import UNITS, unit_at_end
+from identification.reading.signal_map import FOR_RATIO, SignalSource, as_option
+from identification.reading.units import UNITS, unit_at_end, unit_by_size
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
@@ -64,6 +64,7 @@ class Table:
         tolerances: how far off declared values may be, by name, see `symbolic.Tolerances`.
         ground: name of what the wheel stands on; None where the file does not say.
         sources: channel of each column, for messages.
+        names: of all channels of the file, for messages.
         remarks: what the user has to know about the values, a line each.
     """
 
@@ -75,6 +76,7 @@ class Table:
     tolerances: Mapping[str, float] = field(default_factory=dict)
     ground: str | None = None
     sources: Mapping[str, SignalSource] = field(default_factory=dict)
+    names: Sequence[str] = ()
     remarks: Sequence[str] = ()
 
 
@@ -163,6 +165,8 @@ def _too_large(table: Table, name: str, values: Array) -> _Check:
     most, unit = LARGEST[name]
     allowed = f"allowed: up to {most:g} {unit} in size{_other_unit(table, name)}"
     wrong = np.isfinite(values) & (np.abs(values) > most)
+    if unit_by_size(name, values):  # Of a car: refused later, with all else that its units are not.
+        wrong = np.zeros_like(wrong)
     return wrong, lambda at: f"{name} = {values[at]:g} {unit}; {allowed}"
 
 
@@ -199,12 +203,13 @@ def _other_unit(table: Table, column: str) -> str:
     other = replace(source, unit=unit)
     if column == "psi" and unit == "deg" and abs(source.factor) == 1:
         # As degrees it is still beyond a right angle, so that it is the steering wheel's.
-        return f"; if it is the steering wheel's in degrees: --map {other.as_geared(column)}{FOR_RATIO}"
-    return f"; if it is in another unit: --map {other.as_map(column)}"
+        geared = as_option([other.as_geared(column)])
+        return f"; if it is the steering wheel's in degrees: {geared}{FOR_RATIO}"
+    return f"; if it is in another unit: {as_option([other.as_map(column)])}"
 
 
 def _other_sign(table: Table) -> str:
     """The map to write where the load counts the other way."""
     source = table.sources.get("F_N", SignalSource(channel="F_N"))
     turned = replace(source, factor=-source.factor)
-    return f"; if it counts the other way: --map {turned.as_map('F_N')}"
+    return f"; if it counts the other way: {as_option([turned.as_map('F_N')])}"

@@ -3,6 +3,9 @@
 import math
 import re
 
+import numpy as np
+from numpy.typing import NDArray
+
 from symbolic import InvalidInputError
 from symbolic.tables.parsing import excerpt
 
@@ -30,6 +33,18 @@ UNITS = {
     "speed": {"m/s": 1.0, "km/h": 1 / 3.6, "mph": 0.44704},
 }
 """Factor of each unit to SI, by column; the first is the SI unit."""
+OF_SIZE = {
+    "rack": (0.15, ("mm",)),
+    "handwheel": (20.0, ("deg",)),
+    "T_bar": (150.0, ("mN m",)),
+    "T_motor": (150.0, ("mN m",)),
+}
+"""Of columns of a car: what none reaches, SI, and the units that it is in where it does."""
+LEAST_FORCE = 30.0
+"""No rack moves under less, its gear's friction alone is more [N]."""
+IN_UNIT = 10
+"""So many samples beyond are no glitches."""
+_WITH_UNIT = re.compile(r"(.*?)\s*[\[(]([^\])]*)[\])]\s*")
 _WORDS = {
     "sec": "s", "second": "s", "seconds": "s", "sekunden": "s", "msec": "ms", "millisecond": "ms",
     "milliseconds": "ms", "microseconds": "us", "degree": "deg", "degrees": "deg", "grad": "deg",
@@ -62,9 +77,34 @@ def factor_of(column: str, unit: str) -> float | None:
     return next((known[name] for name in (text, word, relaxed) if name in known), None)
 
 
+def unit_by_size(column: str, values: NDArray[np.float64]) -> str:
+    """The unit in which a column of a car is by the size of its numbers; empty where SI may do."""
+    sizes = np.sort(np.abs(values[np.isfinite(values)]))
+    if sizes.size < IN_UNIT:
+        return ""
+    if column == "F_rack":
+        return "kN" if 0 < sizes[-1] < LEAST_FORCE else ""
+    most, units = OF_SIZE.get(column, (math.inf, ()))
+    if not sizes[-IN_UNIT] > most:
+        return ""
+    return next((unit for unit in units if sizes[-IN_UNIT] * UNITS[column][unit] <= most), "")
+
+
 def is_unit(column: str, text: str) -> bool:
     """Whether a text is a unit of the column, other than none at all."""
     return _bare(text) not in _NO_UNIT and factor_of(column, text) is not None
+
+
+def unit_of_name(name: str) -> str:
+    """The unit that a heading such as `Angle [deg]` holds; empty for none."""
+    found = _WITH_UNIT.fullmatch(name)
+    return found[2].strip() if found else ""
+
+
+def bare_name(name: str) -> str:
+    """A heading without its unit."""
+    found = _WITH_UNIT.fullmatch(name)
+    return (found[1] if found and found[1] else name).strip()
 
 
 def unit_at_end(column: str, name: str) -> str:

@@ -1,5 +1,6 @@
 """`brushgrip estimate` and `codegen` of a car, from the log of its bus."""
 
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -111,4 +112,35 @@ def test_channels_of_a_car_that_are_missing_are_named(run: Run, tmp_path: Path) 
     (tmp_path / "car.csv").write_text("t,RackTravel,RackForce\n0,0,0\n0.01,0.001,5\n")
     outcome = run("estimate", "--vehicle", tmp_path / "car.toml", tmp_path / "car.csv")
 
-    outcome.refused("channels rack, F_rack missing")
+    outcome.refused(
+        "channels rack or handwheel, F_rack or T_bar missing", "--map rack=RackTravel,F_rack=RackForce"
+    )
+
+
+def test_messages_mend_the_log_of_an_assisted_car(run: Run, tmp_path: Path) -> None:
+    t, rack = steering()
+    force = SimulatedCar().force(rack)
+    text = vehicle_text(steering_ratio=12.5, motor_ratio=20.0, motor_efficiency=1.0, torsion_bar=115.0)
+    (tmp_path / "car.toml").write_text(text)
+    bar = force / 100 / 13
+    shown = {
+        "Time": t, "LWI_Winkel Lenkrad": np.degrees(-100 * rack - bar / 115),
+        "EPS_TorsBarTrq": 1e3 * bar, "EPS_MotTrq": bar * 12 / 20,
+    }  # fmt: skip
+    table = np.column_stack(list(shown.values()))
+    np.savetxt(tmp_path / "car.csv", table, delimiter=",", header=",".join(shown), comments="")
+    command = ["estimate", "--vehicle", tmp_path / "car.toml", tmp_path / "car.csv"]
+    pasted, said = list[str](), list[str]()
+    while (outcome := run(*command, *pasted)).status:
+        said.append(outcome.err)
+        pasted = shlex.split(outcome.err[outcome.err.index("--map") :])
+
+    assert len(said) == 2, said
+    assert "missing; there are Time, LWI_Winkel Lenkrad, EPS_TorsBarTrq, EPS_MotTrq" in said[0]
+    assert "handwheel looks like deg; T_bar looks like mN m; handwheel and the torques" in said[1]
+    assert (
+        pasted[1]
+        == "t=Time,handwheel=-LWI_Winkel Lenkrad:deg,T_bar=EPS_TorsBarTrq:mNm,T_motor=EPS_MotTrq"
+    )
+    assert "usable in" in outcome.out
+    assert 0.45 < float(outcome.out.partition("mu_eff = ")[2].split()[0]) < 0.55

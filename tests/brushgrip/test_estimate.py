@@ -1,6 +1,7 @@
 """`brushgrip estimate` on one recording: its table, its picture, and what it refuses."""
 
 import json
+import shlex
 from pathlib import Path
 
 import numpy as np
@@ -182,7 +183,7 @@ def test_other_units_and_signs_are_refused_by_name(
     entry, _, other = remedy.partition(" or ")
     outcome = estimate(wrong)
 
-    outcome.refused("wrong", cause, f"--map {entry}", other)
+    outcome.refused("wrong", cause, f"--map {shlex.quote(entry)}", other)
     assert not (tmp_path / "mu.csv").exists()
     assert ("with your steering ratio for 15" in outcome.err) == ("1/15" in remedy)
     assert estimate(wrong, "--map", entry).status == 0

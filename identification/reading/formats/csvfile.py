@@ -13,18 +13,20 @@ from pathlib import Path
 
 import numpy as np
 
+from identification.reading.car_channels import absent_of_steering
 from identification.reading.channels import (
     ChannelFile,
     Samples,
     map_hint,
+    missing_channels,
     resolve,
-    unit_of_name,
 )
 from identification.reading.clock import tabulate
 from identification.reading.formats.csvdialect import Numbers, delimiter_of, read_letters, units_in
 from identification.reading.rigfile import DECLARABLE, TOLERANCE_ONLY
 from identification.reading.signal_map import NO_MAP, SignalMap
-from identification.reading.table import MOST_SAMPLES, Fault, Table, columns_of
+from identification.reading.table import CAR_COLUMNS, MOST_SAMPLES, Fault, Table, columns_of
+from identification.reading.units import unit_of_name
 from symbolic import TOLERATED, InvalidInputError
 from symbolic.errors import printable
 from symbolic.tables.parsing import excerpt
@@ -74,7 +76,7 @@ def read_csv(path: Path, needed: Sequence[str], signals: SignalMap = NO_MAP) -> 
     columns, numbers, faults = _columns(path, header, len(names), rows, Numbers(delimiter))
     by_name = {names[at]: column for column, at in header.items()}
     file = ChannelFile(
-        names=list(by_name),
+        names=names,
         read=lambda name: Samples(
             values=columns[by_name[name]], unit=units.get(by_name[name], unit_of_name(name))
         ),
@@ -174,9 +176,12 @@ def _header(
     found = {}
     for column in columns_of(needed):
         wanted = signals.of(column).channel
-        if (name := resolve(f"{path}: row {row}", wanted, names, by_part=False)) is not None:
+        by_part = column in CAR_COLUMNS
+        if (name := resolve(f"{path}: row {row}", wanted, names, by_part=by_part)) is not None:
             found[column] = names.index(name)
     missing = [c for c in columns_of(needed) if c not in found and (c in needed or c in signals.signals)]
+    if missing and "psi" not in needed:
+        raise missing_channels(path, [*missing, *absent_of_steering(found)], names, signals)
     if missing:
         wanted = ", ".join(signals.of(column).channel for column in missing)
         raise InvalidInputError(

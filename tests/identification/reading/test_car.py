@@ -1,12 +1,13 @@
 """Recordings of a car: columns, units, standstills, and what is refused."""
 
+import shlex
 import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from identification import read_recording, read_vehicle
+from identification import read_recording, read_signals, read_vehicle
 from symbolic import InvalidInputError, vehicle_from_tables
 from tests.identification.reading.logs import refused
 from tests.simulated_car import vehicle_text
@@ -80,7 +81,6 @@ def test_rolling_and_brakes_part_the_standstills(tmp_path: Path) -> None:
         ({"rack": RACK}, "channel F_rack or T_bar missing"),
         ({"handwheel": RACK, "T_bar": FORCE / 1e3, "T_motor": 0.0}, "motor_ratio"),
         ({"rack": RACK, "F_rack": FORCE, "speed": 3.0}, "the car never stands"),
-        ({"rack": 100 * RACK, "F_rack": FORCE}, "in another unit"),
     ],
 )
 def test_what_is_refused(tmp_path: Path, columns: dict[str, object], said: str) -> None:
@@ -95,3 +95,72 @@ def test_a_bad_vehicle_file_is_named(tmp_path: Path) -> None:
 
     with pytest.raises(InvalidInputError, match=r"car\.toml: \[vehicle\] front_axle_load, pressure"):
         read_vehicle(path)
+
+
+BAR = FORCE / 100 / 13
+ASSISTED = {"handwheel": 100 * RACK + BAR / 115, "T_bar": BAR, "T_motor": BAR * 12 / 20}
+DEGREES = 180 / np.pi
+
+
+def spoilt(**factors: float) -> dict[str, object]:
+    measured = {"rack": RACK, "F_rack": FORCE} if {"rack", "F_rack"} & {*factors} else ASSISTED
+    return {name: factors.get(name, 1.0) * values for name, values in measured.items()}
+
+
+@pytest.mark.parametrize(
+    ("columns", "said"),
+    [
+        (spoilt(handwheel=DEGREES), "handwheel looks like deg"),
+        (spoilt(handwheel=-1.0), "handwheel and the torques have opposite signs"),
+        (spoilt(T_bar=1e3), "T_bar looks like mN m"),
+        (spoilt(T_motor=1e3), "T_motor looks like mN m"),
+        (spoilt(T_bar=-1.0), "T_bar and T_motor act against each other"),
+        (spoilt(T_motor=-1e3), "T_motor looks like mN m; T_bar and T_motor act against"),
+        (spoilt(rack=1e3), "rack looks like mm"),
+        (spoilt(F_rack=-1e-3), "F_rack looks like kN; rack and F_rack have opposite signs"),
+        ({"Rack Pos": RACK, "F_rack": FORCE}, "channel rack or handwheel missing"),
+        ({"Angle_Hand:Wheel": spoilt()["handwheel"], **spoilt(rack=1e3)}, "rack looks like mm"),
+        (
+            {"handwheel": ASSISTED["handwheel"], "T_bar": BAR, "MotTrq": ASSISTED["T_motor"]},
+            "T_motor, and motor_ratio of the vehicle go together",
+        ),
+    ],
+)  # fmt: skip
+def test_what_a_message_proposes_mends_the_recording(
+    tmp_path: Path, columns: dict[str, object], said: str
+) -> None:
+    text = vehicle_text(steering_ratio=12.5, motor_ratio=20.0, motor_efficiency=1.0, torsion_bar=115.0)
+    car = vehicle_from_tables(tomllib.loads(text))
+    path = write(tmp_path / "car.csv", t=T, **columns)
+    message = refused(lambda one: read_recording(one, vehicle=car), path)
+    (remedy,) = shlex.split(message.partition("--map ")[2])
+    mended = read_recording(path, vehicle=car, signals=remedy)
+
+    assert said in message
+    # To the other side is the same to all but the sign.
+    np.testing.assert_allclose(np.abs(mended.M_z), np.abs(0.125 / 2 * FORCE), rtol=1e-6)
+    np.testing.assert_allclose(np.abs(mended.psi), np.abs(RACK / 0.125), atol=1e-6)
+
+
+def test_a_name_that_no_option_holds_goes_into_the_file(tmp_path: Path) -> None:
+    path = write(tmp_path / "car.csv", t=T, **{"Rack:XCP": -RACK, "F_rack": FORCE})
+    named = f'signals = {{ rack = "Rack:XCP" }}\n{vehicle_text()}'
+    (tmp_path / "car.toml").write_text(named)
+    signals = read_signals(tmp_path / "car.toml")
+    message = refused(lambda one: read_recording(one, vehicle=CAR, signals=signals), path)
+    (tmp_path / "car.toml").write_text(f"{message.partition('in its place: ')[2]}\n{vehicle_text()}")
+    mended = read_recording(path, vehicle=CAR, signals=read_signals(tmp_path / "car.toml"))
+
+    np.testing.assert_allclose(mended.psi, RACK / 0.125, atol=1e-9)
+    assert mended.sources["rack"].channel == "Rack:XCP"
+
+
+def test_a_handwheel_that_the_motor_drags_along_is_no_fault(tmp_path: Path) -> None:
+    rate = np.gradient(ASSISTED["handwheel"], T)
+    dragged = -0.05 * rate - 0.02 * np.gradient(rate, T)
+    motor = (FORCE / 100 - dragged) / 20
+    text = vehicle_text(steering_ratio=12.5, motor_ratio=20.0, motor_efficiency=1.0)
+    columns = {"handwheel": 100 * RACK, "T_bar": dragged, "T_motor": motor}
+    read_recording(
+        write(tmp_path / "car.csv", t=T, **columns), vehicle=vehicle_from_tables(tomllib.loads(text))
+    )

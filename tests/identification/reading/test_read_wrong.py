@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from identification import Recording, read_recording
+from identification.reading.signal_map import as_option
 from symbolic import Rig, Tyre
 from tests.identification.reading import logs
 
@@ -340,5 +341,5 @@ def test_every_error_of_a_unit_or_a_sign_prints_a_map_that_mends_it(
     rest = {n: v for n, v in COLUMNS.items() if f"{n}=" not in signals and n not in columns}
     path = write_csv(tmp_path / "run.csv", t=T, **rest, **columns)
 
-    assert f"--map {remedy}" in refused(path, signals)
+    assert as_option([remedy]) in refused(path, signals)
     read(path, remedy)

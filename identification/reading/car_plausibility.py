@@ -1,0 +1,90 @@
+"""Columns of a car in other units or of other signs, by their sizes and by the work that they do."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identification.reading.signal_map import SignalSource, mending_map
+from identification.reading.table import Table
+from identification.reading.units import UNITS, unit_by_size
+from symbolic import InvalidInputError
+from symbolic.vehicle.steering import jacking, lever, mean_angle, rack_force, rack_position
+from symbolic.vehicle.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+LEAST_WAY = 0.02
+"""Way of the rack after which signs are judged [m]."""
+GIVEN_BACK = 0.25
+"""Share of the work, without regard to its sign, that no ground and no gear give back [1]."""
+LARGEST_FORCE = 6e4
+"""Of the gear on a rack [N]."""
+OPPOSED = -0.87
+"""Correlation of torsion bar and motor by which one has the other sign [1]: an assistance follows the
+bar, above 0.9; a handwheel that a motor drags along stays above -0.8."""
+
+
+def require_plausible_car(table: Table, vehicle: Vehicle) -> None:
+    """Refuse columns that look like ones in other units, or of the other sign.
+
+    Raises:
+        InvalidInputError: the message has the whole map that mends them.
+    """
+    changed, reasons, columns = dict[str, SignalSource](), [], dict(table.columns)
+
+    def source(column: str) -> SignalSource:
+        return changed.get(column, table.sources.get(column, SignalSource(channel=column)))
+
+    for column, unit in _units(columns, vehicle).items():
+        changed[column] = replace(source(column), unit=unit.replace(" ", ""))
+        reasons.append(f"{column} looks like {unit}")
+        columns[column] = columns[column] * UNITS[column][unit]
+    for column, reason in _signs(columns, vehicle).items():
+        changed[column] = replace(source(column), factor=-source(column).factor)
+        reasons.append(reason)
+    if changed:
+        remedy = mending_map(table.sources, changed)
+        raise InvalidInputError(f"{table.path}: {'; '.join(reasons)}: {remedy}")
+
+
+def way_and_force(columns: Mapping[str, Array], vehicle: Vehicle) -> tuple[Array, Array]:
+    """Way of the rack [m] and force on it [N], measured or from the handwheel's side."""
+    bar = columns.get("T_bar", np.zeros_like(columns["t"]))
+    s, force = columns.get("rack"), columns.get("F_rack")
+    if s is None:
+        s = rack_position(vehicle, columns["handwheel"], np.nan_to_num(bar))
+    return s, rack_force(vehicle, bar, columns.get("T_motor", 0.0)) if force is None else force
+
+
+def _units(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:
+    """Units by column where they are not SI."""
+    units = {column: unit_by_size(column, values) for column, values in columns.items()}
+    motor = columns.get("T_motor")
+    if motor is not None and vehicle.motor_ratio > 0:
+        # What a motor gives depends on its gear.
+        force = np.abs(rack_force(vehicle, 0.0, motor))
+        units["T_motor"] = "mN m" if np.nanmax(force, initial=0.0) > LARGEST_FORCE else ""
+    return {column: unit for column, unit in units.items() if unit}
+
+
+def _signs(columns: Mapping[str, Array], vehicle: Vehicle) -> dict[str, str]:
+    """Columns that count the other way, and why."""
+    s, force = way_and_force(columns, vehicle)
+    ds = np.diff(s, prepend=s[:1])
+    if not np.nansum(np.abs(ds)) > LEAST_WAY:
+        return {}
+    bar, motor = columns.get("T_bar"), columns.get("T_motor")
+    if "F_rack" not in columns and bar is not None and motor is not None:
+        known = np.isfinite(bar) & np.isfinite(motor)
+        bound = OPPOSED * np.linalg.norm(bar[known]) * np.linalg.norm(motor[known])
+        if bar[known] @ motor[known] < bound < 0:
+            wrong = "T_bar" if np.nansum(motor * ds) > 0 else "T_motor"
+            return {wrong: "T_bar and T_motor act against each other"}
+    # Without what lifts the body, tyres and gear only take work.
+    work = (force - 2 * jacking(vehicle, mean_angle(vehicle, s)) / lever(vehicle, s)) * ds
+    if np.nansum(work) < -GIVEN_BACK * np.nansum(np.abs(work)):
+        way = "rack" if "rack" in columns else "handwheel"
+        against = "F_rack" if "F_rack" in columns else "the torques"
+        return {way: f"{way} and {against} have opposite signs, the ground would turn the wheels"}
+    return {}
