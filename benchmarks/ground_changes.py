@@ -1,49 +1,18 @@
 """Turn until a new ground is known, and alarms where the ground stays, on the independent rig."""
 
 import numpy as np
-from numpy.typing import NDArray
 
-from observers import PROFILES, Ekf, Estimates, Status, run
+from observers import PROFILES, Ekf, Status, run
 from reference_rig import constant_friction, make_ground_recording
 from tests.observers.conftest import make
 from tests.observers.factories import columns_of
 from tests.observers.monte_carlo import drawn
-from tests.observers.surface_changes import HIGH, LOW, PLACES, Crossing, crossing
+from tests.observers.surface_changes import HIGH, LOW, PLACES, counted_turn, crossing
 
-Array = NDArray[np.float64]
-CLOSE = 0.1
-"""Share of mu within which an estimate counts as right [1]."""
-STICK = 0.1
-"""Turn after a reversal that does not count, as the patch sticks [rad]."""
 RATES = (0.1, 0.2, 0.4, 0.8)
 """Yaw rates [rad/s]."""
 RUN = 10.0
 """Length of a recording on ground that stays [s]."""
-
-
-def turn_since_reversal(psi: Array) -> Array:
-    """Turn since the last reversal at every sample [rad]."""
-    steps = np.diff(psi, prepend=psi[0])
-    turns, since, side = np.zeros(psi.size), 0.0, 0.0
-    for i, step in enumerate(steps):
-        if step != 0 and np.sign(step) != side:
-            since, side = 0.0, np.sign(step)
-        since += abs(step)
-        turns[i] = since
-    return turns
-
-
-def counted_turn(case: Crossing, estimates: Estimates) -> float:
-    """Turn after the change, not counting stick, until mu is close for good [rad]; inf for never."""
-    recording = case.made
-    steps = np.abs(np.diff(recording.psi_true, prepend=recording.psi_true[0]))
-    counts = (turn_since_reversal(recording.psi_true) > STICK) & (recording.t >= case.when)
-    turned = np.cumsum(steps * counts)
-    late = recording.t >= case.when
-    off = np.flatnonzero(late & (np.abs(estimates.mu / case.after - 1) > CLOSE))
-    if off.size == 0:
-        return 0.0
-    return float(turned[off[-1] + 1]) if off[-1] + 1 < turned.size else float("inf")
 
 
 def changes(tuning: str) -> None:

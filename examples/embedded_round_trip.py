@@ -14,10 +14,7 @@ published MAT files do. Both sides get the same numbers, angle, torque and load 
 and take the yaw rate from the past of the angle; Python steps by `observers.Loop`, as a controller does.
 """
 
-import ctypes
-import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Iterator
 from math import nan
@@ -28,7 +25,7 @@ from numpy.typing import NDArray
 
 from identification import Recording, read_recording, read_rig
 from observers import Ekf, Loop, Mhe, Sample
-from observers.embedded import DOUBLE, SINGLE, Real, generate
+from observers.embedded import DOUBLE, SINGLE, Real, compile_native
 from published import measured_folder
 from symbolic import Model, compiler, effects_named
 
@@ -38,26 +35,7 @@ RECORDINGS = Path(__file__).resolve().parent / "recordings"
 FOUND = Model(effects=effects_named(["rate_friction", "carcass_torsion"]))
 VALUES = {"k": 2.4e6, "rate_friction.c": 0.04, "carcass_torsion.k_t": 390.0}
 MEASURED = "fem4_ident.mat"
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fno-math-errno", "-fPIC", "-shared", "-I.")
 ROUNDS = 20
-CALLER = """\
-#include <math.h>
-#include "grip.h"
-
-void follow(int32_t count, const double *rows, double *mu) {
-    static grip_state_t state;
-    grip_init(&state);
-    for (int32_t i = 0; i < count; ++i, rows += 4) {
-        grip_sample_t sample = {.psi = (REAL)rows[0], .psi_dot = NAN, .M_z = (REAL)rows[1],
-                                .F_N = (REAL)rows[2], .dt = (REAL)rows[3]};
-        grip_estimate_t now;
-        grip_step(&state, &sample);
-        grip_estimate(&state, &now);
-        mu[i] = now.mu;
-    }
-}
-"""
-"""What a program on the target does, for a whole recording."""
 
 
 def cases() -> Iterator[tuple[Recording, Observer]]:
@@ -76,38 +54,28 @@ def cases() -> Iterator[tuple[Recording, Observer]]:
             yield recording, kind(model=Model(), values={"k": recording.tyre.k}, rig=recording.rig)
 
 
-def rows_of(recording: Recording) -> Array:
-    """Samples (n, 4): psi, M_z, F_N, dt."""
-    t = recording.t
-    step = np.diff(t, prepend=2 * t[0] - t[1])
-    return np.column_stack([recording.psi, recording.M_z, recording.F_N, step])
-
-
-def in_python(observer: Observer, rows: Array) -> tuple[Array, float]:
+def in_python(observer: Observer, recording: Recording) -> tuple[Array, float]:
     """What mu is after every sample, and the time of a step [s]."""
-    loop = Loop(observer)
-    samples = [Sample(psi=p, psi_dot=nan, M_z=M, F_N=F, dt=dt) for p, M, F, dt in rows.tolist()]
+    loop, t = Loop(observer), recording.t
+    rows = zip(
+        recording.psi, recording.M_z, recording.F_N, np.diff(t, prepend=2 * t[0] - t[1]), strict=True
+    )
+    samples = [Sample(psi=p, psi_dot=nan, M_z=M, F_N=F, dt=dt) for p, M, F, dt in rows]
     # The first step compiles the observer, unless that has been done before.
     Loop(observer)(samples[0])
     begin = time.perf_counter()
     mu = [loop(sample).mu for sample in samples]
-    return np.array(mu), (time.perf_counter() - begin) / len(rows)
+    return np.array(mu), (time.perf_counter() - begin) / t.size
 
 
-def in_c(observer: Observer, real: Real, rows: Array) -> tuple[Array, float]:
+def in_c(observer: Observer, real: Real, recording: Recording) -> tuple[Array, float]:
     """The same of the generated code; the time is the least of several rounds."""
-    with tempfile.TemporaryDirectory() as folder:
-        generate(observer, folder, real, name="grip")
-        (Path(folder) / "caller.c").write_text(CALLER, encoding="utf-8")
-        command = [str(compiler()), *FLAGS, f"-DREAL={real.c_type}", "grip.c", "caller.c"]
-        subprocess.run([*command, "-o", "grip.so", "-lm"], cwd=folder, check=True)
-        follow = ctypes.CDLL(str(Path(folder) / "grip.so")).follow
-    inputs, mu, took = np.ascontiguousarray(rows), np.empty(len(rows)), []
+    native, took = compile_native(observer, real), []
     for _ in range(ROUNDS):
         begin = time.perf_counter()
-        follow(len(rows), ctypes.c_void_p(inputs.ctypes.data), ctypes.c_void_p(mu.ctypes.data))
+        mu = native.run(recording.t, recording.psi, recording.F_N, recording.M_z).mu
         took.append(time.perf_counter() - begin)
-    return mu, min(took) / len(rows)
+    return mu, min(took) / recording.t.size
 
 
 def main() -> None:
@@ -115,14 +83,13 @@ def main() -> None:
     if compiler() is None:
         sys.exit("needs a C compiler: install one, or name it in CC")
     for recording, observer in cases():
-        rows = rows_of(recording)
-        second = np.cumsum(rows[:, 3]) > 1
-        expected, slow = in_python(observer, rows)
+        second = recording.t > recording.t[0] + 1
+        expected, slow = in_python(observer, recording)
         effects = "with effects" if observer.model.effects else "declared model"
-        print(f"{recording.name}, {len(rows)} samples, {type(observer).__name__.upper()}, {effects}")
+        print(f"{recording.name}, {expected.size} samples, {type(observer).__name__.upper()}, {effects}")
         print(f"  Python: mu = {expected[-1]:.6f} at the end, {1e6 * slow:.1f} µs a step")
         for real in (DOUBLE, SINGLE):
-            mu, fast = in_c(observer, real, rows)
+            mu, fast = in_c(observer, real, recording)
             off = np.abs(mu - expected)
             print(
                 f"  C, {real.c_type}: mu = {mu[-1]:.6f}, off by {off.max():.0e} at most,"

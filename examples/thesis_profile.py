@@ -14,13 +14,13 @@ see published.py.
 
 import sys
 from functools import cache
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from identification import Recording
+from observers import zone_history
 from published import simulation_folder
 from symbolic import Rig, TorqueProfile, Tyre, simulate_motion
 
@@ -71,18 +71,7 @@ def rmse(recording: Recording, mu: Array, settled: float = SETTLED) -> float:
 
 def zones(psi: Array) -> NDArray[np.int_]:
     """How many zones the patch has at every angle: 3, and 2 more for every turn not yet wiped out."""
-    turns: list[float] = []
-    counts, side = [3], 0.0
-    for before, now in pairwise(psi.tolist()):
-        if (now - before) * side < 0:
-            turns.append(before)
-        side = np.sign(now - before) or side
-        while len(turns) >= 2 and abs(now - turns[-1]) > abs(turns[-2] - turns[-1]):
-            del turns[-2:]
-        if len(turns) == 1 and abs(now) > abs(turns[0]):
-            turns.clear()
-        counts.append(3 + 2 * len(turns))
-    return np.array(counts)
+    return zone_history(psi, least_turn=0.0).true_zones
 
 
 def main() -> None:

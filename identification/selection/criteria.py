@@ -154,10 +154,9 @@ def exchange_justified(
     present: Trial,
     training: Sequence[Recording],
     criteria: SelectionCriteria,
-    declared: Trial,
+    _: Trial,
 ) -> bool:
     """Whether the judged error is lower, and with more parameters the information criterion too."""
-    del declared
     if not error_falls(trial.judgement, present.judgement, criteria):
         return False
     if len(trial.fitted.labels) <= len(present.fitted.labels):

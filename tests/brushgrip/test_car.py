@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.brushgrip.helpers import Run, table_of
+from tests.identification.reading.logs import write_frames
 from tests.simulated_car import SimulatedCar, steering, vehicle_text
 
 pytestmark = pytest.mark.usefixtures("interpreted")
@@ -16,18 +17,6 @@ MAP = "\n[signals]\n" + "".join(
         ("rack", "RackTravel", "mm"), ("F_rack", "RackForce", "N"), ("speed", "Speed", "km/h"),
     )
 )  # fmt: skip
-DBC = """VERSION ""
-NS_ :
-BS_:
-BU_: car
-BO_ 291 Steering: 12 car
- SG_ RackTravel : 0|32@1- (1,0) [0|0] "mm" car
- SG_ RackForce : 32|32@1- (1,0) [0|0] "N" car
- SG_ Speed : 64|32@1- (1,0) [0|0] "km/h" car
-SIG_VALTYPE_ 291 RackTravel : 1;
-SIG_VALTYPE_ 291 RackForce : 1;
-SIG_VALTYPE_ 291 Speed : 1;
-"""
 
 
 def write_mdf(path: Path, t: np.ndarray, channels: dict[str, np.ndarray]) -> None:
@@ -38,15 +27,7 @@ def write_mdf(path: Path, t: np.ndarray, channels: dict[str, np.ndarray]) -> Non
 
 
 def write_blf(path: Path, t: np.ndarray, channels: dict[str, np.ndarray]) -> None:
-    can = pytest.importorskip("can", reason="needs brushgrip[can]")
-    cantools = pytest.importorskip("cantools", reason="needs brushgrip[can]")
-    path.with_suffix(".dbc").write_text(DBC)
-    message = cantools.database.load_string(DBC, "dbc").get_message_by_name("Steering")
-    with can.Logger(path) as log:
-        for i, time in enumerate(t.tolist()):
-            data = message.encode({n: float(v[i]) for n, v in channels.items()}, padding=True)
-            frame = {"arbitration_id": 291, "is_extended_id": False, "is_fd": True}
-            log.on_message_received(can.Message(timestamp=1.6e9 + time, data=data, **frame))
+    write_frames(path, t, {"RackTravel": "mm", "RackForce": "N", "Speed": "km/h"}, channels)
 
 
 @pytest.mark.parametrize(("name", "write"), [("car.mf4", write_mdf), ("car.blf", write_blf)])

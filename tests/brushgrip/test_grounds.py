@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from brushgrip.inputs.grounds import grounds_by_name
-from symbolic import InvalidInputError
 from tests.brushgrip.helpers import Run, Write
+from tests.refusal import refused
 
 pytestmark = pytest.mark.usefixtures("interpreted")
 
@@ -36,9 +36,7 @@ def test_grounds_by_name() -> None:
     ],
 )
 def test_faults(given: list[str], word: str) -> None:
-    with pytest.raises(InvalidInputError) as caught:
-        grounds_by_name(THREE, given)
-    assert str(caught.value).startswith(word)
+    assert refused(grounds_by_name, THREE, given).startswith(word)
 
 
 @pytest.fixture

@@ -252,22 +252,6 @@ def test_observability(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.measured
-def test_author_comparison(tmp_path: Path, measured_dir: Path) -> None:
-    text = printed_by("author_comparison.py", tmp_path, data=measured_dir)
-    cells = re.findall(r"^\| mean, (?:steel|red emery) +\| +\|(.*)\|$", text, flags=re.MULTILINE)
-    means = [[float(cell) for cell in row.split("|")] for row in cells]
-    lasts = re.findall(rf"\| {NUMBER} +\| {NUMBER} +\|$", text, flags=re.MULTILINE)
-
-    for ekf, mhe, _, root, author in means:
-        assert max(ekf, mhe) < min(root, author)
-    assert len(means) == 4
-    assert len(lasts) == 8
-    for root, author in lasts:
-        assert float(root) == pytest.approx(float(author), abs=0.005)
-
-
-@pytest.mark.long
 def test_trade_offs(tmp_path: Path) -> None:
     text = printed_by("trade_offs.py", tmp_path, "trade.png", leaves="trade.png")
     pattern = rf"95 % interval {NUMBER} to {NUMBER}, best {NUMBER}$"

@@ -19,6 +19,8 @@ PLACES = (0.15, 0.2, 0.25, 0.3, 0.35, 0.4)
 """Turns since the first reversal at which the ground changes [rad]."""
 CLOSE = 0.05
 """Share of mu within which an estimate counts as right [1]."""
+STICK = 0.1
+"""Turn after a reversal that does not count, as the patch sticks [rad]."""
 BRISTLES = Model(discretised=True)
 CLEAN: dict[str, Any] = {"model": BRISTLES, "mu_walk": 0.02, "gate": 5.0, "reset_after": 5}
 """Bristles keep what the ground did; a clean sensor's innovations lie within five times its noise."""
@@ -50,6 +52,26 @@ def crossing(seed: int, place: float, before: float, after: float, psi_dot: floa
     drive = free_path(corners, np.array(CORNERS))
     made = make_ground_recording(seed, friction_step(when, before, after), drive=drive)
     return Crossing(made=made, when=when, after=after)
+
+
+def counted_turn(case: Crossing, estimates: Estimates) -> float:
+    """Turn after the change until mu is within 10 % for good [rad]; inf for never.
+
+    The first 0.1 rad after a reversal do not count: the patch sticks.
+    """
+    recording = case.made
+    steps = np.diff(recording.psi_true, prepend=recording.psi_true[0])
+    since, side, turned = 0.0, 0.0, np.zeros(steps.size)
+    for i, step in enumerate(steps):
+        since = since + abs(step) if step * side >= 0 else abs(step)
+        side = np.sign(step) or side
+        turned[i] = abs(step) * (since > STICK)
+    late = recording.t >= case.when
+    turned = np.cumsum(turned * late)
+    off = np.flatnonzero(late & (np.abs(estimates.mu / case.after - 1) > 0.1))
+    if off.size == 0:
+        return 0.0
+    return float(turned[off[-1] + 1]) if off[-1] + 1 < turned.size else float("inf")
 
 
 def further_turn(made: Crossing, found: Estimates) -> float:

@@ -7,7 +7,6 @@ import signal
 import stat
 import subprocess
 import sys
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from symbolic import EFFECTS, Model, compiled, compiler, effects_named, sensitiv
 from symbolic.compilation import compiled as module
 from symbolic.compilation.compiled import compiled_source
 from symbolic.compilation.library_cache import cache_directory
+from tests.processes import is_running, wait_for
 from tests.symbolic.oracles import random_path, signals
 from tests.symbolic.test_effects import VALUES
 
@@ -223,17 +223,7 @@ def test_an_interrupted_compiler_ends_with_all_that_it_started(
     pid = int((tmp_path / "pid").read_text())
 
     assert libraries(tmp_path) == []
-    end = time.monotonic() + 10
-    while is_running(pid):
-        assert time.monotonic() < end
-
-
-def is_running(pid: int) -> bool:
-    """Whether a process does anything; one that has ended may wait for its exit status to be read."""
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
-    except OSError:
-        return False
+    wait_for(lambda: not is_running(pid))
 
 
 @needs_compiler

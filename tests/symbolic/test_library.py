@@ -8,6 +8,7 @@ import pytest
 
 from symbolic import EFFECTS, Effect, InvalidInputError, Model, Parameter, effects_in, effects_named
 from symbolic.tables.model_tables import MODEL_VERSION, model_from_tables
+from tests.refusal import refused
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,9 +80,7 @@ def test_a_module_declares_its_effects() -> None:
     ],
 )
 def test_faults_of_a_module(content: dict[str, Any], fault: str) -> None:
-    with pytest.raises(InvalidInputError) as caught:
-        effects_in(module(**content))
-    assert str(caught.value).startswith(fault)
+    assert refused(effects_in, module(**content)).startswith(fault)
 
 
 def test_a_model_file_names_only_effects_that_are_given() -> None:

@@ -7,6 +7,7 @@ import pytest
 
 from identification import Values, model_text, read_model
 from symbolic import InvalidInputError, Model, ModelBasis, ModelError, effects_named
+from tests.refusal import fault_of
 
 SHARED = {"k": 2.4e6, "carcass_torsion.k_t": 390.0}
 OWN = {"a": {"mu": 1.3, "torque_offset.M_0": 0.1}, "b": {"mu": 1.2, "torque_offset.M_0": -0.2}}
@@ -25,15 +26,6 @@ def write(folder: Path, content: Any) -> Path:
     path = folder / "model.json"
     path.write_text(content if isinstance(content, str) else json.dumps(content), encoding="utf-8")
     return path
-
-
-def message_of(path: Path) -> str:
-    with pytest.raises(InvalidInputError) as caught:
-        read_model(path)
-    message = str(caught.value)
-    assert message.startswith(f"{path}: ")
-    assert "\n" not in message
-    return message.removeprefix(f"{path}: ")
 
 
 def test_round_trip(tmp_path: Path) -> None:
@@ -109,7 +101,7 @@ def test_what_an_older_version_wrote_is_read(tmp_path: Path) -> None:
     older = {name: value for name, value in CONTENT.items() if name != "tyre"}
 
     assert read_model(write(tmp_path, {**older, "shared": SHARED})).tyre == SHARED
-    assert message_of(write(tmp_path, older)).startswith("'tyre' must be a table of numbers")
+    assert fault_of(read_model, write(tmp_path, older)).startswith("'tyre' must be a table of numbers")
 
 
 def test_what_may_be_left_out(tmp_path: Path) -> None:
@@ -171,15 +163,15 @@ def test_what_may_be_left_out(tmp_path: Path) -> None:
     ids=lambda value: value if isinstance(value, str) else None,
 )
 def test_faults(tmp_path: Path, change: dict[str, Any], word: str) -> None:
-    assert message_of(write(tmp_path, {**CONTENT, **change})).startswith(word)
+    assert fault_of(read_model, write(tmp_path, {**CONTENT, **change})).startswith(word)
 
 
 def test_no_model_at_all(tmp_path: Path) -> None:
     for text in ("", "{", "effects: []", '{"version": 1', "[1]", "1"):
-        message = message_of(write(tmp_path, text))
+        message = fault_of(read_model, write(tmp_path, text))
         assert message.startswith(("not a JSON file", "not a model file"))
     path = tmp_path / "model.json"
     path.write_bytes(b"\xff\xfe\x00")
-    assert message_of(path).startswith("not a JSON file")
-    assert message_of(tmp_path / "none.json") == "no such file"
-    assert message_of(tmp_path) == "is a directory, expected a file"
+    assert fault_of(read_model, path).startswith("not a JSON file")
+    assert fault_of(read_model, tmp_path / "none.json") == "no such file"
+    assert fault_of(read_model, tmp_path) == "is a directory, expected a file"

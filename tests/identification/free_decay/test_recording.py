@@ -8,6 +8,7 @@ from scipy.io import savemat
 
 from identification.free_decay.recording import Decay, read_decay
 from symbolic import InvalidInputError, Rig, Tyre
+from tests.refusal import fault_of
 
 RIG = (Rig(a=0.045, e=0.009, J_A=0.15), Tyre(k=2e6))
 T = np.arange(20) / 1000
@@ -22,12 +23,7 @@ def write(folder: Path, *top: str, header: str = "t,psi", rows: list[str] | None
 
 
 def message_of(path: Path, rig: tuple[Rig, Tyre] | None = RIG) -> str:
-    with pytest.raises(InvalidInputError) as caught:
-        read_decay(path, rig)
-    message = str(caught.value)
-    assert message.startswith(f"{path}: ")
-    assert "\n" not in message
-    return message.removeprefix(f"{path}: ")
+    return fault_of(read_decay, path, rig)
 
 
 def test_reads_time_and_angle_alone(tmp_path: Path) -> None:
@@ -71,10 +67,14 @@ def test_faults(tmp_path: Path) -> None:
     assert "column psi missing" in message_of(write(tmp_path, header="t,angle"))
     assert "row 1: J_A must be" in message_of(write(tmp_path, "# J_A = -1"))
     assert "holds 3 samples" in message_of(write(tmp_path, rows=["0,1", "1,2", "2,3"]))
-    assert "every psi is missing" in message_of(write(tmp_path, rows=[f"{i}," for i in range(12)]))
+    assert "every psi is missing" in fault_of(
+        read_decay, write(tmp_path, rows=[f"{i}," for i in range(12)]), RIG
+    )
     few = [f"{i},{i if i > 5 else ''}" for i in range(12)]
     assert "6 samples of psi, at least 10" in message_of(write(tmp_path, rows=few))
-    assert "t is missing" in message_of(write(tmp_path, rows=[",1", *(f"{i},{i}" for i in range(12))]))
+    assert "t is missing" in fault_of(
+        read_decay, write(tmp_path, rows=[",1", *(f"{i},{i}" for i in range(12))]), RIG
+    )
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""What tests of reading share: files of measurement systems, and the message about a faulty one."""
+"""What tests of reading share: files of measurement systems."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -8,35 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from symbolic import InvalidInputError
-
 Columns = Mapping[str, NDArray[np.float64]]
 """t [ms], Angle [deg], Mz [N m], positive where the ground drives, Load [N]."""
 MAP = "t=Time:ms,psi=Angle:deg,M_z=-Mz,F_N=Load"
 """The map of all of these files that keep time in a channel."""
 UNITS = {"Time": "ms", "Angle": "deg", "Mz": "Nm", "Load": "N"}
-DBC = """VERSION ""
-NS_ :
-BS_:
-BU_: rig
-BO_ 291 Motion: 16 rig
- SG_ Angle : 0|32@1- (1,0) [0|0] "deg" rig
- SG_ Mz : 32|32@1- (1,0) [0|0] "Nm" rig
- SG_ Load : 64|32@1- (1,0) [0|0] "N" rig
-SIG_VALTYPE_ 291 Angle : 1;
-SIG_VALTYPE_ 291 Mz : 1;
-SIG_VALTYPE_ 291 Load : 1;
-"""
-"""Three signals of 32-bit float in one CAN FD frame."""
-
-
-def refused(read: Callable[[Any], object], given: Any) -> str:
-    """The one line by which a file or a text is refused."""
-    with pytest.raises(InvalidInputError) as caught:
-        read(given)
-    message = str(caught.value)
-    assert "\n" not in message
-    return message
 
 
 def as_logged(t: Any, psi: Any, M_z: Any, F_N: Any) -> Columns:
@@ -103,17 +79,26 @@ def write_matlab_7_3(path: Path, columns: Columns) -> None:
     path.write_bytes(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512) + content[512:])
 
 
-def write_can(path: Path, columns: Columns) -> None:
+def write_frames(
+    path: Path, t: NDArray[np.float64], units: Mapping[str, str], channels: Columns
+) -> None:
+    """Three signals of 32-bit float in frames of CAN FD, with their database beside."""
     can = pytest.importorskip("can", reason="needs brushgrip[can]")
     cantools = pytest.importorskip("cantools", reason="needs brushgrip[can]")
-    (path.parent / "rig.dbc").write_text(DBC)
-    message = cantools.database.load_string(DBC, "dbc").get_message_by_name("Motion")
-    rows = zip(*(columns[n].tolist() for n in ("Time", "Angle", "Mz", "Load")), strict=True)
+    dbc = ['VERSION ""', "NS_ :", "BS_:", "BU_: rig", "BO_ 291 Motion: 12 rig"]
+    dbc += [f' SG_ {n} : {32 * i}|32@1- (1,0) [0|0] "{units[n]}" rig' for i, n in enumerate(units)]
+    dbc += [f"SIG_VALTYPE_ 291 {name} : 1;" for name in units]
+    path.with_name("rig.dbc").write_text("\n".join([*dbc, ""]))
+    message = cantools.database.load_file(path.with_name("rig.dbc")).get_message_by_name("Motion")
     with can.Logger(path) as log:
-        for time, angle, torque, load in rows:
-            data = message.encode({"Angle": angle, "Mz": torque, "Load": load}, padding=True)
+        for i, time in enumerate(t.tolist()):
+            data = message.encode({n: float(channels[n][i]) for n in units}, padding=True)
             frame = {"arbitration_id": 291, "is_extended_id": False, "is_fd": True}
-            log.on_message_received(can.Message(timestamp=1.6e9 + time / 1e3, data=data, **frame))
+            log.on_message_received(can.Message(timestamp=1.6e9 + time, data=data, **frame))
+
+
+def write_can(path: Path, columns: Columns) -> None:
+    write_frames(path, columns["Time"] / 1e3, {n: u for n, u in UNITS.items() if n != "Time"}, columns)
 
 
 def write_ros(path: Path, columns: Columns) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from identification import read_recording, read_signals, read_vehicle
 from symbolic import InvalidInputError, vehicle_from_tables
-from tests.identification.reading.logs import refused
+from tests.refusal import refused
 from tests.simulated_car import vehicle_text
 
 T = 0.01 * np.arange(60)
@@ -86,7 +86,7 @@ def test_rolling_and_brakes_part_the_standstills(tmp_path: Path) -> None:
 def test_what_is_refused(tmp_path: Path, columns: dict[str, object], said: str) -> None:
     path = write(tmp_path / "car.csv", t=T, **columns)
 
-    assert said in refused(lambda one: read_recording(one, vehicle=CAR), path)
+    assert said in refused(read_recording, path, vehicle=CAR)
 
 
 def test_a_bad_vehicle_file_is_named(tmp_path: Path) -> None:

@@ -17,7 +17,8 @@ from identification.reading.formats import blf
 from identification.reading.formats.opening import read_format
 from identification.reading.signal_map import NO_MAP, SignalMap
 from symbolic import InvalidInputError
-from tests.identification.reading.logs import OWN_CLOCK, WRITERS, as_logged, refused
+from tests.identification.reading.logs import OWN_CLOCK, WRITERS, as_logged
+from tests.refusal import refused
 
 FOLDER = Path(__file__).parents[3] / "examples" / "recordings"
 RIG = read_rig(FOLDER / "rig.toml")
@@ -30,7 +31,7 @@ def read(path: Path, signals: str = "") -> Recording:
 
 
 def refusal(path: Path, signals: str = "") -> str:
-    return refused(lambda path: read(path, signals), path)
+    return refused(read, path, signals)
 
 
 def written(format_: str, folder: Path) -> tuple[Path, str]:
@@ -187,7 +188,7 @@ def refusal_where(opening: Callable[[], object], folder: Path) -> str:
         yield ChannelFile(names=[], read=lambda _: Samples(values=np.empty(0)))
 
     (folder / "run.xyz").write_bytes(b"anything")
-    return refused(lambda path: read_format(opener, path, ("t",), NO_MAP), folder / "run.xyz")
+    return refused(read_format, opener, folder / "run.xyz", ("t",), NO_MAP)
 
 
 def test_whatever_a_library_raises_is_one_line(tmp_path: Path) -> None:

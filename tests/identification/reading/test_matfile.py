@@ -12,7 +12,7 @@ from scipy.io import loadmat, savemat
 from identification import read_recording
 from identification.reading.formats.matfile import DamagedFileError, read_arrays
 from symbolic import InvalidInputError
-from tests.identification.reading.logs import refused
+from tests.refusal import refused
 
 
 def saved(variables: dict[str, Any], *, compressed: bool = False) -> bytes:

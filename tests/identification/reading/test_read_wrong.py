@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import pytest
 from identification import Recording, read_recording
 from identification.reading.signal_map import as_option
 from symbolic import Rig, Tyre
-from tests.identification.reading import logs
+from tests import refusal
 
 RIG = (Rig(a=0.045, e=0.009), Tyre(k=2.4e6))
 N = 60
@@ -23,8 +24,7 @@ def read(path: Path, signals: str = "", *, causal: bool = False) -> Recording:
     return read_recording(path, RIG, signals=signals, causal=causal)
 
 
-def refused(path: Path, signals: str = "", *, causal: bool = False) -> str:
-    return logs.refused(lambda path: read(path, signals, causal=causal), path)
+refused = partial(refusal.refused, read)
 
 
 def warnings_in(caplog: pytest.LogCaptureFixture) -> str:
@@ -221,9 +221,8 @@ def test_values_beyond_the_range_of_the_database_are_missing(
 def test_a_range_that_holds_no_value_is_refused(tmp_path: Path) -> None:
     path = write_can(tmp_path / "run.blf", [*motion(), *load(raw=65535)])
 
-    assert "every value of Load.F_N lies outside the range of the database, 0 to 6553.3 N" in refused(
-        path
-    )
+    outside = "every value of Load.F_N lies outside the range of the database, 0 to 6553.3 N"
+    assert outside in refused(path)
 
 
 @pytest.mark.parametrize("line", [

@@ -8,7 +8,7 @@ import pytest
 
 from identification import READERS, Table, read_decay, read_recording
 from symbolic import InvalidInputError, Rig, Tyre
-from tests.identification.reading.logs import refused
+from tests.refusal import refused
 
 RIG = (Rig(a=0.04, e=0.009, J_A=0.15), Tyre(k=2.4e6))
 T = np.arange(20) / 100
@@ -42,7 +42,7 @@ def test_what_a_users_reader_reads_is_checked(monkeypatch: pytest.MonkeyPatch) -
 def test_an_unknown_format_names_the_known_ones(tmp_path: Path) -> None:
     path = tmp_path / "run.xlsx"
     path.write_text("t,psi\n")
-    assert refused(lambda path: read_recording(path, RIG), path).startswith(
+    assert refused(read_recording, path, RIG).startswith(
         f"{path}: unknown format '.xlsx'; known are .csv, .mat, .tsv, .txt;"
         " pip install 'brushgrip[can]' for .blf, .asc, .log; "
     )

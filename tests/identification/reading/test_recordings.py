@@ -8,7 +8,7 @@ from scipy.io import savemat
 
 from identification.reading.recordings import Recording, read_recording
 from symbolic import InvalidInputError, Rig, Tolerances, Tyre
-from tests.identification.reading.logs import refused
+from tests.refusal import fault_of
 
 RIG = (Rig(a=0.04, e=0.009, J_A=0.15), Tyre(k=2.4e6, mu=1.6))
 N = 20
@@ -38,9 +38,7 @@ def write_mat(folder: Path, **changes: Any) -> Path:
 
 
 def message_of(path: Path, rig: tuple[Rig, Tyre] | None = RIG) -> str:
-    message = refused(lambda path: read_recording(path, rig), path)
-    assert message.startswith(f"{path}: ")
-    return message.removeprefix(f"{path}: ")
+    return fault_of(read_recording, path, rig)
 
 
 class TestCsv:

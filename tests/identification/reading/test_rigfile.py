@@ -5,7 +5,7 @@ import pytest
 from identification.reading.rigfile import read_rig, rig_of_table, rig_text
 from identification.reading.table import Table
 from symbolic import InvalidInputError, Rig, Tolerances, Tyre
-from tests.identification.reading.logs import refused
+from tests.refusal import refused
 
 COMPLETE = "[rig]\na = 0.04\ne = 0.009\nJ_A = 0.15\nb_t = 1\n\n[tyre]\nk = 2438000\nmu = 1.67\n"
 

@@ -14,6 +14,7 @@ import pytest
 from identification import Recording, diagnose, search
 from symbolic import BrushgripError, Effect, InvalidInputError, Parameter
 from tests.identification.factories import read_campaign, with_torque
+from tests.refusal import refused
 
 BOOT = """
 from dataclasses import dataclass
@@ -100,10 +101,9 @@ def test_a_local_class_and_a_field_that_cannot_be_pickled_are_refused() -> None:
         """A class that only this function knows."""
 
     for effect in (Local(), Field(content=lambda x: x)):
-        with pytest.raises(InvalidInputError) as caught:
-            search([], (), jobs=2, candidates=[effect])
-        assert str(caught.value).startswith("effect 'field' cannot be taken to the processes of the")
-        assert "put the effect into a module of its own, or use jobs=1" in str(caught.value)
+        message = refused(search, [], (), jobs=2, candidates=[effect])
+        assert message.startswith("effect 'field' cannot be taken to the processes of the")
+        assert "put the effect into a module of its own, or use jobs=1" in message
 
 
 @pytest.mark.long

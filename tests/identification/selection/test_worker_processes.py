@@ -6,7 +6,6 @@ import struct
 import subprocess
 import sys
 import time
-from collections.abc import Callable
 from multiprocessing.connection import Connection
 from multiprocessing.context import SpawnProcess
 from pathlib import Path
@@ -16,6 +15,7 @@ import pytest
 from identification.selection.trial_runner import workers
 from identification.selection.worker_processes import WorkerProcesses
 from symbolic import BrushgripError, InvalidInputError
+from tests.processes import is_running, wait_for
 
 needs_signals = pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="no such signals here")
 
@@ -141,17 +141,3 @@ def busy(folder: str) -> None:
     (Path(folder) / str(os.getpid())).touch()
     while True:
         sum(range(100))
-
-
-def is_running(pid: int) -> bool:
-    try:
-        return Path(f"/proc/{pid}/stat").read_text().rsplit(")", 1)[1].split()[0] != "Z"
-    except OSError:
-        return False
-
-
-def wait_for(happens: Callable[[], bool], seconds: float = 60.0) -> None:
-    end = time.monotonic() + seconds
-    while not happens():
-        assert time.monotonic() < end, "it did not happen"
-        time.sleep(0.05)

@@ -1,6 +1,7 @@
 """Observers from files say what those built by hand say, and faults name their file."""
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +11,8 @@ import pytest
 from observers import AligningTorque, Ekf, Mhe, SteeringTorque, Tuning, from_files, run
 from observers.interfaces.factory import read_model_file, read_rig_file
 from reference_rig import RigRecording
-from symbolic import Effect, InvalidInputError, Model, Rig, Tyre, effects_named
+from symbolic import Effect, Model, Rig, Tyre, effects_named
+from tests.refusal import refused
 
 TOML = "[rig]\na = 0.045\ne = 0.009\nJ_A = 0.15\nb_t = 1.0\n\n[tyre]\nk = 2.8e6\nmu = 1.1\n"
 FOUND = {
@@ -36,11 +38,7 @@ def write_model(folder: Path, **changes: Any) -> Path:
     return path
 
 
-def message_of(*args: Any, **settings: Any) -> str:
-    with pytest.raises(InvalidInputError) as caught:
-        from_files(*args, **settings)
-    assert "\n" not in str(caught.value)
-    return str(caught.value)
+message_of = partial(refused, from_files)
 
 
 @pytest.mark.parametrize("kind", [Ekf, Mhe])

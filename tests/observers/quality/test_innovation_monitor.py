@@ -11,7 +11,7 @@ from observers import Ekf, Status, Tuning, run
 from observers.quality.innovation_monitor import CHANGE, LEAST_SAMPLES, WINDOW, build_monitor
 from tests.observers.conftest import make
 from tests.observers.factories import columns_of
-from tests.observers.surface_changes import HIGH, LOW, Crossing, crossing
+from tests.observers.surface_changes import HIGH, LOW, counted_turn, crossing
 
 Array = NDArray[np.float64]
 
@@ -75,21 +75,10 @@ def test_inconsistent_beyond_the_mean_square_that_is_explained() -> None:
         assert inconsistent[few:].all() == expected
 
 
-def turn_until_known(case: Crossing) -> float:
-    """Turn beyond 0.1 rad after a reversal until mu is within 10 % for good [rad]."""
-    made = case.made
-    estimates = run(make(Ekf, mu_floor=0.04), **columns_of(made))
-    assert np.count_nonzero(estimates.status & Status.RESET) == 1
-    steps, since, side = np.diff(made.psi_true, prepend=made.psi_true[0]), 0.0, 0.0
-    off = np.flatnonzero((made.t >= case.when) & (np.abs(estimates.mu / case.after - 1) > 0.1))[-1]
-    turned = 0.0
-    for step, t in zip(steps[: off + 1], made.t, strict=False):
-        since = since + abs(step) if step * side >= 0 else abs(step)
-        side = np.sign(step) or side
-        turned += abs(step) * (since > 0.1 and t >= case.when)
-    return turned
-
-
 @pytest.mark.parametrize(("before", "after"), [(HIGH, LOW), (LOW, HIGH)])
 def test_the_usual_tuning_knows_a_new_ground_soon(before: float, after: float) -> None:
-    assert turn_until_known(crossing(0, 0.2, before, after)) <= 0.2
+    case = crossing(0, 0.2, before, after)
+    estimates = run(make(Ekf, mu_floor=0.04), **columns_of(case.made))
+
+    assert np.count_nonzero(estimates.status & Status.RESET) == 1
+    assert counted_turn(case, estimates) <= 0.2
