@@ -2,8 +2,9 @@
 
 import reprlib
 from collections.abc import Mapping
-from dataclasses import astuple, dataclass, replace
+from dataclasses import dataclass, replace
 from enum import IntFlag
+from operator import attrgetter
 from typing import Any, Protocol
 
 import casadi as ca
@@ -18,6 +19,7 @@ LONGEST_STEP = 3600.0
 """A pause longer than this is the end of a measurement [s]."""
 SAMPLE = ("psi", "psi_dot", "F_N", "dt", "M_z", "M")
 """Order of a sample's numbers."""
+_NUMBERS = attrgetter(*SAMPLE)
 OUTPUT = ("mu", "mu_std", "M_z_predicted", "mu_eff", "mu_eff_std", "M_slide", "nis", "status")
 """Order of the output of an observer's step Function."""
 ESTIMATE = (*OUTPUT[:3], "informed", "usable", *OUTPUT[3:])
@@ -63,7 +65,7 @@ class Sample:
     @property
     def numbers(self) -> tuple[float, ...]:
         """All numbers in the order of `SAMPLE`."""
-        return astuple(self)
+        return _NUMBERS(self)
 
 
 def _number(name: str, value: Any) -> float:

@@ -22,6 +22,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from observers.compiled_step import compiled_stretch, run_stretches
 from observers.layout import Expression, Layout, Parts, named, symbols, vector_of
 from observers.measurement.torque_error import SENSIBLE, is_known
 from observers.protocol import OUTPUT, SAMPLE, Sample, Status
@@ -180,9 +181,9 @@ def suspicions_of(samples: Iterable[Sample], rig: Rig, channel: str) -> tuple[st
     if rows.size == 0:
         return ()
     rows[4:] = np.where(np.abs(rows[4:]) < SENSIBLE, rows[4:], np.nan)
-    gather = build_evidence(channel).mapaccum("evidences", rows.shape[1], 1, {})
-    states, _ = gather(START, rows, np.full((1, rows.shape[1]), rig.a))
-    return _named_causes(states[:, -1].full().ravel())
+    stretch = compiled_stretch(build_evidence(channel))
+    states = run_stretches(stretch, START, rows, np.array([rig.a]), 0)
+    return _named_causes(states[:, -1])
 
 
 def _in_a_row(before: Expression, holds: Expression) -> Expression:

@@ -21,7 +21,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from observers.compiled_step import run_stretches
+from observers.compiled_step import compiled_stretch, run_stretches
 from observers.layout import (
     Expression,
     Layout,
@@ -44,7 +44,6 @@ SCREEN = Layout.of(psi=1, age=1, offset=1, other=1, other_age=1, waiting=1, jump
 the sample; offset of the sensor [rad]; last implausible angle, less the offset [rad], and its age [s];
 time for which such angles have followed each other, -1 for none [s]; jump that began them [rad]; 1 where
 a value of the sample is implausible."""
-STRETCH = 1000
 
 
 @cache
@@ -162,7 +161,7 @@ def with_flag(status: Expression, flag: Status, holds: Expression) -> Expression
 
 def screened_angles(samples: Array, limits: tuple[float, ...]) -> Array:
     """The angles that pass, (n,) [rad], NaN for others, of samples (6, n) from a usable one on."""
-    stretch = build_screen().mapaccum("screens", STRETCH, 1, {})
+    stretch = compiled_stretch(build_screen())
     start = initial_screen(samples[0, 0])
     states = run_stretches(stretch, start, samples, np.array(limits), result=0)
     psi, age = (states[SCREEN.places[name][0]].ravel() for name in ("psi", "age"))
