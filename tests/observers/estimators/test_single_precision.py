@@ -1,142 +1,129 @@
-"""The filter's C in single precision: the same filter, and sound under random samples."""
+"""Generated code in single precision: the same filter, and its covariance sound under random samples."""
 
-from collections.abc import Callable
+import ctypes
+from functools import cache
+from math import inf
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
-import casadi as ca
 import numpy as np
 import pytest
 
-from observers import Ekf, run
+from observers import AligningTorque, Ekf, SteeringTorque, Tuning
+from observers.embedded import SINGLE
 from reference_rig import RigRecording, SteeringRecording
-from symbolic import compiler
-from tests.observers.factories import columns_of, samples_of
-from tests.observers.float32 import (
-    CASES,
-    HARSH,
-    NO_COMPILER,
-    PLAIN,
-    Outcome,
-    Single,
-    Trial,
-    build,
-    in_single,
+from symbolic import Model
+from tests.compile_once import OPTIMISATION
+from tests.observers.conftest import RIG, K
+from tests.observers.embedded.generated_code import (
+    EFFECTS,
+    GeneratedCode,
+    RunningCode,
+    generate_code,
+    needs_compiler,
+    python_estimates,
+    rows_of,
 )
 
-pytestmark = pytest.mark.skipif(compiler() is None, reason=NO_COMPILER)
+pytestmark = needs_compiler
 STEPS = 100_000
-QUICK = {
-    "steering": PLAIN,
-    "steering, 5 states, huge prior": HARSH,
+TRIALS = {"plain": (0.0, 1e6), "harsh": (3e-4, 1e35)}
+"""Share of the samples at which a channel fails for long, and wild numbers over the usual ones [1]."""
+THREE = {"measurement_model": AligningTorque(stiffness=True)}
+WHEEL, FIVE = (
+    {"measurement_model": SteeringTorque(**more)} for more in ({}, {"zero": True, "stiffness": True})
+)
+SHARP: dict[str, Any] = {"noise": 1e-3, "error": inf, "gate": 5.0}
+TRUSTING = SHARP | {"gate": inf, "mu_walk": 0.0, "zero_walk": 0.0}
+OPEN: dict[str, Any] = {
+    "mu_std": 1e3, "zero_std": 1e2, "stiffness_std": 1e2, "psi_dot_std": 1e2, "least": 1e-4,
+    "greatest": 1e3,
+}  # fmt: skip
+CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
+    "as it comes": ({}, {}),
+    "tiny noise": ({}, SHARP),
+    "tiny noise, no walk, no gate": ({}, TRUSTING),
+    "huge prior": ({}, OPEN),
+    "huge prior, tiny noise": ({}, OPEN | SHARP),
+    "mu alone, huge prior": ({"measurement_model": AligningTorque(zero=False)}, OPEN | TRUSTING),
+    "3 states": (THREE, {}),
+    "3 states, huge prior, tiny noise": (THREE, OPEN | SHARP),
+    "3 states, huge prior, no walk": (THREE, OPEN | TRUSTING),
+    "3 states, huge prior, 3 iterations": (THREE | {"iterations": 3}, OPEN | SHARP),
+    "3 states, bristles": (THREE | {"model": Model(discretised=True, bristles=40)}, SHARP),
+    "carcass and rate friction": (EFFECTS, SHARP),
+    "steering": (WHEEL, {}),
+    "steering, 5 states": (FIVE, {}),
+    "steering, 5 states, huge prior": (FIVE, OPEN | SHARP),
+    "steering, 5 states, no walk": (FIVE, OPEN | TRUSTING),
 }
-"""Filters and trials of the quick tier: a plain one and the hardest."""
-TRIALS = [
-    pytest.param(
-        case, trial, id=f"{case}-{name}", marks=[] if QUICK.get(case) is trial else pytest.mark.long
-    )
-    for case in CASES
-    for name, trial in (("plain", PLAIN), ("harsh", HARSH))
-]
-FilterFactory = Callable[[Ekf], Single]
+"""Settings of the filter and of its tuning, by what is special about them."""
+FOLDER = TemporaryDirectory()
+QUICK = {("steering", "plain"), ("steering, 5 states, huge prior", "harsh")}
 
 
-@pytest.fixture(scope="module")
-def single(tmp_path_factory: pytest.TempPathFactory) -> FilterFactory:
-    """Makes a filter in single precision, compiling each kind once."""
-    built: dict[Any, Path] = {}
-
-    def made(observer: Ekf) -> Single:
-        kind = (observer.model, observer.measurement_model, observer.iterations)
-        if kind not in built:
-            built[kind] = build(observer, tmp_path_factory.mktemp("single")).library
-        return Single(observer, built[kind])
-
-    return made
+@cache
+def code_of(case: str) -> GeneratedCode:
+    """The generated code of a case."""
+    settings, tuning = CASES[case]
+    usual = {"model": Model(), "values": {"k": K}, "rig": RIG, "acquire": False}
+    observer = Ekf(**{**usual, **settings, "tuning": Tuning(**tuning)})
+    return generate_code(observer, SINGLE, Path(FOLDER.name, str(list(CASES).index(case))))
 
 
-def description(outcome: Outcome, observer: Ekf) -> str:
-    """What a fault needs to be understood."""
-    parts = [name for name in observer.layout.places if name not in ("memory", "memory_sensitivity")]
-    part = observer.layout.part
-    before, after = outcome.before.astype(float), outcome.state.astype(float)
-    changes = [
-        f"{name}: {part(before, name).tolist()} -> {part(after, name).tolist()}" for name in parts
-    ]
-    where = f"{outcome.fault} at {outcome.report.at} after {outcome.report.steps} samples"
-    return "\n".join([where, f"sample: {outcome.sample.tolist()}", *changes])
-
-
-@pytest.mark.parametrize(("case", "trial"), TRIALS)
-def test_covariance_stays_positive_definite(case: str, trial: Trial, single: FilterFactory) -> None:
-    observer = CASES[case].observer
-    outcome = single(observer).drive(STEPS, 1, trial)
-    report = outcome.report
-    print(f"{case}: D from {report.least_D:.1e} to {report.greatest_D:.1e}, {report.resets} resets")
-
-    assert outcome.fault == "sound", description(outcome, observer)
-    assert report.steps == STEPS
-    # The samples were trying: sensors failed, and the ground changed where that can be noticed.
-    assert 0.04 * STEPS < report.missing < 0.2 * STEPS
-    assert report.held > 0.08 * STEPS
-    assert report.resets > 100 or observer.tuning.gate == np.inf
+def drive(code: GeneratedCode, trial: str) -> tuple[int, np.ndarray]:
+    """Sound samples, and what was seen: missing torques, resets, least and greatest D."""
+    layout, n = code.observer.layout, len(code.observer.states)
+    at = layout.places["factor"][0].start
+    is_compact = "filter[2]" in (code.folder / "brushgrip.h").read_text()
+    factor = "filter[state->now].factor" if is_compact else f"values[state->now]+{at}"
+    here = Path(__file__)
+    flags = [OPTIMISATION, "-fPIC", "-shared", f"-I{here.parents[1] / 'embedded'}", f"-DFACTOR={factor}"]
+    sources = (code.core.name, str(here.with_name("single_precision.c")))
+    library = ctypes.CDLL(str(code.compile(*flags, sources=sources, out=f"{trial}.so")))
+    library.drive.restype = ctypes.c_int64
+    running, seen = RunningCode(code), np.zeros(4)
+    sound = library.drive(
+        running.at, ctypes.c_int64(STEPS), ctypes.c_uint64(1), n,
+        *map(ctypes.c_double, TRIALS[trial]), ctypes.c_void_p(seen.ctypes.data),
+    )  # fmt: skip
+    return sound, seen
 
 
 @pytest.mark.parametrize(
-    ("part", "at", "value", "fault"),
-    [("factor", 4, 0.0, "not positive"), ("x", 1, np.nan, "not finite")],
+    ("case", "trial"),
+    [
+        pytest.param(case, trial, marks=() if (case, trial) in QUICK else pytest.mark.long)
+        for case in CASES
+        for trial in TRIALS
+    ],
 )
-def test_faults_are_noticed(part: str, at: int, value: float, fault: str, single: FilterFactory) -> None:
-    # Without walks a variance of 0 stays one.
-    filtered = single(CASES["3 states, huge prior, no walk"].observer)
-    state = filtered.drive(10, 1).state
-    state[filtered.observer.layout.places[part][0].start + at] = value
-    outcome = filtered.drive(100, 1, state=state)
+def test_covariance_stays_positive_definite(case: str, trial: str) -> None:
+    sound, (missing, resets, least, greatest) = drive(code_of(case), trial)
+    print(f"{case}, {trial}: D from {least:.1e} to {greatest:.1e}, {resets:.0f} resets")
 
-    assert outcome.fault == fault
-    assert outcome.report.steps <= 1
-
-
-@pytest.mark.parametrize("seed", [1, 2])
-def test_samples_are_the_seeds(seed: int, single: FilterFactory) -> None:
-    filtered = single(CASES["as it comes"].observer)
-    first, second = (filtered.drive(1000, seed) for _ in range(2))
-    other = filtered.drive(1000, seed + 1)
-
-    np.testing.assert_array_equal(first.state, second.state)
-    assert not np.array_equal(first.sample, other.sample, equal_nan=True)
+    assert sound == STEPS
+    # The samples were trying: sensors failed, and the ground changed where that can be noticed.
+    assert 0.04 * STEPS < missing < 0.4 * STEPS
+    assert resets > 100 or code_of(case).observer.tuning.gate == inf
 
 
-def test_generated_c_holds_no_double() -> None:
-    x = ca.SX.sym("x")
-    text = in_single(ca.Function("small", [x], [ca.exp(0.5 * x) + 1e-3 + x**2.5 + 3]))
+def test_a_negative_variance_is_noticed(tmp_path: Path) -> None:
+    code = generate_code(code_of("steering").observer, SINGLE, tmp_path)
+    source = tmp_path / "brushgrip.c"
+    source.write_text(source.read_text().replace("factor_next[0] = ", "factor_next[0] = -"))
 
-    assert "expf(" in text
-    assert "1.0000000000000000e-03f" in text
-    assert "5.0000000000000000e-01f" in text
-
-
-def test_aligning_torque_is_filtered_as_in_double(
-    recording: RigRecording, single: FilterFactory
-) -> None:
-    compare(single(CASES["as it comes"].observer), recording)
+    assert drive(code, "plain")[0] < 10
 
 
-def test_steering_torque_is_filtered_as_in_double(
-    steered: SteeringRecording, single: FilterFactory
-) -> None:
-    compare(single(CASES["steering"].observer), steered)
+@pytest.mark.parametrize("case", ["as it comes", "steering"])
+def test_filters_as_in_double(case: str, recording: RigRecording, steered: SteeringRecording) -> None:
+    code = code_of(case)
+    rows = rows_of(recording if code.observer.channel == "M_z" else steered)
+    mu, std = code.run(rows)[:, :2].T
+    expected, expected_std = python_estimates(code.observer, rows)[:, :2].T
 
-
-def compare(filtered: Single, made: RigRecording | SteeringRecording) -> None:
-    """On a recording, single precision says what double says."""
-    columns = columns_of(made)
-    rows = [(s.psi, s.psi_dot, s.F_N, s.dt, s.M_z, s.M) for s in samples_of(columns)]
-    mu, std, *_ = filtered.follow(np.array(rows, np.float32)).T
-    double = run(filtered.observer, **columns)
-    off = np.abs(mu - double.mu) / double.mu_std
-    print(f"mu {mu[-1]:.4f}, off by {np.abs(mu - double.mu).max():.1e}, {off.max():.1e} of its std")
-
-    assert off.max() < 0.05
-    np.testing.assert_allclose(std, double.mu_std, rtol=0.01)
-    assert np.ptp(double.mu) > 0.05, "the comparison saw no correction"
+    assert np.abs((mu - expected) / expected_std).max() < 0.05
+    np.testing.assert_allclose(std, expected_std, rtol=0.01)
+    assert np.ptp(expected) > 0.05, "the comparison saw no correction"
