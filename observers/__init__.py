@@ -13,6 +13,7 @@ from observers.interfaces.run import run
 from observers.interfaces.smoothing import smooth
 from observers.layout import Layout, ObserverState
 from observers.measurement.angle_derivative import causal_rate, next_rate
+from observers.measurement.directional_friction import DirectionalFriction
 from observers.measurement.linearisation import build_clean
 from observers.measurement.measurement_model import CLEAN, AligningTorque, MeasurementModel
 from observers.measurement.rack_force import RackForce
@@ -44,6 +45,7 @@ __all__ = [
     "AligningTorque",
     "BatchObserver",
     "CasadiObserver",
+    "DirectionalFriction",
     "Ekf",
     "Estimate",
     "Estimates",

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from symbolic import InvalidInputError
 
 Array = NDArray[np.float64]
-STATES = ("log_mu", "M_0", "stiffness", "psi", "psi_dot", "gear")
+STATES = ("log_mu", "M_0", "stiffness", "psi", "psi_dot", "gear", "log_mu_other")
 """Order of the states, of which an observer takes those it needs: natural logarithm of mu, zero of the
 torque channel [N m], k over its nominal value [1], yaw angle [rad], yaw rate [rad/s], dry friction
-of a car's steering gear over the declared one [1]."""
+of a car's steering gear over the declared one [1], ln mu of the direction that does not slide."""
 REFERENCE_STEP = 0.01
 """Time between samples for which `Tuning.noise` holds [s]."""
 NO_LIMIT = 1e9

@@ -43,6 +43,9 @@ class EstimateRequest(GroundRequest):
     takes J_A and b_t of the rig. With --smooth an estimate knows later samples too, for those who work
     offline.
 
+    With --by-direction friction has one value for each direction of turning, and mu is that of the
+    direction that loads the patch. The torque's zero is taken for 0, and friction begins at the prior.
+
     Several recordings go to OUT_<recording>.csv, without pictures, and to rows of --summary. There
     friction is that of the last usable sample, at last_usable [s]; changes counts changes of the ground;
     all columns of flags are shares of the samples, 0 to 1. What is wrong with a recording stands in its
@@ -66,6 +69,12 @@ class EstimateRequest(GroundRequest):
     smooth: Annotated[
         bool,
         typer.Option("--smooth", help="Estimate every sample from the whole recording; takes ekf."),
+    ] = False
+    by_direction: Annotated[
+        bool,
+        typer.Option(
+            "--by-direction", help="Friction for each direction of turning; takes M_z, ekf or mhe."
+        ),
     ] = False
     picture: Annotated[
         Path | None, file_option("--picture", "PNG", "Picture of mu(t); OUT.png if left out.")
@@ -91,7 +100,7 @@ class EstimateRequest(GroundRequest):
         from symbolic import InvalidInputError
 
         tuning = chosen_tuning(self.tuning, self.tune)
-        observer_factory(self.observer, tuning)
+        observer_factory(self.observer, tuning, by_direction=self.by_direction)
         alone = len(self.recordings) == 1 and self.summary is None
         finals = outputs_of(self.out, self.summary, self.picture, alone=alone)
         inputs = self.model_inputs(vehicle=self.vehicle)
@@ -101,12 +110,17 @@ class EstimateRequest(GroundRequest):
                 observer=self.observer,
                 tuning=tuning,
                 smooth=self.smooth,
+                by_direction=self.by_direction,
                 out=self.out and table_path(self.out, name, len(inputs.paths)).absolute(),
             )
             for name, one in inputs.one_by_one().items()
         ]
         tables = [task.out for task in tasks if task.out and not alone]
-        settings = {"observer": self.observer.value, "tuning": tuning and tuning.to_dict()}
+        settings = {
+            "observer": self.observer.value,
+            "tuning": tuning and tuning.to_dict(),
+            "by_direction": self.by_direction,
+        }
         if self.summary and any(is_same_file(self.summary, table) for table in tables):
             raise InvalidInputError(f"{self.summary}: --summary and --out must name different files")
         with staged_tables(inputs, finals, settings, tables) as stages:

@@ -14,6 +14,7 @@ from brushgrip.inputs.tunings import ChosenTuning
 from identification import FoundModel, Recording, Standstills
 from observers import (
     AligningTorque,
+    DirectionalFriction,
     Ekf,
     Estimates,
     MeasurementModel,
@@ -84,11 +85,12 @@ def model_observer(
     *,
     tuning: Tuning | None = None,
     by_hand: Mapping[str, float] | None = None,
+    by_direction: bool = False,
 ) -> Ekf | Mhe:
     """EKF or MHE for the torque that was recorded, on the declared model, k as given, or a found one.
 
     The tuning is that given, or `real_tyre`, with the error of the found model where that is known, and
-    with the fields that are set by hand.
+    with the fields that are set by hand. Friction has one value or, `by_direction`, one each way.
     """
     if found is None:
         model, values = Model(), {"k": recording.tyre.k}
@@ -99,19 +101,17 @@ def model_observer(
     else:
         # A causal observer cannot know what was fitted to a whole recording, such as its torque zero.
         model, values = found.model, found.values_for_estimation(recording.ground)
-    measurement_model: MeasurementModel = (
-        AligningTorque() if has_aligning_torque(recording) else SteeringTorque()
-    )
-    if recording.standstills is not None:
-        car = recording.standstills
+    measurement_model: MeasurementModel = SteeringTorque()
+    if (car := recording.standstills) is not None:
         measurement_model = RackForce.of(car.vehicle, brakes=car.brakes[0])
+    elif has_aligning_torque(recording):
+        measurement_model = DirectionalFriction() if by_direction else AligningTorque()
+    if by_direction and not isinstance(measurement_model, DirectionalFriction):
+        raise InvalidInputError("--by-direction needs M_z of a wheel on a rig; leave it out")
     return kind(
-        model=model,
-        values=values,
-        rig=recording.rig,
-        measurement_model=measurement_model,
+        model=model, values=values, rig=recording.rig, measurement_model=measurement_model,
         tuning=tuning_for(found, tuning, by_hand),
-    )
+    )  # fmt: skip
 
 
 def root_solver(
@@ -138,20 +138,23 @@ OBSERVERS: Mapping[ObserverName, ObserverFactory] = {
 """The observers that a command offers; one more is one more entry here and in `ObserverName`."""
 
 
-def observer_factory(name: ObserverName, chosen: ChosenTuning | None = None) -> ObserverFactory:
-    """The factory of an observer with a tuning; None for the usual one.
+def observer_factory(
+    name: ObserverName, chosen: ChosenTuning | None = None, *, by_direction: bool = False
+) -> ObserverFactory:
+    """The factory of an observer with a tuning, None for the usual one; friction by direction or not.
 
     Raises:
-        InvalidInputError: the observer has no tuning.
+        InvalidInputError: the observer has no tuning, or no friction by direction.
     """
-    if chosen is None:
+    if chosen is None and not by_direction:
         return OBSERVERS[name]
     if name is ObserverName.ROOT:
         raise InvalidInputError(
-            "--observer root has no tuning; leave --tuning and --tune out, or use ekf or mhe"
+            "--observer root has no tuning and one friction; leave these options out, or use ekf or mhe"
         )
     kind: type[Ekf] | type[Mhe] = Ekf if name is ObserverName.EKF else Mhe
-    return partial(model_observer, kind, tuning=chosen.profile, by_hand=chosen.by_hand)
+    tuning, by_hand = (None, None) if chosen is None else chosen
+    return partial(model_observer, kind, tuning=tuning, by_hand=by_hand, by_direction=by_direction)
 
 
 def observe(
@@ -183,8 +186,10 @@ def observe(
         raise InvalidInputError(f"{recording.name}: {error}") from None
     if not smoothed:
         return run_observer(observer, recording)
-    if not isinstance(observer, Ekf):
-        raise InvalidInputError("--smooth works on the stored states of the filter; take --observer ekf")
+    if not isinstance(observer, Ekf) or isinstance(observer.measurement_model, DirectionalFriction):
+        raise InvalidInputError(
+            "--smooth works on the stored states of the filter; take --observer ekf, not --by-direction"
+        )
     return smooth(observer, **_channels(recording))
 
 

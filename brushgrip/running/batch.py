@@ -72,6 +72,7 @@ class EstimateTask:
         observer: which observer.
         tuning: of the observer, None for the usual.
         smooth: every sample from the whole recording.
+        by_direction: friction for each direction of turning.
         out: table to write, None for none.
         picture: picture to draw, None for none.
     """
@@ -80,6 +81,7 @@ class EstimateTask:
     observer: ObserverName
     tuning: ChosenTuning | None
     smooth: bool
+    by_direction: bool
     out: Path | None
     picture: Path | None = None
 
@@ -172,7 +174,7 @@ def _estimated(task: EstimateTask) -> EstimateOutcome:
     require_plausible(recording)
     found = task.inputs.found()
     with staged_files([path for path in (task.out, task.picture) if path]) as stages:
-        factory = observer_factory(task.observer, task.tuning)
+        factory = observer_factory(task.observer, task.tuning, by_direction=task.by_direction)
         estimates = observe(factory, recording, found, smoothed=task.smooth)
         if task.out:
             columns = {name: getattr(estimates, name) for name in ("t", *ESTIMATE)}

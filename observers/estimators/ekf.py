@@ -183,7 +183,7 @@ def _predict(sample: StepSample, before: Parts) -> tuple[ca.MX, ca.MX, Parts]:
     memory = {name: before[name] for name, *_ in memory_fields(model, measurement_model)}
     if memory_depends_on_tyre(model, measurement_model):
         P = covariance(before["factor"])
-        retention = sensitivity_retention(measurement_model, P, Q, before["x"])
+        retention = sensitivity_retention(measurement_model, P, Q, before["x"], sample.now)
         memory["memory_sensitivity"] = memory["memory_sensitivity"] @ retention
     return x, factor, memory
 

@@ -4,7 +4,9 @@ from functools import cache
 
 import casadi as ca
 
+from observers.estimators.udu import covariance
 from observers.layout import Layout, named, symbols, vector_of
+from observers.measurement.directional_friction import OTHER
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.measurement.torque_error import is_known
 from observers.patch.effective_friction import output_vector
@@ -45,18 +47,26 @@ def build_initial_state(
         ca.vertcat(*(prior[name][i] for name in measurement_model.states)) for i in range(2)
     )
     point = [tuning[POINT[name]] if name in POINT else 1 for name in tyre_states(measurement_model)]
-    last = _at_rest(CLEAN, first)
+    last, P = _at_rest(CLEAN, first), ca.diag(variance)
+    factor = P
+    if OTHER in measurement_model.states:
+        # The other direction has the friction of this one and a difference: U D U' of both.
+        at, other = (measurement_model.states.index(name) for name in ("log_mu", OTHER))
+        share = variance[at] / variance[other]
+        factor = ca.MX(P)
+        factor[at, other], factor[at, at] = share, (1 - share) * variance[at]
+        P = covariance(factor)
     parts = {
         "memory": model.initial(signals, theta, rig[: len(GEOMETRY)]),
         "linearisation_point": ca.vertcat(*point),
         "x": mean,
-        "factor": ca.diag(variance),
+        "factor": factor,
         "last": last,
         "output": output_vector(mu=tuning["mu"], mu_std=tuning["mu_std"]),
         "patch_signals": _at_rest(SIGNALS, first),
         "angle_slope": ca.vertcat(first["psi"], 0),
         "mean": mean,
-        "P_newest": ca.diag(variance),
+        "P_newest": P,
     }
     if "own" in layout.places:
         std = tuning["zero_std"] * slide

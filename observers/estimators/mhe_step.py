@@ -157,7 +157,7 @@ def _predict(
     x, P, Q = build_prediction(sample.measurement_model)(
         x_last, P_last, *torque, last, sample.now, sample.rig, sample.tuning
     )
-    retention = sensitivity_retention(sample.measurement_model, P_last, Q, x_last)
+    retention = sensitivity_retention(sample.measurement_model, P_last, Q, x_last, sample.now)
     return x, P, retention
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from observers.estimators.casadi_observer import CasadiObserver
 from observers.estimators.initial_state import build_initial_state
 from observers.layout import Layout
+from observers.measurement.directional_friction import OTHER
 from observers.measurement.measurement_model import RIG, AligningTorque, MeasurementModel
 from observers.quality import supervision
 from observers.quality.equivalent_patch import equivalent_patch
@@ -38,7 +39,8 @@ class ModelObserver(CasadiObserver):
         measurement_model: which torque is measured, and which states there are beside mu.
         acquire: friction is acquired among hypotheses before the estimator tracks it, and inputs are
             checked for other units, signs and scales, see `observers.quality.supervision`. False is the
-            estimator alone, from its prior: where another part of a system does all that.
+            estimator alone, from its prior: where another part of a system does all that. Friction by
+            direction is not acquired, but its inputs are checked.
 
     Raises:
         InvalidInputError: a parameter is missing or out of bounds, or the rig lacks one.
@@ -55,20 +57,26 @@ class ModelObserver(CasadiObserver):
                 raise InvalidInputError(
                     f"{name} must be a {kind.__name__}, got {type(getattr(self, name)).__name__}"
                 )
-        if self.model.exact and deflection_of(self.model) is not None:
-            object.__setattr__(self, "model", replace(self.model, discretised=True))
         if isinstance(self.measurement_model, type) or not hasattr(self.measurement_model, "motion"):
             raise InvalidInputError(
                 "measurement_model must be AligningTorque(...), SteeringTorque(...) or another"
                 f" observers.MeasurementModel, with brackets, got {self.measurement_model!r}"
             )
+        if self._by_direction:
+            object.__setattr__(self, "acquire", False)
+        if self.model.exact and (self._by_direction or deflection_of(self.model) is not None):
+            object.__setattr__(self, "model", replace(self.model, discretised=True))
         self.model.theta({**self.values, "mu": self.tuning.mu})
         self.measurement_model.check(self.rig, self.model)
 
     @property
+    def _by_direction(self) -> bool:
+        return OTHER in self.measurement_model.states
+
+    @property
     def is_checked(self) -> bool:
         """Whether samples are checked for other units and signs: not where the estimator is alone."""
-        return self.acquire
+        return self.acquire or self._by_direction
 
     @property
     def estimator_layout(self) -> Layout:

@@ -22,6 +22,7 @@ from observers.estimators.mhe_step import layout
 from observers.estimators.step_terms import STIFFNESS_BOUNDS
 from observers.estimators.udu import covariance_of
 from observers.layout import ObserverState, symbols
+from observers.measurement.directional_friction import OTHER
 from observers.measurement.linearisation import build_measurement, build_motion, state_index
 from observers.measurement.measurement_model import CLEAN, ROWS, MeasurementModel
 from observers.patch.history import PatchHistory
@@ -81,7 +82,8 @@ def solve_window(observer: Mhe, state: ObserverState, max_iter: int = 200) -> Co
     )
     solver = _build_solver(observer.model, observer.measurement_model, window, fixed, max_iter)
     tuning = observer.tuning
-    limits = {"log_mu": np.log([tuning.least, tuning.greatest]), "stiffness": np.array(STIFFNESS_BOUNDS)}
+    log_mu = np.log([tuning.least, tuning.greatest])
+    limits = {"log_mu": log_mu, OTHER: log_mu, "stiffness": np.array(STIFFNESS_BOUNDS)}
     bounds = np.array([limits.get(name, np.array([-np.inf, np.inf])) for name in observer.states])
     solution = solver(
         x0=ca.vec(start), p=ca.vertcat(*given), lbg=0, ubg=0,

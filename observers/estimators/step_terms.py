@@ -6,6 +6,7 @@ from typing import Any
 import casadi as ca
 
 from observers.layout import Expression, Layout, Parts, named, outputs_of, symbols
+from observers.measurement.directional_friction import OTHER
 from observers.measurement.linearisation import build_clean, state_index
 from observers.measurement.measurement_model import CLEAN, RIG, MeasurementModel
 from observers.measurement.torque_error import is_known
@@ -36,6 +37,7 @@ def clip_to_bounds(measurement_model: MeasurementModel, x: Expression, tuning: E
     bounds: dict[str, tuple[Any, Any]] = {
         "log_mu": (ca.log(limits["least"]), ca.log(limits["greatest"])),
         "stiffness": STIFFNESS_BOUNDS,
+        OTHER: (ca.log(limits["least"]), ca.log(limits["greatest"])),
         "gear": GEAR_BOUNDS,
     }
     rows = [
@@ -107,7 +109,8 @@ class StepSample:
             P: their covariance (n, n).
             memory: of the model after the sample (m,).
             M_z: predicted aligning torque [N m].
-            test: missing, accepted, reset, nis and inconsistent of an `InnovationTest`, by name.
+            test: missing, accepted, reset, nis, inconsistent and, where friction differs by direction,
+                untested of an `InnovationTest`, by name.
             conditions: further flags of `Status` in small letters.
         """
         log_mu, tuning, rig = x[self.at], named(TUNING_FIELDS, self.tuning), named(RIG, self.rig)
@@ -124,6 +127,9 @@ class StepSample:
             "reset": test["reset"], "bound": bound, "inconsistent": test["inconsistent"],
             "held": self.imputed, **conditions,
         }  # fmt: skip
+        if OTHER in self.measurement_model.states:
+            # Without hypotheses a prior far off is left behind within the first independent samples.
+            flags["acquiring"] = test["untested"]
         status = sum(
             (ca.if_else(holds, int(Status[name.upper()]), 0) for name, holds in flags.items()), ca.MX(0)
         )

@@ -18,6 +18,7 @@ from functools import cache
 import casadi as ca
 
 from observers.layout import Expression, named, symbols, vector_of
+from observers.measurement.directional_friction import EXCHANGED, OTHER
 from observers.measurement.linearisation import TYRE, directions, state_index
 from observers.measurement.measurement_model import CLEAN, MeasurementModel
 from observers.patch.model import PatchModel
@@ -132,11 +133,14 @@ def memory_at(fields: Mapping[str, ca.MX], tyre: ca.MX) -> ca.MX:
     return memory + fields["memory_sensitivity"] @ (tyre - fields["linearisation_point"])
 
 
-def sensitivity_retention(measurement_model: MeasurementModel, P: ca.MX, Q: ca.MX, x: ca.MX) -> ca.MX:
+def sensitivity_retention(
+    measurement_model: MeasurementModel, P: ca.MX, Q: ca.MX, x: ca.MX, now: ca.MX
+) -> ca.MX:
     """Share (t, t) of the memory's sensitivity that a walk of the tyre's states by Q (n,) leaves.
 
     The sensitivity is multiplied by it from the right. P (n, n) is the covariance of the states and x
-    (n,) the states, before the walk.
+    (n,) the states, before the walk; now is the sample, cleaned. Nothing is left where the directions
+    of friction are exchanged: the memory is that of the other one's friction.
     """
     at = [state_index(measurement_model, name) for name in tyre_states(measurement_model)]
     before, walk = P[at, at], ca.diag(Q[at])
@@ -148,6 +152,8 @@ def sensitivity_retention(measurement_model: MeasurementModel, P: ca.MX, Q: ca.M
         determinant = total[0, 0] * total[1, 1] - total[0, 1] * total[1, 0]
         inverse = ca.blockcat([[total[1, 1], -total[0, 1]], [-total[1, 0], total[0, 0]]]) / determinant
         retention = ca.if_else(ca.trace(walk) > 0, before @ inverse, ca.DM.eye(2))
+    if OTHER in measurement_model.states:
+        retention *= 1 - now[CLEAN.index(EXCHANGED)]
     # From the states to the parameters and back.
     scale = tyre_jacobian(measurement_model, x)
     return ca.diag(scale) @ retention @ ca.diag(1 / scale) if len(at) > 1 else retention

@@ -16,7 +16,7 @@ import casadi as ca
 from observers.layout import Expression, named, outputs_of, symbols, symbols_like
 from observers.measurement.linearisation import build_measurement, state_index
 from observers.measurement.measurement_model import MeasurementModel
-from observers.quality.innovation_monitor import MONITOR, build_monitor
+from observers.quality.innovation_monitor import LEAST_SAMPLES, MONITOR, build_monitor
 from observers.tuning import TUNING_FIELDS
 from symbolic.functions import named_function
 
@@ -67,6 +67,7 @@ class InnovationTest:
             is a reset too.
         counts_next: as `COUNTS`.
         inconsistent: the model does not explain the torque: 0 or 1.
+        untested: too few independent samples to say so: 0 or 1.
         monitor_next: as `MONITOR`.
     """
 
@@ -84,6 +85,7 @@ class InnovationTest:
     run: ca.MX
     counts_next: ca.MX
     inconsistent: ca.MX
+    untested: ca.MX
     monitor_next: ca.MX
 
 
@@ -122,6 +124,7 @@ def build_innovation(measurement_model: MeasurementModel) -> ca.Function:
         run=ca.fmax(run, alarm),
         counts_next=counts_next,
         inconsistent=inconsistent,
+        untested=monitor_next[MONITOR.index("samples")] < LEAST_SAMPLES,
         monitor_next=monitor_next,
     )
     return named_function("innovation", inputs, vars(test))

@@ -72,6 +72,16 @@ def test_one_row_a_sample(estimate: Run, simulated: Path, tmp_path: Path, observ
     assert (tmp_path / "new" / "mu.png").read_bytes().startswith(b"\x89PNG")
 
 
+def test_friction_by_direction(estimate: Run, simulated: Path, tmp_path: Path) -> None:
+    assert estimate(simulated, "--by-direction").status == 0
+    directed = table_of(tmp_path / "mu.csv")
+    estimate(simulated)
+
+    # Both directions have a prior of their own: what is found forth says little of the way back.
+    assert not np.array_equal(directed["mu"], table_of(tmp_path / "mu.csv")["mu"])
+    assert directed["mu"][-1] == pytest.approx(1.2, rel=0.05)
+
+
 @pytest.mark.parametrize("observer", ["ekf", "mhe", "root"])
 def test_a_later_sample_changes_nothing_before(
     estimate: Run, simulated: Path, tmp_path: Path, observer: str
@@ -128,6 +138,8 @@ def test_root_has_no_standard_deviation(estimate: Run, simulated: Path, tmp_path
         ("--picture mu.pdf", ["mu.pdf", ".png"]),
         ("--observer root --model model.json", ["root", "--model", "ekf"]),
         ("--observer root --tuning clean", ["root has no tuning"]),
+        ("--observer root --by-direction", ["root has", "one friction", "mhe"]),
+        ("--smooth --by-direction", ["--smooth", "not --by-direction"]),
         ("--observer mhe --smooth", ["--smooth", "--observer ekf"]),
     ],
 )
@@ -145,6 +157,7 @@ def test_what_the_steering_torque_needs(estimate: Run, steered: Path, rig: Path,
     estimate(steered).refused("steered: ", "lacks J_A and b_t", "kg m^2")
     rig.write_text(rig.read_text().replace("e = 0.009\n", "e = 0.009\nJ_A = 0.15\nb_t = 1.0\n"))
     estimate(steered, observer="root").refused("root", "M_z", "mhe")
+    estimate(steered, "--by-direction").refused("--by-direction needs M_z")
     assert not (tmp_path / "mu.csv").exists()
 
 

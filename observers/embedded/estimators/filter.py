@@ -22,7 +22,9 @@ from observers.estimators.ekf import build_commented_step, layout
 from observers.estimators.initial_state import build_initial_state
 from observers.estimators.udu import covariance
 from observers.layout import Layout
+from observers.measurement.directional_friction import EXCHANGED, OTHER
 from observers.measurement.linearisation import directions, state_index
+from observers.measurement.measurement_model import CLEAN
 
 PATCH = ("M_z", "slopes")
 """Parts of the state that the patch of C sets, not the step."""
@@ -46,8 +48,10 @@ def compact_filter(patch: PatchCode, constants: Constants) -> EstimatorCode:
     if follows_correction(model) and patch.torque_model.slides:
         functions.append(effective_friction(patch))
     before = stiffness_of(model, "before->x")
+    other = state_index(model, OTHER) if OTHER in model.states else 0
+    mu_now = "mu_now" if other else "mu"
     given = {
-        "M_z": "torque[M_Z]", "by_mu": "torque[BY_MU]", "mu": "mu",
+        "M_z": "torque[M_Z]", "by_mu": "torque[BY_MU]", "mu": mu_now,
         "by_k": f"torque[BY_STIFFNESS] / {patch.k}", "k": f"{patch.k} * {before}",
         "slide": "slide[0]", "beside": "slide[1]",
     }  # fmt: skip
@@ -66,7 +70,8 @@ def compact_filter(patch: PatchCode, constants: Constants) -> EstimatorCode:
             "memory": [given[name] for name in memory], "slopes": list(by_state.values()), "window": 0,
             "newest_x": "state->filter[state->now].x", "newest_last": "state->filter[state->now].last",
             "x": "filter->x", "P": "filter->factor",
-            "own_state": "filter->",
+            "own_state": "filter->", "other": other, "mu_now": mu_now,
+            "exchanged": CLEAN.index(EXCHANGED), "clean_dt": CLEAN.index("dt"),
         },
         types=f"/* The filter, see the code. */\ntypedef struct {{\n{fields}}} NAME_filter_t;\n\n",
         private="    NAME_filter_t filter[2]; /* before and after a sample */\n    NAME_patch_t patch;",

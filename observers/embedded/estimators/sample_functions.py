@@ -60,7 +60,7 @@ def retentions(
     slopes = ca.DM.zeros(len(directions(model)))
     _, _, Q, _ = build_motion(model)(x, 0, slopes, ca.MX.zeros(len(CLEAN)), now, rig, tuning)
     at = state_index(model)
-    walk = sensitivity_retention(model, variances, Q, x)
+    walk = sensitivity_retention(model, variances, Q, x, now)
     variance = variances[at, at] + Q[at] if predicted else variances[at, at]
     change = reset_retention(ca.MX(1), variance, change_variance(named(TUNING_FIELDS, tuning)))
     function = vector_function(

@@ -33,6 +33,7 @@ from observers.estimators.mhe_terms import (
 )
 from observers.estimators.step_terms import StepSample, clip_to_bounds
 from observers.layout import Layout, named, outputs_of
+from observers.measurement.directional_friction import OTHER
 from observers.measurement.linearisation import build_motion, directions
 from observers.measurement.measurement_model import CLEAN, RIG, ROWS, MeasurementModel
 from observers.patch.update import slopes_by_states
@@ -44,7 +45,7 @@ from observers.tuning import TUNING_FIELDS
 TORQUES = ("M_Z", "BY_MU", "BY_STIFFNESS", "BY_ANGLE")
 """Order of a torque in C, see `templates/patches/interface.c`."""
 TEST = ("accepted", "reset", "run", "missing", "expected", "nis", "inconsistent")
-"""Result of the test of the newest innovation."""
+"""Result of the test of the newest innovation, see `tested`."""
 STATE = """\
     {real} mean[{n}], factor[{n} * {n}], P_newest[{n} * {n}];
     {real} last[{clean}], counts[{counts}], monitor[{monitor}];
@@ -70,10 +71,10 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
     return EstimatorCode(
         template="estimators/window.c",
         functions=functions,
-        names={"row": row, "torque": TORQUES, "test": TEST},
+        names={"row": row, "torque": TORQUES, "test": tested(model)},
         terms={
             "window": window, "moves_states": torque_moves_states(model), "eliminated": eliminated,
-            "log_mu": states["log_mu"], "psi": states.get("psi"), "row": row, "test": TEST,
+            "log_mu": states["log_mu"], "psi": states.get("psi"), "row": row, "test": tested(model),
             "measured": [(name, CLEAN.index(name)) for name in row if name in CLEAN],
             "stiffness": stiffness_of(model, "x"), "stiffness_newest": stiffness_of(model, "newest"),
             "stiffness_corrected": stiffness_of(model, "state->x[at]"),
@@ -88,6 +89,11 @@ def compact_window(patch: PatchCode, constants: Constants) -> EstimatorCode:
         ).rstrip(),
         bytes=numbers * size + 4 + window * a_sample,
     )  # fmt: skip
+
+
+def tested(model: MeasurementModel) -> tuple[str, ...]:
+    """Names of what a test gives."""
+    return (*TEST, "untested") if OTHER in model.states else TEST
 
 
 def elimination(model: MeasurementModel) -> Layout:
@@ -130,7 +136,7 @@ class WindowFunctions:
             "mean": (n, 1), "factor": (n, n), "P": (n, n), "torque": (len(TORQUES), 1),
             "row": (row, 1), "after": (row, 1), "counts": (len(COUNTS), 1), "monitor": (len(MONITOR), 1),
             "eliminated": (elimination(self.model).size, 1), "costate": (n, 1), "newest": (n, 1),
-            "test": (len(TEST), 1), "age": (1, 1), "imputed": (1, 1), "slide": (2, 1),
+            "test": (len(tested(self.model)), 1), "age": (1, 1), "imputed": (1, 1), "slide": (2, 1),
             "theta": (len(self.patch.torque_model.coordinates), 1), "rig": (len(RIG), 1),
             "tuning": (len(TUNING_FIELDS), 1),
         }  # fmt: skip
@@ -179,7 +185,7 @@ class WindowFunctions:
         results = outputs_of(
             innovation, newest, P, *self.torque(torque, newest), now, counts, monitor, rig, tuning
         )
-        test = ca.vertcat(*(results[name] for name in TEST))
+        test = ca.vertcat(*(results[name] for name in tested(self.model)))
         after = {name: results[name] for name in ("counts_next", "monitor_next")}
         return vector_function("test_innovation", inputs, test=test, **after)
 
@@ -194,7 +200,7 @@ class WindowFunctions:
     def reset_arrival(self) -> ca.Function:
         """(test) -> increment of the arrival's variance of ln mu."""
         test, tuning = inputs = self.symbols("test", "tuning")
-        result, unknown = named(TEST, test), change_variance(named(TUNING_FIELDS, tuning))
+        result, unknown = named(tested(self.model), test), change_variance(named(TUNING_FIELDS, tuning))
         jump = arrival_jump(self.window, result["reset"], result["run"], unknown)
         return vector_function("reset_arrival", inputs, jump=jump)
 
@@ -228,7 +234,7 @@ class WindowFunctions:
         """(x, P, newest, now, test, imputed, slide) -> output."""
         names = ("x", "P", "newest", "now", "test", "imputed", "slide", "theta", "rig", "tuning")
         x, P, newest, now, test, imputed, slide, theta, rig, tuning = inputs = self.symbols(*names)
-        model, result = self.patch.torque_model, named(TEST, test)
+        model, result = self.patch.torque_model, named(tested(self.model), test)
         memory = model.layout.join(memory_with(self.patch, slide))
         sample = StepSample(
             model=model, measurement_model=self.model, now=now, imputed=imputed, theta=theta, rig=rig,

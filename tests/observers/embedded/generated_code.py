@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from observers import (
     ESTIMATE,
     AligningTorque,
+    DirectionalFriction,
     Ekf,
     Estimate,
     Loop,
@@ -82,6 +83,7 @@ MODELS = {
 TORQUES: dict[str, Any] = {
     "aligning": AligningTorque(),
     "steering": SteeringTorque(),
+    "direction": DirectionalFriction(),
     "aligning,k": AligningTorque(stiffness=True),
     "steering,k,M_0": SteeringTorque(zero=True, stiffness=True),
 }

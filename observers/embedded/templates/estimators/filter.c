@@ -20,13 +20,17 @@ static int32_t advance(${name}_state_t *state, const ${real} *sample) {
 %% endif
     int32_t i;
     clean(sample, before->last, now, &imputed);
+%% if other
+    /* The states of both directions of friction are exchanged before the patch is advanced. */
+    const ${real} mu_now = now[${exchanged}] != 0.0 && now[${clean_dt}] > 0.0 ? any_exp(before->x[${other}]) : mu;
+%% endif
 %% if follows_mu
     retentions(before->factor, now${constants_at}, retention);
 %% endif
 %% if not follows_correction
     /* The patch at the angle of the sample; the states that its torque depends on only walk until then. */
     patch_signals(before->x, now, signals);
-    advance_patch(&state->patch, signals, mu, ${stiffness_before}, retention[0], torque, slide);
+    advance_patch(&state->patch, signals, ${mu_now}, ${stiffness_before}, retention[0], torque, slide);
 %% endif
     {
         const ${real} memory[${memory|length}] = {${memory|join(", ")}};

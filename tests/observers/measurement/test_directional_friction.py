@@ -1,0 +1,108 @@
+"""Friction by direction, against bristles whose limits differ by direction."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from observers import CLEAN, DirectionalFriction, Ekf, Estimates, Mhe, Status, Tuning, build_clean, run
+from observers.measurement.linearisation import build_motion
+from observers.measurement.measurement_model import RIG as RIG_NUMBERS
+from symbolic import Model
+from tests.observers.conftest import RIG, K
+
+Array = NDArray[np.float64]
+F_N, FORTH, BACK, LATER, CHANGE = 400.0, 1.2, 0.6, 0.7, 10.0
+"""Load [N]; friction by direction, and forth after a change at 10 s [1]."""
+t = np.arange(0, 20, 0.01)
+psi = 0.25 * np.sin(np.pi / 2 * t)
+TURNS = np.searchsorted(t, np.arange(1, 20, 2))
+"""Where the wheel turns back, after sliding forth and back by turns."""
+
+
+def torque(forth: Array, back: Array, bristles: int = 300) -> Array:
+    """M_z [N m] of stops along the patch, each with its own limit either way."""
+    x = RIG.a * ((2 * np.arange(bristles) + 1) / bristles - 1)
+    lever, limit = np.abs(x - RIG.e), 0.75 * F_N / (RIG.a * K) * (1 - (x / RIG.a) ** 2)
+    stress, found = np.zeros(bristles), []
+    for turn, most, least in zip(np.diff(psi, prepend=0.0), forth, back, strict=True):
+        stress = np.clip(stress + lever * turn, -least * limit, most * limit)
+        found.append(-K * np.sum(lever * stress) * 2 * RIG.a / bristles)
+    return np.array(found)
+
+
+def observed(
+    kind: Any, forth: float, later: float, back: float, factor: float = 1.0, **tuning: float
+) -> tuple[Estimates, Array, Array]:
+    """Estimates, friction of the direction of motion, and whether the torque opposes it."""
+    ahead = np.where(t < CHANGE, forth, later)
+    M_z = torque(ahead, np.full(t.size, back))
+    noise = 0.01 * 0.375 * F_N * RIG.a * np.random.default_rng(3).standard_normal(t.size)
+    rate = np.gradient(psi)
+    observer = kind(
+        model=Model(discretised=True, bristles=40), values={"k": K}, rig=RIG,
+        measurement_model=DirectionalFriction(), tuning=Tuning(**tuning),
+    )  # fmt: skip
+    found = run(observer, t, psi, np.full(t.size, F_N), factor * (M_z + noise))
+    return found, np.where(rate > 0, ahead, back), rate * (M_z + noise) < -1e-3
+
+
+@pytest.mark.parametrize("kind", [Ekf, pytest.param(Mhe, marks=pytest.mark.long)])
+def test_each_direction_has_its_friction_and_changes_by_itself(kind: Any) -> None:
+    found, true, _ = observed(kind, FORTH, LATER, BACK)
+    at = TURNS - 1
+    changed = (found.status & Status.RESET) > 0
+
+    np.testing.assert_allclose(found.mu[at], true[at], rtol=0.03)
+    assert (np.abs(found.mu - true) < 2 * found.mu_std)[at].all()
+    assert found.usable[at].mean() >= 0.6
+    # The wheel goes back from 9 to 11 s, and the alarm comes on the next way forth.
+    assert changed.sum() == 1
+    assert 11 < t[changed][0] < 13
+    assert 0.5 * Tuning().mu_std < found.mu_std[np.searchsorted(t, 0.2)]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("mu", [(0.05, 0.05, 0.05), (0.1, 0.1, 0.05), (1.0, 0.05, 1.0), (2.5, 2.5, 1.5)])
+@pytest.mark.parametrize("walk", [0.01, 0.1])
+def test_what_is_usable_is_not_far_off(mu: tuple[float, float, float], walk: float) -> None:
+    found, true, loaded = observed(Ekf, *mu, mu_walk=walk)
+    usable = found.usable & loaded
+
+    assert usable.mean() > 0.15
+    assert (np.abs(found.mu - true) < 3 * found.mu_std)[usable].all()
+
+
+@pytest.mark.parametrize("factor", [-1.0, 1000.0])
+def test_a_torque_of_another_sign_or_unit_is_suspected(factor: float) -> None:
+    found, *_ = observed(Ekf, FORTH, FORTH, BACK, factor)
+
+    assert not found.usable[100:].any()
+    assert found.status[-1] & Status.SUSPECT
+
+
+def test_directions_are_exchanged_where_the_torque_changes_sign() -> None:
+    clean, model = build_clean(DirectionalFriction()), DirectionalFriction()
+    now: Any = np.zeros(len(CLEAN))
+    x, variance, seen = np.log([FORTH, BACK]), np.array([0.01, 0.04]), []
+    for angle, M_z in [
+        (0.01, -1),
+        (0.02, -2),
+        (0.0199, -2),
+        (0.01, -1),
+        (0.0, 1),
+        (0.0, np.nan),
+        (0.01, np.nan),
+    ]:
+        last = now
+        now, _ = clean([angle, 0.0, F_N, 0.01, M_z, np.nan], last)
+        rig = np.full(len(RIG_NUMBERS), RIG.a)
+        x, A, Q, _ = build_motion(model)(x, 0.0, 0.0, last, now, rig, Tuning(mu_walk=0.2).vector)
+        variance = np.diag(np.asarray(A) @ np.diag(variance) @ np.asarray(A).T) + np.asarray(Q).ravel()
+        seen.append(np.exp(np.asarray(x).ravel()).round(6).tolist())
+    ahead, turned = [FORTH, BACK], [BACK, FORTH]
+
+    # Not by noise, not before the patch is unloaded; where no torque is known, at once.
+    assert seen == [ahead, ahead, ahead, ahead, turned, turned, ahead]
+    np.testing.assert_allclose(variance, np.array([0.01, 0.04]) + 7 * 0.01 * 0.2**2)
