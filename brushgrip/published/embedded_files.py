@@ -10,6 +10,8 @@ from brushgrip.outputs.console import say, show
 from symbolic import InvalidInputError
 
 RIG = "rig.toml"
+GROUND = "plate"
+"""What the demo's recordings stand on."""
 SIMULATED, FIRST = "reference_rig", "estimate_in_a_loop.py"
 
 
@@ -18,7 +20,7 @@ def embedded_inputs() -> tuple[Inputs, int]:
     folder = embedded_folder()
     training = sorted(folder.glob("train*.csv"))
     names = [str(path) for path in (*training, *sorted(folder.glob("holdout*.csv")))]
-    return locate_inputs(names, rig=folder / RIG), len(training)
+    return locate_inputs(names, rig=folder / RIG, ground=[GROUND], one_ground=True), len(training)
 
 
 def embedded_folder() -> Path:

@@ -56,7 +56,11 @@ def _on_ground(outcome: FrictionOutcome, ground: str) -> str:
 def _cause(diagnosis: Diagnosis) -> list[str]:
     """What the model lacks as far as it is sure of, in one sentence."""
     clear = [e for e in diagnosis.effects if e.grade in ("strong", "ambiguous")]
-    causes = [f"{plain(e.name)} ({e.summary.partition(';')[0]})" for e in clear]
+    causes = [
+        f"{listed([plain(e.name), *map(plain, e.indistinguishable_from)], 'or')}"
+        f" ({e.summary.partition(';')[0]})"
+        for e in clear
+    ]
     return [f"The tyre model as it was declared leaves out {listed(causes)}."] if clear else []
 
 

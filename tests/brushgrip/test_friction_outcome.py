@@ -102,7 +102,10 @@ def test_the_paragraph_is_as_sure_as_the_grades() -> None:
     )
     text = paragraph_to_send(graded, replace(make_outcome("c"), tracks=TRACKS))
 
-    assert "leaves out carcass torsion (the carcass twists in series with the patch)." in text
+    assert (
+        "leaves out carcass torsion or patch width (the carcass twists in series with the patch)."
+        in text
+    )
     assert "which of carcass torsion or patch width it is" in text
     assert "whether the weak signs of torque offset are chance" in text
 
