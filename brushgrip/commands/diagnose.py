@@ -42,9 +42,9 @@ class DiagnoseRequest(RecordingRequest):
         list[str] | None,
         option(
             "--ground",
-            metavar="NAME=REC,REC",
-            help="What recordings stand on, such as steel=fem1,fem3; goes before '# ground = steel' in a"
-            " CSV file. May be repeated.",
+            metavar="NAME",
+            help="What the recordings stand on, or NAME=REC,REC for some of them, repeated for others;"
+            " goes before '# ground = steel' in a CSV file.",
         ),
     ] = None
     jobs: Jobs = None

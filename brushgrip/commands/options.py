@@ -235,4 +235,4 @@ class GroundRequest(RecordingRequest):
 
     def model_inputs(self, **options: Any) -> "Inputs":
         """The inputs with the model and the grounds."""
-        return self.inputs(model=self.model, ground=self.ground, one_ground=True, **options)
+        return self.inputs(model=self.model, ground=self.ground, **options)

@@ -166,7 +166,6 @@ def locate_inputs(
     model: Path | None = None,
     effects: Sequence[str] | None = None,
     ground: Sequence[str] | None = None,
-    one_ground: bool = False,
     vehicle: Path | None = None,
 ) -> Inputs:
     """The inputs that a command line names.
@@ -180,7 +179,6 @@ def locate_inputs(
         model: model file, None for the declared model.
         effects: modules of the user's own effects, which are imported.
         ground: what `--ground` says.
-        one_ground: it may name the ground of all recordings.
         vehicle: vehicle file of a car, in place of a rig file.
 
     Raises:
@@ -212,7 +210,7 @@ def locate_inputs(
         signals=signals,
         vehicle=vehicle,
         effects=own,
-        grounds=grounds_by_name(list(paths), ground, bare=one_ground),
+        grounds=grounds_by_name(list(paths), ground),
         span=span,
         steering_ratio=steering_ratio,
     )

@@ -20,7 +20,7 @@ def embedded_inputs() -> tuple[Inputs, int]:
     folder = embedded_folder()
     training = sorted(folder.glob("train*.csv"))
     names = [str(path) for path in (*training, *sorted(folder.glob("holdout*.csv")))]
-    return locate_inputs(names, rig=folder / RIG, ground=[GROUND], one_ground=True), len(training)
+    return locate_inputs(names, rig=folder / RIG, ground=[GROUND]), len(training)
 
 
 def embedded_folder() -> Path:

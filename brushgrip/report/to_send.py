@@ -16,7 +16,10 @@ def friction_lines(outcome: FrictionOutcome | None) -> list[str]:
         return []
     further = outcome.further()
     grounds = {ground: len(names) for ground, names in outcome.grounds.items() if ground}
-    return [further_recording(ground, further.get(ground), count) for ground, count in grounds.items()]
+    lines = [further_recording(ground, further.get(ground), count) for ground, count in grounds.items()]
+    return lines or [
+        "Say what the recordings stand on (--ground NAME): friction is then told by ground."
+    ]
 
 
 def paragraph_to_send(diagnosis: Diagnosis, outcome: FrictionOutcome) -> str:

@@ -22,14 +22,13 @@ def test_grounds_by_name() -> None:
     assert grounds_by_name(THREE, ["steel=a, b", "red emery=c"]) == by_name
     assert grounds_by_name(THREE, ["steel=a"]) == {"a": "steel"}
     assert grounds_by_name(THREE, None) == {}
-    assert grounds_by_name(THREE, ["steel"], bare=True) == dict.fromkeys(THREE, "steel")
+    assert grounds_by_name(THREE, ["steel"]) == dict.fromkeys(THREE, "steel")
 
 
 @pytest.mark.parametrize(
     ("given", "word"),
     [
-        (["steel"], "--ground steel: expected NAME=REC,REC, such as steel=fem1,fem3"),
-        (["=a"], "--ground =a: expected NAME=REC,REC"),
+        (["=a"], "--ground =a: expected NAME, or NAME=REC,REC"),
         (["steel="], "--ground steel=: no recording ''; given are a, b, c"),
         (["steel=a,d"], "--ground steel=a,d: no recording 'd'; given are a, b, c"),
         (["steel=a", "emery=b,a"], "--ground emery=b,a: a stands on steel already; one ground each"),
