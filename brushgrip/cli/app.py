@@ -2,22 +2,17 @@
 
 import sys
 from collections.abc import Callable, Sequence
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError
 from importlib.metadata import version as version_of
 from inspect import signature
+from pkgutil import iter_modules
 from typing import Annotated, get_type_hints
 
 import typer
 
+from brushgrip import commands
 from brushgrip.cli.own_packages import foreign_packages
-from brushgrip.commands.codegen import CodegenRequest
-from brushgrip.commands.compare import CompareRequest
-from brushgrip.commands.demo import DemoRequest
-from brushgrip.commands.diagnose import DiagnoseRequest
-from brushgrip.commands.estimate import EstimateRequest
-from brushgrip.commands.fetch import FetchRequest
-from brushgrip.commands.identify import IdentifyRequest
-from brushgrip.commands.simulate import SimulateRequest
 from brushgrip.outputs.speech import COMMAND_LINE, SPEECH, Speech, flags_first, reserve_stdout
 from brushgrip.outputs.terminal import fault_of_output, spell_what_is_lacking
 
@@ -34,17 +29,25 @@ app = typer.Typer(
     rich_markup_mode=None,  # Plain help takes half the time, and fits every terminal.
 )
 EVERYWHERE = "--json and --quiet stand before or behind the name of a command."
-COMMANDS = {
-    "demo": DemoRequest,
-    "fetch": FetchRequest,
-    "simulate": SimulateRequest,
-    "identify": IdentifyRequest,
-    "diagnose": DiagnoseRequest,
-    "estimate": EstimateRequest,
-    "compare": CompareRequest,
-    "codegen": CodegenRequest,
-}
-"""What a user asks of each command: a frozen dataclass of its options that runs it; in order of help."""
+ORDER = ("demo", "fetch", "simulate", "identify", "diagnose", "estimate", "compare", "codegen")
+"""Of the commands in the help; others come after these."""
+
+
+def found_commands() -> dict[str, type]:
+    """What a user asks of each command, by its name, in the order of the help.
+
+    A command is a file of `brushgrip.commands`, say `plan.py`, with a frozen dataclass of its options,
+    `PlanRequest`, that runs it.
+    """
+    names = {module.name for module in iter_modules(commands.__path__)} - {"options"}
+    places = {name: place for place, name in enumerate(ORDER)}
+    return {
+        name: getattr(import_module(f"{commands.__name__}.{name}"), f"{name.capitalize()}Request")
+        for name in sorted(names, key=lambda name: (places.get(name, len(places)), name))
+    }
+
+
+COMMANDS = found_commands()
 
 
 def command_of(request: type) -> Callable[..., None]:

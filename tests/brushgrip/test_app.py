@@ -6,10 +6,12 @@ from pathlib import Path
 import pytest
 
 import brushgrip
-from brushgrip.cli.app import main, repeat_lists
+from brushgrip import commands
+from brushgrip.cli.app import COMMANDS, app, command_of, found_commands, main, repeat_lists
 from brushgrip.published.fetch import FetchError
 from symbolic import InvalidInputError
-from tests.brushgrip.helpers import Run
+from tests.brushgrip.helpers import Run, Write
+from tests.contributing import example
 
 
 @pytest.mark.parametrize(
@@ -132,3 +134,20 @@ def test_the_door_opens_late() -> None:
     assert brushgrip.write_report.__name__ == "write_report"
     with pytest.raises(AttributeError, match="module 'brushgrip' has no attribute 'nothing'"):
         _ = brushgrip.nothing
+
+
+def test_a_command_is_a_file(
+    run: Run, write_csv: Write, rig: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "load.py").write_text(example("new command"))
+    monkeypatch.setattr(commands, "__path__", [*commands.__path__, str(tmp_path)])
+    found = found_commands()
+    monkeypatch.delitem(sys.modules, "brushgrip.commands.load")
+    monkeypatch.delattr(commands, "load", raising=False)
+    monkeypatch.setattr(app, "registered_commands", [*app.registered_commands])
+    app.command("load")(command_of(found["load"]))
+
+    assert [*found] == [*COMMANDS, "load"]
+    outcome = run("load", write_csv("run.csv", {"M_z": None}), "--rig", rig)
+    assert (outcome.status, outcome.out, outcome.err) == (0, "run: 400 N\n", "")
+    assert "Print the mean load of recordings." in run("load", "--help").out

@@ -1,10 +1,10 @@
 """Generated code in single precision: the same filter, and its covariance sound under random samples."""
 
 import ctypes
+from collections.abc import Callable
 from functools import cache
 from math import inf
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -59,17 +59,20 @@ CASES: dict[str, tuple[dict[str, Any], dict[str, Any]]] = {
     "steering, 5 states, no walk": (FIVE, OPEN | TRUSTING),
 }
 """Settings of the filter and of its tuning, by what is special about them."""
-FOLDER = TemporaryDirectory()
 QUICK = {("steering", "plain"), ("steering, 5 states, huge prior", "harsh")}
 
 
-@cache
-def code_of(case: str) -> GeneratedCode:
-    """The generated code of a case."""
-    settings, tuning = CASES[case]
-    usual = {"model": Model(), "values": {"k": K}, "rig": RIG, "acquire": False}
-    observer = Ekf(**{**usual, **settings, "tuning": Tuning(**tuning)})
-    return generate_code(observer, SINGLE, Path(FOLDER.name, str(list(CASES).index(case))))
+@pytest.fixture(scope="module")
+def code_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], GeneratedCode]:
+    """The generated code of a case, each once."""
+
+    def generated(case: str) -> GeneratedCode:
+        settings, tuning = CASES[case]
+        usual = {"model": Model(), "values": {"k": K}, "rig": RIG, "acquire": False}
+        observer = Ekf(**{**usual, **settings, "tuning": Tuning(**tuning)})
+        return generate_code(observer, SINGLE, tmp_path_factory.mktemp("single"))
+
+    return cache(generated)
 
 
 def drive(code: GeneratedCode, trial: str) -> tuple[int, np.ndarray]:
@@ -99,7 +102,7 @@ def drive(code: GeneratedCode, trial: str) -> tuple[int, np.ndarray]:
         for trial in TRIALS
     ],
 )
-def test_covariance_stays_positive_definite(case: str, trial: str) -> None:
+def test_covariance_stays_positive_definite(code_of, case: str, trial: str) -> None:
     sound, (missing, resets, least, greatest) = drive(code_of(case), trial)
     print(f"{case}, {trial}: D from {least:.1e} to {greatest:.1e}, {resets:.0f} resets")
 
@@ -109,7 +112,7 @@ def test_covariance_stays_positive_definite(case: str, trial: str) -> None:
     assert resets > 100 or code_of(case).observer.tuning.gate == inf
 
 
-def test_a_negative_variance_is_noticed(tmp_path: Path) -> None:
+def test_a_negative_variance_is_noticed(code_of, tmp_path: Path) -> None:
     code = generate_code(code_of("steering").observer, SINGLE, tmp_path)
     source = tmp_path / "brushgrip.c"
     source.write_text(source.read_text().replace("factor_next[0] = ", "factor_next[0] = -"))
@@ -118,7 +121,9 @@ def test_a_negative_variance_is_noticed(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("case", ["as it comes", "steering"])
-def test_filters_as_in_double(case: str, recording: RigRecording, steered: SteeringRecording) -> None:
+def test_filters_as_in_double(
+    code_of, case: str, recording: RigRecording, steered: SteeringRecording
+) -> None:
     code = code_of(case)
     rows = rows_of(recording if code.observer.channel == "M_z" else steered)
     mu, std = code.run(rows)[:, :2].T
